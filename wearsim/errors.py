@@ -1,0 +1,62 @@
+"""Errors that reach the user: one line each, naming the input, the value, the limit and the way out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault of an input file.
+
+    Parameters
+    ----------
+    message : str
+        What is wrong: key, value, allowed range and way out, in one line.
+    file : str, optional
+        The file that holds the fault.
+    line : int, optional
+        Its line, counted from 1.
+    """
+
+    message: str
+    file: str | None = None
+    line: int | None = None
+
+    def __str__(self) -> str:
+        """Return ``file:line: message``."""
+        place = "" if self.file is None else self.file if self.line is None else f"{self.file}:{self.line}"
+        return f"{place}: {self.message}" if place else self.message
+
+
+class WearsimError(Exception):
+    """Base of all errors with a message for the user; `exit_code` is what the command line returns."""
+
+    exit_code = 2
+
+
+class SceneError(WearsimError):
+    """A scene file, or a set of flags, with one or more faults, all told at once."""
+
+    def __init__(self, faults: Sequence[Fault]) -> None:
+        self.faults = tuple(faults)
+        super().__init__("\n".join(str(fault) for fault in self.faults))
+
+
+class ProfileError(WearsimError):
+    """A profile that cannot be read or used."""
+
+
+class ContactError(WearsimError):
+    """A contact problem without an answer: no touch, patch at the edge of a profile, unusable input."""
+
+
+class NumericalError(ContactError):
+    """An iteration that did not converge, or a step that could not be made small enough."""
+
+    exit_code = 3
+
+
+class ResultError(WearsimError):
+    """A result file or run directory that cannot be opened, continued or written."""
