@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from wearsim.contact.patch import FloatArray
@@ -33,3 +34,32 @@ class OperatingPoints:
     environment: FloatArray
     block_length: FloatArray
     label: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ControlSettings:
+    """How far a campaign goes, in which steps.
+
+    Parameters
+    ----------
+    distance : float
+        Distance to run [m].
+    depth_cap : float
+        Largest wear depth of one step, after smoothing [m].
+    stability : float
+        Limit of S = sum of depth over interpenetration in one step [-]; below 1 the explicit update is
+        monotone, from 2 on it oscillates.
+    smoothing_wavelength : float
+        Wavelength whose amplitude in the wear increment is halved; 0 = no smoothing [m].
+    integrator : str
+        Name in the registry of `campaign.step`.
+    max_step : float
+        Longest step [m].
+    """
+
+    distance: float
+    depth_cap: float
+    stability: float
+    smoothing_wavelength: float
+    integrator: str
+    max_step: float = math.inf
