@@ -1,0 +1,122 @@
+"""The Sheffield (USFD) wear law: mass lost per distance and area as a function of T-gamma/A."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wearsim.contact.patch import FloatArray, SurfaceFields
+from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.wear.law import Form
+
+REGIMES = ("mild", "severe", "catastrophic")
+
+_PASCAL_PER_N_MM2 = 1e6
+_KG_M3_PER_UG_M_MM2 = 1e-3
+
+
+def regime(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
+    """Return which regime a wear index falls into, as a mask for each.
+
+    Parameters
+    ----------
+    index : (...) array
+        Wear index, frictional work per area and distance rolled [N/mm2].
+    coefficients : CoefficientSet
+        With `severe_limit` (first index of the severe regime) and `catastrophic_limit` (its last).
+
+    Returns
+    -------
+    (3, ...) bool array
+        In the order of `REGIMES`; exactly one is true.
+    """
+    severe = index >= coefficients["severe_limit"]
+    catastrophic = index > coefficients["catastrophic_limit"]
+    return np.stack([~severe, severe & ~catastrophic, catastrophic])
+
+
+def wear_rate(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
+    r"""Mass lost per distance rolled and contact area, by regime.
+
+    Parameters
+    ----------
+    index : (...) array
+        Wear index :math:`I_w = T\gamma/A` [N/mm2]; below 0 it wears nothing.
+    coefficients : CoefficientSet
+        Slopes, level and limits as printed.
+
+    Returns
+    -------
+    (3, ...) array
+        :math:`K_w` in the regime the index falls into, zero in the others [ug/(m mm2)].
+
+    Notes
+    -----
+    Mild: 5.3 I; severe: 55.0; catastrophic: 55.0 + 61.9 (I - 77.2), continuous with the severe branch.
+    Why the printed third branch is not taken literally is told by the coefficient set of [1]_.
+
+    References
+    ----------
+    .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
+    """
+    mild, severe, catastrophic = regime(index, coefficients)
+    level = coefficients["severe_level"]
+    beyond = index - coefficients["catastrophic_limit"]
+    return np.stack(
+        [
+            np.where(mild, coefficients["mild_slope"] * np.maximum(index, 0.0), 0.0),
+            np.where(severe, level, 0.0),
+            np.where(catastrophic, level + coefficients["catastrophic_slope"] * beyond, 0.0),
+        ]
+    )
+
+
+def depth(
+    fields: SurfaceFields,
+    area: FloatArray,
+    coefficients: CoefficientSet,
+    *,
+    form: Form = "local",
+    density: float = 7850.0,
+) -> FloatArray:
+    r"""Depth removed by one passage of each patch.
+
+    Parameters
+    ----------
+    fields : SurfaceFields
+        On the cells of `m` patches; `work_density` is the local wear index [Pa].
+    area : (m,) array
+        Of the patches; acts in the form "patch_mean" only [m2].
+    coefficients : CoefficientSet
+        Slopes, level and limits as printed.
+    form : {"local", "patch_mean"}
+        Whether the wear index is taken cell by cell or as its mean over the patch.
+    density : float
+        Of the worn body [kg/m3].
+
+    Returns
+    -------
+    (3, m, ny) array
+        Depth along the surface normal in each strip, by the regimes of `REGIMES` [m].
+
+    Notes
+    -----
+    Local: :math:`\Delta z(y) = \frac{1}{\rho} \int K_w(I_w)\,dx`. Patch mean: one index
+    :math:`\bar I = \int e\,dy / A` gives the volume :math:`K_w(\bar I) A / \rho` per unit width of rolling
+    distance, spread over the strips as their frictional work e(y). Where :math:`K_w` is linear (mild
+    regime) both are the same; the tests of [1]_ know only the mean.
+
+    References
+    ----------
+    .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
+    """
+    if form == "local":
+        index = fields.work_density / _PASCAL_PER_N_MM2
+        removed: FloatArray = wear_rate(index, coefficients).sum(axis=2) * fields.cell_length
+        return removed * (_KG_M3_PER_UG_M_MM2 / density)
+    strip_work = np.maximum(fields.strip_work, 0.0)
+    total = strip_work.sum(axis=1) * fields.strip_width
+    works = total > 0.0
+    mean_index = np.where(works, total / np.where(works, area, 1.0), 0.0) / _PASCAL_PER_N_MM2
+    share = strip_work / np.where(works, total, 1.0)[:, None]
+    removed_area = wear_rate(mean_index, coefficients) * area * (_KG_M3_PER_UG_M_MM2 / density)
+    return removed_area[:, :, None] * share
