@@ -1,0 +1,248 @@
+"""The run directory: exclusive lock, copy of the scene, status; what may be written where."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import filelock
+
+from wearsim.campaign.record import write_atomically
+from wearsim.errors import ResultError
+
+SCENE_FOLDER = "scene"
+MANIFEST = "manifest.json"
+STATUS = "status.json"
+_OURS = ("rig.nc", "field.nc", "translation.nc", "report.html", STATUS, SCENE_FOLDER)
+
+
+@dataclass(frozen=True)
+class SceneFiles:
+    """The files that make up a scene, as they were read.
+
+    Parameters
+    ----------
+    main : str
+        Name of the scene file itself.
+    files : mapping of str to bytes
+        Content by relative name, `main` among them.
+    """
+
+    main: str
+    files: Mapping[str, bytes]
+
+    @property
+    def hashes(self) -> dict[str, str]:
+        """SHA-256 by name."""
+        return {name: hashlib.sha256(self.files[name]).hexdigest() for name in sorted(self.files)}
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What a run directory says about itself.
+
+    Parameters
+    ----------
+    main : str
+        Name of the scene file in the scene folder.
+    hashes : mapping of str to str
+        SHA-256 of each copied file.
+    command : str
+        Command line that started it.
+    """
+
+    main: str
+    hashes: Mapping[str, str]
+    command: str
+
+
+@contextmanager
+def locked(out: Path) -> Iterator[None]:
+    """Hold the exclusive lock of a run directory; the directory is made if need be.
+
+    Parameters
+    ----------
+    out : Path
+        Run directory.
+
+    Raises
+    ------
+    ResultError
+        If it cannot be made or written, or another run works in it.
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ResultError(
+            f"{out} cannot be made a run directory: {error.strerror}; choose another --out"
+        ) from error
+    lock = filelock.FileLock(out / ".lock", timeout=0)
+    try:
+        lock.acquire()
+    except filelock.Timeout:
+        raise ResultError(
+            f"another wearsim run works in {out}; wait for it (see `wearsim status {out}`) "
+            f"or choose another --out"
+        ) from None
+    except OSError as error:
+        raise ResultError(f"{out} cannot be written: {error.strerror}; choose another --out") from error
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def refuse_foreign(out: Path) -> None:
+    """Raise if `out` holds files of our names that no campaign of ours can have left.
+
+    Parameters
+    ----------
+    out : Path
+        Intended run directory; need not exist.
+    """
+    try:
+        if (out / SCENE_FOLDER / MANIFEST).is_file() or not out.is_dir():
+            return
+        found = [name for name in _OURS if (out / name).exists()]
+    except OSError as error:
+        raise ResultError(f"{out} cannot be read: {error.strerror}; choose another --out") from error
+    if found:
+        raise ResultError(
+            f"{out} already holds {', '.join(found)} but no {SCENE_FOLDER}/{MANIFEST}: not a run "
+            f"directory of wearsim; nothing was touched, choose another --out"
+        )
+
+
+def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
+    """Make `out` the run directory of this scene, or find that it already is.
+
+    Parameters
+    ----------
+    out : Path
+        Run directory, locked.
+    scene : SceneFiles
+        The scene to run.
+    command : str
+        Command line, for the history of the results.
+
+    Returns
+    -------
+    Manifest
+        The one written first: of this start, or of an earlier one of the same scene.
+
+    Raises
+    ------
+    ResultError
+        If the directory belongs to another campaign; nothing is touched then.
+    """
+    refuse_foreign(out)
+    folder = out / SCENE_FOLDER
+    if (folder / MANIFEST).is_file():
+        manifest = read_manifest(out)
+        differing = [
+            name
+            for name in sorted({*manifest.hashes, *scene.hashes})
+            if manifest.hashes.get(name) != scene.hashes.get(name)
+        ]
+        if differing or manifest.main != scene.main:
+            what = ", ".join(differing) or scene.main
+            raise ResultError(
+                f"{out} belongs to another campaign: {what} differs from its copy in {folder}; "
+                f"nothing was touched, choose another --out or continue that campaign with `wearsim resume {out}`"
+            )
+        return manifest
+    manifest = Manifest(scene.main, scene.hashes, command)
+    temporary = out / f".{SCENE_FOLDER}.tmp"
+    try:
+        if temporary.exists():  # a start that was killed here
+            shutil.rmtree(temporary)
+        for name, content in scene.files.items():
+            path = temporary / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+        text = json.dumps({"main": manifest.main, "hashes": manifest.hashes, "command": command}, indent=2)
+        write_atomically(temporary / MANIFEST, text.encode())
+        os.replace(temporary, folder)
+    except OSError as error:
+        raise ResultError(f"{folder} cannot be written: {error.strerror}; choose another --out") from error
+    return manifest
+
+
+def read_manifest(out: Path) -> Manifest:
+    """Read what a run directory says about itself, and check its copy of the scene.
+
+    Parameters
+    ----------
+    out : Path
+        Run directory.
+
+    Raises
+    ------
+    ResultError
+        If it is none, or the copied scene was changed.
+    """
+    folder = out / SCENE_FOLDER
+    try:
+        content = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        manifest = Manifest(str(content["main"]), dict(content["hashes"]), str(content["command"]))
+        names = [manifest.main, *manifest.hashes]
+        found = {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
+    except FileNotFoundError as error:
+        raise ResultError(
+            f"{out} is not a run directory ({error.filename} is missing); "
+            f"start one with `wearsim run SCENE --out {out}`"
+        ) from error
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ResultError(
+            f"{folder / MANIFEST} cannot be read ({error}); start again with `wearsim run` and another --out"
+        ) from error
+    changed = [name for name, digest in manifest.hashes.items() if found[name] != digest]
+    if changed:
+        raise ResultError(
+            f"{folder}: {', '.join(changed)} changed since the campaign started; undo the change, "
+            f"or start the changed scene with `wearsim run` and another --out"
+        )
+    return manifest
+
+
+def write_status(out: Path, name: str, status: Mapping[str, Any]) -> None:
+    """Write how far a campaign is into `status.json`, atomically.
+
+    Parameters
+    ----------
+    out : Path
+        Run directory.
+    name : str
+        Campaign in it.
+    status : mapping
+        JSON values; wall times are allowed here and nowhere else.
+    """
+    content = read_status(out)
+    campaigns = dict(content.get("campaigns", {}))
+    campaigns[name] = dict(status)
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    text = json.dumps({"updated": now, "campaigns": campaigns}, indent=2, allow_nan=False)
+    write_atomically(out / STATUS, text.encode())
+
+
+def read_status(out: Path) -> dict[str, Any]:
+    """Read `status.json`; empty where there is none yet.
+
+    Parameters
+    ----------
+    out : Path
+        Run directory.
+    """
+    try:
+        content = json.loads((out / STATUS).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}

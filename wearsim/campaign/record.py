@@ -1,0 +1,208 @@
+"""Records of single wear steps: the safe copy a campaign is continued from.
+
+The result file is appended in place and can be damaged when the process dies in the middle; a record is
+written beside it first, under another name, brought to the disk and renamed.  A record is therefore whole
+or absent; its digest guards against what a file system may still do to it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+import shutil
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from wearsim.campaign.state import State
+from wearsim.errors import ResultError
+from wearsim.results import ROW
+
+_CAMPAIGN = "campaign"
+_DIGEST = "digest"
+_SOURCE = "source"
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """Write a file so that `path` always is the whole old or the whole new content.
+
+    Parameters
+    ----------
+    path : Path
+        File to write.
+    content : bytes
+        New content.
+
+    Raises
+    ------
+    ResultError
+        If the disk is full or the directory cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.tmp")
+    try:
+        with open(temporary, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    except OSError as error:
+        raise ResultError(
+            f"{path} cannot be written: {error.strerror}; finished steps are safe, make room or "
+            f"give write access and run the same command again"
+        ) from error
+
+
+@dataclass(frozen=True)
+class Records:
+    """The records of one campaign.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they are.
+    campaign : str
+        Digest of the campaign they must belong to.
+    """
+
+    folder: Path
+    campaign: str
+
+    def path(self, index: int) -> Path:
+        """Return the file of step `index`."""
+        return self.folder / f"{index:08d}.npz"
+
+    def write(self, index: int, row: Mapping[str, np.ndarray], source: str) -> None:
+        """Write the record of step `index`.
+
+        Parameters
+        ----------
+        index : int
+            Step.
+        row : mapping of arrays
+            Row of the result file; it holds the full state.
+        source : str
+            Program versions that computed it.
+        """
+        arrays = {name: np.ascontiguousarray(row[name]) for name in ROW}
+        buffer = io.BytesIO()
+        digest = self._digest(index, arrays, source)
+        np.savez(buffer, allow_pickle=False, **self._labels(digest, source), **arrays)
+        try:
+            self.folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise ResultError(
+                f"{self.folder} cannot be made: {error.strerror}; choose another --out"
+            ) from error
+        write_atomically(self.path(index), buffer.getvalue())
+
+    def read(self, index: int) -> tuple[dict[str, np.ndarray], str] | None:
+        """Read the record of step `index`, None if it is missing, torn or of another campaign.
+
+        Parameters
+        ----------
+        index : int
+            Step.
+
+        Returns
+        -------
+        tuple of dict and str
+            Row of the result file, and the program versions that computed it.
+        """
+        try:
+            with np.load(self.path(index), allow_pickle=False) as file:
+                arrays = {name: file[name] for name in ROW}
+                digest, source = str(file[_DIGEST]), str(file[_SOURCE])
+        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+            return None
+        return (arrays, source) if digest == self._digest(index, arrays, source) else None
+
+    def row(self, index: int) -> dict[str, np.ndarray]:
+        """Read the row of a step that is known to be there.
+
+        Parameters
+        ----------
+        index : int
+            Step.
+        """
+        found = self.read(index)
+        if found is None:
+            raise ResultError(
+                f"{self.path(index)} was changed while the campaign ran; run the same command again"
+            )
+        return found[0]
+
+    def refuse_other_campaign(self) -> None:
+        """Raise if the first record is sound but of another campaign."""
+        try:
+            with np.load(self.path(0), allow_pickle=False) as file:
+                campaign = str(file[_CAMPAIGN])
+        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+            return
+        if campaign != self.campaign:
+            raise ResultError(
+                f"{self.folder} holds the steps of another campaign; nothing was touched, choose another --out"
+            )
+
+    def count(self) -> int:
+        """Return how many records, from step 0 on without gap, are sound."""
+        count = 0
+        while self.read(count) is not None:
+            count += 1
+        return count
+
+    def sources(self, count: int) -> str:
+        """Name the program versions behind the first `count` records, in order of first use.
+
+        Parameters
+        ----------
+        count : int
+            Number of records.
+        """
+        seen: dict[str, int] = {}
+        for index in range(count):
+            found = self.read(index)
+            if found is not None:
+                seen.setdefault(found[1], index)
+        first, *later = seen.items() or [("", 0)]
+        return "; ".join([first[0], *(f"from step {index} on {source}" for source, index in later)])
+
+    def remove(self) -> None:
+        """Delete all records of the campaign."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def _labels(self, digest: str, source: str) -> dict[str, np.ndarray]:
+        return {_CAMPAIGN: np.array(self.campaign), _DIGEST: np.array(digest), _SOURCE: np.array(source)}
+
+    def _digest(self, index: int, arrays: Mapping[str, np.ndarray], source: str) -> str:
+        digest = hashlib.sha256(f"{self.campaign} {index} {source}".encode())
+        for name in ROW:
+            value = arrays[name]
+            digest.update(f"{name} {value.dtype.str} {value.shape}".encode())
+            digest.update(np.ascontiguousarray(value).tobytes())
+        return digest.hexdigest()
+
+
+def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
+    """Return the state that a row holds, bit by bit.
+
+    Parameters
+    ----------
+    row : mapping of arrays
+        Row of the result file.
+    index : int
+        Its step.
+    """
+    return State(
+        step=index,
+        distance=float(row["distance"]),
+        y=row["profile_y"],
+        z=row["profile_z"],
+        wear_depth=row["wear_depth"],
+        regime_depth=row["wear_depth_by_regime"],
+        worn_area=row["worn_area"],
+        worn_mass=row["worn_mass"],
+    )

@@ -1,0 +1,289 @@
+"""The one table of quantities: name, symbol, SI unit, shown unit, sign convention, meaning.
+
+Result files take their units and long names from here, figures their labels and factors, and
+``wearsim contact --json`` its field names.  A quantity that is not in this table has no name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One quantity of the field.
+
+    Parameters
+    ----------
+    name : str
+        As in result files, in JSON and as the Python name.
+    symbol : str
+        As in the literature, Unicode.
+    unit : str
+        SI unit in UDUNITS form, "1" for ratios, "" for names and flags.
+    shown_unit : str
+        Unit people read.
+    shown_factor : float
+        Shown value = stored value * factor.
+    meaning : str
+        One short phrase; the `long_name` of result files.
+    sign : str
+        Sign convention or further remark, where there is one; the `comment` of result files.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    shown_unit: str
+    shown_factor: float
+    meaning: str
+    sign: str = ""
+
+    @property
+    def label(self) -> str:
+        """Axis label: meaning, symbol and shown unit."""
+        unit = f" [{self.shown_unit}]" if self.shown_unit not in ("", "1") else ""
+        return f"{self.meaning} {self.symbol}{unit}" if self.symbol else f"{self.meaning}{unit}"
+
+
+# unit -> shown unit and factor where nothing better is said in the row
+_SHOWN = {
+    "": ("", 1.0),
+    "1": ("1", 1.0),
+    "m": ("mm", 1e3),
+    "m2": ("mm²", 1e6),
+    "m-1": ("1/m", 1.0),
+    "rad": ("mrad", 1e3),
+    "rad s-1": ("rad/s", 1.0),
+    "N": ("kN", 1e-3),
+    "N m": ("N m", 1.0),
+    "Pa": ("MPa", 1e-6),
+    "W": ("W", 1.0),
+    "kg": ("kg", 1.0),
+    "J m-3": ("kJ/m³", 1e-3),
+    "m s-1": ("km/h", 3.6),
+}
+
+_KM = ("km", 1e-3)
+_MICRON = ("µm", 1e6)
+_PER_MILLE = ("10⁻³", 1e3)
+_INDEX = ("N/mm²", 1e-6)
+
+_LATERAL = "positive to the field side, 0 at the origin line of the wheel profile"
+_TRACK_SIGN = "wheel surface minus counterface, in the contact frame, x rolling direction, y right, z down"
+_ON_WHEEL = "acting on the wheel, in the contact frame, x rolling direction, y right, z down"
+_LEFT = "; a left wheel keeps the signs of the track axes"
+
+# name, symbol, unit, meaning, sign convention, (shown unit, factor) where it differs from the usual one
+_Row = tuple[str, str, str, str, str, tuple[str, float] | None]
+
+_CAMPAIGN: tuple[_Row, ...] = (
+    ("distance", "s", "m", "distance run", "", _KM),
+    ("step_length", "Δs", "m", "distance of the step that led to this state", "0 in the initial state", _KM),
+    (
+        "stability_number",
+        "S",
+        "1",
+        "largest depth over interpenetration in the step that led to this state",
+        "sum over the operating points; 0 in the initial state and for models without interpenetration",
+        None,
+    ),
+    (
+        "active_weight",
+        "w",
+        "1",
+        "share of the operating point in the step that led to this state",
+        "0 in the initial state and for monitoring points",
+        None,
+    ),
+    ("wheel_name", "", "", "wheel", "", None),
+    ("regime_name", "", "", "wear regime", "", None),
+    ("arc_length", "u", "m", "arc length along the new right wheel profile", "from the flange back", None),
+    ("profile_y", "y", "m", "lateral position of the wheel profile", _LATERAL, None),
+    (
+        "profile_z",
+        "z",
+        "m",
+        "height of the wheel profile",
+        "positive radially outward, 0 at the new tape circle",
+        None,
+    ),
+    (
+        "wear_depth",
+        "d",
+        "m",
+        "wear depth along the surface normal",
+        "at material points, since the start",
+        None,
+    ),
+    (
+        "wear_depth_by_regime",
+        "d",
+        "m",
+        "wear depth along the surface normal by wear regime",
+        "at material points, since the start",
+        None,
+    ),
+    (
+        "friction_work",
+        "e",
+        "J m-3",
+        "frictional work per area and distance run",
+        "of the whole collective, with both wheels rolling on the state of this row",
+        None,
+    ),
+    ("flange_height", "Sh", "m", "flange height", "", None),
+    ("flange_thickness", "Sd", "m", "flange thickness", "", None),
+    ("flange_gradient", "qR", "m", "flange gradient", "", None),
+    ("hollowing", "h", "m", "tread hollowing", "", None),
+    ("worn_area", "A", "m2", "area of the profile cross-section worn off", "since the start", None),
+    ("worn_mass", "m", "kg", "mass worn off the wheel", "since the start, whole circumference", None),
+    ("max_wear_depth", "d", "m", "largest wear depth of the wheel", "since the start", None),
+    (
+        "equivalent_conicity",
+        "λ",
+        "1",
+        "equivalent conicity at 3 mm amplitude",
+        "missing where it is undefined (no rolling radius difference that centres the wheelset)",
+        None,
+    ),
+    ("n_patch", "n", "1", "number of contact patches of the operating point", "both wheels", None),
+    ("counterface_y", "y", "m", "lateral position of the rail or roller profile", _LATERAL, None),
+    ("counterface_z", "z", "m", "height of the rail or roller profile", "positive down, 0 at the top", None),
+)
+
+_OPERATION: tuple[_Row, ...] = (
+    ("op_label", "", "", "operating point", "", None),
+    ("op_shift", "y", "m", "lateral shift of the wheelset", "positive to the right", None),
+    ("op_yaw", "ψ", "rad", "yaw of the wheelset", "turns x (rolling direction) towards y (right)", None),
+    ("op_roll", "φ", "rad", "roll of the wheelset", "turns y (right) towards z (down)", None),
+    ("op_wheel_load", "Q", "N", "vertical load of each wheel", "", None),
+    ("op_speed", "V", "m s-1", "peripheral speed of the counterface at its profile top", "", None),
+    ("op_friction", "μ", "1", "friction coefficient", "", None),
+    ("op_track_curvature", "1/R", "m-1", "track curvature", "positive to the right", None),
+    (
+        "op_environment",
+        "f",
+        "1",
+        "environment factor on the wear depth",
+        "1 = coefficients as measured in the dry laboratory",
+        None,
+    ),
+    (
+        "op_weight",
+        "w",
+        "1",
+        "share of the operating point in the full collective",
+        "0 = monitoring point",
+        None,
+    ),
+    (
+        "op_block_length",
+        "L",
+        "m",
+        "length of the block in the loop of the programme",
+        "0 = stationary collective or monitoring point",
+        _KM,
+    ),
+)
+
+_PATCH: tuple[_Row, ...] = (
+    ("patch_side", "", "", "wheel of the patch", "", None),
+    ("wheel_y", "y", "m", "lateral position of the patch on the wheel profile", _LATERAL, None),
+    ("rail_y", "y", "m", "lateral position of the patch on the rail or roller profile", _LATERAL, None),
+    (
+        "contact_x",
+        "x",
+        "m",
+        "longitudinal position of the patch",
+        "from the axle, positive in rolling direction",
+        None,
+    ),
+    ("contact_angle", "δ", "rad", "contact angle", "about x, z down" + _LEFT, None),
+    ("area", "A", "m2", "area of the contact patch", "", None),
+    ("max_pressure", "p₀", "Pa", "largest contact pressure", "", None),
+    ("patch_length", "2a", "m", "length of the contact patch in rolling direction", "", None),
+    ("patch_width", "2b", "m", "width of the contact patch", "", None),
+    ("approach", "δ₀", "m", "approach of the bodies", "", _MICRON),
+    ("normal_force", "N", "N", "normal force of the patch", "", None),
+    ("creepage_x", "ξx", "1", "longitudinal creepage", _TRACK_SIGN, _PER_MILLE),
+    ("creepage_y", "ξy", "1", "lateral creepage", _TRACK_SIGN + _LEFT, _PER_MILLE),
+    ("spin", "φ", "m-1", "spin creepage", _TRACK_SIGN + _LEFT, None),
+    ("force_x", "Fx", "N", "longitudinal creep force", _ON_WHEEL, None),
+    ("force_y", "Fy", "N", "lateral creep force", _ON_WHEEL + _LEFT, None),
+    ("spin_moment", "Mz", "N m", "spin moment about the centre of the patch", _ON_WHEEL + _LEFT, None),
+    ("slip_area", "As", "m2", "area of the patch that slips", "", None),
+    ("power", "P", "W", "frictional power of the patch", "never negative", None),
+    (
+        "power_balance",
+        "P'/P",
+        "1",
+        "power of the unscaled local fields over the resultant power",
+        "a diagnostic; local fields are stored after scaling",
+        None,
+    ),
+    ("wear_index_mean", "Tγ/A", "Pa", "frictional work per distance and area, mean of the patch", "", _INDEX),
+    (
+        "wear_index_max",
+        "Tγ/A",
+        "Pa",
+        "frictional work per distance and area, largest in the patch",
+        "",
+        _INDEX,
+    ),
+    (
+        "wear_regime",
+        "",
+        "",
+        "wear regime that contributes most depth in the patch",
+        "-1 where nothing wears",
+        None,
+    ),
+)
+
+# names that only `wearsim contact` uses: flags, JSON, tables
+_CONTACT: tuple[_Row, ...] = (
+    ("shift", "y", "m", "lateral shift of the wheelset", "positive to the right", None),
+    ("yaw", "ψ", "rad", "yaw of the wheelset", "turns x (rolling direction) towards y (right)", None),
+    ("roll", "φ", "rad", "roll of the wheelset", "turns y (right) towards z (down)", None),
+    ("wheel_load", "Q", "N", "vertical load of each wheel", "", None),
+    ("speed", "V", "m s-1", "peripheral speed of the counterface at its profile top", "", None),
+    ("friction", "μ", "1", "friction coefficient", "", None),
+    (
+        "counterface_curvature",
+        "κ",
+        "m-1",
+        "curvature of the counterface in rolling direction, 1/s0",
+        "0 = rail",
+        None,
+    ),
+    ("track_curvature", "1/R", "m-1", "track curvature", "positive to the right", None),
+    ("rotation_speed", "Ω", "rad s-1", "rotation speed of the wheelset", "negative in forward rolling", None),
+    ("side", "", "", "wheel of the patch", "right or left", None),
+    (
+        "x",
+        "x",
+        "m",
+        "longitudinal position of the patch",
+        "from the axle, positive in rolling direction",
+        None,
+    ),
+    ("length", "2a", "m", "length of the contact patch in rolling direction", "", None),
+    ("width", "2b", "m", "width of the contact patch", "", None),
+    ("normal", "", "", "normal contact model", "", None),
+    ("tangential", "", "", "tangential contact model", "", None),
+)
+
+
+def _quantity(row: _Row) -> Quantity:
+    name, symbol, unit, meaning, sign, shown = row
+    shown_unit, factor = shown if shown is not None else _SHOWN[unit]
+    return Quantity(name, symbol, unit, shown_unit, factor, meaning, sign)
+
+
+NOMENCLATURE: Mapping[str, Quantity] = MappingProxyType(
+    {row[0]: _quantity(row) for row in (*_CAMPAIGN, *_OPERATION, *_PATCH, *_CONTACT)}
+)
+"""All quantities by name."""
