@@ -1,0 +1,1 @@
+"""Cross-sections of wheels, rails and rollers: standard shapes, files, gauge values."""

@@ -1,0 +1,194 @@
+"""Whether a list of points can be a wheel or rail profile in our axes and units."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from wearsim.errors import Fault, ProfileError
+from wearsim.profile.shape import FloatArray, Profile, arc_length
+
+Kind = Literal["wheel", "rail"]
+
+MIN_POINTS = 20
+# Plausible widths of a measured cross-section [m]; half a rail head is enough for a contact.
+WIDTH_RANGE: dict[str, tuple[float, float]] = {"wheel": (0.080, 0.200), "rail": (0.030, 0.200)}
+# Other units people's files come in, with their factor to the one stated.
+_SCALES = (
+    (1e3, "1000 times as large"),
+    (1e-3, "1000 times as small"),
+    (25.4, "25.4 times as large (inches)"),
+)
+_TIP_RANGE = (-0.080, -0.030)  # lateral position of flange tips, from the tape circle [m]
+_TAPE_LIMIT = 0.015  # |z| at the tape circle of a worn wheel measured from the new one [m]
+
+
+def points_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
+    """All faults of the points of a profile.
+
+    Parameters
+    ----------
+    kind : {"wheel", "rail"}
+        What they should be.
+    y, z : (n,) array
+        Points [m].
+
+    Returns
+    -------
+    list of (str, int or None)
+        Message and index of the point (None: the profile as a whole); empty if there is none. Later
+        checks need the earlier ones passed: number and finiteness, size, order, orientation and origin.
+    """
+    if y.ndim != 1 or y.shape != z.shape:
+        return [(f"y and z must be two lists of equal length, not of shapes {y.shape} and {z.shape}", None)]
+    faults: list[tuple[str, int | None]] = []
+    if len(y) < MIN_POINTS:
+        faults.append((f"{len(y)} points are too few for a profile; give at least {MIN_POINTS}", None))
+    for j in np.flatnonzero(~(np.isfinite(y) & np.isfinite(z))):
+        faults.append((f"point {j + 1} is not finite; delete or repeat the measurement of it", int(j)))
+    if not faults:
+        faults = _unit_faults(kind, y, z)
+    if not faults:
+        faults = _order_faults(y, z)
+    if not faults:
+        faults = _wheel_faults(y, z) if kind == "wheel" else _rail_faults(y, z)
+    return faults
+
+
+def check_profile(profile: Profile) -> None:
+    """Refuse a profile that cannot be used.
+
+    Parameters
+    ----------
+    profile : Profile
+        From wherever.
+
+    Raises
+    ------
+    ProfileError
+        One line per fault, with the number of the point where there is one.
+    """
+    faults = points_faults(profile.kind, np.asarray(profile.y), np.asarray(profile.z))
+    if faults:
+        raise ProfileError("\n".join(str(Fault(f"{profile.name}: {message}")) for message, _ in faults))
+
+
+def _unit_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
+    """Mixed units within the list, single wild points, then the size of the whole."""
+    step = np.hypot(np.diff(y), np.diff(z))
+    usual = float(np.median(step))
+    mixed = _mixed_units(y, z, step, usual)
+    if mixed is not None:
+        return [mixed]
+    across = np.hypot(y[2:] - y[:-2], z[2:] - z[:-2])
+    both = np.minimum(step[1:], step[:-1])
+    wild = np.flatnonzero((both > np.maximum(10.0 * usual, 2e-3)) & (across < 0.5 * both)) + 1
+    if len(wild):
+        return [
+            (
+                f"point {j + 1} lies {both[j - 1] * 1e3:.3g} mm off both neighbours; correct or delete it",
+                int(j),
+            )
+            for j in wild
+        ]
+    width = float(np.ptp(y))
+    low, high = WIDTH_RANGE[kind]
+    if low <= width <= high:
+        return []
+    message = (
+        f"the {kind} profile is {width * 1e3:.4g} mm wide, which is not within "
+        f"{low * 1e3:g} .. {high * 1e3:g} mm"
+    )
+    for factor, words in _SCALES:
+        if low <= width * factor <= high:
+            return [(f"{message}; it would fit if the numbers were {words}: state the right units", None)]
+    return [(f"{message}; check units and columns", None)]
+
+
+def _mixed_units(y: FloatArray, z: FloatArray, step: FloatArray, usual: float) -> tuple[str, int] | None:
+    """First jump that a factor of 1000 on one of its ends would close."""
+    size = np.hypot(y, z)
+    for j in np.flatnonzero(step > max(10.0 * usual, 1e-9)):
+        small, large = (j, j + 1) if size[j] < size[j + 1] else (j + 1, j)
+        gap = float(np.hypot(1e3 * y[small] - y[large], 1e3 * z[small] - z[large]))
+        if size[large] > 100.0 * size[small] and gap < 0.3 * step[j]:
+            return (
+                f"points {j + 1} and {j + 2} fit together only if one of them is taken 1000 times as large: "
+                "mixed units; give all points in one unit",
+                int(j + 1),
+            )
+    return None
+
+
+def _order_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
+    """Repeated points, and points that do not follow each other along the profile."""
+    order = np.lexsort((z, y))
+    same = (np.diff(y[order]) == 0.0) & (np.diff(z[order]) == 0.0)
+    if np.any(same):
+        pairs = sorted(tuple(sorted((int(order[k]), int(order[k + 1])))) for k in np.flatnonzero(same))
+        return [(f"point {b + 1} repeats point {a + 1}; delete one of them", b) for a, b in pairs]
+    length, around = float(arc_length(y, z)[-1]), 2.0 * float(np.ptp(y) + np.ptp(z))
+    if length > around:
+        return [
+            (
+                f"the points make a path of {length * 1e3:.4g} mm, more than the {around * 1e3:.4g} mm "
+                "around the profile: list them in their order along the profile, once",
+                None,
+            )
+        ]
+    return []
+
+
+def _wheel_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
+    """Orientation and origin of a wheel profile."""
+    tread = float(np.median(z))
+    highest, lowest = int(np.argmax(z)), int(np.argmin(z))
+    edge = max(2, len(y) // 50)
+    if tread - z[lowest] > z[highest] - tread and edge <= lowest < len(y) - edge:
+        return [("the flange points to negative z: change the sign of z (positive radially outward)", lowest)]
+    tip, half_way = float(y[highest]), 0.5 * float(y.min() + y.max())
+    if tip > half_way:
+        return [
+            (
+                f"the flange is at the end of larger y (tip at y = {tip * 1e3:.4g} mm); mirror the file: "
+                "change the sign of y",
+                highest,
+            )
+        ]
+    if not _TIP_RANGE[0] <= tip <= _TIP_RANGE[1]:
+        hint = "; it would fit with y counted from the tape circle: subtract 70 mm from y"
+        fits = _TIP_RANGE[0] <= tip - 0.070 <= _TIP_RANGE[1]
+        return [
+            (
+                f"the flange tip is at y = {tip * 1e3:.4g} mm, which is not within "
+                f"{_TIP_RANGE[0] * 1e3:g} .. {_TIP_RANGE[1] * 1e3:g} mm{hint if fits else ': y counts from the tape circle'}",
+                highest,
+            )
+        ]
+    if y.max() < 0.020:
+        return [
+            (
+                f"the profile ends at y = {y.max() * 1e3:.4g} mm; the tread is needed up to 20 mm at least",
+                None,
+            )
+        ]
+    tape = float(z[int(np.argmin(np.abs(y)))])
+    if abs(tape) > _TAPE_LIMIT:
+        return [
+            (
+                f"z = {tape * 1e3:.4g} mm at the tape circle (y = 0), which is not within "
+                f"+-{_TAPE_LIMIT * 1e3:g} mm: z counts from the tape circle of the new wheel",
+                None,
+            )
+        ]
+    return []
+
+
+def _rail_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
+    """Orientation of a rail head; its origin is set by the gauge later."""
+    middle = 0.5 * (float(y.min()) + float(y.max()))
+    crown = float(np.median(z[np.abs(y - middle) < 0.2 * np.ptp(y)]))
+    if not crown < 0.5 * (float(z[0]) + float(z[-1])):
+        return [("the head's top has larger z than its ends: change the sign of z (positive down)", None)]
+    return []

@@ -1,0 +1,338 @@
+"""Gauge values of wheel profiles, and what a pair of wheels does on a pair of rails."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from wearsim.errors import ProfileError
+from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
+
+_GRID = 0.05e-3  # lateral step of the contact search and of the shifts [m]
+_CENTRE_RANGE = 4e-3  # how far the centre of the wheelset's motion is looked for off the track centre [m]
+_PHASES = 400  # midpoints of the integral over half a wavelength
+
+
+def _tread_side(y: FloatArray, z: FloatArray) -> int:
+    """Vertex of the flange tip, checked to lie before the tape circle."""
+    tip = int(np.argmax(z))
+    if not (y[tip] < 0.0 < y[-1]):
+        raise ProfileError(
+            f"the wheel profile has its largest z at y = {y[tip] * 1e3:.4g} mm; a flange at negative y and a "
+            "tread beyond the tape circle (y = 0) are needed"
+        )
+    return tip
+
+
+def _tape_level(y: FloatArray, z: FloatArray) -> float:
+    """Height of the profile at the tape circle y = 0 [m]."""
+    tip = _tread_side(y, z)
+    before = tip + int(np.flatnonzero(y[tip:] <= 0.0)[-1])
+    return crossing(z, y, before, 0.0)
+
+
+def flange_height(y: FloatArray, z: FloatArray) -> float:
+    """Flange height Sh: from the tape circle to the flange tip.
+
+    Parameters
+    ----------
+    y, z : (n,) array
+        Wheel profile [m].
+
+    Returns
+    -------
+    float
+        Sh [m]; 28 mm for a new S1002.
+    """
+    tip = _tread_side(y, z)
+    return extremum(y, z, tip)[1] - _tape_level(y, z)
+
+
+def _flank_at_level(y: FloatArray, z: FloatArray, level: float) -> float:
+    """Lateral position where the active flank has the height `level` above the tape circle [m]."""
+    tip = _tread_side(y, z)
+    height = z - _tape_level(y, z)
+    above = np.flatnonzero((height[tip:] >= level) & (y[tip:] < 0.0))
+    if level <= 0.0 or len(above) == 0:
+        raise ProfileError(
+            f"the flange does not reach {level * 1e3:g} mm above the tape circle, where the thickness is taken"
+        )
+    return crossing(y, height, tip + int(above[-1]), level)
+
+
+def flange_thickness(
+    y: FloatArray, z: FloatArray, *, level: float = 10e-3, flange_back: float = 70e-3
+) -> float:
+    """Flange thickness Sd at a height above the tape circle, from the nominal flange back.
+
+    Parameters
+    ----------
+    y, z : (n,) array
+        Wheel profile [m].
+    level : float
+        Height above the tape circle [m].
+    flange_back : float
+        Distance of the tape circle from the flange back [m].
+
+    Returns
+    -------
+    float
+        Sd [m]; 32.5 mm for a new S1002.
+    """
+    return flange_back + _flank_at_level(y, z, level)
+
+
+def flange_gradient(y: FloatArray, z: FloatArray, *, level: float = 10e-3, below_tip: float = 2e-3) -> float:
+    """Flange gradient qR: lateral distance of two points of the active flank.
+
+    Parameters
+    ----------
+    y, z : (n,) array
+        Wheel profile [m].
+    level : float
+        Height of the lower point above the tape circle [m].
+    below_tip : float
+        Depth of the upper point below the flange tip [m].
+
+    Returns
+    -------
+    float
+        qR [m]; 10.794 mm for a new S1002, falling as the flank gets steeper.
+    """
+    tip = _tread_side(y, z)
+    upper = extremum(y, z, tip)[1] - below_tip
+    under = np.flatnonzero(z[tip:] < upper)
+    if below_tip <= 0.0 or len(under) == 0:
+        raise ProfileError(
+            f"the flange has no point {below_tip * 1e3:g} mm below its tip, where qR is measured"
+        )
+    return _flank_at_level(y, z, level) - crossing(y, z, tip + int(under[0]) - 1, upper)
+
+
+def hollowing(y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float = 60e-3) -> float:
+    """Hollow wear: the largest rise of the radius towards the field side of the tread.
+
+    Parameters
+    ----------
+    y, z : (n,) array
+        Wheel profile [m].
+    start, end : float
+        Range of the tread [m].
+
+    Returns
+    -------
+    float
+        Maximum of z(y2) - z(y1) over y1 < y2 within the tread; 0 for a new S1002 [m].
+    """
+    tread = z[(y >= start) & (y <= end)]
+    if len(tread) == 0:
+        raise ProfileError(f"the wheel profile has no tread within {start * 1e3:g} .. {end * 1e3:g} mm")
+    return float(np.max(tread - np.minimum.accumulate(tread)))
+
+
+def _facing(profile: Profile) -> tuple[FloatArray, FloatArray]:
+    """Part of a profile that the other body can touch from above or below, as z over rising y.
+
+    From the extreme point (flange tip, rail top) outwards; what lies behind an overhang is left out,
+    and so is the back of the flange.
+    """
+    y, z = profile.y, profile.z
+    top = int(np.argmax(z)) if profile.kind == "wheel" else int(np.argmin(z))
+    out_y, out_z = _beyond(y[top:], z[top:])
+    if profile.kind == "wheel":
+        return out_y, out_z
+    in_y, in_z = _beyond(-y[top::-1], z[top::-1])
+    return np.concatenate((-in_y[:0:-1], out_y)), np.concatenate((in_z[:0:-1], out_z))
+
+
+def _beyond(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points further out than all before them."""
+    reach = np.maximum.accumulate(y)
+    keep = np.concatenate(([True], y[1:] > reach[:-1] + 1e-9))
+    return y[keep], z[keep]
+
+
+def _touching_heights(wheel: Profile, rail: Profile, shift: FloatArray) -> FloatArray:
+    """Wheel z at the smallest gap to a right rail for each lateral shift (n,) [m].
+
+    NaN where the smallest gap is at the end of a profile: there the bodies would touch outside of what
+    is given. Shifts that differ by whole grid steps share one evaluation of the wheel.
+    """
+    from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
+
+    rail_y, rail_z = _facing(rail)
+    wheel_y, wheel_z = _facing(wheel)
+    grid = np.arange(rail_y[0], rail_y[-1], _GRID)
+    rail_height = CubicSpline(rail_y, rail_z)(grid)
+    wheel_height = CubicSpline(wheel_y, wheel_z)
+    steps = np.floor(shift / _GRID + 1e-6)
+    rest = np.round(shift - steps * _GRID, 12)
+    result = np.full(len(shift), np.nan)
+    for fraction in np.unique(rest):
+        rows = np.flatnonzero(rest == fraction)
+        k = steps[rows].astype(np.int64)
+        table_y = grid[0] - fraction + _GRID * np.arange(-k.max(), len(grid) - k.min())
+        inside = (table_y >= wheel_y[0]) & (table_y <= wheel_y[-1])
+        table = np.full(len(table_y), -np.inf)
+        table[inside] = wheel_height(table_y[inside])
+        gap = rail_height - sliding_window_view(table, len(grid))[k.max() - k]
+        least = np.argmin(gap, axis=1)
+        safe = np.clip(least, 1, len(grid) - 2)
+        each = np.arange(len(rows))
+        left, middle, right = gap[each, safe - 1], gap[each, safe], gap[each, safe + 1]
+        good = (safe == least) & np.isfinite(left) & np.isfinite(middle) & np.isfinite(right)
+        bend = left[good] - 2.0 * middle[good] + right[good]
+        offset = np.zeros_like(bend)
+        np.divide(0.5 * (left[good] - right[good]), bend, out=offset, where=bend > 0.0)
+        at = grid[least[good]] - shift[rows[good]] + _GRID * np.clip(offset, -1.0, 1.0)
+        result[rows[good]] = wheel_height(at)
+    return result
+
+
+def _same_shape(first: Profile, second: Profile) -> bool:
+    return np.array_equal(first.y, second.y) and np.array_equal(first.z, second.z)
+
+
+def _radius_difference(right: Profile, left: Profile, rail: Profile, shift: FloatArray) -> FloatArray:
+    """Right minus left rolling radius, NaN where a contact leaves the profiles [m]."""
+    if _same_shape(right, left):
+        both = _touching_heights(right, rail, np.concatenate((shift, -shift)))
+        return both[: len(shift)] - both[len(shift) :]
+    return _touching_heights(right, rail, shift) - _touching_heights(left, rail, -shift)
+
+
+def rolling_radius_difference(
+    wheel_right: Profile, wheel_left: Profile, rail: Profile, shift: FloatArray
+) -> FloatArray:
+    """Difference of the rolling radii of both wheels over the lateral shift of the wheelset.
+
+    Parameters
+    ----------
+    wheel_right, wheel_left : Profile
+        Both in the axes of a right wheel; equal radius at z = 0.
+    rail : Profile
+        Placed in the track (its half_span is that of the wheelset), both sides alike.
+    shift : (n,) array
+        Lateral shift, positive to the right [m].
+
+    Returns
+    -------
+    (n,) array
+        Rolling radius of the right minus that of the left wheel [m].
+
+    Raises
+    ------
+    ProfileError
+        A wheel would touch beyond the end of its own or the rail's profile.
+
+    Notes
+    -----
+    Rigid bodies, one contact per wheel at the smallest vertical gap, roll of the wheelset neglected, as
+    EN 15302 prescribes. The gap is searched in steps of 0.05 mm and refined by a parabola.
+    """
+    shift = np.atleast_1d(np.asarray(shift, dtype=np.float64))
+    difference = _radius_difference(wheel_right, wheel_left, rail, shift)
+    lost = np.flatnonzero(np.isnan(difference))
+    if len(lost):
+        raise ProfileError(
+            f"{wheel_right.name} on {rail.name}: at a shift of {shift[lost[0]] * 1e3:.4g} mm the contact lies "
+            "beyond the end of a profile; give longer profiles or smaller shifts"
+        )
+    return difference
+
+
+def equivalent_conicity(
+    wheel_right: Profile, wheel_left: Profile, rail: Profile, *, amplitude: float = 3e-3
+) -> float | None:
+    r"""Equivalent conicity after EN 15302 by integration of the wavelength.
+
+    Parameters
+    ----------
+    wheel_right, wheel_left : Profile
+        Both in the axes of a right wheel; equal radius at z = 0.
+    rail : Profile
+        Placed in the track (its half_span is that of the wheelset), both sides alike.
+    amplitude : float
+        Half of the lateral way between the turning points [m].
+
+    Returns
+    -------
+    float or None
+        :math:`\tan\gamma_e` [-]; None where it is undefined: the rolling radius difference does not
+        lead the wheelset to and fro over this amplitude (as on cylindrical or deeply hollow treads).
+
+    Raises
+    ------
+    ProfileError
+        The contact leaves the profiles within the amplitude.
+
+    Notes
+    -----
+    With :math:`S(u)` the integral of the radius difference, the turning points have equal S, and the
+    yaw angle is :math:`\psi = \sqrt{(S_\mathrm{max} - S(u)) / (e r_0)}`. The wavelength
+    :math:`L = 2 \int du/\psi` is integrated with :math:`u = c + A \sin\theta`, which leaves no
+    singularity, and :math:`\tan\gamma_e = 4 \pi^2 e r_0 / L^2` does not depend on the half distance e
+    of the tape circles nor on the radius :math:`r_0`. The radius difference is linear between shifts of
+    0.05 mm. The centre c is searched within 4 mm of the track centre.
+    """
+    if not 0.2e-3 <= amplitude <= 15e-3:
+        raise ProfileError(f"amplitude = {amplitude * 1e3:g} mm must be in 0.2 .. 15 mm")
+    reach = math.ceil((amplitude + _CENTRE_RANGE) / _GRID)
+    shift = _GRID * np.arange(-reach, reach + 1)
+    difference = _radius_difference(wheel_right, wheel_left, rail, shift)
+    lost = np.isnan(difference)
+    first = int(np.max(np.flatnonzero(lost[:reach]), initial=-1)) + 1
+    last = reach + int(np.min(np.flatnonzero(lost[reach:]), initial=reach + 1)) - 1
+    if last <= reach or shift[last] - shift[first] < 2.0 * amplitude:
+        raise ProfileError(
+            f"{wheel_right.name} on {rail.name}: no contact within the profiles over an amplitude of "
+            f"{amplitude * 1e3:g} mm; check gauge, flange back distance and the ends of the profiles"
+        )
+    shift, difference = shift[first : last + 1], difference[first : last + 1]
+    potential = np.concatenate(([0.0], np.cumsum(0.5 * _GRID * (difference[1:] + difference[:-1]))))
+
+    def at(u: FloatArray) -> FloatArray:
+        """Integrate the piecewise linear difference exactly up to u."""
+        k = np.clip(((u - shift[0]) / _GRID).astype(np.int64), 0, len(shift) - 2)
+        t = u - shift[k]
+        part: FloatArray = potential[k] + t * (
+            difference[k] + 0.5 * t / _GRID * (difference[k + 1] - difference[k])
+        )
+        return part
+
+    centre = _centre(at, float(shift[0]) + amplitude, float(shift[-1]) - amplitude, amplitude)
+    if centre is None:
+        return None
+    theta = (np.arange(_PHASES) + 0.5) * math.pi / _PHASES - 0.5 * math.pi
+    highest = 0.5 * float(np.sum(at(np.array([centre - amplitude, centre + amplitude]))))
+    depth = highest - at(centre + amplitude * np.sin(theta))
+    if np.any(depth <= 1e-15 * amplitude):  # rounding of the sums: a radius difference of 1e-15 m
+        return None
+    length = 2.0 * math.pi / _PHASES * amplitude * float(np.sum(np.cos(theta) / np.sqrt(depth)))
+    # L = length * sqrt(e r0), so that e r0 drops out
+    return 4.0 * math.pi**2 / length**2
+
+
+def _centre(
+    at: Callable[[FloatArray], FloatArray], low: float, high: float, amplitude: float
+) -> float | None:
+    """Centre of the motion nearest to the track centre, whose turning points have equal potential."""
+
+    def excess(c: FloatArray) -> FloatArray:
+        return at(c + amplitude) - at(c - amplitude)
+
+    grid = np.linspace(low, high, max(3, round((high - low) / _GRID) | 1))
+    value = excess(grid)
+    rising = np.flatnonzero((value[:-1] <= 0.0) & (value[1:] > 0.0))
+    if len(rising) == 0:
+        return None
+    k = rising[np.argmin(np.abs(grid[rising] + grid[rising + 1]))]
+    a, b = float(grid[k]), float(grid[k + 1])
+    for _ in range(12):  # each pass cuts the bracket into 16 parts: down to 1e-19 m
+        inner = np.linspace(a, b, 17)
+        above = int(np.argmax(excess(inner)[1:] > 0.0)) + 1
+        a, b = float(inner[above - 1]), float(inner[above])
+    return 0.5 * (a + b)

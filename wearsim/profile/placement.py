@@ -1,0 +1,109 @@
+"""A rail head in the track: inclination, highest point and gauge."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wearsim.errors import ProfileError
+from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
+
+# Gauge is taken between the innermost points of both heads down to here (EN 13848-1) [m].
+GAUGE_DEPTH = 14e-3
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Tilt about the rail's origin followed by a shift.
+
+    Parameters
+    ----------
+    tilt : float
+        Angle by which the top leans towards the track centre [rad].
+    shift_y, shift_z : float
+        Added after the tilt [m].
+    """
+
+    tilt: float
+    shift_y: float
+    shift_z: float
+
+    def apply(self, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Tilt and shift points y, z [m] of a right rail."""
+        c, s = math.cos(self.tilt), math.sin(self.tilt)
+        return y * c + z * s + self.shift_y, -y * s + z * c + self.shift_z
+
+
+def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, half_span: float) -> Placement:
+    """Placement of a right rail head in the track.
+
+    Parameters
+    ----------
+    y, z : (n,) array
+        Rail head from the gauge side to the field side, z down [m].
+    inclination : float
+        Tangent of the tilt towards the track centre, such as 1/40; 0 leaves the head as it is [-].
+    gauge : float
+        Distance of the gauge points of both rails [m].
+    half_span : float
+        From the track centre to the origin of the wheel profile [m].
+
+    Returns
+    -------
+    Placement
+        Brings the highest point to z = 0 and the gauge point to y = gauge/2 - half_span.
+
+    Notes
+    -----
+    The gauge point is the innermost point of the inclined head in the band 0..14 mm below its highest
+    point, convention of EN 13848-1.
+    """
+    if not 0.0 <= inclination <= 0.1:
+        raise ProfileError(f"rail inclination = {inclination:g} must be in 0 .. 0.1 (1:40 is 0.025)")
+    if not 0.5 <= gauge <= 2.0:
+        raise ProfileError(f"gauge = {gauge * 1e3:g} mm must be in 500 .. 2000 mm")
+    if not 0.25 <= half_span <= 1.1:
+        raise ProfileError(
+            f"half distance of the tape circles = {half_span * 1e3:g} mm must be in 250 .. 1100 mm"
+        )
+    tilt = math.atan(inclination)
+    y_tilted, z_tilted = Placement(tilt, 0.0, 0.0).apply(y, z)
+    top = int(np.argmin(z_tilted))
+    _, z_top = extremum(y_tilted, z_tilted, top)
+    gauge_y = _innermost(y_tilted[: top + 1], z_tilted[: top + 1] - z_top)
+    return Placement(tilt, 0.5 * gauge - half_span - gauge_y, -z_top)
+
+
+def _innermost(y: FloatArray, z: FloatArray) -> float:
+    """Smallest y in the gauge band of the part from the gauge side to the top (z = 0 there)."""
+    below = np.flatnonzero(z >= GAUGE_DEPTH)
+    if len(below) == 0:
+        raise ProfileError(
+            f"the gauge side of the rail head reaches {z.max() * 1e3:.2f} mm below its highest point; the "
+            f"gauge is measured down to {GAUGE_DEPTH * 1e3:g} mm: measure further down"
+        )
+    last = int(below[-1])
+    return min(crossing(y, z, last, GAUGE_DEPTH), float(y[last + 1 :].min()))
+
+
+def place_rail(profile: Profile, inclination: float, gauge: float, half_span: float) -> Profile:
+    """Incline a rail head and place it in the track.
+
+    Parameters
+    ----------
+    profile : Profile
+        Rail head, wherever its origin is.
+    inclination : float
+        Further tilt towards the track centre; 0 if the points are inclined already [-].
+    gauge, half_span : float
+        As in `placement` [m].
+
+    Returns
+    -------
+    Profile
+        z = 0 at the highest point, gauge point at y = gauge/2 - half_span.
+    """
+    y, z = placement(profile.y, profile.z, inclination, gauge, half_span).apply(profile.y, profile.z)
+    return replace(profile, y=y, z=z)
