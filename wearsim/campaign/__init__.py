@@ -1,0 +1,1 @@
+"""Wear campaigns: states, rates, steps, and runs that can be resumed."""

@@ -1,0 +1,174 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wearsim.campaign import rate as rate_module
+from wearsim.campaign.rate import accumulate, rate, select, solve_contact
+from wearsim.contact.solve import ContactModels, Counterface
+from wearsim.damage.wear import WearSettings, passage_depth
+from wearsim.profile.shape import vertex_lengths
+
+WEAR = WearSettings()
+
+
+def swapped(solution):
+    """The same patches on the other wheels."""
+    return replace(solution, side=1 - solution.side)
+
+
+def per_wheel(solution, amount, wheel):
+    return amount[..., solution.side == wheel].sum(axis=-1)
+
+
+def test_strips_and_vertices_remove_the_same_volume(solution, points, state, wheelset):
+    """Conservation of the transfer from the strips to the vertices, 1e-12, by wheel and regime."""
+    result = accumulate(solution, points, points.weight, state, wheelset, WEAR)
+    depth = passage_depth(solution.fields, solution.area, WEAR)
+    share = points.weight[solution.point] * points.environment[solution.point]
+    strips = (depth * solution.fields.strip_width[:, None]).sum(axis=2) * share
+    ring = 2 * np.pi * (wheelset.radius + state.z)
+    for wheel in (0, 1):
+        length = vertex_lengths(state.y[wheel], state.z[wheel])
+        vertices = (result.regime_depth[wheel] * length * ring[wheel]).sum(axis=1)
+        np.testing.assert_allclose(vertices, per_wheel(solution, strips, wheel), rtol=1e-12)
+    np.testing.assert_allclose(result.depth, result.regime_depth.sum(axis=1), rtol=1e-15)
+    assert (result.regime_depth.max(axis=(0, 2)) > 0.0).all()  # all three regimes occur in this case
+
+
+def test_friction_work_is_carried_without_the_environment(solution, points, state, wheelset):
+    """Imposed, 1e-12: environment factors reduce wear, not the work that is done."""
+    result = accumulate(solution, points, points.weight, state, wheelset, WEAR)
+    strips = (solution.fields.strip_work * solution.fields.strip_width[:, None]).sum(axis=1)
+    strips = strips * points.weight[solution.point]
+    ring = 2 * np.pi * (wheelset.radius + state.z)
+    for wheel in (0, 1):
+        length = vertex_lengths(state.y[wheel], state.z[wheel])
+        vertices = (result.friction_work[wheel] * length * ring[wheel]).sum()
+        assert vertices == pytest.approx(per_wheel(solution, strips, wheel), rel=1e-12)
+
+
+def test_depth_at_the_centre_of_a_wide_patch(made_solution, made_points, state, wheelset):
+    """Discretisation against the closed form: strips and vertices of 0.25 mm on a 14 mm patch, 0.5 %."""
+    peak = 4e6
+    solution = made_solution([0], [0], [10e-3], [7e-3], [peak], ny=56)
+    result = accumulate(solution, made_points([1.0]), np.ones(1), state, wheelset, WEAR)
+    at = int(np.argmin(np.abs(state.y[0] - 10e-3)))
+    per_passage = 5.3e-3 * (peak / 1e6) * 2 * 6e-3 / 7850.0
+    # a strip is as wide in the contact plane as on the profile only where that is level: cos of 1:20
+    expected = per_passage / (2 * np.pi * (0.46 + state.z[0, at])) * np.cos(np.arctan(0.05))
+    assert result.depth[0, at] == pytest.approx(expected, rel=5e-3)
+    outside = np.abs(state.y[0] - 10e-3) > 7.3e-3
+    assert not result.depth[0, outside].any()
+
+
+def test_wheels_changed_over_wear_changed_over(solution, points, state, wheelset):
+    """Mirror symmetry: the left wheel is described in the axes of a right one, so only the index moves."""
+    straight = accumulate(solution, points, points.weight, state, wheelset, WEAR)
+    mirrored = accumulate(swapped(solution), points, points.weight, state, wheelset, WEAR)
+    for name in ("depth", "regime_depth", "friction_work", "stability"):
+        np.testing.assert_allclose(getattr(mirrored, name), getattr(straight, name)[::-1], rtol=1e-9)
+
+
+def test_rate_is_linear_in_the_weights(solution, points, state, wheelset):
+    whole = accumulate(solution, points, points.weight, state, wheelset, WEAR)
+    parts = [accumulate(solution, points, weight, state, wheelset, WEAR) for weight in np.diag(points.weight)]
+    for name in ("depth", "regime_depth", "friction_work", "stability"):
+        total = sum(getattr(part, name) for part in parts)
+        np.testing.assert_allclose(getattr(whole, name), total, rtol=1e-12, atol=1e-25)
+
+
+def test_known_passage_depth_gives_the_same_bits(solution, points, state, wheelset):
+    depth = passage_depth(solution.fields, solution.area, WEAR)
+    again = accumulate(solution, points, points.weight, state, wheelset, WEAR, passage=depth)
+    first = accumulate(solution, points, points.weight, state, wheelset, WEAR)
+    np.testing.assert_array_equal(again.regime_depth, first.regime_depth)
+
+
+def test_stability_is_depth_over_interpenetration(made_solution, made_points, state, wheelset):
+    """With both of one shape the ratio is constant over the strips; outside, and at the rim, nothing."""
+    peak, gap = 4e6, 40e-6
+    solution = made_solution([0], [1], [0.0], [6e-3], [peak], gap=gap)
+    points = made_points([0.25], environment=[0.5])
+    result = accumulate(solution, points, points.weight, state, wheelset, WEAR)
+    local = state.y[1] / 6e-3
+    inside = np.abs(local) < 0.95
+    ring = 2 * np.pi * (0.46 + state.z[1, inside])
+    # the strip's value is taken at the vertex: half a strip of 0.3 mm beside it, error below 20 % at 0.95 b
+    half_length = 6e-3 * np.sqrt(1 - local[inside] ** 2)
+    expected = 0.125 * 5.3e-3 * (peak / 1e6) * 2 * half_length / 7850.0 / gap / ring
+    np.testing.assert_allclose(result.stability[1, inside], expected, rtol=0.2)
+    central = np.abs(local[inside]) < 0.5
+    np.testing.assert_allclose(result.stability[1, inside][central], expected[central], rtol=0.02)
+    assert not result.stability[1, np.abs(local) > 0.985].any()
+    assert not result.stability[0].any()
+
+
+def test_models_without_interpenetration_have_no_stability_number(solution, points, state, wheelset):
+    flat = replace(solution.patch, interpenetration=np.zeros_like(solution.patch.interpenetration))
+    result = accumulate(replace(solution, patch=flat), points, points.weight, state, wheelset, WEAR)
+    assert not result.stability.any()
+
+
+def test_no_friction_no_wear(made_solution, made_points, state, wheelset):
+    solution = made_solution([0, 0], [0, 1], [0.0, 0.0], [6e-3, 6e-3], [0.0, 0.0])
+    result = accumulate(solution, made_points([1.0]), np.ones(1), state, wheelset, WEAR)
+    for name in ("depth", "regime_depth", "friction_work", "stability"):
+        assert not getattr(result, name).any()
+
+
+def test_strip_within_one_vertex_cell(made_solution, made_points, state, wheelset):
+    """A patch narrower than the vertex spacing still gives all its volume to the profile."""
+    solution = made_solution([0], [0], [state.y[0, 200] + 0.02e-3], [0.04e-3], [4e6], ny=7)
+    result = accumulate(solution, made_points([1.0]), np.ones(1), state, wheelset, WEAR)
+    assert np.flatnonzero(result.depth[0]).tolist() == [200]
+
+
+def test_rate_solves_the_acting_points_with_the_worn_profiles(
+    monkeypatch, solution, points, state, wheelset, made_solution
+):
+    seen = []
+
+    def fake_solve(conditions, worn, counterface, models, *, threads):
+        seen.append((conditions, worn, threads))
+        return made_solution([0, 1], [0, 1], [0.0, 0.0], [5e-3, 5e-3], [4e6, 4e6])
+
+    monkeypatch.setattr(rate_module, "solve", fake_solve)
+    state = replace(state, z=state.z - np.array([[1e-4], [2e-4]]))
+    counterface = Counterface(profile=wheelset.right, curvature=0.0)
+    weight = np.array([0.25, 0.0, 0.75])
+    result = rate(state, points, weight, wheelset, counterface, ContactModels(), WEAR, threads=2)
+    conditions, worn, threads = seen[0]
+    np.testing.assert_array_equal(conditions.shift, points.conditions.shift[[0, 2]])
+    np.testing.assert_array_equal(worn.right.z, state.z[0])
+    np.testing.assert_array_equal(worn.left.z, state.z[1])
+    assert threads == 2
+    # point 2 acts through its weight and environment: 0.75 x 0.1 against 0.25 x 1
+    ratio = result.depth[1].max() / result.depth[0].max()
+    assert ratio == pytest.approx(0.3, rel=1e-3)  # the radii differ by 0.1 mm in 460
+    solve_contact(state, points, wheelset, counterface, ContactModels())
+    assert seen[1][0].shift.size == 3
+
+
+def test_select_keeps_rotation_speeds_with_their_points(points):
+    given = replace(points.conditions, rotation=np.array([-43.0, -44.0, -45.0]))
+    chosen = select(replace(points, conditions=given), np.array([2, 0]))
+    np.testing.assert_array_equal(chosen.conditions.rotation, [-45.0, -43.0])
+    assert chosen.label == ("point 2", "point 0")
+
+
+@pytest.mark.benchmark
+def test_transfer_of_200_patches(benchmark, made_solution, made_points, state, wheelset):
+    m = 200
+    rng = np.random.default_rng(0)
+    solution = made_solution(
+        np.arange(m) // 2,
+        np.arange(m) % 2,
+        rng.uniform(-0.02, 0.02, m),
+        np.full(m, 5e-3),
+        np.full(m, 4e6),
+        ny=50,
+    )
+    points = made_points(np.full(m // 2, 2.0 / m))
+    depth = passage_depth(solution.fields, solution.area, WEAR)
+    benchmark(accumulate, solution, points, points.weight, state, wheelset, WEAR, passage=depth)

@@ -1,0 +1,231 @@
+"""How long the next wear step may be, and which operating points act in it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from wearsim.campaign.smoothing import smooth
+from wearsim.campaign.state import State, WearRate
+from wearsim.contact.patch import FloatArray
+from wearsim.contact.solve import ContactModels
+from wearsim.errors import NumericalError
+from wearsim.operation.points import ControlSettings, OperatingPoints
+from wearsim.profile.shape import arc_length, vertex_lengths
+
+# Places along a programme are compared with this share of the loop: far above the rounding of the
+# distance run, far below any step.
+_SAME_PLACE = 1e-9
+
+DepthLimit = Callable[[WearRate, FloatArray], float]
+
+
+class StepChoice(NamedTuple):
+    """The next step.
+
+    Parameters
+    ----------
+    weight : (n,) array
+        Share of the step each operating point acts for.
+    step_length : float
+        Distance to run [m].
+    reason : str
+        What limits it: "stability", "depth cap", "max step", "block border", "whole loops" or
+        "remaining distance".
+    """
+
+    weight: FloatArray
+    step_length: float
+    reason: str
+
+
+def half_space_depth_limit(
+    rate: WearRate, weight: FloatArray, models: ContactModels, spacing: float
+) -> float:
+    r"""Largest stable depth of a step for normal models without interpenetration.
+
+    Parameters
+    ----------
+    rate : WearRate
+        With the contact solution.
+    weight : (n,) array
+        Points with a weight above 0 count.
+    models : ContactModels
+        For the elastic constants.
+    spacing : float
+        Distance of the profile vertices, the shortest half wave the profile can carry [m].
+
+    Returns
+    -------
+    float
+        :math:`(p_0/E^*)\,\Delta y` with the smallest maximum pressure of all acting patches [m]; infinite
+        for models with interpenetration, which S bounds, and where nothing acts.
+
+    Notes
+    -----
+    Spec 3.2 (a): explicit steps on a half-space start to oscillate at the grid wavelength at about 1.5
+    times this depth. :math:`E^* = E / (2 (1 - \nu^2))` for two equal bodies.
+    """
+    solution = rate.solution
+    acts = weight[solution.point] > 0.0
+    if not acts.any() or solution.patch.interpenetration[acts].any():
+        return math.inf
+    modulus = models.youngs_modulus / (2.0 * (1.0 - models.poisson_ratio**2))
+    return float(solution.max_pressure[acts].min()) / modulus * spacing
+
+
+def largest_step(
+    rate: WearRate, state: State, settings: ControlSettings, depth_limit: float = math.inf
+) -> tuple[float, str]:
+    """Longest step that stability, depth cap, the user's longest step and the distance allow.
+
+    Parameters
+    ----------
+    rate : WearRate
+        In this state, for the points that would act.
+    state : State
+        For the profiles and the distance run.
+    settings : ControlSettings
+        The limits.
+    depth_limit : float
+        A further limit of the depth per step, such as `half_space_depth_limit` [m].
+
+    Returns
+    -------
+    step_length : float
+        [m]
+    reason : str
+        The limit that acts, as in `StepChoice`.
+    """
+    steepest = float(rate.stability.max(initial=0.0))
+    deepest = 0.0
+    for wheel in (0, 1):
+        arc = arc_length(state.y[wheel], state.z[wheel])
+        length = vertex_lengths(state.y[wheel], state.z[wheel])
+        smoothed = smooth(arc, rate.regime_depth[wheel], length, settings.smoothing_wavelength)
+        deepest = max(deepest, float(smoothed.sum(axis=0).max()))
+    limits = {
+        "remaining distance": settings.distance - state.distance,
+        "max step": settings.max_step,
+        "depth cap": settings.depth_cap / deepest if deepest > 0.0 else math.inf,
+        "stability": min(
+            settings.stability / steepest if steepest > 0.0 else math.inf,
+            depth_limit / deepest if deepest > 0.0 else math.inf,
+        ),
+    }
+    reason = min(limits, key=limits.__getitem__)
+    if not 0.0 < limits[reason] < math.inf:
+        raise NumericalError(
+            f"no wear step is possible after {state.distance / 1e3:.6g} km: the limit by {reason} is "
+            f"{limits[reason]:.3g} m; check loads and the wear law's coefficients"
+        )
+    return limits[reason], reason
+
+
+def choose(
+    state: State,
+    points: OperatingPoints,
+    rate_for_weights: Callable[[FloatArray], WearRate],
+    settings: ControlSettings,
+    *,
+    depth_limit: DepthLimit | None = None,
+) -> StepChoice:
+    """Choose which points act in the next step, and how far it goes.
+
+    Parameters
+    ----------
+    state : State
+        Where the campaign stands.
+    points : OperatingPoints
+        The collective; points with a block length form a programme that is run through again and again.
+    rate_for_weights : callable
+        Gives the wear rate in this state for weights (n,).
+    settings : ControlSettings
+        Limits of the step.
+    depth_limit : callable, optional
+        Gives a further limit of the depth per step for a rate and its weights [m].
+
+    Returns
+    -------
+    StepChoice
+        Weights, length [m] and what limits it.
+
+    Notes
+    -----
+    A stationary collective acts as it is. A programme acts as the collective of its blocks when the step
+    may be one loop or longer, for a whole number of loops; otherwise only the block at the present place
+    acts and the step ends at its border at the latest. A stretch between one and two steps long is
+    halved, so that no sliver is left.
+    """
+
+    def largest(weight: FloatArray) -> tuple[float, str]:
+        rate = rate_for_weights(weight)
+        limit = math.inf if depth_limit is None else depth_limit(rate, weight)
+        return largest_step(rate, state, settings, limit)
+
+    remaining = settings.distance - state.distance
+    loop = float(points.block_length.sum())
+    if loop == 0.0:
+        allowed, reason = largest(points.weight)
+        return StepChoice(points.weight, *_without_sliver(allowed, reason, remaining, "remaining distance"))
+
+    if remaining >= loop * (1.0 - _SAME_PLACE):
+        collective = points.block_length / loop
+        allowed, reason = largest(collective)
+        loops = math.floor(allowed / loop + _SAME_PLACE)
+        if loops >= 1:
+            step = loops * loop
+            if abs(remaining - step) <= _SAME_PLACE * loop:
+                return StepChoice(collective, remaining, "remaining distance")
+            return StepChoice(collective, step, "whole loops")
+
+    block, rest = present_block(state.distance, points.block_length)
+    weight = np.zeros_like(points.weight)
+    weight[block] = 1.0
+    allowed, reason = largest(weight)
+    border = "block border"
+    if remaining <= rest * (1.0 + _SAME_PLACE):
+        rest, border = remaining, "remaining distance"
+    return StepChoice(weight, *_without_sliver(allowed, reason, rest, border))
+
+
+def finished(state: State, settings: ControlSettings) -> bool:
+    """Whether the distance has been run, but for the rounding of its sum."""
+    return settings.distance - state.distance <= 1e-12 * settings.distance
+
+
+def present_block(distance: float, block_length: FloatArray) -> tuple[int, float]:
+    """Block of a looping programme at a distance run, and how far it still goes.
+
+    Parameters
+    ----------
+    distance : float
+        Distance run since the start [m].
+    block_length : (n,) array
+        Length of each block; 0 for points outside the programme [m].
+
+    Returns
+    -------
+    index : int
+        Of the block; at a border the one that begins.
+    rest : float
+        Distance to its end [m].
+    """
+    ends = np.cumsum(block_length)
+    loop = float(ends[-1])
+    place = math.fmod(distance, loop)
+    if loop - place <= _SAME_PLACE * loop:
+        place = 0.0
+    ahead = (ends - place > _SAME_PLACE * loop) & (block_length > 0.0)
+    index = int(np.argmax(ahead))
+    return index, float(ends[index] - place)
+
+
+def _without_sliver(allowed: float, reason: str, stretch: float, border: str) -> tuple[float, str]:
+    """Cut a step at the end of a stretch; halve what is left if it takes two steps."""
+    if allowed >= stretch:
+        return stretch, border
+    return (allowed, reason) if 2.0 * allowed <= stretch else (0.5 * stretch, reason)

@@ -1,0 +1,240 @@
+"""What wears per metre in one state of the campaign: contact, wear law, profile coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from wearsim.campaign.state import State, WearRate
+from wearsim.contact.kernel import kernel
+from wearsim.contact.patch import FloatArray
+from wearsim.contact.solve import (
+    ContactConditions,
+    ContactModels,
+    ContactSolution,
+    Counterface,
+    Wheelset,
+    solve,
+)
+from wearsim.damage.wear import WearSettings, passage_depth
+from wearsim.operation.points import OperatingPoints
+from wearsim.profile.shape import arc_length, vertex_lengths
+
+# Strips at the rim of a patch have hardly any interpenetration and would demand vanishing steps, although
+# they only decide where the patch ends (spec 0.1).
+_RIM = 0.05
+
+
+def solve_contact(
+    state: State,
+    points: OperatingPoints,
+    wheelset: Wheelset,
+    counterface: Counterface,
+    models: ContactModels,
+    *,
+    threads: int = 1,
+) -> ContactSolution:
+    """Solve every operating point with the profiles of a state.
+
+    Parameters
+    ----------
+    state : State
+        Its profiles replace those of the wheelset.
+    points : OperatingPoints
+        All of them, whatever their weight.
+    wheelset : Wheelset
+        Names, radius and half span.
+    counterface, models
+        As for `contact.solve.solve`.
+    threads : int
+        They do not change the bits of the result.
+
+    Returns
+    -------
+    ContactSolution
+        Patches of both wheels at all points.
+    """
+    worn = replace(
+        wheelset,
+        right=replace(wheelset.right, y=state.y[0], z=state.z[0]),
+        left=replace(wheelset.left, y=state.y[1], z=state.z[1]),
+    )
+    return solve(points.conditions, worn, counterface, models, threads=threads)
+
+
+def accumulate(
+    solution: ContactSolution,
+    points: OperatingPoints,
+    weight: FloatArray,
+    state: State,
+    wheelset: Wheelset,
+    wear: WearSettings,
+    *,
+    passage: FloatArray | None = None,
+) -> WearRate:
+    r"""Weigh the wear of all patches and carry it to the vertices of the wheel profiles.
+
+    Parameters
+    ----------
+    solution : ContactSolution
+        Of all `n` points in this state; several weightings may share it.
+    points : OperatingPoints
+        For the environment factors.
+    weight : (n,) array
+        Share of the distance each point acts for.
+    state : State
+        The profiles the contact was solved with.
+    wheelset : Wheelset
+        For the radius at the tape circle.
+    wear : WearSettings
+        Law, coefficients, form, density.
+    passage : (n_regimes, m, ny) array, optional
+        Depth per passage of `damage.wear.passage_depth`, if it is known already [m].
+
+    Returns
+    -------
+    WearRate
+        Per metre run; points of zero weight do not enter.
+
+    Notes
+    -----
+    Depth per metre is the depth per passage over :math:`2 \pi r(y)`, :math:`r = r_0 + z` (spec 1.0). The
+    area each strip removes is shared out over the stretches of arc length the vertices stand for, in
+    proportion to the overlap: the sum over the vertices is the sum over the strips.
+    """
+    if passage is None:
+        passage = passage_depth(solution.fields, solution.area, wear)
+    strip_work = solution.fields.strip_work
+    gap = solution.patch.interpenetration
+    load_bearing = gap > _RIM * gap.max(axis=1, keepdims=True, initial=0.0)
+    active = weight[solution.point] > 0.0
+
+    n_regimes, n = passage.shape[0], state.y.shape[1]
+    depth = np.zeros((2, n_regimes, n))
+    work = np.zeros((2, n))
+    stability = np.zeros((2, n))
+    for wheel in (0, 1):
+        arc = arc_length(state.y[wheel], state.z[wheel])
+        cell_edges = np.concatenate([arc[:1], 0.5 * (arc[1:] + arc[:-1]), arc[-1:]])
+        at = np.flatnonzero(active & (solution.side == wheel))
+        point = solution.point[at]
+        share = (weight[point] * points.environment[point])[:, None]
+        # A worn flank may overhang by rounding; the mapping from y to arc length must not turn back.
+        rising_y = np.maximum.accumulate(state.y[wheel])
+        strip_edges = np.interp(solution.strip_edges_wheel_y[at], rising_y, arc)
+
+        law_depth = passage[:, at] * share
+        width = solution.fields.strip_width[at][:, None]
+        carried = np.concatenate([law_depth, (strip_work[at] * weight[point][:, None])[None]]) * width
+        area = np.zeros((n_regimes + 1, n))
+        _share_out(strip_edges, cell_edges, carried, area)
+        per_metre = 1.0 / (2.0 * np.pi * (wheelset.radius + state.z[wheel]))
+        per_vertex = area * (per_metre / vertex_lengths(state.y[wheel], state.z[wheel]))
+        depth[wheel], work[wheel] = per_vertex[:-1], per_vertex[-1]
+
+        bears = load_bearing[at]
+        ratio = np.where(bears, law_depth.sum(axis=0) / np.where(bears, gap[at], 1.0), 0.0)
+        _sample(strip_edges, arc, ratio, stability[wheel])
+        stability[wheel] *= per_metre
+    return WearRate(
+        depth=depth.sum(axis=1),
+        regime_depth=depth,
+        friction_work=work,
+        stability=stability,
+        solution=solution,
+    )
+
+
+def rate(
+    state: State,
+    points: OperatingPoints,
+    weight: FloatArray,
+    wheelset: Wheelset,
+    counterface: Counterface,
+    models: ContactModels,
+    wear: WearSettings,
+    *,
+    threads: int = 1,
+) -> WearRate:
+    """Solve the points that act and give what wears per metre.
+
+    Parameters
+    ----------
+    state : State
+        Profiles of both wheels.
+    points : OperatingPoints
+        The `n` points of the collective.
+    weight : (n,) array
+        Share of the distance each point acts for; points of zero weight are not solved.
+    wheelset, counterface, models, wear
+        What runs on what, by which models.
+    threads : int
+        They do not change the bits of the result.
+
+    Returns
+    -------
+    WearRate
+        Per metre run; its solution holds the acting points only, numbered among themselves.
+    """
+    acting = np.flatnonzero(weight > 0.0)
+    chosen = select(points, acting)
+    solution = solve_contact(state, chosen, wheelset, counterface, models, threads=threads)
+    return accumulate(solution, chosen, weight[acting], state, wheelset, wear)
+
+
+def select(points: OperatingPoints, index: np.ndarray) -> OperatingPoints:
+    """Return the operating points at `index`, in that order; weights are not rescaled."""
+    conditions = points.conditions
+    rotation = conditions.rotation
+    return OperatingPoints(
+        conditions=ContactConditions(
+            shift=conditions.shift[index],
+            yaw=conditions.yaw[index],
+            roll=conditions.roll[index],
+            wheel_load=conditions.wheel_load[index],
+            speed=conditions.speed[index],
+            friction=conditions.friction[index],
+            track_curvature=conditions.track_curvature[index],
+            rotation=rotation if isinstance(rotation, str) else rotation[index],
+            torque=conditions.torque,
+        ),
+        weight=points.weight[index],
+        environment=points.environment[index],
+        block_length=points.block_length[index],
+        label=tuple(points.label[i] for i in index),
+    )
+
+
+@kernel
+def _share_out(strip_edges: FloatArray, cell_edges: FloatArray, amount: FloatArray, out: FloatArray) -> None:
+    """Add amount (q, m, ny) of strips between strip_edges (m, ny + 1) to the cells out (q, n)."""
+    n = cell_edges.size - 1
+    for patch in range(strip_edges.shape[0]):
+        cell = np.searchsorted(cell_edges, strip_edges[patch, 0], side="right") - 1
+        cell = min(max(cell, 0), n - 1)
+        for strip in range(strip_edges.shape[1] - 1):
+            low = strip_edges[patch, strip]
+            high = strip_edges[patch, strip + 1]
+            while cell < n - 1 and cell_edges[cell + 1] <= low:
+                cell += 1
+            while True:
+                end = high if cell == n - 1 else min(high, cell_edges[cell + 1])
+                share = (end - low) / (high - strip_edges[patch, strip]) if high > low else 1.0
+                for q in range(amount.shape[0]):
+                    out[q, cell] += amount[q, patch, strip] * share
+                if end >= high:
+                    break
+                low = end
+                cell += 1
+
+
+@kernel
+def _sample(strip_edges: FloatArray, arc: FloatArray, value: FloatArray, out: FloatArray) -> None:
+    """Add the value (m, ny) of the strip each vertex lies in to out (n,)."""
+    for patch in range(strip_edges.shape[0]):
+        vertex = np.searchsorted(arc, strip_edges[patch, 0])
+        for strip in range(strip_edges.shape[1] - 1):
+            while vertex < arc.size and arc[vertex] < strip_edges[patch, strip + 1]:
+                out[vertex] += value[patch, strip]
+                vertex += 1

@@ -1,0 +1,173 @@
+"""One wear step: from the rate to the next state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from wearsim.campaign.smoothing import smooth
+from wearsim.campaign.state import State, WearRate
+from wearsim.contact.patch import FloatArray
+from wearsim.errors import NumericalError
+from wearsim.profile.shape import arc_length, offset_distance, vertex_lengths, vertex_normals
+
+RateAt = Callable[[State], WearRate]
+Predict = Callable[[FloatArray], State]
+Integrator = Callable[[State, WearRate, float, RateAt, Predict], FloatArray]
+
+
+def euler(
+    state: State,  # noqa: ARG001 -- the signature of every integrator
+    rate: WearRate,
+    step_length: float,
+    rate_at: RateAt,  # noqa: ARG001
+    predict: Predict,  # noqa: ARG001
+) -> FloatArray:
+    """Depth of one step at the rate of its beginning, first order.
+
+    Returns
+    -------
+    (2, n_regimes, n) array
+        Wear depth by regime, before smoothing [m].
+    """
+    return rate.regime_depth * step_length
+
+
+def heun(state: State, rate: WearRate, step_length: float, rate_at: RateAt, predict: Predict) -> FloatArray:
+    """Depth of one step at the mean of the rates at its beginning and its predicted end, second order.
+
+    Returns
+    -------
+    (2, n_regimes, n) array
+        Wear depth by regime, before smoothing [m].
+
+    Notes
+    -----
+    The vertices move, so the stretch each stands for changes a little: the predicted depth is scaled to
+    the present stretch and the area worn is the mean of both areas.
+    """
+    ahead = predict(rate.regime_depth * step_length)
+    predicted = rate_at(ahead).regime_depth
+    stretch = np.stack(
+        [vertex_lengths(ahead.y[w], ahead.z[w]) / vertex_lengths(state.y[w], state.z[w]) for w in (0, 1)]
+    )
+    mean: FloatArray = 0.5 * step_length * (rate.regime_depth + predicted * stretch[:, None, :])
+    return mean
+
+
+INTEGRATORS: dict[str, Integrator] = {"euler": euler, "heun": heun}
+
+
+def advance(
+    state: State,
+    rate: WearRate,
+    step_length: float,
+    *,
+    radius: float,
+    density: float,
+    smoothing_wavelength: float,
+    integrator: str,
+    rate_at: RateAt,
+) -> State:
+    """Wear both wheels over a distance.
+
+    Parameters
+    ----------
+    state : State
+        At the beginning of the step.
+    rate : WearRate
+        In that state, for the points that act.
+    step_length : float
+        Distance to run [m].
+    radius : float
+        Of the wheels at the tape circle [m].
+    density : float
+        Of the wheels [kg/m3].
+    smoothing_wavelength : float
+        Wavelength whose amplitude in the increment is halved; 0 = no smoothing [m].
+    integrator : str
+        Name in `INTEGRATORS`.
+    rate_at : callable
+        Gives the wear rate of the same points in another state.
+
+    Returns
+    -------
+    State
+        At the end of the step.
+
+    Raises
+    ------
+    NumericalError
+        When the step is too deep for the curvature of the profile.
+    """
+
+    def wear_off(depth: FloatArray) -> State:
+        return remove(state, depth, step_length, radius, density, smoothing_wavelength)
+
+    return wear_off(INTEGRATORS[integrator](state, rate, step_length, rate_at, wear_off))
+
+
+def remove(
+    state: State,
+    regime_depth: FloatArray,
+    step_length: float,
+    radius: float,
+    density: float,
+    smoothing_wavelength: float,
+) -> State:
+    r"""Take a wear increment off the profiles.
+
+    Parameters
+    ----------
+    state : State
+        Before.
+    regime_depth : (2, n_regimes, n) array
+        Depth by regime at the vertices, before smoothing [m].
+    step_length : float
+        Distance the increment belongs to [m].
+    radius, density, smoothing_wavelength : float
+        As for `advance`.
+
+    Returns
+    -------
+    State
+        After; the area between the polygons is the sum of depth times vertex length.
+
+    Notes
+    -----
+    Smoothing acts on each regime for itself, so that their depths keep adding up to the total. The mass
+    is that of rings of radius :math:`r(y) = r_0 + z` before the step:
+    :math:`\rho \sum 2 \pi r_j d_j l_j`.
+    """
+    y, z = state.y.copy(), state.z.copy()
+    depth = np.empty_like(regime_depth)
+    area, mass = state.worn_area.copy(), state.worn_mass.copy()
+    for wheel in (0, 1):
+        old_y, old_z = state.y[wheel], state.z[wheel]
+        length = vertex_lengths(old_y, old_z)
+        depth[wheel] = smooth(arc_length(old_y, old_z), regime_depth[wheel], length, smoothing_wavelength)
+        total = depth[wheel].sum(axis=0)
+        distance = offset_distance(old_y, old_z, total)
+        normal_y, normal_z = vertex_normals(old_y, old_z)
+        y[wheel] += distance * normal_y
+        z[wheel] += distance * normal_z
+        forward = np.diff(y[wheel]) * np.diff(old_y) + np.diff(z[wheel]) * np.diff(old_z)
+        if not (forward > 0.0).all():
+            raise NumericalError(
+                f"a wear step of {total.max() * 1e6:.3g} um folds the profile of the "
+                f"{('right', 'left')[wheel]} wheel at y = {old_y[int(np.argmin(forward))] * 1e3:.4g} mm; "
+                "lower max_step_depth_um or raise smoothing_wavelength_mm"
+            )
+        area[wheel] += (total * length).sum()
+        mass[wheel] += density * 2.0 * np.pi * ((radius + old_z) * total * length).sum()
+    return State(
+        step=state.step + 1,
+        distance=state.distance + step_length,
+        y=y,
+        z=z,
+        wear_depth=state.wear_depth + depth.sum(axis=1),
+        regime_depth=state.regime_depth + depth,
+        worn_area=area,
+        worn_mass=mass,
+    )
