@@ -1,0 +1,358 @@
+"""What a scene file may hold: one model per table, with unit, limits and meaning of every key."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler, PrivateAttr, Strict
+from pydantic.annotated_handlers import GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from wearsim.scene_faults import Lines, line_of, suggestion
+
+
+def _quantity(meaning: str, unit: str = "", default: Any = ..., **limits: Any) -> Any:
+    """Field of a number; its limits, unit and meaning also make the message of a fault."""
+    extra: Any = {"unit": unit} if unit else None
+    return Field(default, description=meaning, json_schema_extra=extra, **limits)
+
+
+def _text(meaning: str, default: Any = ...) -> Any:
+    return Field(default, description=meaning, min_length=1, max_length=200)
+
+
+@dataclass(frozen=True)
+class _Registered:
+    """A name that must stand in a registry, which is imported only when a name is checked."""
+
+    module: str
+    registry: str
+
+    def names(self) -> list[str]:
+        return sorted(getattr(importlib.import_module(self.module), self.registry))
+
+    def check(self, name: str) -> str:
+        if name not in self.names():
+            hint = suggestion(name, self.names())
+            raise PydanticCustomError("unknown_name", "unknown name", {"hint": hint})
+        return name
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_after_validator_function(self.check, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> Any:
+        return {**handler(schema), "enum": self.names()}
+
+
+def _inclination(text: str) -> str:
+    ratio = re.fullmatch(r"1:(\d+(?:\.\d+)?)", text)
+    if text != "none" and not (ratio and 10.0 <= float(ratio[1]) <= 100.0):
+        raise PydanticCustomError("out_of_range", "inclination", {"allowed": '"1:10" to "1:100", or "none"'})
+    return text
+
+
+def _curve_radius(radius: float) -> float:
+    if not 50.0 <= abs(radius) <= 1e5:
+        allowed = "between 50 and 100000 m, with + to the right or - to the left"
+        raise PydanticCustomError("out_of_range", "radius", {"allowed": allowed})
+    return radius
+
+
+Inclination = Annotated[str, AfterValidator(_inclination)]
+CurveRadius = Annotated[float, AfterValidator(_curve_radius)]
+Shift = Annotated[float, Field(ge=-20, le=20)]
+
+
+class Section(BaseModel):
+    """A table of the scene file: immutable, exact types, no unknown keys, no infinities."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        strict=True,
+        allow_inf_nan=False,
+        validate_by_alias=True,
+        hide_input_in_errors=True,
+    )
+    not_here: ClassVar[dict[str, str]] = {}
+
+
+class Header(Section):
+    """What the file is."""
+
+    title: str = _text("one line that names the campaign in results and reports", "")
+    schema_version: Literal[1] = Field(1, alias="schema", description="Version of the scene format")
+
+
+class RigHeader(Header):
+    """[scene] of a roller rig."""
+
+    kind: Literal["rig"] = Field(description="what the scene describes")
+
+
+class FieldHeader(Header):
+    """[scene] of service on track."""
+
+    kind: Literal["field"] = Field(description="what the scene describes")
+
+
+class CompareHeader(Header):
+    """[scene] of a comparison."""
+
+    kind: Literal["compare"] = Field(description="what the scene describes")
+
+
+class AnyHeader(Header):
+    """[scene] while the kind is not known."""
+
+    kind: Literal["rig", "field", "compare"] = Field(description="what the scene describes")
+
+
+class WheelsetSection(Section):
+    """[wheelset]: two wheels on an axle."""
+
+    profile: str = _text("the name of a shipped wheel profile, such as S1002, or a file of points")
+    profile_left: str | None = _text("the profile of the left wheel, if it differs", None)
+    radius_mm: float = _quantity("the wheel radius at the tape circle", "mm", 460.0, ge=150, le=1500)
+    flange_back_mm: float = _quantity("the distance between the flange backs", "mm", 1360.0, ge=900, le=1700)
+
+
+class RailSection(Section):
+    """[counterface] in the field: rails."""
+
+    not_here: ClassVar[dict[str, str]] = {
+        "roller_radius_mm": 'a rail has no radius; delete the key, or write kind = "rig" in [scene]'
+    }
+    profile: str = _text("the name of a shipped rail profile, such as 60E1, or a file of points")
+    inclination: Inclination = _text('the inclination of the rail, such as "1:40", or "none"')
+    gauge_mm: float = _quantity("the track gauge", "mm", 1435.0, ge=950, le=1750)
+
+
+class RollerSection(RailSection):
+    """[counterface] on a rig: rollers with a rail's profile."""
+
+    not_here: ClassVar[dict[str, str]] = {}
+    roller_radius_mm: float = _quantity("the radius of the rollers at the profile's top", "mm", ge=1, le=5000)
+
+
+class ContactSection(Section):
+    """[contact]: the models of the contact and how finely they are solved."""
+
+    normal: Annotated[str, _Registered("wearsim.contact.normal", "NORMAL_MODELS")] = Field(
+        "kik_piotrowski", description="the model of the normal contact"
+    )
+    tangential: Annotated[str, _Registered("wearsim.contact.tangential", "TANGENTIAL_MODELS")] = Field(
+        "fastsim", description="the model of the tangential contact"
+    )
+    strips: int = _quantity("the number of strips across a patch", "", 50, ge=5, le=400)
+    cells: int = _quantity("the number of cells along a strip", "", 50, ge=5, le=400)
+    youngs_GPa: float = _quantity("Young's modulus of both bodies", "GPa", 210.0, ge=1, le=1000)
+    poisson: float = _quantity("Poisson's ratio of both bodies", "", 0.3, ge=0, le=0.49)
+    rotation: Literal["free", "centred", "nominal"] = Field(
+        "free", description="the rule that gives the wheels' rotation speed"
+    )
+    torque_Nm: float = _quantity("the torque on the axle, driving forward", "N m", 0.0, ge=-50000, le=50000)
+    virtual_penetration_factor: float = _quantity(
+        "the share of the approach that is virtual penetration", "", 0.55, gt=0, le=1
+    )
+
+
+class WearSection(Section):
+    """[wear]: the law that turns frictional work into depth."""
+
+    law: Annotated[str, _Registered("wearsim.damage.wear", "WEAR_LAWS")] = Field(
+        "usfd", description="the wear law"
+    )
+    coefficients: Annotated[str, _Registered("wearsim.damage.coefficients", "COEFFICIENT_SETS")] = Field(
+        "lewis_dwyer_joyce_2004", description="the set of wear coefficients, named after its paper"
+    )
+    form: Literal["local", "patch_mean"] = Field(
+        "local", description="whether the law acts in each strip or on the mean of the patch"
+    )
+    density_kg_m3: float = _quantity("the density of the wheel", "kg/m3", 7850.0, ge=500, le=25000)
+
+
+class Running(Section):
+    """How the wheelset runs, alike in blocks and classes."""
+
+    name: str = _text("a name for tables and figures")
+    yaw_mrad: float = _quantity("the yaw of the wheelset", "mrad", 0.0, ge=-100, le=100)
+    roll_mrad: float = _quantity("the roll of the wheelset", "mrad", 0.0, ge=-100, le=100)
+    load_kN: float = _quantity("the vertical load of one wheel", "kN", gt=0, le=250)
+    speed_km_h: float = _quantity("the speed", "km/h", gt=0, le=400)
+    friction: float = _quantity("Coulomb's coefficient of friction", "", ge=0, le=1)
+    environment: float = _quantity(
+        "the factor on the wear depth, 1 for dry laboratory coefficients", "", 1.0, gt=0, le=10
+    )
+
+
+class BlockSection(Running):
+    """[[operation.block]]: one block of the rig programme."""
+
+    shift_mm: float = _quantity("the lateral shift, + to the right", "mm", ge=-20, le=20)
+    distance_km: float = _quantity("the distance run in this block of the loop", "km", gt=0, le=1e7)
+
+
+class ClassSection(Running):
+    """[[operation.class]]: one class of track in the field."""
+
+    curve_radius_m: CurveRadius | None = _quantity(
+        "the curve radius, + to the right; none in tangent track", "m", None
+    )
+    shift_mean_mm: float = _quantity("the mean lateral shift, + to the right", "mm", ge=-20, le=20)
+    shift_std_mm: float = _quantity("the standard deviation of the lateral shift", "mm", ge=0, le=10)
+    positions: int = _quantity(
+        "the number of lateral positions within 3 standard deviations", "", 15, ge=10, le=200
+    )
+    share: float = _quantity("the share of the distance", "", gt=0, le=1)
+
+
+class MonitorSection(Section):
+    """[operation.monitor]: points solved and stored for comparison, which wear nothing."""
+
+    shifts_mm: Annotated[tuple[Shift, ...], Strict(False)] = Field(
+        min_length=1,
+        max_length=200,
+        description="the lateral shifts to watch",
+        json_schema_extra={"unit": "mm"},
+    )
+    yaw_mrad: float = _quantity("the yaw of the wheelset", "mrad", 0.0, ge=-100, le=100)
+    load_kN: float = _quantity("the vertical load of one wheel", "kN", gt=0, le=250)
+    speed_km_h: float = _quantity("the speed", "km/h", gt=0, le=400)
+    friction: float = _quantity("Coulomb's coefficient of friction", "", ge=0, le=1)
+
+
+class RigOperation(Section):
+    """[operation] of a rig: a programme of blocks, looped until the distance is run."""
+
+    not_here: ClassVar[dict[str, str]] = {
+        "class": 'classes belong to a field scene; write [[operation.block]], or kind = "field" in [scene]'
+    }
+    blocks: Annotated[tuple[BlockSection, ...], Strict(False)] = Field(
+        alias="block", min_length=1, max_length=1000, description="the blocks of the rig programme"
+    )
+    monitor: MonitorSection | None = None
+
+
+class FieldOperation(Section):
+    """[operation] in the field: classes of track, each with a distribution of the shift."""
+
+    not_here: ClassVar[dict[str, str]] = {
+        "block": 'blocks belong to a rig scene; write [[operation.class]], or kind = "rig" in [scene]'
+    }
+    classes: Annotated[tuple[ClassSection, ...], Strict(False)] = Field(
+        alias="class", min_length=1, max_length=1000, description="the classes of track"
+    )
+    monitor: MonitorSection | None = None
+
+
+class CampaignSection(Section):
+    """[campaign]: how far, and in which steps."""
+
+    distance_km: float = _quantity("the distance of the campaign", "km", gt=0, le=1e7)
+    max_step_depth_um: float = _quantity("the largest wear depth of one step", "um", 8.0, ge=0.1, le=200)
+    stability: float = _quantity("the limit of the stability number S", "", 0.4, gt=0, lt=2)
+    smoothing_wavelength_mm: float = _quantity(
+        "the wavelength that smoothing halves, 0 for none", "mm", 2.5, ge=0, le=50
+    )
+    integrator: Literal["heun", "euler"] = Field("heun", description="the rule that combines wear rates")
+    point_spacing_mm: float = _quantity("the spacing of the profile's points", "mm", 0.25, ge=0.05, le=2)
+    max_step_km: float | None = _quantity("the longest step", "km", None, gt=0, le=1e7)
+
+
+class ComparedSection(Section):
+    """[compare]: the two scenes that are run and compared."""
+
+    rig: str = _text("the scene file of the roller rig")
+    field: str = _text("the scene file of the service on track")
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a scene was read from.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    role : str
+        "scene" for the file the user named, "rig" or "field" for those a compare scene names.
+    content : bytes
+        As it was read.
+    lines : dict
+        Line of each key.
+    """
+
+    path: Path
+    role: str
+    content: bytes
+    lines: Lines
+
+
+class SceneModel(Section):
+    """A scene file; `origin` tells where it stands."""
+
+    _origin: Origin = PrivateAttr()
+    _inputs: object = PrivateAttr(None)  # set once the files it names were read
+
+    @property
+    def origin(self) -> Origin:
+        """Where the scene was read from."""
+        return self._origin
+
+    def line(self, *path: str | int) -> int:
+        """Line of a key in the scene file, counted from 1."""
+        return line_of(self._origin.lines, path)
+
+
+class RigScene(SceneModel):
+    """A campaign on a roller rig."""
+
+    scene: RigHeader
+    wheelset: WheelsetSection
+    counterface: RollerSection
+    contact: ContactSection = Field(default_factory=lambda: ContactSection.model_validate({}))
+    wear: WearSection = Field(default_factory=lambda: WearSection.model_validate({}))
+    operation: RigOperation
+    campaign: CampaignSection
+
+
+class FieldScene(SceneModel):
+    """A campaign on track."""
+
+    scene: FieldHeader
+    wheelset: WheelsetSection
+    counterface: RailSection
+    contact: ContactSection = Field(default_factory=lambda: ContactSection.model_validate({}))
+    wear: WearSection = Field(default_factory=lambda: WearSection.model_validate({}))
+    operation: FieldOperation
+    campaign: CampaignSection
+
+
+_ELSEWHERE = "a compare scene holds [scene] and [compare] only; move it into the two scenes it names"
+
+
+class CompareScene(SceneModel):
+    """Two campaigns, rig against field."""
+
+    not_here: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("wheelset", "counterface", "contact", "wear", "operation", "campaign"), _ELSEWHERE
+    )
+    scene: CompareHeader
+    compare: ComparedSection
+    _rig: RigScene = PrivateAttr()
+    _field: FieldScene = PrivateAttr()
+
+    @property
+    def rig(self) -> RigScene:
+        """The scene of the rig."""
+        return self._rig
+
+    @property
+    def field(self) -> FieldScene:
+        """The scene of the field."""
+        return self._field
