@@ -163,7 +163,8 @@ def read_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> tuple
                 scene,
                 ("wheelset", "profile_left"),
                 f"profile_left = {shown(wheelset.profile_left)} cannot be given as many points as the right "
-                f"wheel ({len(right.y)}); change point_spacing_mm = {scene.campaign.point_spacing_mm:g} a little",
+                f"wheel ({len(right.y)}); change point_spacing_mm = "
+                f"{scene.campaign.point_spacing_mm:g} a little",
             )
         )
         return None, faults
@@ -245,8 +246,8 @@ def _cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
         radius = scene.counterface.roller_radius_mm
         if radius < SMALLEST_ROLLER_MM:
             told = (
-                f"roller_radius_mm = {radius:g} must be at least {SMALLEST_ROLLER_MM:g} mm: a smaller roller is "
-                f"not large against the contact patch of 10 to 20 mm; give the radius of the rollers"
+                f"roller_radius_mm = {radius:g} must be at least {SMALLEST_ROLLER_MM:g} mm: a smaller roller "
+                f"is not large against the contact patch of 10 to 20 mm; give the radius of the rollers"
             )
             found.append(_fault(scene, ("counterface", "roller_radius_mm"), told))
     else:
@@ -305,8 +306,8 @@ def _fit_faults(
     if over_flanges >= gauge:
         told = (
             f"gauge_mm = {gauge:g} must be above {over_flanges:.4g} mm, the width over both flanges "
-            f"(flange_back_mm = {scene.wheelset.flange_back_mm:g} + {thickness[0]:.4g} + {thickness[1]:.4g}); "
-            f"give the gauge of the track or the flange back distance of the wheelset"
+            f"(flange_back_mm = {scene.wheelset.flange_back_mm:g} + {thickness[0]:.4g} + {thickness[1]:.4g}"
+            f"); give the gauge of the track or the flange back distance of the wheelset"
         )
         return [_fault(scene, ("counterface", "gauge_mm"), told)]
     top = float(counterface.y[np.argmin(counterface.z)])
@@ -315,9 +316,10 @@ def _fit_faults(
     ):
         tread_end = float(wheel.y[-1]) + sign * 1e-3 * shift
         if tread_end < top:
+            key = path[-1] if isinstance(path[-1], str) else path[-2]
             told = (
-                f"{path[-1] if isinstance(path[-1], str) else path[-2]}: at a shift of {shift:g} mm the tread "
-                f"ends {1e3 * (top - tread_end):.3g} mm short of the counterface's top: the wheel does not touch; "
+                f"{key}: at a shift of {shift:g} mm the tread ends {1e3 * (top - tread_end):.3g} mm short of the "
+                f"counterface's top: the wheel does not touch it; "
                 f"check gauge_mm = {gauge:g} and flange_back_mm = {scene.wheelset.flange_back_mm:g}"
             )
             return [_fault(scene, path, told)]
