@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearsim.contact import geometry, rotation
+from wearsim.contact.creepage import Kinematics, kinematics
+from wearsim.contact.geometry import Attitude, Contour, Rings
+from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
 from wearsim.contact.patch import FloatArray, IntArray, Patch, SurfaceFields
+from wearsim.contact.tangential import TANGENTIAL_MODELS
+from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
+
+CHUNK = 64  # operating points per task, whatever the number of threads: same bits for any number of them
 
 
 @dataclass(frozen=True)
@@ -71,6 +81,16 @@ class ContactModels:
     youngs_modulus: float = 210e9
     poisson_ratio: float = 0.3
     parameters: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def shear_modulus(self) -> float:
+        """G = E / (2 (1 + nu)) [Pa]."""
+        return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+    @property
+    def effective_modulus(self) -> float:
+        """E* = E / (2 (1 - nu^2)) of two equal bodies [Pa]."""
+        return self.youngs_modulus / (2.0 * (1.0 - self.poisson_ratio**2))
 
 
 @dataclass(frozen=True)
@@ -146,6 +166,9 @@ class ContactSolution:
     fields: SurfaceFields
 
 
+Result = TypeVar("Result")
+
+
 def solve(
     conditions: ContactConditions,
     wheelset: Wheelset,
@@ -153,10 +176,291 @@ def solve(
     models: ContactModels,
     *,
     sides: tuple[int, ...] = (0, 1),
+    vertical: bool = True,
     threads: int = 1,
 ) -> ContactSolution:
-    """Solve the contact of every operating point (written by the contact room)."""
-    raise RuntimeError("under construction")
+    """Solve the contact of every operating point.
+
+    Parameters
+    ----------
+    conditions : ContactConditions
+        n operating points.
+    wheelset : Wheelset
+        Both wheels; rule "free" needs both even if one side is asked for.
+    counterface : Counterface
+        Rail or roller.
+    models : ContactModels
+        Normal and tangential model, grid and material.
+    sides : tuple of int
+        Which wheels are wanted: 0 right, 1 left.
+    vertical : bool
+        Whether `wheel_load` is the vertical load of the wheel, carried by the vertical parts of the
+        normal forces of its patches, or the normal force of its single patch.
+    threads : int
+        Chunks of points are solved on so many threads; the result has the same bits for any number.
+
+    Returns
+    -------
+    ContactSolution
+        Every patch of every wheel.
+
+    Raises
+    ------
+    ContactError
+        If a wheel does not touch or its patch reaches the edge of a profile; the message names the point.
+    """
+    asked = {"sides": sides, "vertical": vertical, "threads": threads}
+    return _join(solve_each(conditions, wheelset, counterface, models, lambda part: part, **asked))
 
 
-__all__ = ["ContactConditions", "ContactModels", "ContactSolution", "Counterface", "Wheelset", "solve", "NDArray", "np"]
+def solve_each(
+    conditions: ContactConditions,
+    wheelset: Wheelset,
+    counterface: Counterface,
+    models: ContactModels,
+    each: Callable[[ContactSolution], Result],
+    *,
+    sides: tuple[int, ...] = (0, 1),
+    vertical: bool = True,
+    threads: int = 1,
+) -> list[Result]:
+    """Solve chunk by chunk and keep only what `each` makes of a chunk's solution.
+
+    The fields of a batch of points fill a hundred times the memory of the rest; whoever needs them only
+    for a sum passes that sum as `each`, which runs on the chunk's thread. Other parameters: see `solve`.
+
+    Returns
+    -------
+    list
+        What `each` returned, in the order of the points.
+    """
+    count = conditions.shift.size
+    wheels = tuple(geometry.rings(w, wheelset.radius) for w in (wheelset.right, wheelset.left))
+    ground = geometry.contour(counterface.profile)
+    starts = range(0, count, CHUNK)
+
+    def task(start: int) -> Result:
+        chunk = _part(conditions, slice(start, min(start + CHUNK, count)))
+        return each(
+            _solve_chunk(chunk, start, wheels, ground, wheelset, counterface, models, sides, vertical)
+        )
+
+    if threads > 1 and len(starts) > 1:
+        with ThreadPoolExecutor(threads) as pool:
+            return list(pool.map(task, starts))
+    return [task(start) for start in starts]
+
+
+def _part(conditions: ContactConditions, part: slice) -> ContactConditions:
+    changed = {
+        f.name: getattr(conditions, f.name)[part]
+        for f in fields(conditions)
+        if isinstance(getattr(conditions, f.name), np.ndarray)
+    }
+    return replace(conditions, **changed)
+
+
+def _join(parts: list[ContactSolution], *, sort: bool = False) -> ContactSolution:
+    """Put solutions behind one another, or in the order of point, side and falling normal force."""
+    if len(parts) == 1:
+        return parts[0]
+    ends = np.cumsum([part.point.size for part in parts])
+    place = np.arange(ends[-1])
+    if sort:
+        keys = [
+            np.concatenate([getattr(p, name) for p in parts]) for name in ("normal_force", "side", "point")
+        ]
+        place[np.lexsort((-keys[0], *keys[1:]))] = np.arange(ends[-1])
+    places = np.split(place, ends[:-1])
+
+    def joined(items: list[Any]) -> Any:
+        first = items[0]
+        if not isinstance(first, np.ndarray):
+            return type(first)(**{f.name: joined([getattr(i, f.name) for i in items]) for f in fields(first)})
+        whole = np.empty((ends[-1], *first.shape[1:]), first.dtype)
+        for item, where in zip(items, places, strict=True):
+            whole[where] = item
+        return whole
+
+    solution: ContactSolution = joined(parts)
+    return solution
+
+
+@dataclass(frozen=True)
+class _Side:
+    """One wheel's normal contact and kinematics in the axes of a right wheel."""
+
+    normal: NormalSolution
+    kinematics: Kinematics
+    friction: FloatArray
+    speed: FloatArray
+    wheel_y: FloatArray
+    edges_wheel_y: FloatArray
+
+
+def _solve_side(
+    side: int,
+    chunk: ContactConditions,
+    start: int,
+    wheel: Rings,
+    ground: Contour,
+    wheelset: Wheelset,
+    counterface: Counterface,
+    models: ContactModels,
+    vertical: bool,
+) -> _Side:
+    """Geometrical, normal and kinematical problem of one side; a left wheel is mirrored to the right."""
+    sign = -1.0 if side else 1.0
+    attitude = Attitude(sign * chunk.shift, sign * chunk.yaw, sign * chunk.roll)
+    span = {
+        "half_span": wheelset.half_span,
+        "nominal_radius": wheelset.radius,
+        "curvature": counterface.curvature,
+    }
+    gap = geometry.gap(wheel, ground, attitude, **span)
+    try:
+        normal = NORMAL_MODELS[models.normal](
+            gap,
+            chunk.wheel_load,
+            vertical=vertical,
+            effective_modulus=models.effective_modulus,
+            strips=models.strips,
+            parameters=dict(models.parameters),
+        )
+    except ContactError as error:
+        row = getattr(error, "row", 0)
+        name = "left" if side else "right"
+        place = f"point {start + row}, {name} wheel, shift {chunk.shift[row] * 1e3:g} mm, yaw {chunk.yaw[row] * 1e3:g} mrad"
+        raise type(error)(f"{place}: {error}; check shift, gauge and profiles") from None
+    row = normal.patch.row
+    grid = ground.y
+
+    def at(table: FloatArray, y: FloatArray) -> FloatArray:
+        place = (y - grid[0]) / (grid[1] - grid[0])
+        index = np.clip(place.astype(np.int64), 0, grid.size - 2)
+        share = place - index
+        line = row if y.ndim == 1 else row[:, None]
+        value: FloatArray = table[line, index] + share * (table[line, index + 1] - table[line, index])
+        return value
+
+    centre = normal.centre_y
+    wheel_y = at(gap.wheel_y, centre)
+    motion = kinematics(
+        wheel_y=wheel_y,
+        wheel_radius=at(gap.wheel_radius, centre),
+        sin_theta=at(gap.sin_theta, centre),
+        counterface_z=np.interp(centre, grid, ground.z),
+        contact_angle=normal.contact_angle,
+        shift=attitude.shift[row],
+        yaw=attitude.yaw[row],
+        roll=attitude.roll[row],
+        speed=chunk.speed[row],
+        track_curvature=sign * chunk.track_curvature[row],
+        **span,
+    )
+    return _Side(
+        normal, motion, chunk.friction[row], chunk.speed[row], wheel_y, at(gap.wheel_y, normal.edge_y)
+    )
+
+
+def _solve_chunk(
+    chunk: ContactConditions,
+    start: int,
+    wheels: tuple[Rings, ...],
+    ground: Contour,
+    wheelset: Wheelset,
+    counterface: Counterface,
+    models: ContactModels,
+    sides: tuple[int, ...],
+    vertical: bool,
+) -> ContactSolution:
+    """All four problems for one chunk."""
+    needed = (0, 1) if isinstance(chunk.rotation, str) and chunk.rotation == "free" else sides
+    shared = (ground, wheelset, counterface, models, vertical)
+    solved = {side: _solve_side(side, chunk, start, wheels[side], *shared) for side in needed}
+
+    def tangential(side: _Side, speed: FloatArray, cells: bool) -> Any:
+        return TANGENTIAL_MODELS[models.tangential](
+            side.normal.patch,
+            side.kinematics.creepage(speed[side.normal.patch.row]),
+            side.friction,
+            shear_modulus=models.shear_modulus,
+            poisson_ratio=models.poisson_ratio,
+            cells=models.cells,
+            fields=cells,
+        )
+
+    def torque(speed: FloatArray) -> FloatArray:
+        """Torque of the creep forces about the axle, by virtual work: V F . d(creepage)/d(speed)."""
+        total = np.zeros_like(speed)
+        for side in solved.values():
+            force = tangential(side, speed, False).force
+            work = (force * side.kinematics.per_speed).sum(axis=1) * side.speed
+            np.add.at(total, side.normal.patch.row, work)
+        return total
+
+    nominal = -chunk.speed / wheelset.radius
+    if not isinstance(chunk.rotation, str):
+        speed = np.asarray(chunk.rotation, dtype=float)
+    elif chunk.rotation == "nominal":
+        speed = nominal
+    elif chunk.rotation == "centred":
+        still = np.zeros_like(chunk.shift)
+        central = replace(chunk, shift=still, yaw=still, roll=still, track_curvature=still)
+        middle = _solve_side(sides[0], central, start, wheels[sides[0]], *shared)
+        speed = rotation.without_creepage(middle.kinematics, middle.normal.patch.row, chunk.shift.size)
+    else:
+        speed = rotation.balanced(
+            torque, nominal, chunk.torque, chunk.friction * chunk.wheel_load * wheelset.radius
+        )
+    parts = [
+        _finish(side, solved[side], tangential(solved[side], speed, True), speed, start) for side in sides
+    ]
+    return _join(parts, sort=True)
+
+
+def _finish(side: int, solved: _Side, contact: Any, speed: FloatArray, start: int) -> ContactSolution:
+    """Resultants, power and fields of one side, mirrored back for a left wheel."""
+    normal, sign = solved.normal, -1.0 if side else 1.0
+    patch = normal.patch
+    creepage = solved.kinematics.creepage(speed[patch.row])
+    power = np.maximum(-(contact.force * creepage).sum(axis=1) * solved.speed, 0.0)
+    pressure, shear_x, shear_y, slip_x, slip_y = contact.cells
+    strip = patch.x_lead - patch.x_trail
+    cell_length = strip / contact.cells.shape[2]
+    local = -(shear_x * slip_x + shear_y * slip_y)
+    cell_area = cell_length * patch.width[:, None]
+    local_power = (local.sum(axis=1) * cell_area).sum(axis=1) * solved.speed
+    slides = local_power > 0.0
+    scale = np.where(slides, power / np.where(slides, local_power, 1.0), 0.0)
+    local *= scale[:, None, None]
+    mirror_y, mirror_s = sign * shear_y, sign * slip_y
+    return ContactSolution(
+        point=start + patch.row,
+        side=np.full(patch.row.size, side, np.int64),
+        wheel_y=solved.wheel_y,
+        rail_y=normal.centre_y,
+        x=solved.kinematics.x,
+        contact_angle=sign * normal.contact_angle,
+        area=strip.sum(axis=1) * patch.width,
+        max_pressure=normal.max_pressure,
+        length=strip.max(axis=1),
+        width=patch.width * strip.shape[1],
+        approach=normal.approach,
+        normal_force=normal.normal_force,
+        creepage_x=creepage[:, 0],
+        creepage_y=sign * creepage[:, 1],
+        spin=sign * creepage[:, 2],
+        force_x=contact.force[:, 0],
+        force_y=sign * contact.force[:, 1],
+        spin_moment=sign * contact.force[:, 2],
+        slip_area=contact.slip_area,
+        power=power,
+        power_balance=np.where(power > 0.0, local_power / np.where(power > 0.0, power, 1.0), 1.0),
+        rotation_speed=speed[patch.row],
+        strip_edges_wheel_y=solved.edges_wheel_y,
+        patch=replace(patch, row=start + patch.row),
+        fields=SurfaceFields(
+            pressure, shear_x, mirror_y, slip_x, mirror_s, local, cell_length, patch.width, solved.speed
+        ),
+    )

@@ -1,0 +1,121 @@
+r"""The kinematical problem: creepage in exact vector form.
+
+Creepage is the velocity of the wheel's surface minus that of the counterface, over V, in the contact
+frame: e_x along the rolling direction of the counterface, e_s across in the contact plane, e_n into the
+counterface. Both surface velocities are those of the undeformed bodies at the pressure-weighted centre of
+the patch. The counterface turns with :math:`\omega = (0, \kappa V, -V/R)`; a rail has kappa = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wearsim.contact.patch import FloatArray
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """Creepage as a linear function of the wheel's rotation speed: at_rest + rotation_speed * per_speed.
+
+    Parameters
+    ----------
+    at_rest, per_speed : (m, 3) array
+        Longitudinal, lateral creepage and spin [-, -, 1/m], and the same per rotation speed [s/rad].
+    x : (m,) array
+        Longitudinal position of the contact, from the middle of the axle [m].
+    """
+
+    at_rest: FloatArray
+    per_speed: FloatArray
+    x: FloatArray
+
+    def creepage(self, rotation_speed: FloatArray) -> FloatArray:
+        """Creepages (m, 3) for (m,) rotation speeds [rad/s]."""
+        value: FloatArray = self.at_rest + rotation_speed[:, None] * self.per_speed
+        return value
+
+
+def kinematics(
+    *,
+    wheel_y: FloatArray,
+    wheel_radius: FloatArray,
+    sin_theta: FloatArray,
+    counterface_z: FloatArray,
+    contact_angle: FloatArray,
+    shift: FloatArray,
+    yaw: FloatArray,
+    roll: FloatArray,
+    speed: FloatArray,
+    track_curvature: FloatArray,
+    half_span: float,
+    nominal_radius: float,
+    curvature: float,
+) -> Kinematics:
+    r"""Creepage of right wheels as a function of their rotation speed.
+
+    Parameters
+    ----------
+    wheel_y, wheel_radius : (m,) array
+        Contact on the wheel: lateral position on the profile and rolling radius [m].
+    sin_theta : (m,) array
+        Sine of its angle about the axle [-].
+    counterface_z : (m,) array
+        Height of the contact on the counterface's profile [m].
+    contact_angle : (m,) array
+        About e_x, z down [rad].
+    shift, yaw, roll : (m,) array
+        Of the wheelset [m, rad, rad].
+    speed : (m,) array
+        V [m/s].
+    track_curvature : (m,) array
+        1/R, positive to the right [1/m].
+    half_span, nominal_radius, curvature : float
+        Lateral origin of the profiles, tape circle radius [m], kappa of the counterface [1/m].
+
+    Returns
+    -------
+    Kinematics
+        A rotation speed about y; rolling forwards is negative.
+
+    Notes
+    -----
+    To first order these are (35)-(37) of [1]_ as corrected in the specification; nothing is linearised here.
+
+    References
+    ----------
+    .. [1] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226.
+    """
+    sy, cy, sr, cr = np.sin(yaw), np.cos(yaw), np.sin(roll), np.cos(roll)
+    zero, one = np.zeros_like(yaw), np.ones_like(yaw)
+    # Columns of Rz(yaw) Rx(roll).
+    forward = np.stack((cy, sy, zero), axis=1)
+    axle = np.stack((-sy * cr, cy * cr, sr), axis=1)
+    down = np.stack((sy * sr, -cy * sr, cr), axis=1)
+    cosine = np.sqrt(1.0 - sin_theta**2)
+    arm = (
+        (wheel_radius * sin_theta)[:, None] * forward
+        + (half_span + wheel_y)[:, None] * axle
+        + (wheel_radius * cosine)[:, None] * down
+    )
+    x, y, z = arm[:, 0], shift + arm[:, 1], arm[:, 2] - nominal_radius
+    along = np.stack((1.0 - curvature * z, zero, curvature * x), axis=1)
+    e_x = along / np.linalg.norm(along, axis=1)[:, None]
+    e_y = np.stack((zero, one, zero), axis=1)
+    e_d = np.stack((-e_x[:, 2], zero, e_x[:, 0]), axis=1)
+    sine, cosine = np.sin(contact_angle)[:, None], np.cos(contact_angle)[:, None]
+    e_s = cosine * e_y + sine * e_d
+    e_n = -sine * e_y + cosine * e_d
+    wheel = np.cross(axle, arm)  # surface velocity of the wheel per rotation speed
+    counterface = -(speed * (1.0 - curvature * counterface_z))[:, None] * e_x + (speed * track_curvature)[
+        :, None
+    ] * np.stack((y, -x, zero), axis=1)
+    turning = np.stack((zero, curvature * speed, -speed * track_curvature), axis=1)
+
+    def frame(velocity: FloatArray, spin: FloatArray) -> FloatArray:
+        parts = [(velocity * e).sum(axis=1) for e in (e_x, e_s)] + [(spin * e_n).sum(axis=1)]
+        value: FloatArray = np.stack(parts, axis=1) / speed[:, None]
+        return value
+
+    return Kinematics(frame(-counterface, -turning), frame(wheel, axle), x)

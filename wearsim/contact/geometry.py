@@ -1,0 +1,324 @@
+"""The geometrical problem: where a yawed wheel comes close to a rail or roller.
+
+Wheel and counterface are surfaces of revolution. The counterface has curvature kappa = 1/s0 in the rolling
+direction (a rail: 0) and is unrolled: the height of a point above its axis, measured from the profile's
+top, is ``zeta``; in the plane (y, zeta) rail and roller are the same curve. Each ring of the wheel is
+nearest to the counterface where the wheel's normal has no component along the rolling direction; these
+points form the wheel's contour, and the gap is the distance of the two contours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
+
+from wearsim.contact.kernel import kernel
+from wearsim.contact.patch import FloatArray
+from wearsim.errors import ContactError
+from wearsim.profile.shape import Profile
+
+# Steeper parts of a profile (flange back, rail sides) cannot carry a wheel.
+_STEEPEST = np.tan(np.radians(80.0))
+_NO_WHEEL = 1.0  # gap [m] at lateral positions where there is no wheel above the counterface
+
+
+@dataclass(frozen=True)
+class Rings:
+    """A wheel as rings about its axle, from the flange tip to the field side.
+
+    Parameters
+    ----------
+    y : (k,) array
+        Lateral position on the wheel profile, rising [m].
+    radius : (k,) array
+        Rolling radius of each ring [m].
+    slope : (k,) array
+        dr/dy [-].
+    """
+
+    y: FloatArray
+    radius: FloatArray
+    slope: FloatArray
+
+
+@dataclass(frozen=True)
+class Contour:
+    """A counterface's profile on a uniform lateral grid.
+
+    Parameters
+    ----------
+    y : (g,) array
+        Lateral grid [m].
+    z : (g,) array
+        Height of the profile, positive down [m].
+    slope, angle : (g,) array
+        dz/dy [-] and its arctangent, the contact angle about x [rad].
+    """
+
+    y: FloatArray
+    z: FloatArray
+    slope: FloatArray
+    angle: FloatArray
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """Position of a wheelset seen from one wheel, one row each; a left wheel is mirrored first.
+
+    Parameters
+    ----------
+    shift, yaw, roll : (n,) array
+        As in `ContactConditions` [m, rad, rad].
+    """
+
+    shift: FloatArray
+    yaw: FloatArray
+    roll: FloatArray
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Gap between the contours of wheel and counterface with the wheel at its design height.
+
+    Parameters
+    ----------
+    contour : Contour
+        The counterface; its grid is that of the arrays below.
+    curvature : float
+        kappa of the counterface [1/m].
+    gap : (n, g) array
+        Vertical (radial, on a roller) distance; 1 m where there is no wheel [m].
+    wheel_y : (n, g) array
+        Position on the wheel profile that is nearest [m].
+    sin_theta : (n, g) array
+        Sine of its angle about the axle, from straight down, positive forwards [-].
+    wheel_radius : (n, g) array
+        Its rolling radius [m].
+    x : (n, g) array
+        Its longitudinal position, from the middle of the axle [m].
+    """
+
+    contour: Contour
+    curvature: float
+    gap: FloatArray
+    wheel_y: FloatArray
+    sin_theta: FloatArray
+    wheel_radius: FloatArray
+    x: FloatArray
+
+
+def _steep_free(profile: Profile, spacing: float, start: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return y, z and slope at equal steps of arc length along the part that can carry a wheel."""
+    step = np.hypot(np.diff(profile.y), np.diff(profile.z))
+    arc = np.concatenate(([0.0], np.cumsum(step)))
+    count = int(np.ceil((arc[-1] - arc[start]) / spacing)) + 1
+    fine = np.linspace(arc[start], arc[-1], count)
+    y_of, z_of = CubicSpline(arc, profile.y), CubicSpline(arc, profile.z)
+    y, z, dy, dz = y_of(fine), z_of(fine), y_of(fine, 1), z_of(fine, 1)
+    usable = (dy > 0) & (np.abs(dz) <= _STEEPEST * dy)
+    middle = int(np.searchsorted(fine, 0.5 * (arc[start] + arc[-1])))
+    if not usable[middle]:
+        raise ContactError(f"profile {profile.name!r} is steeper than 80 degrees in its middle")
+    blocked = np.flatnonzero(~usable)
+    first = int(blocked[blocked < middle].max(initial=-1)) + 1
+    last = int(blocked[blocked > middle].min(initial=count))
+    part = slice(first, last)
+    return y[part], z[part], dz[part] / dy[part]
+
+
+def rings(profile: Profile, radius: float, spacing: float = 1e-4) -> Rings:
+    """Cut a wheel into rings, from the flange tip to the field side.
+
+    Parameters
+    ----------
+    profile : Profile
+        Of the wheel, in the axes of a right wheel.
+    radius : float
+        At the tape circle [m].
+    spacing : float
+        Distance of the rings along the profile [m].
+
+    Returns
+    -------
+    Rings
+        Interpolated by cubic splines over arc length.
+
+    Raises
+    ------
+    ContactError
+        If the tread is steeper than 80 degrees.
+    """
+    tip = int(np.argmax(profile.z))
+    y, z, slope = _steep_free(profile, spacing, tip)
+    return Rings(np.ascontiguousarray(y), radius + z, np.ascontiguousarray(slope))
+
+
+def contour(profile: Profile, spacing: float = 1e-4) -> Contour:
+    """Put a rail or roller profile on a uniform lateral grid.
+
+    Parameters
+    ----------
+    profile : Profile
+        Inclined and placed, in the axes of the right side.
+    spacing : float
+        Of the grid [m].
+
+    Returns
+    -------
+    Contour
+        The part of the head less steep than 80 degrees.
+    """
+    y, z, slope = _steep_free(profile, spacing, 0)
+    grid = spacing * np.arange(np.ceil(y[0] / spacing), np.floor(y[-1] / spacing) + 1)
+    height = CubicHermiteSpline(y, z, slope)
+    gradient = height(grid, 1)
+    return Contour(grid, height(grid), gradient, np.arctan(gradient))
+
+
+def gap(
+    wheel: Rings,
+    counterface: Contour,
+    attitude: Attitude,
+    *,
+    half_span: float,
+    nominal_radius: float,
+    curvature: float,
+) -> Gap:
+    """Gap between wheel and counterface at every lateral position, for any shift, yaw and roll.
+
+    Parameters
+    ----------
+    wheel : Rings
+        The wheel.
+    counterface : Contour
+        Rail or roller.
+    attitude : Attitude
+        Of the wheelset, n rows.
+    half_span : float
+        From the track centre to the origin of the profiles [m].
+    nominal_radius : float
+        Wheel radius at the tape circle [m].
+    curvature : float
+        kappa = 1/s0 of the counterface [1/m]; 0 for a rail.
+
+    Returns
+    -------
+    Gap
+        Where several parts of the wheel hide each other, that of the lowest one.
+    """
+    rows, points = attitude.shift.size, counterface.y.size
+    shape = (rows, points)
+    result = Gap(
+        contour=counterface,
+        curvature=curvature,
+        gap=np.empty(shape),
+        wheel_y=np.zeros(shape),
+        sin_theta=np.zeros(shape),
+        wheel_radius=np.full(shape, nominal_radius),
+        x=np.zeros(shape),
+    )
+    height, offset, lever, along = (np.empty(wheel.y.size) for _ in range(4))
+    _raster(
+        wheel.y,
+        wheel.radius,
+        wheel.slope,
+        counterface.y,
+        counterface.z,
+        attitude.shift,
+        attitude.yaw,
+        attitude.roll,
+        half_span,
+        nominal_radius,
+        curvature,
+        offset,
+        height,
+        lever,
+        along,
+        result.gap,
+        result.wheel_y,
+        result.sin_theta,
+        result.wheel_radius,
+        result.x,
+    )
+    return result
+
+
+@kernel
+def _raster(
+    ring_y,
+    ring_radius,
+    ring_slope,
+    grid_y,
+    grid_z,
+    shift,
+    yaw,
+    roll,
+    half_span,
+    nominal_radius,
+    kappa,
+    offset,
+    height,
+    lever,
+    along,
+    gap_out,
+    wheel_y_out,
+    sin_theta_out,
+    radius_out,
+    x_out,
+):
+    """Contour of the yawed wheel in the unrolled plane, then its upper envelope on the grid."""
+    step = grid_y[1] - grid_y[0]
+    points = grid_y.size
+    for row in range(shift.size):
+        sy, cy = np.sin(yaw[row]), np.cos(yaw[row])
+        sr, cr = np.sin(roll[row]), np.cos(roll[row])
+        for k in range(ring_y.size):
+            r, t, b = ring_radius[k], ring_slope[k], half_span + ring_y[k]
+            # Small-angle root of (1 - kappa z) n_x + kappa x n_z = 0, then Newton in sin(theta).
+            sine = (kappa * sy * b - sy * cr * t - sy * sr) / (1.0 + kappa * r)
+            for _ in range(3):
+                sine = min(max(sine, -0.9), 0.9)
+                cosine = np.sqrt(1.0 - sine * sine)
+                x = cy * r * sine - sy * cr * b + sy * sr * r * cosine
+                z = sr * b + cr * r * cosine - nominal_radius
+                n_x = cy * sine + sy * cr * t + sy * sr * cosine
+                n_z = cr * cosine - sr * t
+                fall = -sine / cosine
+                function = (1.0 - kappa * z) * n_x + kappa * x * n_z
+                derivative = (
+                    -kappa * cr * r * fall * n_x
+                    + (1.0 - kappa * z) * (cy + sy * sr * fall)
+                    + kappa * (cy * r + sy * sr * r * fall) * n_z
+                    + kappa * x * cr * fall
+                )
+                sine -= function / derivative
+            sine = min(max(sine, -0.9), 0.9)
+            cosine = np.sqrt(1.0 - sine * sine)
+            x = cy * r * sine - sy * cr * b + sy * sr * r * cosine
+            z = sr * b + cr * r * cosine - nominal_radius
+            offset[k] = shift[row] + sy * r * sine + cy * cr * b - cy * sr * r * cosine - half_span
+            height[k] = (2.0 * z - kappa * z * z - kappa * x * x) / (
+                1.0 + np.sqrt((kappa * x) ** 2 + (1.0 - kappa * z) ** 2)
+            )
+            lever[k] = sine
+            along[k] = x
+        for i in range(points):
+            gap_out[row, i] = _NO_WHEEL
+        for k in range(ring_y.size - 1):
+            left, right = offset[k], offset[k + 1]
+            if left == right:
+                continue
+            low, high = min(left, right), max(left, right)
+            first = max(int(np.ceil((low - grid_y[0]) / step)), 0)
+            last = min(int(np.floor((high - grid_y[0]) / step)), points - 1)
+            for i in range(first, last + 1):
+                share = (grid_y[i] - left) / (right - left)
+                distance = grid_z[i] - (height[k] + share * (height[k + 1] - height[k]))
+                if distance < gap_out[row, i]:
+                    gap_out[row, i] = distance
+                    wheel_y_out[row, i] = ring_y[k] + share * (ring_y[k + 1] - ring_y[k])
+                    sin_theta_out[row, i] = lever[k] + share * (lever[k + 1] - lever[k])
+                    radius_out[row, i] = ring_radius[k] + share * (ring_radius[k + 1] - ring_radius[k])
+                    x_out[row, i] = along[k] + share * (along[k + 1] - along[k])

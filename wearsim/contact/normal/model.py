@@ -1,0 +1,56 @@
+"""What every normal contact model takes and gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from wearsim.contact.geometry import Gap
+from wearsim.contact.patch import FloatArray, Patch
+
+
+@dataclass(frozen=True)
+class NormalSolution:
+    """What a normal model gives; the leading axis is the patch, ordered by row and falling normal force.
+
+    Parameters
+    ----------
+    patch : Patch
+        Outline and pressure on strips.
+    centre_y : (m,) array
+        Pressure-weighted centre on the counterface profile [m].
+    contact_angle : (m,) array
+        Of the contact plane about x [rad].
+    approach : (m,) array
+        Rigid approach along the normal [m].
+    normal_force : (m,) array
+        [N].
+    max_pressure : (m,) array
+        [Pa].
+    edge_y : (m, ny + 1) array
+        Strip edges on the counterface profile [m].
+    """
+
+    patch: Patch
+    centre_y: FloatArray
+    contact_angle: FloatArray
+    approach: FloatArray
+    normal_force: FloatArray
+    max_pressure: FloatArray
+    edge_y: FloatArray
+
+
+class NormalModel(Protocol):
+    """Signature of every normal model."""
+
+    def __call__(
+        self,
+        gap: Gap,
+        load: FloatArray,
+        *,
+        vertical: bool,
+        effective_modulus: float,
+        strips: int,
+        parameters: dict[str, float],
+    ) -> NormalSolution:
+        """Solve every row of `gap` under `load` [N], of the wheel (`vertical`) or of its single patch."""

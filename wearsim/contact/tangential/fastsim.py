@@ -1,0 +1,214 @@
+r"""FASTSIM on any outline, with three flexibilities and the elliptic traction bound.
+
+Simplified theory: surface displacement is proportional to traction. From the leading end of each strip
+the traction grows with the rigid slip and is cut back to the bound :math:`\mu p`; where it is cut back the
+surfaces slip. Origin of the split into three flexibilities is the pressure-weighted centre of the patch.
+
+References
+----------
+.. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13.
+.. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483 (equivalent ellipse).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wearsim.contact.kernel import kernel
+from wearsim.contact.patch import FloatArray, Patch, load_factor
+from wearsim.contact.tangential.kalker_coefficients import coefficients
+from wearsim.contact.tangential.model import TangentialSolution
+
+MOST_STRIPS = 512
+_ROW = MOST_STRIPS + 8  # distance of the rows in the kernel's buffer; not a power of two, for the cache
+
+
+def flexibilities(patch: Patch, shear_modulus: float, poisson_ratio: float) -> FloatArray:
+    r"""Flexibilities L1, L2 and L3 of the equivalent ellipses of patches.
+
+    Parameters
+    ----------
+    patch : Patch
+        m patches.
+    shear_modulus : float
+        G of both bodies [Pa].
+    poisson_ratio : float
+        Of both bodies [-].
+
+    Returns
+    -------
+    (3, m) array
+        [m3/N].
+
+    Notes
+    -----
+    :math:`L_1 = 8a/(3 G C_{11})`, :math:`L_2 = 8a/(3 G C_{22})`, :math:`L_3 = \pi a\sqrt{a/b}/(4 G C_{23})`
+    with an ellipse of the same area and the same ratio of length to width as the patch [1]_, [2]_.
+
+    References
+    ----------
+    .. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13.
+    .. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483.
+    """
+    strip = patch.x_lead - patch.x_trail
+    area = strip.sum(axis=1) * patch.width
+    ratio = strip.max(axis=1) / (patch.width * strip.shape[1])
+    a = np.sqrt(area / np.pi * ratio)
+    c11, c22, c23, _ = coefficients(ratio, poisson_ratio)
+    return np.array(
+        [
+            8.0 * a / (3.0 * shear_modulus * c11),
+            8.0 * a / (3.0 * shear_modulus * c22),
+            np.pi * a * np.sqrt(ratio) / (4.0 * shear_modulus * c23),
+        ]
+    )
+
+
+def solve(
+    patch: Patch,
+    creepage: FloatArray,
+    friction: FloatArray,
+    *,
+    shear_modulus: float,
+    poisson_ratio: float,
+    cells: int,
+    fields: bool,
+) -> TangentialSolution:
+    """Shear, slip and creep forces of each patch.
+
+    Parameters
+    ----------
+    patch : Patch
+        m patches of ny strips.
+    creepage : (m, 3) array
+        Longitudinal, lateral creepage and spin about the patch's centre [-, -, 1/m].
+    friction : (m,) array
+        Coulomb coefficient [-].
+    shear_modulus, poisson_ratio : float
+        Of both bodies [Pa], [-].
+    cells : int
+        nx cells along each strip.
+    fields : bool
+        Whether the cell fields are wanted, or only the resultants.
+
+    Returns
+    -------
+    TangentialSolution
+        Tractions are known at the cell ends and averaged over the cell; so is the traction that the slip
+        is multiplied with, which makes the balance of power exact on any grid for a single flexibility.
+    """
+    flexibility = flexibilities(patch, shear_modulus, poisson_ratio)
+    count, strips = patch.y.shape
+    out = np.empty((5, count, cells if fields else 1, strips))
+    force, slip_area = np.zeros((count, 3)), np.zeros(count)
+    slope = patch.pressure_slope * load_factor(cells)
+    _march(
+        patch.y,
+        patch.width,
+        patch.x_lead,
+        patch.x_trail,
+        friction * slope,
+        slope,
+        np.ascontiguousarray(creepage),
+        flexibility,
+        _mean_flexibility(creepage, flexibility),
+        cells,
+        fields,
+        np.empty(13 * _ROW),
+        out,
+        force,
+        slip_area,
+    )
+    return TangentialSolution(force, slip_area, out if fields else None)
+
+
+def _mean_flexibility(creepage: FloatArray, flexibility: FloatArray) -> FloatArray:
+    """One flexibility that turns cut-back traction into slip of its direction, weighted by creepage."""
+    weight = np.abs(creepage[:, :2]).T + 1e-12  # spin alone: the plain mean
+    mean: FloatArray = (weight * flexibility[:2]).sum(axis=0) / weight.sum(axis=0)
+    return mean
+
+
+@kernel
+def _march(
+    y,
+    width,
+    x_lead,
+    x_trail,
+    bound,
+    pressure,
+    creepage,
+    flexibility,
+    mean,
+    cells,
+    keep,
+    rows,
+    out,
+    force,
+    slip_area,
+):
+    """March from the leading to the trailing end, all strips of a patch side by side.
+
+    Everything the inner loop touches lies in `rows`, one buffer of rows a constant number of places apart:
+    only then does the compiler see that rows do not overlap, and uses vector instructions. Rows: 0 half
+    length, 1 middle, 2 lateral position, 3 and 4 traction at the upstream cell end, 5 pressure there,
+    6 slipping cells so far, 7 to 11 the means of pressure, traction and slip in the cell, 12 the
+    flexibility over the cell length.
+    """
+    strips = y.shape[1]
+    for m in range(y.shape[0]):
+        rate_x = creepage[m, 0] / flexibility[0, m]
+        rate_y = creepage[m, 1] / flexibility[1, m]
+        rate_s = creepage[m, 2] / flexibility[2, m]
+        half_c, flex = 0.5 * pressure[m], mean[m] * 0.5 * cells
+        mu_c = bound[m]
+        for j in range(strips):
+            rows[j] = 0.5 * (x_lead[m, j] - x_trail[m, j])
+            rows[_ROW + j] = 0.5 * (x_lead[m, j] + x_trail[m, j])
+            rows[2 * _ROW + j] = y[m, j]
+            rows[12 * _ROW + j] = flex / rows[j] if rows[j] > 0.0 else 0.0
+            for k in range(3, 7):
+                rows[k * _ROW + j] = 0.0
+        f_x, f_y, moment = 0.0, 0.0, 0.0
+        for i in range(cells):
+            # Ends and middle of this cell, in half lengths from the middle of the strip.
+            place = 1.0 - (2.0 * i + 1.0) / cells
+            behind = 1.0 - 2.0 * (i + 1) / cells
+            root = np.sqrt(max(1.0 - behind * behind, 0.0))
+            for j in range(strips):
+                half = rows[j]
+                dx = half * (2.0 / cells)
+                x = rows[_ROW + j] + place * half
+                lateral = rows[2 * _ROW + j]
+                old_x, old_y, p_up = rows[3 * _ROW + j], rows[4 * _ROW + j], rows[5 * _ROW + j]
+                trial_x = old_x - (rate_x - rate_s * lateral) * dx
+                trial_y = old_y - (rate_y + rate_s * x) * dx
+                p_here = root * half
+                limit = mu_c * p_here
+                size = np.sqrt(trial_x * trial_x + trial_y * trial_y)
+                slips = 1.0 if size > limit else 0.0
+                share = limit / size if size > limit else 1.0
+                new_x, new_y = trial_x * share, trial_y * share
+                mean_x, mean_y = 0.5 * (old_x + new_x), 0.5 * (old_y + new_y)
+                excess = (share - 1.0) * rows[12 * _ROW + j]
+                rows[3 * _ROW + j] = new_x
+                rows[4 * _ROW + j] = new_y
+                rows[5 * _ROW + j] = p_here
+                rows[6 * _ROW + j] += slips
+                rows[7 * _ROW + j] = half_c * (p_up + p_here)
+                rows[8 * _ROW + j] = mean_x
+                rows[9 * _ROW + j] = mean_y
+                rows[10 * _ROW + j] = trial_x * excess
+                rows[11 * _ROW + j] = trial_y * excess
+                f_x += mean_x * dx
+                f_y += mean_y * dx
+                moment += (x * mean_y - lateral * mean_x) * dx
+            if keep:
+                for k in range(5):
+                    for j in range(strips):
+                        out[k, m, i, j] = rows[(7 + k) * _ROW + j]
+        total = 0.0
+        for j in range(strips):
+            total += rows[6 * _ROW + j] * rows[j]
+        force[m, 0], force[m, 1], force[m, 2] = f_x * width[m], f_y * width[m], moment * width[m]
+        slip_area[m] = total * (2.0 / cells) * width[m]
