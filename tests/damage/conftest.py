@@ -1,0 +1,36 @@
+import numpy as np
+import pytest
+
+from wearsim.contact.patch import SurfaceFields
+
+
+@pytest.fixture
+def patches():
+    """Make fields of three patches, sticking ahead and sliding behind; the last one does not slide."""
+
+    def make(peak):
+        m, nx, ny = 3, 20, 16
+        rng = np.random.default_rng(7)
+        local = (np.arange(ny) + 0.5) / ny * 2 - 1
+        cells = np.zeros((m, nx, ny))
+        work = peak * rng.random((m, nx, ny))
+        work[:, : nx // 3] = 0.0
+        work[1, :, : ny // 4] = 0.0  # strips without any slip
+        work[2] = 0.0
+        half_length = 5e-3 * np.sqrt(1 - local**2)
+        slides = work > 0.0
+        fields = SurfaceFields(
+            pressure=cells + 1e9,
+            shear_x=np.where(slides, -3e8, -1e8),
+            shear_y=cells,
+            slip_x=work / 3e8,
+            slip_y=cells,
+            work_density=work,
+            cell_length=np.broadcast_to(2 * half_length / nx, (m, ny)).copy(),
+            strip_width=np.array([0.5e-3, 0.3e-3, 0.4e-3]),
+            speed=np.full(m, 20.0),
+        )
+        area = (fields.cell_length.sum(axis=1) * nx) * fields.strip_width
+        return fields, area
+
+    return make

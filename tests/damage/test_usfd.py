@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+
+from wearsim.damage.coefficients import COEFFICIENT_SETS
+from wearsim.damage.wear import patch_regime, usfd
+
+SET = COEFFICIENT_SETS["lewis_dwyer_joyce_2004"]
+
+
+def total(index):
+    return float(usfd.wear_rate(np.array([index]), SET).sum())
+
+
+@pytest.mark.parametrize(
+    ("index", "expected"),
+    [(1.0, 5.3), (4.3, 22.79), (10.4, 55.0), (41.0, 55.0), (77.2, 55.0), (121.0, 2766.22)],
+)
+def test_wear_rate_as_printed(index, expected):
+    """Published numbers to the last digit; 121 N/mm2 is the 20 % slip test of the twin discs."""
+    assert total(index) == pytest.approx(expected, abs=0.005)
+
+
+def test_jumps_at_the_regime_limits():
+    """Written out: the printed plateau is 0.12 below the mild line's end; the third branch is continuous."""
+    below, above = np.nextafter([10.4, 77.2], 0.0), np.nextafter([10.4, 77.2], np.inf)
+    jumps = [total(b) - total(a) for a, b in zip(below, above, strict=True)]
+    assert jumps == [pytest.approx(-0.12, abs=1e-9), pytest.approx(0.0, abs=1e-9)]
+
+
+def test_regimes_share_no_index():
+    index = np.array([-1.0, 0.0, 10.39, 10.4, 77.2, 77.21])
+    assert usfd.regime(index, SET).argmax(axis=0).tolist() == [0, 0, 0, 1, 1, 2]
+    assert (usfd.regime(index, SET).sum(axis=0) == 1).all()
+
+
+def test_mild_regime_both_forms_agree(patches):
+    """Two forms of one linear law, 1e-12; all indices, and so their mean, below 10.4 N/mm2."""
+    fields, area = patches(10.3e6)
+    local = usfd.depth(fields, area, SET, form="local")
+    mean = usfd.depth(fields, area, SET, form="patch_mean")
+    assert local[0].max() > 0.0
+    np.testing.assert_allclose(mean[0], local[0], rtol=1e-12, atol=1e-25)
+    assert not local[1:].any()
+
+
+def test_depth_of_one_strip_by_hand(patches):
+    """Units: 5.3 ug/(m mm2) per N/mm2 over 10 mm at 2 N/mm2 in steel of 7850 kg/m3 is 13.5 nm."""
+    fields, area = patches(0.0)
+    fields.work_density[0, :, 3] = 2e6
+    fields.cell_length[0, 3] = 10e-3 / fields.work_density.shape[1]
+    depth = usfd.depth(fields, area, SET)
+    assert depth[0, 0, 3] == pytest.approx(5.3 * 2 * 1e-3 * 10e-3 / 7850.0, rel=1e-12)
+
+
+def test_patch_mean_removes_the_volume_of_the_mean_index(patches):
+    """Imposed, 1e-12: severe regime, volume per metre of rolling = K_w A / rho, spread as e(y)."""
+    fields, area = patches(60e6)
+    depth = usfd.depth(fields, area, SET, form="patch_mean", density=8000.0)
+    works = fields.strip_work.sum(axis=1) > 0.0
+    mean = fields.strip_work.sum(axis=1) * fields.strip_width / area / 1e6
+    assert works.any()
+    assert ((mean[works] > 10.4) & (mean[works] < 77.2)).all()
+    volume = depth[1].sum(axis=1) * fields.strip_width
+    np.testing.assert_allclose(volume[works], 55.0e-3 * area[works] / 8000.0, rtol=1e-12)
+    strip = int(np.argmax(works))
+    share = depth[1, strip] / depth[1, strip].sum()
+    np.testing.assert_allclose(share, fields.strip_work[strip] / fields.strip_work[strip].sum(), rtol=1e-12)
+
+
+def test_patch_regime_is_the_one_that_removes_most():
+    depth = np.zeros((3, 4, 5))
+    depth[0, 0], depth[1, 0, 2] = 1.0, 4.0  # more mild strips, less severe depth
+    depth[1, 1, 0], depth[2, 1, 1] = 1.0, 1.5
+    depth[1, 2, 4] = 1e-12
+    assert patch_regime(depth).tolist() == [0, 2, 1, -1]
