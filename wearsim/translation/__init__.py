@@ -1,0 +1,1 @@
+"""From the rig to the field: pure functions on two result datasets."""

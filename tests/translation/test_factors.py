@@ -1,0 +1,96 @@
+import numpy as np
+import pytest
+
+from wearsim.translation import factors
+from wearsim.translation.factors import STATUS
+
+
+def test_ratio_tells_why_it_is_undefined():
+    rig = np.array([3.0, 1.0, np.nan, 1.0, 0.0])
+    field = np.array([2.0, 0.0, 1.0, 1e-9, 4.0])
+    found = factors.ratio(rig, field, 1.0)
+    zero, missing = STATUS["zero_denominator"], STATUS["missing"]
+    assert found.status.tolist() == [0, zero, missing, zero, 0]
+    assert found.value[[0, 4]].tolist() == [1.5, 0.0]
+    assert np.isnan(found.value[1:4]).all()
+
+
+def test_ratio_beyond_range_comes_first():
+    found = factors.ratio(np.ones(2), np.ones(2), 1.0, reachable=np.array([True, False]))
+    assert found.status.tolist() == [0, STATUS["beyond_range"]]
+
+
+def test_all_zero_quantity_has_no_factor():
+    """A scale of zero must not let 0/0 through."""
+    assert factors.ratio(np.zeros(1), np.zeros(1), 0.0).status[0] == STATUS["zero_denominator"]
+
+
+@pytest.mark.parametrize(
+    ("name", "right", "left"),
+    [
+        ("power", 1100.0, 150.0),
+        ("max_pressure", 1500e6, 850e6),
+        ("creepage_x", (60.0 * 1e-3 - 25.0 * 2e-3) / 85.0, -1e-3),
+        ("wear_index_mean", (90 * 0.2e6 + 30 * 1.5e6) / 120.0, 0.1e6),
+    ],
+)
+def test_patches_of_a_wheel_combine(field, name, right, left):
+    """Sum, largest, load- and area-weighted mean, by hand; rounding 1e-12."""
+    np.testing.assert_allclose(factors.per_wheel(field, name)[0, 0], [right, left], rtol=1e-12)
+
+
+def test_wheel_without_patch_is_missing(field):
+    gone = field.copy()
+    gone["patch_side"] = field["patch_side"].where(field["patch_side"] != 1)
+    assert np.isnan(factors.per_wheel(gone, "power")[..., 1]).all()
+    assert np.isfinite(factors.per_wheel(gone, "power")[..., 0]).all()
+
+
+def test_equal_points_match_once(rig, field):
+    """Shift 0 is a rig block, a field class and a monitor of both: it counts once."""
+    pairs = factors.match_points(rig, field)
+    shift = rig["op_shift"].values[pairs[:, 0]]
+    assert sorted(shift) == pytest.approx([-3e-3, 0.0, 3e-3, 5e-3], abs=1e-12)
+    np.testing.assert_array_equal(shift, field["op_shift"].values[pairs[:, 1]])
+
+
+@pytest.mark.parametrize("key", sorted(factors.MATCH_KEYS))
+def test_each_key_separates_points(rig, field, key):
+    other = field.assign({key: field[key] + 10.0 * factors.MATCH_KEYS[key] + 1e-3})
+    if key == "op_shift":
+        other = field.assign({key: field[key] + 0.5e-3})
+    assert len(factors.match_points(rig, other)) == 0
+
+
+def test_interpolation_meets_rows_exactly():
+    distance = np.array([0.0, 1.0, 3.0])
+    rows = np.array([[1.0], [np.nan], [5.0]])
+    found = factors.at_distances(distance, rows, np.array([0.0, 3.0, 0.5]))
+    assert found[:2, 0].tolist() == [1.0, 5.0]
+    assert np.isnan(found[2, 0])
+
+
+def test_distance_at_first_reaches_the_target():
+    found = factors.distance_at(
+        np.array([0.0, 2.0, 2.0, 4.0]), np.array([0.0, 10.0, 20.0, 30.0]), np.array([0.0, 1.0, 2.0, 3.0, 4.1])
+    )
+    assert found[:4].tolist() == [0.0, 5.0, 10.0, 25.0]
+    assert np.isnan(found[4])
+
+
+def test_collective_mean_takes_magnitudes_and_shares():
+    values = np.array([[[2.0, 1.0], [-4.0, 1.0], [np.nan, np.nan]]])
+    found = factors.collective_mean(values, np.array([0.25, 0.75, 0.0]))
+    assert found.tolist() == [[3.5, 1.0]]
+
+
+def test_regime_flags():
+    depth = np.array([[3.0, 1.0, 0.0, 0.01], [1.0, 3.0, 0.0, 0.0]])
+    regime = factors.dominant_regime(depth)
+    assert regime.tolist() == [0, 1, -1, -1]
+    assert factors.regime_differs(regime, np.array([0, 0, 0, -1])).tolist() == [0, 1, -1, -1]
+
+
+def test_highest_regime_of_a_wheel(rig, field):
+    assert factors.worst_regime(rig)[0, 0].tolist() == [1, 0]
+    assert factors.worst_regime(field)[0, 0].tolist() == [0, 0]

@@ -1,0 +1,139 @@
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+from wearsim.errors import ResultError
+from wearsim.results import open_results
+from wearsim.translation.factors import STATUS
+from wearsim.translation.translate import content_hash, table, translate, translate_files
+
+
+@pytest.fixture(scope="module")
+def translation(rig, field):
+    return translate(rig, field)
+
+
+def test_depth_factor_at_equal_distance(translation):
+    """Depth grows by 20 and 8 nm/km: the factor is 2.5 wherever there is wear."""
+    factor = translation["max_wear_depth_factor"].values[0]
+    np.testing.assert_allclose(factor[1:], 2.5, rtol=1e-12)
+    assert np.isnan(factor[0]).all()
+    assert (translation["max_wear_depth_factor_status"].values[0, 0] == STATUS["zero_denominator"]).all()
+
+
+def test_depth_factor_at_equal_depth(translation):
+    """By definition 1 for both wheels together; distances then are as 1 to 2.5."""
+    np.testing.assert_allclose(translation["max_wear_depth_factor"].values[1, 1:, 2], 1.0, rtol=1e-12)
+    run = translation["distance_run"].values[1]
+    np.testing.assert_allclose(run[:, 1], 2.5 * run[:, 0], rtol=1e-12)
+
+
+def test_common_range(translation):
+    """60 km on the rig, 90 km in the field; 1.2 and 0.72 mm deep."""
+    assert translation["distance_run"].values[0, -1].tolist() == [60e3, 60e3]
+    np.testing.assert_allclose(translation["worn_depth"].values[1, -1], 720e-6, rtol=1e-12)
+
+
+def test_wear_depth_along_the_profile(translation, rig, field):
+    depth = translation["wear_depth_profile"]
+    np.testing.assert_allclose(depth.values[0, -1, 0], rig["wear_depth"].values[6], rtol=1e-12)
+    np.testing.assert_allclose(depth.values[0, -1, 1], field["wear_depth"].values[6], rtol=1e-12)
+    status = translation["wear_depth_profile_factor_status"].values[0, -1]
+    worn = depth.values[0, -1, 1] > 0.01 * depth.values[0, -1, 1].max(axis=-1, keepdims=True)
+    np.testing.assert_array_equal(status == 0, worn)
+
+
+def test_regime_differs_only_in_the_severe_band(translation, rig):
+    """Within 4 mm of the tape circle the rig wears severely and the field mildly."""
+    differs = translation["regime_profile_differs"].values[0, -1, 0]
+    y = rig["profile_y"].values[0, 0]
+    np.testing.assert_array_equal(differs == 1, np.abs(y) < 4e-3)
+
+
+def test_contact_factors_at_equal_points(translation):
+    np.testing.assert_allclose(translation["power_point_factor"].values[0, 0], 1.3, rtol=1e-12)
+    np.testing.assert_allclose(translation["area_point_factor"].values[0], 1.0 / 1.3, rtol=1e-12)
+    assert (translation["creepage_y_point_factor_status"].values == STATUS["zero_denominator"]).all()
+    assert (translation["regime_point_differs"].values[..., 0] == 1).all()
+    assert (translation["regime_point_differs"].values[..., 1] == 0).all()
+
+
+def test_equivalent_distance_ends_with_the_field(translation):
+    """Rig distance s wears as deep as 2.5 s in the field, which ends at 90 km, so at s = 36 km."""
+    s = translation["rig_distance"].values
+    found = translation["equivalent_distance_max_wear_depth"].values[:, 2]
+    inside = s <= 36e3
+    np.testing.assert_allclose(found[inside], 2.5 * s[inside], rtol=1e-12, atol=1e-9)
+    assert np.isnan(found[~inside]).all()
+    status = translation["equivalent_distance_max_wear_depth_status"].values[:, 2]
+    np.testing.assert_array_equal(status, np.where(inside, STATUS["defined"], STATUS["beyond_range"]))
+
+
+def test_unknown_conicity_is_missing(translation):
+    """The files have no conicity from step 4 on."""
+    assert translation["equivalent_conicity_factor_status"].values[0, -1] == STATUS["missing"]
+
+
+def test_table_equals_the_dataset(translation):
+    rows = table(translation).set_index(["basis", "variable"])
+    depth = rows.loc[("equal distance", "max_wear_depth")]
+    assert depth["unit"] == "mm"
+    assert depth["rig"] == pytest.approx(1.2, rel=1e-12)
+    assert depth["factor"] == pytest.approx(2.5, rel=1e-12)
+    assert rows.loc[("equal worn depth", "distance_run")]["factor"] == pytest.approx(0.4, rel=1e-12)
+    assert rows.loc[("equal distance", "creepage_y_collective")]["status"] == "zero_denominator"
+
+
+def test_no_wear_leaves_factors_undefined(tmp_path, write_campaign, rig):
+    """A field without friction: nothing to divide by, and nothing but the new wheel at equal depth."""
+    with open_results(write_campaign(tmp_path / "field.nc", "field", 3, 8e-9, friction_free=True)) as data:
+        found = translate(rig, data.load())
+    assert (found["max_wear_depth_factor_status"].values[0] == STATUS["zero_denominator"]).all()
+    assert (found["power_point_factor_status"].values[1, 1:] == STATUS["beyond_range"]).all()
+    assert (found["power_point_factor_status"].values[1, 0] == STATUS["defined"]).all()
+
+
+def test_file_holds_neither_nan_nor_infinity(tmp_path, campaign_files, translation):
+    path = translate_files(*campaign_files, tmp_path / "translation.nc")
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_maskandscale(False)
+        for name, variable in file.variables.items():
+            if variable.dtype is not str:
+                assert np.isfinite(variable[:]).all(), name
+                assert getattr(variable, "long_name", ""), name
+            if name.endswith("_factor"):
+                undefined = variable[:] == variable._FillValue
+                np.testing.assert_array_equal(undefined, file.variables[f"{name}_status"][:] != 0)
+    with xr.open_dataset(path) as read:
+        np.testing.assert_array_equal(
+            read["power_point_factor"].values, translation["power_point_factor"].values
+        )
+        assert table(read.load()).equals(table(translation))
+
+
+def test_campaigns_without_common_points_say_so(rig, field):
+    found = translate(rig, field.assign(op_speed=field["op_speed"] + 1.0))
+    assert found.attrs["matched_points"] == 0
+    assert "[operation.monitor]" in found.attrs["warnings"]
+    assert "power_point" not in found
+
+
+def test_content_hash_sees_one_bit(rig):
+    changed = rig.copy(deep=True)
+    changed["worn_area"].values[3, 1] = np.nextafter(changed["worn_area"].values[3, 1], 1.0)
+    assert content_hash(rig) != content_hash(changed)
+    assert content_hash(rig) == content_hash(rig.copy(deep=True))
+
+
+def test_unreadable_file_is_one_line(tmp_path, campaign_files):
+    bad = tmp_path / "rig.nc"
+    bad.write_text("not netCDF")
+    with pytest.raises(ResultError, match=r"rig\.nc: cannot be read") as caught:
+        translate_files(bad, campaign_files[1], tmp_path / "out.nc")
+    assert "\n" not in str(caught.value)
+
+
+def test_unwritable_place_is_one_line(tmp_path, campaign_files):
+    with pytest.raises(ResultError, match="cannot be written"):
+        translate_files(*campaign_files, tmp_path / "absent" / "translation.nc")

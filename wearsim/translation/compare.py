@@ -1,0 +1,256 @@
+"""Parts of the comparison dataset: wear, contact, profile, equivalent distance.
+
+Each function adds variables to `out`, a mapping as `xarray.Dataset` takes it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.translation import factors
+from wearsim.translation.factors import STATUS, WORN_SHARE, Factor, FloatArray, IntArray
+
+CAMPAIGN = ("rig", "field")
+STAGES = (0.25, 0.5, 0.75, 1.0)
+"""Shares of the common range at which values along the profile are compared."""
+
+Pair = tuple[xr.Dataset, xr.Dataset]
+
+
+def _put(
+    out: dict[str, Any], variable: str, dims: tuple[str, ...], values: FloatArray, factor: Factor,
+    quantity: str, meaning: str, comment: str,
+) -> None:  # fmt: skip
+    """Add values (with a campaign dimension), their factor and its status."""
+    attrs = {"units": NOMENCLATURE[quantity].unit, "long_name": meaning, "quantity": quantity}
+    out[variable] = (dims, values, attrs | ({"comment": comment} if comment else {}))
+    rest = tuple(dim for dim in dims if dim != "campaign")
+    out[f"{variable}_factor"] = (
+        rest,
+        factor.value,
+        {"units": "1", "long_name": f"{meaning}, rig over field", "quantity": quantity,
+         "ancillary_variables": f"{variable}_factor_status"},
+    )  # fmt: skip
+    out[f"{variable}_factor_status"] = (rest, factor.status.astype(np.int8), _status_attrs(meaning))
+
+
+def _status_attrs(meaning: str) -> dict[str, Any]:
+    return {
+        "long_name": f"why the factor of {meaning} is undefined, if it is",
+        "flag_values": np.array(list(STATUS.values()), dtype=np.int8),
+        "flag_meanings": " ".join(STATUS),
+    }
+
+
+def _along(pair: Pair, values: list[FloatArray], distance: FloatArray) -> FloatArray:
+    """Rows of both campaigns at (basis, k, campaign) distances -> (basis, k, campaign, ...)."""
+    run = [np.asarray(data["distance"].values, dtype=np.float64) for data in pair]
+    return np.stack(
+        [
+            np.stack([factors.at_distances(run[c], values[c], distance[b, :, c]) for c in (0, 1)], axis=1)
+            for b in (0, 1)
+        ]
+    )
+
+
+def add_wear(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> None:
+    """Add wear measures and conicity with their factors, (basis, progress, wheel_group)."""
+    for name, rule in factors.WEAR_QUANTITIES.items():
+        values = _along(pair, [factors.wear_by_wheel(data, name) for data in pair], axes.distance)
+        # the scale is what the campaigns reach: at the new wheel all wear is zero
+        scale = np.nan_to_num(np.abs(values)).max(axis=(0, 1, 2))
+        reach = axes.reachable[:, :, None]
+        factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, reachable=reach)
+        change = rule == "change"
+        meaning = NOMENCLATURE[name].meaning
+        _put(
+            out,
+            f"{name}_change" if change else name,
+            ("basis", "progress", "campaign", "wheel_group"),
+            values,
+            factor,
+            name,
+            f"{meaning}, change from new" if change else meaning,
+            {"sum": "both wheels: sum", "largest": "both wheels: the larger one"}.get(
+                rule, "both wheels: the change of larger magnitude"
+            ),
+        )
+    conicity = _along(pair, [np.asarray(data["equivalent_conicity"].values) for data in pair], axes.distance)
+    scale = float(np.nan_to_num(np.abs(conicity)).max())
+    factor = factors.ratio(conicity[:, :, 0], conicity[:, :, 1], scale, reachable=axes.reachable)
+    meaning = NOMENCLATURE["equivalent_conicity"].meaning
+    dims = ("basis", "progress", "campaign")
+    _put(out, "equivalent_conicity", dims, conicity, factor, "equivalent_conicity", meaning, "")
+
+
+def add_contact(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> int:
+    """Add contact quantities of the collective and of equal operating points; return how many are equal."""
+    matched = factors.match_points(*pair)
+    dims = ("basis", "progress", "campaign", "matched_point", "wheel")
+    for name, rule in factors.POINT_QUANTITIES.items():
+        meaning = NOMENCLATURE[name].meaning
+        wheels = [factors.per_wheel(data, name) for data in pair]
+        weight = [np.asarray(data["op_weight"].values, dtype=np.float64) for data in pair]
+        means = [factors.collective_mean(wheels[c], weight[c]) for c in (0, 1)]
+        values = _along(pair, means, axes.distance)
+        scale = float(np.nan_to_num(np.abs(values)).max())
+        factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, reachable=axes.reachable[:, :, None])
+        _put(
+            out, f"{name}_collective", ("basis", "progress", "campaign", "wheel"), values, factor, name,
+            f"{meaning}, collective mean",
+            f"mean magnitude, weighted with the shares of the load collective; patches of a wheel: {rule}",
+        )  # fmt: skip
+        if len(matched):
+            values = _along(pair, [wheels[c][:, matched[:, c]] for c in (0, 1)], axes.distance)
+            scale = float(np.nan_to_num(np.abs(values)).max())
+            reach = axes.reachable[:, :, None, None]
+            factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, reachable=reach)
+            _put(
+                out, f"{name}_point", dims, values, factor, name, f"{meaning} at equal operating points",
+                f"patches of a wheel: {rule}; linear between stored states",
+            )  # fmt: skip
+    if len(matched):
+        _add_points(out, pair, axes, matched)
+    return len(matched)
+
+
+def _regime_names(pair: Pair) -> tuple[list[str], list[IntArray]]:
+    """Names of both laws' regimes in one list, and each law's numbers in that list (last entry: -1)."""
+    own = [[str(name) for name in data["regime_name"].values] for data in pair]
+    names = own[0] + [name for name in own[1] if name not in own[0]]
+    return names, [np.array([names.index(name) for name in one] + [-1]) for one in own]
+
+
+def _regime_attrs(names: list[str], meaning: str) -> dict[str, Any]:
+    return {
+        "long_name": meaning,
+        "flag_values": np.arange(-1, len(names), dtype=np.int8),
+        "flag_meanings": " ".join(["none", *(name.replace(" ", "_") for name in names)]),
+    }
+
+
+def _differs_attrs(meaning: str) -> dict[str, Any]:
+    return {
+        "long_name": f"whether {meaning} differs between rig and field",
+        "comment": "where it differs, the factor depends on the wear law",
+        "flag_values": np.array([-1, 0, 1], dtype=np.int8),
+        "flag_meanings": "no_wear same differs",
+    }
+
+
+def _add_points(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes, matched: IntArray) -> None:
+    for name in factors.MATCH_KEYS:
+        entry = NOMENCLATURE[name]
+        attrs = {"units": entry.unit, "long_name": entry.meaning}
+        out[name] = (
+            "matched_point",
+            np.asarray(pair[0][name].values, dtype=np.float64)[matched[:, 0]],
+            attrs,
+        )
+    for c, role in enumerate(CAMPAIGN):
+        labels = [str(pair[c]["op_label"].values[i]) for i in matched[:, c]]
+        out[f"{role}_label"] = (
+            "matched_point",
+            labels,
+            {"long_name": f"operating point of the {role} campaign"},
+        )
+    names, numbers = _regime_names(pair)
+    dims = ("basis", "progress", "campaign", "matched_point", "wheel")
+    regime = np.empty((2, axes.distance.shape[1], 2, len(matched), 2), dtype=np.int64)
+    for c, data in enumerate(pair):
+        own = numbers[c][factors.worst_regime(data)][:, matched[:, c]]
+        run = np.asarray(data["distance"].values)
+        for b in (0, 1):
+            regime[b, :, c] = own[factors.rows_at(run, axes.distance[b, :, c])]
+    differs = factors.regime_differs(regime[:, :, 0], regime[:, :, 1]).astype(np.int8)
+    out["regime_point"] = (
+        dims,
+        regime,
+        _regime_attrs(names, "highest wear regime at equal operating points"),
+    )
+    rest = ("basis", "progress", "matched_point", "wheel")
+    out["regime_point_differs"] = (rest, differs, _differs_attrs("the wear regime at equal operating points"))
+
+
+def add_profile(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> list[str]:
+    """Add wear depth and wear regime along the profile at the quarters of the common range."""
+    count = axes.distance.shape[1]
+    rows = np.array([round(stage * (count - 1)) for stage in STAGES])
+    distance, reach = axes.distance[:, rows], axes.reachable[:, rows]
+    names, numbers = _regime_names(pair)
+    arc = [np.asarray(data["arc_length"].values, dtype=np.float64) for data in pair]
+    same = arc[0].shape == arc[1].shape and bool(np.allclose(arc[0], arc[1], rtol=0.0, atol=1e-9))
+    by_regime = _along_regimes(pair, distance, names, numbers)
+    if not same:
+        field_on_rig = [
+            np.apply_along_axis(lambda d: np.interp(arc[0], arc[1], d, left=np.nan, right=np.nan), -1, part)
+            for part in by_regime[1]
+        ]
+        by_regime[1] = np.stack(field_on_rig)
+    depth = np.stack([part.sum(axis=3) for part in by_regime], axis=2)
+    scale = np.nanmax(depth[:, :, 1], axis=-1, keepdims=True)
+    factor = factors.ratio(depth[:, :, 0], depth[:, :, 1], scale, WORN_SHARE, reach[:, :, None, None])
+    dims = ("basis", "stage", "campaign", "wheel", "arc")
+    _put(
+        out, "wear_depth_profile", dims, depth, factor, "wear_depth", "wear depth along the profile",
+        f"factor only where the field wears more than {WORN_SHARE:.0%} of its largest depth",
+    )  # fmt: skip
+    regime = np.stack([factors.dominant_regime(np.nan_to_num(part)) for part in by_regime], axis=2)
+    differs = factors.regime_differs(regime[:, :, 0], regime[:, :, 1]).astype(np.int8)
+    meaning = "wear regime that removed most"
+    out["regime_profile"] = (dims, regime.astype(np.int8), _regime_attrs(names, meaning))
+    rest = ("basis", "stage", "wheel", "arc")
+    out["regime_profile_differs"] = (rest, differs, _differs_attrs(f"the {meaning}"))
+    if same:
+        shift = max(
+            float(np.abs(pair[0][n].values[0] - pair[1][n].values[0]).max())
+            for n in ("profile_y", "profile_z")
+        )
+        if shift <= 1e-7:
+            return []
+    return ["the new wheel profiles differ: places are compared at equal arc length from the flange back"]
+
+
+def _along_regimes(
+    pair: Pair, distance: FloatArray, names: list[str], numbers: list[IntArray]
+) -> list[FloatArray]:
+    """Wear depth by regime of each campaign, (basis, stage, wheel, regime of both laws, n)."""
+    result = []
+    for c, data in enumerate(pair):
+        run = np.asarray(data["distance"].values, dtype=np.float64)
+        depth = np.asarray(data["wear_depth_by_regime"].values, dtype=np.float64)
+        own = np.stack([factors.at_distances(run, depth, np.nan_to_num(distance[b, :, c])) for b in (0, 1)])
+        merged = np.zeros((*own.shape[:3], len(names), own.shape[-1]))
+        merged[:, :, :, numbers[c][:-1]] = own
+        result.append(merged)
+    return result
+
+
+def add_equivalent_distance(out: dict[str, Any], pair: Pair, count: int) -> None:
+    """Add the field distance that wears as much as the rig, by largest depth and by worn area."""
+    run = [np.asarray(data["distance"].values, dtype=np.float64) for data in pair]
+    asked = np.linspace(0.0, run[0][-1], count)
+    out["rig_distance"] = ("rig_progress", asked, {"units": "m", "long_name": "distance run on the rig"})
+    for name, meaning in (("max_wear_depth", "largest wear depth"), ("worn_area", "worn area")):
+        mine, theirs = (factors.wear_by_wheel(data, name) for data in pair)
+        found = [
+            factors.equivalent_distance(factors.at_distances(run[0], mine[:, w], asked), theirs[:, w], run[1])
+            for w in range(3)
+        ]
+        dims = ("rig_progress", "wheel_group")
+        variable = f"equivalent_distance_{name}"
+        out[variable] = (
+            dims,
+            np.stack([distance for distance, _ in found], axis=1),
+            {
+                "units": "m",
+                "long_name": f"field distance of equal {meaning}",
+                "ancillary_variables": f"{variable}_status",
+            },
+        )
+        status = np.stack([status for _, status in found], axis=1).astype(np.int8)
+        out[f"{variable}_status"] = (dims, status, _status_attrs(f"field distance of equal {meaning}"))

@@ -1,0 +1,403 @@
+"""Factors that carry a rig result to the field: pure functions on two result datasets.
+
+A dataset is what the result file of one campaign holds. A factor is always rig over field. Where it has
+no meaning it is NaN in memory and its status says why; files hold a fill value there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+STATUS: dict[str, int] = {"defined": 0, "zero_denominator": 1, "missing": 2, "beyond_range": 3}
+
+ZERO_SHARE = 1e-6
+"""A denominator below this share of the largest magnitude of its quantity counts as zero."""
+
+WORN_SHARE = 0.01
+"""Along the profile, a depth below this share of the largest one counts as not worn: what smoothing
+spreads beyond the running band is no wear to compare."""
+
+MATCH_KEYS: dict[str, float] = {
+    "op_shift": 1e-9,
+    "op_yaw": 1e-9,
+    "op_roll": 1e-9,
+    "op_wheel_load": 1e-3,
+    "op_speed": 1e-9,
+    "op_friction": 1e-9,
+    "op_track_curvature": 1e-12,
+}
+"""What two operating points must share to be compared, with the rounding allowed [SI unit of each]."""
+
+POINT_QUANTITIES: dict[str, str] = {
+    "area": "sum",
+    "max_pressure": "largest",
+    "normal_force": "sum",
+    "creepage_x": "load-weighted mean",
+    "creepage_y": "load-weighted mean",
+    "spin": "load-weighted mean",
+    "force_x": "sum",
+    "force_y": "sum",
+    "slip_area": "sum",
+    "power": "sum",
+    "wear_index_mean": "area-weighted mean",
+    "wear_index_max": "largest",
+}
+"""Contact quantities compared, and how the patches of one wheel make one value."""
+
+WEAR_QUANTITIES: dict[str, str] = {
+    "max_wear_depth": "largest",
+    "worn_area": "sum",
+    "worn_mass": "sum",
+    "flange_height": "change",
+    "flange_thickness": "change",
+    "flange_gradient": "change",
+    "hollowing": "change",
+}
+"""Wear measures compared. "change": from the new wheel, the larger magnitude of the two wheels; the others
+are values, and both wheels together are their sum or the larger one."""
+
+
+@dataclass(frozen=True)
+class Factor:
+    """Values of rig over field.
+
+    Parameters
+    ----------
+    value : (...) array
+        Rig over field, NaN where undefined [-].
+    status : (...) int array
+        0 where defined, else a number of `STATUS`.
+    """
+
+    value: FloatArray
+    status: IntArray
+
+
+@dataclass(frozen=True)
+class CommonAxes:
+    """Where two campaigns are compared; basis 0 = equal distance, 1 = equal worn depth.
+
+    Parameters
+    ----------
+    distance : (2, k, 2) array
+        Distance run by basis, progress and campaign (rig, field) [m].
+    depth : (2, k, 2) array
+        Largest wear depth of the two wheels there [m].
+    reachable : (2, k) bool array
+        Whether both campaigns come that far.
+    """
+
+    distance: FloatArray
+    depth: FloatArray
+    reachable: NDArray[np.bool_]
+
+
+def ratio(
+    rig: FloatArray,
+    field: FloatArray,
+    scale: FloatArray | float,
+    share: float = ZERO_SHARE,
+    reachable: NDArray[np.bool_] | bool = True,
+) -> Factor:
+    """Divide rig by field wherever that means something.
+
+    Parameters
+    ----------
+    rig, field : (...) array
+        Values of one quantity, NaN where there is none.
+    scale : float or (...) array
+        Magnitude the quantity has where it matters.
+    share : float
+        Denominators below `share` times `scale` count as zero.
+    reachable : bool or (...) array
+        False where a campaign does not come so far.
+
+    Returns
+    -------
+    Factor
+        Rig over field and its status.
+    """
+    rig, field, scale_, reached = np.broadcast_arrays(rig, field, scale, reachable)
+    status = np.full(rig.shape, STATUS["defined"], dtype=np.int64)
+    with np.errstate(invalid="ignore"):
+        status[~(np.abs(field) > share * scale_)] = STATUS["zero_denominator"]
+    status[~(np.isfinite(rig) & np.isfinite(field))] = STATUS["missing"]
+    status[~reached] = STATUS["beyond_range"]
+    value = np.full(rig.shape, np.nan)
+    defined = status == STATUS["defined"]
+    value[defined] = rig[defined] / field[defined]
+    return Factor(value, status)
+
+
+def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
+    """One value per wheel from its contact patches.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+    name : str
+        A key of `POINT_QUANTITIES`, which also says how the patches combine. Forces are those in the
+        contact planes: patches of different contact angle add their components as they are.
+
+    Returns
+    -------
+    (step, operating_point, 2) array
+        NaN where the wheel has no contact patch [SI unit of the quantity].
+    """
+    rule = POINT_QUANTITIES[name]
+    value = np.asarray(dataset[name].values, dtype=np.float64)
+    side = dataset["patch_side"].values
+    weight = np.ones_like(value)
+    if rule.endswith("mean"):
+        weight = np.asarray(dataset["normal_force" if rule.startswith("load") else "area"].values)
+    wheels = []
+    for wheel in (0, 1):
+        here = (side == wheel) & np.isfinite(value)
+        if rule == "largest":
+            combined = np.where(here, value, -np.inf).max(axis=-1)
+        else:
+            combined = np.where(here, value * weight, 0.0).sum(axis=-1)
+            if rule.endswith("mean"):
+                total = np.where(here, weight, 0.0).sum(axis=-1)
+                combined = np.divide(combined, total, out=np.full_like(total, np.nan), where=total > 0.0)
+        wheels.append(np.where(here.any(axis=-1), combined, np.nan))
+    return np.stack(wheels, axis=-1)
+
+
+def collective_mean(values: FloatArray, weight: FloatArray) -> FloatArray:
+    """Mean magnitude over a load collective.
+
+    Parameters
+    ----------
+    values : (step, operating_point, 2) array
+        One quantity per wheel; the magnitude counts, since shifts to both sides would cancel.
+    weight : (operating_point,) array
+        Share of the distance; monitoring points have 0 and do not count.
+
+    Returns
+    -------
+    (step, 2) array
+        Weighted mean, NaN where a point that counts has no contact patch.
+    """
+    counts = weight > 0.0
+    share = weight[counts] / weight[counts].sum() if counts.any() else weight[counts]
+    if not counts.any():
+        return np.full((values.shape[0], values.shape[2]), np.nan)
+    return np.asarray(np.einsum("spw,p->sw", np.abs(values[:, counts]), share))
+
+
+def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
+    """Operating points that both campaigns solved, monitoring points included.
+
+    Parameters
+    ----------
+    rig, field : Dataset
+        Results of the two campaigns.
+
+    Returns
+    -------
+    (k, 2) int array
+        Index in the rig and in the field campaign; equal points of one campaign count once.
+    """
+    rig_keys, field_keys = (
+        [np.nan_to_num(np.asarray(data[key].values, dtype=np.float64), nan=np.inf) for key in MATCH_KEYS]
+        for data in (rig, field)
+    )
+    pairs: list[tuple[int, int]] = []
+    for i in range(rig.sizes["operating_point"]):
+        equal = np.ones(field.sizes["operating_point"], dtype=bool)
+        for mine, theirs, tolerance in zip(rig_keys, field_keys, MATCH_KEYS.values(), strict=True):
+            equal &= np.isclose(theirs, mine[i], rtol=0.0, atol=tolerance)
+        found = np.flatnonzero(equal)
+        if found.size and found[0] not in [pair[1] for pair in pairs]:
+            pairs.append((i, int(found[0])))
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def at_distances(distance: FloatArray, values: FloatArray, targets: FloatArray) -> FloatArray:
+    """Interpolate linearly between the rows of a result.
+
+    Parameters
+    ----------
+    distance : (step,) array
+        Distance run, rising [m].
+    values : (step, ...) array
+        Rows.
+    targets : (k,) array
+        Distances within the range of `distance` [m].
+
+    Returns
+    -------
+    (k, ...) array
+        The row itself where a target meets one, so that a neighbour without value does no harm.
+    """
+    left = np.clip(np.searchsorted(distance, targets, side="right") - 1, 0, distance.size - 1)
+    right = np.minimum(left + 1, distance.size - 1)
+    gap = distance[right] - distance[left]
+    part = np.divide(targets - distance[left], gap, out=np.zeros_like(gap), where=gap > 0.0)
+    part = part.reshape(part.shape + (1,) * (values.ndim - 1))
+    return np.where(part == 0.0, values[left], (1.0 - part) * values[left] + part * values[right])
+
+
+def rows_at(distance: FloatArray, targets: FloatArray) -> IntArray:
+    """Row of the last stored state at or before each target distance, (k,) int array."""
+    return np.clip(np.searchsorted(distance, targets, side="right") - 1, 0, distance.size - 1)
+
+
+def distance_at(growing: FloatArray, distance: FloatArray, targets: FloatArray) -> FloatArray:
+    """Distance at which a growing measure first reaches each target.
+
+    Parameters
+    ----------
+    growing : (step,) array
+        Wear depth or worn area, never falling.
+    distance : (step,) array
+        Distance run [m].
+    targets : (k,) array
+        Values of the measure.
+
+    Returns
+    -------
+    (k,) array
+        Distance [m], NaN beyond what the campaign reached.
+    """
+    level = np.maximum.accumulate(growing)
+    after = np.minimum(np.searchsorted(level, targets, side="left"), level.size - 1)
+    before = np.maximum(after - 1, 0)
+    rise = level[after] - level[before]
+    # a standstill ends where the next rise begins, so the part counts from the last row of the lower level
+    part = np.divide(targets - level[before], rise, out=np.ones_like(rise), where=rise > 0.0)
+    found = np.where(
+        part == 1.0, distance[after], distance[before] + part * (distance[after] - distance[before])
+    )
+    return np.where(targets <= level[-1], np.where(targets <= level[0], distance[0], found), np.nan)
+
+
+def common_axes(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> CommonAxes:
+    """Lay `count` stations over the range both campaigns cover, by distance and by worn depth.
+
+    Parameters
+    ----------
+    rig, field : Dataset
+        Results of the two campaigns.
+    count : int
+        Number of stations, equally spaced from the new wheel on.
+
+    Returns
+    -------
+    CommonAxes
+        Worn depth is the larger one of the two wheels. Without wear in one campaign only the new wheel
+        can be compared at equal depth.
+    """
+    run = [np.asarray(data["distance"].values, dtype=np.float64) for data in (rig, field)]
+    worst = [
+        np.asarray(data["max_wear_depth"].max("wheel").values, dtype=np.float64) for data in (rig, field)
+    ]
+    part = np.linspace(0.0, 1.0, count)
+    equal_distance = part * min(run[0][-1], run[1][-1])
+    equal_depth = part * min(worst[0][-1], worst[1][-1])
+    distance = np.empty((2, count, 2))
+    depth = np.empty((2, count, 2))
+    for c in (0, 1):
+        distance[0, :, c] = equal_distance
+        depth[0, :, c] = at_distances(run[c], worst[c], equal_distance)
+        distance[1, :, c] = distance_at(worst[c], run[c], equal_depth)
+        depth[1, :, c] = equal_depth
+    reachable = np.ones((2, count), dtype=bool)
+    reachable[0, 1:] = equal_distance[-1] > 0.0
+    reachable[1, 1:] = equal_depth[-1] > 0.0
+    return CommonAxes(distance, depth, reachable)
+
+
+def wear_by_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
+    """One wear measure of the right wheel, the left wheel and both.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+    name : str
+        A key of `WEAR_QUANTITIES`.
+
+    Returns
+    -------
+    (step, 3) array
+        Right, left, both [SI unit of the quantity].
+    """
+    value = np.asarray(dataset[name].values, dtype=np.float64)
+    rule = WEAR_QUANTITIES[name]
+    if rule == "sum":
+        both = value.sum(axis=1)
+    elif rule == "largest":
+        both = value.max(axis=1)
+    else:
+        value = value - value[0]
+        both = np.where(np.abs(value[:, 0]) >= np.abs(value[:, 1]), value[:, 0], value[:, 1])
+    return np.column_stack([value, both])
+
+
+def equivalent_distance(
+    rig_measure: FloatArray, field_measure: FloatArray, field_distance: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """Field distance that wears as much as the rig did.
+
+    Parameters
+    ----------
+    rig_measure : (k,) array
+        Wear measure on the rig at the distances asked for.
+    field_measure : (step,) array
+        The same measure in the field.
+    field_distance : (step,) array
+        Distance run in the field [m].
+
+    Returns
+    -------
+    distance : (k,) array
+        Field distance, NaN where the field campaign ends before [m].
+    status : (k,) int array
+        0 or `STATUS["beyond_range"]`.
+    """
+    distance = distance_at(field_measure, field_distance, rig_measure)
+    return distance, np.where(np.isfinite(distance), STATUS["defined"], STATUS["beyond_range"])
+
+
+def dominant_regime(depth_by_regime: FloatArray, share: float = WORN_SHARE) -> IntArray:
+    """Wear regime that removed most at each place of the profile.
+
+    Parameters
+    ----------
+    depth_by_regime : (..., regime, n) array
+        Wear depth by regime [m].
+    share : float
+        Places worn less than this share of the deepest one have no regime.
+
+    Returns
+    -------
+    (..., n) int array
+        Index of the regime, -1 where not worn.
+    """
+    total = depth_by_regime.sum(axis=-2)
+    worn = (total > share * total.max(axis=-1, keepdims=True)) & (total > 0.0)
+    return np.where(worn, depth_by_regime.argmax(axis=-2), -1)
+
+
+def worst_regime(dataset: xr.Dataset) -> IntArray:
+    """Highest wear regime among the patches of each wheel, (step, operating_point, 2), -1 without wear."""
+    regime = np.nan_to_num(np.asarray(dataset["wear_regime"].values, dtype=np.float64), nan=-1.0)
+    side = dataset["patch_side"].values
+    return np.stack([np.where(side == wheel, regime, -1.0).max(axis=-1) for wheel in (0, 1)], axis=-1).astype(
+        np.int64
+    )
+
+
+def regime_differs(rig: IntArray, field: IntArray) -> IntArray:
+    """1 where both have a wear regime and not the same, 0 where the same, -1 where one has none."""
+    return np.where((rig < 0) | (field < 0), -1, (rig != field).astype(np.int64))

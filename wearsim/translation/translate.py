@@ -1,0 +1,254 @@
+"""Rig against field: all factors of two campaigns as one dataset, one file, one table."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from wearsim.errors import ResultError
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.translation import compare, factors
+from wearsim.translation.compare import CAMPAIGN, STAGES
+from wearsim.translation.factors import STATUS, FloatArray
+
+BASIS = ("equal distance", "equal worn depth")
+WHEELS = ("right", "left", "both")
+
+_FILL = 9.969209968386869e36  # the netCDF library's own fill value: every viewer knows it
+_NEEDED = ("distance", "max_wear_depth", "arc_length", "wear_depth_by_regime", "patch_side", "op_weight")
+
+
+def translate(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> xr.Dataset:
+    """Compare a rig campaign with a field campaign.
+
+    No single factor leads from rig to field: each one is given as a function, at equal distance and at
+    equal worn depth.
+
+    Parameters
+    ----------
+    rig, field : Dataset
+        Results as `wearsim.open_results` gives them.
+    count : int
+        Number of stations along each axis; a multiple of 4 plus 1, so that the quarters are met.
+
+    Returns
+    -------
+    Dataset
+        Dimensions: `basis` (equal distance, equal worn depth), `progress` (0 = new wheel, 1 = as far as
+        both campaigns come), `campaign` (rig, field), `matched_point`, `wheel`, `wheel_group` (right,
+        left, both), `stage` and `arc` for values along the profile. Every `x_factor` is rig over field
+        of `x`, NaN where undefined, with the reason in `x_factor_status`.
+    """
+    for role, data in zip(CAMPAIGN, (rig, field), strict=True):
+        missing = [name for name in _NEEDED if name not in data]
+        if missing:
+            raise ResultError(
+                f"{role} result: variable {missing[0]} is missing; give a file that `wearsim run` wrote"
+            )
+    pair = (rig, field)
+    axes = factors.common_axes(rig, field, count)
+    out: dict[str, Any] = {
+        "basis_name": ("basis", list(BASIS), {"long_name": "what is equal in both campaigns"}),
+        "campaign_name": ("campaign", list(CAMPAIGN), {"long_name": "campaign"}),
+        "wheel_name": ("wheel", list(WHEELS[:2]), {"long_name": "wheel"}),
+        "wheel_group_name": ("wheel_group", list(WHEELS), {"long_name": "wheel, or both together"}),
+        "distance_run": (
+            ("basis", "progress", "campaign"),
+            axes.distance,
+            {"units": "m", "long_name": "distance run where the campaigns are compared"},
+        ),
+        "worn_depth": (
+            ("basis", "progress", "campaign"),
+            axes.depth,
+            {"units": "m", "long_name": "largest wear depth of both wheels where the campaigns are compared"},
+        ),
+        "reachable": (
+            ("basis", "progress"),
+            axes.reachable.astype(np.int8),
+            {
+                "long_name": "whether both campaigns come so far",
+                "flag_values": np.array([0, 1], dtype=np.int8),
+                "flag_meanings": "no yes",
+            },
+        ),
+    }
+    compare.add_wear(out, pair, axes)
+    matched = compare.add_contact(out, pair, axes)
+    notes = compare.add_profile(out, pair, axes)
+    compare.add_equivalent_distance(out, pair, count)
+    dataset = xr.Dataset(out)
+    dataset = dataset.assign_coords(
+        progress=(
+            "progress",
+            np.linspace(0.0, 1.0, count),
+            {"units": "1", "long_name": "share of the range both campaigns cover"},
+        ),
+        stage=(
+            "stage",
+            np.array(STAGES),
+            {"units": "1", "long_name": "share of the range both campaigns cover"},
+        ),
+        arc=(
+            "arc",
+            np.asarray(rig["arc_length"].values),
+            {"units": "m", "long_name": "arc length of the new wheel"},
+        ),
+    )
+    dataset.attrs = _attributes(rig, field, matched, notes)
+    return dataset
+
+
+def translate_files(rig: str | Path, field: str | Path, out: str | Path) -> Path:
+    """Compare two result files and write the factors.
+
+    Parameters
+    ----------
+    rig, field : path
+        Result files of the two campaigns.
+    out : path
+        File to write (netCDF-4, CF); replaced as a whole, never half written.
+
+    Returns
+    -------
+    Path
+        `out`.
+    """
+    loaded = []
+    for path in (rig, field):
+        try:
+            with xr.open_dataset(path, engine="netcdf4") as data:
+                loaded.append(data.load())
+        except (OSError, ValueError) as fault:
+            raise ResultError(
+                f"{path}: cannot be read as a result file; give one that `wearsim run` wrote"
+            ) from fault
+    return write(translate(loaded[0], loaded[1]), out)
+
+
+def write(dataset: xr.Dataset, out: str | Path) -> Path:
+    """Write a dataset of `translate` with fill values where a factor is undefined."""
+    out = Path(out)
+    encoding: dict[str, dict[str, Any]] = {}
+    for name, variable in dataset.variables.items():
+        if variable.dtype.kind == "f":
+            encoding[str(name)] = {"_FillValue": None if name in dataset.coords else _FILL}
+            if variable.ndim > 1:
+                encoding[str(name)] |= {"zlib": True, "complevel": 4, "shuffle": True}
+    part = out.with_name(f".{out.name}.part")
+    try:
+        dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
+        os.replace(part, out)
+    except OSError as fault:
+        part.unlink(missing_ok=True)
+        raise ResultError(
+            f"{out}: cannot be written ({fault.strerror or fault}); choose a writable place"
+        ) from fault
+    return out
+
+
+def table(dataset: xr.Dataset) -> pd.DataFrame:
+    """Factors where both campaigns end, for a terminal or the report.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From `translate` or read back from its file.
+
+    Returns
+    -------
+    DataFrame
+        Columns basis, variable, quantity, unit, rig, field, factor, status; values in the unit people
+        read, NaN where undefined. Wear of both wheels together; contact values of the worse wheel.
+    """
+    rows = []
+    for b, basis in enumerate(BASIS):
+        rows.append(_row(dataset, basis, "distance_run", "distance", dataset["distance_run"].values[b, -1]))
+        for name, rule in factors.WEAR_QUANTITIES.items():
+            variable = f"{name}_change" if rule == "change" else name
+            rows.append(_entry(dataset, b, variable, name, (2,)))
+        rows.append(_entry(dataset, b, "equivalent_conicity", "equivalent_conicity", ()))
+        for name in factors.POINT_QUANTITIES:
+            variable = f"{name}_collective"
+            values = dataset[variable].values[b, -1]
+            wheel = int(np.nan_to_num(values, nan=-1.0).max(axis=0).argmax())
+            rows.append(_entry(dataset, b, variable, name, (wheel,)))
+    return pd.DataFrame(rows)
+
+
+def _entry(
+    dataset: xr.Dataset, basis: int, variable: str, name: str, place: tuple[int, ...]
+) -> dict[str, Any]:
+    values = dataset[variable].values[basis, -1]
+    factor = float(dataset[f"{variable}_factor"].values[basis, -1][place])
+    status = int(dataset[f"{variable}_factor_status"].values[basis, -1][place])
+    values = np.array([values[0][place], values[1][place]])
+    return _row(dataset, BASIS[basis], variable, name, values, factor, status)
+
+
+def _row(
+    dataset: xr.Dataset, basis: str, variable: str, name: str, values: FloatArray,
+    factor: float | None = None, status: int | None = None,
+) -> dict[str, Any]:  # fmt: skip
+    if factor is None:
+        found = factors.ratio(values[0], values[1], float(np.abs(np.nan_to_num(values)).max()))
+        factor, status = float(found.value), int(found.status)
+    shown = NOMENCLATURE[name]
+    return {
+        "basis": basis,
+        "variable": variable,
+        "quantity": dataset[variable].attrs["long_name"] if variable != "distance_run" else shown.meaning,
+        "unit": shown.shown_unit,
+        "rig": float(values[0]) * shown.shown_factor,
+        "field": float(values[1]) * shown.shown_factor,
+        "factor": factor,
+        "status": next(key for key, number in STATUS.items() if number == status),
+    }
+
+
+def content_hash(dataset: xr.Dataset) -> str:
+    """SHA-256 over names and values: equal for equal results, however the file was put together."""
+    digest = hashlib.sha256()
+    for name in sorted(str(name) for name in dataset.variables):
+        values = dataset[name].values
+        digest.update(name.encode())
+        digest.update(
+            "\0".join(map(str, values.ravel())).encode() if values.dtype.kind in "OUST" else values.tobytes()
+        )
+    return digest.hexdigest()
+
+
+def _attributes(rig: xr.Dataset, field: xr.Dataset, matched: int, notes: list[str]) -> dict[str, Any]:
+    attrs: dict[str, Any] = {
+        "Conventions": "CF-1.11",
+        "title": f"{rig.attrs.get('title', 'rig')} against {field.attrs.get('title', 'field')}",
+        "history": "wearsim translate",
+        "source": rig.attrs.get("source", "wearsim"),
+        "comment": "factors are rig over field; a fill value means undefined, the status variable says why",
+        "matched_points": np.int32(matched),
+    }
+    for role, data in zip(CAMPAIGN, (rig, field), strict=True):
+        attrs[f"{role}_sha256"] = content_hash(data)
+        for key in ("title", "wear_law", "wear_coefficients", "wear_form", "counterface_curvature"):
+            if str(data.attrs.get(key, "")) != "":
+                attrs[f"{role}_{key}"] = data.attrs[key]
+    for key in ("wear_law", "wear_coefficients", "wear_form", "contact_normal", "contact_tangential"):
+        mine, theirs = (str(data.attrs.get(key, "")) for data in (rig, field))
+        if mine != theirs:
+            notes = [
+                *notes,
+                f"{key} differs: {mine or 'unknown'} on the rig, {theirs or 'unknown'} in the field",
+            ]
+    if not matched:
+        notes = [
+            *notes,
+            "no operating point is solved in both campaigns: give both the same [operation.monitor]",
+        ]
+    if notes:
+        attrs["warnings"] = "\n".join(notes)
+    return attrs
