@@ -49,7 +49,14 @@ class ProfileError(WearsimError):
 
 
 class ContactError(WearsimError):
-    """A contact problem without an answer: no touch, patch at the edge of a profile, unusable input."""
+    """A contact problem without an answer: no touch, patch at the edge of a profile, unusable input.
+
+    `row` is the row of the batch it belongs to, where a model knows it.
+    """
+
+    def __init__(self, message: str, row: int | None = None) -> None:
+        self.row = row
+        super().__init__(message)
 
 
 class NumericalError(ContactError):

@@ -247,27 +247,27 @@ def gap(
 
 @kernel
 def _raster(
-    ring_y,
-    ring_radius,
-    ring_slope,
-    grid_y,
-    grid_z,
-    shift,
-    yaw,
-    roll,
-    half_span,
-    nominal_radius,
-    kappa,
-    offset,
-    height,
-    lever,
-    along,
-    gap_out,
-    wheel_y_out,
-    sin_theta_out,
-    radius_out,
-    x_out,
-):
+    ring_y: FloatArray,
+    ring_radius: FloatArray,
+    ring_slope: FloatArray,
+    grid_y: FloatArray,
+    grid_z: FloatArray,
+    shift: FloatArray,
+    yaw: FloatArray,
+    roll: FloatArray,
+    half_span: float,
+    nominal_radius: float,
+    kappa: float,
+    offset: FloatArray,
+    height: FloatArray,
+    lever: FloatArray,
+    along: FloatArray,
+    gap_out: FloatArray,
+    wheel_y_out: FloatArray,
+    sin_theta_out: FloatArray,
+    radius_out: FloatArray,
+    x_out: FloatArray,
+) -> None:
     """Contour of the yawed wheel in the unrolled plane, then its upper envelope on the grid."""
     step = grid_y[1] - grid_y[0]
     points = grid_y.size

@@ -12,7 +12,11 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 # Only flags that keep NaN and infinity meaningful: a NaN must stay visible (architecture section 4).
 # Error model "numpy": a check for division by zero in the loop would keep it from using vector
 # instructions; kernels guard the places where it can happen.
-_OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"reassoc", "contract", "arcp", "nsz"}}
+_OPTIONS: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": {"reassoc", "contract", "arcp", "nsz"},
+}
 
 
 def kernel(function: _Function) -> _Function:

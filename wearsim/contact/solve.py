@@ -209,8 +209,17 @@ def solve(
     ContactError
         If a wheel does not touch or its patch reaches the edge of a profile; the message names the point.
     """
-    asked = {"sides": sides, "vertical": vertical, "threads": threads}
-    return _join(solve_each(conditions, wheelset, counterface, models, lambda part: part, **asked))
+    parts = solve_each(
+        conditions,
+        wheelset,
+        counterface,
+        models,
+        lambda part: part,
+        sides=sides,
+        vertical=vertical,
+        threads=threads,
+    )
+    return _join(parts)
 
 
 def solve_each(
@@ -328,9 +337,10 @@ def _solve_side(
             parameters=dict(models.parameters),
         )
     except ContactError as error:
-        row = getattr(error, "row", 0)
+        row = error.row or 0
         name = "left" if side else "right"
-        place = f"point {start + row}, {name} wheel, shift {chunk.shift[row] * 1e3:g} mm, yaw {chunk.yaw[row] * 1e3:g} mrad"
+        shift, yaw = 1e3 * chunk.shift[row], 1e3 * chunk.yaw[row]
+        place = f"point {start + row}, {name} wheel, shift {shift:g} mm, yaw {yaw:g} mrad"
         raise type(error)(f"{place}: {error}; check shift, gauge and profiles") from None
     row = normal.patch.row
     grid = ground.y

@@ -4,7 +4,8 @@ The surfaces are pushed into each other by :math:`\varepsilon\delta`; where they
 Pressure is semi-elliptic along each strip, :math:`p = c\sqrt{x_l(y)^2 - x^2}`, and the approach
 :math:`\delta` follows from the half-space displacement at the point of first contact:
 
-.. math:: N = \pi E^* \delta \; \frac{\iint\sqrt{x_l^2-x^2}\,dx\,dy}{\iint\sqrt{x_l^2-x^2}/\sqrt{x^2+y^2}\,dx\,dy}.
+.. math:: N = \pi E^* \delta \frac{\iint\sqrt{x_l^2-x^2}\,dx\,dy}
+          {\iint\sqrt{x_l^2-x^2}/\sqrt{x^2+y^2}\,dx\,dy}.
 
 Rule for several patches: minima of the gap whose saddle lies inside the virtual penetration of the deeper
 one form one patch; others are patches of their own that share the rigid vertical approach, less the
@@ -24,7 +25,7 @@ import numpy as np
 from wearsim.contact.geometry import _NO_WHEEL, Gap
 from wearsim.contact.kernel import kernel
 from wearsim.contact.normal.model import NormalSolution
-from wearsim.contact.patch import FloatArray, Patch
+from wearsim.contact.patch import FloatArray, IntArray, Patch
 from wearsim.errors import ContactError, NumericalError
 
 DEFAULTS = {"virtual_penetration_factor": 0.55}
@@ -125,7 +126,7 @@ def solve(
     )
 
 
-def _raise_first(fault: np.ndarray) -> None:
+def _raise_first(fault: IntArray) -> None:
     """Tell the first row without an answer; the caller knows which operating point it is."""
     failed = np.flatnonzero(fault)
     if failed.size == 0:
@@ -138,13 +139,15 @@ def _raise_first(fault: np.ndarray) -> None:
         _NOT_SINGLE: "several patches close: a normal force belongs to one patch; give the wheel load instead",
         _NO_BALANCE: "the load cannot be balanced by virtual penetration",
     }[kind]
-    error: ContactError = NumericalError(text) if kind == _NO_BALANCE else ContactError(text)
-    error.row = row  # type: ignore[attr-defined]
-    raise error
+    raise (NumericalError if kind == _NO_BALANCE else ContactError)(text, row=row)
 
 
 @kernel
-def _strip_half_length_squared(depth, radius, sigma):
+def _strip_half_length_squared(
+    depth: float,
+    radius: float,
+    sigma: float,
+) -> float:
     """Half chord, squared, of a circle of `radius` and one of curvature `sigma` overlapping by `depth`.
 
     Exact for circles: (4)-(6) of Liu and Bruni solved for x with z_w + z_r = g; sigma = 0 is the rail.
@@ -154,7 +157,10 @@ def _strip_half_length_squared(depth, radius, sigma):
 
 
 @kernel
-def _displacement_integral(half_squared, distance_squared):
+def _displacement_integral(
+    half_squared: float,
+    distance_squared: float,
+) -> float:
     """Integral over x of sqrt(a^2 - x^2) / sqrt(x^2 + y^2): 2 sqrt(a^2 + y^2) (K - E), by the AGM."""
     total = half_squared + distance_squared
     a, b = 1.0, np.sqrt(distance_squared / total)
@@ -167,34 +173,35 @@ def _displacement_integral(half_squared, distance_squared):
         weighted += power * c * c
         if c < 1e-6 * a:  # the next term is of the order c^4
             break
-    return np.pi * np.sqrt(total) * weighted / a
+    integral: float = np.pi * np.sqrt(total) * weighted / a
+    return integral
 
 
 @kernel
 def _patch_load(
-    first,
-    last,
-    touch,
-    low,
-    approach,
-    factor,
-    grid_y,
-    grid_z,
-    slope,
-    angle,
-    gap,
-    radius,
-    kappa,
-    modulus,
-    work,
-    out,
-):
-    """Normal force of the patch of one basin of the gap under a vertical approach.
+    first: int,
+    last: int,
+    touch: float,
+    low: float,
+    approach: float,
+    factor: float,
+    grid_y: FloatArray,
+    grid_z: FloatArray,
+    slope: FloatArray,
+    angle: FloatArray,
+    gap: FloatArray,
+    radius: FloatArray,
+    kappa: float,
+    modulus: float,
+    work: FloatArray,
+    out: FloatArray,
+) -> float:
+    """Return the normal force of the patch of one basin of the gap under a vertical approach.
 
     Fills `work` with, at the grid points `start..stop` of the patch, position s in the contact plane,
     interpenetration g, integration weight and squared half-length; `out` with (start, stop, centre y,
-    angle, normal approach, sum of x_l^2 weights, s of the left and right end, deepest x_l^2). Returns
-    the normal force, 0 where the patch is too thin for the grid.
+    angle, normal approach, sum of x_l^2 weights, s of the left and right end, deepest x_l^2). The force
+    is 0 where the patch is too thin for the grid.
     """
     limit = low + factor * approach
     start = int(np.floor(touch))
@@ -264,11 +271,18 @@ def _patch_load(
     normal_approach = approach * cosine
     out[0], out[1], out[2], out[3], out[4] = start, stop, centre, delta, normal_approach
     out[5], out[6], out[7], out[8] = volume, left, right, deepest
-    return np.pi * modulus * normal_approach * (0.5 * np.pi * volume) / displacement
+    force: float = np.pi * modulus * normal_approach * (0.5 * np.pi * volume) / displacement
+    return force
 
 
 @kernel
-def _basins(gap, low, deepest_search, minima, saddles):
+def _basins(
+    gap: FloatArray,
+    low: float,
+    deepest_search: float,
+    minima: FloatArray,
+    saddles: IntArray,
+) -> int:
     """Local minima of the gap below `low + deepest_search`, as fractional grid positions, and saddles.
 
     `saddles[k]` is the index of the highest point between minima k and k + 1. Returns their number.
@@ -294,9 +308,24 @@ def _basins(gap, low, deepest_search, minima, saddles):
 
 @kernel
 def _wheel_load(
-    approach, low, found, minima, saddles, factor, vertical,
-    grid_y, grid_z, slope, angle, gap, radius, kappa, modulus, work, patches,
-):  # fmt: skip
+    approach: float,
+    low: float,
+    found: int,
+    minima: FloatArray,
+    saddles: IntArray,
+    factor: float,
+    vertical: bool,
+    grid_y: FloatArray,
+    grid_z: FloatArray,
+    slope: FloatArray,
+    angle: FloatArray,
+    gap: FloatArray,
+    radius: FloatArray,
+    kappa: float,
+    modulus: float,
+    work: FloatArray,
+    patches: FloatArray,
+) -> tuple[float, int]:
     """Load of all patches of one wheel under a rigid approach; `patches` gets one line per patch."""
     total, used = 0.0, 0
     k = 0
@@ -318,9 +347,23 @@ def _wheel_load(
             last = saddles[end] if end + 1 < found else last_point
             line = patches[min(used, patches.shape[0] - 1)]
             force = _patch_load(
-                first, last, minima[0, deepest], minima[1, deepest], own, factor,
-                grid_y, grid_z, slope, angle, gap, radius, kappa, modulus, work, line,
-            )  # fmt: skip
+                first,
+                last,
+                minima[0, deepest],
+                minima[1, deepest],
+                own,
+                factor,
+                grid_y,
+                grid_z,
+                slope,
+                angle,
+                gap,
+                radius,
+                kappa,
+                modulus,
+                work,
+                line,
+            )
             if force > 0.0:
                 line[9] = force
                 line[10] = minima[1, deepest] + factor * own
@@ -332,9 +375,25 @@ def _wheel_load(
 
 @kernel
 def _balance(
-    grid_y, grid_z, slope, angle, gaps, radii, lines, kappa, load, vertical, factor, modulus,
-    work, count, fault, scalars, fields, edges,
-):  # fmt: skip
+    grid_y: FloatArray,
+    grid_z: FloatArray,
+    slope: FloatArray,
+    angle: FloatArray,
+    gaps: FloatArray,
+    radii: FloatArray,
+    lines: FloatArray,
+    kappa: float,
+    load: FloatArray,
+    vertical: bool,
+    factor: float,
+    modulus: float,
+    work: FloatArray,
+    count: IntArray,
+    fault: IntArray,
+    scalars: FloatArray,
+    fields: FloatArray,
+    edges: FloatArray,
+) -> None:
     """Find the approach of each row that carries its load, and lay the strips of its patches."""
     minima = np.empty((2, 64))
     saddles = np.empty(64, np.int64)
@@ -357,9 +416,24 @@ def _balance(
         value, used = 0.0, 0
         for trial in range(200):
             value, used = _wheel_load(
-                approach, low, found, minima, saddles, factor, vertical,
-                grid_y, grid_z, slope, angle, gap, radius, kappa, modulus, work, patches,
-            )  # fmt: skip
+                approach,
+                low,
+                found,
+                minima,
+                saddles,
+                factor,
+                vertical,
+                grid_y,
+                grid_z,
+                slope,
+                angle,
+                gap,
+                radius,
+                kappa,
+                modulus,
+                work,
+                patches,
+            )
             excess = value / load[row] - 1.0
             if abs(excess) < 1e-9:
                 break
@@ -413,16 +487,39 @@ def _balance(
             ):
                 fault[row] = _AT_EDGE
             _lay_strips(
-                line, scale, kappa, modulus, grid_y, grid_z, slope, gap, radius, lines[row],
-                scalars[row, rank], fields[row, rank], edges[row, rank], strips,
-            )  # fmt: skip
+                line,
+                scale,
+                kappa,
+                grid_y,
+                grid_z,
+                slope,
+                gap,
+                radius,
+                lines[row],
+                scalars[row, rank],
+                fields[row, rank],
+                edges[row, rank],
+                strips,
+            )
             patches[best, 9] = -1.0
 
 
 @kernel
 def _lay_strips(
-    line, scale, kappa, modulus, grid_y, grid_z, slope, gap, radius, along, scalar, field, edge, strips
-):
+    line: FloatArray,
+    scale: float,
+    kappa: float,
+    grid_y: FloatArray,
+    grid_z: FloatArray,
+    slope: FloatArray,
+    gap: FloatArray,
+    radius: FloatArray,
+    along: FloatArray,
+    scalar: FloatArray,
+    field: FloatArray,
+    edge: FloatArray,
+    strips: int,
+) -> None:
     """Cut one patch into strips of equal width in its contact plane and make the pressure fit the load."""
     start, stop = int(line[0]), int(line[1])
     centre, delta, left, right, limit = line[2], line[3], line[6], line[7], line[10]

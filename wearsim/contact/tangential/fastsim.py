@@ -131,22 +131,22 @@ def _mean_flexibility(creepage: FloatArray, flexibility: FloatArray) -> FloatArr
 
 @kernel
 def _march(
-    y,
-    width,
-    x_lead,
-    x_trail,
-    bound,
-    pressure,
-    creepage,
-    flexibility,
-    mean,
-    cells,
-    keep,
-    rows,
-    out,
-    force,
-    slip_area,
-):
+    y: FloatArray,
+    width: FloatArray,
+    x_lead: FloatArray,
+    x_trail: FloatArray,
+    bound: FloatArray,
+    pressure: FloatArray,
+    creepage: FloatArray,
+    flexibility: FloatArray,
+    mean: FloatArray,
+    cells: int,
+    keep: bool,
+    rows: FloatArray,
+    out: FloatArray,
+    force: FloatArray,
+    slip_area: FloatArray,
+) -> None:
     """March from the leading to the trailing end, all strips of a patch side by side.
 
     Everything the inner loop touches lies in `rows`, one buffer of rows a constant number of places apart:
