@@ -23,6 +23,18 @@ from wearsim.scene_faults import key_lines, shown, syntax_fault, validation_faul
 from wearsim.scene_inputs import InputFile, Inputs, find_file, read_inputs, scene_warnings
 from wearsim.scene_models import AnyHeader, CompareScene, FieldScene, Origin, RigScene
 
+__all__ = [
+    "CampaignSetup",
+    "CompareScene",
+    "FieldScene",
+    "RigScene",
+    "Scene",
+    "build",
+    "files_to_copy",
+    "load_scene",
+    "scene_schema",
+]
+
 Scene = RigScene | FieldScene | CompareScene
 
 _MODELS: dict[str, type[RigScene] | type[FieldScene] | type[CompareScene]] = {

@@ -318,8 +318,8 @@ def _fit_faults(
         if tread_end < top:
             key = path[-1] if isinstance(path[-1], str) else path[-2]
             told = (
-                f"{key}: at a shift of {shift:g} mm the tread ends {1e3 * (top - tread_end):.3g} mm short of the "
-                f"counterface's top: the wheel does not touch it; "
+                f"{key}: at a shift of {shift:g} mm the tread ends {1e3 * (top - tread_end):.3g} mm short of "
+                f"the counterface's top: the wheel does not touch it; "
                 f"check gauge_mm = {gauge:g} and flange_back_mm = {scene.wheelset.flange_back_mm:g}"
             )
             return [_fault(scene, path, told)]

@@ -1,0 +1,127 @@
+"""The command line: parse, call, print. One file per command; what they need is imported when they run."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import shlex
+import sys
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from wearsim import __version__
+
+COMMANDS = ("check", "run", "resume", "status", "inspect", "translate", "report", "schema")
+"""Modules of this package, in the order of the help; each has `add_parser` and `execute`."""
+
+_EXAMPLES = """\
+examples:
+  wearsim check workflows/rig_vs_field.toml
+  wearsim run workflows/rig_vs_field.toml --out out
+  wearsim COMMAND --help
+"""
+
+
+class Parser(argparse.ArgumentParser):
+    """Argument parser that reports a wrong command line in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print what is wrong with the command line and where help is, and exit with 2."""
+        self.exit(2, f"{self.prog}: {message}; see `{self.prog} --help`\n")
+
+
+Commands = Any
+"""What `add_subparsers` returns: a command adds its parser to it."""
+
+
+def add_command(commands: Commands, name: str, summary: str, example: str) -> argparse.ArgumentParser:
+    """Add the parser of one command.
+
+    Parameters
+    ----------
+    commands : object
+        From `add_subparsers`.
+    name, summary : str
+        Of the command.
+    example : str
+        Command lines to show at the end of its help.
+
+    Returns
+    -------
+    argparse.ArgumentParser
+        For its arguments.
+    """
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=summary,
+        description=summary[:1].upper() + summary[1:] + ".",
+        epilog="example:\n" + "\n".join(f"  {line}" for line in example.splitlines()),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+    return parser
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Parser of the whole command line."""
+    parser = Parser(
+        prog="wearsim",
+        description="Wear of railway wheels on a roller rig and in the field, and the factors between them.",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"wearsim {__version__}")
+    parser.add_argument("--debug", action="store_true", help="show the traceback of an internal error")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for name in COMMANDS:
+        importlib.import_module(f"wearsim.cli.{name}").add_parser(commands)
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments without the program's name; by default those of the process.
+
+    Returns
+    -------
+    int
+        0 ok, 2 bad input, 3 numerical failure or internal error, 130 interrupted.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    arguments = build_parser().parse_args(words)
+    arguments.command_line = shlex.join(["wearsim", *words])
+    from wearsim.errors import WearsimError  # not for --help: dataclasses cost 10 ms
+
+    try:
+        code = int(importlib.import_module(f"wearsim.cli.{arguments.command}").execute(arguments))
+        sys.stdout.flush()
+    except WearsimError as error:
+        if arguments.debug:
+            raise
+        print(error, file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("interrupted; a started campaign continues with `wearsim resume DIR`", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # The reader, such as `head`, has left; Python would complain once more when it closes stdout.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Exception as error:
+        if arguments.debug:
+            raise
+        told = " ".join(str(error).split())
+        print(
+            f"wearsim: internal error, {type(error).__name__}: {told}; this is a fault of wearsim, "
+            f"add --debug to see where",
+            file=sys.stderr,
+        )
+        return 3
+    return code

@@ -1,0 +1,118 @@
+"""`wearsim check`: all faults of a scene, or what would be run."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from wearsim.cli import Commands, add_command
+
+if TYPE_CHECKING:
+    from wearsim.scene_models import FieldScene, RigScene
+
+_PATCH_VALUES = 25
+"""Values stored per patch slot: positions, forces, creepages, wear index and the like."""
+
+
+def add_parser(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "check",
+        "show all faults of a scene file, or what it would run",
+        "wearsim check workflows/rig_vs_field.toml\nwearsim check rig.toml --json",
+    )
+    parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
+    parser.add_argument("--json", action="store_true", help="print JSON, with every value that would act")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Check the scene and print what it would run."""
+    import json
+
+    from wearsim.scene import load_scene
+    from wearsim.scene_models import CompareScene
+
+    scene = load_scene(arguments.scene)
+    plans = [plan(scene.rig), plan(scene.field)] if isinstance(scene, CompareScene) else [plan(scene)]
+    if arguments.json:
+        told = {"scene": str(scene.origin.path), "kind": scene.scene.kind, "campaigns": plans}
+        print(json.dumps(told, indent=2, ensure_ascii=False))
+        return 0
+    print(f"{scene.origin.path}: no faults ({scene.scene.kind})")
+    for item in plans:
+        print()
+        print(_text(item))
+    return 0
+
+
+def plan(scene: RigScene | FieldScene) -> dict[str, Any]:
+    """Tell what a scene would run.
+
+    Parameters
+    ----------
+    scene : RigScene or FieldScene
+        As loaded.
+
+    Returns
+    -------
+    dict
+        JSON values, SI units; `settings` holds every value that would act, defaults included.
+    """
+    from wearsim.damage.wear import regimes
+    from wearsim.scene import build
+
+    setup = build(scene)
+    points = setup.points
+    count = len(points.label)
+    vertices = len(setup.wheelset.right.y)
+    evaluations = 2 if setup.control.integrator == "heun" else 1
+    # two wheels: y, z, depth, work, depth by regime; eight patch slots per point
+    values = 2 * vertices * (4 + len(regimes(setup.wear.law))) + count * (8 * _PATCH_VALUES + 2)
+    return {
+        "kind": setup.kind,
+        "title": setup.title,
+        "scene": str(scene.origin.path),
+        "distance": setup.control.distance,
+        "points": count,
+        "monitoring_points": int((points.weight == 0).sum()),
+        "environment": sorted({float(value) for value in points.environment[points.weight > 0]}),
+        "wheels": 2,
+        "evaluations_per_step": evaluations,
+        "solutions_per_step": 2 * count * evaluations,
+        "steps": None,
+        "profile_points": vertices,
+        "bytes_per_step": 8 * values,
+        "inputs": [{"name": name, "sha256": digest} for name, digest in setup.input_hashes],
+        "settings": scene.model_dump(by_alias=True, mode="json"),
+        "warnings": list(setup.warnings),
+    }
+
+
+def _text(item: dict[str, Any]) -> str:
+    campaign, contact, wear = (item["settings"][name] for name in ("campaign", "contact", "wear"))
+    environment = ", ".join(f"{value:g}" for value in item["environment"])
+    rows = [
+        ("distance", f"{item['distance'] / 1e3:g} km"),
+        ("wheel, counterface", ", ".join(entry["name"].split(" ", 1)[1] for entry in item["inputs"][1:])),
+        ("operating points", f"{item['points']}, of which {item['monitoring_points']} only monitor"),
+        ("environment factor", environment),
+        ("contact models", f"{contact['normal']}, {contact['tangential']}; rotation {contact['rotation']}"),
+        ("cells", f"{contact['strips']} strips x {contact['cells']} cells per patch"),
+        ("wear law", f"{wear['law']} ({wear['form']}), {wear['coefficients']}"),
+        (
+            "solutions per step",
+            f"{item['points']} points x 2 wheels x {item['evaluations_per_step']} evaluations "
+            f"({campaign['integrator']}) = {item['solutions_per_step']}",
+        ),
+        (
+            "steps",
+            f"not known before the run: depth below {campaign['max_step_depth_um']:g} um and "
+            f"S below {campaign['stability']:g} set each",
+        ),
+        ("result file", f"about {item['bytes_per_step'] / 1e6:.2g} MB per step before compression"),
+    ]
+    lines = [f"{item['kind']}: {item['title']}"]
+    lines += [f"  {name:<20}{value}" for name, value in rows]
+    lines += [f"  warning: {warning}" for warning in item["warnings"]]
+    return "\n".join(lines)

@@ -1,0 +1,41 @@
+"""`wearsim inspect`: what is in a result file."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from wearsim.cli import Commands, add_command
+
+
+def add_parser(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "inspect",
+        "summarise a result file, as text, JSON or figures",
+        "wearsim inspect out/rig.nc\nwearsim inspect out/rig.nc --plot figures",
+    )
+    parser.add_argument("file", metavar="FILE", help="result file (netCDF)")
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("--plot", metavar="DIR", help="write the figures of the report into this folder")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print the summary; write the figures if they are wanted."""
+    import json
+
+    from wearsim.report.inspect import inspect, summary_text, write_figures
+
+    path = Path(arguments.file)
+    summary = inspect(path)
+    figures = write_figures(path, Path(arguments.plot)) if arguments.plot else []
+    if arguments.json:
+        if arguments.plot:
+            summary = {**summary, "figures": [str(figure) for figure in figures]}
+        print(json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False))
+        return 0
+    print(summary_text(summary))
+    for figure in figures:
+        print(figure)
+    return 0

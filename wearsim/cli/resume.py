@@ -1,0 +1,32 @@
+"""`wearsim resume`: go on with a campaign that was interrupted."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from wearsim.cli import Commands, add_command
+
+
+def add_parser(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "resume",
+        "continue an interrupted run directory; a finished one is left as it is",
+        "wearsim resume out",
+    )
+    parser.add_argument("directory", metavar="DIR", help="run directory")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Continue from the last finished step and write the report."""
+    from wearsim.campaign.run import resume
+    from wearsim.cli.progress import observer
+    from wearsim.report.html import write_report
+
+    out = Path(arguments.directory)
+    with observer() as observe:
+        resume(out, observer=observe)
+    print(f"report: {write_report(out)}")
+    return 0

@@ -1,0 +1,35 @@
+"""`wearsim run`: a campaign, or a comparison of two, from a scene file to the report."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from wearsim.cli import Commands, add_command
+
+
+def add_parser(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "run",
+        "run the campaign or comparison of a scene file and write its report",
+        "wearsim run workflows/rig_vs_field.toml --out out",
+    )
+    parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
+    parser.add_argument(
+        "--out", metavar="DIR", help="run directory (default: the scene file's name without .toml, here)"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Run the scene; a directory in which it runs already is continued."""
+    from wearsim.campaign.run import run_scene
+    from wearsim.cli.progress import observer
+    from wearsim.report.html import write_report
+
+    out = Path(arguments.out or Path(arguments.scene).stem)
+    with observer() as observe:
+        run_scene(arguments.scene, out, command=arguments.command_line, observer=observe)
+    print(f"report: {write_report(out)}")
+    return 0

@@ -1,0 +1,78 @@
+"""`wearsim status`: how far a campaign is."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from wearsim.cli import Commands, add_command
+
+
+def add_parser(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands, "status", "show how far the campaigns of a run directory are", "wearsim status out"
+    )
+    parser.add_argument("directory", metavar="DIR", help="run directory")
+    parser.add_argument("--json", action="store_true", help="print JSON")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print the status."""
+    import json
+    from pathlib import Path
+
+    from wearsim.campaign.directory import read_manifest, read_status
+
+    out = Path(arguments.directory)
+    read_manifest(out)  # a clear fault where there is no campaign
+    status = read_status(out)
+    if arguments.json:
+        print(json.dumps(status, indent=2))
+        return 0
+    campaigns = status.get("campaigns") or {}
+    if not campaigns:
+        print(f"{out}: no step finished yet")
+    for name, item in campaigns.items():
+        print(line(name, item))
+    return 0
+
+
+def line(name: str, item: dict[str, Any]) -> str:
+    """One line on one campaign.
+
+    Parameters
+    ----------
+    name : str
+        Of the campaign.
+    item : dict
+        Its entry in `status.json`.
+    """
+    distance, target = float(item.get("distance", 0.0)), float(item.get("target", 0.0))
+    percent = f" ({100.0 * distance / target:.0f} %)" if target > 0 else ""
+    told = (
+        f"{name}: {item.get('state', 'unknown')}, step {item.get('step', 0)}, "
+        f"{distance / 1e3:.6g} of {target / 1e3:.6g} km{percent}, "
+        f"deepest wear {1e3 * float(item.get('worst_depth', 0.0)):.4g} mm"
+    )
+    left = item.get("time_left")
+    if item.get("state") == "running" and left is not None:
+        told += f", about {duration(float(left))} left"
+    if item.get("message"):
+        told += f"; {item['message']}"
+    return told
+
+
+def duration(seconds: float) -> str:
+    """Time in words that fit a line.
+
+    Parameters
+    ----------
+    seconds : float
+        [s]
+    """
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    if seconds < 5400:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.1f} h"
