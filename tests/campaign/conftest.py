@@ -1,5 +1,9 @@
 """Contact solutions made up for tests of the campaign rooms: right shapes, no contact mechanics."""
 
+import importlib.util
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -148,3 +152,14 @@ def solution():
 @pytest.fixture
 def points():
     return points_of([0.5, 0.3, 0.2], environment=[1.0, 0.5, 0.1])
+
+
+@pytest.fixture(scope="session")
+def synthetic():
+    """The module `synthetic_campaign.py` beside this file."""
+    path = Path(__file__).with_name("synthetic_campaign.py")
+    spec = importlib.util.spec_from_file_location("synthetic_campaign", path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["synthetic_campaign"] = module
+    spec.loader.exec_module(module)
+    return module
