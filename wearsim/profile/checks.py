@@ -14,6 +14,8 @@ Kind = Literal["wheel", "rail"]
 MIN_POINTS = 20
 # Plausible widths of a measured cross-section [m]; half a rail head is enough for a contact.
 WIDTH_RANGE: dict[str, tuple[float, float]] = {"wheel": (0.080, 0.200), "rail": (0.030, 0.200)}
+# Difference of the largest and smallest z [m]; a wheel has a flange, a rail may end on its crown.
+HEIGHT_RANGE: dict[str, tuple[float, float]] = {"wheel": (0.015, 0.150), "rail": (0.001, 0.200)}
 # Other units people's files come in, with their factor to the one stated.
 _SCALES = (
     (1e3, "1000 times as large"),
@@ -83,7 +85,7 @@ def _unit_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, in
         return [mixed]
     across = np.hypot(y[2:] - y[:-2], z[2:] - z[:-2])
     both = np.minimum(step[1:], step[:-1])
-    wild = np.flatnonzero((both > np.maximum(10.0 * usual, 2e-3)) & (across < 0.5 * both)) + 1
+    wild = np.flatnonzero((both > np.maximum(3.0 * usual, 2e-3)) & (across < 0.5 * both)) + 1
     if len(wild):
         return [
             (
@@ -92,24 +94,32 @@ def _unit_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, in
             )
             for j in wild
         ]
-    width = float(np.ptp(y))
-    low, high = WIDTH_RANGE[kind]
-    if low <= width <= high:
-        return []
+    found = [_size_fault(kind, "wide", float(np.ptp(y)), WIDTH_RANGE[kind])]
+    if found == [None]:
+        found = [_size_fault(kind, "high", float(np.ptp(z)), HEIGHT_RANGE[kind])]
+    return [(message, None) for message in found if message is not None]
+
+
+def _size_fault(kind: Kind, word: str, size: float, limits: tuple[float, float]) -> str | None:
+    """Return what is wrong with the size of the whole."""
+    low, high = limits
+    if low <= size <= high:
+        return None
     message = (
-        f"the {kind} profile is {width * 1e3:.4g} mm wide, which is not within "
+        f"the {kind} profile is {size * 1e3:.4g} mm {word}, which is not within "
         f"{low * 1e3:g} .. {high * 1e3:g} mm"
     )
     for factor, words in _SCALES:
-        if low <= width * factor <= high:
-            return [(f"{message}; it would fit if the numbers were {words}: state the right units", None)]
-    return [(f"{message}; check units and columns", None)]
+        if low <= size * factor <= high:
+            column = " in z only, mixed units" if word == "high" else ""
+            return f"{message}; it would fit if the numbers were {words}{column}: state the right units"
+    return f"{message}; check units and columns"
 
 
 def _mixed_units(y: FloatArray, z: FloatArray, step: FloatArray, usual: float) -> tuple[str, int] | None:
     """First jump that a factor of 1000 on one of its ends would close."""
     size = np.hypot(y, z)
-    for j in np.flatnonzero(step > max(10.0 * usual, 1e-9)):
+    for j in np.flatnonzero(step > 3.0 * usual):
         small, large = (j, j + 1) if size[j] < size[j + 1] else (j + 1, j)
         gap = float(np.hypot(1e3 * y[small] - y[large], 1e3 * z[small] - z[large]))
         if size[large] > 100.0 * size[small] and gap < 0.3 * step[j]:
@@ -128,8 +138,13 @@ def _order_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
     if np.any(same):
         pairs = sorted(tuple(sorted((int(order[k]), int(order[k + 1])))) for k in np.flatnonzero(same))
         return [(f"point {b + 1} repeats point {a + 1}; delete one of them", b) for a, b in pairs]
+    dy, dz = np.diff(y), np.diff(z)
+    step = np.hypot(dy, dz)
+    back = np.flatnonzero(dy[1:] * dy[:-1] + dz[1:] * dz[:-1] < -0.9 * step[1:] * step[:-1]) + 1
+    if 0 < len(back) < max(6, len(y) // 10):
+        return [(f"the points turn back at point {j + 1}; put them in order", int(j)) for j in back]
     length, around = float(arc_length(y, z)[-1]), 2.0 * float(np.ptp(y) + np.ptp(z))
-    if length > around:
+    if length > around or len(back):
         return [
             (
                 f"the points make a path of {length * 1e3:.4g} mm, more than the {around * 1e3:.4g} mm "
@@ -137,7 +152,11 @@ def _order_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
                 None,
             )
         ]
-    return []
+    gaps = np.flatnonzero((step > 5e-3) & (step > 10.0 * np.median(step))) + 1
+    return [
+        (f"{step[j - 1] * 1e3:.4g} mm without a point before point {j + 1}; add the missing points", int(j))
+        for j in gaps
+    ]
 
 
 def _wheel_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
@@ -157,12 +176,13 @@ def _wheel_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
             )
         ]
     if not _TIP_RANGE[0] <= tip <= _TIP_RANGE[1]:
-        hint = "; it would fit with y counted from the tape circle: subtract 70 mm from y"
-        fits = _TIP_RANGE[0] <= tip - 0.070 <= _TIP_RANGE[1]
+        hint = ": y counts from the tape circle"
+        if _TIP_RANGE[0] <= tip - 0.070 <= _TIP_RANGE[1]:
+            hint = "; it would fit with y counted from the tape circle: subtract 70 mm from y"
         return [
             (
                 f"the flange tip is at y = {tip * 1e3:.4g} mm, which is not within "
-                f"{_TIP_RANGE[0] * 1e3:g} .. {_TIP_RANGE[1] * 1e3:g} mm{hint if fits else ': y counts from the tape circle'}",
+                f"{_TIP_RANGE[0] * 1e3:g} .. {_TIP_RANGE[1] * 1e3:g} mm{hint}",
                 highest,
             )
         ]

@@ -6,6 +6,7 @@ import os
 import re
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -21,7 +22,7 @@ MAX_BYTES = 20_000_000
 _MOST_FAULTS = 20  # lines of one message; a wrong separator would fault every line of a long file
 _EXPONENT = {"mm": -3, "m": 0}
 _COMMENT = re.compile(r"[#!%].*")
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?")
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity|1\.#\w*)", re.IGNORECASE)
 
 
@@ -135,9 +136,10 @@ def _rows(path: Path, text: str, exponent: int) -> list[_Row]:
     faults: list[tuple[str, int | None]] = []
     separator: str | None = None
     header_seen = False
-    for number, raw in enumerate(text.splitlines(), start=1):
-        line = _COMMENT.sub("", raw).strip(" \r\f\v\ufeff").strip("\t") if raw else ""
-        if not line.strip():
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    for number, raw in enumerate(lines, start=1):
+        line = _COMMENT.sub("", raw).strip()
+        if not line:
             continue
         if separator is None:
             if not header_seen and _is_header(line):
@@ -153,7 +155,7 @@ def _rows(path: Path, text: str, exponent: int) -> list[_Row]:
         for axis, cell in zip("yz", cells, strict=True):
             value = _number(cell, separator, exponent)
             if isinstance(value, str):
-                faults.append((f"{axis} = {cell[:40]} {value}", number))
+                faults.append((f"{axis} = {cell[:40]!r} {value}", number))
             else:
                 values.append(value)
         if len(values) == 2:
@@ -205,11 +207,7 @@ def _number(cell: str, separator: str, exponent: int) -> float | str:
 
 def _distinct(rows: list[_Row]) -> list[_Row]:
     """Leave out points equal to the one before them (instruments at rest)."""
-    return [
-        row
-        for before, row in zip([None, *rows[:-1]], rows, strict=True)
-        if before is None or (row.y, row.z) != (before.y, before.z)
-    ]
+    return rows[:1] + [row for before, row in pairwise(rows) if (row.y, row.z) != (before.y, before.z)]
 
 
 def write_two_column(profile: Profile, path: str | Path, *, overwrite: bool = False) -> None:

@@ -58,7 +58,7 @@ def _flank_at_level(y: FloatArray, z: FloatArray, level: float) -> float:
     above = np.flatnonzero((height[tip:] >= level) & (y[tip:] < 0.0))
     if level <= 0.0 or len(above) == 0:
         raise ProfileError(
-            f"the flange does not reach {level * 1e3:g} mm above the tape circle, where the thickness is taken"
+            f"the flange does not reach {level * 1e3:g} mm above the tape circle, where Sd is measured"
         )
     return crossing(y, height, tip + int(above[-1]), level)
 
@@ -238,7 +238,7 @@ def rolling_radius_difference(
     lost = np.flatnonzero(np.isnan(difference))
     if len(lost):
         raise ProfileError(
-            f"{wheel_right.name} on {rail.name}: at a shift of {shift[lost[0]] * 1e3:.4g} mm the contact lies "
+            f"{wheel_right.name} on {rail.name}: at shift = {shift[lost[0]] * 1e3:.4g} mm the contact lies "
             "beyond the end of a profile; give longer profiles or smaller shifts"
         )
     return difference
@@ -281,7 +281,7 @@ def equivalent_conicity(
     if not 0.2e-3 <= amplitude <= 15e-3:
         raise ProfileError(f"amplitude = {amplitude * 1e3:g} mm must be in 0.2 .. 15 mm")
     reach = math.ceil((amplitude + _CENTRE_RANGE) / _GRID)
-    shift = _GRID * np.arange(-reach, reach + 1)
+    shift: FloatArray = _GRID * np.arange(-reach, reach + 1, dtype=np.float64)
     difference = _radius_difference(wheel_right, wheel_left, rail, shift)
     lost = np.isnan(difference)
     first = int(np.max(np.flatnonzero(lost[:reach]), initial=-1)) + 1

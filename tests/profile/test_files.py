@@ -1,0 +1,279 @@
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wearsim.errors import ProfileError
+from wearsim.profile.checks import check_profile, points_faults
+from wearsim.profile.files import load_profile, read_two_column, write_two_column
+from wearsim.profile.shape import Profile
+from wearsim.profile.standard import rail, wheel
+
+WHEEL = wheel("S1002", spacing=1e-3)
+RAIL = rail("60E1", 1 / 40, 1.435, 0.750, spacing=1e-3)
+
+
+def text(profile=WHEEL, line="{y},{z}", scale=1e3, digits=4):
+    rows = zip(np.round(profile.y * scale, digits), np.round(profile.z * scale, digits), strict=True)
+    return [line.format(y=y, z=z) for y, z in rows]
+
+
+@pytest.fixture
+def refused(tmp_path):
+    """Write lines to a file, read it, and return the message."""
+
+    def check(lines, kind="wheel", units="mm", encoding="utf-8"):
+        path = tmp_path / "p.csv"
+        path.write_bytes("\n".join(lines).encode(encoding))
+        with pytest.raises(ProfileError) as caught:
+            read_two_column(path, kind, units)
+        message = str(caught.value)
+        assert caught.value.exit_code == 2
+        assert all(line.startswith(str(path)) for line in message.splitlines())
+        return message.replace(str(path), "p.csv")
+
+    return check
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "{y},{z}",
+        "{y}, {z}",
+        "{y} , {z}",
+        "{y} {z}",
+        "  {y}   {z}  ",
+        "{y}\t{z}",
+        "{y}\t\t{z}",
+        "{y};{z}",
+        "{y} ; {z} # x",
+    ],
+)
+@pytest.mark.parametrize("ending", ["\n", "\r\n", "\r"])
+def test_separators_and_line_ends(tmp_path, line, ending):
+    path = tmp_path / "w.txt"
+    path.write_bytes((ending.join(text(line=line)) + ending).encode())
+    profile = read_two_column(path, "wheel")
+    assert np.max(np.abs(profile.y - np.round(WHEEL.y, 7))) < 1e-16
+    assert np.max(np.abs(profile.z - np.round(WHEEL.z, 7))) < 1e-16
+
+
+@pytest.mark.parametrize("line", ["{y} {z}", "{y}\t{z}", "{y};{z}"])
+def test_decimal_commas(tmp_path, line):
+    path = tmp_path / "w.txt"
+    path.write_text("\n".join(row.replace(".", ",") for row in text(line=line)))
+    assert np.max(np.abs(read_two_column(path, "wheel").z - np.round(WHEEL.z, 7))) < 1e-16
+
+
+@pytest.mark.parametrize(
+    "before",
+    [["y_mm,z_mm"], ["# a", "", "% b", "! c", "Y Z"], ["\ufeff# marked", "y;z"], ["", "x [mm]\ty [mm]"]],
+)
+def test_comments_and_one_header_line(tmp_path, before):
+    path = tmp_path / "w.txt"
+    path.write_text("\n".join([*before, *text()]), encoding="utf-8")
+    assert len(read_two_column(path, "wheel").y) == len(WHEEL.y)
+
+
+def test_metres_and_exponents(tmp_path):
+    path = tmp_path / "w.txt"
+    path.write_text("\n".join(f"{y:.9e} {z:+.9E}" for y, z in zip(WHEEL.y, WHEEL.z, strict=True)))
+    assert read_two_column(path, "wheel", units="m").y == pytest.approx(WHEEL.y, abs=1e-11)
+
+
+def test_points_from_field_side_to_flange_are_reversed(tmp_path):
+    path = tmp_path / "w.txt"
+    path.write_text("\n".join(reversed(text())))
+    profile = read_two_column(path, "wheel")
+    assert profile.y[0] == -0.070
+    assert profile.y[-1] == 0.065
+
+
+def test_points_at_rest_are_left_out(tmp_path):
+    path, lines = tmp_path / "w.txt", text()
+    path.write_text("\n".join([*lines[:50], lines[49], *lines[50:]]))
+    assert len(read_two_column(path, "wheel").y) == len(WHEEL.y)
+
+
+@pytest.mark.parametrize("profile", [WHEEL, RAIL, wheel("S1002", 0.1e-3)])
+def test_round_trip_gives_the_same_bits(tmp_path, profile):
+    path = tmp_path / "p.csv"
+    write_two_column(profile, path)
+    back = read_two_column(path, profile.kind)
+    assert np.array_equal(back.y, profile.y)
+    assert np.array_equal(back.z, profile.z)
+
+
+@given(noise=st.lists(st.floats(-1e-6, 1e-6), min_size=len(WHEEL.y), max_size=len(WHEEL.y)))
+def test_round_trip_of_any_double(tmp_path_factory, noise):
+    path = tmp_path_factory.mktemp("round") / "p.csv"
+    profile = Profile("noisy", "wheel", WHEEL.y, WHEEL.z + np.array(noise))
+    write_two_column(profile, path)
+    assert np.array_equal(read_two_column(path, "wheel").z, profile.z)
+
+
+def test_nothing_is_overwritten_or_left_half_written(tmp_path):
+    path = tmp_path / "p.csv"
+    path.write_text("mine")
+    with pytest.raises(ProfileError, match=r"p\.csv: exists already"):
+        write_two_column(WHEEL, path)
+    assert path.read_text() == "mine"
+    with pytest.raises(ProfileError, match=r"not finite; nothing was written"):
+        write_two_column(Profile("bad", "wheel", WHEEL.y, WHEEL.z * np.nan), path, overwrite=True)
+    with pytest.raises(ProfileError, match=r"cannot be written"):
+        write_two_column(WHEEL, tmp_path / "none" / "p.csv")
+    write_two_column(WHEEL, path, overwrite=True)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["p.csv"]
+
+
+def test_all_faults_of_the_numbers_are_told_with_their_lines(refused):
+    lines = text()
+    lines[3], lines[7], lines[9], lines[11] = "nan,1", "1,2,3", "-66,x2", "-65,"
+    assert refused(lines).splitlines() == [
+        "p.csv:4: y = 'nan' is not a finite number; delete the line or repeat the measurement",
+        "p.csv:8: 3 columns separated by commas, two are needed: y and z",
+        "p.csv:10: z = 'x2' is not a number",
+        "p.csv:12: z = '' is missing",
+    ]
+
+
+@pytest.mark.parametrize("word", ["nan", "NaN", "-inf", "Infinity", "1.#QNAN"])
+def test_what_is_not_finite_is_refused(refused, word):
+    lines = ["# head", *text()]
+    lines[20] = f"-60.0,{word}"
+    # `#` begins a comment, so what is left of 1.#QNAN is a plain 1, off its neighbours by 25 mm
+    assert refused(lines).startswith("p.csv:21: ")
+
+
+def test_a_hopeless_file_does_not_flood_the_screen(refused):
+    message = refused([f"{k},a,b" for k in range(500)]).splitlines()
+    assert len(message) == 21
+    assert message[-1] == "p.csv: 480 more faults of this file are not shown"
+
+
+@pytest.mark.parametrize("lines", [[], ["# nothing"], ["y,z"], text()[:19]])
+def test_too_few_points(refused, lines):
+    assert re.search(r"p\.csv: \d+ points are too few for a profile; give at least 20", refused(lines))
+
+
+def test_whole_file_in_other_units(refused):
+    assert "'m' may be meant" in refused(text(scale=1.0, digits=7))
+    assert "'mm' may be meant" in refused(text(), units="m")
+    assert "25.4 times as large (inches)" in refused(text(scale=1e3 / 25.4, digits=6))
+
+
+def test_unknown_units(refused):
+    assert refused(text(), units="in") == "p.csv: units = 'in' is not one of 'mm', 'm'"
+
+
+@pytest.mark.parametrize("rows", [slice(30, 31), slice(30, 33), slice(0, 60), slice(100, None)])
+def test_mixed_units_name_the_line(refused, rows):
+    lines, metres = text(), text(scale=1.0, digits=7)
+    lines[rows] = metres[rows]
+    message = refused(lines)
+    border = rows.stop if rows.start == 0 else rows.start
+    assert message.startswith(f"p.csv:{border + 1}: ")
+    assert "mixed units" in message
+
+
+def test_mixed_units_of_the_columns(refused):
+    lines = [f"{y * 1e3:.4f},{z:.7f}" for y, z in zip(WHEEL.y, WHEEL.z, strict=True)]
+    assert "1000 times as large in z only, mixed units" in refused(lines)
+
+
+def test_a_wild_point_is_named(refused):
+    lines = text()
+    lines[90] = lines[90].split(",")[0] + ",9.0"
+    assert re.match(r"p\.csv:91: point 91 lies .* mm off both neighbours", refused(lines))
+
+
+def test_order_of_the_points(refused):
+    lines = text()
+    lines[40], lines[41] = lines[41], lines[40]
+    assert "p.csv:42: the points turn back at point 42; put them in order" in refused(lines)
+    shuffled = [text()[k] for k in np.random.default_rng(0).permutation(len(lines))]
+    assert "list them in their order along the profile" in refused(shuffled)
+    closed = refused([*text(), text()[0]])
+    assert closed == f"p.csv:{len(lines) + 1}: point {len(lines) + 1} repeats point 1; delete one of them"
+
+
+def test_a_hole_in_the_profile_is_named(refused):
+    lines = text()
+    message = refused(lines[:80] + lines[95:])
+    assert re.match(r"p\.csv:81: 1\d(\.\d+)? mm without a point before point 81", message)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda y, z: (-y, z), "change the sign of y"),
+        (lambda y, z: (y, -z), "change the sign of z"),
+        (lambda y, z: (y + 70.0, z), "subtract 70 mm from y"),
+        (lambda y, z: (y + 40.0, z), "y counts from the tape circle"),
+        (lambda y, z: (y, z + 20.0), "z counts from the tape circle of the new wheel"),
+        (lambda y, z: (y[y < 15.0], z[y < 15.0]), "the tread is needed up to 20 mm at least"),
+    ],
+)
+def test_wheels_in_other_axes_are_refused_with_the_way_out(refused, change, message):
+    y, z = change(np.round(WHEEL.y * 1e3, 4), np.round(WHEEL.z * 1e3, 4))
+    assert message in refused([f"{a},{b}" for a, b in zip(y, z, strict=True)])
+
+
+def test_a_rail_upside_down_is_refused(refused):
+    lines = [f"{y * 1e3:.4f} {-z * 1e3:.4f}" for y, z in zip(RAIL.y, RAIL.z, strict=True)]
+    assert "change the sign of z" in refused(lines, kind="rail")
+
+
+def test_files_that_are_no_text(refused, tmp_path):
+    assert (
+        refused([*text()[:5], "ä,1"], encoding="latin-1")
+        == "p.csv:6: is not UTF-8 text; save the file as UTF-8"
+    )
+    assert "not UTF-8" in refused(text(), encoding="utf-16")
+    assert "zero bytes" in refused(text(), encoding="utf-16-le")
+    huge = tmp_path / "huge.csv"
+    with huge.open("wb") as file:
+        file.truncate(20_000_001)
+    with pytest.raises(ProfileError, match=r"larger than 20 MB"):
+        read_two_column(huge, "wheel")
+
+
+def test_missing_files_and_folders(tmp_path):
+    with pytest.raises(ProfileError, match=r"none\.csv: does not exist"):
+        read_two_column(tmp_path / "none.csv", "wheel")
+    with pytest.raises(ProfileError, match=r"is a folder, not a file"):
+        read_two_column(tmp_path, "wheel")
+
+
+def test_load_profile_by_name_or_file(tmp_path):
+    path = tmp_path / "head.csv"
+    write_two_column(rail("60E1", 0.0, 1.5, 0.7), path)
+    from_file = load_profile(path, "rail", inclination=1 / 40)
+    by_name = load_profile("60E1", "rail", inclination=1 / 40)
+    # gauge and top are found on chords of 0.25 mm, to 0.001 um
+    assert from_file.y == pytest.approx(by_name.y, abs=1e-9)
+    assert from_file.z == pytest.approx(by_name.z, abs=1e-9)
+    assert from_file.source == "file head.csv"
+    assert np.array_equal(load_profile("S1002", "wheel", spacing=1e-3).y, WHEEL.y)
+
+
+def test_load_profile_names_the_file_of_a_rail_that_cannot_be_placed(tmp_path):
+    path = tmp_path / "head.csv"
+    keep = RAIL.z < 10e-3
+    write_two_column(Profile("short", "rail", RAIL.y[keep], RAIL.z[keep]), path)
+    with pytest.raises(ProfileError, match=r"head\.csv: the gauge side of the rail head reaches"):
+        load_profile(path, "rail")
+
+
+def test_check_profile_accepts_what_is_shipped_and_refuses_nan():
+    check_profile(WHEEL)
+    check_profile(RAIL)
+    z = WHEEL.z.copy()
+    z[4] = np.nan
+    with pytest.raises(ProfileError, match=r"bad: point 5 is not finite"):
+        check_profile(Profile("bad", "wheel", WHEEL.y, z))
+    assert points_faults("wheel", WHEEL.y, WHEEL.z[1:])[0][0].startswith(
+        "y and z must be two lists of equal length"
+    )
