@@ -2,188 +2,65 @@
 
 A campaign creates the file once, then opens, appends one row and closes it at each step, so that the
 file can be read at any time between steps.  Quantities, units and long names come from
-`wearsim.nomenclature`; the dimensions of each variable stand in `LAYOUT` below.  Readers use
+`wearsim.nomenclature`; the dimensions of each variable stand in `wearsim.results_layout`.  Readers use
 `open_results`, which gives a lazy xarray Dataset.
 """
 
 from __future__ import annotations
 
+import itertools
 import os
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import netCDF4
 import numpy as np
 
-from wearsim.errors import NumericalError, ResultError
+from wearsim.errors import ResultError
 from wearsim.nomenclature import NOMENCLATURE
+from wearsim.results_layout import (
+    COORDINATES,
+    FILL_FLOAT,
+    FILL_INT,
+    LAYOUT,
+    PATCH_SLOTS,
+    ROW,
+    SCHEMA,
+    STATIC,
+    Header,
+    Row,
+    Variable,
+    check_row,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SCHEMA = 1
-PATCH_SLOTS = 8
+__all__ = [
+    "FILL_FLOAT",
+    "FILL_INT",
+    "LAYOUT",
+    "PATCH_SLOTS",
+    "ROW",
+    "STATIC",
+    "Header",
+    "Row",
+    "append",
+    "check_row",
+    "create",
+    "open_results",
+    "read_row",
+    "row_count",
+    "verify",
+]
+
 RETRY_SECONDS = 1.5
 
-FILL_FLOAT = float(netCDF4.default_fillvals["f8"])
-FILL_INT = int(netCDF4.default_fillvals["i4"])
+_BATCH = 32
 
 _T = TypeVar("_T")
-
-
-@dataclass(frozen=True)
-class Variable:
-    """Place of one variable in the file.
-
-    Parameters
-    ----------
-    dimensions : tuple of str
-        Names of its dimensions, `step` first where it has one.
-    kind : {"f8", "i4", "str"}
-        Stored type.
-    missing : bool
-        Whether values may be missing (no patch in the slot, quantity undefined).
-    """
-
-    dimensions: tuple[str, ...]
-    kind: str = "f8"
-    missing: bool = False
-
-
-def _layout() -> dict[str, Variable]:
-    wheel = ("step", "wheel")
-    along = (*wheel, "point")
-    patch = ("step", "operating_point", "patch")
-    layout = {
-        "wheel_name": Variable(("wheel",), "str"),
-        "regime_name": Variable(("regime",), "str"),
-        "op_label": Variable(("operating_point",), "str"),
-        "arc_length": Variable(("point",)),
-        "counterface_y": Variable(("counterface_point",)),
-        "counterface_z": Variable(("counterface_point",)),
-    }
-    for name in [
-        "shift",
-        "yaw",
-        "roll",
-        "wheel_load",
-        "speed",
-        "friction",
-        "track_curvature",
-        "environment",
-        "weight",
-        "block_length",
-    ]:
-        layout[f"op_{name}"] = Variable(("operating_point",))
-    for name in ("distance", "step_length", "stability_number"):
-        layout[name] = Variable(("step",))
-    layout["active_weight"] = Variable(("step", "operating_point"))
-    for name in ("profile_y", "profile_z", "wear_depth", "friction_work"):
-        layout[name] = Variable(along)
-    layout["wear_depth_by_regime"] = Variable(("step", "wheel", "regime", "point"))
-    for name in ("flange_height", "flange_thickness", "flange_gradient", "hollowing"):
-        layout[name] = Variable(wheel, missing=True)
-    for name in ("worn_area", "worn_mass", "max_wear_depth"):
-        layout[name] = Variable(wheel)
-    layout["equivalent_conicity"] = Variable(("step",), missing=True)
-    layout["n_patch"] = Variable(("step", "operating_point"), "i4")
-    layout["patch_side"] = Variable(patch, "i4", missing=True)
-    for name in [
-        "wheel_y",
-        "rail_y",
-        "contact_x",
-        "contact_angle",
-        "area",
-        "max_pressure",
-        "patch_length",
-        "patch_width",
-        "approach",
-        "normal_force",
-        "creepage_x",
-        "creepage_y",
-        "spin",
-        "force_x",
-        "force_y",
-        "spin_moment",
-        "slip_area",
-        "power",
-        "power_balance",
-        "wear_index_mean",
-        "wear_index_max",
-    ]:
-        layout[name] = Variable(patch, missing=True)
-    layout["wear_regime"] = Variable(patch, "i4", missing=True)
-    return layout
-
-
-LAYOUT: Mapping[str, Variable] = _layout()
-"""All variables of a result file."""
-
-STATIC = tuple(name for name, variable in LAYOUT.items() if "step" not in variable.dimensions)
-"""Names of the variables that are written once."""
-
-ROW = tuple(name for name, variable in LAYOUT.items() if "step" in variable.dimensions)
-"""Names of the variables of one row."""
-
-COORDINATES = ("distance", "wheel_name", "regime_name", "op_label", "arc_length")
-"""Coordinates; they never carry a fill value."""
-
-
-@dataclass(frozen=True)
-class Header:
-    """All of a result file that does not change from step to step.
-
-    Parameters
-    ----------
-    static : mapping
-        The variables named in `STATIC`: arrays [SI units], or sequences of str.
-    attributes : mapping
-        Global attributes, str or number; empty ones are not written.
-    """
-
-    static: Mapping[str, Any]
-    attributes: Mapping[str, str | int | float]
-
-    @property
-    def sizes(self) -> dict[str, int]:
-        """Lengths of all fixed dimensions."""
-        sizes = {"patch": PATCH_SLOTS}
-        for name in STATIC:
-            sizes[LAYOUT[name].dimensions[0]] = len(self.static[name])
-        return sizes
-
-
-Row = Mapping[str, np.ndarray]
-"""The variables named in `ROW` for one step, without the step axis; missing values are fill values."""
-
-
-def check_row(header: Header, row: Row) -> None:
-    """Raise unless `row` has exactly the variables of the schema, in shape and free of NaN.
-
-    Parameters
-    ----------
-    header : Header
-        Of the file the row is for.
-    row : mapping of arrays
-        See `Row`.
-    """
-    sizes = header.sizes
-    if set(row) != set(ROW):
-        wrong = ", ".join(sorted(set(row) ^ set(ROW)))
-        raise ResultError(f"a result row must have exactly the variables of the schema; check {wrong}")
-    for name in ROW:
-        value = np.asarray(row[name])
-        shape = tuple(sizes[d] for d in LAYOUT[name].dimensions[1:])
-        if value.shape != shape:
-            raise ResultError(f"result variable {name} has shape {value.shape} where {shape} is needed")
-        if not np.all(np.isfinite(value)):
-            place = tuple(int(i) for i in np.argwhere(~np.isfinite(value))[0])
-            raise NumericalError(
-                f"{name}{list(place)} is not a finite number; nothing was written, the last step is safe"
-            )
 
 
 def create(path: Path, header: Header, rows: Iterable[Row] = ()) -> None:
@@ -203,9 +80,12 @@ def create(path: Path, header: Header, rows: Iterable[Row] = ()) -> None:
         temporary.unlink(missing_ok=True)
         with netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
             _define(file, header)
-            for index, row in enumerate(rows):
-                check_row(header, row)
-                _write_row(file, index, row)
+            first = 0
+            for batch in _batched(rows):
+                for row in batch:
+                    check_row(header, row)
+                _write_rows(file, first, batch)
+                first += len(batch)
         with open(temporary, "rb") as written:
             os.fsync(written.fileno())
         os.replace(temporary, path)
@@ -239,30 +119,11 @@ def append(
 
     def write() -> None:
         with netCDF4.Dataset(path, "a") as file:
-            for offset, row in enumerate(rows):
-                _write_row(file, first + offset, row)
+            _write_rows(file, first, rows)
 
     for row in rows:
         check_row(header, row)
     _with_retries(write, patience)
-
-
-def set_attribute(path: Path, name: str, value: str) -> None:
-    """Set one global attribute of a result file.
-
-    Parameters
-    ----------
-    path : Path
-        Result file.
-    name, value : str
-        Attribute.
-    """
-
-    def write() -> None:
-        with netCDF4.Dataset(path, "a") as file:
-            file.setncattr(name, value)
-
-    _with_retries(write)
 
 
 def row_count(path: Path) -> int:
@@ -316,11 +177,13 @@ def verify(path: Path, rows: Sequence[Callable[[], Row]]) -> int | None:
             count = len(file.dimensions["step"])
             if count > len(rows):
                 return None
-            for index in range(count):
-                expected = rows[index]()
+            first = 0
+            for batch in _batched(read() for read in rows[:count]):
                 for name in ROW:
-                    if not np.array_equal(np.asarray(file.variables[name][index]), expected[name]):
+                    stored = np.asarray(file.variables[name][first : first + len(batch)])
+                    if not np.array_equal(stored, np.stack([row[name] for row in batch])):
                         return None
+                first += len(batch)
             return count
     except (ResultError, OSError, RuntimeError, KeyError, IndexError):
         return None
@@ -436,12 +299,19 @@ def _define_variable(file: netCDF4.Dataset, name: str, variable: Variable, heade
         made.flag_meanings = " ".join(["none", *regimes])
 
 
-def _write_row(file: netCDF4.Dataset, index: int, row: Row) -> None:
+def _write_rows(file: netCDF4.Dataset, first: int, rows: Sequence[Row]) -> None:
     file.set_auto_maskandscale(False)
-    # the step dimension grows with the first variable written; distance comes last so that a row cut
-    # short shows itself by a missing distance
+    # the step dimension grows with the first variable written; distance comes last so that rows cut
+    # short show themselves by a missing distance
     for name in sorted(ROW, key="distance".__eq__):
-        file.variables[name][index] = row[name]
+        file.variables[name][first : first + len(rows)] = np.stack([row[name] for row in rows])
+
+
+def _batched(rows: Iterable[Row]) -> Iterator[list[Row]]:
+    """Rows in handfuls: few calls of the netCDF library, yet never a whole campaign in memory."""
+    iterator = iter(rows)
+    while batch := list(itertools.islice(iterator, _BATCH)):
+        yield batch
 
 
 def _with_retries(action: Callable[[], _T], patience: float = RETRY_SECONDS) -> _T:

@@ -156,7 +156,7 @@ def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
             what = ", ".join(differing) or scene.main
             raise ResultError(
                 f"{out} belongs to another campaign: {what} differs from its copy in {folder}; "
-                f"nothing was touched, choose another --out or continue that campaign with `wearsim resume {out}`"
+                f"nothing was touched, choose another --out, or continue that one: `wearsim resume {out}`"
             )
         return manifest
     manifest = Manifest(scene.main, scene.hashes, command)

@@ -9,22 +9,21 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
+import math
 import os
 import shutil
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from wearsim.campaign.state import State
 from wearsim.errors import ResultError
 from wearsim.results import ROW
-
-_CAMPAIGN = "campaign"
-_DIGEST = "digest"
-_SOURCE = "source"
 
 
 def write_atomically(path: Path, content: bytes) -> None:
@@ -87,10 +86,16 @@ class Records:
         source : str
             Program versions that computed it.
         """
-        arrays = {name: np.ascontiguousarray(row[name]) for name in ROW}
+        arrays = {name: np.asarray(row[name]) for name in ROW}
+        layout = {name: (value.dtype.str, value.shape) for name, value in arrays.items()}
+        payload = b"".join(arrays[name].tobytes() for name in layout)
+        label = json.dumps({"campaign": self.campaign, "index": index, "source": source, "layout": layout})
+        digest = hashlib.sha256(label.encode() + payload).hexdigest()
         buffer = io.BytesIO()
-        digest = self._digest(index, arrays, source)
-        np.savez(buffer, allow_pickle=False, **self._labels(digest, source), **arrays)
+        # one array for all values: fifty small ones would cost more than the disk does
+        np.savez(
+            buffer, allow_pickle=False, label=label, digest=digest, payload=np.frombuffer(payload, np.uint8)
+        )
         try:
             self.folder.mkdir(exist_ok=True)
         except OSError as error:
@@ -112,13 +117,17 @@ class Records:
         tuple of dict and str
             Row of the result file, and the program versions that computed it.
         """
-        try:
-            with np.load(self.path(index), allow_pickle=False) as file:
-                arrays = {name: file[name] for name in ROW}
-                digest, source = str(file[_DIGEST]), str(file[_SOURCE])
-        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+        found = self._load(index)
+        if found is None or found[0]["campaign"] != self.campaign or found[0]["index"] != index:
             return None
-        return (arrays, source) if digest == self._digest(index, arrays, source) else None
+        label, payload = found
+        arrays = {}
+        for name, (kind, shape) in label["layout"].items():
+            dtype = np.dtype(kind)
+            size = dtype.itemsize * math.prod(shape)
+            arrays[name] = np.frombuffer(payload[:size], dtype).reshape(shape)
+            payload = payload[size:]
+        return (arrays, str(label["source"])) if set(arrays) == set(ROW) else None
 
     def row(self, index: int) -> dict[str, np.ndarray]:
         """Read the row of a step that is known to be there.
@@ -137,14 +146,10 @@ class Records:
 
     def refuse_other_campaign(self) -> None:
         """Raise if the first record is sound but of another campaign."""
-        try:
-            with np.load(self.path(0), allow_pickle=False) as file:
-                campaign = str(file[_CAMPAIGN])
-        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
-            return
-        if campaign != self.campaign:
+        found = self._load(0)
+        if found is not None and found[0]["campaign"] != self.campaign:
             raise ResultError(
-                f"{self.folder} holds the steps of another campaign; nothing was touched, choose another --out"
+                f"{self.folder} holds another campaign's steps; nothing was touched, choose another --out"
             )
 
     def count(self) -> int:
@@ -174,16 +179,16 @@ class Records:
         """Delete all records of the campaign."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def _labels(self, digest: str, source: str) -> dict[str, np.ndarray]:
-        return {_CAMPAIGN: np.array(self.campaign), _DIGEST: np.array(digest), _SOURCE: np.array(source)}
-
-    def _digest(self, index: int, arrays: Mapping[str, np.ndarray], source: str) -> str:
-        digest = hashlib.sha256(f"{self.campaign} {index} {source}".encode())
-        for name in ROW:
-            value = arrays[name]
-            digest.update(f"{name} {value.dtype.str} {value.shape}".encode())
-            digest.update(np.ascontiguousarray(value).tobytes())
-        return digest.hexdigest()
+    def _load(self, index: int) -> tuple[dict[str, Any], memoryview] | None:
+        """Label and values of a record whose digest is right."""
+        try:
+            with np.load(self.path(index), allow_pickle=False) as file:
+                label, digest, payload = str(file["label"]), str(file["digest"]), file["payload"]
+        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+            return None
+        if digest != hashlib.sha256(label.encode() + payload.tobytes()).hexdigest():
+            return None
+        return json.loads(label), memoryview(payload)
 
 
 def state_of(row: Mapping[str, np.ndarray], index: int) -> State:

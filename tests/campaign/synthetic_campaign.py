@@ -1,0 +1,126 @@
+"""A campaign with invented physics in the real file formats: fast enough to be killed many times.
+
+As a program: `synthetic_campaign.py DIRECTORY STEPS PAUSE` runs it in a process of its own.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from wearsim.campaign.row import StepTaken, no_step
+from wearsim.campaign.state import State
+from wearsim.results import FILL_FLOAT, FILL_INT, LAYOUT, ROW, Header
+
+N_POINT, N_OPERATING, STEP = 300, 4, 1000.0
+REGIMES = ("mild", "severe", "catastrophic")
+
+
+def header() -> Header:
+    y = np.linspace(-0.07, 0.06, N_POINT)
+    static: dict[str, object] = {
+        "wheel_name": ("right", "left"),
+        "regime_name": REGIMES,
+        "op_label": tuple(f"block {k}, µ 0.35" for k in range(N_OPERATING)),
+        "arc_length": y - y[0],
+        "counterface_y": np.linspace(-0.035, 0.035, 60),
+        "counterface_z": np.linspace(-0.035, 0.035, 60) ** 2,
+    }
+    for name, variable in LAYOUT.items():
+        if name.startswith("op_") and variable.kind == "f8":
+            static[name] = np.linspace(0.0, 1.0, N_OPERATING)
+    attributes = {
+        "title": "synthetic campaign",
+        "history": "wearsim run synthetic.toml",
+        "source": "wearsim test",
+        "wheel_radius": 0.46,
+        "warnings": "",
+    }
+    return Header(static, attributes)
+
+
+@dataclass(frozen=True)
+class SyntheticEvolution:
+    """A bump that is worn off with a memory of the worn shape, so that each step needs the last bits."""
+
+    steps: int = 12
+    pause: float = 0.0
+    digest: str = "synthetic"
+
+    @property
+    def header(self) -> Header:
+        return header()
+
+    @property
+    def target(self) -> float:
+        return self.steps * STEP
+
+    def start(self) -> tuple[State, StepTaken]:
+        y = np.stack([np.linspace(-0.07, 0.06, N_POINT)] * 2)
+        zero = np.zeros_like(y)
+        state = State(0, 0.0, y, 0.1 * y**2, zero, np.zeros((2, 3, N_POINT)), np.zeros(2), np.zeros(2))
+        return state, no_step(N_OPERATING)
+
+    def evaluate(self, state: State) -> np.ndarray:
+        time.sleep(self.pause)
+        return 1e-9 * (1.0 + np.sin(1e3 * state.z + state.step) ** 2)
+
+    def row(self, state: State, evaluation: np.ndarray, taken: StepTaken) -> dict[str, np.ndarray]:
+        sizes = self.header.sizes
+        row: dict[str, np.ndarray] = {}
+        for name in ROW:
+            shape = tuple(sizes[d] for d in LAYOUT[name].dimensions[1:])
+            fill = (
+                np.full(shape, FILL_FLOAT)
+                if LAYOUT[name].kind == "f8"
+                else np.full(shape, FILL_INT, np.int32)
+            )
+            if LAYOUT[name].dimensions[-1] == "patch":
+                fill[:, :2] = 1 if name == "patch_side" else state.step
+            row[name] = fill
+        row.update(
+            distance=np.asarray(state.distance),
+            step_length=np.asarray(taken.length),
+            stability_number=np.asarray(taken.stability),
+            active_weight=taken.weight,
+            profile_y=state.y,
+            profile_z=state.z,
+            wear_depth=state.wear_depth,
+            wear_depth_by_regime=state.regime_depth,
+            friction_work=evaluation,
+            n_patch=np.full(N_OPERATING, 2, np.int32),
+            worn_area=state.worn_area,
+            worn_mass=state.worn_mass,
+            max_wear_depth=state.wear_depth.max(axis=1),
+            flange_height=np.array([0.028, 0.028]),
+        )
+        row["wear_regime"][:, :2] = (-1, 1)
+        return row
+
+    def advance(self, state: State, evaluation: np.ndarray) -> tuple[State, StepTaken]:
+        depth = evaluation * STEP
+        after = State(
+            step=state.step + 1,
+            distance=state.distance + STEP,
+            y=state.y,
+            z=state.z - depth,
+            wear_depth=state.wear_depth + depth,
+            regime_depth=state.regime_depth + depth[:, None] * np.array([0.7, 0.2, 0.1])[:, None],
+            worn_area=state.worn_area + depth.sum(axis=1),
+            worn_mass=state.worn_mass + depth.sum(axis=1) * 3.0,
+        )
+        return after, StepTaken(STEP, 0.3, np.full(N_OPERATING, 0.25))
+
+
+if __name__ == "__main__":
+    from wearsim.campaign.run import run_evolution
+
+    def tell(event: object) -> None:
+        sys.stdout.write(f"{event.kind} {event.step}\n")  # type: ignore[attr-defined]
+        sys.stdout.flush()
+
+    run_evolution(SyntheticEvolution(int(sys.argv[2]), float(sys.argv[3])), Path(sys.argv[1]), "rig", tell)

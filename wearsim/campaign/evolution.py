@@ -1,0 +1,268 @@
+"""The physics of a campaign as its run sees it: start, evaluate, row, advance."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+
+import numpy as np
+
+from wearsim.campaign import control, step
+from wearsim.campaign.rate import accumulate, rate, solve_contact
+from wearsim.campaign.row import StepTaken, build_row, no_step
+from wearsim.campaign.state import State, WearRate
+from wearsim.contact.solve import ContactSolution
+from wearsim.damage.wear import coefficient_set, passage_depth, patch_regime, regimes
+from wearsim.profile.shape import arc_length
+from wearsim.results import Header
+
+if TYPE_CHECKING:
+    from wearsim.scene import CampaignSetup
+
+EvaluationT = TypeVar("EvaluationT")
+
+
+class Evolution(Protocol, Generic[EvaluationT]):
+    """What happens between two rows of the result file. All methods are pure."""
+
+    @property
+    def header(self) -> Header:
+        """Static part of the result file."""
+
+    @property
+    def target(self) -> float:
+        """Distance to run [m]."""
+
+    @property
+    def digest(self) -> str:
+        """Tells campaigns apart: a hash of all input."""
+
+    def start(self) -> tuple[State, StepTaken]:
+        """Return the new wheelset."""
+
+    def evaluate(self, state: State) -> EvaluationT:
+        """Solve the contact of a state."""
+
+    def row(self, state: State, evaluation: EvaluationT, taken: StepTaken) -> dict[str, np.ndarray]:
+        """Return the row of the result file for a state."""
+
+    def advance(self, state: State, evaluation: EvaluationT) -> tuple[State, StepTaken]:
+        """Take one wear step."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Contact of one state, solved once, and what follows from it.
+
+    Parameters
+    ----------
+    solution : ContactSolution
+        Of all operating points, monitoring points too.
+    passage : (n_regimes, m, ny) array
+        Depth per passage of each strip [m].
+    collective : WearRate
+        Under the weights of the full collective.
+    """
+
+    solution: ContactSolution
+    passage: np.ndarray
+    collective: WearRate
+
+
+@dataclass(frozen=True)
+class WheelsetEvolution:
+    """A wheelset wearing under a load collective.
+
+    Parameters
+    ----------
+    setup : CampaignSetup
+        Ingredients from the scene.
+    command : str
+        Command line, for the history attribute.
+    threads : int
+        Of the contact solver; they do not change a bit.
+    """
+
+    setup: CampaignSetup
+    command: str = ""
+    threads: int = 1
+
+    @property
+    def target(self) -> float:
+        """Distance to run [m]."""
+        return self.setup.control.distance
+
+    @cached_property
+    def digest(self) -> str:
+        """Hash of the scene and of all files it names."""
+        digest = hashlib.sha256(self.setup.scene_text.encode())
+        for name, value in sorted(self.setup.input_hashes):
+            digest.update(f"\0{name}\0{value}".encode())
+        return digest.hexdigest()
+
+    @cached_property
+    def header(self) -> Header:
+        """Static part of the result file."""
+        return _header(self.setup, self.command)
+
+    def start(self) -> tuple[State, StepTaken]:
+        """Return the new wheelset."""
+        right, left = self.setup.wheelset.right, self.setup.wheelset.left
+        y, z = np.stack([right.y, left.y]), np.stack([right.z, left.z])
+        state = State(
+            step=0,
+            distance=0.0,
+            y=y,
+            z=z,
+            wear_depth=np.zeros_like(y),
+            regime_depth=np.zeros((2, len(regimes(self.setup.wear.law)), y.shape[1])),
+            worn_area=np.zeros(2),
+            worn_mass=np.zeros(2),
+        )
+        return state, no_step(len(self.setup.points.label))
+
+    def evaluate(self, state: State) -> Evaluation:
+        """Solve the contact of a state for all operating points."""
+        setup = self.setup
+        solution = solve_contact(
+            state, setup.points, setup.wheelset, setup.counterface, setup.models, threads=self.threads
+        )
+        passage = passage_depth(solution.fields, solution.area, setup.wear)
+        collective = accumulate(
+            solution, setup.points, setup.points.weight, state, setup.wheelset, setup.wear, passage=passage
+        )
+        return Evaluation(solution, passage, collective)
+
+    def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
+        """Return the row of the result file for a state."""
+        regime = patch_regime(evaluation.passage)
+        return build_row(state, evaluation.collective, regime, taken, self.setup)
+
+    def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
+        """Choose the next step and take it."""
+        setup = self.setup
+
+        def rate_for(weight: np.ndarray) -> WearRate:
+            if np.array_equal(weight, setup.points.weight):
+                return evaluation.collective
+            return accumulate(
+                evaluation.solution,
+                setup.points,
+                weight,
+                state,
+                setup.wheelset,
+                setup.wear,
+                passage=evaluation.passage,
+            )
+
+        def rate_at(ahead: State) -> WearRate:
+            return rate(
+                ahead,
+                setup.points,
+                choice.weight,
+                setup.wheelset,
+                setup.counterface,
+                setup.models,
+                setup.wear,
+                threads=self.threads,
+            )
+
+        def depth_limit(now: WearRate, weight: np.ndarray) -> float:
+            spacing = float(np.diff(arc_length(state.y[0], state.z[0])).min())
+            return control.half_space_depth_limit(now, weight, setup.models, spacing)
+
+        choice = control.choose(state, setup.points, rate_for, setup.control, depth_limit=depth_limit)
+        now = rate_for(choice.weight)
+        after = step.advance(
+            state,
+            now,
+            choice.step_length,
+            radius=setup.wheelset.radius,
+            density=setup.wear.density,
+            smoothing_wavelength=setup.control.smoothing_wavelength,
+            integrator=setup.control.integrator,
+            rate_at=rate_at,
+        )
+        stability = float(now.stability.max(initial=0.0)) * choice.step_length
+        return after, StepTaken(choice.step_length, stability, choice.weight)
+
+
+def versions() -> str:
+    """Name the programs whose arithmetic a result depends on."""
+    import numba
+    import scipy
+
+    import wearsim
+
+    return (
+        f"wearsim {wearsim.__version__} (Python {platform.python_version()}, numpy {np.__version__}, "
+        f"scipy {scipy.__version__}, numba {numba.__version__})"
+    )
+
+
+def _header(setup: CampaignSetup, command: str) -> Header:
+    points, conditions = setup.points, setup.points.conditions
+    static = {
+        "wheel_name": ("right", "left"),
+        "regime_name": regimes(setup.wear.law),
+        "op_label": points.label,
+        "op_shift": conditions.shift,
+        "op_yaw": conditions.yaw,
+        "op_roll": conditions.roll,
+        "op_wheel_load": conditions.wheel_load,
+        "op_speed": conditions.speed,
+        "op_friction": conditions.friction,
+        "op_track_curvature": conditions.track_curvature,
+        "op_environment": points.environment,
+        "op_weight": points.weight,
+        "op_block_length": points.block_length,
+        "arc_length": arc_length(setup.wheelset.right.y, setup.wheelset.right.z),
+        "counterface_y": setup.counterface.profile.y,
+        "counterface_z": setup.counterface.profile.z,
+    }
+    wear, models, limits = setup.wear, setup.models, setup.control
+    coefficients = coefficient_set(wear.coefficients, wear.law)
+    worn_by_law = wear.law != "none"
+    rotation = conditions.rotation
+    attributes: dict[str, str | int | float] = {
+        "title": setup.title or f"wear campaign, {setup.kind}",
+        "history": command,
+        "source": versions(),
+        "scene_text": setup.scene_text,
+        "scene_kind": setup.kind,
+        "input_hashes": "; ".join(f"{name} sha256:{value}" for name, value in setup.input_hashes),
+        "wheel_profile_right": setup.wheelset.right.name,
+        "wheel_profile_left": setup.wheelset.left.name,
+        "counterface_profile": setup.counterface.profile.name,
+        "wear_law": wear.law,
+        "wear_coefficients": wear.coefficients if worn_by_law else "",
+        "wear_coefficients_source": coefficients.source if worn_by_law else "",
+        "wear_coefficients_validity": coefficients.validity if worn_by_law else "",
+        "wear_coefficients_departures": " ".join(coefficients.departures) if worn_by_law else "",
+        "wear_form": wear.form if worn_by_law else "",
+        "wheel_density": wear.density,
+        "contact_normal": models.normal,
+        "contact_tangential": models.tangential,
+        "contact_parameters": ", ".join(f"{name} = {value:g}" for name, value in models.parameters),
+        "youngs_modulus": models.youngs_modulus,
+        "poisson_ratio": models.poisson_ratio,
+        "strips": models.strips,
+        "cells": models.cells,
+        "rotation_rule": rotation if isinstance(rotation, str) else "given",
+        "axle_torque": float(conditions.torque),
+        "smoothing_wavelength": limits.smoothing_wavelength,
+        "stability_limit": limits.stability,
+        "depth_cap": limits.depth_cap,
+        "integrator": limits.integrator,
+        "target_distance": limits.distance,
+        "counterface_curvature": setup.counterface.curvature,
+        "wheel_radius": setup.wheelset.radius,
+        "half_span": setup.wheelset.half_span,
+        "friction_note": "one Coulomb coefficient per operating point, alike over the whole profile",
+        "attribute_units": "SI: m, m-1, Pa, N m, kg m-3",
+        "warnings": "; ".join(str(warning) for warning in setup.warnings),
+    }
+    return Header(static, attributes)

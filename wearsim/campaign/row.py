@@ -1,0 +1,176 @@
+"""One row of the result file from one state of the wheelset."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wearsim.campaign.state import State, WearRate
+from wearsim.contact.solve import ContactSolution
+from wearsim.errors import ProfileError
+from wearsim.profile import measures
+from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS
+
+if TYPE_CHECKING:
+    from wearsim.scene import CampaignSetup
+
+# variable of the result file -> attribute of ContactSolution
+_PATCH_VALUES = {
+    "wheel_y": "wheel_y",
+    "rail_y": "rail_y",
+    "contact_x": "x",
+    "contact_angle": "contact_angle",
+    "area": "area",
+    "max_pressure": "max_pressure",
+    "patch_length": "length",
+    "patch_width": "width",
+    "approach": "approach",
+    "normal_force": "normal_force",
+    "creepage_x": "creepage_x",
+    "creepage_y": "creepage_y",
+    "spin": "spin",
+    "force_x": "force_x",
+    "force_y": "force_y",
+    "spin_moment": "spin_moment",
+    "slip_area": "slip_area",
+    "power": "power",
+    "power_balance": "power_balance",
+}
+
+
+@dataclass(frozen=True)
+class StepTaken:
+    """The step that led to a state; zeros for the initial state.
+
+    Parameters
+    ----------
+    length : float
+        Distance [m].
+    stability : float
+        Stability number S [-].
+    weight : (n,) array
+        Share of each operating point [-].
+    """
+
+    length: float
+    stability: float
+    weight: np.ndarray
+
+
+def no_step(count: int) -> StepTaken:
+    """Return the step that led to the initial state of `count` operating points: none."""
+    return StepTaken(0.0, 0.0, np.zeros(count))
+
+
+def build_row(
+    state: State, collective: WearRate, regime: np.ndarray, taken: StepTaken, setup: CampaignSetup
+) -> dict[str, np.ndarray]:
+    """Return all variables of one row.
+
+    Parameters
+    ----------
+    state : State
+        Both wheels.
+    collective : WearRate
+        In that state under the weights of the full collective.
+    regime : (m,) int array
+        Wear regime of each patch of its solution, -1 for none.
+    taken : StepTaken
+        The step that led to the state.
+    setup : CampaignSetup
+        For operating points and counterface.
+
+    Returns
+    -------
+    dict of arrays
+        As `wearsim.results.ROW` names them [SI units].
+    """
+    return {
+        "distance": np.asarray(state.distance),
+        "step_length": np.asarray(taken.length),
+        "stability_number": np.asarray(taken.stability),
+        "active_weight": np.asarray(taken.weight, dtype=np.float64),
+        "profile_y": state.y,
+        "profile_z": state.z,
+        "wear_depth": state.wear_depth,
+        "wear_depth_by_regime": state.regime_depth,
+        "friction_work": collective.friction_work,
+        "worn_area": state.worn_area,
+        "worn_mass": state.worn_mass,
+        "max_wear_depth": state.wear_depth.max(axis=1),
+        **_measures(state, setup),
+        **summarise(collective.solution, regime, len(setup.points.label)),
+    }
+
+
+def summarise(solution: ContactSolution, regime: np.ndarray, count: int) -> dict[str, np.ndarray]:
+    """Lay the patches of a solution out in slots per operating point.
+
+    Parameters
+    ----------
+    solution : ContactSolution
+        With `m` patches.
+    regime : (m,) int array
+        Wear regime of each.
+    count : int
+        Number of operating points.
+
+    Returns
+    -------
+    dict of arrays
+        (count, PATCH_SLOTS), fill values where there is no patch; `n_patch` (count,). Of more patches
+        than slots the most loaded are kept, in their order; `n_patch` counts all.
+    """
+    fields = solution.fields
+    cell_area = fields.cell_length * fields.strip_width[:, None]
+    work = (fields.work_density * cell_area[:, None, :]).sum(axis=(1, 2))
+    values = {name: getattr(solution, attribute) for name, attribute in _PATCH_VALUES.items()}
+    values["wear_index_mean"] = work / solution.area
+    values["wear_index_max"] = fields.work_density.max(axis=(1, 2), initial=0.0)
+
+    row = {name: np.full((count, PATCH_SLOTS), FILL_FLOAT) for name in values}
+    for name in ("patch_side", "wear_regime"):
+        row[name] = np.full((count, PATCH_SLOTS), FILL_INT, dtype=np.int32)
+    row["n_patch"] = np.bincount(solution.point, minlength=count).astype(np.int32)
+    for point in range(count):
+        patches = np.flatnonzero(solution.point == point)
+        if patches.size > PATCH_SLOTS:
+            loaded = np.argsort(-solution.normal_force[patches], kind="stable")[:PATCH_SLOTS]
+            patches = patches[np.sort(loaded)]
+        slots = slice(0, patches.size)
+        for name, value in values.items():
+            row[name][point, slots] = value[patches]
+        row["patch_side"][point, slots] = solution.side[patches]
+        row["wear_regime"][point, slots] = regime[patches]
+    return row
+
+
+def _measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
+    """Measures of both wheels; missing where a worn profile does not have them."""
+    per_wheel: dict[str, Callable[..., float | None]] = {
+        "flange_height": measures.flange_height,
+        "flange_thickness": measures.flange_thickness,
+        "flange_gradient": measures.flange_gradient,
+        "hollowing": measures.hollowing,
+    }
+    found: dict[str, np.ndarray] = {
+        name: np.array([_or_missing(measure, state.y[w], state.z[w]) for w in (0, 1)])
+        for name, measure in per_wheel.items()
+    }
+    wheelset = setup.wheelset
+    right = replace(wheelset.right, y=state.y[0], z=state.z[0])
+    left = replace(wheelset.left, y=state.y[1], z=state.z[1])
+    conicity = _or_missing(measures.equivalent_conicity, right, left, setup.counterface.profile)
+    found["equivalent_conicity"] = np.asarray(conicity)
+    return found
+
+
+def _or_missing(measure: Callable[..., float | None], *arguments: object) -> float:
+    try:
+        value = measure(*arguments)
+    except ProfileError:
+        return FILL_FLOAT
+    return FILL_FLOAT if value is None else float(value)

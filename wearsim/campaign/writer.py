@@ -1,0 +1,161 @@
+"""Keeps the records and the result file of one campaign in step, whatever happens to either."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from wearsim.campaign.record import Records, write_atomically
+from wearsim.errors import ResultError
+from wearsim.results import RETRY_SECONDS, Header, append, create, read_row, row_count, verify
+
+APPEND_INTERVAL = 0.5
+"""Rows of steps faster than this are appended together: opening the file costs more than a short step [s]."""
+
+
+class Writer:
+    """Keeps records and result file of one campaign in step.
+
+    Parameters
+    ----------
+    header : Header
+        Static part of the result file.
+    directory : Path
+        Run directory.
+    name : str
+        Of the campaign; the file is `<name>.nc`, the records are in `.<name>.records`.
+    digest : str
+        Tells campaigns apart.
+    """
+
+    def __init__(self, header: Header, directory: Path, name: str, digest: str) -> None:
+        self.header = header
+        self.path = directory / f"{name}.nc"
+        self.records = Records(directory / f".{name}.records", digest)
+        self.rebuilt = False
+        self._mark = directory / f".{name}.finished.json"
+        self._rows_in_file = 0
+        self._patience = RETRY_SECONDS
+        self._count = 0
+        self._appended = 0.0
+
+    def finished(self) -> bool:
+        """Tell whether the campaign was finished before; raise if its file was changed since."""
+        try:
+            mark = json.loads(self._mark.read_text(encoding="utf-8"))
+            campaign, digest = mark["campaign"], mark["sha256"]
+        except (OSError, ValueError, KeyError, TypeError):
+            return False
+        if campaign != self.records.campaign:
+            raise ResultError(
+                f"{self.path} is the result of another campaign; nothing was touched, choose another --out"
+            )
+        if not self.path.exists():
+            self._mark.unlink()  # the user removed the result: compute it again
+            return False
+        if _sha256(self.path) != digest:
+            raise ResultError(
+                f"{self.path} was changed after its campaign had finished; nothing was touched, "
+                f"move it away to have it computed again"
+            )
+        self.records.remove()
+        return True
+
+    def outcome(self) -> tuple[int, float, float]:
+        """Read steps, distance [m] and largest depth [m] of the finished file."""
+        last = row_count(self.path) - 1
+        row = read_row(self.path, last)
+        return last, float(row["distance"]), float(row["max_wear_depth"].max())
+
+    def recover(self) -> int:
+        """Bring the result file to the state of the records; return how many steps are recorded."""
+        self.records.refuse_other_campaign()
+        self._count = count = self.records.count()
+        if count == 0:
+            if self.path.exists() and not self.records.folder.is_dir():
+                raise ResultError(
+                    f"{self.path} exists, but no steps of this campaign do; nothing was touched, "
+                    f"move it away or choose another --out"
+                )
+            return 0
+        rows = verify(self.path, self._readers())
+        if rows is None:
+            self.rebuilt = self.path.exists()
+            create(self.path, self.header, (read() for read in self._readers()))
+            rows = count
+        self._rows_in_file = rows
+        self.flush()
+        return count
+
+    def write(self, index: int, row: Mapping[str, np.ndarray]) -> bool:
+        """Write record and row of one step; return True if the row has to wait for a reader."""
+        self.records.write(index, row, str(self.header.attributes.get("source", "")))
+        self._count = index + 1
+        if index == 0:
+            create(self.path, self.header, [row])
+            self._rows_in_file = 1
+            self._appended = time.monotonic()
+            return False
+        if time.monotonic() - self._appended < APPEND_INTERVAL:
+            return False
+        return self.flush()
+
+    def flush(self) -> bool:
+        """Append the rows that are recorded only; return True if they have to wait for a reader."""
+        pending = range(self._rows_in_file, self._count)
+        if not pending:
+            return False
+        rows = [self.records.row(index) for index in pending]
+        try:
+            # the first time a reader is met it gets its second; as long as it stays, each step only asks once
+            append(self.path, self.header, rows, self._rows_in_file, patience=self._patience)
+        except (OSError, RuntimeError):
+            try:
+                row_count(self.path)
+            except ResultError:
+                self.rebuilt = True
+                create(self.path, self.header, (read() for read in self._readers()))
+            else:
+                self._patience = 0.0
+                return True
+        self._patience = RETRY_SECONDS
+        self._rows_in_file = self._count
+        self._appended = time.monotonic()
+        return False
+
+    def finish(self) -> None:
+        """Bring the file up to date, verify it against the records, mark it finished, drop the records."""
+        count = self._count
+        header = replace(
+            self.header,
+            attributes={
+                **self.header.attributes,
+                "source": self.records.sources(count),
+                "finished": "distance reached",
+            },
+        )
+        # written anew in one go: also right while a reader holds the appended file, and smaller
+        create(self.path, header, (read() for read in self._readers()))
+        if verify(self.path, self._readers()) != count:
+            raise ResultError(
+                f"{self.path} does not read back as it was written; its steps are safe, "
+                f"check the disk and run the same command again"
+            )
+        mark = {"campaign": self.records.campaign, "rows": count, "sha256": _sha256(self.path)}
+        write_atomically(self._mark, json.dumps(mark, indent=2).encode())
+        self.records.remove()
+
+    def _readers(self) -> list[Callable[[], dict[str, np.ndarray]]]:
+        return [functools.partial(self.records.row, index) for index in range(self._count)]
+
+
+def _sha256(path: Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
