@@ -165,3 +165,16 @@ def test_wheels_that_miss_the_rail_are_refused():
 def test_amplitude_is_checked(amplitude):
     with pytest.raises(ProfileError, match=r"amplitude = .* mm must be in 0\.2 \.\. 15 mm"):
         equivalent_conicity(S1002, S1002, RAIL, amplitude=amplitude)
+
+
+@pytest.mark.benchmark
+def test_time_of_all_measures_of_a_step(benchmark):
+    """Budget: 30 ms per wear step for both wheels and the conicity of unequal wheels."""
+    other = wheel("S1002", spacing=0.2501e-3)
+
+    def measures():
+        for y, z in ((S1002.y, S1002.z), (other.y, other.z)):
+            flange_height(y, z), flange_thickness(y, z), flange_gradient(y, z), hollowing(y, z)
+        return equivalent_conicity(S1002, other, RAIL)
+
+    assert benchmark(measures) == pytest.approx(0.174, abs=0.001)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from wearsim.errors import ProfileError
+from wearsim.profile import standard
 from wearsim.profile.placement import place_rail
 from wearsim.profile.shape import Profile, arc_length
 from wearsim.profile.standard import (
@@ -170,3 +171,11 @@ def test_unknown_names_list_what_there_is():
 def test_shipped_files_are_found():
     assert find_shipped("profiles", "S1002") == shipped_path("profiles", "S1002.toml")
     assert shipped_path("profiles", "S1002.toml").is_file()
+
+
+def test_shipped_files_of_an_installed_package_come_first(tmp_path, monkeypatch):
+    package = tmp_path / "site-packages" / "wearsim"
+    monkeypatch.setattr(standard, "__file__", str(package / "profile" / "standard.py"))
+    assert shipped_path("profiles") == tmp_path / "site-packages" / "profiles"
+    (package / "shipped").mkdir(parents=True)
+    assert shipped_path("profiles", "a.toml") == package / "shipped" / "profiles" / "a.toml"
