@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 
 from wearsim import __version__
 
-COMMANDS = ("check", "run", "resume", "status", "inspect", "translate", "report", "schema")
+COMMANDS = ("contact", "check", "run", "resume", "status", "inspect", "translate", "report", "schema")
 """Modules of this package, in the order of the help; each has `add_parser` and `execute`."""
 
 _EXAMPLES = """\

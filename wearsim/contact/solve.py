@@ -40,7 +40,7 @@ class ContactConditions:
     track_curvature : (n,) array
         1/R, positive to the right [1/m].
     rotation : str or (n,) array
-        "free", "centred", "nominal", or the wheel's rotation speed [rad/s].
+        "free", "centred", "nominal", or the wheel's rotation speed, positive when it rolls forwards [rad/s].
     torque : float
         Torque applied to the axle in the rolling direction (rule "free") [N m].
     """
@@ -160,7 +160,7 @@ class ContactSolution:
     slip_area: FloatArray
     power: FloatArray
     power_balance: FloatArray
-    rotation_speed: FloatArray  # (m,) of the point the patch belongs to [rad/s], negative forward
+    rotation_speed: FloatArray  # of the wheelset, positive when it rolls forwards [rad/s]
     strip_edges_wheel_y: FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]
     patch: Patch
     fields: SurfaceFields
@@ -342,14 +342,14 @@ def _solve_side(
         shift, yaw = 1e3 * chunk.shift[row], 1e3 * chunk.yaw[row]
         place = f"point {start + row}, {name} wheel, shift {shift:g} mm, yaw {yaw:g} mrad"
         raise type(error)(f"{place}: {error}; check shift, gauge and profiles") from None
-    row = normal.patch.row
+    patch_row = normal.patch.row
     grid = ground.y
 
     def at(table: FloatArray, y: FloatArray) -> FloatArray:
         place = (y - grid[0]) / (grid[1] - grid[0])
         index = np.clip(place.astype(np.int64), 0, grid.size - 2)
         share = place - index
-        line = row if y.ndim == 1 else row[:, None]
+        line = patch_row.reshape((-1,) + (1,) * (y.ndim - 1))
         value: FloatArray = table[line, index] + share * (table[line, index + 1] - table[line, index])
         return value
 
@@ -361,15 +361,20 @@ def _solve_side(
         sin_theta=at(gap.sin_theta, centre),
         counterface_z=np.interp(centre, grid, ground.z),
         contact_angle=normal.contact_angle,
-        shift=attitude.shift[row],
-        yaw=attitude.yaw[row],
-        roll=attitude.roll[row],
-        speed=chunk.speed[row],
-        track_curvature=sign * chunk.track_curvature[row],
+        shift=attitude.shift[patch_row],
+        yaw=attitude.yaw[patch_row],
+        roll=attitude.roll[patch_row],
+        speed=chunk.speed[patch_row],
+        track_curvature=sign * chunk.track_curvature[patch_row],
         **span,
     )
     return _Side(
-        normal, motion, chunk.friction[row], chunk.speed[row], wheel_y, at(gap.wheel_y, normal.edge_y)
+        normal,
+        motion,
+        chunk.friction[patch_row],
+        chunk.speed[patch_row],
+        wheel_y,
+        at(gap.wheel_y, normal.edge_y),
     )
 
 
@@ -411,7 +416,7 @@ def _solve_chunk(
 
     nominal = -chunk.speed / wheelset.radius
     if not isinstance(chunk.rotation, str):
-        speed = np.asarray(chunk.rotation, dtype=float)
+        speed = -np.asarray(chunk.rotation, dtype=float)
     elif chunk.rotation == "nominal":
         speed = nominal
     elif chunk.rotation == "centred":
@@ -434,6 +439,7 @@ def _finish(side: int, solved: _Side, contact: Any, speed: FloatArray, start: in
     normal, sign = solved.normal, -1.0 if side else 1.0
     patch = normal.patch
     creepage = solved.kinematics.creepage(speed[patch.row])
+    # Adding 0.0 below turns a mirrored -0.0 into 0.0.
     power = np.maximum(-(contact.force * creepage).sum(axis=1) * solved.speed, 0.0)
     pressure, shear_x, shear_y, slip_x, slip_y = contact.cells
     strip = patch.x_lead - patch.x_trail
@@ -451,7 +457,7 @@ def _finish(side: int, solved: _Side, contact: Any, speed: FloatArray, start: in
         wheel_y=solved.wheel_y,
         rail_y=normal.centre_y,
         x=solved.kinematics.x,
-        contact_angle=sign * normal.contact_angle,
+        contact_angle=sign * normal.contact_angle + 0.0,
         area=strip.sum(axis=1) * patch.width,
         max_pressure=normal.max_pressure,
         length=strip.max(axis=1),
@@ -459,15 +465,15 @@ def _finish(side: int, solved: _Side, contact: Any, speed: FloatArray, start: in
         approach=normal.approach,
         normal_force=normal.normal_force,
         creepage_x=creepage[:, 0],
-        creepage_y=sign * creepage[:, 1],
-        spin=sign * creepage[:, 2],
+        creepage_y=sign * creepage[:, 1] + 0.0,
+        spin=sign * creepage[:, 2] + 0.0,
         force_x=contact.force[:, 0],
-        force_y=sign * contact.force[:, 1],
-        spin_moment=sign * contact.force[:, 2],
+        force_y=sign * contact.force[:, 1] + 0.0,
+        spin_moment=sign * contact.force[:, 2] + 0.0,
         slip_area=contact.slip_area,
         power=power,
         power_balance=np.where(power > 0.0, local_power / np.where(power > 0.0, power, 1.0), 1.0),
-        rotation_speed=speed[patch.row],
+        rotation_speed=-speed[patch.row],
         strip_edges_wheel_y=solved.edges_wheel_y,
         patch=replace(patch, row=start + patch.row),
         fields=SurfaceFields(

@@ -458,7 +458,7 @@ def _balance(
                 margin = 1e-3 * (upper - lower) if trial < 40 else 0.5 * (upper - lower)
                 approach = min(max(approach, lower + margin), upper - margin)
         if used == 0 or value <= 0.0:
-            fault[row] = _NO_BALANCE
+            fault[row] = _AT_EDGE
             continue
         # Pressures are scaled to the last digits of the load. Merging patches jump: there the load between the two sides is met by scaling the pressure.
         scale = load[row] / value
