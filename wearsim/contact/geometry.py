@@ -20,7 +20,7 @@ from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
 
 # Steeper parts of a profile (flange back, rail sides) cannot carry a wheel.
-_STEEPEST = np.tan(np.radians(80.0))
+_STEEPEST = np.tan(np.radians(86.0))
 _NO_WHEEL = 1.0  # gap [m] at lateral positions where there is no wheel above the counterface
 
 
@@ -120,7 +120,7 @@ def _steep_free(profile: Profile, spacing: float, start: int) -> tuple[FloatArra
     usable = (dy > 0) & (np.abs(dz) <= _STEEPEST * dy)
     middle = int(np.searchsorted(fine, 0.5 * (arc[start] + arc[-1])))
     if not usable[middle]:
-        raise ContactError(f"profile {profile.name!r} is steeper than 80 degrees in its middle")
+        raise ContactError(f"profile {profile.name!r} is steeper than 86 degrees in its middle")
     blocked = np.flatnonzero(~usable)
     first = int(blocked[blocked < middle].max(initial=-1)) + 1
     last = int(blocked[blocked > middle].min(initial=count))
@@ -148,7 +148,7 @@ def rings(profile: Profile, radius: float, spacing: float = 1e-4) -> Rings:
     Raises
     ------
     ContactError
-        If the tread is steeper than 80 degrees.
+        If the tread is steeper than 86 degrees.
     """
     tip = int(np.argmax(profile.z))
     y, z, slope = _steep_free(profile, spacing, tip)
@@ -168,7 +168,7 @@ def contour(profile: Profile, spacing: float = 1e-4) -> Contour:
     Returns
     -------
     Contour
-        The part of the head less steep than 80 degrees.
+        The part of the head less steep than 86 degrees.
     """
     y, z, slope = _steep_free(profile, spacing, 0)
     grid = spacing * np.arange(np.ceil(y[0] / spacing), np.floor(y[-1] / spacing) + 1)

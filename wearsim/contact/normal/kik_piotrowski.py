@@ -136,7 +136,7 @@ def _raise_first(fault: IntArray) -> None:
         _NO_TOUCH: "the wheel does not touch the counterface at any lateral position",
         _AT_EDGE: "the contact patch reaches the edge of a profile",
         _TOO_MANY: f"the wheel has more than {_MOST_PATCHES} contact patches",
-        _NOT_SINGLE: "several patches close: a normal force belongs to one patch; give the wheel load instead",
+        _NOT_SINGLE: "several patches close: a normal force belongs to one; give the wheel load instead",
         _NO_BALANCE: "the load cannot be balanced by virtual penetration",
     }[kind]
     raise (NumericalError if kind == _NO_BALANCE else ContactError)(text, row=row)
@@ -238,13 +238,14 @@ def _patch_load(
         wheel_slope = slope[i] - (gap[i + 1] - gap[i - 1]) / (2.0 * step)
         work[0, i] = (grid_y[i] - centre) * cosine + (grid_z[i] - centre_z) * sine
         work[1, i] = (limit - gap[i]) / (cosine + wheel_slope * sine)
-    # Ends of the patch where the interpenetration falls to zero.
-    left = work[0, start] - (work[0, start + 1] - work[0, start]) * (limit - gap[start]) / (
-        gap[start - 1] - gap[start]
-    )
-    right = work[0, stop] + (work[0, stop] - work[0, stop - 1]) * (limit - gap[stop]) / (
-        gap[stop + 1] - gap[stop]
-    )
+    # Ends of the patch: where the interpenetration falls to zero, or the saddle towards a neighbour.
+    left, right = work[0, start], work[0, stop]
+    if gap[start - 1] >= limit:
+        share = (limit - gap[start]) / (gap[start - 1] - gap[start])
+        left -= (work[0, start + 1] - work[0, start]) * share
+    if gap[stop + 1] >= limit:
+        share = (limit - gap[stop]) / (gap[stop + 1] - gap[stop])
+        right += (work[0, stop] - work[0, stop - 1]) * share
     volume, displacement, deepest = 0.0, 0.0, 0.0
     for i in range(start, stop + 1):
         before = 0.5 * (work[0, i] + work[0, i - 1]) if i > start else 0.5 * (work[0, i] + left)
@@ -460,7 +461,8 @@ def _balance(
         if used == 0 or value <= 0.0:
             fault[row] = _AT_EDGE
             continue
-        # Pressures are scaled to the last digits of the load. Merging patches jump: there the load between the two sides is met by scaling the pressure.
+        # Pressures are scaled to the last digits of the load; where patches merge the load jumps, and what
+        # lies between its two sides is met by scaling too.
         scale = load[row] / value
         if abs(scale - 1.0) > 0.3:
             fault[row] = _NO_BALANCE
