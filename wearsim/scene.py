@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.operation.rig import Block, programme
 from wearsim.scene_faults import key_lines, shown, syntax_fault, validation_faults
 from wearsim.scene_inputs import InputFile, Inputs, find_file, read_inputs, scene_warnings
-from wearsim.scene_models import AnyHeader, CompareScene, FieldScene, Origin, RigScene
+from wearsim.scene_models import AnyScene, CompareScene, FieldScene, Origin, RigScene
 
 __all__ = [
     "CampaignSetup",
@@ -115,7 +116,7 @@ def load_scene(path: str | Path, *, copied: bool = False) -> Scene:
     found = find_file(str(path), (), "workflows")
     if found is None:
         known = ", ".join(sorted(item.name for item in _shipped_scenes()))
-        what = "is a folder, not a scene file" if Path(path).is_dir() else "does not exist"
+        what = "is a folder, not a scene file" if os.path.isdir(path) else "does not exist"
         told = f"the scene file {what}, neither as given nor among the shipped workflows ({known})"
         raise SceneError([Fault(told, str(path))])
     kept = _kept_files(found) if copied else {}
@@ -312,8 +313,8 @@ def _read(path: Path, role: str) -> Scene:
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
         raise SceneError([Fault("not UTF-8 text; save the scene file as UTF-8", file, line)]) from error
-    except tomllib.TOMLDecodeError as error:
-        raise SceneError([syntax_fault(error, file)]) from error
+    except ValueError as error:
+        raise SceneError([syntax_fault(error, text, file)]) from error
     except RecursionError:
         raise SceneError([Fault("tables or lists are nested too deeply for a scene file", file)]) from None
     header = data.get("scene")
@@ -321,16 +322,12 @@ def _read(path: Path, role: str) -> Scene:
     model = _MODELS.get(kind) if isinstance(kind, str) else None
     try:
         if model is None:
-            # The kind decides which keys are right, so nothing else can be judged yet.
-            AnyHeader.model_validate(header if header is not None else {})
-            raise AssertionError("a header without a known kind was accepted")
+            AnyScene.model_validate(data)  # tells what is wrong with the kind
+            raise AssertionError("a scene of unknown kind was accepted")
         scene = model.model_validate(data)
     except ValidationError as error:
         errors = error.errors(include_url=False)
-        if model is None:
-            errors = [{**item, "loc": ("scene", *item["loc"])} for item in errors]
-            model = RigScene
-        raise SceneError(validation_faults(errors, model, lines, file)) from error
+        raise SceneError(validation_faults(errors, model or AnyScene, lines, file)) from error
     scene._origin = Origin(path, role, content, lines)
     return scene
 

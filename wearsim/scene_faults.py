@@ -92,7 +92,10 @@ def _keys(node: Node) -> list[str]:
 
 
 def _locate_pair(pair: Node, table: KeyPath, lines: Lines) -> None:
-    key, value = (child for child in pair.named_children if child.type != "comment")
+    parts = [child for child in pair.named_children if child.type != "comment"]
+    if len(parts) != 2:  # not understood by this grammar: its faults get the line of the table
+        return
+    key, value = parts
     path = table
     for name in _keys(key):
         path = (*path, name)
@@ -145,14 +148,16 @@ def table_name(path: Sequence[str | int]) -> str:
     return f"[[{names}]]" if path and isinstance(path[-1], int) else f"[{names}]"
 
 
-def syntax_fault(error: tomllib.TOMLDecodeError, file: str) -> Fault:
+def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
     """Fault of a text that is no TOML."""
     told = str(error)
     match = re.search(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)", told)
-    line = int(match[1]) if match and match[1] else None
+    line = int(match[1]) if match and match[1] else max(1, len(text.rstrip().splitlines()))
     reason = told[: match.start()] if match else told
     place = f" in column {match[2]}" if match and match[2] else " at the end of the file" if match else ""
     reason = reason[:1].lower() + reason[1:]
+    if not isinstance(error, tomllib.TOMLDecodeError):  # a number that Python refuses to read
+        return Fault(f"not valid TOML: {reason}", file)
     return Fault(f"not valid TOML: {reason}{place}; write one `key = value` per line", file, line)
 
 
@@ -175,14 +180,21 @@ def validation_faults(
     faults = [
         Fault(_message(error, model), file, line_of(lines, error["loc"]))  # the way out is in the message
         for error in errors
+        if not _only_follows(error)
     ]
     return sorted(faults, key=lambda fault: fault.line or 0)
+
+
+def _only_follows(error: ErrorDetails) -> bool:
+    """Tell a list that is too short only because entries with faults of their own do not count."""
+    return error["type"] == "too_short" and len(error["input"]) >= error["ctx"]["min_length"]
 
 
 def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
     path, kind, value = error["loc"], error["type"], error["input"]
     table, name = path[:-1], path[-1] if path else ""
     info = _field(model, path)
+    limits = _limits(info, bool(path) and isinstance(path[-1], int))
     if kind == "missing":
         return _missing(path, info)
     if kind == "extra_forbidden":
@@ -211,15 +223,15 @@ def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
     elif kind in ("string_type", "string_too_long"):
         allowed = f"a text{_text_range(info)}"
     elif kind in ("int_type", "int_from_float"):
-        allowed = f"a whole number {_range(info, unit)}"
+        allowed = f"a whole number, {_range(limits, unit)}"
     elif kind in ("float_type", "finite_number"):
         number = "a finite number" if kind == "finite_number" else "a number"
-        allowed = f"{number} {_range(info, unit)}"
+        allowed = f"{number}, {_range(limits, unit)}"
     else:
-        allowed = _range(info, unit)
-        if not allowed:
+        allowed = _range(limits, unit)
+        if not limits:
             return f"{_label(path)} = {shown(value)}: {error['msg'][:1].lower()}{error['msg'][1:]}"
-    told = f"{_label(path)} = {shown(value)} must be {allowed.strip()}"
+    told = f"{_label(path)} = {shown(value)} must be {allowed.rstrip(', ')}"
     return f"{told}; give {_what(info)}" if info is not None and info.description else told
 
 
@@ -229,7 +241,7 @@ def _missing(path: KeyPath, info: FieldInfo | None) -> str:
         return f"[[{_dotted(path)}]] is missing; give at least one, with {_required(inner)}"
     if inner is not None:
         return f"[{_dotted(path)}] is missing; give the table with {_required(inner)}"
-    allowed = _range(info, _extra(info, "unit"))
+    allowed = _range(_limits(info, False), _extra(info, "unit"))
     if info is not None and not allowed:
         allowed = f"one of {', '.join(map(str, _choices(info)))}" if _choices(info) else ""
     told = f"key {path[-1]} is missing in {table_name(path[:-1])}; give {_what(info)}"
@@ -278,18 +290,24 @@ def _extra(info: FieldInfo | None, key: str) -> str:
 
 
 def _what(info: FieldInfo | None) -> str:
-    told = info.description if info is not None and info.description else "a value"
-    return told[:1].lower() + told[1:]
+    return info.description if info is not None and info.description else "a value"
 
 
-def _range(info: FieldInfo | None, unit: str) -> str:
-    """Return the allowed range in words, read from the same limits that pydantic checks."""
-    limits = []
-    for item in info.metadata if info is not None else ():
-        for name, word in _BOUNDS:
-            limit = getattr(item, name, None)
-            if limit is not None:
-                limits.append(f"{word} {limit:g}")
+def _limits(info: FieldInfo | None, entry: bool) -> list[str]:
+    """Limits in words, of a key or of the entries of its list; the same that pydantic checks."""
+    metadata = list(info.metadata) if info is not None else []
+    if entry and info is not None:
+        annotated = next(iter(get_args(info.annotation)), None)
+        metadata = [item for field in get_args(annotated)[1:] for item in getattr(field, "metadata", [])]
+    return [
+        f"{word} {limit:.10g}"
+        for item in metadata
+        for name, word in _BOUNDS
+        if (limit := getattr(item, name, None)) is not None
+    ]
+
+
+def _range(limits: Sequence[str], unit: str) -> str:
     told = " and ".join(limits)
     if not told:
         return f"in {unit}" if unit else ""
@@ -326,8 +344,8 @@ def _names(model: type[BaseModel]) -> list[str]:
 
 
 def _required(model: type[BaseModel]) -> str:
-    names = [info.alias or name for name, info in model.model_fields.items() if info.is_required()]
-    return ", ".join(names or _names(model))
+    fields = [(info.alias or name, info) for name, info in model.model_fields.items() if info.is_required()]
+    return ", ".join(f"{name} (a list of tables)" if _is_list(info) else name for name, info in fields)
 
 
 def _field(model: type[BaseModel], path: Sequence[str | int]) -> FieldInfo | None:

@@ -155,7 +155,7 @@ def read_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> tuple
     counterface = profile("counterface", "profile", scene.counterface.profile)
     faults += _cross_faults(scene)
     if right is None or left is None or counterface is None:
-        return None, faults
+        return None, _sorted(faults)
     matched = _with_points(left, len(right.y), spacing)
     if matched is None:
         faults.append(
@@ -167,10 +167,10 @@ def read_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> tuple
                 f"{scene.campaign.point_spacing_mm:g} a little",
             )
         )
-        return None, faults
+        return None, _sorted(faults)
     faults += _fit_faults(scene, (right, matched), counterface)
     inputs = Inputs(right, matched, counterface, half_span, tuple(files))
-    return (None if faults else inputs), faults
+    return (None if faults else inputs), _sorted(faults)
 
 
 def scene_warnings(scene: RigScene | FieldScene) -> tuple[str, ...]:
@@ -192,6 +192,10 @@ def scene_warnings(scene: RigScene | FieldScene) -> tuple[str, ...]:
     if scene.campaign.smoothing_wavelength_mm == 0:
         found.append("smoothing_wavelength_mm = 0: wear increments are not smoothed")
     return tuple(found)
+
+
+def _sorted(faults: list[Fault]) -> list[Fault]:
+    return sorted(faults, key=lambda fault: fault.line or 0)
 
 
 def _fault(scene: RigScene | FieldScene, path: tuple[str | int, ...], message: str) -> Fault:

@@ -25,6 +25,15 @@ def _text(meaning: str, default: Any = ...) -> Any:
     return Field(default, description=meaning, min_length=1, max_length=200)
 
 
+def _printable(text: str) -> str:
+    if not text.isprintable():  # results, reports and terminals show it
+        raise PydanticCustomError("out_of_range", "text", {"allowed": "one line of printable text"})
+    return text
+
+
+Text = Annotated[str, AfterValidator(_printable)]
+
+
 @dataclass(frozen=True)
 class _Registered:
     """A name that must stand in a registry, which is imported only when a name is checked."""
@@ -84,8 +93,8 @@ class Section(BaseModel):
 class Header(Section):
     """What the file is."""
 
-    title: str = _text("one line that names the campaign in results and reports", "")
-    schema_version: Literal[1] = Field(1, alias="schema", description="Version of the scene format")
+    title: Text = _text("one line that names the campaign in results and reports", "")
+    schema_version: Literal[1] = Field(1, alias="schema", description="the version of the scene format")
 
 
 class RigHeader(Header):
@@ -106,17 +115,25 @@ class CompareHeader(Header):
     kind: Literal["compare"] = Field(description="what the scene describes")
 
 
-class AnyHeader(Header):
-    """[scene] while the kind is not known."""
+class AnyHeader(Section):
+    """[scene] while the kind is not known; it decides which other keys are right."""
 
+    model_config = ConfigDict(extra="ignore")
     kind: Literal["rig", "field", "compare"] = Field(description="what the scene describes")
+
+
+class AnyScene(Section):
+    """A scene file while its kind is not known."""
+
+    model_config = ConfigDict(extra="ignore")
+    scene: AnyHeader
 
 
 class WheelsetSection(Section):
     """[wheelset]: two wheels on an axle."""
 
-    profile: str = _text("the name of a shipped wheel profile, such as S1002, or a file of points")
-    profile_left: str | None = _text("the profile of the left wheel, if it differs", None)
+    profile: Text = _text("the name of a shipped wheel profile, such as S1002, or a file of points")
+    profile_left: Text | None = _text("the profile of the left wheel, if it differs", None)
     radius_mm: float = _quantity("the wheel radius at the tape circle", "mm", 460.0, ge=150, le=1500)
     flange_back_mm: float = _quantity("the distance between the flange backs", "mm", 1360.0, ge=900, le=1700)
 
@@ -127,7 +144,7 @@ class RailSection(Section):
     not_here: ClassVar[dict[str, str]] = {
         "roller_radius_mm": 'a rail has no radius; delete the key, or write kind = "rig" in [scene]'
     }
-    profile: str = _text("the name of a shipped rail profile, such as 60E1, or a file of points")
+    profile: Text = _text("the name of a shipped rail profile, such as 60E1, or a file of points")
     inclination: Inclination = _text('the inclination of the rail, such as "1:40", or "none"')
     gauge_mm: float = _quantity("the track gauge", "mm", 1435.0, ge=950, le=1750)
 
@@ -179,7 +196,7 @@ class WearSection(Section):
 class Running(Section):
     """How the wheelset runs, alike in blocks and classes."""
 
-    name: str = _text("a name for tables and figures")
+    name: Text = _text("a name for tables and figures")
     yaw_mrad: float = _quantity("the yaw of the wheelset", "mrad", 0.0, ge=-100, le=100)
     roll_mrad: float = _quantity("the roll of the wheelset", "mrad", 0.0, ge=-100, le=100)
     load_kN: float = _quantity("the vertical load of one wheel", "kN", gt=0, le=250)
@@ -267,8 +284,8 @@ class CampaignSection(Section):
 class ComparedSection(Section):
     """[compare]: the two scenes that are run and compared."""
 
-    rig: str = _text("the scene file of the roller rig")
-    field: str = _text("the scene file of the service on track")
+    rig: Text = _text("the scene file of the roller rig")
+    field: Text = _text("the scene file of the service on track")
 
 
 @dataclass(frozen=True)
