@@ -1,0 +1,98 @@
+"""wearsim check, schema and status."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from wearsim import cli
+from wearsim.cli.status import duration, line
+from wearsim.profile.standard import shipped_path
+
+
+@pytest.fixture
+def bad_rig(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = shipped_path("workflows", "rig.toml").read_text()
+    Path("rig.toml").write_text(text.replace("load_kN = 80", "load_kN = 0").replace("strips", "stripes"))
+    return tmp_path
+
+
+def test_check_tells_what_would_run(capsys):
+    assert cli.main(["check", "workflows/rig_vs_field.toml"]) == 0
+    told = capsys.readouterr().out
+    assert "no faults (compare)" in told
+    for part in ("rig: ", "field: ", "operating points", "environment factor", "not known before the run"):
+        assert part in told
+
+
+def test_check_as_json_holds_every_value_that_would_act(capsys):
+    assert cli.main(["check", "workflows/rig_vs_field.toml", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    rig, field = told["campaigns"]
+    assert (rig["kind"], field["kind"]) == ("rig", "field")
+    for plan in (rig, field):
+        settings = plan["settings"]
+        assert plan["distance"] == settings["campaign"]["distance_km"] * 1e3
+        assert plan["solutions_per_step"] == plan["points"] * 2 * plan["evaluations_per_step"]
+        assert plan["monitoring_points"] == len(settings["operation"]["monitor"]["shifts_mm"])
+        assert settings["contact"]["virtual_penetration_factor"] == 0.55  # a default
+        assert settings["wear"]["density_kg_m3"] == 7850
+        assert plan["bytes_per_step"] > 8 * 4 * 2 * plan["profile_points"]
+        assert {entry["name"] for entry in plan["inputs"]} >= {"wheelset.profile S1002"}
+    for plan, name in ((rig, "block"), (field, "class")):
+        factors = [run["environment"] for run in plan["settings"]["operation"][name]]
+        assert plan["environment"] == sorted(set(factors))
+
+
+def test_check_tells_all_faults_and_returns_2(bad_rig, capsys):
+    assert cli.main(["check", "rig.toml"]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    lines = told.err.splitlines()
+    assert sum("load_kN = 0 must be above 0" in fault for fault in lines) == 5
+    assert sum("did you mean strips?" in fault for fault in lines) == 1
+    assert all(fault.startswith("rig.toml:") for fault in lines)
+
+
+def test_run_refuses_a_scene_with_faults_before_anything_is_written(bad_rig, capsys):
+    assert cli.main(["run", "rig.toml", "--out", "out"]) == 2
+    assert capsys.readouterr().err.splitlines()[0].startswith("rig.toml:")
+    assert sorted(path.name for path in bad_rig.iterdir()) == ["rig.toml"]
+
+
+def test_schema_is_json(capsys):
+    assert cli.main(["schema"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["$schema"].startswith("https://json-schema.org/")
+
+
+@pytest.mark.parametrize("command", ["status", "resume"])
+def test_a_folder_without_a_campaign_is_told(command, tmp_path, capsys):
+    assert cli.main([command, str(tmp_path)]) == 2
+    told = capsys.readouterr().err
+    assert "not a run directory" in told
+    assert len(told.splitlines()) == 1
+
+
+def test_a_line_of_status_holds_distance_depth_and_time_left():
+    item = {
+        "state": "running",
+        "step": 7,
+        "distance": 250e3,
+        "target": 1000e3,
+        "worst_depth": 0.12e-3,
+        "time_left": 125.0,
+    }
+    assert line("rig", item) == (
+        "rig: running, step 7, 250 of 1000 km (25 %), deepest wear 0.12 mm, about 2 min left"
+    )
+    told = line("rig", {**item, "state": "failed", "message": "no convergence"})
+    assert told.endswith("deepest wear 0.12 mm; no convergence")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "told"), [(5.4, "5 s"), (89.0, "89 s"), (600.0, "10 min"), (9000.0, "2.5 h")]
+)
+def test_durations_are_told_in_fitting_units(seconds, told):
+    assert duration(seconds) == told
