@@ -1,0 +1,148 @@
+"""Figures of rig against field: `plot_x(translation, ax=None) -> Axes`, from `wearsim.translation`."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from wearsim.report.style import COLOURS, SERIES_COLOURS, label, own_axes, shown
+
+_X_LABELS = ("Distance run by each [km]", "Largest wear depth of each [mm]")
+
+
+def basis_axis(translation: xr.Dataset, basis: int) -> np.ndarray:
+    """Shown x values of a basis: distance run [km] (0), or largest wear depth [mm] (1)."""
+    name, of = (("distance", "distance_run"), ("max_wear_depth", "worn_depth"))[basis]
+    return shown(name, translation[of].values[basis, :, 0])
+
+
+def plot_factor(
+    translation: xr.Dataset,
+    variable: str,
+    ax: Axes | None = None,
+    *,
+    basis: int = 0,
+    wheel: int | None = None,
+    series: int = 0,
+    text: str | None = None,
+) -> Axes:
+    """Draw a factor rig over field over distance or worn depth; gaps where it is undefined.
+
+    Parameters
+    ----------
+    translation : Dataset
+        From `wearsim.translation.translate.translate`.
+    variable : str
+        Variable whose factor is drawn, over (basis, progress) or (basis, progress, wheel...).
+    ax : Axes, optional
+        Where to draw.
+    basis : int
+        0 equal distance, 1 equal worn depth.
+    wheel : int, optional
+        Index along the last dimension; right, left (or both where there are three) [default: the last].
+    series : int
+        Which colour of the series to take.
+    text : str, optional
+        Name in the legend.
+    """
+    ax = own_axes(ax)
+    values = translation[f"{variable}_factor"].values[basis]
+    if values.ndim == 2:
+        values = values[:, -1 if wheel is None else wheel]
+    x = basis_axis(translation, basis)
+    reachable = translation["reachable"].values[basis] == 1
+    name = text or str(translation[variable].attrs.get("long_name", variable))
+    ax.plot(x[reachable], values[reachable], color=SERIES_COLOURS[series % len(SERIES_COLOURS)], label=name)
+    ax.set_xlabel(_X_LABELS[basis])
+    ax.set_ylabel("Factor, rig over field")
+    return ax
+
+
+def mark_one(ax: Axes) -> Axes:
+    """Mark the factor 1: rig and field alike."""
+    ax.axhline(1.0, color="#999999", lw=0.8, ls=":")
+    return ax
+
+
+def plot_factor_at_points(
+    translation: xr.Dataset, name: str, ax: Axes | None = None, *, basis: int = 0, progress: int = -1
+) -> Axes:
+    """Draw the factor of a contact quantity at equal operating points over their lateral shift.
+
+    Parameters
+    ----------
+    translation : Dataset
+        With at least one matched point.
+    name : str
+        Contact quantity, such as area or power.
+    ax : Axes, optional
+        Where to draw.
+    basis : int
+        0 equal distance, 1 equal worn depth.
+    progress : int
+        Index of the state: 0 the new wheel, -1 as far as both campaigns come.
+    """
+    ax = own_axes(ax)
+    shift = shown("op_shift", translation["op_shift"].values)
+    order = np.argsort(shift, kind="stable")
+    values = translation[f"{name}_point_factor"].values[basis, progress]
+    new = progress == 0
+    for wheel, side in enumerate(("right", "left")):
+        ax.plot(
+            shift[order], values[order, wheel], marker="o^"[wheel], ls=("-", "--")[wheel], lw=0.9,
+            color=COLOURS["new"] if new else COLOURS["difference"], markerfacecolor="white" if new else None,
+            label=f"{'new' if new else 'worn'}, {side} wheel",
+        )  # fmt: skip
+    text = str(translation[f"{name}_point"].attrs["long_name"]).removesuffix(" at equal operating points")
+    ax.set_title(text[:1].upper() + text[1:])
+    ax.set_xlabel(label(translation, "op_shift"))
+    ax.set_ylabel("Factor, rig over field")
+    return ax
+
+
+def plot_depth_factor(
+    translation: xr.Dataset, position: np.ndarray, ax: Axes | None = None, *, basis: int = 0, wheel: int = 0
+) -> Axes:
+    """Draw the factor of the wear depth along the profile at the quarters of the common range.
+
+    Parameters
+    ----------
+    translation : Dataset
+        From `wearsim.translation.translate.translate`.
+    position : (n,) array
+        Lateral position of the profile points on the new wheel [m].
+    ax : Axes, optional
+        Where to draw.
+    basis : int
+        0 equal distance, 1 equal worn depth.
+    wheel : int
+        0 right, 1 left.
+    """
+    ax = own_axes(ax)
+    values = translation["wear_depth_profile_factor"].values[basis, :, wheel]
+    for index, stage in enumerate(translation["stage"].values):
+        last = index == translation.sizes["stage"] - 1
+        ax.plot(
+            shown("profile_y", position), values[index], color=COLOURS["difference"], lw=1.5 if last else 0.8,
+            alpha=0.3 + 0.7 * (index + 1) / translation.sizes["stage"], label=f"{stage:.0%} of the range",
+        )  # fmt: skip
+    ax.set_xlabel("Lateral position on the new wheel profile [mm]")
+    ax.set_ylabel("Factor, rig over field")
+    return ax
+
+
+def plot_equivalent_distance(translation: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the field distance that wears as much as the rig, both wheels, by depth and by worn area."""
+    ax = own_axes(ax)
+    x = shown("distance", translation["rig_distance"].values)
+    for series, (name, text) in enumerate(
+        (("max_wear_depth", "equal largest depth"), ("worn_area", "equal worn area"))
+    ):
+        values = shown("distance", translation[f"equivalent_distance_{name}"].values[:, -1])
+        ax.plot(x, values, color=SERIES_COLOURS[series], label=text)
+    ax.set_xlabel("Distance run on the rig [km]")
+    ax.set_ylabel("Equivalent distance in the field [km]")
+    ax.set_xlim(left=0.0)
+    ax.set_ylim(bottom=0.0)
+    return ax

@@ -1,0 +1,192 @@
+"""The report: one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import xarray as xr
+
+from wearsim.errors import ResultError
+from wearsim.report import pages, tables
+from wearsim.report.style import role_of, shown, to_svg
+from wearsim.results import open_results
+from wearsim.translation.translate import content_hash, table, translate
+
+SECTIONS = (
+    ("verdict", "Verdict"),
+    ("settings", "Settings"),
+    ("profiles", "Profiles"),
+    ("wear", "Wear"),
+    ("measures", "Wheel measures"),
+    ("contact", "Contact"),
+    ("factors", "Factors from rig to field"),
+    ("regimes", "Wear regimes"),
+    ("quality", "Numerical quality"),
+    ("provenance", "Provenance"),
+)
+"""Sections of the report of rig against field, in order."""
+
+_PROVENANCE = (
+    ("title", "Title"),
+    ("history", "Command"),
+    ("source", "Versions"),
+    ("input_hashes", "Input files"),
+    ("wear_coefficients", "Wear coefficients"),
+    ("wear_coefficients_source", "Source of the coefficients"),
+    ("wear_coefficients_validity", "Validity of the coefficients"),
+    ("wear_coefficients_departures", "Departures from the source"),
+    ("finished", "Finished"),
+)
+
+
+def write_report(directory: str | Path) -> Path:
+    """Write `report.html` from the results in a run directory.
+
+    Parameters
+    ----------
+    directory : path
+        Holds rig.nc, field.nc or both; with both, the report compares them.
+
+    Returns
+    -------
+    Path
+        The report: one file without links to others; equal results give an equal file.
+
+    Raises
+    ------
+    ResultError
+        No result file in the directory, or one that cannot be read.
+    """
+    directory = Path(directory)
+    found = [directory / f"{name}.nc" for name in ("rig", "field") if (directory / f"{name}.nc").exists()]
+    if not found:
+        raise ResultError(
+            f"{directory}: there is no rig.nc or field.nc to report on; `wearsim run SCENE --out {directory}` makes them"
+        )
+    datasets = []
+    for path in found:
+        with open_results(path) as data:
+            datasets.append(data.load())
+    return _write(render(datasets), directory / "report.html")
+
+
+def render(datasets: list[xr.Dataset]) -> str:
+    """Make the text of a report.
+
+    Parameters
+    ----------
+    datasets : list of Dataset
+        One result, or rig and field in this order.
+
+    Returns
+    -------
+    str
+        The HTML page.
+    """
+    translation = translate(*datasets) if len(datasets) == 2 else None
+    quality = [tables.quality(data) for data in datasets]
+    context: dict[str, Any] = {
+        "title": " against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets),
+        "roles": [role_of(data) for data in datasets],
+        "headings": [tables.role_title(data) for data in datasets],
+        "sections": [s for s in SECTIONS if translation is not None or s[0] not in ("factors", "regimes")],
+        "plates": _plates(datasets, translation),
+        "summary": [_campaign_line(data) for data in datasets],
+        "warnings": warnings(datasets, translation),
+        "environment": pages.environment_note(datasets),
+        "settings": tables.settings(datasets),
+        "points": [tables.operating_points(data) for data in datasets],
+        "quality": [dict(rows) for rows in quality],
+        "quality_names": list(dict.fromkeys(text for rows in quality for text, _ in rows)),
+        "provenance": [_provenance(data) for data in datasets],
+        "scenes": [str(data.attrs.get("scene_text", "")) for data in datasets],
+    }
+    if translation is None:
+        context["state"] = tables.state(datasets[0])
+    else:
+        rows = table(translation)
+        context |= {
+            "sentences": tables.verdict_sentences(rows, translation),
+            "verdict": tables.grouped(tables.verdict(rows)),
+            "ends": _ends(translation),
+            "regime_rows": [tables.regimes(translation, 0), tables.regimes(translation, -1)],
+            "regime_bands": tables.regime_bands(translation, datasets[0]),
+        }
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("wearsim.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    name = "single.html.j2" if translation is None else "compare.html.j2"
+    return environment.get_template(name).render(context)
+
+
+def warnings(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> list[str]:
+    """All a reader must know before trusting the numbers, one line each."""
+    lines = []
+    for data in datasets:
+        role = role_of(data).capitalize()
+        text = str(data.attrs.get("warnings", "")).replace("\n", "; ")
+        lines += [f"{role}: {line.strip()}" for line in text.split("; ") if line.strip()]
+        if "finished" not in data.attrs:
+            run = shown("distance", data["distance"].values[-1])
+            lines.append(f"{role}: the campaign is unfinished, these are the first {run:.4g} km.")
+    if translation is None:
+        return lines
+    lines += [
+        f"{line[:1].upper()}{line[1:]}." for line in str(translation.attrs.get("warnings", "")).splitlines()
+    ]
+    environment = [pages.environment_text(data) for data in datasets]
+    if environment[0] != environment[1]:
+        lines.append(
+            f"The environment factors differ: {environment[0]} on the rig, {environment[1]} in the field. "
+            "Wear factors contain this assumption; contact factors do not."
+        )
+    if bool((translation["regime_profile_differs"].values[:, -1] == 1).any()):
+        lines.append(
+            "Rig and field wear in different regimes at some places: factors there depend on the wear law."
+        )
+    return lines
+
+
+def _plates(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> dict[str, list[dict[str, str]]]:
+    """Figures by section as SVG text."""
+    sections: dict[str, list[dict[str, str]]] = {name: [] for name, _ in SECTIONS}
+    for plate in pages.plates(datasets, translation):
+        svg = to_svg(plate.figure, plate.name)
+        sections[plate.section].append({"name": plate.name, "svg": svg, "caption": plate.caption})
+    return sections
+
+
+def _campaign_line(dataset: xr.Dataset) -> str:
+    run = shown("distance", dataset["distance"].values[-1])
+    depth = shown("max_wear_depth", dataset["max_wear_depth"].values[-1].max())
+    return f"{run:.4g} km in {dataset.sizes['step'] - 1} wear steps, {depth:.3g} mm deep"
+
+
+def _ends(translation: xr.Dataset) -> list[str]:
+    run = float(shown("distance", translation["distance_run"].values[0, -1, 0]))
+    depth = float(shown("max_wear_depth", translation["worn_depth"].values[1, -1, 0]))
+    return [f"{run:.4g} km each", f"{depth:.3g} mm each"]
+
+
+def _provenance(dataset: xr.Dataset) -> list[tuple[str, str]]:
+    rows = [(text, str(dataset.attrs[key])) for key, text in _PROVENANCE if str(dataset.attrs.get(key, ""))]
+    return [*rows, ("SHA-256 of the result values", content_hash(dataset))]
+
+
+def _write(text: str, path: Path) -> Path:
+    part = path.with_name(f".{path.name}.part")
+    try:
+        part.write_text(text, encoding="utf-8")
+        os.replace(part, path)
+    except OSError as fault:
+        raise ResultError(
+            f"{path}: cannot be written ({fault.strerror}); make the directory writable"
+        ) from fault
+    return path

@@ -1,0 +1,368 @@
+"""The figures of a report: which axes stand together, what the caption says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from wearsim.report import figures, figures_translation
+from wearsim.report.style import COLOURS, grid, role_of, shown, style
+from wearsim.translation.factors import at_distances
+
+_FACTOR_POINTS = ("area", "max_pressure", "spin", "force_x", "force_y", "power")
+_FACTOR_COLLECTIVE = ("area", "max_pressure", "spin", "power", "wear_index_max")
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A finished figure with what is said about it.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the report; file name of the figure.
+    section : str
+        Section of the report it stands in.
+    figure : Figure
+        Drawn axes.
+    caption : str
+        One or two sentences under the figure.
+    """
+
+    name: str
+    section: str
+    figure: Figure
+    caption: str
+
+
+def _legend(ax: Axes, **options: Any) -> None:
+    handles, labels = ax.get_legend_handles_labels()
+    unique = dict(zip(labels, handles, strict=True))
+    if unique:
+        ax.legend(list(unique.values()), list(unique), **options)
+
+
+def environment_text(dataset: xr.Dataset) -> str:
+    """Environment factor of the points that wear, as a range where they differ."""
+    factor = dataset["op_environment"].values[dataset["op_weight"].values > 0.0]
+    if factor.size == 0:
+        return "none: no point wears"
+    low, high = float(factor.min()), float(factor.max())
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
+def environment_note(datasets: list[xr.Dataset]) -> str:
+    """One sentence with the environment factors of all campaigns."""
+    parts = ", ".join(f"{environment_text(data)} ({role_of(data)})" for data in datasets)
+    return f"Wear depths contain the environment factor: {parts}."
+
+
+def _worn_range(datasets: list[xr.Dataset], wheel: int, name: str = "profile_y") -> tuple[float, float]:
+    """Limits of a lateral (or arc length) axis around what is worn [shown unit]."""
+    low, high = np.inf, -np.inf
+    for data in datasets:
+        depth = data["wear_depth"].values[-1, wheel]
+        x = data["arc_length"].values if name == "arc_length" else data["profile_y"].values[0, wheel]
+        worn = x[depth > 0.005 * depth.max()] if depth.max() > 0.0 else x
+        low, high = min(low, worn.min()), max(high, worn.max())
+    margin = 0.08 * (high - low) + 1e-3
+    ends = shown(name, [low - margin, high + margin])
+    return float(ends[0]), float(ends[1])
+
+
+def _ends(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> list[tuple[str, list[float | None]]]:
+    """Title of each comparison and the distance of each campaign in it."""
+    if translation is None:
+        run = shown("distance", datasets[0]["distance"].values[-1])
+        return [(f"after {run:.4g} km", [None])]
+    pairs: list[tuple[str, list[float | None]]] = []
+    for basis, what in enumerate(("Equal distance", "Equal worn depth")):
+        end = figures_translation.basis_axis(translation, basis)[-1]
+        values = [float(v) for v in translation["distance_run"].values[basis, -1]]
+        pairs.append((f"{what}: {end:.4g} {('km', 'mm')[basis]} each", list(values)))
+    return pairs
+
+
+def profiles(datasets: list[xr.Dataset], translation: xr.Dataset | None, wheel: int) -> Plate:
+    """Profiles overlaid, new and worn, with the difference below."""
+    ends = _ends(datasets, translation)
+    with style():
+        figure, axes = grid(2, len(ends), height=3.0, sharex="col", height_ratios=[1.25, 1.0])
+        for column, (title, distances) in enumerate(ends):
+            top, bottom = axes[:, column]
+            for index, (data, distance) in enumerate(zip(datasets, distances, strict=True)):
+                figures.plot_profile(data, top, wheel=wheel, distance=distance, new=index == 0)
+                figures.plot_wear_depth(data, bottom, wheel=wheel, distance=distance)
+            if len(datasets) == 2:
+                _difference(datasets, distances, bottom, wheel)
+            top.set_title(title)
+            top.set_xlabel("")
+            # the upper axes keep equal scales by changing their limits; the lower ones follow through sharex
+            top.autoscale_view()
+            _legend(top)
+            _legend(bottom)
+    side = figures.WHEELS[wheel]
+    text = (
+        f"Profile of the {side} wheel, new and worn, flange down, with the wear depth along the normal below"
+    )
+    if len(datasets) == 2:
+        text += " and the difference rig minus field at the same place of the wheel"
+    return Plate("profiles", "profiles", figure, f"{text}. {environment_note(datasets)}")
+
+
+def _difference(datasets: list[xr.Dataset], distances: list[float | None], ax: Axes, wheel: int) -> None:
+    """Draw the wear depth of the rig minus that of the field, on the rig's points."""
+    rig, field = (
+        at_distances(
+            np.asarray(data["distance"].values),
+            np.asarray(data["wear_depth"].values),
+            np.array([data["distance"].values[-1] if distance is None else distance]),
+        )[0, wheel]
+        for data, distance in zip(datasets, distances, strict=True)
+    )
+    arc = [data["arc_length"].values for data in datasets]
+    x = shown("profile_y", datasets[0]["profile_y"].values[0, wheel])
+    difference = shown("wear_depth", rig - np.interp(arc[0], arc[1], field, left=np.nan, right=np.nan))
+    ax.plot(x, difference, color=COLOURS["difference"], lw=0.9, label="rig minus field")
+    ax.set_ylim(bottom=None)
+    ax.autoscale(axis="y")
+
+
+def wear_depth(datasets: list[xr.Dataset]) -> Plate:
+    """Wear depth of both wheels over lateral position and over arc length, at the end of each campaign."""
+    with style():
+        figure, axes = grid(2, 2, height=2.7, sharey=True)
+        for row, against in enumerate(("profile_y", "arc_length")):
+            for wheel, side in enumerate(figures.WHEELS):
+                ax = axes[row, wheel]
+                for data in datasets:
+                    figures.plot_wear_depth(data, ax, wheel=wheel, against=against, history=True)
+                ax.set_xlim(_worn_range(datasets, wheel, against))
+                ax.set_title(f"{side.capitalize()} wheel")
+                if wheel:
+                    ax.set_ylabel("")
+                _legend(ax)
+    ends = ", ".join(
+        f"{role_of(data)} after {shown('distance', data['distance'].values[-1]):.4g} km" for data in datasets
+    )
+    text = (
+        f"Wear depth along the profile: {ends}; faint lines at a quarter, half and three quarters of the way."
+    )
+    return Plate("wear_depth", "wear", figure, f"{text} {environment_note(datasets)}")
+
+
+def wear_by_regime(datasets: list[xr.Dataset]) -> Plate:
+    """Wear depth stacked by regime, one panel per campaign and wheel."""
+    with style():
+        figure, axes = grid(len(datasets), 2, height=2.5)
+        for row, data in enumerate(datasets):
+            for wheel, side in enumerate(figures.WHEELS):
+                ax = figures.plot_wear_by_regime(data, axes[row, wheel], wheel=wheel)
+                ax.set_xlim(_worn_range(datasets, wheel))
+                ax.set_title(f"{role_of(data).capitalize()}, {side} wheel")
+                _legend(ax)
+    return Plate(
+        "wear_by_regime", "wear", figure,
+        "Wear depth at the end of each campaign by the wear regime behind it; the sum is the whole depth.",
+    )  # fmt: skip
+
+
+def _over_distance(
+    datasets: list[xr.Dataset],
+    names: tuple[str, ...],
+    name: str,
+    section: str,
+    caption: str,
+    height: float = 2.4,
+) -> Plate:
+    with style():
+        rows = (len(names) + 1) // 2
+        figure, axes = grid(rows, 2, height=height)
+        for index, ax in enumerate(axes.flat):
+            if index >= len(names):
+                figure.delaxes(ax)
+                continue
+            for data in datasets:
+                figures.plot_over_distance(data, names[index], ax)
+            _legend(ax)
+    return Plate(name, section, figure, caption)
+
+
+def wear_over_distance(datasets: list[xr.Dataset]) -> Plate:
+    """Largest depth and worn area over the distance."""
+    text = (
+        f"Largest wear depth and worn area of each wheel over the distance run. {environment_note(datasets)}"
+    )
+    return _over_distance(datasets, ("max_wear_depth", "worn_area"), "wear_over_distance", "wear", text, 2.8)
+
+
+def measures(datasets: list[xr.Dataset]) -> Plate:
+    """Flange height, thickness, gradient and hollowing over the distance."""
+    names = ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
+    text = (
+        "Flange height Sh, flange thickness Sd, flange gradient qR and tread hollowing over the distance run."
+    )
+    return _over_distance(datasets, names, "measures", "measures", text)
+
+
+def conicity(datasets: list[xr.Dataset]) -> Plate:
+    """Equivalent conicity over the distance."""
+    with style():
+        figure, axes = grid(1, 1, height=2.7)
+        for data in datasets:
+            figures.plot_conicity(data, axes[0, 0])
+        _legend(axes[0, 0])
+    text = "Equivalent conicity at 3 mm amplitude over the distance run; a gap where it is undefined."
+    return Plate("conicity", "measures", figure, text)
+
+
+def contact(datasets: list[xr.Dataset]) -> Plate:
+    """Contact positions and pressures over the shift, rig beside field, new and worn."""
+    names = ("wheel_y", "max_pressure", "area", "power")
+    with style():
+        figure, axes = grid(len(names), len(datasets), height=2.35, sharey="row", sharex=True)
+        for row, name in enumerate(names):
+            for column, data in enumerate(datasets):
+                ax = axes[row, column]
+                figures.plot_contact(data, name, ax, new=True)
+                figures.plot_contact(data, name, ax)
+                if row == 0:
+                    ax.set_title(role_of(data).capitalize())
+                    _legend(ax, ncols=2, fontsize=7.5)
+                if column:
+                    ax.set_ylabel("")
+                if row < len(names) - 1:
+                    ax.set_xlabel("")
+    text = (
+        "Position on the wheel, largest pressure, area and frictional power of every contact patch over the "
+        "lateral shift: hollow marks the new wheel, full ones the end of the campaign; monitoring points "
+        "included."
+    )
+    return Plate("contact", "contact", figure, text)
+
+
+def factors(datasets: list[xr.Dataset], translation: xr.Dataset) -> list[Plate]:
+    """All figures of factors: wear, contact of the collective, equal points, along the profile, distance."""
+    plates = []
+    wear = (("max_wear_depth", "largest wear depth"), ("worn_area", "worn area"), ("worn_mass", "worn mass"))
+    with style():
+        figure, axes = grid(2, 2, height=2.7)
+        for basis in (0, 1):
+            for series, (name, text) in enumerate(wear):
+                figures_translation.plot_factor(
+                    translation, name, axes[0, basis], basis=basis, series=series, text=text
+                )
+            for series, name in enumerate(_FACTOR_COLLECTIVE):
+                text = str(translation[f"{name}_collective"].attrs["long_name"])
+                figures_translation.plot_factor(
+                    translation, f"{name}_collective", axes[1, basis], basis=basis, wheel=0, series=series,
+                    text=text.removesuffix(", collective mean"),
+                )  # fmt: skip
+            axes[0, basis].set_title(("Wear at equal distance", "Wear at equal worn depth")[basis])
+            axes[1, basis].set_title("Contact, mean of the collective, right wheel")
+            for ax in axes[:, basis]:
+                figures_translation.mark_one(ax)
+        for ax in axes[:, 1]:
+            _legend(ax, fontsize=7.5)
+    text = (
+        "Factors rig over field at equal distance (left) and at equal worn depth (right). They are functions: "
+        f"no single number carries the rig to the field. {environment_note(datasets)}"
+    )
+    plates.append(Plate("factors", "factors", figure, text))
+    with style():
+        figure, axes = grid(1, 1, height=3.0)
+        _legend(figures_translation.plot_equivalent_distance(translation, axes[0, 0]))
+    text = "Distance in the field that wears both wheels as much as the rig; it ends where the field campaign does."
+    plates.append(Plate("equivalent_distance", "factors", figure, f"{text} {environment_note(datasets)}"))
+    position = datasets[0]["profile_y"].values[0]
+    with style():
+        figure, axes = grid(2, 2, height=2.5)
+        for wheel, side in enumerate(figures.WHEELS):
+            for basis, what in enumerate(("equal distance", "equal worn depth")):
+                ax = axes[wheel, basis]
+                figures_translation.plot_depth_factor(
+                    translation, position[wheel], ax, basis=basis, wheel=wheel
+                )
+                figures_translation.mark_one(ax)
+                ax.set_xlim(_worn_range(datasets, wheel))
+                ax.set_ylim(bottom=0.0)
+                ax.set_title(f"{side.capitalize()} wheel, {what}")
+        _legend(axes[0, 0])
+    text = (
+        "Factor of the wear depth along the profile where the field wears more than 1 % of its largest depth."
+    )
+    plates.append(Plate("factor_along_profile", "factors", figure, text))
+    if int(translation.attrs["matched_points"]):
+        plates.append(_factors_at_points(translation))
+    return plates
+
+
+def _factors_at_points(translation: xr.Dataset) -> Plate:
+    with style():
+        figure, axes = grid(2, 3, height=2.5, sharex=True)
+        for ax, name in zip(axes.flat, _FACTOR_POINTS, strict=True):
+            for progress in (0, -1):
+                figures_translation.plot_factor_at_points(translation, name, ax, progress=progress)
+            figures_translation.mark_one(ax)
+        for ax in axes[0]:
+            ax.set_xlabel("")
+        for ax in axes[:, 1:].flat:
+            ax.set_ylabel("")
+        _legend(axes[0, 0], fontsize=7.5)
+    text = (
+        "Contact factors where both campaigns solve the same operating point: hollow for the new wheel, full at "
+        "the end of the common distance. Where the field value is zero there is no factor and no mark."
+    )
+    return Plate("factors_at_points", "factors", figure, text)
+
+
+def steps(datasets: list[xr.Dataset]) -> Plate:
+    """Step length and stability number over the distance."""
+    with style():
+        figure, axes = grid(1, 2, height=2.6)
+        for data in datasets:
+            for ax, name in zip(axes[0], ("step_length", "stability_number"), strict=True):
+                figures.plot_steps(data, name, ax)
+        for ax in axes[0]:
+            _legend(ax)
+    text = "Length of each wear step and its stability number S, which stays below the limit of the campaign."
+    return Plate("steps", "quality", figure, text)
+
+
+def worst_wheel(dataset: xr.Dataset) -> int:
+    """0 or 1: the wheel with the larger wear depth at the end."""
+    return int(np.argmax(dataset["max_wear_depth"].values[-1]))
+
+
+def plates(datasets: list[xr.Dataset], translation: xr.Dataset | None = None) -> list[Plate]:
+    """Draw all figures for one campaign, or for rig and field with their translation.
+
+    Parameters
+    ----------
+    datasets : list of Dataset
+        One result, or rig and field.
+    translation : Dataset, optional
+        Their comparison.
+
+    Returns
+    -------
+    list of Plate
+        In the order of the report.
+    """
+    found = [
+        profiles(datasets, translation, worst_wheel(datasets[0])),
+        wear_depth(datasets),
+        wear_over_distance(datasets),
+        wear_by_regime(datasets),
+        measures(datasets),
+        conicity(datasets),
+        contact(datasets),
+    ]
+    if translation is not None:
+        found += factors(datasets, translation)
+    return [*found, steps(datasets)]

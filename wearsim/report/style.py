@@ -1,0 +1,153 @@
+"""How figures look: one palette for colour-blind readers, the same colour for the same thing everywhere."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from wearsim.nomenclature import NOMENCLATURE
+
+COLOURS = {"rig": "#d55e00", "field": "#0072b2", "rail": "#6b6b6b", "new": "#8c8c8c", "difference": "#1a1a1a"}
+"""Colours with a fixed meaning (palette of Okabe and Ito)."""
+
+REGIME_COLOURS = ("#009e73", "#e69f00", "#882255", "#44aa99", "#aa4499")
+"""Wear regimes from mild to severe, apart from the colours of rig and field."""
+
+SERIES_COLOURS = ("#1a1a1a", "#cc79a7", "#009e73", "#e69f00", "#56b4e9", "#882255")
+"""Quantities that are ratios and belong neither to rig nor to field."""
+
+WHEEL_LINES = ("-", "--")
+"""Right wheel, left wheel."""
+
+_RC: Any = {
+    "font.family": ["DejaVu Sans"],
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "#555555",
+    "axes.grid": True,
+    "grid.color": "#e3e3e3",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.6,
+    "lines.markersize": 4.5,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "figure.facecolor": "white",
+    "svg.fonttype": "none",
+    "svg.hashsalt": "wearsim",
+    "axes.unicode_minus": True,
+}
+
+
+def style() -> Any:
+    """Context in which figures are made and drawn; nothing global is changed."""
+    return matplotlib.rc_context(_RC)
+
+
+def grid(
+    rows: int = 1, columns: int = 1, height: float = 3.0, width: float = 9.6, **options: Any
+) -> tuple[Figure, np.ndarray]:
+    """Make a figure with rows x columns axes, `height` inches per row.
+
+    Returns
+    -------
+    figure : Figure
+    axes : (rows, columns) array of Axes
+    """
+    figure = Figure(figsize=(width, height * rows), layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False, **options)
+
+
+def own_axes(ax: Axes | None) -> Axes:
+    """Return the axes given, or those of a new figure."""
+    if ax is not None:
+        return ax
+    with style():
+        axes: Axes = grid(width=6.4, height=4.0)[1][0, 0]
+        return axes
+
+
+def role_of(dataset: xr.Dataset) -> str:
+    """Rig or field, from the scene behind a result."""
+    kind = str(dataset.attrs.get("scene_kind", ""))
+    return kind if kind in ("rig", "field") else "rail"
+
+
+def shown(name: str, values: Any) -> np.ndarray:
+    """Values in the unit people read."""
+    return np.asarray(values, dtype=np.float64) * NOMENCLATURE[name].shown_factor
+
+
+def label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
+    """Axis label from the attributes of a variable.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Holds the variable.
+    variable : str
+        Its name.
+    name : str, optional
+        Row of the nomenclature table, if it is not the variable's name.
+    """
+    text = str(dataset[variable].attrs.get("long_name", variable))
+    unit = NOMENCLATURE[name or variable].shown_unit
+    return text[:1].upper() + text[1:] + (f" [{unit}]" if unit not in ("", "1") else "")
+
+
+def to_svg(figure: Figure, name: str) -> str:
+    """Draw a figure as SVG text to be put into a page.
+
+    Parameters
+    ----------
+    figure : Figure
+        Finished figure.
+    name : str
+        Unique on the page; keeps the ids of several figures apart.
+
+    Returns
+    -------
+    str
+        One `<svg>` element without links, dates or anything else that changes from run to run.
+    """
+    buffer = io.StringIO()
+    with style():
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    text = buffer.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
+    text = re.sub(r'\bid="([^"]+)"', rf'id="{name}-\1"', text)
+    text = re.sub(r'(xlink:href="#|url\(#)', rf"\1{name}-", text)
+    # the page sets the width; the view box keeps the shape
+    text = re.sub(r'^<svg ([^>]*?)\bwidth="[^"]*"', r"<svg \1", text, count=1)
+    text = re.sub(r'^<svg ([^>]*?)\bheight="[^"]*"', r"<svg \1", text, count=1)
+    return text.strip()
+
+
+def save_svg(figure: Figure, path: Path) -> Path:
+    """Write a figure as a file of its own.
+
+    Returns
+    -------
+    Path
+        `path`.
+    """
+    path.write_text(
+        '<?xml version="1.0" encoding="utf-8"?>\n' + to_svg(figure, path.stem) + "\n", encoding="utf-8"
+    )
+    return path

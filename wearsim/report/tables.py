@@ -1,0 +1,339 @@
+"""The tables of a report as rows of cells; every number keeps its exact value beside its text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.profile.shape import polygon_area_between
+from wearsim.report.pages import environment_text
+from wearsim.report.style import role_of, shown
+from wearsim.translation.factors import POINT_QUANTITIES
+
+UNDEFINED = "undefined"
+
+_REASONS = {
+    "zero_denominator": "no factor: the field value is zero",
+    "missing": "a value is missing on one side",
+    "beyond_range": "a campaign does not come so far",
+}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One cell of a table.
+
+    Parameters
+    ----------
+    text : str
+        What is shown.
+    value : float, optional
+        Exact number behind it; None for words.
+    """
+
+    text: str
+    value: float | None = None
+
+    @property
+    def exact(self) -> str:
+        """The number with all its digits."""
+        return "" if self.value is None else repr(float(self.value))
+
+
+def number(value: Any, digits: int = 4) -> Cell:
+    """Cell of a number, "undefined" where there is none.
+
+    Parameters
+    ----------
+    value : float
+        In the unit of the column.
+    digits : int
+        Significant digits shown.
+    """
+    value = float(value)
+    if not np.isfinite(value):
+        return Cell(UNDEFINED)
+    if value == 0.0:
+        return Cell("0", value)
+    if 1e-4 <= abs(value) < 1e6:
+        places = max(digits - 1 - int(np.floor(np.log10(abs(value)))), 0)
+        text = f"{value:.{places}f}"
+    else:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        text = f"{mantissa}·10^{int(exponent)}"
+    return Cell(text.replace("-", "\N{MINUS SIGN}"), value)
+
+
+@dataclass(frozen=True)
+class VerdictRow:
+    """One quantity of the verdict table.
+
+    Parameters
+    ----------
+    group, quantity, unit, variable : str
+        Where it stands and what it is.
+    cells : tuple of Cell
+        Rig, field, ratio at equal distance; the same at equal worn depth.
+    note : str
+        Reason for what is undefined, other remarks.
+    """
+
+    group: str
+    quantity: str
+    unit: str
+    variable: str
+    cells: tuple[Cell, ...]
+    note: str
+
+
+def verdict(table: pd.DataFrame) -> list[VerdictRow]:
+    """Rows of the verdict table from `wearsim.translation.translate.table`."""
+    bases = list(dict.fromkeys(table["basis"]))
+    rows = []
+    for variable in dict.fromkeys(table["variable"]):
+        both = [table[(table["variable"] == variable) & (table["basis"] == basis)].iloc[0] for basis in bases]
+        cells: list[Cell] = []
+        notes: list[str] = []
+        for entry in both:
+            cells += [number(entry["rig"]), number(entry["field"])]
+            defined = entry["status"] == "defined"
+            cells.append(number(entry["factor"], 3) if defined else Cell(UNDEFINED))
+            if not defined:
+                notes.append(_REASONS[entry["status"]])
+        if variable == "distance_run":
+            notes.append("equal by definition at equal distance")
+        if variable == "max_wear_depth":
+            notes.append("equal by definition at equal worn depth")
+        name = str(variable)
+        contact = name.removesuffix("_collective")
+        rule = POINT_QUANTITIES.get(contact, "")
+        if name.endswith("_collective") and rule not in ("sum", ""):
+            notes.append(f"patches of a wheel: {rule}")
+        if name.endswith("_collective"):
+            notes.insert(0, " / ".join(dict.fromkeys(f"{entry['wheel']} wheel" for entry in both)))
+        group = (
+            "Contact, mean magnitude over the load collective"
+            if name.endswith("_collective")
+            else "Wheel shape"
+            if name.endswith("_change") or name == "equivalent_conicity"
+            else "Wear, both wheels"
+        )
+        quantity = str(both[0]["quantity"]).removesuffix(", collective mean")
+        unit = str(both[0]["unit"])
+        rows.append(VerdictRow(
+            group, quantity[:1].upper() + quantity[1:], "" if unit == "1" else unit, name, tuple(cells),
+            "; ".join(dict.fromkeys(notes)),
+        ))  # fmt: skip
+    return rows
+
+
+def grouped(rows: list[VerdictRow]) -> list[tuple[str, list[VerdictRow]]]:
+    """Rows under the heading of their group, in the order the groups first appear."""
+    groups: dict[str, list[VerdictRow]] = {}
+    for row in rows:
+        groups.setdefault(row.group, []).append(row)
+    return list(groups.items())
+
+
+def verdict_sentences(table: pd.DataFrame, translation: xr.Dataset) -> list[str]:
+    """Say in words what the factors say."""
+    rows = table.set_index(["basis", "variable"])
+
+    def entry(basis: str, variable: str) -> pd.Series:
+        return rows.loc[(basis, variable)]
+
+    distance = entry("equal distance", "distance_run")
+    depth, area = (entry("equal distance", name) for name in ("max_wear_depth", "worn_area"))
+    sentences = []
+    if depth["status"] == "defined" and area["status"] == "defined":
+        sentences.append(
+            f"After {distance['rig']:.3g} km each, the rig has worn {depth['factor']:.3g} times as deep as the "
+            f"field ({depth['rig']:.3g} against {depth['field']:.3g} mm) and {area['factor']:.3g} times the area."
+        )
+    else:
+        sentences.append("At equal distance no wear factor is defined: one campaign shows no wear.")
+    run = entry("equal worn depth", "distance_run")
+    if run["status"] == "defined" and run["rig"] > 0.0:
+        common = entry("equal worn depth", "max_wear_depth")["rig"]
+        sentences.append(
+            f"{common:.3g} mm of wear take {run['rig']:.3g} km on the rig and {run['field']:.3g} km in the field: "
+            f"there, 1 km on the rig stands for {run['field'] / run['rig']:.3g} km."
+        )
+    factor = translation["max_wear_depth_factor"].values[0, :, -1]
+    factor = factor[np.isfinite(factor)]
+    if factor.size > 1:
+        low, high = float(factor.min()), float(factor.max())
+        sentences.append(
+            f"The depth factor at equal distance runs from {low:.3g} to {high:.3g} over the campaign: "
+            + ("use the curves, not one number." if high > 1.05 * low else "nearly constant in this range.")
+        )
+    return sentences
+
+
+def operating_points(dataset: xr.Dataset) -> tuple[list[str], list[list[Cell]]]:
+    """Header and rows of the operating points of a campaign."""
+    names = [
+        "op_shift", "op_yaw", "op_roll", "op_wheel_load", "op_speed", "op_friction", "op_track_curvature",
+        "op_environment", "op_weight", "op_block_length",
+    ]  # fmt: skip
+    header = ["Operating point"]
+    for name in names:
+        unit = NOMENCLATURE[name].shown_unit
+        text = str(dataset[name].attrs["long_name"])
+        header.append(text[:1].upper() + text[1:] + (f" [{unit}]" if unit not in ("", "1") else ""))
+    columns = [shown(name, dataset[name].values) for name in names]
+    rows = []
+    for index, text in enumerate(dataset["op_label"].values):
+        rows.append([Cell(str(text)), *(number(column[index]) for column in columns)])
+    return header, rows
+
+
+_SETTINGS: tuple[tuple[str, str, str, float], ...] = (
+    ("wheel_profile_right", "Wheel profile, right", "", 1.0),
+    ("wheel_profile_left", "Wheel profile, left", "", 1.0),
+    ("counterface_profile", "Counterface profile", "", 1.0),
+    ("wheel_radius", "Wheel radius", "mm", 1e3),
+    ("half_span", "Half span of the wheel profiles", "mm", 1e3),
+    ("rotation_rule", "Rule of the wheel rotation", "", 1.0),
+    ("contact_normal", "Normal contact model", "", 1.0),
+    ("contact_tangential", "Tangential contact model", "", 1.0),
+    ("contact_parameters", "Parameters of the contact models", "", 1.0),
+    ("strips", "Strips per patch", "", 1.0),
+    ("cells", "Cells per strip", "", 1.0),
+    ("wear_law", "Wear law", "", 1.0),
+    ("wear_form", "Form of the wear law", "", 1.0),
+    ("wear_coefficients", "Wear coefficients", "", 1.0),
+    ("integrator", "Integrator", "", 1.0),
+    ("depth_cap", "Largest depth per step", "µm", 1e6),
+    ("stability_limit", "Limit of the stability number", "", 1.0),
+    ("smoothing_wavelength", "Smoothing wavelength", "mm", 1e3),
+)
+
+
+def settings(datasets: list[xr.Dataset]) -> list[tuple[str, list[Cell], bool]]:
+    """Rows of (setting, cell per campaign, whether they differ)."""
+    rows: list[tuple[str, list[Cell]]] = []
+    roller = [float(data.attrs.get("counterface_curvature", 0.0)) for data in datasets]
+    rows.append(
+        ("Counterface", [Cell(f"roller, radius {1e3 / k:.4g} mm") if k else Cell("rail") for k in roller])
+    )
+    weighted = [data["op_weight"].values > 0.0 for data in datasets]
+    for name in ("op_shift", "op_yaw", "op_wheel_load", "op_speed", "op_friction", "op_track_curvature"):
+        cells = [_range(name, data[name].values[on]) for data, on in zip(datasets, weighted, strict=True)]
+        unit = NOMENCLATURE[name].shown_unit
+        text = str(datasets[0][name].attrs["long_name"])
+        rows.append((text[:1].upper() + text[1:] + (f" [{unit}]" if unit != "1" else ""), cells))
+    rows.append(("Environment factor on the wear depth", [Cell(environment_text(data)) for data in datasets]))
+    for key, text, unit, factor in _SETTINGS:
+        values = [data.attrs.get(key) for data in datasets]
+        if all(value is None for value in values):
+            continue
+        cells = [
+            Cell("not given")
+            if value is None
+            else Cell(value)
+            if isinstance(value, str)
+            else number(float(value) * factor)
+            for value in values
+        ]
+        rows.append((text + (f" [{unit}]" if unit else ""), cells))
+    return [(text, cells, len({cell.text for cell in cells}) > 1) for text, cells in rows]
+
+
+def _range(name: str, values: np.ndarray) -> Cell:
+    if values.size == 0:
+        return Cell("none")
+    low, high = shown(name, [values.min(), values.max()])
+    return number(low) if low == high else Cell(f"{number(low).text} to {number(high).text}")
+
+
+def quality(dataset: xr.Dataset) -> list[tuple[str, Cell]]:
+    """Numbers that tell how far a campaign can be trusted as a computation."""
+    count = dataset.sizes["step"] - 1
+    depth = dataset["wear_depth"].values
+    rows = [("Wear steps", Cell(str(count), float(count)))]
+    if count:
+        rows.append(("Largest stability number S", number(dataset["stability_number"].values[1:].max())))
+        rows.append(("Largest depth in one step [µm]", number(1e6 * np.diff(depth, axis=0).max())))
+        length = shown("distance", dataset["step_length"].values[1:])
+        rows.append(
+            (
+                "Shortest and longest step [km]",
+                Cell(f"{number(length.min()).text} to {number(length.max()).text}"),
+            )
+        )
+    for wheel, side in enumerate(("right", "left")):
+        law = float(dataset["worn_area"].values[-1, wheel])
+        y, z = (dataset[f"profile_{c}"].values[:, wheel] for c in "yz")
+        polygon = polygon_area_between(y[0], z[0], y[-1], z[-1])
+        text = f"Worn area by the law against the profiles, {side} wheel [relative difference]"
+        rows.append((text, number(abs(polygon - law) / law, 2) if law > 0.0 else Cell("no wear")))
+    balance = dataset["power_balance"].values
+    balance = balance[np.isfinite(balance)]
+    if balance.size:
+        text = "Local over resultant frictional power before scaling"
+        rows.append((text, Cell(f"{number(balance.min(), 3).text} to {number(balance.max(), 3).text}")))
+    return rows
+
+
+def regimes(translation: xr.Dataset, progress: int) -> list[tuple[str, str, Cell, str, str, bool]]:
+    """Rows of (point, wheel, shift, regime on the rig, in the field, differs) at equal distance."""
+    if "regime_point" not in translation:
+        return []
+    names = str(translation["regime_point"].attrs["flag_meanings"]).split()
+    regime = translation["regime_point"].values[0, progress].astype(int)
+    differs = translation["regime_point_differs"].values[0, progress]
+    shift = shown("op_shift", translation["op_shift"].values)
+    return [
+        (
+            str(translation["rig_label"].values[i]), side, number(shift[i]), names[regime[0, i, w] + 1],
+            names[regime[1, i, w] + 1], bool(differs[i, w] == 1),
+        )
+        for i in np.argsort(shift, kind="stable")
+        for w, side in enumerate(("right", "left"))
+    ]  # fmt: skip
+
+
+def regime_bands(translation: xr.Dataset, rig: xr.Dataset) -> list[str]:
+    """Say where along the profiles the prevailing wear regime differs, at the end of each basis."""
+    lines = []
+    for b, basis in enumerate(translation["basis_name"].values):
+        for wheel, side in enumerate(("right", "left")):
+            differs = translation["regime_profile_differs"].values[b, -1, wheel] == 1
+            y = shown("profile_y", rig["profile_y"].values[0, wheel])
+            edges = np.flatnonzero(np.diff(np.concatenate(([0], differs.astype(int), [0]))))
+            bands = [
+                f"{number(min(y[i], y[j - 1]), 3).text} to {number(max(y[i], y[j - 1]), 3).text} mm"
+                for i, j in zip(edges[::2], edges[1::2], strict=True)
+            ]
+            where = "differs at " + ", ".join(bands) if bands else "is the same wherever both wear"
+            lines.append(f"{str(basis).capitalize()}, {side} wheel: the prevailing regime {where}.")
+    return lines
+
+
+def role_title(dataset: xr.Dataset) -> str:
+    """Heading of the column of a campaign."""
+    return role_of(dataset).capitalize()
+
+
+def state(dataset: xr.Dataset) -> list[tuple[str, list[Cell]]]:
+    """Rows of (quantity, new, worn, change) of one campaign, by wheel where they differ."""
+    rows: list[tuple[str, list[Cell]]] = []
+    names = (
+        "max_wear_depth", "worn_area", "worn_mass", "flange_height", "flange_thickness", "flange_gradient",
+        "hollowing", "equivalent_conicity",
+    )  # fmt: skip
+    for name in names:
+        values = shown(name, dataset[name].values[[0, -1]])
+        text, unit = str(dataset[name].attrs["long_name"]), NOMENCLATURE[name].shown_unit
+        text = text[:1].upper() + text[1:] + (f" [{unit}]" if unit != "1" else "")
+        columns = (
+            [("", values)] if values.ndim == 1 else [(", right", values[:, 0]), (", left", values[:, 1])]
+        )
+        rows += [(text + suffix, [number(v[0]), number(v[1]), number(v[1] - v[0])]) for suffix, v in columns]
+    return rows
