@@ -1,0 +1,153 @@
+"""What a contact problem is made of and what its solution holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from wearsim.contact.patch import FloatArray, IntArray, Patch, SurfaceFields
+from wearsim.profile.shape import Profile
+
+
+@dataclass(frozen=True)
+class ContactConditions:
+    """How a wheelset runs at `n` operating points.
+
+    Parameters
+    ----------
+    shift : (n,) array
+        Lateral shift of the wheelset, positive to the right [m].
+    yaw, roll : (n,) array
+        Yaw about z (down) and roll about x [rad].
+    wheel_load : (n,) array
+        Vertical load of each wheel [N].
+    speed : (n,) array
+        Peripheral speed V of the counterface at its profile top [m/s].
+    friction : (n,) array
+        Coulomb coefficient [-].
+    track_curvature : (n,) array
+        1/R, positive to the right [1/m].
+    rotation : str or (n,) array
+        "free", "centred", "nominal", or the wheel's rotation speed, positive when it rolls forwards [rad/s].
+    torque : float
+        Torque applied to the axle in the rolling direction (rule "free") [N m].
+    """
+
+    shift: FloatArray
+    yaw: FloatArray
+    roll: FloatArray
+    wheel_load: FloatArray
+    speed: FloatArray
+    friction: FloatArray
+    track_curvature: FloatArray
+    rotation: str | FloatArray = "free"
+    torque: float = 0.0
+
+
+@dataclass(frozen=True)
+class ContactModels:
+    """Which models solve the contact, how finely, for which material.
+
+    Parameters
+    ----------
+    normal, tangential : str
+        Names in the registries of `contact.normal` and `contact.tangential`.
+    strips, cells : int
+        Strips across a patch and cells along each strip.
+    youngs_modulus : float
+        Of both bodies [Pa].
+    poisson_ratio : float
+        Of both bodies [-].
+    parameters : tuple of (str, float)
+        Parameters of the models, such as ("virtual_penetration_factor", 0.55).
+    """
+
+    normal: str = "kik_piotrowski"
+    tangential: str = "fastsim"
+    strips: int = 50
+    cells: int = 50
+    youngs_modulus: float = 210e9
+    poisson_ratio: float = 0.3
+    parameters: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def shear_modulus(self) -> float:
+        """G = E / (2 (1 + nu)) [Pa]."""
+        return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+    @property
+    def effective_modulus(self) -> float:
+        """E* = E / (2 (1 - nu^2)) of two equal bodies [Pa]."""
+        return self.youngs_modulus / (2.0 * (1.0 - self.poisson_ratio**2))
+
+
+@dataclass(frozen=True)
+class Wheelset:
+    """Two wheels on an axle.
+
+    Parameters
+    ----------
+    right, left : Profile
+        Both in the axes of a right wheel.
+    radius : float
+        At the tape circle [m].
+    half_span : float
+        From the track centre to the origin of the wheel profile [m]; 0.750 at back-to-back 1360 mm.
+    """
+
+    right: Profile
+    left: Profile
+    radius: float
+    half_span: float
+
+
+@dataclass(frozen=True)
+class Counterface:
+    """Rail, or roller with a rail's profile; both sides alike.
+
+    Parameters
+    ----------
+    profile : Profile
+        Placed (inclined, gauged), in the axes of the right side.
+    curvature : float
+        1/s0, s0 the roller's radius at the profile's top [1/m]; a rail has 0.
+    """
+
+    profile: Profile
+    curvature: float
+
+
+@dataclass(frozen=True)
+class ContactSolution:
+    """All patches of a batch; the leading axis `m` of every array is the patch.
+
+    `point` is the index of the operating point and `side` 0 for the right, 1 for the left wheel;
+    patches are ordered by point, side and falling normal force. Angles, lateral creepage, spin, lateral
+    force and moment of a left wheel carry the signs of the track axes (mirrored from the right
+    wheel's); wheel_y and rail_y are profile coordinates, alike for both.
+    """
+
+    point: IntArray
+    side: IntArray
+    wheel_y: FloatArray
+    rail_y: FloatArray
+    x: FloatArray
+    contact_angle: FloatArray
+    area: FloatArray
+    max_pressure: FloatArray
+    length: FloatArray
+    width: FloatArray
+    approach: FloatArray
+    normal_force: FloatArray
+    creepage_x: FloatArray
+    creepage_y: FloatArray
+    spin: FloatArray
+    force_x: FloatArray
+    force_y: FloatArray
+    spin_moment: FloatArray
+    slip_area: FloatArray
+    power: FloatArray
+    power_balance: FloatArray
+    rotation_speed: FloatArray  # of the wheelset, positive when it rolls forwards [rad/s]
+    strip_edges_wheel_y: FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]
+    patch: Patch
+    fields: SurfaceFields
