@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, CubicSpline
+from scipy.interpolate import CubicSpline
 
 from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray
@@ -45,12 +45,12 @@ class Rings:
 
 @dataclass(frozen=True)
 class Contour:
-    """A counterface's profile on a uniform lateral grid.
+    """A counterface's profile on a grid of equal steps of arc length.
 
     Parameters
     ----------
     y : (g,) array
-        Lateral grid [m].
+        Lateral position, rising [m].
     z : (g,) array
         Height of the profile, positive down [m].
     slope, angle : (g,) array
@@ -156,14 +156,14 @@ def rings(profile: Profile, radius: float, spacing: float = 1e-4) -> Rings:
 
 
 def contour(profile: Profile, spacing: float = 1e-4) -> Contour:
-    """Put a rail or roller profile on a uniform lateral grid.
+    """Put a rail or roller profile on a grid of equal steps along its arc, steep flanks included.
 
     Parameters
     ----------
     profile : Profile
         Inclined and placed, in the axes of the right side.
     spacing : float
-        Of the grid [m].
+        Of the grid, along the profile [m].
 
     Returns
     -------
@@ -171,10 +171,7 @@ def contour(profile: Profile, spacing: float = 1e-4) -> Contour:
         The part of the head less steep than 86 degrees.
     """
     y, z, slope = _steep_free(profile, spacing, 0)
-    grid = spacing * np.arange(np.ceil(y[0] / spacing), np.floor(y[-1] / spacing) + 1)
-    height = CubicHermiteSpline(y, z, slope)
-    gradient = height(grid, 1)
-    return Contour(grid, height(grid), gradient, np.arctan(gradient))
+    return Contour(y, z, slope, np.arctan(slope))
 
 
 def gap(
@@ -246,6 +243,46 @@ def gap(
 
 
 @kernel
+def _envelope(
+    ring_y: FloatArray,
+    ring_radius: FloatArray,
+    offset: FloatArray,
+    height: FloatArray,
+    lever: FloatArray,
+    along: FloatArray,
+    grid_y: FloatArray,
+    grid_z: FloatArray,
+    gap_out: FloatArray,
+    wheel_y_out: FloatArray,
+    sin_theta_out: FloatArray,
+    radius_out: FloatArray,
+    x_out: FloatArray,
+) -> None:
+    """Lowest part of the wheel's contour over each grid point."""
+    points = grid_y.size
+    gap_out[:] = _NO_WHEEL
+    first = 0
+    for k in range(ring_y.size - 1):
+        left, right = offset[k], offset[k + 1]
+        low, high = min(left, right), max(left, right)
+        while first < points and grid_y[first] < low:
+            first += 1
+        while first > 0 and grid_y[first - 1] >= low:
+            first -= 1
+        i = first
+        while i < points and grid_y[i] <= high:
+            share = (grid_y[i] - left) / (right - left) if right != left else 0.0
+            distance = grid_z[i] - (height[k] + share * (height[k + 1] - height[k]))
+            if distance < gap_out[i]:
+                gap_out[i] = distance
+                wheel_y_out[i] = ring_y[k] + share * (ring_y[k + 1] - ring_y[k])
+                sin_theta_out[i] = lever[k] + share * (lever[k + 1] - lever[k])
+                radius_out[i] = ring_radius[k] + share * (ring_radius[k + 1] - ring_radius[k])
+                x_out[i] = along[k] + share * (along[k + 1] - along[k])
+            i += 1
+
+
+@kernel
 def _raster(
     ring_y: FloatArray,
     ring_radius: FloatArray,
@@ -269,8 +306,6 @@ def _raster(
     x_out: FloatArray,
 ) -> None:
     """Contour of the yawed wheel in the unrolled plane, then its upper envelope on the grid."""
-    step = grid_y[1] - grid_y[0]
-    points = grid_y.size
     for row in range(shift.size):
         sy, cy = np.sin(yaw[row]), np.cos(yaw[row])
         sr, cr = np.sin(roll[row]), np.cos(roll[row])
@@ -304,21 +339,18 @@ def _raster(
             )
             lever[k] = sine
             along[k] = x
-        for i in range(points):
-            gap_out[row, i] = _NO_WHEEL
-        for k in range(ring_y.size - 1):
-            left, right = offset[k], offset[k + 1]
-            if left == right:
-                continue
-            low, high = min(left, right), max(left, right)
-            first = max(int(np.ceil((low - grid_y[0]) / step)), 0)
-            last = min(int(np.floor((high - grid_y[0]) / step)), points - 1)
-            for i in range(first, last + 1):
-                share = (grid_y[i] - left) / (right - left)
-                distance = grid_z[i] - (height[k] + share * (height[k + 1] - height[k]))
-                if distance < gap_out[row, i]:
-                    gap_out[row, i] = distance
-                    wheel_y_out[row, i] = ring_y[k] + share * (ring_y[k + 1] - ring_y[k])
-                    sin_theta_out[row, i] = lever[k] + share * (lever[k + 1] - lever[k])
-                    radius_out[row, i] = ring_radius[k] + share * (ring_radius[k + 1] - ring_radius[k])
-                    x_out[row, i] = along[k] + share * (along[k + 1] - along[k])
+        _envelope(
+            ring_y,
+            ring_radius,
+            offset,
+            height,
+            lever,
+            along,
+            grid_y,
+            grid_z,
+            gap_out[row],
+            wheel_y_out[row],
+            sin_theta_out[row],
+            radius_out[row],
+            x_out[row],
+        )

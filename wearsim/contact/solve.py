@@ -12,6 +12,7 @@ import numpy as np
 from wearsim.contact import geometry, rotation
 from wearsim.contact.creepage import Kinematics, kinematics
 from wearsim.contact.geometry import Attitude, Contour, Rings
+from wearsim.contact.kernel import kernel
 from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
@@ -308,14 +309,10 @@ def _finish(side: int, solved: _Side, contact: Any, speed: FloatArray, start: in
     power = np.maximum(-(contact.force * creepage).sum(axis=1) * solved.speed, 0.0)
     pressure, shear_x, shear_y, slip_x, slip_y = contact.cells
     strip = patch.x_lead - patch.x_trail
-    cell_length = strip / contact.cells.shape[2]
-    local = -(shear_x * slip_x + shear_y * slip_y)
+    cell_length = strip / pressure.shape[1]
+    local, local_power = np.empty(pressure.shape), np.empty(power.size)
     cell_area = cell_length * patch.width[:, None]
-    local_power = (local.sum(axis=1) * cell_area).sum(axis=1) * solved.speed
-    slides = local_power > 0.0
-    scale = np.where(slides, power / np.where(slides, local_power, 1.0), 0.0)
-    local *= scale[:, None, None]
-    mirror_y, mirror_s = sign * shear_y, sign * slip_y
+    _scale_work(shear_x, shear_y, slip_x, slip_y, cell_area, solved.speed, power, sign, local, local_power)
     return ContactSolution(
         point=start + patch.row,
         side=np.full(patch.row.size, side, np.int64),
@@ -342,6 +339,40 @@ def _finish(side: int, solved: _Side, contact: Any, speed: FloatArray, start: in
         strip_edges_wheel_y=solved.edges_wheel_y,
         patch=replace(patch, row=start + patch.row),
         fields=SurfaceFields(
-            pressure, shear_x, mirror_y, slip_x, mirror_s, local, cell_length, patch.width, solved.speed
+            pressure, shear_x, shear_y, slip_x, slip_y, local, cell_length, patch.width, solved.speed
         ),
     )
+
+
+@kernel
+def _scale_work(
+    shear_x: FloatArray,
+    shear_y: FloatArray,
+    slip_x: FloatArray,
+    slip_y: FloatArray,
+    cell_area: FloatArray,
+    speed: FloatArray,
+    power: FloatArray,
+    sign: float,
+    work: FloatArray,
+    local_power: FloatArray,
+) -> None:
+    """Work density of each cell, scaled to the patch's power; lateral shear and slip mirrored in place.
+
+    Fills `work` (m, nx, ny) and `local_power` (m,), what the cells add up to before the scaling.
+    """
+    patches, cells, strips = work.shape
+    for m in range(patches):
+        total = 0.0
+        for i in range(cells):
+            for j in range(strips):
+                value = -(shear_x[m, i, j] * slip_x[m, i, j] + shear_y[m, i, j] * slip_y[m, i, j])
+                work[m, i, j] = value
+                total += value * cell_area[m, j]
+        local_power[m] = total * speed[m]
+        scale = power[m] / local_power[m] if local_power[m] > 0.0 else 0.0
+        for i in range(cells):
+            for j in range(strips):
+                work[m, i, j] *= scale
+                shear_y[m, i, j] *= sign
+                slip_y[m, i, j] *= sign

@@ -178,6 +178,15 @@ def _displacement_integral(
 
 
 @kernel
+def _cell(grid: FloatArray, place: float, first: int, last: int) -> int:
+    """Return the grid cell between `first` and `last` that holds `place`."""
+    k = first
+    while k < last - 1 and grid[k + 1] <= place:
+        k += 1
+    return k
+
+
+@kernel
 def _patch_load(
     first: int,
     last: int,
@@ -221,21 +230,21 @@ def _patch_load(
     weight = 0.0
     tilt = 0.0
     for i in range(start, stop + 1):
-        g = limit - gap[i]
+        g = (limit - gap[i]) * (grid_y[i + 1] - grid_y[i - 1])
         weight += g
         moment += g * grid_y[i]
         tilt += g * angle[i]
     centre, delta = moment / weight, tilt / weight
     cosine, sine = np.cos(delta), np.sin(delta)
-    step = grid_y[1] - grid_y[0]
-    place = (centre - grid_y[0]) / step
-    k = int(place)
-    centre_z = grid_z[k] + (place - k) * (grid_z[k + 1] - grid_z[k])
+    k = _cell(grid_y, centre, start, stop)
+    share = (centre - grid_y[k]) / (grid_y[k + 1] - grid_y[k])
+    centre_z = grid_z[k] + share * (grid_z[k + 1] - grid_z[k])
     k = int(touch)
+    touch_y = grid_y[k] + (touch - k) * (grid_y[k + 1] - grid_y[k])
     touch_z = grid_z[k] + (touch - k) * (grid_z[k + 1] - grid_z[k])
-    origin = (grid_y[0] + touch * step - centre) * cosine + (touch_z - centre_z) * sine
+    origin = (touch_y - centre) * cosine + (touch_z - centre_z) * sine
     for i in range(start, stop + 1):
-        wheel_slope = slope[i] - (gap[i + 1] - gap[i - 1]) / (2.0 * step)
+        wheel_slope = slope[i] - (gap[i + 1] - gap[i - 1]) / (grid_y[i + 1] - grid_y[i - 1])
         work[0, i] = (grid_y[i] - centre) * cosine + (grid_z[i] - centre_z) * sine
         work[1, i] = (limit - gap[i]) / (cosine + wheel_slope * sine)
     # Ends of the patch: where the interpenetration falls to zero, or the saddle towards a neighbour.
@@ -527,11 +536,10 @@ def _lay_strips(
     centre, delta, left, right, limit = line[2], line[3], line[6], line[7], line[10]
     force = line[9] * scale
     cosine, sine = np.cos(delta), np.sin(delta)
-    step = grid_y[1] - grid_y[0]
-    place = (centre - grid_y[0]) / step
-    k = int(place)
-    centre_z = grid_z[k] + (place - k) * (grid_z[k + 1] - grid_z[k])
-    centre_x = along[k] + (place - k) * (along[k + 1] - along[k])
+    k = _cell(grid_y, centre, start, stop)
+    share = (centre - grid_y[k]) / (grid_y[k + 1] - grid_y[k])
+    centre_z = grid_z[k] + share * (grid_z[k + 1] - grid_z[k])
+    centre_x = along[k] + share * (along[k + 1] - along[k])
     width = (right - left) / strips
     i = start - 1
     s_here = (grid_y[i] - centre) * cosine + (grid_z[i] - centre_z) * sine
@@ -545,10 +553,11 @@ def _lay_strips(
             s_next = (grid_y[i + 1] - centre) * cosine + (grid_z[i + 1] - centre_z) * sine
         share = (s - s_here) / (s_next - s_here)
         if j % 2 == 0:
-            edge[j // 2] = grid_y[i] + share * step
+            edge[j // 2] = grid_y[i] + share * (grid_y[i + 1] - grid_y[i])
             continue
         here = gap[i] + share * (gap[i + 1] - gap[i])
-        gradient = slope[i] + share * (slope[i + 1] - slope[i]) - (gap[i + 1] - gap[i]) / step
+        opening = (gap[i + 1] - gap[i]) / (grid_y[i + 1] - grid_y[i])
+        gradient = slope[i] + share * (slope[i + 1] - slope[i]) - opening
         depth = max((limit - here) / (cosine + gradient * sine), 0.0)
         height = grid_z[i] + share * (grid_z[i + 1] - grid_z[i])
         ring = radius[i] + share * (radius[i + 1] - radius[i])
