@@ -18,11 +18,13 @@ from wearsim.report.style import (
     own_axes,
     role_of,
     shown,
+    wrapped,
 )
 from wearsim.translation.factors import at_distances, rows_at
 
 WHEELS = ("right", "left")
 _MARKERS = ("o", "^")
+_NEW_Y = "Lateral position on the new wheel [mm]"
 
 
 def _along(dataset: xr.Dataset, name: str, distance: float | None) -> np.ndarray:
@@ -137,8 +139,8 @@ def plot_wear_depth(
         ls=WHEEL_LINES[wheel],
         label=f"{role}, {WHEELS[wheel]} wheel",
     )
-    ax.set_xlabel(label(dataset, against) + (" of the new wheel" if against == "profile_y" else ""))
-    ax.set_ylabel(label(dataset, "wear_depth"))
+    ax.set_xlabel(_NEW_Y if against == "profile_y" else label(dataset, against))
+    ax.set_ylabel(wrapped(label(dataset, "wear_depth")))
     ax.set_ylim(bottom=0.0)
     return ax
 
@@ -167,7 +169,7 @@ def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -
                 x, values[:, wheel], WHEEL_LINES[wheel], color=COLOURS[role], label=f"{role}, {side} wheel"
             )
     ax.set_xlabel(label(dataset, "distance"))
-    ax.set_ylabel(label(dataset, name))
+    ax.set_ylabel(wrapped(label(dataset, name)))
     return ax
 
 
@@ -213,7 +215,7 @@ def plot_contact(
             label=f"{'new' if new else 'worn'}, {which} wheel",
         )  # fmt: skip
     ax.set_xlabel(label(dataset, "op_shift"))
-    ax.set_ylabel(label(dataset, name))
+    ax.set_ylabel(wrapped(label(dataset, name)))
     return ax
 
 
@@ -242,8 +244,8 @@ def plot_wear_by_regime(
         ax.fill_between(y, below, below + depth[index], color=colour, lw=0.0, label=str(name))
         below = below + depth[index]
     ax.plot(y, below, color=COLOURS[role_of(dataset)], lw=1.0)
-    ax.set_xlabel(label(dataset, "profile_y") + " of the new wheel")
-    ax.set_ylabel(label(dataset, "wear_depth"))
+    ax.set_xlabel(_NEW_Y)
+    ax.set_ylabel(wrapped(label(dataset, "wear_depth")))
     ax.set_ylim(bottom=0.0)
     return ax
 
@@ -258,6 +260,6 @@ def plot_steps(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
     if name == "stability_number" and limit is not None:
         ax.axhline(float(limit), color=COLOURS[role], lw=0.8, ls=":", label=f"limit, {role}")
     ax.set_xlabel(label(dataset, "distance"))
-    ax.set_ylabel(label(dataset, name))
+    ax.set_ylabel(wrapped(label(dataset, name)))
     ax.set_ylim(bottom=0.0)
     return ax

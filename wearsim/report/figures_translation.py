@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from wearsim.report.style import COLOURS, SERIES_COLOURS, label, own_axes, shown
+from wearsim.report.style import COLOURS, SERIES_COLOURS, capital, label, own_axes, shown
 
 _X_LABELS = ("Distance run by each [km]", "Largest wear depth of each [mm]")
 
@@ -95,7 +95,7 @@ def plot_factor_at_points(
             label=f"{'new' if new else 'worn'}, {side} wheel",
         )  # fmt: skip
     text = str(translation[f"{name}_point"].attrs["long_name"]).removesuffix(" at equal operating points")
-    ax.set_title(text[:1].upper() + text[1:])
+    ax.set_title(capital(text))
     ax.set_xlabel(label(translation, "op_shift"))
     ax.set_ylabel("Factor, rig over field")
     return ax
@@ -127,7 +127,7 @@ def plot_depth_factor(
             shown("profile_y", position), values[index], color=COLOURS["difference"], lw=1.5 if last else 0.8,
             alpha=0.3 + 0.7 * (index + 1) / translation.sizes["stage"], label=f"{stage:.0%} of the range",
         )  # fmt: skip
-    ax.set_xlabel("Lateral position on the new wheel profile [mm]")
+    ax.set_xlabel("Lateral position on the new wheel [mm]")
     ax.set_ylabel("Factor, rig over field")
     return ax
 
@@ -142,7 +142,7 @@ def plot_equivalent_distance(translation: xr.Dataset, ax: Axes | None = None) ->
         values = shown("distance", translation[f"equivalent_distance_{name}"].values[:, -1])
         ax.plot(x, values, color=SERIES_COLOURS[series], label=text)
     ax.set_xlabel("Distance run on the rig [km]")
-    ax.set_ylabel("Equivalent distance in the field [km]")
+    ax.set_ylabel("Equivalent distance\nin the field [km]")
     ax.set_xlim(left=0.0)
     ax.set_ylim(bottom=0.0)
     return ax

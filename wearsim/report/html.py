@@ -64,7 +64,8 @@ def write_report(directory: str | Path) -> Path:
     found = [directory / f"{name}.nc" for name in ("rig", "field") if (directory / f"{name}.nc").exists()]
     if not found:
         raise ResultError(
-            f"{directory}: there is no rig.nc or field.nc to report on; `wearsim run SCENE --out {directory}` makes them"
+            f"{directory}: there is no rig.nc or field.nc to report on; "
+            f"`wearsim run SCENE --out {directory}` makes them"
         )
     datasets = []
     for path in found:
@@ -86,7 +87,7 @@ def render(datasets: list[xr.Dataset]) -> str:
     str
         The HTML page.
     """
-    translation = translate(*datasets) if len(datasets) == 2 else None
+    translation = translate(datasets[0], datasets[1]) if len(datasets) == 2 else None
     quality = [tables.quality(data) for data in datasets]
     context: dict[str, Any] = {
         "title": " against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets),

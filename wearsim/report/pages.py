@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wearsim.report import figures, figures_translation
-from wearsim.report.style import COLOURS, grid, role_of, shown, style
+from wearsim.report.style import COLOURS, grid, legend, role_of, shown, style
 from wearsim.translation.factors import at_distances
 
 _FACTOR_POINTS = ("area", "max_pressure", "spin", "force_x", "force_y", "power")
@@ -38,13 +37,6 @@ class Plate:
     section: str
     figure: Figure
     caption: str
-
-
-def _legend(ax: Axes, **options: Any) -> None:
-    handles, labels = ax.get_legend_handles_labels()
-    unique = dict(zip(labels, handles, strict=True))
-    if unique:
-        ax.legend(list(unique.values()), list(unique), **options)
 
 
 def environment_text(dataset: xr.Dataset) -> str:
@@ -92,7 +84,7 @@ def profiles(datasets: list[xr.Dataset], translation: xr.Dataset | None, wheel: 
     """Profiles overlaid, new and worn, with the difference below."""
     ends = _ends(datasets, translation)
     with style():
-        figure, axes = grid(2, len(ends), height=3.0, sharex="col", height_ratios=[1.25, 1.0])
+        figure, axes = grid(2, len(ends), height=1.7, sharex="col")
         for column, (title, distances) in enumerate(ends):
             top, bottom = axes[:, column]
             for index, (data, distance) in enumerate(zip(datasets, distances, strict=True)):
@@ -102,10 +94,7 @@ def profiles(datasets: list[xr.Dataset], translation: xr.Dataset | None, wheel: 
                 _difference(datasets, distances, bottom, wheel)
             top.set_title(title)
             top.set_xlabel("")
-            # the upper axes keep equal scales by changing their limits; the lower ones follow through sharex
-            top.autoscale_view()
-            _legend(top)
-            _legend(bottom)
+        legend(figure, axes[:, 0], columns=4)
     side = figures.WHEELS[wheel]
     text = (
         f"Profile of the {side} wheel, new and worn, flange down, with the wear depth along the normal below"
@@ -136,7 +125,7 @@ def _difference(datasets: list[xr.Dataset], distances: list[float | None], ax: A
 def wear_depth(datasets: list[xr.Dataset]) -> Plate:
     """Wear depth of both wheels over lateral position and over arc length, at the end of each campaign."""
     with style():
-        figure, axes = grid(2, 2, height=2.7, sharey=True)
+        figure, axes = grid(2, 2, gap=0.3, sharey=True)
         for row, against in enumerate(("profile_y", "arc_length")):
             for wheel, side in enumerate(figures.WHEELS):
                 ax = axes[row, wheel]
@@ -146,7 +135,7 @@ def wear_depth(datasets: list[xr.Dataset]) -> Plate:
                 ax.set_title(f"{side.capitalize()} wheel")
                 if wheel:
                     ax.set_ylabel("")
-                _legend(ax)
+        legend(figure)
     ends = ", ".join(
         f"{role_of(data)} after {shown('distance', data['distance'].values[-1]):.4g} km" for data in datasets
     )
@@ -159,13 +148,15 @@ def wear_depth(datasets: list[xr.Dataset]) -> Plate:
 def wear_by_regime(datasets: list[xr.Dataset]) -> Plate:
     """Wear depth stacked by regime, one panel per campaign and wheel."""
     with style():
-        figure, axes = grid(len(datasets), 2, height=2.5)
+        figure, axes = grid(len(datasets), 2, height=1.8, gap=0.3, sharey="row")
         for row, data in enumerate(datasets):
             for wheel, side in enumerate(figures.WHEELS):
                 ax = figures.plot_wear_by_regime(data, axes[row, wheel], wheel=wheel)
                 ax.set_xlim(_worn_range(datasets, wheel))
                 ax.set_title(f"{role_of(data).capitalize()}, {side} wheel")
-                _legend(ax)
+                if wheel:
+                    ax.set_ylabel("")
+        legend(figure)
     return Plate(
         "wear_by_regime", "wear", figure,
         "Wear depth at the end of each campaign by the wear regime behind it; the sum is the whole depth.",
@@ -189,7 +180,7 @@ def _over_distance(
                 continue
             for data in datasets:
                 figures.plot_over_distance(data, names[index], ax)
-            _legend(ax)
+        legend(figure)
     return Plate(name, section, figure, caption)
 
 
@@ -198,7 +189,7 @@ def wear_over_distance(datasets: list[xr.Dataset]) -> Plate:
     text = (
         f"Largest wear depth and worn area of each wheel over the distance run. {environment_note(datasets)}"
     )
-    return _over_distance(datasets, ("max_wear_depth", "worn_area"), "wear_over_distance", "wear", text, 2.8)
+    return _over_distance(datasets, ("max_wear_depth", "worn_area"), "wear_over_distance", "wear", text, 2.2)
 
 
 def measures(datasets: list[xr.Dataset]) -> Plate:
@@ -213,10 +204,10 @@ def measures(datasets: list[xr.Dataset]) -> Plate:
 def conicity(datasets: list[xr.Dataset]) -> Plate:
     """Equivalent conicity over the distance."""
     with style():
-        figure, axes = grid(1, 1, height=2.7)
+        figure, axes = grid(height=1.9)
         for data in datasets:
             figures.plot_conicity(data, axes[0, 0])
-        _legend(axes[0, 0])
+        legend(figure)
     text = "Equivalent conicity at 3 mm amplitude over the distance run; a gap where it is undefined."
     return Plate("conicity", "measures", figure, text)
 
@@ -225,7 +216,7 @@ def contact(datasets: list[xr.Dataset]) -> Plate:
     """Contact positions and pressures over the shift, rig beside field, new and worn."""
     names = ("wheel_y", "max_pressure", "area", "power")
     with style():
-        figure, axes = grid(len(names), len(datasets), height=2.35, sharey="row", sharex=True)
+        figure, axes = grid(len(names), len(datasets), height=1.75, gap=0.3, sharey="row", sharex=True)
         for row, name in enumerate(names):
             for column, data in enumerate(datasets):
                 ax = axes[row, column]
@@ -233,11 +224,12 @@ def contact(datasets: list[xr.Dataset]) -> Plate:
                 figures.plot_contact(data, name, ax)
                 if row == 0:
                     ax.set_title(role_of(data).capitalize())
-                    _legend(ax, ncols=2, fontsize=7.5)
                 if column:
                     ax.set_ylabel("")
                 if row < len(names) - 1:
                     ax.set_xlabel("")
+        # hollow and full, round and triangular are told once; the colours are those of the titles
+        legend(figure, axes[0, :1])
     text = (
         "Position on the wheel, largest pressure, area and frictional power of every contact patch over the "
         "lateral shift: hollow marks the new wheel, full ones the end of the campaign; monitoring points "
@@ -248,40 +240,35 @@ def contact(datasets: list[xr.Dataset]) -> Plate:
 
 def factors(datasets: list[xr.Dataset], translation: xr.Dataset) -> list[Plate]:
     """All figures of factors: wear, contact of the collective, equal points, along the profile, distance."""
-    plates = []
-    wear = (("max_wear_depth", "largest wear depth"), ("worn_area", "worn area"), ("worn_mass", "worn mass"))
+    wear = {"max_wear_depth": "largest wear depth", "worn_area": "worn area", "worn_mass": "worn mass"}
+    contact = {}
+    for name in _FACTOR_COLLECTIVE:
+        text = str(translation[f"{name}_collective"].attrs["long_name"]).removesuffix(", collective mean")
+        contact[name] = (f"{name}_collective", 0, text)
+    plates = [
+        _factor_curves(
+            "factors_wear", translation, {name: (name, -1, text) for name, text in wear.items()},
+            "Wear factors rig over field at equal distance and at equal worn depth, both wheels. They are "
+            f"functions: no single number carries the rig to the field. {environment_note(datasets)}",
+        ),
+        _factor_curves(
+            "factors_contact", translation,
+            contact,
+            "Contact factors rig over field, mean magnitudes over the load collectives, right wheel. The "
+            "environment factor does not enter here.",
+        ),
+    ]  # fmt: skip
     with style():
-        figure, axes = grid(2, 2, height=2.7)
-        for basis in (0, 1):
-            for series, (name, text) in enumerate(wear):
-                figures_translation.plot_factor(
-                    translation, name, axes[0, basis], basis=basis, series=series, text=text
-                )
-            for series, name in enumerate(_FACTOR_COLLECTIVE):
-                text = str(translation[f"{name}_collective"].attrs["long_name"])
-                figures_translation.plot_factor(
-                    translation, f"{name}_collective", axes[1, basis], basis=basis, wheel=0, series=series,
-                    text=text.removesuffix(", collective mean"),
-                )  # fmt: skip
-            axes[0, basis].set_title(("Wear at equal distance", "Wear at equal worn depth")[basis])
-            axes[1, basis].set_title("Contact, mean of the collective, right wheel")
-            for ax in axes[:, basis]:
-                figures_translation.mark_one(ax)
-        for ax in axes[:, 1]:
-            _legend(ax, fontsize=7.5)
+        figure, axes = grid(height=2.4)
+        figures_translation.plot_equivalent_distance(translation, axes[0, 0])
+        legend(figure)
     text = (
-        "Factors rig over field at equal distance (left) and at equal worn depth (right). They are functions: "
-        f"no single number carries the rig to the field. {environment_note(datasets)}"
+        "Field distance that wears both wheels as much as the rig did; it ends where the field campaign does."
     )
-    plates.append(Plate("factors", "factors", figure, text))
-    with style():
-        figure, axes = grid(1, 1, height=3.0)
-        _legend(figures_translation.plot_equivalent_distance(translation, axes[0, 0]))
-    text = "Distance in the field that wears both wheels as much as the rig; it ends where the field campaign does."
     plates.append(Plate("equivalent_distance", "factors", figure, f"{text} {environment_note(datasets)}"))
     position = datasets[0]["profile_y"].values[0]
     with style():
-        figure, axes = grid(2, 2, height=2.5)
+        figure, axes = grid(2, 2, height=1.8)
         for wheel, side in enumerate(figures.WHEELS):
             for basis, what in enumerate(("equal distance", "equal worn depth")):
                 ax = axes[wheel, basis]
@@ -292,7 +279,7 @@ def factors(datasets: list[xr.Dataset], translation: xr.Dataset) -> list[Plate]:
                 ax.set_xlim(_worn_range(datasets, wheel))
                 ax.set_ylim(bottom=0.0)
                 ax.set_title(f"{side.capitalize()} wheel, {what}")
-        _legend(axes[0, 0])
+        legend(figure)
     text = (
         "Factor of the wear depth along the profile where the field wears more than 1 % of its largest depth."
     )
@@ -302,9 +289,27 @@ def factors(datasets: list[xr.Dataset], translation: xr.Dataset) -> list[Plate]:
     return plates
 
 
+def _factor_curves(
+    name: str, translation: xr.Dataset, series: dict[str, tuple[str, int, str]], caption: str
+) -> Plate:
+    """Factors over distance beside factors over worn depth."""
+    with style():
+        figure, axes = grid(1, 2, height=2.5)
+        for basis, title in enumerate(("Equal distance", "Equal worn depth")):
+            ax = axes[0, basis]
+            for index, (variable, wheel, text) in enumerate(series.values()):
+                figures_translation.plot_factor(
+                    translation, variable, ax, basis=basis, wheel=wheel, series=index, text=text
+                )
+            figures_translation.mark_one(ax)
+            ax.set_title(title)
+        legend(figure, columns=3)
+    return Plate(name, "factors", figure, caption)
+
+
 def _factors_at_points(translation: xr.Dataset) -> Plate:
     with style():
-        figure, axes = grid(2, 3, height=2.5, sharex=True)
+        figure, axes = grid(2, 3, height=1.8, gap=0.5, sharex=True)
         for ax, name in zip(axes.flat, _FACTOR_POINTS, strict=True):
             for progress in (0, -1):
                 figures_translation.plot_factor_at_points(translation, name, ax, progress=progress)
@@ -313,10 +318,10 @@ def _factors_at_points(translation: xr.Dataset) -> Plate:
             ax.set_xlabel("")
         for ax in axes[:, 1:].flat:
             ax.set_ylabel("")
-        _legend(axes[0, 0], fontsize=7.5)
+        legend(figure)
     text = (
-        "Contact factors where both campaigns solve the same operating point: hollow for the new wheel, full at "
-        "the end of the common distance. Where the field value is zero there is no factor and no mark."
+        "Contact factors where both campaigns solve the same operating point: hollow for the new wheel, full "
+        "at the end of the common distance. Where the field value is zero there is no factor and no mark."
     )
     return Plate("factors_at_points", "factors", figure, text)
 
@@ -324,12 +329,11 @@ def _factors_at_points(translation: xr.Dataset) -> Plate:
 def steps(datasets: list[xr.Dataset]) -> Plate:
     """Step length and stability number over the distance."""
     with style():
-        figure, axes = grid(1, 2, height=2.6)
+        figure, axes = grid(1, 2, height=2.0)
         for data in datasets:
             for ax, name in zip(axes[0], ("step_length", "stability_number"), strict=True):
                 figures.plot_steps(data, name, ax)
-        for ax in axes[0]:
-            _legend(ax)
+        legend(figure)
     text = "Length of each wear step and its stability number S, which stays below the limit of the campaign."
     return Plate("steps", "quality", figure, text)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -60,17 +61,58 @@ def style() -> Any:
 
 
 def grid(
-    rows: int = 1, columns: int = 1, height: float = 3.0, width: float = 9.6, **options: Any
+    rows: int = 1,
+    columns: int = 1,
+    height: float = 2.0,
+    width: float = 9.6,
+    gap: float = 0.85,
+    **options: Any,
 ) -> tuple[Figure, np.ndarray]:
-    """Make a figure with rows x columns axes, `height` inches per row.
+    """Make a figure with rows x columns axes and room for a legend above them.
+
+    Margins are fixed: fitting them to the labels takes more time than all of the drawing.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Number of axes.
+    height : float
+        Mean height of the axes [inch].
+    width : float
+        Width of the figure [inch].
+    gap : float
+        Between columns [inch].
+    **options
+        For `Figure.subplots`.
 
     Returns
     -------
     figure : Figure
     axes : (rows, columns) array of Axes
     """
-    figure = Figure(figsize=(width, height * rows), layout="constrained")
+    left, right, bottom, top, between = 0.85, 0.15, 0.5, 0.6, 0.75
+    total = bottom + top + rows * height + (rows - 1) * between
+    each = (width - left - right - (columns - 1) * gap) / columns
+    figure = Figure(figsize=(width, total))
+    figure.subplots_adjust(
+        left=left / width, right=1.0 - right / width, bottom=bottom / total, top=1.0 - top / total,
+        wspace=gap / each, hspace=between / height,
+    )  # fmt: skip
     return figure, figure.subplots(rows, columns, squeeze=False, **options)
+
+
+def legend(figure: Figure, axes: Any = None, columns: int = 4) -> None:
+    """Put one legend for all axes of a figure above them."""
+    entries: dict[str, Any] = {}
+    for ax in figure.axes if axes is None else axes:
+        for handle, text in zip(*ax.get_legend_handles_labels(), strict=True):
+            entries.setdefault(text, handle)
+    if entries:
+        left = figure.subplotpars.left
+        figure.legend(
+            list(entries.values()), list(entries), loc="upper left", bbox_to_anchor=(left, 1.0),
+            ncols=columns, borderaxespad=0.1, handlelength=1.8, columnspacing=1.6,
+        )  # fmt: skip
 
 
 def own_axes(ax: Axes | None) -> Axes:
@@ -78,7 +120,7 @@ def own_axes(ax: Axes | None) -> Axes:
     if ax is not None:
         return ax
     with style():
-        axes: Axes = grid(width=6.4, height=4.0)[1][0, 0]
+        axes: Axes = grid(width=6.4, height=3.2)[1][0, 0]
         return axes
 
 
@@ -107,7 +149,17 @@ def label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
     """
     text = str(dataset[variable].attrs.get("long_name", variable))
     unit = NOMENCLATURE[name or variable].shown_unit
-    return text[:1].upper() + text[1:] + (f" [{unit}]" if unit not in ("", "1") else "")
+    return capital(text) + (f" [{unit}]" if unit not in ("", "1") else "")
+
+
+def wrapped(text: str, width: int = 28) -> str:
+    """Label of a vertical axis in lines short enough for it."""
+    return textwrap.fill(text, width, break_long_words=False)
+
+
+def capital(text: str) -> str:
+    """Text with a capital first letter, the rest as it is."""
+    return text[:1].upper() + text[1:]
 
 
 def to_svg(figure: Figure, name: str) -> str:

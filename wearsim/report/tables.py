@@ -12,7 +12,7 @@ import xarray as xr
 from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.shape import polygon_area_between
 from wearsim.report.pages import environment_text
-from wearsim.report.style import role_of, shown
+from wearsim.report.style import capital, role_of, shown
 from wearsim.translation.factors import POINT_QUANTITIES
 
 UNDEFINED = "undefined"
@@ -67,6 +67,13 @@ def number(value: Any, digits: int = 4) -> Cell:
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
         text = f"{mantissa}·10^{int(exponent)}"
     return Cell(text.replace("-", "\N{MINUS SIGN}"), value)
+
+
+def given(value: Any) -> Cell:
+    """Cell of a number somebody chose: shown as it was given, without digits it does not have."""
+    value = float(value)
+    text = f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
+    return Cell(text, value) if np.isfinite(value) else Cell(UNDEFINED)
 
 
 @dataclass(frozen=True)
@@ -126,7 +133,7 @@ def verdict(table: pd.DataFrame) -> list[VerdictRow]:
         quantity = str(both[0]["quantity"]).removesuffix(", collective mean")
         unit = str(both[0]["unit"])
         rows.append(VerdictRow(
-            group, quantity[:1].upper() + quantity[1:], "" if unit == "1" else unit, name, tuple(cells),
+            group, capital(quantity), "" if unit == "1" else unit, name, tuple(cells),
             "; ".join(dict.fromkeys(notes)),
         ))  # fmt: skip
     return rows
@@ -152,8 +159,9 @@ def verdict_sentences(table: pd.DataFrame, translation: xr.Dataset) -> list[str]
     sentences = []
     if depth["status"] == "defined" and area["status"] == "defined":
         sentences.append(
-            f"After {distance['rig']:.3g} km each, the rig has worn {depth['factor']:.3g} times as deep as the "
-            f"field ({depth['rig']:.3g} against {depth['field']:.3g} mm) and {area['factor']:.3g} times the area."
+            f"After {distance['rig']:.3g} km each, the rig has worn {depth['factor']:.3g} times as deep "
+            f"as the field ({depth['rig']:.3g} against {depth['field']:.3g} mm) "
+            f"and {area['factor']:.3g} times the area."
         )
     else:
         sentences.append("At equal distance no wear factor is defined: one campaign shows no wear.")
@@ -161,17 +169,20 @@ def verdict_sentences(table: pd.DataFrame, translation: xr.Dataset) -> list[str]
     if run["status"] == "defined" and run["rig"] > 0.0:
         common = entry("equal worn depth", "max_wear_depth")["rig"]
         sentences.append(
-            f"{common:.3g} mm of wear take {run['rig']:.3g} km on the rig and {run['field']:.3g} km in the field: "
-            f"there, 1 km on the rig stands for {run['field'] / run['rig']:.3g} km."
+            f"{common:.3g} mm of wear take {run['rig']:.3g} km on the rig and {run['field']:.3g} km in the "
+            f"field: there, 1 km on the rig stands for {run['field'] / run['rig']:.3g} km."
         )
     factor = translation["max_wear_depth_factor"].values[0, :, -1]
     factor = factor[np.isfinite(factor)]
     if factor.size > 1:
         low, high = float(factor.min()), float(factor.max())
-        sentences.append(
-            f"The depth factor at equal distance runs from {low:.3g} to {high:.3g} over the campaign: "
-            + ("use the curves, not one number." if high > 1.05 * low else "nearly constant in this range.")
-        )
+        if high > 1.05 * low:
+            sentences.append(
+                f"The depth factor at equal distance runs from {low:.3g} to {high:.3g}: use the curves "
+                "below, not one number."
+            )
+        else:
+            sentences.append(f"The depth factor at equal distance stays within {low:.3g} to {high:.3g} here.")
     return sentences
 
 
@@ -185,11 +196,11 @@ def operating_points(dataset: xr.Dataset) -> tuple[list[str], list[list[Cell]]]:
     for name in names:
         unit = NOMENCLATURE[name].shown_unit
         text = str(dataset[name].attrs["long_name"])
-        header.append(text[:1].upper() + text[1:] + (f" [{unit}]" if unit not in ("", "1") else ""))
+        header.append(capital(text) + (f" [{unit}]" if unit not in ("", "1") else ""))
     columns = [shown(name, dataset[name].values) for name in names]
     rows = []
     for index, text in enumerate(dataset["op_label"].values):
-        rows.append([Cell(str(text)), *(number(column[index]) for column in columns)])
+        rows.append([Cell(str(text)), *(given(column[index]) for column in columns)])
     return header, rows
 
 
@@ -227,7 +238,7 @@ def settings(datasets: list[xr.Dataset]) -> list[tuple[str, list[Cell], bool]]:
         cells = [_range(name, data[name].values[on]) for data, on in zip(datasets, weighted, strict=True)]
         unit = NOMENCLATURE[name].shown_unit
         text = str(datasets[0][name].attrs["long_name"])
-        rows.append((text[:1].upper() + text[1:] + (f" [{unit}]" if unit != "1" else ""), cells))
+        rows.append((capital(text) + (f" [{unit}]" if unit != "1" else ""), cells))
     rows.append(("Environment factor on the wear depth", [Cell(environment_text(data)) for data in datasets]))
     for key, text, unit, factor in _SETTINGS:
         values = [data.attrs.get(key) for data in datasets]
@@ -238,7 +249,7 @@ def settings(datasets: list[xr.Dataset]) -> list[tuple[str, list[Cell], bool]]:
             if value is None
             else Cell(value)
             if isinstance(value, str)
-            else number(float(value) * factor)
+            else given(float(value) * factor)
             for value in values
         ]
         rows.append((text + (f" [{unit}]" if unit else ""), cells))
@@ -249,7 +260,7 @@ def _range(name: str, values: np.ndarray) -> Cell:
     if values.size == 0:
         return Cell("none")
     low, high = shown(name, [values.min(), values.max()])
-    return number(low) if low == high else Cell(f"{number(low).text} to {number(high).text}")
+    return given(low) if low == high else Cell(f"{given(low).text} to {given(high).text}")
 
 
 def quality(dataset: xr.Dataset) -> list[tuple[str, Cell]]:
@@ -331,7 +342,7 @@ def state(dataset: xr.Dataset) -> list[tuple[str, list[Cell]]]:
     for name in names:
         values = shown(name, dataset[name].values[[0, -1]])
         text, unit = str(dataset[name].attrs["long_name"]), NOMENCLATURE[name].shown_unit
-        text = text[:1].upper() + text[1:] + (f" [{unit}]" if unit != "1" else "")
+        text = capital(text) + (f" [{unit}]" if unit != "1" else "")
         columns = (
             [("", values)] if values.ndim == 1 else [(", right", values[:, 0]), (", left", values[:, 1])]
         )
