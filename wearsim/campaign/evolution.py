@@ -97,10 +97,10 @@ class WheelsetEvolution:
 
     @cached_property
     def digest(self) -> str:
-        """Hash of the scene and of all files it names."""
+        """Hash of the scene and of all files it names, whatever their names are in this directory."""
         digest = hashlib.sha256(self.setup.scene_text.encode())
-        for name, value in sorted(self.setup.input_hashes):
-            digest.update(f"\0{name}\0{value}".encode())
+        for _, value in self.setup.input_hashes:
+            digest.update(f"\0{value}".encode())
         return digest.hexdigest()
 
     @cached_property

@@ -182,7 +182,7 @@ class Records:
     def _load(self, index: int) -> tuple[dict[str, Any], memoryview] | None:
         """Label and values of a record whose digest is right."""
         try:
-            with np.load(self.path(index), allow_pickle=False) as file:
+            with open(self.path(index), "rb") as record, np.load(record, allow_pickle=False) as file:
                 label, digest, payload = str(file["label"]), str(file["digest"]), file["payload"]
         except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
             return None

@@ -8,18 +8,134 @@ compared with them bit by bit and rebuilt if it differs.
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
 import threading
 from collections.abc import Iterator
 from pathlib import Path
 
-from wearsim.campaign.evolution import EvaluationT, Evolution
+from wearsim.campaign.directory import (
+    SCENE_FOLDER,
+    Manifest,
+    SceneFiles,
+    claim,
+    locked,
+    read_manifest,
+    refuse_foreign,
+)
+from wearsim.campaign.evolution import EvaluationT, Evolution, WheelsetEvolution
 from wearsim.campaign.progress import Observer, Progress
 from wearsim.campaign.record import state_of
 from wearsim.campaign.row import StepTaken
 from wearsim.campaign.writer import Writer
 from wearsim.errors import NumericalError, WearsimError
 from wearsim.results import check_row
+from wearsim.scene import CampaignSetup, CompareScene, build, files_to_copy, load_scene
+
+
+def run_scene(
+    path: str | Path, out: str | Path, *, command: str = "", observer: Observer | None = None
+) -> tuple[Path, ...]:
+    """Run the scene of a file in a run directory, or continue it if it was begun there.
+
+    Parameters
+    ----------
+    path : str or Path
+        Scene file of a rig, a field or a comparison.
+    out : str or Path
+        Run directory.
+    command : str
+        Command line, for the history of the results.
+    observer : callable, optional
+        Called with an `Event` at each step.
+
+    Returns
+    -------
+    tuple of Path
+        Result files: rig.nc or field.nc; for a comparison rig.nc, field.nc and translation.nc.
+
+    Raises
+    ------
+    SceneError
+        With all faults of the scene; nothing is written then.
+    ResultError
+        If `out` cannot be used; nothing in it is touched then.
+    """
+    out = Path(out)
+    scene = load_scene(path)
+    files = SceneFiles(scene.origin.path.name, files_to_copy(scene))
+    refuse_foreign(out)
+    with locked(out):
+        return _run_claimed(out, claim(out, files, command), observer)
+
+
+def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, ...]:
+    """Continue what was begun in a run directory; what is finished stays as it is.
+
+    Parameters
+    ----------
+    out : str or Path
+        Run directory.
+    observer : callable, optional
+        Called with an `Event` at each step.
+
+    Returns
+    -------
+    tuple of Path
+        Result files, as for `run_scene`.
+    """
+    out = Path(out)
+    read_manifest(out)
+    with locked(out):
+        return _run_claimed(out, read_manifest(out), observer)
+
+
+def _run_claimed(out: Path, manifest: Manifest, observer: Observer | None) -> tuple[Path, ...]:
+    # from the copy also at the first start, so that run and resume cannot differ
+    scene = load_scene(out / SCENE_FOLDER / manifest.main, copied=True)
+    parts = (scene.rig, scene.field) if isinstance(scene, CompareScene) else (scene,)
+    setups = [build(part) for part in parts]
+    paths = [run_campaign(setup, out, setup.kind, observer, command=manifest.command) for setup in setups]
+    if isinstance(scene, CompareScene):
+        from wearsim.translation.translate import translate_files
+
+        paths.append(translate_files(paths[0], paths[1], out / "translation.nc"))
+    return tuple(paths)
+
+
+def run_campaign(
+    setup: CampaignSetup,
+    directory: str | Path,
+    name: str,
+    observer: Observer | None = None,
+    *,
+    command: str = "",
+    threads: int | None = None,
+) -> Path:
+    """Run one campaign to its end, from wherever it stands in `directory`.
+
+    Parameters
+    ----------
+    setup : CampaignSetup
+        As `wearsim.scene.build` gives it.
+    directory : str or Path
+        Existing directory for `<name>.nc`; the caller sees to it that nobody else works there.
+    name : str
+        Of the campaign.
+    observer : callable, optional
+        Called with an `Event` at each step.
+    command : str
+        Command line, for the history attribute.
+    threads : int, optional
+        Of the contact solver, by default all the process may use; they do not change a bit.
+
+    Returns
+    -------
+    Path
+        The finished, verified result file.
+    """
+    evolution = WheelsetEvolution(setup, command, threads or _available_cores())
+    return run_evolution(evolution, Path(directory), name, observer)
 
 
 def run_evolution(
@@ -99,6 +215,12 @@ def _loop(evolution: Evolution[EvaluationT], writer: Writer, progress: Progress)
                 f"the wear step at {before.distance:.6g} m could not be made long enough to move on; "
                 f"raise max_step_depth_um or stability in [campaign]"
             )
+
+
+def _available_cores() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 @contextlib.contextmanager

@@ -1,0 +1,358 @@
+"""Killing, interrupting, damaging: nothing finished is lost and the continued result has the same bits."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+
+from wearsim.campaign import run as run_module
+from wearsim.campaign.directory import read_status
+from wearsim.campaign.run import run_evolution
+from wearsim.errors import NumericalError, ResultError
+from wearsim.results import ROW, read_row, row_count
+
+STEPS = 12
+PROGRAM = Path(__file__).with_name("synthetic_campaign.py")
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(synthetic, tmp_path_factory):
+    return run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path_factory.mktemp("whole"), "rig")
+
+
+@pytest.fixture
+def each_step_is_appended(monkeypatch):
+    monkeypatch.setattr("wearsim.campaign.writer.APPEND_INTERVAL", 0.0)
+
+
+def assert_same_bits(path, reference):
+    assert row_count(path) == row_count(reference)
+    for index in range(row_count(reference)):
+        one, other = read_row(path, index), read_row(reference, index)
+        for name in ROW:
+            assert np.array_equal(one[name], other[name]), (name, index)
+
+
+def assert_tidy(directory):
+    """Only the result, the mark of completion and the status are left."""
+    assert sorted(p.name for p in directory.iterdir()) == [".rig.finished.json", "rig.nc", "status.json"]
+
+
+class Stop(Exception):
+    pass
+
+
+def test_finished_run_is_tidy_and_repeating_it_computes_nothing(synthetic, tmp_path, uninterrupted):
+    kinds = []
+    path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", lambda e: kinds.append(e.kind))
+    assert_same_bits(path, uninterrupted)
+    assert_tidy(tmp_path)
+    assert kinds == ["started", *["step"] * (STEPS + 1), "finished"]
+    before = path.read_bytes()
+    events = []
+    run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
+    assert [event.kind for event in events] == ["found"]
+    assert (events[0].step, events[0].distance) == (STEPS, STEPS * 1000.0)
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("appended", [True, False])
+@pytest.mark.parametrize("stop_at", range(STEPS + 1))
+def test_stopped_after_any_step_resumes_to_the_same_bits(
+    synthetic, tmp_path, uninterrupted, stop_at, appended, monkeypatch
+):
+    """Once with the result file up to date, once with records only."""
+    monkeypatch.setattr("wearsim.campaign.writer.APPEND_INTERVAL", 0.0 if appended else 1e9)
+
+    def stop(event):
+        if event.kind == "step" and event.step == stop_at:
+            raise Stop
+
+    with pytest.raises(Stop):
+        run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", stop)
+    assert row_count(tmp_path / "rig.nc") == (stop_at + 1 if appended else 1)
+    events = []
+    path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
+    assert events[0].kind == "resumed"
+    assert events[0].step == stop_at  # nothing finished is computed again
+    assert_same_bits(path, uninterrupted)
+    assert_tidy(tmp_path)
+
+
+def test_sigkill_at_random_moments_loses_no_finished_step(synthetic, tmp_path, uninterrupted):
+    """One process after the other is killed until one gets through; each must at least keep its steps."""
+    random = np.random.default_rng(7)
+    reached = 0
+    for _ in range(6):
+        command = [sys.executable, str(PROGRAM), str(tmp_path), str(STEPS), "0.02"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+            lines = [process.stdout.readline()]  # started or resumed
+            time.sleep(random.uniform(0.0, 0.15))
+            process.kill()
+            lines += process.stdout.read().splitlines()
+        told = [int(line.split()[1]) for line in lines if line.startswith(("resumed", "step", "found"))]
+        assert not told or told[0] >= reached
+        reached = max([reached, *told])
+    path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
+    assert_same_bits(path, uninterrupted)
+    assert_tidy(tmp_path)
+
+
+KILL_INSIDE = """
+import os, signal, sys
+sys.path.insert(0, {folder!r})
+from pathlib import Path
+import numpy as np
+import synthetic_campaign, wearsim.campaign.writer, wearsim.results
+from wearsim.campaign.run import run_evolution
+wearsim.campaign.writer.APPEND_INTERVAL = 0.0
+
+write_rows = wearsim.results._write_rows
+def dying(file, first, rows):
+    if first == 5:
+        row = dict(rows[-1])
+        names = sorted(wearsim.results.ROW, key="distance".__eq__)
+        for name in names[:{cut}]:
+            file.variables[name][first:first + 1] = np.asarray(row[name])[None]
+        if {sync}:
+            file.sync()
+        os.kill(os.getpid(), signal.SIGKILL)
+    write_rows(file, first, rows)
+wearsim.results._write_rows = dying
+run_evolution(synthetic_campaign.SyntheticEvolution({steps}), Path({out!r}), "rig")
+"""
+
+
+@pytest.mark.parametrize(("cut", "sync"), [(0, False), (1, True), (20, True), (20, False), (len(ROW), False)])
+def test_sigkill_in_the_middle_of_an_append(synthetic, tmp_path, uninterrupted, cut, sync):
+    code = KILL_INSIDE.format(folder=str(PROGRAM.parent), cut=cut, sync=sync, steps=STEPS, out=str(tmp_path))
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert process.returncode == -signal.SIGKILL, process.stderr
+    events = []
+    path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
+    assert events[0].kind == "resumed"
+    assert events[0].step == 5  # the record of this step was whole before the append began
+    assert_same_bits(path, uninterrupted)
+    assert_tidy(tmp_path)
+
+
+def test_ctrl_c_leaves_whole_rows_and_a_status(tmp_path, synthetic, uninterrupted):
+    command = [sys.executable, str(PROGRAM), str(tmp_path), str(STEPS), "0.05"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+        while process.stdout.readline().strip() != "step 3":
+            pass
+        process.send_signal(signal.SIGINT)
+        rest = process.stdout.read()
+        assert process.wait() != 0
+    told = [int(line.split()[1]) for line in rest.splitlines() if line.startswith("step")]
+    last = max([3, *told])
+    assert last < STEPS
+    assert row_count(tmp_path / "rig.nc") == last + 1
+    assert read_row(tmp_path / "rig.nc", last)["distance"] == last * 1000.0
+    status = read_status(tmp_path)["campaigns"]["rig"]
+    assert (status["state"], status["step"]) == ("interrupted", last)
+    path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
+    assert_same_bits(path, uninterrupted)
+
+
+def test_ctrl_c_in_the_middle_of_writing_waits_for_the_end_of_the_row(
+    synthetic, tmp_path, monkeypatch, each_step_is_appended
+):
+    append = run_module.Writer.flush
+
+    def interrupted(writer):
+        os.kill(os.getpid(), signal.SIGINT)
+        return append(writer)
+
+    monkeypatch.setattr(run_module.Writer, "flush", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
+    assert row_count(tmp_path / "rig.nc") == 2
+    assert read_row(tmp_path / "rig.nc", 1)["distance"] == 1000.0
+
+
+def stopped(synthetic, directory, after=6):
+    def stop(event):
+        if event.kind == "step" and event.step == after:
+            raise Stop
+
+    with pytest.raises(Stop):
+        run_evolution(synthetic.SyntheticEvolution(STEPS), directory, "rig", stop)
+    return directory / "rig.nc"
+
+
+def truncate(path):
+    path.write_bytes(path.read_bytes()[:-3000])
+
+
+def flip_value(path):
+    with netCDF4.Dataset(path, "a") as file:
+        file["profile_z"][2, 0, 10] = np.nextafter(float(file["profile_z"][2, 0, 10]), 1.0)
+
+
+def empty(path):
+    path.write_bytes(b"")
+
+
+@pytest.mark.parametrize("damage", [truncate, flip_value, empty, Path.unlink])
+def test_damaged_or_missing_result_file_is_rebuilt(
+    synthetic, tmp_path, uninterrupted, damage, each_step_is_appended
+):
+    damage(stopped(synthetic, tmp_path))
+    kinds = []
+    path = run_evolution(
+        synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", lambda event: kinds.append(event.kind)
+    )
+    assert kinds[0] == "resumed"
+    assert ("rebuilt" in kinds) == (damage is not Path.unlink)
+    assert_same_bits(path, uninterrupted)
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.3, 0.999])
+def test_torn_record_is_ignored(synthetic, tmp_path, uninterrupted, kept, each_step_is_appended):
+    stopped(synthetic, tmp_path)
+    record = tmp_path / ".rig.records" / "00000006.npz"
+    content = record.read_bytes()
+    record.write_bytes(content[: int(kept * len(content))])
+    events = []
+    path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
+    assert events[0].step == 5
+    assert_same_bits(path, uninterrupted)
+
+
+def test_record_with_one_wrong_bit_is_ignored(synthetic, tmp_path, uninterrupted):
+    stopped(synthetic, tmp_path)
+    record = tmp_path / ".rig.records" / "00000003.npz"
+    content = bytearray(record.read_bytes())
+    content[len(content) // 2] ^= 1
+    record.write_bytes(bytes(content))
+    events = []
+    path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
+    assert events[0].step == 2
+    assert_same_bits(path, uninterrupted)
+
+
+def test_reader_defers_the_rows_but_not_the_run(
+    synthetic, tmp_path, uninterrupted, each_step_is_appended, monkeypatch
+):
+    """The campaign runs to its end under the eyes of a reader, who keeps the rows it opened."""
+    monkeypatch.setattr("wearsim.campaign.writer.RETRY_SECONDS", 0.1)
+    path = stopped(synthetic, tmp_path)
+    code = (
+        f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); sys.stdout.write('open\\n'); "
+        "sys.stdout.flush(); sys.stdin.read(); sys.stdout.write(str(f['profile_z'][:].shape[0]))"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as reader:
+        assert reader.stdout.readline() == "open\n"
+        kinds = []
+        run_evolution(
+            synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", lambda event: kinds.append(event.kind)
+        )
+        seen, _ = reader.communicate()
+    assert kinds.count("deferred") == STEPS - 6
+    assert kinds[-1] == "finished"
+    assert_same_bits(path, uninterrupted)
+    assert seen == "7"
+
+
+def test_changed_or_removed_finished_result(synthetic, tmp_path, uninterrupted):
+    evolution = synthetic.SyntheticEvolution(STEPS)
+    path = run_evolution(evolution, tmp_path, "rig")
+    content = path.read_bytes()
+    path.write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
+    changed = path.read_bytes()
+    with pytest.raises(ResultError, match="changed after its campaign had finished"):
+        run_evolution(evolution, tmp_path, "rig")
+    assert path.read_bytes() == changed
+    path.unlink()
+    assert_same_bits(run_evolution(evolution, tmp_path, "rig"), uninterrupted)
+
+
+@pytest.mark.parametrize("finished", [True, False])
+def test_other_campaign_in_the_directory_is_not_touched(synthetic, tmp_path, finished):
+    if finished:
+        path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
+    else:
+        path = stopped(synthetic, tmp_path)
+    before = path.read_bytes()
+    other = synthetic.SyntheticEvolution(STEPS, digest="another scene")
+    with pytest.raises(ResultError, match=r"another campaign.*choose another --out"):
+        run_evolution(other, tmp_path, "rig")
+    assert path.read_bytes() == before
+
+
+def test_result_file_of_unknown_origin_is_not_touched(synthetic, tmp_path):
+    (tmp_path / "rig.nc").write_text("precious")
+    with pytest.raises(ResultError, match="nothing was touched"):
+        run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
+    assert (tmp_path / "rig.nc").read_text() == "precious"
+
+
+def test_programs_of_all_sessions_are_named_as_source(synthetic, tmp_path):
+    stopped(synthetic, tmp_path)
+
+    class Updated(synthetic.SyntheticEvolution):
+        @property
+        def header(self):
+            header = super().header
+            header.attributes["source"] = "wearsim later"
+            return header
+
+    path = run_evolution(Updated(STEPS), tmp_path, "rig")
+    with netCDF4.Dataset(path) as file:
+        assert file.source == "wearsim test; from step 7 on wearsim later"
+        assert file.finished == "distance reached"
+
+
+def test_step_that_does_not_move_on_is_an_error_not_an_endless_loop(synthetic, tmp_path):
+    class Stuck(synthetic.SyntheticEvolution):
+        def advance(self, state, evaluation):
+            return state, None
+
+    with pytest.raises(NumericalError, match="could not be made long enough"):
+        run_evolution(Stuck(STEPS), tmp_path, "rig")
+    status = read_status(tmp_path)["campaigns"]["rig"]
+    assert status["state"] == "failed"
+    assert "long enough" in status["message"]
+
+
+def test_full_disk_is_told_and_keeps_the_finished_steps(synthetic, tmp_path, monkeypatch):
+    stopped(synthetic, tmp_path)
+
+    def full(descriptor):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("wearsim.campaign.record.os.fsync", full)
+        with pytest.raises(ResultError, match="No space left on device"):
+            run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
+    events = []
+    run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
+    assert events[0].step == 6
+
+
+def test_status_tells_distance_depth_and_time_left(synthetic, tmp_path):
+    seen = []
+    run_evolution(
+        synthetic.SyntheticEvolution(STEPS),
+        tmp_path,
+        "rig",
+        lambda event: seen.append(read_status(tmp_path)["campaigns"]["rig"]),
+    )
+    middle = seen[7]
+    assert middle["state"] == "running"
+    assert (middle["step"], middle["distance"], middle["target"]) == (6, 6000.0, 12000.0)
+    assert middle["worst_depth"] > 0.0
+    assert middle["step_length"] == 1000.0
+    # half of the way is done: as much time is left as was used
+    np.testing.assert_allclose(middle["time_left"], middle["elapsed"], rtol=1e-9)
+    assert seen[0]["time_left"] is None
+    assert (seen[-1]["state"], seen[-1]["time_left"]) == ("finished", 0.0)

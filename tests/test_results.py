@@ -1,0 +1,229 @@
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+
+import wearsim.results as results
+from wearsim.errors import NumericalError, ResultError
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.results import (
+    FILL_FLOAT,
+    LAYOUT,
+    ROW,
+    append,
+    create,
+    open_results,
+    read_row,
+    row_count,
+    verify,
+)
+
+
+@pytest.fixture(scope="module")
+def synthetic():
+    path = Path(__file__).parent / "campaign" / "synthetic_campaign.py"
+    spec = importlib.util.spec_from_file_location("synthetic_campaign_for_results", path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def header(synthetic):
+    return synthetic.header()
+
+
+@pytest.fixture
+def rows(synthetic):
+    """Rows of four consecutive states."""
+    evolution = synthetic.SyntheticEvolution()
+    state, taken = evolution.start()
+    made = []
+    for _ in range(4):
+        evaluation = evolution.evaluate(state)
+        made.append(evolution.row(state, evaluation, taken))
+        state, taken = evolution.advance(state, evaluation)
+    return made
+
+
+@pytest.fixture
+def path(tmp_path, header, rows):
+    path = tmp_path / "rig.nc"
+    create(path, header, rows[:1])
+    append(path, header, rows[1:], 1)
+    return path
+
+
+def assert_rows(path, rows):
+    assert row_count(path) == len(rows)
+    for index, row in enumerate(rows):
+        stored = read_row(path, index)
+        for name in ROW:
+            np.testing.assert_array_equal(stored[name], row[name], err_msg=name)
+
+
+def test_rows_come_back_bit_by_bit(path, rows):
+    assert_rows(path, rows)
+
+
+def test_rows_written_at_once_or_one_by_one_are_the_same(tmp_path, header, rows, path):
+    create(tmp_path / "at_once.nc", header, rows)
+    assert_rows(tmp_path / "at_once.nc", rows)
+
+
+def test_open_results_is_lazy_and_has_units_long_names_and_coordinates(path, rows):
+    with open_results(path) as dataset:
+        assert set(LAYOUT) <= set(dataset.variables)
+        for name, variable in dataset.variables.items():
+            assert variable.attrs["long_name"] == NOMENCLATURE[name].meaning
+            assert variable.attrs.get("units", "") == NOMENCLATURE[name].unit
+        assert not dataset["profile_z"].variable._in_memory
+        assert set(dataset.coords) == {"distance", "wheel_name", "regime_name", "op_label", "arc_length"}
+        np.testing.assert_array_equal(dataset["profile_z"][-1], rows[-1]["profile_z"])
+        assert list(dataset["wheel_name"].values) == ["right", "left"]
+        assert dataset["op_label"].values[0] == "block 0, µ 0.35"
+
+
+def test_missing_values_become_nan_and_nothing_else_does(path):
+    with open_results(path) as dataset:
+        assert int(dataset["area"].notnull().sum()) == 4 * 4 * 2
+        assert bool(dataset["hollowing"].isnull().all())
+        for name, variable in dataset.variables.items():
+            if variable.dtype.kind == "f" and not LAYOUT[name].missing:
+                assert bool(variable.notnull().all()), name
+
+
+def test_file_follows_the_cf_rules_the_checker_does_not_know_by_itself(path):
+    with netCDF4.Dataset(path) as file:
+        assert file.getncattr("Conventions") == "CF-1.11"
+        assert all(str(file.getncattr(name)) for name in file.ncattrs())
+        assert "warnings" not in file.ncattrs()  # empty ones are left out
+        for name in results.COORDINATES:
+            assert "_FillValue" not in file[name].ncattrs()
+        for name, variable in file.variables.items():
+            assert "axis" not in variable.ncattrs()
+            assert all(str(variable.getncattr(key)) for key in variable.ncattrs()), name
+        flags = file["wear_regime"]
+        assert len(flags.flag_meanings.split()) == len(flags.flag_values) == 4
+
+
+@pytest.mark.cf
+def test_compliance_checker_finds_nothing(path, tmp_path):
+    """Needs the extra `cf`; any finding, also a mere recommendation, fails."""
+    from compliance_checker.runner import CheckSuite, ComplianceChecker
+
+    CheckSuite.load_all_available_checkers()
+    report = tmp_path / "report.txt"
+    passed, errors = ComplianceChecker.run_checker(
+        str(path), ["cf:1.11"], 0, "strict", output_filename=str(report), output_format="text"
+    )
+    assert not errors
+    assert passed, report.read_text()
+    assert "All tests passed!" in report.read_text()
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_nan_is_stopped_and_the_file_stays_as_it_was(path, header, rows, value):
+    bad = {**rows[0], "friction_work": rows[0]["friction_work"].copy()}
+    bad["friction_work"][1, 7] = value
+    with pytest.raises(NumericalError, match=r"friction_work\[1, 7\]"):
+        append(path, header, [bad], 4)
+    assert_rows(path, rows)
+
+
+def test_row_of_wrong_shape_or_with_other_names_is_refused(path, header, rows):
+    with pytest.raises(ResultError, match="worn_area has shape"):
+        append(path, header, [{**rows[0], "worn_area": np.zeros(3)}], 4)
+    with pytest.raises(ResultError, match="worn_volume"):
+        append(path, header, [{**rows[0], "worn_volume": np.zeros(2)}], 4)
+
+
+def test_verify_counts_equal_rows_and_sees_a_single_bit(path, header, rows):
+    readers = [lambda row=row: row for row in rows]
+    assert verify(path, readers) == 4
+    assert verify(path, [*readers, readers[0]]) == 4
+    assert verify(path, readers[:3]) is None
+    altered = {**rows[2], "profile_z": rows[2]["profile_z"].copy()}
+    altered["profile_z"][0, 5] = np.nextafter(altered["profile_z"][0, 5], 1.0)
+    assert verify(path, [*readers[:2], lambda: altered, readers[3]]) is None
+    assert verify(path.with_name("none.nc"), readers) is None
+
+
+def test_missing_foreign_and_damaged_files_are_told_in_one_line(tmp_path, path):
+    with netCDF4.Dataset(tmp_path / "foreign.nc", "w") as file:
+        file.title = "somebody else's"
+    (tmp_path / "text.nc").write_text("not netCDF")
+    damaged = tmp_path / "damaged.nc"
+    damaged.write_bytes(path.read_bytes()[:5000])
+    for name, told in (
+        ("absent.nc", "does not exist"),
+        (".", "is not a file"),
+        ("foreign.nc", "is not a result file of a wearsim campaign"),
+        ("text.nc", "cannot be read as netCDF"),
+        ("damaged.nc", "cannot be read as netCDF"),
+    ):
+        with pytest.raises(ResultError, match=told) as caught:
+            open_results(tmp_path / name)
+        assert "\n" not in str(caught.value)
+        assert caught.value.exit_code == 2
+
+
+def test_file_of_a_later_schema_is_refused(path):
+    with netCDF4.Dataset(path, "a") as file:
+        file.wearsim_schema = np.int32(results.SCHEMA + 1)
+    with pytest.raises(ResultError, match="update wearsim"):
+        open_results(path)
+
+
+def test_row_cut_short_by_a_kill_is_not_shown(path):
+    with netCDF4.Dataset(path, "a") as file:
+        file["profile_z"][4] = 0.0  # the step dimension grows, distance stays unwritten
+    assert row_count(path) == 5
+    with open_results(path) as dataset:
+        assert dataset.sizes["step"] == 4
+        assert float(dataset["distance"].max()) < FILL_FLOAT
+
+
+def test_create_replaces_atomically_and_reports_an_impossible_place(tmp_path, header, rows):
+    path = tmp_path / "file" / "rig.nc"
+    (tmp_path / "file").write_text("a regular file, not a directory")
+    with pytest.raises(ResultError, match="choose another --out"):
+        create(path, header, rows)
+    good = tmp_path / "rig.nc"
+    create(good, header, rows[:1])
+    with pytest.raises(NumericalError):
+        create(good, header, [rows[0], {**rows[1], "worn_area": np.full(2, np.nan)}])
+    assert_rows(good, rows[:1])
+    assert os.listdir(tmp_path).count("rig.nc") == 1
+
+
+def test_reader_in_another_process_holds_the_file_and_append_says_so(path, header, rows):
+    """The writer gives up after its patience; the file stays readable and unchanged."""
+    code = (
+        f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); sys.stdout.write('open\\n'); "
+        "sys.stdout.flush(); sys.stdin.read()"
+    )
+    reader = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    try:
+        assert reader.stdout.readline() == b"open\n"
+        with pytest.raises(OSError, match=r"HDF|lock|Resource"):
+            append(path, header, rows[:1], 4, patience=0.2)
+        assert row_count(path) == 4
+    finally:
+        reader.communicate()
+    append(path, header, rows[:1], 4)
+    assert row_count(path) == 5
+
+
+def test_copy_elsewhere_opens_too(path, tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    copy = shutil.copy(path, tmp_path / "elsewhere")
+    with open_results(str(copy)) as dataset:
+        assert dataset.sizes["step"] == 4

@@ -1,0 +1,140 @@
+"""What a running campaign shows: one live line in a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, TextIO
+
+if TYPE_CHECKING:
+    from wearsim.campaign.progress import Event, Observer
+
+PLAIN_INTERVAL = 10.0
+"""Without a terminal a line at most every so many seconds [s]."""
+
+
+@contextmanager
+def observer(stream: TextIO | None = None) -> Iterator[Observer]:
+    """Give the observer for a campaign run from the command line.
+
+    Parameters
+    ----------
+    stream : text stream, optional
+        Where to write; standard error by default, so that standard output stays for results.
+    """
+    stream = sys.stderr if stream is None else stream
+    if stream.isatty():
+        with _live(stream) as show:
+            yield show
+    else:
+        yield PlainLines(stream)
+
+
+class PlainLines:
+    """Writes a line for each start and end, and for steps not more often than the interval.
+
+    Parameters
+    ----------
+    stream : text stream
+        Where to write.
+    interval : float
+        Between lines on steps [s].
+    """
+
+    def __init__(self, stream: TextIO, interval: float = PLAIN_INTERVAL) -> None:
+        self._stream = stream
+        self._interval = interval
+        self._last = -float("inf")
+        self._told_deferred = False
+
+    def __call__(self, event: Event) -> None:
+        """Show an event."""
+        if event.kind == "step":
+            if time.monotonic() - self._last < self._interval:
+                return
+            self._last = time.monotonic()
+        if event.kind == "deferred":
+            if self._told_deferred:
+                return
+            self._told_deferred = True
+        self._stream.write(line(event) + "\n")
+        self._stream.flush()
+
+
+def line(event: Event) -> str:
+    """Put an event into one line.
+
+    Parameters
+    ----------
+    event : Event
+        Of a running campaign.
+    """
+    if event.kind == "started":
+        return f"{event.name}: started, {_km(event.target)} to run"
+    if event.kind == "resumed":
+        return f"{event.name}: continued at step {event.step}, {_km(event.distance)} of {_km(event.target)}"
+    if event.kind == "rebuilt":
+        return f"{event.name}: {event.name}.nc was incomplete and is rebuilt from the records of its steps"
+    if event.kind == "deferred":
+        return (
+            f"{event.name}: another program holds {event.name}.nc open; "
+            f"the campaign goes on, the file follows when it is free"
+        )
+    if event.kind == "found":
+        return f"{event.name}: finished before, {_state(event)}"
+    if event.kind == "finished":
+        return f"{event.name}: finished, {_state(event)}, in {duration(event.elapsed)}"
+    left = "" if event.time_left is None else f", {duration(event.time_left)} left"
+    return (
+        f"{event.name}: {_km(event.distance)} of {_km(event.target)}, {_state(event, distance=False)}{left}"
+    )
+
+
+def duration(seconds: float) -> str:
+    """Write a time as people say it.
+
+    Parameters
+    ----------
+    seconds : float
+        Time [s].
+    """
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60.0)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"
+
+
+def _state(event: Event, distance: bool = True) -> str:
+    told = [_km(event.distance)] if distance else []
+    told += [f"worst depth {1e3 * event.worst_depth:.3f} mm", f"step {event.step}"]
+    return ", ".join(told)
+
+
+def _km(distance: float) -> str:
+    return f"{distance / 1e3:.6g} km"
+
+
+@contextmanager
+def _live(stream: TextIO) -> Iterator[Observer]:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskID, TextColumn
+
+    console = Console(file=stream)
+    columns = (TextColumn("{task.fields[name]}"), BarColumn(bar_width=24), TextColumn("{task.description}"))
+    with Progress(*columns, console=console) as bar:
+        tasks: dict[str, TaskID] = {}
+        deferred: set[str] = set()
+
+        def show(event: Event) -> None:
+            if event.name not in tasks:
+                tasks[event.name] = bar.add_task("", name=event.name, total=event.target)
+            told = line(event).removeprefix(f"{event.name}: ")
+            bar.update(tasks[event.name], completed=event.distance, description=told)
+            if event.kind == "rebuilt" or (event.kind == "deferred" and event.name not in deferred):
+                bar.console.print(line(event), markup=False, highlight=False)
+            if event.kind == "deferred":
+                deferred.add(event.name)
+
+        yield show
