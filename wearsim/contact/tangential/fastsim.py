@@ -174,7 +174,8 @@ def _march(
             # Ends and middle of this cell, in half lengths from the middle of the strip.
             place = 1.0 - (2.0 * i + 1.0) / cells
             behind = 1.0 - 2.0 * (i + 1) / cells
-            root = np.sqrt(max(1.0 - behind * behind, 0.0))
+            # Exactly zero at the trailing end: the root of a rounding error would be 1e-8.
+            root = np.sqrt(max(1.0 - behind * behind, 0.0)) if i < cells - 1 else 0.0
             for j in range(strips):
                 half = rows[j]
                 dx = half * (2.0 / cells)
