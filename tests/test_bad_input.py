@@ -1,0 +1,321 @@
+"""Bad input end to end: exit code 2, one line per fault with its place and the way out, nothing written."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from wearsim.cli import main
+
+SCENE = """\
+[scene]
+kind = "rig"
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+gauge_mm = 1435
+roller_radius_mm = 1000
+[contact]
+strips = 10
+cells = 10
+[[operation.block]]
+name = "curving"
+shift_mm = 3
+yaw_mrad = 1
+load_kN = 80
+speed_km_h = 72
+friction = 0.35
+distance_km = 1
+[campaign]
+distance_km = 0.5
+"""
+
+COMPARISON = """\
+[scene]
+kind = "compare"
+[compare]
+rig = "rig.toml"
+field = "service.toml"
+"""
+
+WHEEL_POINTS = "\n".join(f"{y},{-y / 40}" for y in range(-30, 60))
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def line_of(text, part):
+    """Line of the only line that holds `part`, counted from 1."""
+    (line,) = [number for number, line in enumerate(text.splitlines(), 1) if part in line]
+    return line
+
+
+def written(old=None, new=None, name="rig.toml", text=SCENE):
+    """Write the scene with one change; return the line where it stands."""
+    line = 1
+    if old is not None:
+        assert text.count(old) == 1
+        line = line_of(text, old)
+        text = text.replace(old, new)
+    Path(name).write_text(text)
+    return line
+
+
+def snapshot(folder):
+    """Every file below a folder with content and time of change."""
+    return {
+        path.relative_to(folder): (path.read_bytes(), path.stat().st_mtime_ns)
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.name != ".lock"
+    }
+
+
+def refused(capsys, *words):
+    """Run a command that must be refused; return the lines it tells, none of which may be a traceback."""
+    code = main(list(words))
+    told = capsys.readouterr()
+    assert code == 2, told
+    assert told.out == ""
+    assert "Traceback" not in told.err
+    assert "internal error" not in told.err
+    lines = told.err.splitlines()
+    assert all(lines)
+    return lines
+
+
+BAD_VALUES = {
+    "unknown key": ("load_kN = 80", "lod_kN = 80", ["unknown key lod_kN", "did you mean load_kN?"]),
+    "unknown section": ("[contact]", "[contacts]", ["unknown section [contacts]", "did you mean contact?"]),
+    "wrong type": ("load_kN = 80", 'load_kN = "80"', ['load_kN = "80" must be a number', "kN"]),
+    "true is no number": ("friction = 0.35", "friction = true", ["friction = true must be a number"]),
+    "value out of range": ("gauge_mm = 1435", "gauge_mm = 143.5", ["at least 950 and at most 1750 mm"]),
+    "unit mistaken": ("speed_km_h = 72", "speed_km_h = 72000", ["above 0 and at most 400 km/h"]),
+    "not finite": ("shift_mm = 3", "shift_mm = nan", ["shift_mm = nan must be a finite number", "mm"]),
+    "infinite": ("distance_km = 0.5", "distance_km = inf", ["distance_km = inf must be a finite number"]),
+    "negative load": ("load_kN = 80", "load_kN = -80", ["load_kN = -80", "above 0", "kN"]),
+    "no load": ("load_kN = 80", "load_kN = 0", ["load_kN = 0", "above 0"]),
+    "friction 2": ("friction = 0.35", "friction = 2", ["friction = 2", "at least 0 and at most 1"]),
+    "yaw beyond 100 mrad": ("yaw_mrad = 1", "yaw_mrad = 101", ["yaw_mrad = 101", "at most 100 mrad"]),
+    "yaw below -100 mrad": ("yaw_mrad = 1", "yaw_mrad = -101", ["yaw_mrad = -101", "at least -100"]),
+    "unknown wear law": ("[contact]", '[wear]\nlaw = "usdf"\n[contact]', ['did you mean "usfd"?']),
+    "roller smaller than the patch": (
+        "roller_radius_mm = 1000",
+        "roller_radius_mm = 10",
+        ["roller_radius_mm = 10 must be at least 50 mm", "contact patch", "give the radius"],
+    ),
+    "unknown profile": ('"S1002"', '"S1003"', ["S1003", "S1002"]),
+    "missing profile file": ('"S1002"', '"worn.csv"', ['profile = "worn.csv"', "no such file", "beside"]),
+    "no TOML": ("strips = 10", "strips = = 10", ["not valid TOML", "key = value"]),
+    "gauge narrower than the wheelset": ("gauge_mm = 1435", "gauge_mm = 1420", ["width over both flanges"]),
+    "wheel beside the rail": (
+        "gauge_mm = 1435",
+        "gauge_mm = 1700",
+        ["shift of 3 mm", "does not touch", "check gauge_mm = 1700"],
+    ),
+}
+
+
+@pytest.mark.parametrize("command", [["check"], ["run", "--out", "out"]], ids=["check", "run"])
+@pytest.mark.parametrize("case", sorted(BAD_VALUES))
+def test_a_bad_value_is_one_line_with_its_place_and_nothing_is_written(folder, capsys, case, command):
+    old, new, told = BAD_VALUES[case]
+    line = written(old, new)
+    if case == "unknown wear law":
+        line += 1
+    if case == "wheel beside the rail":
+        line = line_of(SCENE, "shift_mm")
+    before = snapshot(folder)
+    faults = refused(capsys, command[0], "rig.toml", *command[1:])
+    # a misspelt required key is told twice: as unknown, and as missing at the table it belongs to
+    first = next(fault for fault in faults if fault.startswith(f"rig.toml:{line}: "))
+    assert all(part in first for part in told), first
+    if case == "unknown key":
+        faults = [fault for fault in faults if "key load_kN is missing" not in fault]
+    assert faults == [first]
+    assert snapshot(folder) == before
+    assert not Path("out").exists()
+
+
+def test_all_faults_are_told_at_once_in_the_order_of_the_file(folder, capsys):
+    text = SCENE.replace("load_kN = 80", "load_kN = -1").replace("friction = 0.35", "friction = 2")
+    text = text.replace("gauge_mm = 1435", "gauge_m = 1.435").replace("cells = 10", 'cells = "ten"')
+    Path("rig.toml").write_text(text)
+    places = [fault.split(": ")[0] for fault in refused(capsys, "run", "rig.toml", "--out", "out")]
+    parts = ("gauge_m =", "cells", "load_kN", "friction")
+    assert places == [f"rig.toml:{line_of(text, part)}" for part in parts]
+
+
+def test_faults_of_both_compared_scenes_are_told_with_their_file(folder, capsys):
+    Path("both.toml").write_text(COMPARISON)
+    line = written("friction = 0.35", "friction = 2")
+    (rig, field) = refused(capsys, "run", "both.toml", "--out", "out")
+    assert rig.startswith(f"rig.toml:{line}: friction = 2")
+    assert field.startswith("both.toml:5: ")
+    assert "service.toml" in field
+    assert not Path("out").exists()
+
+
+def test_a_missing_scene_file_is_told_with_the_shipped_ones(folder, capsys):
+    (fault,) = refused(capsys, "run", "absent.toml", "--out", "out")
+    assert fault.startswith("absent.toml: ")
+    assert "rig_vs_field.toml" in fault
+    assert not Path("out").exists()
+
+
+BAD_PROFILES = {
+    "too few points": ("0,0\n1,0.1\n2,0.2\n", None, ["3 points are too few", "at least 20"]),
+    "not a number": (WHEEL_POINTS.replace("\n10,", "\nnan,"), 41, ["not a finite number", "delete the line"]),
+    "text": (WHEEL_POINTS.replace("\n10,", "\nten,"), 41, ["'ten' is not a number"]),
+    "mixed units": (
+        WHEEL_POINTS.replace("\n10,-0.25\n", "\n0.010,-0.00025\n"),
+        41,
+        ["mixed units", "give all points in one unit"],
+    ),
+    "metres": (
+        "\n".join(f"{y / 1000},{-y / 40000}" for y in range(-30, 60)),
+        None,
+        ["1000 times as large", "'m' may be meant"],
+    ),
+    "empty": ("", None, ["0 points are too few"]),
+}
+
+
+@pytest.mark.parametrize("case", sorted(BAD_PROFILES))
+def test_a_bad_profile_is_told_with_its_key_its_file_and_its_line(folder, capsys, case):
+    text, row, told = BAD_PROFILES[case]
+    Path("worn.csv").write_text(text)
+    line = written('"S1002"', '"worn.csv"')
+    (fault,) = refused(capsys, "run", "rig.toml", "--out", "out")
+    place = "worn.csv" if row is None else f"worn.csv:{row}"
+    assert fault.startswith(f'rig.toml:{line}: profile = "worn.csv": {place}: ')
+    assert all(part in fault for part in told), fault
+    assert not Path("out").exists()
+
+
+def test_friction_0_is_allowed_warned_of_and_wears_nothing(folder, capsys):
+    from wearsim import open_results
+
+    written("friction = 0.35", "friction = 0")
+    assert main(["check", "rig.toml"]) == 0
+    assert "friction = 0 everywhere: nothing will wear" in capsys.readouterr().out
+    assert main(["run", "rig.toml", "--out", "out"]) == 0
+    with open_results("out/rig.nc") as rig:
+        assert float(rig["distance"][-1]) == pytest.approx(500.0, rel=1e-12)
+        assert not rig["wear_depth"].any()
+        assert not rig["worn_area"].any()
+        assert float(rig["normal_force"].max()) > 79e3  # it did run, loaded
+
+
+@pytest.mark.parametrize("out", ["file", "file/below", "n" * 300])
+def test_an_output_directory_that_cannot_be_written_is_refused(folder, capsys, out):
+    written()
+    Path("file").write_text("somebody's")
+    before = snapshot(folder)
+    (fault,) = refused(capsys, "run", "rig.toml", "--out", out)
+    assert fault.startswith(f"{out} ")
+    assert "choose another --out" in fault
+    assert snapshot(folder) == before
+
+
+def test_the_output_directory_of_another_campaign_is_refused_and_left_as_it_is(folder, capsys):
+    written()
+    assert main(["run", "rig.toml", "--out", "out"]) == 0
+    capsys.readouterr()
+    written("yaw_mrad = 1", "yaw_mrad = 2")
+    before = snapshot(folder)
+    (fault,) = refused(capsys, "run", "rig.toml", "--out", "out")
+    assert fault.startswith("out belongs to another campaign: rig.toml differs")
+    assert "choose another --out" in fault
+    assert "wearsim resume out" in fault
+    assert snapshot(folder) == before
+
+
+@pytest.mark.parametrize("name", ["rig.nc", "report.html", "status.json"])
+def test_files_of_our_names_that_are_not_ours_are_not_overwritten(folder, capsys, name):
+    written()
+    Path("out").mkdir()
+    Path("out", name).write_text("somebody's")
+    before = snapshot(folder)
+    (fault,) = refused(capsys, "run", "rig.toml", "--out", "out")
+    assert fault.startswith(f"out already holds {name}")
+    assert "choose another --out" in fault
+    assert snapshot(folder) == before
+
+
+def test_a_second_run_in_one_directory_is_refused_and_the_first_goes_on(folder, capsys):
+    """The first run is a process of its own; Ctrl-C ends it, and its directory is still a valid one."""
+    written("distance_km = 0.5", "distance_km = 1e6\nmax_step_km = 0.01")
+    words = [sys.executable, "-m", "wearsim", "run", "rig.toml", "--out", "out"]
+    with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as first:
+        try:
+            limit = time.monotonic() + 120
+            while not Path("out", "status.json").exists() and time.monotonic() < limit:
+                assert first.poll() is None, first.stderr.read()
+                time.sleep(0.05)
+            (fault,) = refused(capsys, "run", "rig.toml", "--out", "out")
+            assert first.poll() is None
+        finally:
+            first.send_signal(signal.SIGINT)
+            _, told = first.communicate(timeout=120)
+    assert fault.startswith("another wearsim run works in out; ")
+    assert "choose another --out" in fault
+    assert first.returncode == 130
+    assert "wearsim resume" in told
+    assert main(["status", "out"]) == 0
+
+
+ABSENT = {
+    "resume": ["resume", "out"],
+    "status": ["status", "out"],
+    "report": ["report", "out"],
+    "inspect": ["inspect", "rig.nc"],
+    "translate": ["translate", "rig.nc", "field.nc"],
+}
+
+
+@pytest.mark.parametrize("command", sorted(ABSENT))
+def test_a_missing_directory_or_result_is_one_line_with_the_way_out(folder, capsys, command):
+    (fault,) = refused(capsys, *ABSENT[command])
+    assert re.match(rf"{ABSENT[command][1]}:? ", fault)
+    assert "wearsim run" in fault
+    assert list(folder.iterdir()) == []
+
+
+def test_a_file_that_is_no_result_is_refused(folder, capsys):
+    Path("rig.nc").write_text("not netCDF")
+    (fault,) = refused(capsys, "inspect", "rig.nc")
+    assert fault.startswith("rig.nc cannot be read as netCDF")
+
+
+@pytest.mark.parametrize("words", [[], ["rum"], ["run"], ["run", "rig.toml", "--oot", "out"]])
+def test_a_wrong_command_line_is_one_line_that_names_the_help(folder, capsys, words):
+    with pytest.raises(SystemExit) as left:
+        main(words)
+    assert left.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.search(r"see `wearsim( run)? --help`$", line)
+
+
+@pytest.mark.parametrize("words", [["--help"], ["--version"], ["run", "--help"]])
+def test_help_starts_without_numpy(words):
+    environment = {**os.environ, "PYTHONPROFILEIMPORTTIME": "1"}
+    done = subprocess.run(
+        [sys.executable, "-m", "wearsim", *words],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    imported = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+    assert "wearsim.cli" in imported  # the list is there
+    assert not imported & {"numpy", "numba", "pydantic", "xarray", "matplotlib", "rich"}

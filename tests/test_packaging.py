@@ -1,0 +1,105 @@
+"""What a user gets: the README as it stands, and an installed wheel that finds its shipped files."""
+
+import re
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import pytest
+
+from wearsim.cli import main
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", README, flags=re.MULTILINE | re.DOTALL)
+
+SHORT_SCENE = """\
+[scene]
+kind = "rig"
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+roller_radius_mm = 1000
+[contact]
+strips = 10
+cells = 10
+[[operation.block]]
+name = "curving"
+shift_mm = 3
+load_kN = 80
+speed_km_h = 72
+friction = 0.35
+distance_km = 1
+[campaign]
+distance_km = 2
+max_step_km = 0.5
+"""
+
+
+def test_the_quick_start_has_two_blocks_of_one_line_that_each_stand_alone():
+    section = README.split("## Quick start")[1].split("\n## ")[0]
+    blocks = re.findall(r"^```\w*\n(.*?)^```$", section, flags=re.MULTILINE | re.DOTALL)
+    assert [block for _, block in BLOCKS[:2]] == blocks
+    assert [block.count("\n") for block in blocks] == [1, 1]
+    assert all(block.startswith("python3 -m venv .venv && ") for block in blocks)
+    assert "wearsim run workflows/rig_vs_field.toml --out out" in blocks[0]
+    assert "pytest" in blocks[1]
+
+
+def test_the_python_example_of_the_readme_draws_one_line_per_state(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    Path("short.toml").write_text(SHORT_SCENE)
+    assert main(["run", "short.toml", "--out", "out"]) == 0
+    (example,) = [text for language, text in BLOCKS if language == "python"]
+    names = {}
+    try:
+        exec(compile(example, "README.md", "exec"), names)
+        lines = names["axes"].get_lines()
+        assert len(lines) == 4
+        assert lines[-1].get_label() == "2 km"
+        assert (lines[0].get_ydata() != lines[-1].get_ydata()).any()
+        assert Path("evolution.png").stat().st_size > 0
+    finally:
+        plt.close("all")
+
+
+@pytest.mark.parametrize("document", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"])
+def test_the_links_of_documents_lead_somewhere(document):
+    text = (ROOT / document).read_text(encoding="utf-8")
+    targets = [target for target in re.findall(r"\]\(([^)]+)\)", text) if "://" not in target]
+    assert [target for target in targets if not (ROOT / target).exists()] == []
+
+
+def test_every_command_stands_in_the_readme_and_no_other():
+    from wearsim.cli import COMMANDS
+
+    assert sorted(re.findall(r"^\| `wearsim (\w+)", README, flags=re.MULTILINE)) == sorted(COMMANDS)
+
+
+@pytest.mark.slow
+def test_an_installed_wheel_finds_its_shipped_files_from_any_directory(tmp_path):
+    """A fresh environment with the wheel and what it declares to need, nothing else."""
+    wheels, environment, elsewhere = tmp_path / "wheels", tmp_path / "env", tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    pip = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", str(wheels), str(ROOT)]
+    subprocess.run(pip, check=True, cwd=elsewhere)
+    (wheel,) = wheels.glob("wearsim-*.whl")
+    venv.create(environment, with_pip=True)
+    bin_folder = environment / "bin"
+    subprocess.run([bin_folder / "pip", "install", "-q", wheel], check=True, cwd=elsewhere)
+    done = subprocess.run(
+        [bin_folder / "wearsim", "check", "workflows/rig_vs_field.toml"],
+        check=True,
+        cwd=elsewhere,
+        capture_output=True,
+        text=True,
+    )
+    assert done.stdout.startswith(f"{environment}/")  # the shipped copy, not the checkout's
+    assert "no faults (compare)" in done.stdout
+    assert "S1002" in done.stdout
+    assert list(elsewhere.iterdir()) == []
