@@ -21,7 +21,7 @@ from wearsim.profile.shape import Profile
 
 # Steeper parts of a profile (flange back, rail sides) cannot carry a wheel.
 _STEEPEST = np.tan(np.radians(86.0))
-_NO_WHEEL = 1.0  # gap [m] at lateral positions where there is no wheel above the counterface
+NO_WHEEL = 1.0  # gap [m] at lateral positions where there is no wheel above the counterface
 
 
 @dataclass(frozen=True)
@@ -260,7 +260,7 @@ def _envelope(
 ) -> None:
     """Lowest part of the wheel's contour over each grid point."""
     points = grid_y.size
-    gap_out[:] = _NO_WHEEL
+    gap_out[:] = NO_WHEEL
     first = 0
     for k in range(ring_y.size - 1):
         left, right = offset[k], offset[k + 1]
