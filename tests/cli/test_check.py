@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from wearsim import cli
-from wearsim.cli.status import duration, line
+from wearsim.cli.status import line
 from wearsim.profile.standard import shipped_path
 
 
@@ -89,10 +89,3 @@ def test_a_line_of_status_holds_distance_depth_and_time_left():
     )
     told = line("rig", {**item, "state": "failed", "message": "no convergence"})
     assert told.endswith("deepest wear 0.12 mm; no convergence")
-
-
-@pytest.mark.parametrize(
-    ("seconds", "told"), [(5.4, "5 s"), (89.0, "89 s"), (600.0, "10 min"), (9000.0, "2.5 h")]
-)
-def test_durations_are_told_in_fitting_units(seconds, told):
-    assert duration(seconds) == told

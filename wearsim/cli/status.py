@@ -6,6 +6,7 @@ import argparse
 from typing import Any
 
 from wearsim.cli import Commands, add_command
+from wearsim.cli.progress import duration
 
 
 def add_parser(commands: Commands) -> None:
@@ -61,18 +62,3 @@ def line(name: str, item: dict[str, Any]) -> str:
     if item.get("message"):
         told += f"; {item['message']}"
     return told
-
-
-def duration(seconds: float) -> str:
-    """Time in words that fit a line.
-
-    Parameters
-    ----------
-    seconds : float
-        [s]
-    """
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    if seconds < 5400:
-        return f"{seconds / 60:.0f} min"
-    return f"{seconds / 3600:.1f} h"

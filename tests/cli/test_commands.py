@@ -1,0 +1,139 @@
+"""The commands on one small comparison, from the scene to the report."""
+
+import json
+from pathlib import Path
+
+import netCDF4
+import pytest
+
+from wearsim import cli
+from wearsim.profile.standard import shipped_path
+
+DISTANCE = {"rig": 5.0, "field": 100.0}  # a few steps at most [km]
+
+
+@pytest.fixture(scope="module")
+def compared(tmp_path_factory):
+    """Run directory of the shipped workflows, cut short and coarse."""
+    folder = tmp_path_factory.mktemp("compared")
+    for name in ("rig", "field", "rig_vs_field"):
+        text = shipped_path("workflows", f"{name}.toml").read_text()
+        if name in DISTANCE:
+            head, _ = text.split("[campaign]")
+            head = head.replace("strips = 50", "strips = 12").replace("cells = 50", "cells = 12")
+            text = f"{head}[campaign]\ndistance_km = {DISTANCE[name]}\nintegrator = 'euler'\n"
+        (folder / f"{name}.toml").write_text(text)
+    assert cli.main(["run", str(folder / "rig_vs_field.toml"), "--out", str(folder / "out")]) == 0
+    return folder
+
+
+@pytest.fixture
+def out(compared):
+    return compared / "out"
+
+
+def test_run_leaves_results_factors_and_report(out):
+    assert {"rig.nc", "field.nc", "translation.nc", "report.html", "scene"} <= {
+        path.name for path in out.iterdir()
+    }
+
+
+def test_the_history_of_the_results_is_the_command_line(out, compared):
+    with netCDF4.Dataset(out / "rig.nc") as file:
+        assert f"wearsim run {compared}/rig_vs_field.toml --out {out}" in file.history
+
+
+def test_check_foretells_the_size_of_a_step(out, compared, capsys):
+    """An estimate: rows of a few numbers per step and coordinates are left out of it."""
+    assert cli.main(["check", str(compared / "rig.toml"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["campaigns"][0]["bytes_per_step"]
+    with netCDF4.Dataset(out / "rig.nc") as file:
+        steps = len(file.dimensions["step"])
+        stored = [item for item in file.variables.values() if item.dimensions[:1] == ("step",)]
+        size = sum(item.size * item.dtype.itemsize for item in stored) / steps
+    assert told == pytest.approx(size, rel=0.1)
+
+
+def test_status_tells_both_campaigns(out, capsys):
+    assert cli.main(["status", str(out)]) == 0
+    rig, field = capsys.readouterr().out.splitlines()
+    assert rig.startswith("rig: finished, step ")
+    assert "5 of 5 km (100 %)" in rig
+    assert field.startswith("field: finished, step ")
+    assert cli.main(["status", str(out), "--json"]) == 0
+    assert set(json.loads(capsys.readouterr().out)["campaigns"]) == {"rig", "field"}
+
+
+def test_a_finished_campaign_is_resumed_with_success_and_left_as_it_is(out, capsys):
+    before = {name: (out / name).read_bytes() for name in ("rig.nc", "field.nc")}
+    assert cli.main(["resume", str(out)]) == 0
+    assert "finished before" in capsys.readouterr().err
+    assert before == {name: (out / name).read_bytes() for name in before}
+
+
+def test_another_campaign_is_kept_out_of_the_directory(out, compared, capsys):
+    before = (out / "rig.nc").read_bytes()
+    assert cli.main(["run", str(compared / "rig.toml"), "--out", str(out)]) == 2
+    told = capsys.readouterr().err
+    assert "belongs to another campaign" in told
+    assert len(told.splitlines()) == 1
+    assert (out / "rig.nc").read_bytes() == before
+
+
+def test_inspect_prints_a_summary_json_and_figures(out, tmp_path, capsys):
+    assert cli.main(["inspect", str(out / "rig.nc")]) == 0
+    assert "5.000 km" in capsys.readouterr().out
+    assert cli.main(["inspect", str(out / "rig.nc"), "--json", "--plot", str(tmp_path / "figures")]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["figures"]
+    assert all(Path(figure).stat().st_size > 1000 for figure in told["figures"])
+
+
+def test_translate_prints_a_table_and_writes_the_factors(out, tmp_path, capsys):
+    words = ["translate", str(out / "rig.nc"), str(out / "field.nc")]
+    assert cli.main([*words, "--out", str(tmp_path / "factors.nc")]) == 0
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    assert "max_wear_depth" in printed.out
+    assert "nan" not in printed.out.lower()
+    assert (tmp_path / "factors.nc").is_file()
+    assert cli.main([*words, "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    depth = next(row for row in rows if row["variable"] == "max_wear_depth")
+    assert depth["factor"] == pytest.approx(depth["rig"] / depth["field"], rel=1e-14)
+    assert any(row["factor"] is None for row in rows)  # such as the field's hollowing of zero
+
+
+def test_results_in_the_wrong_order_are_told(out, capsys):
+    assert cli.main(["translate", str(out / "field.nc"), str(out / "rig.nc")]) == 0
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 2
+    assert told[0].endswith("field.nc holds a field campaign and is taken as the rig")
+
+
+def test_report_is_written_again_byte_by_byte(out, capsys):
+    before = (out / "report.html").read_bytes()
+    assert cli.main(["report", str(out)]) == 0
+    assert capsys.readouterr().out.strip() == str(out / "report.html")
+    assert (out / "report.html").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["inspect", "none.nc"],
+        ["translate", "none.nc", "none.nc"],
+        ["report", "none"],
+        ["status", "none"],
+        ["resume", "none"],
+        ["run", "none.toml"],
+    ],
+)
+def test_what_is_not_there_is_one_line_and_exit_code_2(words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(words) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert len(told.err.splitlines()) == 1
+    assert "none" in told.err
+    assert not list(tmp_path.iterdir())
