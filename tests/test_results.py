@@ -156,7 +156,8 @@ def test_verify_counts_equal_rows_and_sees_a_single_bit(path, header, rows):
     assert verify(path.with_name("none.nc"), readers) is None
 
 
-def test_missing_foreign_and_damaged_files_are_told_in_one_line(tmp_path, path):
+def test_missing_foreign_and_damaged_files_are_told_in_one_line(tmp_path, path, monkeypatch):
+    monkeypatch.setattr("wearsim.results.RETRY_SECONDS", 0.1)
     with netCDF4.Dataset(tmp_path / "foreign.nc", "w") as file:
         file.title = "somebody else's"
     (tmp_path / "text.nc").write_text("not netCDF")

@@ -57,6 +57,7 @@ __all__ = [
 ]
 
 RETRY_SECONDS = 1.5
+"""Reader and writer of one file wait for each other about so long [s]."""
 
 _BATCH = 32
 
@@ -94,7 +95,7 @@ def create(path: Path, header: Header, rows: Iterable[Row] = ()) -> None:
 
 
 def append(
-    path: Path, header: Header, rows: Sequence[Row], first: int, patience: float = RETRY_SECONDS
+    path: Path, header: Header, rows: Sequence[Row], first: int, patience: float | None = None
 ) -> None:
     """Append rows to a result file: open, write, close.
 
@@ -108,8 +109,8 @@ def append(
         Rows `first`, `first` + 1, ...
     first : int
         Index of the first row to write.
-    patience : float
-        How long to retry while a reader holds the file [s].
+    patience : float, optional
+        How long to retry while a reader holds the file, by default `RETRY_SECONDS` [s].
 
     Raises
     ------
@@ -314,9 +315,9 @@ def _batched(rows: Iterable[Row]) -> Iterator[list[Row]]:
         yield batch
 
 
-def _with_retries(action: Callable[[], _T], patience: float = RETRY_SECONDS) -> _T:
+def _with_retries(action: Callable[[], _T], patience: float | None = None) -> _T:
     """Run `action`; retry while the other side (reader or writer) holds the file."""
-    deadline = time.monotonic() + patience
+    deadline = time.monotonic() + (RETRY_SECONDS if patience is None else patience)
     pause = 0.005
     while True:
         try:

@@ -17,7 +17,7 @@ from wearsim.campaign.run import run_evolution
 from wearsim.errors import NumericalError, ResultError
 from wearsim.results import ROW, read_row, row_count
 
-STEPS = 12
+STEPS = 8
 PROGRAM = Path(__file__).with_name("synthetic_campaign.py")
 
 
@@ -32,11 +32,11 @@ def each_step_is_appended(monkeypatch):
 
 
 def assert_same_bits(path, reference):
-    assert row_count(path) == row_count(reference)
-    for index in range(row_count(reference)):
-        one, other = read_row(path, index), read_row(reference, index)
+    with netCDF4.Dataset(path) as one, netCDF4.Dataset(reference) as other:
+        for file in (one, other):
+            file.set_auto_maskandscale(False)
         for name in ROW:
-            assert np.array_equal(one[name], other[name]), (name, index)
+            assert np.array_equal(one[name][:], other[name][:]), name
 
 
 def assert_tidy(directory):
@@ -62,12 +62,13 @@ def test_finished_run_is_tidy_and_repeating_it_computes_nothing(synthetic, tmp_p
     assert path.read_bytes() == before
 
 
-@pytest.mark.parametrize("appended", [True, False])
-@pytest.mark.parametrize("stop_at", range(STEPS + 1))
+@pytest.mark.parametrize(
+    ("stop_at", "appended"), [*((k, False) for k in range(STEPS + 1)), (0, True), (4, True), (STEPS, True)]
+)
 def test_stopped_after_any_step_resumes_to_the_same_bits(
     synthetic, tmp_path, uninterrupted, stop_at, appended, monkeypatch
 ):
-    """Once with the result file up to date, once with records only."""
+    """With the result file up to date, and with records only."""
     monkeypatch.setattr("wearsim.campaign.writer.APPEND_INTERVAL", 0.0 if appended else 1e9)
 
     def stop(event):
@@ -202,8 +203,9 @@ def empty(path):
 
 @pytest.mark.parametrize("damage", [truncate, flip_value, empty, Path.unlink])
 def test_damaged_or_missing_result_file_is_rebuilt(
-    synthetic, tmp_path, uninterrupted, damage, each_step_is_appended
+    synthetic, tmp_path, uninterrupted, damage, each_step_is_appended, monkeypatch
 ):
+    monkeypatch.setattr("wearsim.results.RETRY_SECONDS", 0.1)
     damage(stopped(synthetic, tmp_path))
     kinds = []
     path = run_evolution(
@@ -242,7 +244,7 @@ def test_reader_defers_the_rows_but_not_the_run(
     synthetic, tmp_path, uninterrupted, each_step_is_appended, monkeypatch
 ):
     """The campaign runs to its end under the eyes of a reader, who keeps the rows it opened."""
-    monkeypatch.setattr("wearsim.campaign.writer.RETRY_SECONDS", 0.1)
+    monkeypatch.setattr("wearsim.results.RETRY_SECONDS", 0.1)
     path = stopped(synthetic, tmp_path)
     code = (
         f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); sys.stdout.write('open\\n'); "
@@ -347,9 +349,9 @@ def test_status_tells_distance_depth_and_time_left(synthetic, tmp_path):
         "rig",
         lambda event: seen.append(read_status(tmp_path)["campaigns"]["rig"]),
     )
-    middle = seen[7]
+    middle = seen[5]
     assert middle["state"] == "running"
-    assert (middle["step"], middle["distance"], middle["target"]) == (6, 6000.0, 12000.0)
+    assert (middle["step"], middle["distance"], middle["target"]) == (4, 4000.0, 8000.0)
     assert middle["worst_depth"] > 0.0
     assert middle["step_length"] == 1000.0
     # half of the way is done: as much time is left as was used

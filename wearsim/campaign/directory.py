@@ -230,7 +230,7 @@ def write_status(out: Path, name: str, status: Mapping[str, Any]) -> None:
     campaigns[name] = dict(status)
     now = datetime.now(UTC).isoformat(timespec="seconds")
     text = json.dumps({"updated": now, "campaigns": campaigns}, indent=2, allow_nan=False)
-    write_atomically(out / STATUS, text.encode())
+    write_atomically(out / STATUS, text.encode(), durable=False)
 
 
 def read_status(out: Path) -> dict[str, Any]:

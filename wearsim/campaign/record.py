@@ -26,7 +26,7 @@ from wearsim.errors import ResultError
 from wearsim.results import ROW
 
 
-def write_atomically(path: Path, content: bytes) -> None:
+def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> None:
     """Write a file so that `path` always is the whole old or the whole new content.
 
     Parameters
@@ -35,6 +35,8 @@ def write_atomically(path: Path, content: bytes) -> None:
         File to write.
     content : bytes
         New content.
+    durable : bool
+        Whether to wait until the disk has it, so that it survives a power failure.
 
     Raises
     ------
@@ -45,8 +47,9 @@ def write_atomically(path: Path, content: bytes) -> None:
     try:
         with open(temporary, "wb") as file:
             file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
+            if durable:
+                file.flush()
+                os.fsync(file.fileno())
         os.replace(temporary, path)
     except OSError as error:
         raise ResultError(

@@ -14,7 +14,7 @@ import numpy as np
 
 from wearsim.campaign.record import Records, write_atomically
 from wearsim.errors import ResultError
-from wearsim.results import RETRY_SECONDS, Header, append, create, read_row, row_count, verify
+from wearsim.results import Header, append, create, read_row, row_count, verify
 
 APPEND_INTERVAL = 0.5
 """Rows of steps faster than this are appended together: opening the file costs more than a short step [s]."""
@@ -42,7 +42,7 @@ class Writer:
         self.rebuilt = False
         self._mark = directory / f".{name}.finished.json"
         self._rows_in_file = 0
-        self._patience = RETRY_SECONDS
+        self._patience: float | None = None
         self._count = 0
         self._appended = 0.0
 
@@ -125,7 +125,7 @@ class Writer:
             else:
                 self._patience = 0.0
                 return True
-        self._patience = RETRY_SECONDS
+        self._patience = None
         self._rows_in_file = self._count
         self._appended = time.monotonic()
         return False

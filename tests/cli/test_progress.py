@@ -1,0 +1,80 @@
+import io
+
+import pytest
+
+from wearsim.campaign.progress import Event
+from wearsim.cli.progress import PlainLines, duration, line, observer
+
+STEP = Event(
+    "step", "rig", step=7, distance=36e3, target=1200e3, worst_depth=52e-6, elapsed=2.0, time_left=130.0
+)
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_line_of_a_step_has_distance_depth_step_and_time_left():
+    assert line(STEP) == "rig: 36 km of 1200 km, worst depth 0.052 mm, step 7, 2 min left"
+
+
+def test_time_left_is_not_invented_before_the_first_step():
+    assert "left" not in line(Event("step", "rig", target=1e6))
+
+
+@pytest.mark.parametrize(
+    ("seconds", "told"),
+    [(0.4, "0 s"), (89.0, "89 s"), (100.0, "2 min"), (5000.0, "83 min"), (9000.0, "2 h 30 min")],
+)
+def test_duration(seconds, told):
+    assert duration(seconds) == told
+
+
+def test_without_a_terminal_lines_are_plain_and_steps_are_thinned_out():
+    stream = io.StringIO()
+    with observer(stream) as show:
+        assert isinstance(show, PlainLines)
+        show(Event("started", "rig", target=1200e3))
+        for _ in range(50):
+            show(STEP)
+            show(Event("deferred", "rig"))
+        show(Event("rebuilt", "rig"))
+        show(Event("resumed", "rig", step=3, distance=2e3, target=5e3))
+        show(Event("finished", "rig", step=9, distance=5e3, target=5e3, worst_depth=1e-4, elapsed=65.0))
+        show(Event("found", "rig", step=9, distance=5e3, target=5e3, worst_depth=1e-4))
+    told = stream.getvalue().splitlines()
+    assert told == [
+        "rig: started, 1200 km to run",
+        line(STEP),
+        "rig: another program holds rig.nc open; the campaign goes on, the file follows when it is free",
+        "rig: rig.nc was incomplete and is rebuilt from the records of its steps",
+        "rig: continued at step 3, 2 km of 5 km",
+        "rig: finished, 5 km, worst depth 0.100 mm, step 9, in 65 s",
+        "rig: finished before, 5 km, worst depth 0.100 mm, step 9",
+    ]
+    assert "\x1b" not in stream.getvalue()
+
+
+def test_every_step_is_told_when_no_interval_is_asked_for():
+    stream = io.StringIO()
+    show = PlainLines(stream, interval=0.0)
+    show(STEP)
+    show(STEP)
+    assert stream.getvalue().count("step 7") == 2
+
+
+def test_in_a_terminal_both_campaigns_have_one_live_line(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "140")
+    stream = Terminal()
+    with observer(stream) as show:
+        show(STEP)
+        show(Event("deferred", "rig", target=1200e3))
+        show(Event("deferred", "rig", target=1200e3))
+        show(Event("finished", "field", step=9, distance=5e3, target=5e3))
+    told = stream.getvalue()
+    assert told.count("another program holds rig.nc open; the campaign goes on") >= 1
+    last = told.split("\x1b[2K")[-1]
+    assert "field" in last
+    assert "finished, 5 km" in last
