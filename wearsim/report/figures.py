@@ -141,7 +141,7 @@ def plot_wear_depth(
     )
     ax.set_xlabel(_NEW_Y if against == "profile_y" else label(dataset, against))
     ax.set_ylabel(wrapped(label(dataset, "wear_depth")))
-    ax.set_ylim(bottom=0.0)
+    ax.set_ylim(bottom=0.0, auto=None)
     return ax
 
 
@@ -246,7 +246,7 @@ def plot_wear_by_regime(
     ax.plot(y, below, color=COLOURS[role_of(dataset)], lw=1.0)
     ax.set_xlabel(_NEW_Y)
     ax.set_ylabel(wrapped(label(dataset, "wear_depth")))
-    ax.set_ylim(bottom=0.0)
+    ax.set_ylim(bottom=0.0, auto=None)
     return ax
 
 
@@ -261,5 +261,5 @@ def plot_steps(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
         ax.axhline(float(limit), color=COLOURS[role], lw=0.8, ls=":", label=f"limit, {role}")
     ax.set_xlabel(label(dataset, "distance"))
     ax.set_ylabel(wrapped(label(dataset, name)))
-    ax.set_ylim(bottom=0.0)
+    ax.set_ylim(bottom=0.0, auto=None)
     return ax

@@ -106,6 +106,8 @@ def plot_depth_factor(
 ) -> Axes:
     """Draw the factor of the wear depth along the profile at the quarters of the common range.
 
+    The scale is logarithmic: twice as much and half as much are equally far from 1.
+
     Parameters
     ----------
     translation : Dataset
@@ -127,6 +129,12 @@ def plot_depth_factor(
             shown("profile_y", position), values[index], color=COLOURS["difference"], lw=1.5 if last else 0.8,
             alpha=0.3 + 0.7 * (index + 1) / translation.sizes["stage"], label=f"{stage:.0%} of the range",
         )  # fmt: skip
+    ax.set_yscale("log")
+    known = values[np.isfinite(values) & (values > 0.0)]
+    low, high = (known.min(), known.max()) if known.size else (1.0, 1.0)
+    ax.set_ylim(max(0.01, min(0.5, 0.8 * low)), max(2.0, 1.25 * high))
+    ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    ax.yaxis.set_minor_formatter(lambda _value, _: "")
     ax.set_xlabel("Lateral position on the new wheel [mm]")
     ax.set_ylabel("Factor, rig over field")
     return ax
@@ -143,6 +151,6 @@ def plot_equivalent_distance(translation: xr.Dataset, ax: Axes | None = None) ->
         ax.plot(x, values, color=SERIES_COLOURS[series], label=text)
     ax.set_xlabel("Distance run on the rig [km]")
     ax.set_ylabel("Equivalent distance\nin the field [km]")
-    ax.set_xlim(left=0.0)
-    ax.set_ylim(bottom=0.0)
+    ax.set_xlim(left=0.0, auto=None)
+    ax.set_ylim(bottom=0.0, auto=None)
     return ax

@@ -11,7 +11,7 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.report import pages, tables
-from wearsim.report.style import role_of, shown, to_svg
+from wearsim.report.style import plain, role_of, shown, to_svg
 from wearsim.results import open_results
 from wearsim.translation.translate import content_hash, table, translate
 
@@ -113,6 +113,7 @@ def render(datasets: list[xr.Dataset]) -> str:
             "sentences": tables.verdict_sentences(rows, translation),
             "verdict": tables.grouped(tables.verdict(rows)),
             "ends": _ends(translation),
+            "patch_rules": tables.patch_rules(),
             "regime_rows": [tables.regimes(translation, 0), tables.regimes(translation, -1)],
             "regime_bands": tables.regime_bands(translation, datasets[0]),
         }
@@ -136,7 +137,7 @@ def warnings(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> list
         lines += [f"{role}: {line.strip()}" for line in text.split("; ") if line.strip()]
         if "finished" not in data.attrs:
             run = shown("distance", data["distance"].values[-1])
-            lines.append(f"{role}: the campaign is unfinished, these are the first {run:.4g} km.")
+            lines.append(f"{role}: the campaign is unfinished, these are the first {plain(run)} km.")
     if translation is None:
         return lines
     lines += [
@@ -167,13 +168,13 @@ def _plates(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> dict[
 def _campaign_line(dataset: xr.Dataset) -> str:
     run = shown("distance", dataset["distance"].values[-1])
     depth = shown("max_wear_depth", dataset["max_wear_depth"].values[-1].max())
-    return f"{run:.4g} km in {dataset.sizes['step'] - 1} wear steps, {depth:.3g} mm deep"
+    return f"{plain(run)} km in {dataset.sizes['step'] - 1} wear steps, {plain(depth, 3)} mm deep"
 
 
 def _ends(translation: xr.Dataset) -> list[str]:
     run = float(shown("distance", translation["distance_run"].values[0, -1, 0]))
     depth = float(shown("max_wear_depth", translation["worn_depth"].values[1, -1, 0]))
-    return [f"{run:.4g} km each", f"{depth:.3g} mm each"]
+    return [f"{plain(run)} km each", f"{plain(depth, 3)} mm each"]
 
 
 def _provenance(dataset: xr.Dataset) -> list[tuple[str, str]]:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wearsim.report import figures, figures_translation
-from wearsim.report.style import COLOURS, grid, legend, role_of, shown, style
+from wearsim.report.style import COLOURS, grid, legend, plain, role_of, shown, style
 from wearsim.translation.factors import at_distances
 
 _FACTOR_POINTS = ("area", "max_pressure", "spin", "force_x", "force_y", "power")
@@ -71,12 +71,12 @@ def _ends(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> list[tu
     """Title of each comparison and the distance of each campaign in it."""
     if translation is None:
         run = shown("distance", datasets[0]["distance"].values[-1])
-        return [(f"after {run:.4g} km", [None])]
+        return [(f"After {plain(run)} km", [None])]
     pairs: list[tuple[str, list[float | None]]] = []
     for basis, what in enumerate(("Equal distance", "Equal worn depth")):
         end = figures_translation.basis_axis(translation, basis)[-1]
         values = [float(v) for v in translation["distance_run"].values[basis, -1]]
-        pairs.append((f"{what}: {end:.4g} {('km', 'mm')[basis]} each", list(values)))
+        pairs.append((f"{what}: {plain(end)} {('km', 'mm')[basis]} each", list(values)))
     return pairs
 
 
@@ -84,17 +84,19 @@ def profiles(datasets: list[xr.Dataset], translation: xr.Dataset | None, wheel: 
     """Profiles overlaid, new and worn, with the difference below."""
     ends = _ends(datasets, translation)
     with style():
-        figure, axes = grid(2, len(ends), height=1.7, sharex="col")
+        figure, axes = grid(2, len(ends), height=1.7, between=0.25, sharex="col")
         for column, (title, distances) in enumerate(ends):
             top, bottom = axes[:, column]
             for index, (data, distance) in enumerate(zip(datasets, distances, strict=True)):
                 figures.plot_profile(data, top, wheel=wheel, distance=distance, new=index == 0)
                 figures.plot_wear_depth(data, bottom, wheel=wheel, distance=distance)
+                # the colours are told by the axes above
+                bottom.lines[-1].set(label="_worn", linestyle="-")
             if len(datasets) == 2:
                 _difference(datasets, distances, bottom, wheel)
             top.set_title(title)
             top.set_xlabel("")
-        legend(figure, axes[:, 0], columns=4)
+        legend(figure, axes[:, 0], columns=5)
     side = figures.WHEELS[wheel]
     text = (
         f"Profile of the {side} wheel, new and worn, flange down, with the wear depth along the normal below"
@@ -118,8 +120,6 @@ def _difference(datasets: list[xr.Dataset], distances: list[float | None], ax: A
     x = shown("profile_y", datasets[0]["profile_y"].values[0, wheel])
     difference = shown("wear_depth", rig - np.interp(arc[0], arc[1], field, left=np.nan, right=np.nan))
     ax.plot(x, difference, color=COLOURS["difference"], lw=0.9, label="rig minus field")
-    ax.set_ylim(bottom=None)
-    ax.autoscale(axis="y")
 
 
 def wear_depth(datasets: list[xr.Dataset]) -> Plate:
@@ -137,7 +137,8 @@ def wear_depth(datasets: list[xr.Dataset]) -> Plate:
                     ax.set_ylabel("")
         legend(figure)
     ends = ", ".join(
-        f"{role_of(data)} after {shown('distance', data['distance'].values[-1]):.4g} km" for data in datasets
+        f"{role_of(data)} after {plain(shown('distance', data['distance'].values[-1]))} km"
+        for data in datasets
     )
     text = (
         f"Wear depth along the profile: {ends}; faint lines at a quarter, half and three quarters of the way."
@@ -164,22 +165,21 @@ def wear_by_regime(datasets: list[xr.Dataset]) -> Plate:
 
 
 def _over_distance(
-    datasets: list[xr.Dataset],
-    names: tuple[str, ...],
-    name: str,
-    section: str,
-    caption: str,
-    height: float = 2.4,
+    datasets: list[xr.Dataset], names: tuple[str, ...], name: str, section: str, caption: str
 ) -> Plate:
+    """One row per measure, one column per campaign: their distances may differ a hundredfold."""
     with style():
-        rows = (len(names) + 1) // 2
-        figure, axes = grid(rows, 2, height=height)
-        for index, ax in enumerate(axes.flat):
-            if index >= len(names):
-                figure.delaxes(ax)
-                continue
-            for data in datasets:
-                figures.plot_over_distance(data, names[index], ax)
+        figure, axes = grid(
+            len(names), len(datasets), height=1.75, gap=0.3, between=0.2, sharey="row", sharex="col"
+        )
+        for column, data in enumerate(datasets):
+            for row, measure in enumerate(names):
+                ax = figures.plot_over_distance(data, measure, axes[row, column])
+                if column:
+                    ax.set_ylabel("")
+                if row < len(names) - 1:
+                    ax.set_xlabel("")
+            axes[0, column].set_title(role_of(data).capitalize())
         legend(figure)
     return Plate(name, section, figure, caption)
 
@@ -189,7 +189,7 @@ def wear_over_distance(datasets: list[xr.Dataset]) -> Plate:
     text = (
         f"Largest wear depth and worn area of each wheel over the distance run. {environment_note(datasets)}"
     )
-    return _over_distance(datasets, ("max_wear_depth", "worn_area"), "wear_over_distance", "wear", text, 2.2)
+    return _over_distance(datasets, ("max_wear_depth", "worn_area"), "wear_over_distance", "wear", text)
 
 
 def measures(datasets: list[xr.Dataset]) -> Plate:
@@ -203,20 +203,17 @@ def measures(datasets: list[xr.Dataset]) -> Plate:
 
 def conicity(datasets: list[xr.Dataset]) -> Plate:
     """Equivalent conicity over the distance."""
-    with style():
-        figure, axes = grid(height=1.9)
-        for data in datasets:
-            figures.plot_conicity(data, axes[0, 0])
-        legend(figure)
     text = "Equivalent conicity at 3 mm amplitude over the distance run; a gap where it is undefined."
-    return Plate("conicity", "measures", figure, text)
+    return _over_distance(datasets, ("equivalent_conicity",), "conicity", "measures", text)
 
 
 def contact(datasets: list[xr.Dataset]) -> Plate:
     """Contact positions and pressures over the shift, rig beside field, new and worn."""
     names = ("wheel_y", "max_pressure", "area", "power")
     with style():
-        figure, axes = grid(len(names), len(datasets), height=1.75, gap=0.3, sharey="row", sharex=True)
+        figure, axes = grid(
+            len(names), len(datasets), height=1.75, gap=0.3, between=0.2, sharey="row", sharex=True
+        )
         for row, name in enumerate(names):
             for column, data in enumerate(datasets):
                 ax = axes[row, column]
@@ -277,7 +274,6 @@ def factors(datasets: list[xr.Dataset], translation: xr.Dataset) -> list[Plate]:
                 )
                 figures_translation.mark_one(ax)
                 ax.set_xlim(_worn_range(datasets, wheel))
-                ax.set_ylim(bottom=0.0)
                 ax.set_title(f"{side.capitalize()} wheel, {what}")
         legend(figure)
     text = (
@@ -309,7 +305,7 @@ def _factor_curves(
 
 def _factors_at_points(translation: xr.Dataset) -> Plate:
     with style():
-        figure, axes = grid(2, 3, height=1.8, gap=0.5, sharex=True)
+        figure, axes = grid(2, 3, height=1.8, gap=0.5, between=0.4, sharex=True)
         for ax, name in zip(axes.flat, _FACTOR_POINTS, strict=True):
             for progress in (0, -1):
                 figures_translation.plot_factor_at_points(translation, name, ax, progress=progress)
@@ -329,10 +325,12 @@ def _factors_at_points(translation: xr.Dataset) -> Plate:
 def steps(datasets: list[xr.Dataset]) -> Plate:
     """Step length and stability number over the distance."""
     with style():
-        figure, axes = grid(1, 2, height=2.0)
-        for data in datasets:
-            for ax, name in zip(axes[0], ("step_length", "stability_number"), strict=True):
-                figures.plot_steps(data, name, ax)
+        figure, axes = grid(2, len(datasets), height=1.6, between=0.2, sharex="col")
+        for column, data in enumerate(datasets):
+            for row, name in enumerate(("step_length", "stability_number")):
+                figures.plot_steps(data, name, axes[row, column])
+            axes[0, column].set_title(role_of(data).capitalize())
+            axes[0, column].set_xlabel("")
         legend(figure)
     text = "Length of each wear step and its stability number S, which stays below the limit of the campaign."
     return Plate("steps", "quality", figure, text)

@@ -66,6 +66,7 @@ def grid(
     height: float = 2.0,
     width: float = 9.6,
     gap: float = 0.85,
+    between: float = 0.75,
     **options: Any,
 ) -> tuple[Figure, np.ndarray]:
     """Make a figure with rows x columns axes and room for a legend above them.
@@ -80,8 +81,8 @@ def grid(
         Mean height of the axes [inch].
     width : float
         Width of the figure [inch].
-    gap : float
-        Between columns [inch].
+    gap, between : float
+        Between columns and between rows [inch].
     **options
         For `Figure.subplots`.
 
@@ -90,7 +91,7 @@ def grid(
     figure : Figure
     axes : (rows, columns) array of Axes
     """
-    left, right, bottom, top, between = 0.85, 0.15, 0.5, 0.6, 0.75
+    left, right, bottom, top = 0.95, 0.15, 0.5, 0.6
     total = bottom + top + rows * height + (rows - 1) * between
     each = (width - left - right - (columns - 1) * gap) / columns
     figure = Figure(figsize=(width, total))
@@ -150,6 +151,23 @@ def label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
     text = str(dataset[variable].attrs.get("long_name", variable))
     unit = NOMENCLATURE[name or variable].shown_unit
     return capital(text) + (f" [{unit}]" if unit not in ("", "1") else "")
+
+
+def plain(value: Any, digits: int = 4) -> str:
+    """Write a number with some significant digits, without an exponent where people expect none."""
+    value = float(value)
+    if not np.isfinite(value):
+        return "undefined"
+    if value == 0.0:
+        return "0"
+    value = float(f"{value:.{digits - 1}e}") if abs(value) < 10.0**digits else value
+    if 1e-4 <= abs(value) < 1e6:
+        places = max(digits - 1 - int(np.floor(np.log10(abs(value)))), 0)
+        text = f"{value:.{places}f}"
+    else:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        text = f"{mantissa}·10^{int(exponent)}"
+    return text.replace("-", "\N{MINUS SIGN}")
 
 
 def wrapped(text: str, width: int = 28) -> str:

@@ -12,13 +12,13 @@ import xarray as xr
 from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.shape import polygon_area_between
 from wearsim.report.pages import environment_text
-from wearsim.report.style import capital, role_of, shown
+from wearsim.report.style import capital, plain, role_of, shown
 from wearsim.translation.factors import POINT_QUANTITIES
 
 UNDEFINED = "undefined"
 
 _REASONS = {
-    "zero_denominator": "no factor: the field value is zero",
+    "zero_denominator": "no ratio: the field value is zero, or too small to divide by",
     "missing": "a value is missing on one side",
     "beyond_range": "a campaign does not come so far",
 }
@@ -55,18 +55,8 @@ def number(value: Any, digits: int = 4) -> Cell:
     digits : int
         Significant digits shown.
     """
-    value = float(value)
-    if not np.isfinite(value):
-        return Cell(UNDEFINED)
-    if value == 0.0:
-        return Cell("0", value)
-    if 1e-4 <= abs(value) < 1e6:
-        places = max(digits - 1 - int(np.floor(np.log10(abs(value)))), 0)
-        text = f"{value:.{places}f}"
-    else:
-        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-        text = f"{mantissa}·10^{int(exponent)}"
-    return Cell(text.replace("-", "\N{MINUS SIGN}"), value)
+    text = plain(value, digits)
+    return Cell(text) if text == UNDEFINED else Cell(text, float(value))
 
 
 def given(value: Any) -> Cell:
@@ -117,10 +107,6 @@ def verdict(table: pd.DataFrame) -> list[VerdictRow]:
         if variable == "max_wear_depth":
             notes.append("equal by definition at equal worn depth")
         name = str(variable)
-        contact = name.removesuffix("_collective")
-        rule = POINT_QUANTITIES.get(contact, "")
-        if name.endswith("_collective") and rule not in ("sum", ""):
-            notes.append(f"patches of a wheel: {rule}")
         if name.endswith("_collective"):
             notes.insert(0, " / ".join(dict.fromkeys(f"{entry['wheel']} wheel" for entry in both)))
         group = (
@@ -147,6 +133,18 @@ def grouped(rows: list[VerdictRow]) -> list[tuple[str, list[VerdictRow]]]:
     return list(groups.items())
 
 
+def patch_rules() -> str:
+    """Say how the patches of one wheel make one value."""
+    rules: dict[str, list[str]] = {}
+    for name, rule in POINT_QUANTITIES.items():
+        rules.setdefault(rule, []).append(NOMENCLATURE[name].meaning)
+    parts = "; ".join(f"{rule}: {', '.join(names)}" for rule, names in rules.items())
+    return (
+        "Contact values are those of the wheel with the larger one, named in the note. "
+        f"Several patches of a wheel make one value by {parts}."
+    )
+
+
 def verdict_sentences(table: pd.DataFrame, translation: xr.Dataset) -> list[str]:
     """Say in words what the factors say."""
     rows = table.set_index(["basis", "variable"])
@@ -154,14 +152,17 @@ def verdict_sentences(table: pd.DataFrame, translation: xr.Dataset) -> list[str]
     def entry(basis: str, variable: str) -> pd.Series:
         return rows.loc[(basis, variable)]
 
+    def say(value: float) -> str:
+        return plain(value, 3)
+
     distance = entry("equal distance", "distance_run")
     depth, area = (entry("equal distance", name) for name in ("max_wear_depth", "worn_area"))
     sentences = []
     if depth["status"] == "defined" and area["status"] == "defined":
         sentences.append(
-            f"After {distance['rig']:.3g} km each, the rig has worn {depth['factor']:.3g} times as deep "
-            f"as the field ({depth['rig']:.3g} against {depth['field']:.3g} mm) "
-            f"and {area['factor']:.3g} times the area."
+            f"After {say(distance['rig'])} km each, the rig has worn {say(depth['factor'])} times as deep "
+            f"as the field ({say(depth['rig'])} against {say(depth['field'])} mm) "
+            f"and {say(area['factor'])} times the area."
         )
     else:
         sentences.append("At equal distance no wear factor is defined: one campaign shows no wear.")
@@ -169,8 +170,8 @@ def verdict_sentences(table: pd.DataFrame, translation: xr.Dataset) -> list[str]
     if run["status"] == "defined" and run["rig"] > 0.0:
         common = entry("equal worn depth", "max_wear_depth")["rig"]
         sentences.append(
-            f"{common:.3g} mm of wear take {run['rig']:.3g} km on the rig and {run['field']:.3g} km in the "
-            f"field: there, 1 km on the rig stands for {run['field'] / run['rig']:.3g} km."
+            f"{say(common)} mm of wear take {say(run['rig'])} km on the rig and {say(run['field'])} km "
+            f"in the field: there, 1 km on the rig stands for {say(run['field'] / run['rig'])} km."
         )
     factor = translation["max_wear_depth_factor"].values[0, :, -1]
     factor = factor[np.isfinite(factor)]
@@ -178,11 +179,13 @@ def verdict_sentences(table: pd.DataFrame, translation: xr.Dataset) -> list[str]
         low, high = float(factor.min()), float(factor.max())
         if high > 1.05 * low:
             sentences.append(
-                f"The depth factor at equal distance runs from {low:.3g} to {high:.3g}: use the curves "
+                f"The depth factor at equal distance runs from {say(low)} to {say(high)}: use the curves "
                 "below, not one number."
             )
         else:
-            sentences.append(f"The depth factor at equal distance stays within {low:.3g} to {high:.3g} here.")
+            sentences.append(
+                f"The depth factor at equal distance stays within {say(low)} to {say(high)} here."
+            )
     return sentences
 
 

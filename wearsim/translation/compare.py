@@ -64,8 +64,9 @@ def add_wear(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> None:
         # the scale is what the campaigns reach: at the new wheel all wear is zero
         scale = np.nan_to_num(np.abs(values)).max(axis=(0, 1, 2))
         reach = axes.reachable[:, :, None]
-        factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, reachable=reach)
         change = rule == "change"
+        share = factors.CHANGE_SHARE if change else factors.ZERO_SHARE
+        factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, share, reach)
         meaning = NOMENCLATURE[name].meaning
         _put(
             out,
@@ -98,7 +99,9 @@ def add_contact(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> in
         means = [factors.collective_mean(wheels[c], weight[c]) for c in (0, 1)]
         values = _along(pair, means, axes.distance)
         scale = float(np.nan_to_num(np.abs(values)).max())
-        factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, reachable=axes.reachable[:, :, None])
+        factor = factors.ratio(
+            values[:, :, 0], values[:, :, 1], scale, factors.CONTACT_SHARE, axes.reachable[:, :, None]
+        )
         _put(
             out, f"{name}_collective", ("basis", "progress", "campaign", "wheel"), values, factor, name,
             f"{meaning}, collective mean",
@@ -108,7 +111,7 @@ def add_contact(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> in
             values = _along(pair, [wheels[c][:, matched[:, c]] for c in (0, 1)], axes.distance)
             scale = float(np.nan_to_num(np.abs(values)).max())
             reach = axes.reachable[:, :, None, None]
-            factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, reachable=reach)
+            factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, factors.CONTACT_SHARE, reach)
             _put(
                 out, f"{name}_point", dims, values, factor, name, f"{meaning} at equal operating points",
                 f"patches of a wheel: {rule}; linear between stored states",

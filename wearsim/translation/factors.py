@@ -20,6 +20,12 @@ STATUS: dict[str, int] = {"defined": 0, "zero_denominator": 1, "missing": 2, "be
 ZERO_SHARE = 1e-6
 """A denominator below this share of the largest magnitude of its quantity counts as zero."""
 
+CONTACT_SHARE = 1e-3
+"""The same for contact quantities: those that vanish by symmetry leave a remainder of about this size."""
+
+CHANGE_SHARE = 1e-2
+"""The same for changes of the wheel shape, which may go through zero while the wheel wears."""
+
 WORN_SHARE = 0.01
 """Along the profile, a depth below this share of the largest one counts as not worn: what smoothing
 spreads beyond the running band is no wear to compare."""
@@ -341,6 +347,7 @@ def wear_by_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
     else:
         value = value - value[0]
         both = np.where(np.abs(value[:, 0]) >= np.abs(value[:, 1]), value[:, 0], value[:, 1])
+        both = np.where(np.isnan(value).any(axis=1), np.nan, both)
     return np.column_stack([value, both])
 
 

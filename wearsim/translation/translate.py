@@ -163,8 +163,9 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns basis, variable, quantity, unit, rig, field, factor, status; values in the unit people
-        read, NaN where undefined. Wear of both wheels together; contact values of the worse wheel.
+        Columns basis, variable, quantity, unit, rig, field, factor, status, wheel; values in the unit people
+        read, NaN where undefined. Wear of both wheels together; contact values of the wheel that has
+        the larger one.
     """
     rows = []
     for b, basis in enumerate(BASIS):
@@ -177,7 +178,7 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
             variable = f"{name}_collective"
             values = dataset[variable].values[b, -1]
             wheel = int(np.nan_to_num(values, nan=-1.0).max(axis=0).argmax())
-            rows.append(_entry(dataset, b, variable, name, (wheel,)))
+            rows.append(_entry(dataset, b, variable, name, (wheel,)) | {"wheel": WHEELS[wheel]})
     return pd.DataFrame(rows)
 
 
@@ -208,6 +209,7 @@ def _row(
         "field": float(values[1]) * shown.shown_factor,
         "factor": factor,
         "status": next(key for key, number in STATUS.items() if number == status),
+        "wheel": WHEELS[2],
     }
 
 

@@ -1,0 +1,122 @@
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.report import figures, figures_translation, pages
+from wearsim.report.style import COLOURS, grid, plain, to_svg
+from wearsim.translation.translate import translate
+
+
+@pytest.fixture(scope="module")
+def translation(rig, field):
+    return translate(rig, field)
+
+
+def test_profile_lines_are_the_data(rig):
+    ax = figures.plot_profile(rig, wheel=1)
+    lines = {line.get_label(): line for line in ax.lines}
+    np.testing.assert_array_equal(lines["worn, rig"].get_xdata(), 1e3 * rig["profile_y"].values[-1, 1])
+    np.testing.assert_array_equal(lines["worn, rig"].get_ydata(), 1e3 * rig["profile_z"].values[-1, 1])
+    np.testing.assert_array_equal(lines["new wheel"].get_ydata(), 1e3 * rig["profile_z"].values[0, 1])
+    assert ax.yaxis_inverted()
+
+
+def test_counterface_touches_the_new_wheel(rig):
+    """Neither gap nor overlap, within the wheel's chords."""
+    lines = {line.get_label(): line for line in figures.plot_profile(rig).lines}
+    wheel, rail = lines["new wheel"], lines["counterface profile"]
+    gap = rail.get_ydata() - np.interp(rail.get_xdata(), wheel.get_xdata(), wheel.get_ydata())
+    assert gap.min() == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("against", "variable"), [("profile_y", "profile_y"), ("arc_length", "arc_length")])
+def test_wear_depth_line_is_the_data(field, against, variable):
+    ax = figures.plot_wear_depth(field, wheel=0, against=against)
+    place = field[variable].values
+    np.testing.assert_array_equal(ax.lines[-1].get_xdata(), 1e3 * (place[0, 0] if place.ndim > 1 else place))
+    np.testing.assert_array_equal(ax.lines[-1].get_ydata(), 1e3 * field["wear_depth"].values[-1, 0])
+    assert ax.lines[-1].get_color() == COLOURS["field"]
+    assert ax.get_ylim()[1] >= 1e3 * field["wear_depth"].values.max()
+
+
+def test_second_campaign_does_not_leave_the_axes(rig, field):
+    """The deeper one drawn last must still be inside."""
+    ax = figures.plot_wear_depth(field)
+    figures.plot_wear_depth(rig, ax)
+    assert ax.get_ylim()[0] == 0.0
+    assert ax.get_ylim()[1] >= 1e3 * rig["wear_depth"].values.max()
+
+
+@pytest.mark.parametrize("name", ["flange_height", "hollowing", "worn_area", "max_wear_depth"])
+def test_measure_lines_are_the_data(rig, name):
+    ax = figures.plot_over_distance(rig, name)
+    for wheel in (0, 1):
+        expected = rig[name].values[:, wheel] * NOMENCLATURE[name].shown_factor
+        np.testing.assert_array_equal(ax.lines[wheel].get_ydata(), expected)
+    assert NOMENCLATURE[name].shown_unit in ax.get_ylabel()
+
+
+def test_undefined_conicity_leaves_a_gap(rig):
+    line = figures.plot_conicity(rig).lines[0].get_ydata()
+    assert np.isfinite(line[:4]).all()
+    assert np.isnan(line[4:]).all()
+
+
+def test_contact_marks_are_the_patches(rig):
+    ax = figures.plot_contact(rig, "max_pressure", new=True)
+    side = rig["patch_side"].values[0]
+    for wheel in (0, 1):
+        expected = rig["max_pressure"].values[0][side == wheel] * 1e-6
+        np.testing.assert_array_equal(ax.lines[wheel].get_ydata(), expected)
+
+
+def test_regimes_add_up_to_the_depth(rig):
+    ax = figures.plot_wear_by_regime(rig)
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), 1e3 * rig["wear_depth"].values[-1, 0], rtol=1e-12)
+
+
+def test_factor_lines_are_the_translation(translation):
+    ax = figures_translation.plot_factor(translation, "worn_area", basis=1)
+    expected = translation["worn_area_factor"].values[1, :, 2]
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), expected)
+    np.testing.assert_array_equal(ax.lines[0].get_xdata(), 1e3 * translation["worn_depth"].values[1, :, 0])
+    ax = figures_translation.plot_equivalent_distance(translation)
+    expected = 1e-3 * translation["equivalent_distance_max_wear_depth"].values[:, 2]
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), expected)
+
+
+def test_figures_change_no_global_setting(rig):
+    before = dict(mpl.rcParams)
+    for plate in pages.plates([rig]):
+        to_svg(plate.figure, plate.name)
+    assert dict(mpl.rcParams) == before
+
+
+def test_svg_has_own_ids_and_no_links():
+    figure, axes = grid()
+    axes[0, 0].plot([0, 1], [0, 1], "o")
+    text = to_svg(figure, "some")
+    assert text.startswith("<svg ")
+    assert 'id="some-' in text
+    assert 'id="figure' not in text
+    assert "<metadata" not in text
+    assert text == to_svg(figure, "some")
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (0.99996, "1.000"),
+        (9.99996, "10.00"),
+        (55047.3, "55047"),
+        (-0.0123456, "\N{MINUS SIGN}0.01235"),
+        (1.5e-7, "1.500·10^\N{MINUS SIGN}7"),
+        (2.5e9, "2.500·10^9"),
+        (np.nan, "undefined"),
+        (np.inf, "undefined"),
+    ],
+)
+def test_numbers_as_people_write_them(value, text):
+    assert plain(value) == text

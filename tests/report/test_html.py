@@ -1,0 +1,184 @@
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wearsim.errors import ResultError
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.report.html import SECTIONS, render, warnings, write_report
+from wearsim.report.pages import plates
+from wearsim.results import open_results
+from wearsim.translation.translate import table, translate
+
+
+class Page(HTMLParser):
+    """Ids, links, and the cells of each table row of a page."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.ids, self.links, self.rows = [], [], {}
+        self._row = self._cell = None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        attrs = dict(attrs)
+        self.ids += [attrs["id"]] if "id" in attrs else []
+        self.links += [attrs[k] for k in ("href", "src", "xlink:href") if k in attrs]
+        if tag == "tr" and "data-variable" in attrs:
+            self._row = self.rows.setdefault(attrs["data-variable"], [])
+        if tag == "td" and self._row is not None:
+            self._cell = [attrs.get("data-value"), ""]
+
+    def handle_data(self, data):
+        if self._cell is not None:
+            self._cell[1] += data
+
+    def handle_endtag(self, tag):
+        if tag == "td" and self._cell is not None:
+            self._row.append(tuple(self._cell))
+            self._cell = None
+        if tag == "tr":
+            self._row = None
+
+
+@pytest.fixture(scope="module")
+def text(run_directory):
+    return (run_directory / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(text):
+    return Page(text)
+
+
+def test_every_number_of_the_verdict_is_the_dataset(page, rig, field):
+    """Exact values to the last bit; what is shown to its last digit."""
+    rows = table(translate(rig, field))
+    assert set(page.rows) == set(rows["variable"])
+    for variable, cells in page.rows.items():
+        entries = [
+            rows[(rows["variable"] == variable) & (rows["basis"] == b)].iloc[0]
+            for b in rows["basis"].unique()
+        ]
+        expected = [entry[key] for entry in entries for key in ("rig", "field", "factor")]
+        for value, (exact, shown) in zip(expected, cells[1:7], strict=True):
+            if np.isfinite(value):
+                assert float(exact) == value
+                digits = float(shown.replace("\N{MINUS SIGN}", "-").replace("·10^", "e"))
+                assert digits == pytest.approx(value, rel=5.1e-3)
+            else:
+                assert (exact, shown) == (None, "undefined")
+        assert cells[7][1]
+
+
+def test_verdict_traces_back_to_the_result_files(page, rig, field):
+    """Equal distance is 60 km: row 6 of both campaigns."""
+    depth, area = page.rows["max_wear_depth"], page.rows["worn_area"]
+    for cell, data in ((1, rig), (2, field)):
+        assert float(depth[cell][0]) == pytest.approx(1e3 * data["max_wear_depth"].values[6].max(), rel=1e-12)
+        assert float(area[cell][0]) == pytest.approx(1e6 * data["worn_area"].values[6].sum(), rel=1e-12)
+    assert depth[0][1] == NOMENCLATURE["max_wear_depth"].shown_unit
+
+
+def test_zero_denominator_is_undefined(page):
+    assert page.rows["creepage_y_collective"][3] == (None, "undefined")
+    assert "too small to divide by" in page.rows["creepage_y_collective"][7][1]
+    assert not re.search(
+        r">\s*[-+]?(nan|inf)\b", "".join(cell for r in page.rows.values() for _, cell in r), re.I
+    )
+
+
+def test_every_figure_and_section_is_there(page, text, rig, field):
+    names = {plate.name for plate in plates([rig, field], translate(rig, field))}
+    assert {
+        "profiles",
+        "wear_depth",
+        "measures",
+        "conicity",
+        "contact",
+        "factors_wear",
+        "factors_contact",
+    } <= names
+    for name in names:
+        figure = text[text.index(f'id="figure-{name}"') :]
+        assert "<path" in figure[: figure.index("</figure>")]
+    for key, _ in SECTIONS:
+        assert key in page.ids
+    assert text.count("<figure ") == len(names)
+
+
+def test_page_stands_alone(page, text):
+    outside = [link for link in page.links if not link.startswith(("#", "data:"))]
+    assert outside == []
+    assert "@import" not in text
+    assert "url(" not in re.sub(r"url\(#", "", text)
+    assert len(page.ids) == len(set(page.ids))
+
+
+def test_environment_is_told_with_every_wear_figure(text):
+    for name in ("profiles", "wear_depth", "wear_over_distance", "factors_wear", "equivalent_distance"):
+        caption = text[text.index(f'id="caption-{name}"') :]
+        assert "environment factor: 1 (rig), 0.2 (field)" in caption[: caption.index("</figcaption>")]
+    assert "The environment factors differ: 1 on the rig, 0.2 in the field." in text
+
+
+def test_words_of_users_are_escaped(text):
+    assert "Synthetic rig &lt;campaign&gt;" in text
+    assert "<campaign>" not in text
+
+
+def test_provenance(text):
+    for part in ("wearsim run rig.toml --out out", "Lewis and Dwyer-Joyce 2004", "S1002 0123abcd", "numpy 2"):
+        assert part in text
+    assert "[scene]\nkind = &#34;field&#34;" in text
+
+
+def test_equal_results_give_an_equal_page(run_directory, text):
+    write_report(run_directory)
+    assert (run_directory / "report.html").read_text(encoding="utf-8") == text
+
+
+@pytest.mark.parametrize("kind", ["rig", "field"])
+def test_one_campaign_has_a_report_too(tmp_path, write_campaign, kind):
+    write_campaign(tmp_path / f"{kind}.nc", kind, 3, 10e-9)
+    text = write_report(tmp_path).read_text(encoding="utf-8")
+    assert "figure-profiles" in text
+    assert "figure-factors_wear" not in text
+    assert 'data-value="0.3' in text  # 30 km at 10 nm/km
+
+
+def test_report_without_any_wear(tmp_path, write_campaign):
+    write_campaign(tmp_path / "rig.nc", "rig", 2, 1e-9, friction_free=True)
+    write_campaign(tmp_path / "field.nc", "field", 2, 1e-9, friction_free=True)
+    text = write_report(tmp_path).read_text(encoding="utf-8")
+    assert "At equal distance no wear factor is defined" in text
+    assert Page(text).rows["max_wear_depth"][3] == (None, "undefined")
+
+
+def test_report_of_the_first_row_only(tmp_path, write_campaign):
+    """A campaign stopped before its first step."""
+    write_campaign(tmp_path / "rig.nc", "rig", 1, 1e-9)
+    with open_results(tmp_path / "rig.nc") as data:
+        text = render([data.isel(step=slice(0, 1)).load()])
+    assert "0 wear steps" in text
+
+
+def test_unfinished_and_regimes_are_warned_of(rig, field):
+    unfinished = rig.copy()
+    del unfinished.attrs["finished"]
+    lines = warnings([unfinished, field], translate(unfinished, field))
+    assert "Rig: the campaign is unfinished, these are the first 60.00 km." in lines
+    assert any("different regimes" in line for line in lines)
+
+
+def test_warnings_of_the_campaigns_are_repeated(rig: xr.Dataset):
+    noted = rig.assign_attrs(warnings="friction 0.9 is high; shift is large")
+    assert warnings([noted], None) == ["Rig: friction 0.9 is high", "Rig: shift is large"]
+
+
+def test_empty_directory_is_one_line(tmp_path):
+    with pytest.raises(ResultError, match=r"there is no rig\.nc or field\.nc") as caught:
+        write_report(tmp_path)
+    assert "\n" not in str(caught.value)

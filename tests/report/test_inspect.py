@@ -1,0 +1,53 @@
+import json
+
+import numpy as np
+import pytest
+
+from wearsim.errors import ResultError
+from wearsim.report.inspect import inspect, summary_text, write_figures
+
+
+def test_summary_is_the_dataset(run_directory, rig):
+    found = inspect(run_directory / "rig.nc")
+    assert found["kind"] == "rig"
+    assert found["finished"] is True
+    assert found["steps"] == 6
+    assert found["distance"] == 60e3
+    assert (found["operating_points"], found["monitoring_points"]) == (7, 4)
+    assert found["worn"]["max_wear_depth"] == rig["max_wear_depth"].values[-1].tolist()
+    assert found["new"]["equivalent_conicity"] == rig["equivalent_conicity"].values[0]
+    assert found["worn"]["equivalent_conicity"] is None
+    assert found["contact"]["power"] == [
+        np.nanmin(rig["power"].values[-1]),
+        np.nanmax(rig["power"].values[-1]),
+    ]
+    assert sum(found["regime_share"].values()) == pytest.approx(1.0, rel=1e-12)
+
+
+def test_summary_is_valid_json(run_directory):
+    found = inspect(run_directory / "field.nc")
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+
+
+def test_text_shows_the_units_people_read(run_directory):
+    text = summary_text(inspect(run_directory / "rig.nc"))
+    assert "60.00 km in 6 wear steps" in text
+    assert "Largest wear depth [mm]" in text
+    assert "1.200" in text
+    assert "undefined" in text  # conicity at the end
+    assert "nan" not in text.lower()
+
+
+def test_figures_are_written(run_directory, tmp_path):
+    files = write_figures(run_directory / "rig.nc", tmp_path / "figures")
+    assert {file.name for file in files} >= {"rig_profiles.svg", "rig_wear_depth.svg", "rig_contact.svg"}
+    for file in files:
+        assert "<path" in file.read_text(encoding="utf-8")
+
+
+def test_faults_are_one_line(run_directory, tmp_path):
+    with pytest.raises(ResultError, match="does not exist"):
+        inspect(tmp_path / "absent.nc")
+    (tmp_path / "taken").write_text("a file")
+    with pytest.raises(ResultError, match="figures cannot be written"):
+        write_figures(run_directory / "rig.nc", tmp_path / "taken")

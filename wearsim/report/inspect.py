@@ -1,0 +1,188 @@
+"""What is in one result file: a summary as a dict, as text, and the figures of the report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearsim.errors import ResultError
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.report import pages
+from wearsim.report.style import capital, role_of, save_svg
+from wearsim.report.tables import UNDEFINED, number
+from wearsim.results import open_results
+
+_MEASURES = (
+    "max_wear_depth",
+    "worn_area",
+    "worn_mass",
+    "flange_height",
+    "flange_thickness",
+    "flange_gradient",
+    "hollowing",
+)
+_CONTACT = ("area", "max_pressure", "power", "spin")
+_SETTINGS = (
+    "wear_law",
+    "wear_coefficients",
+    "wear_form",
+    "contact_normal",
+    "contact_tangential",
+    "counterface_curvature",
+    "wheel_radius",
+    "source",
+    "history",
+)
+
+
+def inspect(path: str | Path) -> dict[str, Any]:
+    """Summarise a result file.
+
+    Parameters
+    ----------
+    path : path
+        Result file of a campaign, finished or not.
+
+    Returns
+    -------
+    dict
+        Ready for JSON: SI units, lists are (right, left), null where a value is undefined. Wear measures
+        at the start ("new") and at the end ("worn"), extremes of the contact over all patches at the end.
+    """
+    with open_results(path) as data:
+        return summary(data)
+
+
+def summary(dataset: xr.Dataset) -> dict[str, Any]:
+    """Summarise an opened result, see `inspect`."""
+    found: dict[str, Any] = {
+        "title": str(dataset.attrs.get("title", "")),
+        "kind": role_of(dataset),
+        "finished": "finished" in dataset.attrs,
+        "distance": _plain(dataset["distance"].values[-1]),
+        "steps": dataset.sizes["step"] - 1,
+        "operating_points": dataset.sizes["operating_point"],
+        "monitoring_points": int((dataset["op_weight"].values == 0.0).sum()),
+        "environment": [_plain(v) for v in _ends(dataset["op_environment"].values)],
+        "warnings": [
+            line.strip() for line in str(dataset.attrs.get("warnings", "")).split("; ") if line.strip()
+        ],
+        "settings": {key: _plain(dataset.attrs[key]) for key in _SETTINGS if key in dataset.attrs},
+        "new": {name: [_plain(v) for v in dataset[name].values[0]] for name in _MEASURES},
+        "worn": {name: [_plain(v) for v in dataset[name].values[-1]] for name in _MEASURES},
+    }
+    for state, row in (("new", 0), ("worn", -1)):
+        found[state]["equivalent_conicity"] = _plain(dataset["equivalent_conicity"].values[row])
+    found["contact"] = {
+        name: [_plain(v) for v in _ends(np.abs(dataset[name].values[-1]))] for name in _CONTACT
+    }
+    depth = dataset["wear_depth_by_regime"].values[-1].sum(axis=(0, 2))
+    share = depth / depth.sum() if depth.sum() > 0.0 else np.full(depth.shape, np.nan)
+    found["regime_share"] = {
+        str(name): _plain(part) for name, part in zip(dataset["regime_name"].values, share, strict=True)
+    }
+    return found
+
+
+def summary_text(found: dict[str, Any]) -> str:
+    """Write a summary for a terminal, in the units people read.
+
+    Parameters
+    ----------
+    found : dict
+        From `inspect`.
+
+    Returns
+    -------
+    str
+        Several lines.
+    """
+    run = NOMENCLATURE["distance"]
+    end = "finished" if found["finished"] else "unfinished"
+    lines = [
+        found["title"] or found["kind"],
+        f"{found['kind']}, {end}: {_text('distance', found['distance'])} {run.shown_unit} "
+        f"in {found['steps']} wear steps",
+        f"{found['operating_points']} operating points, {found['monitoring_points']} of them only monitored; "
+        f"environment factor {_span('op_environment', found['environment'])}",
+        "",
+        f"{'':<46}{'new right':>11}{'left':>11}{'worn right':>12}{'left':>11}",
+    ]
+    for name in _MEASURES:
+        values = [*found["new"][name], *found["worn"][name]]
+        new_right, new_left, right, left = (_text(name, value) for value in values)
+        lines.append(f"{_title(name):<46}{new_right:>11}{new_left:>11}{right:>12}{left:>11}")
+    new, worn = (_text("equivalent_conicity", found[s]["equivalent_conicity"]) for s in ("new", "worn"))
+    lines += [f"{_title('equivalent_conicity'):<46}{new:>11}{'':>11}{worn:>12}", ""]
+    lines += [f"{_title(name):<46}{_span(name, found['contact'][name])}" for name in _CONTACT]
+    shares = ", ".join(
+        f"{name} {UNDEFINED if part is None else format(part, '.1%')}"
+        for name, part in found["regime_share"].items()
+    )
+    lines += [f"{'Share of the worn depth by regime':<46}{shares}", ""]
+    lines += [f"{key}: {value}" for key, value in found["settings"].items()]
+    lines += [f"warning: {line}" for line in found["warnings"]]
+    return "\n".join(lines)
+
+
+def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
+    """Write the figures of the report for one result file, as SVG.
+
+    Parameters
+    ----------
+    path : path
+        Result file.
+    directory : path
+        Folder for the figures; made if it is not there.
+
+    Returns
+    -------
+    list of Path
+        The files.
+    """
+    directory = Path(directory)
+    with open_results(path) as data:
+        dataset = data.load()
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        return [
+            save_svg(plate.figure, directory / f"{Path(path).stem}_{plate.name}.svg")
+            for plate in pages.plates([dataset])
+        ]
+    except OSError as fault:
+        raise ResultError(
+            f"{directory}: figures cannot be written ({fault.strerror}); choose another folder"
+        ) from fault
+
+
+def _plain(value: Any) -> Any:
+    """Value as JSON knows it; None where it is not a number."""
+    if isinstance(value, str):
+        return value
+    number_ = float(value)
+    return number_ if np.isfinite(number_) else None
+
+
+def _ends(values: np.ndarray) -> tuple[float, float]:
+    known = values[np.isfinite(values)]
+    return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
+
+
+def _title(name: str) -> str:
+    unit = NOMENCLATURE[name].shown_unit
+    text = capital(NOMENCLATURE[name].meaning).removesuffix(" of the wheel")
+    return text + (f" [{unit}]" if unit != "1" else "")
+
+
+def _text(name: str, value: float | None) -> str:
+    if value is None:
+        return UNDEFINED
+    return number(value * NOMENCLATURE[name].shown_factor).text.replace("\N{MINUS SIGN}", "-")
+
+
+def _span(name: str, ends: list[float | None]) -> str:
+    low, high = (_text(name, value) for value in ends)
+    return low if low == high else f"{low} to {high}"
