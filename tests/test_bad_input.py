@@ -6,11 +6,17 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from wearsim.cli import main
+from wearsim.profile import standard
+from wearsim.profile.files import write_two_column
+
+ROOT = Path(__file__).parents[1]
 
 SCENE = """\
 [scene]
@@ -199,6 +205,46 @@ def test_a_bad_profile_is_told_with_its_key_its_file_and_its_line(folder, capsys
     place = "worn.csv" if row is None else f"worn.csv:{row}"
     assert fault.startswith(f'rig.toml:{line}: profile = "worn.csv": {place}: ')
     assert all(part in fault for part in told), fault
+    assert not Path("out").exists()
+
+
+def half_rail():
+    """Write half a rail head: wheels that run on its missing half have no contact to solve."""
+    rail = standard.rail("60E1", 0.0, 1.435, 0.750)
+    inner = rail.y < rail.y[np.argmin(rail.z)] + 2e-3
+    write_two_column(replace(rail, y=rail.y[inner], z=rail.z[inner]), "half.csv")
+
+
+def test_a_class_and_a_watched_shift_without_contact_are_told_once_each(folder, capsys):
+    """The right wheel leaves the half rail at shifts to the left, the left wheel at those to the right."""
+    half_rail()
+    text = (ROOT / "workflows" / "field.toml").read_text().replace('"60E1"', '"half.csv"')
+    monitor = text.index("[operation.monitor]")
+    text = text[:monitor] + text[monitor:].replace("shifts_mm = [", "shifts_mm = [\n", 1)
+    Path("field.toml").write_text(text)
+    faults = refused(capsys, "check", "field.toml")
+    lines = text.splitlines()
+    told = [lines[int(fault.split(":")[1]) - 1] for fault in faults]
+    means = [line for line in lines if line.startswith("shift_mean_mm")]
+    assert told[: len(means)] == means
+    assert len(set(told)) == len(means) + 1  # and the line of the watched shifts
+
+
+@pytest.mark.parametrize("command", [["check"], ["run", "--out", "out"]], ids=["check", "run"])
+def test_a_patch_at_the_edge_of_a_profile_is_told_at_every_shift_that_causes_it(folder, capsys, command):
+    half_rail()
+    block = SCENE[SCENE.index("[[operation") : SCENE.index("[campaign]")]
+    text = SCENE.replace('"60E1"', '"half.csv"').replace("[campaign]", block + "[campaign]")
+    text = text.replace("shift_mm = 3", "shift_mm = -3", 1)
+    Path("rig.toml").write_text(text)
+    before = snapshot(folder)
+    faults = refused(capsys, command[0], "rig.toml", *command[1:])
+    lines = [number for number, line in enumerate(text.splitlines(), 1) if "shift_mm" in line]
+    assert [fault.split(": ")[0] for fault in faults] == [f"rig.toml:{line}" for line in lines]
+    assert "shift of -3 mm" in faults[0]
+    assert all("edge of a profile" in fault for fault in faults)
+    assert all("check the shift, gauge_mm = 1435" in fault for fault in faults)
+    assert snapshot(folder) == before
     assert not Path("out").exists()
 
 

@@ -31,9 +31,11 @@ def execute(arguments: argparse.Namespace) -> int:
     import json
 
     from wearsim.scene import load_scene
+    from wearsim.scene_contact import check_contact
     from wearsim.scene_models import CompareScene
 
     scene = load_scene(arguments.scene)
+    check_contact(scene)
     plans = [plan(scene.rig), plan(scene.field)] if isinstance(scene, CompareScene) else [plan(scene)]
     if arguments.json:
         told = {"scene": str(scene.origin.path), "kind": scene.scene.kind, "campaigns": plans}

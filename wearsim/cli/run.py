@@ -27,8 +27,11 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.campaign.run import run_scene
     from wearsim.cli.progress import observer
     from wearsim.report.html import write_report
+    from wearsim.scene import load_scene
+    from wearsim.scene_contact import check_contact
 
     out = Path(arguments.out or Path(arguments.scene).stem)
+    check_contact(load_scene(arguments.scene))
     with observer() as observe:
         run_scene(arguments.scene, out, command=arguments.command_line, observer=observe)
     print(f"report: {write_report(out)}")
