@@ -25,7 +25,7 @@ def test_time_left_is_not_invented_before_the_first_step():
 
 @pytest.mark.parametrize(
     ("seconds", "told"),
-    [(0.4, "0 s"), (89.0, "89 s"), (100.0, "2 min"), (5000.0, "83 min"), (9000.0, "2 h 30 min")],
+    [(0.4, "0 s"), (89.0, "89 s"), (100.0, "2 min"), (5000.0, "83 min"), (9e3, "2 h 30 min")],
 )
 def test_duration(seconds, told):
     assert duration(seconds) == told

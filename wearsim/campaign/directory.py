@@ -153,10 +153,13 @@ def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
             if manifest.hashes.get(name) != scene.hashes.get(name)
         ]
         if differing or manifest.main != scene.main:
-            what = ", ".join(differing) or scene.main
+            if manifest.main != scene.main:
+                what = f"it was started with {manifest.main}, not {scene.main}"
+            else:
+                what = f"not the same as in {folder}: {', '.join(differing)}"
             raise ResultError(
-                f"{out} belongs to another campaign: {what} differs from its copy in {folder}; "
-                f"nothing was touched, choose another --out, or continue that one: `wearsim resume {out}`"
+                f"{out} belongs to another campaign: {what}; nothing was touched, "
+                f"choose another --out, or continue that one: `wearsim resume {out}`"
             )
         return manifest
     manifest = Manifest(scene.main, scene.hashes, command)
