@@ -13,10 +13,9 @@ import numpy as np
 import pytest
 
 from wearsim.campaign.directory import read_status
-from wearsim.campaign.row import summarise
 from wearsim.campaign.run import resume, run_scene
 from wearsim.errors import ResultError, SceneError
-from wearsim.results import FILL_FLOAT, LAYOUT, PATCH_SLOTS, ROW, open_results
+from wearsim.results import LAYOUT, ROW, open_results
 from wearsim.scene import load_scene
 
 COMMON = """
@@ -380,26 +379,3 @@ def test_status_is_valid_json_for_other_programs(finished):
     item = status["campaigns"]["field"]
     assert item["distance"] == item["target"] == 500e3
     assert item["time_left"] in (0.0, None)
-
-
-def test_of_more_patches_than_slots_the_most_loaded_are_kept(finished):
-    """Solutions with ten patches at one point do not occur on sound profiles, but must not break a file."""
-
-    class Fields:
-        cell_length = np.ones((10, 3))
-        strip_width = np.ones(10)
-        work_density = np.ones((10, 2, 3))
-
-    class Solution:
-        fields = Fields
-        point = np.zeros(10, dtype=int)
-        side = np.array([0, 1] * 5)
-        normal_force = np.array([5.0, 1.0, 9.0, 8.0, 2.0, 7.0, 6.0, 4.0, 3.0, 10.0])
-
-        def __getattr__(self, name):
-            return np.arange(10.0) + 1.0
-
-    row = summarise(Solution(), np.zeros(10, dtype=int), 2)
-    assert list(row["n_patch"]) == [10, 0]
-    np.testing.assert_array_equal(row["area"][0], [1, 3, 4, 6, 7, 8, 9, 10])  # all but the lightest two
-    np.testing.assert_array_equal(row["area"][1], np.full(PATCH_SLOTS, FILL_FLOAT))

@@ -1,0 +1,27 @@
+import numpy as np
+
+from wearsim.campaign.row import summarise
+from wearsim.results import FILL_FLOAT, PATCH_SLOTS
+
+
+def test_of_more_patches_than_slots_the_most_loaded_are_kept():
+    """Solutions with ten patches at one point do not occur on sound profiles, but must not break a file."""
+
+    class Fields:
+        cell_length = np.ones((10, 3))
+        strip_width = np.ones(10)
+        work_density = np.ones((10, 2, 3))
+
+    class Solution:
+        fields = Fields
+        point = np.zeros(10, dtype=int)
+        side = np.array([0, 1] * 5)
+        normal_force = np.array([5.0, 1.0, 9.0, 8.0, 2.0, 7.0, 6.0, 4.0, 3.0, 10.0])
+
+        def __getattr__(self, name):
+            return np.arange(10.0) + 1.0
+
+    row = summarise(Solution(), np.zeros(10, dtype=int), 2)
+    assert list(row["n_patch"]) == [10, 0]
+    np.testing.assert_array_equal(row["area"][0], [1, 3, 4, 6, 7, 8, 9, 10])  # all but the lightest two
+    np.testing.assert_array_equal(row["area"][1], np.full(PATCH_SLOTS, FILL_FLOAT))
