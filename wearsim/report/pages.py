@@ -317,7 +317,7 @@ def _factors_at_points(translation: xr.Dataset) -> Plate:
         legend(figure)
     text = (
         "Contact factors where both campaigns solve the same operating point: hollow for the new wheel, full "
-        "at the end of the common distance. Where the field value is zero there is no factor and no mark."
+        "at the end of the common distance. Where the field value is (nearly) zero there is no mark."
     )
     return Plate("factors_at_points", "factors", figure, text)
 
@@ -332,7 +332,7 @@ def steps(datasets: list[xr.Dataset]) -> Plate:
             axes[0, column].set_title(role_of(data).capitalize())
             axes[0, column].set_xlabel("")
         legend(figure)
-    text = "Length of each wear step and its stability number S, which stays below the limit of the campaign."
+    text = "Length of each wear step and its stability number S, with the limit the campaign set for it."
     return Plate("steps", "quality", figure, text)
 
 

@@ -305,7 +305,7 @@ def regimes(translation: xr.Dataset, progress: int) -> list[tuple[str, str, Cell
     shift = shown("op_shift", translation["op_shift"].values)
     return [
         (
-            str(translation["rig_label"].values[i]), side, number(shift[i]), names[regime[0, i, w] + 1],
+            str(translation["rig_label"].values[i]), side, given(shift[i]), names[regime[0, i, w] + 1],
             names[regime[1, i, w] + 1], bool(differs[i, w] == 1),
         )
         for i in np.argsort(shift, kind="stable")
