@@ -1,4 +1,4 @@
-"""Draw the picture of the README from the result files of `wearsim run workflows/rig_vs_field.toml --out out`."""
+"""Draw the picture of the README from the result files of its main job."""
 
 import argparse
 from pathlib import Path
