@@ -107,10 +107,8 @@ def verdict(table: pd.DataFrame) -> list[VerdictRow]:
         if variable == "max_wear_depth":
             notes.append("equal by definition at equal worn depth")
         name = str(variable)
-        if name.endswith("_collective"):
-            notes.insert(0, " / ".join(dict.fromkeys(f"{entry['wheel']} wheel" for entry in both)))
         group = (
-            "Contact, mean magnitude over the load collective"
+            "Contact, mean magnitude over the load collective and both wheels"
             if name.endswith("_collective")
             else "Wheel shape"
             if name.endswith("_change") or name == "equivalent_conicity"
@@ -140,7 +138,7 @@ def patch_rules() -> str:
         rules.setdefault(rule, []).append(NOMENCLATURE[name].meaning)
     parts = "; ".join(f"{rule}: {', '.join(names)}" for rule, names in rules.items())
     return (
-        "Contact values are those of the wheel with the larger one, named in the note. "
+        "Contact values of each wheel are in translation.nc. "
         f"Several patches of a wheel make one value by {parts}."
     )
 

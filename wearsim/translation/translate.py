@@ -163,9 +163,8 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns basis, variable, quantity, unit, rig, field, factor, status, wheel; values in the unit people
-        read, NaN where undefined. Wear of both wheels together; contact values of the wheel that has
-        the larger one.
+        Columns basis, variable, quantity, unit, rig, field, factor, status; values in the unit people
+        read, NaN where undefined. Wear of both wheels together; contact values are means of both.
     """
     rows = []
     for b, basis in enumerate(BASIS):
@@ -176,9 +175,7 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
         rows.append(_entry(dataset, b, "equivalent_conicity", "equivalent_conicity", ()))
         for name in factors.POINT_QUANTITIES:
             variable = f"{name}_collective"
-            values = dataset[variable].values[b, -1]
-            wheel = int(np.nan_to_num(values, nan=-1.0).max(axis=0).argmax())
-            rows.append(_entry(dataset, b, variable, name, (wheel,)) | {"wheel": WHEELS[wheel]})
+            rows.append(_row(dataset, basis, variable, name, dataset[variable].values[b, -1].mean(axis=-1)))
     return pd.DataFrame(rows)
 
 
@@ -209,7 +206,6 @@ def _row(
         "field": float(values[1]) * shown.shown_factor,
         "factor": factor,
         "status": next(key for key, number in STATUS.items() if number == status),
-        "wheel": WHEELS[2],
     }
 
 
