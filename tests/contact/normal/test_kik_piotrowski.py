@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import ellipe, ellipk
 
 from wearsim.contact.geometry import Contour, Gap
 from wearsim.contact.normal import NORMAL_MODELS, kik_piotrowski
@@ -13,7 +14,13 @@ from wearsim.errors import ContactError
 E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))
 
 # Spec 4.1: A/B, a/b, A a^2/delta of Hertz.
-HERTZ = [(0.25, 2.5007, 0.6099), (0.5, 1.5858, 0.5570), (1.0, 1.0, 0.5), (2.0, 0.6306, 0.4430), (4.0, 0.3999, 0.3901)]  # fmt: skip
+HERTZ = [
+    (0.25, 2.5007, 0.6099),
+    (0.5, 1.5858, 0.5570),
+    (1.0, 1.0, 0.5),
+    (2.0, 0.6306, 0.4430),
+    (4.0, 0.3999, 0.3901),
+]
 
 
 def parabolic(radius, across, kappa=0.0, spacing=2.5e-5, minima=((0.0, 0.0),), half_width=30e-3):
@@ -41,8 +48,6 @@ def solved(gap, load=80e3, strips=200, vertical=True, **parameters):
 def hertz(radius, ratio, a_over_b, share, kappa=0.0, load=80e3):
     """B, a, b, largest pressure, approach; by A a^2 = share delta, p0 = 3N/(2 pi a b) and equal volumes."""
     along = 0.5 * (1.0 / radius + kappa)
-    from scipy.special import ellipe, ellipk
-
     minor, major_is_a = min(a_over_b, 1.0 / a_over_b), a_over_b >= 1.0
     e2 = 1.0 - minor**2
     smallest = min(along, along / ratio)
@@ -55,25 +60,25 @@ def hertz(radius, ratio, a_over_b, share, kappa=0.0, load=80e3):
 
 @pytest.mark.parametrize(("kappa", "radius"), [(0.0, 0.46), (1.0, 0.46), (2.0, 0.6)])
 def test_round_contact_is_exact_with_half_the_approach(kappa, radius):
-    """A = B: with epsilon = 0.5 virtual penetration is Hertz; grid of 25 um: 1e-3."""
+    """A = B: with epsilon = 0.5 virtual penetration is Hertz; left is the grid of 25 um."""
     across, a, b, p0, delta = hertz(radius, 1.0, 1.0, 0.5, kappa)
     result = solved(parabolic(radius, across, kappa), virtual_penetration_factor=0.5)
     patch = result.patch
-    assert (patch.x_lead - patch.x_trail).max() == pytest.approx(2.0 * a, rel=1e-3)
-    assert patch.width[0] * 200 == pytest.approx(2.0 * b, rel=1e-3)
-    assert result.max_pressure[0] == pytest.approx(p0, rel=1e-3)
-    assert result.approach[0] == pytest.approx(delta, rel=1e-3)
+    assert (patch.x_lead - patch.x_trail).max() == pytest.approx(2.0 * a, rel=1e-4)
+    assert patch.width[0] * 200 == pytest.approx(2.0 * b, rel=1e-4)
+    assert result.max_pressure[0] == pytest.approx(p0, rel=1e-4)
+    assert result.approach[0] == pytest.approx(delta, rel=1e-4)
 
 
 @pytest.mark.parametrize(("ratio", "a_over_b", "share"), HERTZ)
 def test_elliptic_contacts_stay_near_hertz(ratio, a_over_b, share):
-    """Model error with epsilon = 0.55: area and pressure 12 %, approach 8 %, for A/B from 1/4 to 4."""
+    """Model error with epsilon = 0.55, A/B from 1/4 to 4: area 10 %, pressure 9.1 %, approach 3.2 %."""
     across, a, b, p0, delta = hertz(0.46, ratio, a_over_b, share)
     result = solved(parabolic(0.46, across))
     area = ((result.patch.x_lead - result.patch.x_trail).sum(axis=1) * result.patch.width)[0]
-    assert area == pytest.approx(np.pi * a * b, rel=0.12)
-    assert result.max_pressure[0] == pytest.approx(p0, rel=0.12)
-    assert result.approach[0] == pytest.approx(delta, rel=0.08)
+    assert area == pytest.approx(np.pi * a * b, rel=0.10)
+    assert result.max_pressure[0] == pytest.approx(p0, rel=0.091)
+    assert result.approach[0] == pytest.approx(delta, rel=0.032)
 
 
 def test_hertz_of_this_test_is_that_of_the_specification():
@@ -81,8 +86,6 @@ def test_hertz_of_this_test_is_that_of_the_specification():
     modulus = 2.0 * 82e9 * 1.28 / (2.0 * (1.0 - 0.28**2))
     scale = (106.7e3 / modulus * E_STAR / 80e3) ** (1.0 / 3.0)
     # A/B between the lines of the table belongs to a/b = 0.5; solved from K and E here.
-    from scipy.special import ellipe, ellipk
-
     e2 = 0.75
     ratio = (ellipe(e2) / 0.25 - ellipk(e2)) / (ellipk(e2) - ellipe(e2))
     _, a, b, _, _ = hertz(1.0 / 1.6, ratio, 0.5, 0.5)
