@@ -113,7 +113,7 @@ def solve_each(
     count = conditions.shift.size
     wheels = tuple(geometry.rings(w, wheelset.radius) for w in (wheelset.right, wheelset.left))
     ground = geometry.contour(counterface.profile)
-    starts = range(0, count, CHUNK)
+    starts = range(0, max(count, 1), CHUNK)
 
     def task(start: int) -> Result:
         chunk = _part(conditions, slice(start, min(start + CHUNK, count)))

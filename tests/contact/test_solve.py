@@ -1,0 +1,232 @@
+"""The four problems together: parallel runs, balances, limits, any input in range."""
+
+from dataclasses import fields, is_dataclass, replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from wearsim.contact.solve import CHUNK, ContactModels, solve, solve_each
+
+
+def arrays(item, name=""):
+    """Every array of a solution by name."""
+    for f in fields(item):
+        value = getattr(item, f.name)
+        if is_dataclass(value):
+            yield from arrays(value, f"{name}{f.name}.")
+        else:
+            yield name + f.name, value
+
+
+def assert_same_bits(one, other):
+    for (name, a), (_, b) in zip(arrays(one), arrays(other), strict=True):
+        assert a.shape == b.shape, name
+        assert a.tobytes() == b.tobytes(), name
+
+
+@pytest.fixture(scope="module")
+def spread(points):
+    """Operating points of all kinds; 150 of them fill three chunks."""
+    random = np.random.default_rng(5)
+    n = 150
+    return points(
+        shift=random.uniform(-5e-3, 5e-3, n),
+        yaw=random.uniform(-0.02, 0.02, n),
+        roll=random.uniform(-2e-3, 2e-3, n),
+        load=random.uniform(1e3, 150e3, n),
+        track_curvature=random.uniform(-2e-3, 2e-3, n),
+        friction=random.uniform(0.1, 0.6, n),
+        rotation="free",
+    )
+
+
+@pytest.fixture(scope="module")
+def solved(spread, wheelset, counterface, coarse):
+    return solve(spread, wheelset, counterface(1.0), coarse)
+
+
+def part_of(conditions, index):
+    changed = {
+        f.name: getattr(conditions, f.name)[index]
+        for f in fields(conditions)
+        if isinstance(getattr(conditions, f.name), np.ndarray)
+    }
+    return replace(conditions, **changed)
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_same_bits_for_any_number_of_threads(spread, solved, wheelset, counterface, coarse, threads):
+    assert_same_bits(solve(spread, wheelset, counterface(1.0), coarse, threads=threads), solved)
+
+
+def test_same_bits_for_parts_of_whole_chunks(spread, solved, wheelset, counterface, coarse):
+    parts = [part_of(spread, slice(0, CHUNK)), part_of(spread, slice(CHUNK, None))]
+    first, second = (solve(p, wheelset, counterface(1.0), coarse) for p in parts)
+    for name in ("wheel_y", "power", "spin_moment", "rotation_speed"):
+        joined = np.concatenate([getattr(first, name), getattr(second, name)])
+        assert joined.tobytes() == getattr(solved, name).tobytes(), name
+
+
+def test_a_point_does_not_depend_on_its_neighbours(spread, solved, wheelset, counterface, coarse):
+    """Two forms of one algorithm: 1e-12 of the largest value, rotation by balance included."""
+    for k in (0, 63, 64, 149):
+        alone = solve(part_of(spread, slice(k, k + 1)), wheelset, counterface(1.0), coarse)
+        mine = solved.point == k
+        for name in ("wheel_y", "area", "creepage_x", "force_x", "force_y", "spin_moment", "power"):
+            value = getattr(solved, name)
+            np.testing.assert_allclose(
+                getattr(alone, name), value[mine], rtol=1e-12, atol=1e-12 * abs(value).max(), err_msg=name
+            )
+
+
+def test_reducing_chunk_by_chunk_is_reducing_the_whole(spread, solved, wheelset, counterface, coarse):
+    parts = solve_each(
+        spread,
+        wheelset,
+        counterface(1.0),
+        coarse,
+        lambda part: (part.point, part.fields.strip_work),
+        threads=2,
+    )
+    assert np.concatenate([p for p, _ in parts]).tolist() == solved.point.tolist()
+    assert np.concatenate([w for _, w in parts]).tobytes() == solved.fields.strip_work.tobytes()
+
+
+def test_order_of_the_patches(solved):
+    order = np.lexsort((-solved.normal_force, solved.side, solved.point))
+    assert order.tolist() == list(range(solved.point.size))
+    assert np.array_equal(solved.patch.row, solved.point)
+
+
+def test_patches_of_a_wheel_carry_its_load(spread, solved):
+    """Vertical parts of the normal forces: imposed, 1e-12; and the cells carry each patch, 1e-12."""
+    wheel = 2 * solved.point + solved.side
+    vertical = np.bincount(wheel, weights=solved.normal_force * np.cos(solved.contact_angle))
+    # The angle of the pressure's centre is the patch's own plane, in which the force was balanced.
+    np.testing.assert_allclose(vertical, np.repeat(spread.wheel_load, 2), rtol=1e-12)
+    area = solved.fields.cell_length * solved.fields.strip_width[:, None]
+    carried = (solved.fields.pressure.sum(axis=1) * area).sum(axis=1)
+    np.testing.assert_allclose(carried, solved.normal_force, rtol=1e-12)
+
+
+def test_power_is_work_of_forces_and_of_cells(spread, solved):
+    """P = -V F . creepage >= 0 and the sum of the cells' work: 1e-12."""
+    speed = spread.speed[solved.point]
+    resultant = -speed * (
+        solved.force_x * solved.creepage_x
+        + solved.force_y * solved.creepage_y
+        + solved.spin_moment * solved.spin
+    )
+    assert solved.power.min() >= 0.0
+    np.testing.assert_allclose(solved.power, np.maximum(resultant, 0.0), rtol=1e-11, atol=1e-9)
+    area = solved.fields.cell_length * solved.fields.strip_width[:, None]
+    cells = speed * (solved.fields.work_density.sum(axis=1) * area).sum(axis=1)
+    np.testing.assert_allclose(cells, solved.power, rtol=1e-12)
+    strips = speed * solved.fields.strip_work.sum(axis=1) * solved.fields.strip_width
+    np.testing.assert_allclose(strips, solved.power, rtol=1e-12)
+
+
+def test_resultants_are_sums_of_the_cells(solved):
+    area = (solved.fields.cell_length * solved.fields.strip_width[:, None])[:, None, :]
+    for name, shear in (("force_x", solved.fields.shear_x), ("force_y", solved.fields.shear_y)):
+        summed = (shear * area).sum(axis=(1, 2))
+        np.testing.assert_allclose(summed, getattr(solved, name), atol=1e-12 * 150e3, err_msg=name)
+
+
+def test_strips_lie_on_the_wheel(solved, wheelset):
+    edges = solved.strip_edges_wheel_y
+    assert np.all(np.diff(edges, axis=1) > 0.0)
+    assert np.all((edges[:, 0] < solved.wheel_y) & (solved.wheel_y < edges[:, -1]))
+    assert edges.min() > wheelset.right.y.min()
+    assert edges.max() < wheelset.right.y.max()
+    # Strip widths in the contact plane, turned back to the wheel's axis.
+    width = np.diff(edges, axis=1).sum(axis=1)
+    assert np.all(width <= solved.width * 1.02)
+    assert np.all(width >= solved.width * np.cos(solved.contact_angle) * 0.9)
+
+
+def test_without_friction_nothing_wears(wheelset, counterface, points, coarse):
+    for rule in ("free", "nominal", "centred"):
+        smooth = solve(
+            points(shift=np.array([-2e-3, 3e-3]), yaw=0.01, friction=0.0, rotation=rule),
+            wheelset,
+            counterface(2.0),
+            coarse,
+        )
+        for name, value in arrays(smooth):
+            assert np.isfinite(value).all(), name
+        for name in ("force_x", "force_y", "spin_moment", "power"):
+            assert not getattr(smooth, name).any(), (rule, name)
+        assert not smooth.fields.work_density.any()
+        assert np.all(smooth.power_balance == 1.0)
+
+
+def test_batches_that_end_with_a_chunk_or_have_no_point(wheelset, counterface, points, coarse):
+    one = solve(points(shift=np.zeros(CHUNK)), wheelset, counterface(), coarse, sides=(0,))
+    assert one.point.tolist() == list(range(CHUNK))
+    more = solve(points(shift=np.zeros(CHUNK + 1)), wheelset, counterface(), coarse, sides=(0,))
+    assert more.point.tolist() == list(range(CHUNK + 1))
+    assert len(set(more.power.tolist())) == 1
+    for rule in ("free", "nominal", "centred"):
+        none = solve(points(shift=np.zeros(0), rotation=rule), wheelset, counterface(), coarse)
+        assert none.power.shape == (0,)
+        assert none.fields.strip_work.shape == (0, 16)
+
+
+def test_normal_force_instead_of_wheel_load(wheelset, counterface, points, coarse):
+    """The single patch carries exactly that force; the wheel load then follows from its angle."""
+    force = solve(points(shift=3e-3), wheelset, counterface(), coarse, sides=(0,), vertical=False)
+    assert force.normal_force[0] == pytest.approx(80e3, rel=1e-12)
+    load = solve(points(shift=3e-3), wheelset, counterface(), coarse, sides=(0,))
+    assert load.normal_force[0] * np.cos(load.contact_angle[0]) == pytest.approx(80e3, rel=1e-12)
+
+
+def test_two_patches_where_the_contact_jumps(wheelset, counterface, points, coarse):
+    """Near 5 mm tread and gauge corner close together; their loads add up to the wheel's."""
+    solution = solve(
+        points(shift=np.linspace(4.6e-3, 5.6e-3, 11)), wheelset, counterface(), coarse, sides=(0,)
+    )
+    count = np.bincount(solution.point)
+    assert count.max() == 2
+    assert np.all(np.bincount(solution.point, weights=solution.normal_force) >= 80e3)
+
+
+def test_finer_grids_change_little(wheelset, counterface, points):
+    """Discretisation of the default 50 x 50 grid against 200 x 200: power 1.5 %, forces 1.5 % of friction."""
+    conditions = points(shift=np.array([-4e-3, 0.0, 3e-3]), yaw=np.array([0.0, 2e-3, 0.0]))
+    default, fine = (
+        solve(conditions, wheelset, counterface(1.0), ContactModels(strips=n, cells=n), sides=(0,))
+        for n in (50, 200)
+    )
+    np.testing.assert_allclose(default.power, fine.power, rtol=0.015)
+    np.testing.assert_allclose(default.force_x, fine.force_x, atol=0.015 * 28e3)
+    np.testing.assert_allclose(default.force_y, fine.force_y, atol=0.015 * 28e3)
+    np.testing.assert_allclose(default.area, fine.area, rtol=2e-3)
+
+
+@settings(max_examples=60)
+@given(
+    st.floats(-5e-3, 5e-3),
+    st.floats(-20e-3, 20e-3),
+    st.floats(1e3, 150e3),
+    st.sampled_from([0.0, 1.0, 2.0]),
+    st.floats(0.0, 1.0),
+    st.sampled_from(["free", "nominal", "centred"]),
+)
+def test_any_point_in_range(
+    wheelset, counterface, points, coarse, shift, yaw, load, curvature, friction, rule
+):
+    conditions = points(shift, yaw, load=load, friction=round(friction, 6), rotation=rule)
+    solution = solve(conditions, wheelset, counterface(curvature), coarse)
+    for name, value in arrays(solution):
+        assert np.isfinite(value).all(), name
+    vertical = np.bincount(solution.side, weights=solution.normal_force * np.cos(solution.contact_angle))
+    np.testing.assert_allclose(vertical, load, rtol=1e-12)
+    shear = np.hypot(solution.fields.shear_x, solution.fields.shear_y)
+    assert np.all(shear <= round(friction, 6) * solution.fields.pressure * (1.0 + 1e-12))
+    assert solution.power.min() >= 0.0
+    assert np.all(solution.patch.x_lead >= solution.patch.x_trail)
+    assert np.all(solution.slip_area <= solution.area * (1.0 + 1e-12))
+    assert np.all(solution.max_pressure > 0.0)
