@@ -14,9 +14,9 @@ from wearsim.contact.creepage import Kinematics, kinematics
 from wearsim.contact.geometry import Attitude, Contour, Rings
 from wearsim.contact.kernel import kernel
 from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
-from wearsim.contact.patch import FloatArray, SurfaceFields
+from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
-from wearsim.contact.tangential import TANGENTIAL_MODELS
+from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution
 from wearsim.errors import ContactError
 
 __all__ = [
@@ -86,7 +86,8 @@ def solve(
         vertical=vertical,
         threads=threads,
     )
-    return _join(parts)
+    solution: ContactSolution = parts[0] if len(parts) == 1 else _join(parts)
+    return solution
 
 
 def solve_each(
@@ -136,36 +137,21 @@ def _part(conditions: ContactConditions, part: slice) -> ContactConditions:
     return replace(conditions, **changed)
 
 
-def _join(parts: list[ContactSolution], *, sort: bool = False) -> ContactSolution:
-    """Put solutions behind one another, or in the order of point, side and falling normal force."""
-    if len(parts) == 1:
-        return parts[0]
-    ends = np.cumsum([part.point.size for part in parts])
-    place = np.arange(ends[-1])
-    if sort:
-        keys = [
-            np.concatenate([getattr(p, name) for p in parts]) for name in ("normal_force", "side", "point")
-        ]
-        place[np.lexsort((-keys[0], *keys[1:]))] = np.arange(ends[-1])
-    places = np.split(place, ends[:-1])
-
-    def joined(items: list[Any]) -> Any:
-        first = items[0]
-        if not isinstance(first, np.ndarray):
-            return type(first)(**{f.name: joined([getattr(i, f.name) for i in items]) for f in fields(first)})
-        whole = np.empty((ends[-1], *first.shape[1:]), first.dtype)
-        for item, where in zip(items, places, strict=True):
-            whole[where] = item
-        return whole
-
-    solution: ContactSolution = joined(parts)
-    return solution
+def _join(parts: list[Any], order: IntArray | None = None) -> Any:
+    """Put dataclasses of arrays behind one another along the first axis, in another order if one is given."""
+    first = parts[0]
+    if isinstance(first, np.ndarray):
+        whole = np.concatenate(parts) if len(parts) > 1 else first
+        return whole if order is None else whole[order]
+    joined = {f.name: _join([getattr(part, f.name) for part in parts], order) for f in fields(first)}
+    return type(first)(**joined)
 
 
 @dataclass(frozen=True)
-class _Side:
-    """One wheel's normal contact and kinematics in the axes of a right wheel."""
+class _Wheels:
+    """Normal contact and kinematics of patches in the axes of a right wheel; `sign` is -1 for left ones."""
 
+    sign: FloatArray
     normal: NormalSolution
     kinematics: Kinematics
     friction: FloatArray
@@ -184,7 +170,7 @@ def _solve_side(
     counterface: Counterface,
     models: ContactModels,
     vertical: bool,
-) -> _Side:
+) -> _Wheels:
     """Geometrical, normal and kinematical problem of one side; a left wheel is mirrored to the right."""
     sign = -1.0 if side else 1.0
     attitude = Attitude(sign * chunk.shift, sign * chunk.yaw, sign * chunk.roll)
@@ -234,7 +220,8 @@ def _solve_side(
         track_curvature=sign * chunk.track_curvature[patch_row],
         **span,
     )
-    return _Side(
+    return _Wheels(
+        np.full(patch_row.size, sign),
         normal,
         motion,
         chunk.friction[patch_row],
@@ -259,12 +246,13 @@ def _solve_chunk(
     needed = (0, 1) if isinstance(chunk.rotation, str) and chunk.rotation == "free" else sides
     shared = (ground, wheelset, counterface, models, vertical)
     solved = {side: _solve_side(side, chunk, start, wheels[side], *shared) for side in needed}
+    both = _by_point([solved[side] for side in needed])
 
-    def tangential(side: _Side, speed: FloatArray, cells: bool) -> Any:
+    def tangential(part: _Wheels, speed: FloatArray, cells: bool) -> TangentialSolution:
         return TANGENTIAL_MODELS[models.tangential](
-            side.normal.patch,
-            side.kinematics.creepage(speed[side.normal.patch.row]),
-            side.friction,
+            part.normal.patch,
+            part.kinematics.creepage(speed[part.normal.patch.row]),
+            part.friction,
             shear_modulus=models.shear_modulus,
             poisson_ratio=models.poisson_ratio,
             cells=models.cells,
@@ -274,10 +262,8 @@ def _solve_chunk(
     def torque(speed: FloatArray) -> FloatArray:
         """Torque of the creep forces about the axle, by virtual work: V F . d(creepage)/d(speed)."""
         total = np.zeros_like(speed)
-        for side in solved.values():
-            force = tangential(side, speed, False).force
-            work = (force * side.kinematics.per_speed).sum(axis=1) * side.speed
-            np.add.at(total, side.normal.patch.row, work)
+        work = (tangential(both, speed, False).force * both.kinematics.per_speed).sum(axis=1) * both.speed
+        np.add.at(total, both.normal.patch.row, work)
         return total
 
     nominal = -chunk.speed / wheelset.radius
@@ -294,19 +280,27 @@ def _solve_chunk(
         speed = rotation.balanced(
             torque, nominal, chunk.torque, chunk.friction * chunk.wheel_load * wheelset.radius
         )
-    parts = [
-        _finish(side, solved[side], tangential(solved[side], speed, True), speed, start) for side in sides
-    ]
-    return _join(parts, sort=True)
+    wanted = both if needed == sides else _by_point([solved[side] for side in sides])
+    return _finish(wanted, tangential(wanted, speed, True), speed, start)
 
 
-def _finish(side: int, solved: _Side, contact: Any, speed: FloatArray, start: int) -> ContactSolution:
-    """Resultants, power and fields of one side, mirrored back for a left wheel."""
-    normal, sign = solved.normal, -1.0 if side else 1.0
+def _by_point(parts: list[_Wheels]) -> _Wheels:
+    """Patches of one or both sides, ordered by point, side and falling normal force."""
+    row = np.concatenate([part.normal.patch.row for part in parts])
+    right_first = np.concatenate([-part.sign for part in parts])
+    force = np.concatenate([part.normal.normal_force for part in parts])
+    joined: _Wheels = _join(parts, np.lexsort((-force, right_first, row)))
+    return joined
+
+
+def _finish(solved: _Wheels, contact: TangentialSolution, speed: FloatArray, start: int) -> ContactSolution:
+    """Resultants, power and fields of all patches, mirrored back for left wheels."""
+    normal, sign = solved.normal, solved.sign
     patch = normal.patch
     creepage = solved.kinematics.creepage(speed[patch.row])
     # Adding 0.0 below turns a mirrored -0.0 into 0.0.
     power = np.maximum(-(contact.force * creepage).sum(axis=1) * solved.speed, 0.0)
+    assert contact.cells is not None  # they were asked for
     pressure, shear_x, shear_y, slip_x, slip_y = contact.cells
     strip = patch.x_lead - patch.x_trail
     cell_length = strip / pressure.shape[1]
@@ -315,7 +309,7 @@ def _finish(side: int, solved: _Side, contact: Any, speed: FloatArray, start: in
     _scale_work(shear_x, shear_y, slip_x, slip_y, cell_area, solved.speed, power, sign, local, local_power)
     return ContactSolution(
         point=start + patch.row,
-        side=np.full(patch.row.size, side, np.int64),
+        side=(sign < 0.0).astype(np.int64),
         wheel_y=solved.wheel_y,
         rail_y=normal.centre_y,
         x=solved.kinematics.x,
@@ -353,7 +347,7 @@ def _scale_work(
     cell_area: FloatArray,
     speed: FloatArray,
     power: FloatArray,
-    sign: float,
+    sign: FloatArray,
     work: FloatArray,
     local_power: FloatArray,
 ) -> None:
@@ -374,5 +368,5 @@ def _scale_work(
         for i in range(cells):
             for j in range(strips):
                 work[m, i, j] *= scale
-                shear_y[m, i, j] *= sign
-                slip_y[m, i, j] *= sign
+                shear_y[m, i, j] *= sign[m]
+                slip_y[m, i, j] *= sign[m]
