@@ -300,10 +300,19 @@ def test_files_of_our_names_that_are_not_ours_are_not_overwritten(folder, capsys
     assert snapshot(folder) == before
 
 
+# Ctrl-C is ignored in what a shell starts in the background, also by the tests' own shell.
+RUN_AS_FROM_A_TERMINAL = """\
+import signal, sys
+from wearsim.cli import main
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.exit(main())
+"""
+
+
 def test_a_second_run_in_one_directory_is_refused_and_the_first_goes_on(folder, capsys):
     """The first run is a process of its own; Ctrl-C ends it, and its directory is still a valid one."""
     written("distance_km = 0.5", "distance_km = 1e6\nmax_step_km = 0.01")
-    words = [sys.executable, "-m", "wearsim", "run", "rig.toml", "--out", "out"]
+    words = [sys.executable, "-c", RUN_AS_FROM_A_TERMINAL, "run", "rig.toml", "--out", "out"]
     with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as first:
         try:
             limit = time.monotonic() + 120

@@ -1,0 +1,1 @@
+"""Whatever runs the solver many times and writes a dataset."""
