@@ -212,20 +212,20 @@ def test_finer_grids_change_little(wheelset, counterface, points):
     st.floats(-20e-3, 20e-3),
     st.floats(1e3, 150e3),
     st.sampled_from([0.0, 1.0, 2.0]),
-    st.floats(0.0, 1.0),
+    st.floats(0.0, 1.0).map(lambda value: round(value, 6)),
     st.sampled_from(["free", "nominal", "centred"]),
 )
 def test_any_point_in_range(
     wheelset, counterface, points, coarse, shift, yaw, load, curvature, friction, rule
 ):
-    conditions = points(shift, yaw, load=load, friction=round(friction, 6), rotation=rule)
+    conditions = points(shift, yaw, load=load, friction=friction, rotation=rule)
     solution = solve(conditions, wheelset, counterface(curvature), coarse)
     for name, value in arrays(solution):
         assert np.isfinite(value).all(), name
     vertical = np.bincount(solution.side, weights=solution.normal_force * np.cos(solution.contact_angle))
     np.testing.assert_allclose(vertical, load, rtol=1e-12)
     shear = np.hypot(solution.fields.shear_x, solution.fields.shear_y)
-    assert np.all(shear <= round(friction, 6) * solution.fields.pressure * (1.0 + 1e-12))
+    assert np.all(shear <= friction * solution.fields.pressure * (1.0 + 1e-12))
     assert solution.power.min() >= 0.0
     assert np.all(solution.patch.x_lead >= solution.patch.x_trail)
     assert np.all(solution.slip_area <= solution.area * (1.0 + 1e-12))
