@@ -23,6 +23,8 @@ def kernel(function: _Function) -> _Function:
     """Compile `function` with numba, releasing the GIL, cached on disk where a place for it exists.
 
     One source function per kernel: two variants of one function would share a cache entry (numba #6845).
+    The cache watches the kernel's own file only: after editing a kernel that is called from another file
+    (strip_half_length_squared, cell_of), touch the file of the caller.
     """
     try:
         compiled = numba.njit(cache=True, **_OPTIONS)(function)
