@@ -114,7 +114,7 @@ import synthetic_campaign, wearsim.campaign.writer, wearsim.results
 from wearsim.campaign.run import run_evolution
 wearsim.campaign.writer.APPEND_INTERVAL = 0.0
 
-write_rows = wearsim.results._write_rows
+write_rows = wearsim.results.file._write_rows
 def dying(file, first, rows):
     if first == 5:
         row = dict(rows[-1])
@@ -125,7 +125,7 @@ def dying(file, first, rows):
             file.sync()
         os.kill(os.getpid(), signal.SIGKILL)
     write_rows(file, first, rows)
-wearsim.results._write_rows = dying
+wearsim.results.file._write_rows = dying
 run_evolution(synthetic_campaign.SyntheticEvolution({steps}), Path({out!r}), "rig")
 """
 
@@ -205,7 +205,7 @@ def empty(path):
 def test_damaged_or_missing_result_file_is_rebuilt(
     synthetic, tmp_path, uninterrupted, damage, each_step_is_appended, monkeypatch
 ):
-    monkeypatch.setattr("wearsim.results.RETRY_SECONDS", 0.1)
+    monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
     damage(stopped(synthetic, tmp_path))
     kinds = []
     path = run_evolution(
@@ -244,7 +244,7 @@ def test_reader_defers_the_rows_but_not_the_run(
     synthetic, tmp_path, uninterrupted, each_step_is_appended, monkeypatch
 ):
     """The campaign runs to its end under the eyes of a reader, who keeps the rows it opened."""
-    monkeypatch.setattr("wearsim.results.RETRY_SECONDS", 0.1)
+    monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
     path = stopped(synthetic, tmp_path)
     code = (
         f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); sys.stdout.write('open\\n'); "

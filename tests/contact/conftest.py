@@ -2,14 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import settings
 
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.profile import standard
-
-# First calls compile kernels, which no deadline allows for; the same examples in every run.
-settings.register_profile("wearsim", deadline=None, derandomize=True)
-settings.load_profile("wearsim")
 
 
 @pytest.fixture(scope="session")

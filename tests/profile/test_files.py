@@ -159,8 +159,8 @@ def test_too_few_points(refused, lines):
 
 
 def test_whole_file_in_other_units(refused):
-    assert "'m' may be meant" in refused(text(scale=1.0, digits=7))
-    assert "'mm' may be meant" in refused(text(), units="m")
+    assert "convert them if they are in m" in refused(text(scale=1.0, digits=7))
+    assert "convert them if they are in mm" in refused(text(), units="m")
     assert "25.4 times as large (inches)" in refused(text(scale=1e3 / 25.4, digits=6))
 
 

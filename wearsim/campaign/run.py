@@ -226,7 +226,8 @@ def _available_cores() -> int:
 @contextlib.contextmanager
 def _uninterrupted() -> Iterator[None]:
     """Hold Ctrl-C back until record and row are both written, so that the file stays whole."""
-    if threading.current_thread() is not threading.main_thread():
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # a run in the background, under nohup
+    if ignored or threading.current_thread() is not threading.main_thread():
         yield
         return
     received: list[int] = []

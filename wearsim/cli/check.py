@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from wearsim.cli import Commands, add_command
 
 if TYPE_CHECKING:
-    from wearsim.scene_models import FieldScene, RigScene
+    from wearsim.scene.models import FieldScene, RigScene
 
 _PATCH_VALUES = 25
 """Values stored per patch slot: positions, forces, creepages, wear index and the like."""
@@ -31,8 +31,8 @@ def execute(arguments: argparse.Namespace) -> int:
     import json
 
     from wearsim.scene import load_scene
-    from wearsim.scene_contact import check_contact
-    from wearsim.scene_models import CompareScene
+    from wearsim.scene.models import CompareScene
+    from wearsim.scene.touch import check_contact
 
     scene = load_scene(arguments.scene)
     check_contact(scene)

@@ -28,7 +28,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.cli.progress import observer
     from wearsim.report.html import write_report
     from wearsim.scene import load_scene
-    from wearsim.scene_contact import check_contact
+    from wearsim.scene.touch import check_contact
 
     out = Path(arguments.out or Path(arguments.scene).stem)
     check_contact(load_scene(arguments.scene))

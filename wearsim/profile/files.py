@@ -79,7 +79,8 @@ def read_two_column(path: str | Path, kind: Literal["wheel", "rail"], units: str
             [
                 (
                     message.replace(
-                        "state the right units", f"units are {units!r} now, {other!r} may be meant"
+                        "state the right units",
+                        f"points are read as {units}: convert them if they are in {other}",
                     ),
                     None if point is None else rows[point].line,
                 )

@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchema
 from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from wearsim.scene_faults import Lines, line_of, suggestion
+from wearsim.scene.faults import Lines, line_of, suggestion
 
 
 def _quantity(meaning: str, unit: str = "", default: Any = ..., **limits: Any) -> Any:

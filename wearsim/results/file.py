@@ -1,8 +1,8 @@
-"""The result file of a campaign: netCDF-4 after CF-1.11, one row per wear step.
+"""The result file: created, appended to row by row, verified, opened.
 
 A campaign creates the file once, then opens, appends one row and closes it at each step, so that the
 file can be read at any time between steps.  Quantities, units and long names come from
-`wearsim.nomenclature`; the dimensions of each variable stand in `wearsim.results_layout`.  Readers use
+`wearsim.nomenclature`; the dimensions of each variable stand in `wearsim.results.layout`.  Readers use
 `open_results`, which gives a lazy xarray Dataset.
 """
 
@@ -20,12 +20,11 @@ import numpy as np
 
 from wearsim.errors import ResultError
 from wearsim.nomenclature import NOMENCLATURE
-from wearsim.results_layout import (
+from wearsim.results.layout import (
     COORDINATES,
     FILL_FLOAT,
     FILL_INT,
     LAYOUT,
-    PATCH_SLOTS,
     ROW,
     SCHEMA,
     STATIC,
@@ -37,24 +36,6 @@ from wearsim.results_layout import (
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "FILL_FLOAT",
-    "FILL_INT",
-    "LAYOUT",
-    "PATCH_SLOTS",
-    "ROW",
-    "STATIC",
-    "Header",
-    "Row",
-    "append",
-    "check_row",
-    "create",
-    "open_results",
-    "read_row",
-    "row_count",
-    "verify",
-]
 
 RETRY_SECONDS = 1.5
 """Reader and writer of one file wait for each other about so long [s]."""

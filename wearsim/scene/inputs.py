@@ -18,8 +18,8 @@ from wearsim.profile.files import read_two_column
 from wearsim.profile.measures import flange_thickness
 from wearsim.profile.placement import place_rail
 from wearsim.profile.shape import Profile, resample
-from wearsim.scene_faults import shown
-from wearsim.scene_models import FieldScene, Origin, RigScene
+from wearsim.scene.faults import shown
+from wearsim.scene.models import FieldScene, Origin, RigScene
 
 SMALLEST_ROLLER_MM = 50.0
 """Below this a roller is no longer large against a contact patch of 10 to 20 mm [mm]."""

@@ -20,9 +20,9 @@ from wearsim.operation.field import TrackClass, collective
 from wearsim.operation.monitor import with_monitors
 from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.operation.rig import Block, programme
-from wearsim.scene_faults import key_lines, shown, syntax_fault, validation_faults
-from wearsim.scene_inputs import InputFile, Inputs, find_file, read_inputs, scene_warnings
-from wearsim.scene_models import AnyScene, CompareScene, FieldScene, Origin, RigScene
+from wearsim.scene.faults import key_lines, shown, syntax_fault, validation_faults
+from wearsim.scene.inputs import InputFile, Inputs, find_file, read_inputs, scene_warnings
+from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
 
 __all__ = [
     "CampaignSetup",

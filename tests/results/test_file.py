@@ -9,7 +9,6 @@ import netCDF4
 import numpy as np
 import pytest
 
-import wearsim.results as results
 from wearsim.errors import NumericalError, ResultError
 from wearsim.nomenclature import NOMENCLATURE
 from wearsim.results import (
@@ -18,6 +17,7 @@ from wearsim.results import (
     ROW,
     append,
     create,
+    layout,
     open_results,
     read_row,
     row_count,
@@ -27,7 +27,7 @@ from wearsim.results import (
 
 @pytest.fixture(scope="module")
 def synthetic():
-    path = Path(__file__).parent / "campaign" / "synthetic_campaign.py"
+    path = Path(__file__).parents[1] / "campaign" / "synthetic_campaign.py"
     spec = importlib.util.spec_from_file_location("synthetic_campaign_for_results", path)
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
@@ -105,7 +105,7 @@ def test_file_follows_the_cf_rules_the_checker_does_not_know_by_itself(path):
         assert file.getncattr("Conventions") == "CF-1.11"
         assert all(str(file.getncattr(name)) for name in file.ncattrs())
         assert "warnings" not in file.ncattrs()  # empty ones are left out
-        for name in results.COORDINATES:
+        for name in layout.COORDINATES:
             assert "_FillValue" not in file[name].ncattrs()
         for name, variable in file.variables.items():
             assert "axis" not in variable.ncattrs()
@@ -157,7 +157,7 @@ def test_verify_counts_equal_rows_and_sees_a_single_bit(path, header, rows):
 
 
 def test_missing_foreign_and_damaged_files_are_told_in_one_line(tmp_path, path, monkeypatch):
-    monkeypatch.setattr("wearsim.results.RETRY_SECONDS", 0.1)
+    monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
     with netCDF4.Dataset(tmp_path / "foreign.nc", "w") as file:
         file.title = "somebody else's"
     (tmp_path / "text.nc").write_text("not netCDF")
@@ -178,7 +178,7 @@ def test_missing_foreign_and_damaged_files_are_told_in_one_line(tmp_path, path, 
 
 def test_file_of_a_later_schema_is_refused(path):
     with netCDF4.Dataset(path, "a") as file:
-        file.wearsim_schema = np.int32(results.SCHEMA + 1)
+        file.wearsim_schema = np.int32(layout.SCHEMA + 1)
     with pytest.raises(ResultError, match="update wearsim"):
         open_results(path)
 

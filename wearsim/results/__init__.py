@@ -1,0 +1,32 @@
+"""The result file: its layout, and how it is created, appended to, verified and opened."""
+
+from wearsim.results.file import append, create, open_results, read_row, row_count, verify
+from wearsim.results.layout import (
+    FILL_FLOAT,
+    FILL_INT,
+    LAYOUT,
+    PATCH_SLOTS,
+    ROW,
+    STATIC,
+    Header,
+    Row,
+    check_row,
+)
+
+__all__ = [
+    "FILL_FLOAT",
+    "FILL_INT",
+    "LAYOUT",
+    "PATCH_SLOTS",
+    "ROW",
+    "STATIC",
+    "Header",
+    "Row",
+    "append",
+    "check_row",
+    "create",
+    "open_results",
+    "read_row",
+    "row_count",
+    "verify",
+]
