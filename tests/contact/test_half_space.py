@@ -101,3 +101,22 @@ def test_roller_over_rail(both, name, bound):
         change = (wide[roller] / wide[0.0] - 1.0).dropna()
         assert len(change) >= 14
         assert abs(change).max() < bound
+
+
+# Shift [m], half-space area [m2], maximum pressure [Pa] and power [W]: same program, rail, yaw 0.
+TWO_LOBES = (0.0, 1.6744e-4, 8.98622e8, 56.4493)
+
+
+def test_two_lobed_contact_is_beyond_virtual_penetration(points, wheelset, counterface):
+    """A known weakness, stated in the README: the bounds say how large it is, not that it is acceptable.
+
+    At zero shift S1002 lies flat on 60E1: area 16 % too large, maximum pressure a third too low, power 14 %
+    too high (measured). A better normal model will need bounds of its own.
+    """
+    shift, area, pressure, power = TWO_LOBES
+    ours = solve(
+        points(np.array([shift]), np.array([0.0])), wheelset, counterface(0.0), ContactModels(), sides=(0,)
+    )
+    assert 0.15 < ours.area[0] / area - 1.0 < 0.18
+    assert -0.35 < ours.max_pressure[0] / pressure - 1.0 < -0.32
+    assert 0.12 < ours.power[0] / power - 1.0 < 0.16
