@@ -1,7 +1,27 @@
-"""Settings of all tests."""
+"""Settings and checks that tests of several rooms share."""
 
+import pytest
 from hypothesis import settings
 
 # First calls compile kernels, which no deadline allows for; the same examples in every run.
 settings.register_profile("wearsim", deadline=None, derandomize=True)
 settings.load_profile("wearsim")
+
+
+@pytest.fixture
+def assert_cf(tmp_path):
+    """Fail on any finding of the CF 1.11 checker, also a mere recommendation; needs the extra `cf`."""
+
+    def check(path):
+        from compliance_checker.runner import CheckSuite, ComplianceChecker
+
+        CheckSuite.load_all_available_checkers()
+        report = tmp_path / "cf.txt"
+        passed, errors = ComplianceChecker.run_checker(
+            str(path), ["cf:1.11"], 0, "strict", output_filename=str(report), output_format="text"
+        )
+        assert not errors
+        assert passed, report.read_text()
+        assert "All tests passed!" in report.read_text()
+
+    return check

@@ -137,3 +137,8 @@ def test_unreadable_file_is_one_line(tmp_path, campaign_files):
 def test_unwritable_place_is_one_line(tmp_path, campaign_files):
     with pytest.raises(ResultError, match="cannot be written"):
         translate_files(*campaign_files, tmp_path / "absent" / "translation.nc")
+
+
+@pytest.mark.cf
+def test_compliance_checker_finds_nothing(tmp_path, campaign_files, assert_cf):
+    assert_cf(translate_files(*campaign_files, tmp_path / "translation.nc"))

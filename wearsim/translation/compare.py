@@ -172,7 +172,7 @@ def _add_points(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes, match
     differs = factors.regime_differs(regime[:, :, 0], regime[:, :, 1]).astype(np.int8)
     out["regime_point"] = (
         dims,
-        regime,
+        regime.astype(np.int8),
         _regime_attrs(names, "highest wear regime at equal operating points"),
     )
     rest = ("basis", "progress", "matched_point", "wheel")
