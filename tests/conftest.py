@@ -1,11 +1,24 @@
 """Settings and checks that tests of several rooms share."""
 
+import importlib.util
+from pathlib import Path
+
 import pytest
 from hypothesis import settings
 
 # First calls compile kernels, which no deadline allows for; the same examples in every run.
 settings.register_profile("wearsim", deadline=None, derandomize=True)
 settings.load_profile("wearsim")
+
+
+@pytest.fixture(scope="session")
+def write_campaign():
+    """Writer of small made-up campaigns, for the rooms that only read results."""
+    path = Path(__file__).parent / "translation" / "synthetic_campaign.py"
+    spec = importlib.util.spec_from_file_location("made_up_campaign", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.write_campaign
 
 
 @pytest.fixture

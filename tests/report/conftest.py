@@ -1,27 +1,7 @@
-import importlib.util
-import sys
-from pathlib import Path
-
 import pytest
 
 from wearsim.report.html import write_report
 from wearsim.results import open_results
-
-
-def _builder():
-    name = "wearsim_synthetic_campaign"
-    if name not in sys.modules:
-        path = Path(__file__).parent.parent / "translation" / "synthetic_campaign.py"
-        spec = importlib.util.spec_from_file_location(name, path)
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        spec.loader.exec_module(module)
-    return sys.modules[name]
-
-
-@pytest.fixture(scope="session")
-def write_campaign():
-    return _builder().write_campaign
 
 
 @pytest.fixture(scope="session")

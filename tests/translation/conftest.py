@@ -1,25 +1,6 @@
-import importlib.util
-import sys
-from pathlib import Path
-
 import pytest
 
 from wearsim.results import open_results
-
-
-def _builder():
-    name = "wearsim_synthetic_campaign"
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name("synthetic_campaign.py"))
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        spec.loader.exec_module(module)
-    return sys.modules[name]
-
-
-@pytest.fixture(scope="session")
-def write_campaign():
-    return _builder().write_campaign
 
 
 @pytest.fixture(scope="session")

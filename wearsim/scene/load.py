@@ -24,18 +24,6 @@ from wearsim.scene.faults import key_lines, shown, syntax_fault, validation_faul
 from wearsim.scene.inputs import InputFile, Inputs, find_file, read_inputs, scene_warnings
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
 
-__all__ = [
-    "CampaignSetup",
-    "CompareScene",
-    "FieldScene",
-    "RigScene",
-    "Scene",
-    "build",
-    "files_to_copy",
-    "load_scene",
-    "scene_schema",
-]
-
 Scene = RigScene | FieldScene | CompareScene
 
 _MODELS: dict[str, type[RigScene] | type[FieldScene] | type[CompareScene]] = {

@@ -10,7 +10,8 @@ from wearsim.contact import geometry
 from wearsim.contact.geometry import Attitude
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError
-from wearsim.scene.load import CampaignSetup, CompareScene, FieldScene, RigScene, Scene, build
+from wearsim.scene.load import CampaignSetup, Scene, build
+from wearsim.scene.models import CompareScene, FieldScene, RigScene
 
 _BATCH = 64
 """Points whose gaps are held in memory at a time."""
