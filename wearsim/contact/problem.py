@@ -138,6 +138,7 @@ class ContactSolution:
     width: FloatArray
     approach: FloatArray
     normal_force: FloatArray
+    load_scale: FloatArray  # on the normal forces of the wheel, 1 away from merging patches [-]
     creepage_x: FloatArray
     creepage_y: FloatArray
     spin: FloatArray
@@ -147,6 +148,7 @@ class ContactSolution:
     slip_area: FloatArray
     power: FloatArray
     power_balance: FloatArray
+    roll: FloatArray  # of the wheelset [rad]
     rotation_speed: FloatArray  # of the wheelset, positive when it rolls forwards [rad/s]
     strip_edges_wheel_y: FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]
     patch: Patch

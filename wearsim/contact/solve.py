@@ -281,7 +281,7 @@ def _solve_chunk(
             torque, nominal, chunk.torque, chunk.friction * chunk.wheel_load * wheelset.radius
         )
     wanted = both if needed == sides else _by_point([solved[side] for side in sides])
-    return _finish(wanted, tangential(wanted, speed, True), speed, start)
+    return _finish(wanted, tangential(wanted, speed, True), chunk.roll, speed, start)
 
 
 def _by_point(parts: list[_Wheels]) -> _Wheels:
@@ -293,7 +293,9 @@ def _by_point(parts: list[_Wheels]) -> _Wheels:
     return joined
 
 
-def _finish(solved: _Wheels, contact: TangentialSolution, speed: FloatArray, start: int) -> ContactSolution:
+def _finish(
+    solved: _Wheels, contact: TangentialSolution, roll: FloatArray, speed: FloatArray, start: int
+) -> ContactSolution:
     """Resultants, power and fields of all patches, mirrored back for left wheels."""
     normal, sign = solved.normal, solved.sign
     patch = normal.patch
@@ -320,6 +322,7 @@ def _finish(solved: _Wheels, contact: TangentialSolution, speed: FloatArray, sta
         width=patch.width * strip.shape[1],
         approach=normal.approach,
         normal_force=normal.normal_force,
+        load_scale=normal.load_scale,
         creepage_x=creepage[:, 0],
         creepage_y=sign * creepage[:, 1] + 0.0,
         spin=sign * creepage[:, 2] + 0.0,
@@ -329,6 +332,7 @@ def _finish(solved: _Wheels, contact: TangentialSolution, speed: FloatArray, sta
         slip_area=contact.slip_area,
         power=power,
         power_balance=np.where(power > 0.0, local_power / np.where(power > 0.0, power, 1.0), 1.0),
+        roll=roll[patch.row],
         rotation_speed=-speed[patch.row],
         strip_edges_wheel_y=solved.edges_wheel_y,
         patch=replace(patch, row=start + patch.row),

@@ -85,7 +85,7 @@ def solve(
     factor = {**DEFAULTS, **parameters}["virtual_penetration_factor"]
     points = gap.contour.y.size
     count, fault = np.zeros(rows, np.int64), np.zeros(rows, np.int64)
-    patches = np.zeros((rows, _MOST_PATCHES, 11))
+    patches = np.zeros((rows, _MOST_PATCHES, 13))
     balance(
         gap.contour.y,
         gap.contour.z,
@@ -138,7 +138,17 @@ def solve(
         pressure_slope=slope,
         interpenetration=depth,
     )
-    return NormalSolution(patch, centre, angle, lines[:, 4].copy(), lines[:, 9].copy(), maximum, edges)
+    return NormalSolution(
+        patch=patch,
+        centre_y=centre,
+        contact_angle=angle,
+        approach=lines[:, 4].copy(),
+        normal_force=lines[:, 9].copy(),
+        max_pressure=maximum,
+        edge_y=edges,
+        load_scale=lines[:, 11].copy(),
+        descent=lines[:, 12].copy(),
+    )
 
 
 def _raise_first(fault: IntArray) -> None:

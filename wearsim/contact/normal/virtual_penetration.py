@@ -278,13 +278,13 @@ def balance(
 ) -> None:
     """Find the approach of each row that carries its load.
 
-    `patches` (n, most, 11) gets a line per patch, by falling normal force: (first and last grid point,
+    `patches` (n, most, 13) gets a line per patch, by falling normal force: (first and last grid point,
     centre y, angle, normal approach, sum of x_l^2 weights, s of the left and right end, deepest x_l^2,
-    normal force, gap at the rim).
+    normal force, gap at the rim, load scale, descent).
     """
     minima = np.empty((2, 64))
     saddles = np.empty(64, np.int64)
-    lines = np.empty((16, 11))
+    lines = np.empty((16, 13))
     for row in range(load.size):
         gap, radius = gaps[row], radii[row]
         low = gap.min()
@@ -370,4 +370,6 @@ def balance(
                 fault[row] = AT_EDGE
             patches[row, rank] = line
             patches[row, rank, 9] *= scale
+            patches[row, rank, 11] = scale
+            patches[row, rank, 12] = approach - low
             lines[best, 9] = -1.0
