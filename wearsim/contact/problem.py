@@ -30,6 +30,11 @@ class ContactConditions:
         "free", "centred", "nominal", or the wheel's rotation speed, positive when it rolls forwards [rad/s].
     torque : float
         Torque applied to the axle in the rolling direction (rule "free") [N m].
+    free_roll : bool
+        Whether the axle rests on both wheels and so finds its own roll; `roll` is then the first guess.
+    creepage : (n, 3) array, optional
+        Longitudinal, lateral creepage and spin [-, -, 1/m] of the single patch of each wheel, instead of
+        those that follow from the motion; `rotation` then is without effect.
     """
 
     shift: FloatArray
@@ -41,6 +46,8 @@ class ContactConditions:
     track_curvature: FloatArray
     rotation: str | FloatArray = "free"
     torque: float = 0.0
+    free_roll: bool = False
+    creepage: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -149,7 +156,7 @@ class ContactSolution:
     power: FloatArray
     power_balance: FloatArray
     roll: FloatArray  # of the wheelset [rad]
-    rotation_speed: FloatArray  # of the wheelset, positive when it rolls forwards [rad/s]
+    rotation_speed: FloatArray  # positive when it rolls forwards; V/r0 if creepages were given [rad/s]
     strip_edges_wheel_y: FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]
     patch: Patch
     fields: SurfaceFields

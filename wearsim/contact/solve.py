@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from wearsim.contact import geometry, rotation
+from wearsim.contact import geometry, roll, rotation
 from wearsim.contact.creepage import Kinematics, kinematics
 from wearsim.contact.geometry import Attitude, Contour, Rings
 from wearsim.contact.kernel import kernel
@@ -53,7 +53,7 @@ def solve(
     conditions : ContactConditions
         n operating points.
     wheelset : Wheelset
-        Both wheels; rule "free" needs both even if one side is asked for.
+        Both wheels; free rotation and free roll need both even if one side is asked for.
     counterface : Counterface
         Rail or roller.
     models : ContactModels
@@ -74,7 +74,8 @@ def solve(
     Raises
     ------
     ContactError
-        If a wheel does not touch or its patch reaches the edge of a profile; the message names the point.
+        If a wheel does not touch, its patch reaches the edge of a profile, or creepages are given and
+        several patches close; the message names the point, and `row` of the error is its index.
     """
     parts = solve_each(
         conditions,
@@ -160,6 +161,17 @@ class _Wheels:
     edges_wheel_y: FloatArray
 
 
+def _placed(
+    error: ContactError, chunk: ContactConditions, start: int, side: int | None, way_out: str = ""
+) -> ContactError:
+    """Return the same error with its operating point."""
+    row = error.row or 0
+    wheel = "" if side is None else ", left wheel" if side else ", right wheel"
+    shift, yaw = 1e3 * chunk.shift[row], 1e3 * chunk.yaw[row]
+    place = f"point {start + row}{wheel}, shift {shift:g} mm, yaw {yaw:g} mrad"
+    return type(error)(f"{place}: {error}{way_out}", row=start + row)
+
+
 def _solve_side(
     side: int,
     chunk: ContactConditions,
@@ -190,11 +202,7 @@ def _solve_side(
             parameters=dict(models.parameters),
         )
     except ContactError as error:
-        row = error.row or 0
-        name = "left" if side else "right"
-        shift, yaw = 1e3 * chunk.shift[row], 1e3 * chunk.yaw[row]
-        place = f"point {start + row}, {name} wheel, shift {shift:g} mm, yaw {yaw:g} mrad"
-        raise type(error)(f"{place}: {error}; check shift, gauge and profiles") from None
+        raise _placed(error, chunk, start, side, "; check shift, gauge and profiles") from None
     patch_row = normal.patch.row
     grid = ground.y
 
@@ -220,6 +228,13 @@ def _solve_side(
         track_curvature=sign * chunk.track_curvature[patch_row],
         **span,
     )
+    if chunk.creepage is not None:
+        shared = np.flatnonzero(np.diff(patch_row) == 0)
+        if shared.size > 0:
+            several = ContactError("several patches close", row=int(patch_row[shared[0]]))
+            raise _placed(several, chunk, start, side, ": given creepages belong to one; leave them out")
+        given = chunk.creepage[patch_row] * np.array([1.0, sign, sign])
+        motion = replace(motion, at_rest=given, per_speed=np.zeros_like(given))
     return _Wheels(
         np.full(patch_row.size, sign),
         normal,
@@ -243,8 +258,11 @@ def _solve_chunk(
     vertical: bool,
 ) -> ContactSolution:
     """All four problems for one chunk."""
-    needed = (0, 1) if isinstance(chunk.rotation, str) and chunk.rotation == "free" else sides
     shared = (ground, wheelset, counterface, models, vertical)
+    balance = isinstance(chunk.rotation, str) and chunk.rotation == "free" and chunk.creepage is None
+    needed = (0, 1) if balance else sides
+    if chunk.free_roll:
+        chunk = replace(chunk, roll=_resting(chunk, start, wheels, wheelset.half_span, shared))
     solved = {side: _solve_side(side, chunk, start, wheels[side], *shared) for side in needed}
     both = _by_point([solved[side] for side in needed])
 
@@ -267,7 +285,9 @@ def _solve_chunk(
         return total
 
     nominal = -chunk.speed / wheelset.radius
-    if not isinstance(chunk.rotation, str):
+    if chunk.creepage is not None:
+        speed = nominal
+    elif not isinstance(chunk.rotation, str):
         speed = -np.asarray(chunk.rotation, dtype=float)
     elif chunk.rotation == "nominal":
         speed = nominal
@@ -277,11 +297,34 @@ def _solve_chunk(
         middle = _solve_side(sides[0], central, start, wheels[sides[0]], *shared)
         speed = rotation.without_creepage(middle.kinematics, middle.normal.patch.row, chunk.shift.size)
     else:
-        speed = rotation.balanced(
-            torque, nominal, chunk.torque, chunk.friction * chunk.wheel_load * wheelset.radius
-        )
+        most = chunk.friction * chunk.wheel_load * wheelset.radius
+        try:
+            speed = rotation.balanced(torque, nominal, chunk.torque, most)
+        except ContactError as error:
+            raise _placed(error, chunk, start, None) from None
     wanted = both if needed == sides else _by_point([solved[side] for side in sides])
     return _finish(wanted, tangential(wanted, speed, True), chunk.roll, speed, start)
+
+
+def _resting(
+    chunk: ContactConditions, start: int, wheels: tuple[Rings, ...], half_span: float, shared: Any
+) -> FloatArray:
+    """Roll of the wheelset that rests on both wheels."""
+    rows = np.arange(chunk.shift.size)
+
+    def descents(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+        tilted = replace(chunk, roll=angle, creepage=None)
+        sides = [_solve_side(side, tilted, start, wheels[side], *shared).normal for side in (0, 1)]
+        right, left = (normal.descent[np.searchsorted(normal.patch.row, rows)] for normal in sides)
+        return right, left
+
+    angle, found = roll.resting(descents, chunk.roll, half_span)
+    if not found.all():
+        stuck = ContactError(
+            "no roll of the wheelset lets both wheels carry their loads", int(np.argmin(found))
+        )
+        raise _placed(stuck, chunk, start, None, "; check shift, gauge and profiles, or give the roll")
+    return angle
 
 
 def _by_point(parts: list[_Wheels]) -> _Wheels:

@@ -371,5 +371,5 @@ def balance(
             patches[row, rank] = line
             patches[row, rank, 9] *= scale
             patches[row, rank, 11] = scale
-            patches[row, rank, 12] = approach - low
+            patches[row, rank, 12] = low + approach
             lines[best, 9] = -1.0
