@@ -35,8 +35,8 @@ def test_arcs_give_the_points_of_the_file():
     flat = np.abs(x) < 25.9e-3
     assert np.count_nonzero(flat) == 17
     assert np.max(np.abs(off[flat])) < 0.5e-9
-    # 45 nm are rounded by 0.5 nm, y of the file by as much, which the slope of up to 4 multiplies.
-    assert np.max(np.abs(off[~flat] + 45e-9)) < 3e-9
+    # 45 nm are rounded by 0.5 nm, y of the file by as much, which the slope of up to 7.4 multiplies.
+    assert np.max(np.abs(off[~flat] + 45e-9)) < 4.5e-9
 
 
 def test_junctions_are_smooth_and_centres_where_the_specification_has_them():
