@@ -5,4 +5,12 @@ from wearsim.contact.normal.model import NormalModel, NormalSolution
 
 NORMAL_MODELS: dict[str, NormalModel] = {"kik_piotrowski": kik_piotrowski.solve}
 
-__all__ = ["NORMAL_MODELS", "NormalModel", "NormalSolution"]
+NEVER_LEADS: frozenset[str] = frozenset({"hertz"})
+"""Normal models that must not lead a profile update.
+
+An ellipse from the curvatures under one point neither sees nor damps a wave shorter than itself: the wear
+of a small bump is that of the smooth profile around it, and what a step adds to the bump stays. The first
+noise in the profile would grow or freeze instead of being worn away.
+"""
+
+__all__ = ["NEVER_LEADS", "NORMAL_MODELS", "NormalModel", "NormalSolution"]

@@ -25,22 +25,11 @@ import numpy as np
 from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import kernel
 from wearsim.contact.normal.model import NormalSolution
-from wearsim.contact.normal.virtual_penetration import (
-    AT_EDGE,
-    NO_BALANCE,
-    NO_TOUCH,
-    NOT_SINGLE,
-    TOO_MANY,
-    balance,
-    cell_of,
-    strip_half_length_squared,
-)
+from wearsim.contact.normal.refusal import MOST_PATCHES, raise_first
+from wearsim.contact.normal.virtual_penetration import balance, cell_of, strip_half_length_squared
 from wearsim.contact.patch import FloatArray, IntArray, Patch
-from wearsim.errors import ContactError, NumericalError
 
 DEFAULTS = {"virtual_penetration_factor": 0.55}
-
-_MOST_PATCHES = 4  # of one wheel
 
 
 def solve(
@@ -85,7 +74,7 @@ def solve(
     factor = {**DEFAULTS, **parameters}["virtual_penetration_factor"]
     points = gap.contour.y.size
     count, fault = np.zeros(rows, np.int64), np.zeros(rows, np.int64)
-    patches = np.zeros((rows, _MOST_PATCHES, 13))
+    patches = np.zeros((rows, MOST_PATCHES, 13))
     balance(
         gap.contour.y,
         gap.contour.z,
@@ -103,9 +92,9 @@ def solve(
         fault,
         patches,
     )
-    _raise_first(fault)
+    raise_first(fault)
     row = np.repeat(np.arange(rows), count)
-    lines = patches[np.arange(_MOST_PATCHES) < count[:, None]]
+    lines = patches[np.arange(MOST_PATCHES) < count[:, None]]
     y, half, skew, depth = (np.empty((row.size, strips)) for _ in range(4))
     edges = np.empty((row.size, strips + 1))
     centre, angle, maximum, slope = (np.empty(row.size) for _ in range(4))
@@ -149,22 +138,6 @@ def solve(
         load_scale=lines[:, 11].copy(),
         descent=lines[:, 12].copy(),
     )
-
-
-def _raise_first(fault: IntArray) -> None:
-    """Tell the first row without an answer; the caller knows which operating point it is."""
-    failed = np.flatnonzero(fault)
-    if failed.size == 0:
-        return
-    row, kind = int(failed[0]), int(fault[failed[0]])
-    text = {
-        NO_TOUCH: "the wheel does not touch the counterface at any lateral position",
-        AT_EDGE: "the contact patch reaches the edge of a profile",
-        TOO_MANY: f"the wheel has more than {_MOST_PATCHES} contact patches",
-        NOT_SINGLE: "several patches close: a normal force belongs to one; give the wheel load instead",
-        NO_BALANCE: "the load cannot be balanced by virtual penetration",
-    }[kind]
-    raise (NumericalError if kind == NO_BALANCE else ContactError)(text, row=row)
 
 
 @kernel

@@ -9,9 +9,9 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import kernel
+from wearsim.contact.normal.refusal import AT_EDGE, NO_BALANCE, NO_TOUCH, NOT_SINGLE, TOO_MANY
 from wearsim.contact.patch import FloatArray, IntArray
 
-NO_TOUCH, AT_EDGE, TOO_MANY, NOT_SINGLE, NO_BALANCE = 1, 2, 3, 4, 5
 _TOO_THIN = 3  # grid points below which an outline is not resolved
 
 

@@ -1,0 +1,55 @@
+"""What normal models refuse, in one wording for all of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wearsim.contact.patch import IntArray
+from wearsim.errors import ContactError, NumericalError
+
+NO_TOUCH, AT_EDGE, TOO_MANY, NOT_SINGLE, NO_BALANCE = 1, 2, 3, 4, 5
+MOST_PATCHES = 4  # of one wheel
+
+_TEXT = {
+    NO_TOUCH: "the wheel does not touch the counterface at any lateral position",
+    AT_EDGE: "the contact patch reaches the edge of a profile",
+    TOO_MANY: f"the wheel has more than {MOST_PATCHES} contact patches",
+    NOT_SINGLE: "several patches close: a normal force belongs to one; give the wheel load instead",
+    NO_BALANCE: "the load cannot be balanced by virtual penetration",
+}
+
+
+def refusal(kind: int, row: int) -> ContactError | NumericalError:
+    """Error for a row without an answer.
+
+    Parameters
+    ----------
+    kind : int
+        One of the numbers above.
+    row : int
+        Of the batch; the caller knows which operating point it is.
+
+    Returns
+    -------
+    ContactError or NumericalError
+        The latter for NO_BALANCE only.
+    """
+    return (NumericalError if kind == NO_BALANCE else ContactError)(_TEXT[kind], row=row)
+
+
+def raise_first(fault: IntArray) -> None:
+    """Tell the first row without an answer.
+
+    Parameters
+    ----------
+    fault : (n,) int array
+        0, or one of the numbers above, for each row.
+
+    Raises
+    ------
+    ContactError, NumericalError
+        If a row is not 0.
+    """
+    failed = np.flatnonzero(fault)
+    if failed.size > 0:
+        raise refusal(int(fault[failed[0]]), int(failed[0]))
