@@ -51,3 +51,16 @@ def test_errors_know_their_point_across_chunks(wheelset, counterface, points, co
     with pytest.raises(ContactError, match=r"point 67, right wheel") as caught:
         solve(points(shift=shift), wheelset, counterface(), coarse)
     assert caught.value.row == 67
+
+
+def test_friction_never_gives_power_back(wheelset, counterface, points, coarse):
+    """Random creepages over six decades: -V F . creepage is positive without the guard against rounding."""
+    rng = np.random.default_rng(1)
+    direction = rng.normal(size=(2000, 3))
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    creepage = direction * 10.0 ** rng.uniform(-6.0, 0.0, 2000)[:, None] * np.array([1.0, 1.0, 200.0])
+    for shift in (0.0, 3e-3):
+        conditions = replace(points(shift=np.full(2000, shift)), creepage=creepage)
+        solution = solve(conditions, wheelset, counterface(), coarse, sides=(0,))
+        force = np.stack((solution.force_x, solution.force_y, solution.spin_moment), axis=1)
+        assert np.all(-(force * given(solution)).sum(axis=1) > 0.0)

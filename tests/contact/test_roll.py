@@ -74,7 +74,7 @@ def test_a_row_does_not_depend_on_its_batch(wheelset, counterface, points, coars
 
 
 def test_a_smaller_left_wheel_lowers_its_side(s1002, wheelset, counterface, points, coarse):
-    """1 mm less radius on the left, at zero shift: the axle sinks there by 1 mm; roll turns the right down."""
+    """1 mm less radius on the left, at zero shift: the axle sinks there, so roll is negative."""
     thin = replace(s1002, z=s1002.z - 1e-3)
     worn = Wheelset(s1002, thin, 0.46, 0.75)
     conditions = replace(points(rotation="nominal"), free_roll=True)
