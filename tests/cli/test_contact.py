@@ -43,7 +43,7 @@ def test_json_has_every_promised_key(capsys):
     keys += "creepage_y spin force_x force_y spin_moment slip_area power power_balance normal tangential"
     assert set(point["patches"][0]) == set(keys.split())
     assert set(point) == {
-        "shift", "yaw", "wheel_load", "counterface_curvature", "rotation_speed", "patches",
+        "shift", "yaw", "roll", "wheel_load", "counterface_curvature", "rotation_speed", "patches",
     }  # fmt: skip
     assert point["shift"] == pytest.approx(0.003)
     assert point["wheel_load"] == pytest.approx(80e3)
