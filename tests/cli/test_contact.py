@@ -82,7 +82,7 @@ def test_without_friction_nothing_is_transmitted(capsys):
 def test_table_for_people(capsys):
     assert main(["contact", "--shift-mm", "3", "--roller-radius-mm", "1000"]) == 0
     out = capsys.readouterr().out
-    assert "right wheel on roller, 1 patch" in out
+    assert "right wheel on roller of 1000 mm, 1 patch" in out
     assert "pressure [MPa]" in out
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearsim.cli import Commands, add_command
-from wearsim.cli.contact_flags import COLUMNS, FLAGS, conflict, faults_of, merged, point
+from wearsim.cli.contact_flags import COLUMNS, FLAGS, conflict, faults_of, merged, point, without_faults
 
 if TYPE_CHECKING:
     from wearsim.cli.contact_points import PointResult
@@ -63,21 +63,22 @@ def add_parser(commands: Commands) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Solve and print."""
+    from wearsim.cli.contact_points import profile_faults
     from wearsim.errors import Fault, SceneError
 
     flags = {column: text.strip() for column in COLUMNS if (text := getattr(arguments, column)) is not None}
     faults = faults_of(flags, as_flags=True)
     if arguments.plot is not None:
         faults += _plot_faults(arguments.plot, arguments.table)
-    if not faults:
-        from wearsim.cli.contact_points import profile_faults
-
-        texts = merged(flags, {})
-        contradiction = conflict(texts)
-        faults += [contradiction] if contradiction and arguments.table is None else []
-        faults += [f"--{column}: {message}" for column, message in profile_faults(point(texts).settings)]
+    good = without_faults(flags)
+    contradiction = conflict(merged(good, {}))
+    if contradiction and arguments.table is None:
+        faults.append(contradiction)
+    faults += [
+        f"--{column}: {message}" for column, message in profile_faults(point(merged(good, {})).settings)
+    ]
     if arguments.table is not None:
-        return _solve_table(arguments.table, flags, [Fault(fault) for fault in faults], arguments.json)
+        return _solve_table(arguments.table, good, [Fault(fault) for fault in faults], arguments.json)
     if faults:
         raise SceneError([Fault(fault) for fault in faults])
     _solve_point(flags, arguments)
@@ -120,8 +121,7 @@ def _solve_table(source: str, flags: Mapping[str, str], faults: list[Fault], as_
 
     with opened(source) as (name, stream):
         try:
-            # a table beside faulty flags is checked as if they were not there
-            table = checked(name, stream, {} if faults else flags)
+            table = checked(name, stream, flags)
         except SceneError as error:
             raise SceneError([*faults, *error.faults]) from None
         if faults:

@@ -151,6 +151,15 @@ def faults_of(given: Mapping[str, str], *, as_flags: bool) -> list[str]:
     return faults
 
 
+def without_faults(given: Mapping[str, str]) -> dict[str, str]:
+    """Those of the given texts that stand for a value, so that the rest can be checked with them."""
+    good = {column: text for column, text in given.items() if value(column, text)[1] is None}
+    for one, other in _INSTEAD:
+        if one in good and other in good:
+            del good[other]
+    return good
+
+
 def conflict(texts: Mapping[str, str]) -> str | None:
     """Tell what merged texts contradict each other."""
     if "creepage" in texts and texts["side"] == "both":

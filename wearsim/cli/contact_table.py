@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
-from wearsim.cli.contact_flags import COLUMNS, conflict, faults_of, merged, point
+from wearsim.cli.contact_flags import COLUMNS, conflict, faults_of, merged, point, without_faults
 from wearsim.cli.contact_points import profile_faults
 from wearsim.cli.contact_print import RESULT_COLUMNS
 from wearsim.errors import Fault, SceneError
@@ -168,9 +168,7 @@ def _row_faults(
         return [f"{len(cells)} cells, the header has {len(columns)}; quote cells that hold commas"]
     given = _row(columns, line, cells).given
     faults = faults_of(given, as_flags=False)
-    if faults:
-        return faults
-    texts = merged(flags, given)
+    texts = merged(flags, without_faults(given))
     wrong = conflict(texts)
     settings = point(texts).settings
     key = (settings.wheel, settings.rail, settings.inclination, settings.gauge, settings.half_span)
