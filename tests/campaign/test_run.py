@@ -277,7 +277,7 @@ def test_friction_zero_wears_nothing_and_leaves_no_nan(scenes, tmp_path):
         monitored = file["wear_regime"][:, 2:, :2]
         assert set(np.unique(file["wear_regime"][:, :2, :2])) == {-1}
         assert monitored.min() >= 0  # the monitoring points have friction
-        assert file.warnings == "friction = 0 everywhere: nothing will wear"
+        assert file.warnings == "frictionless.toml:10: friction = 0 everywhere: nothing will wear"
 
 
 def test_directory_of_another_campaign_is_not_touched(finished, scenes):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from wearsim import cli
+from wearsim import cli, open_results
 from wearsim.cli.status import line
 from wearsim.profile.standard import shipped_path
 
@@ -50,9 +50,44 @@ def test_check_tells_all_faults_and_returns_2(bad_rig, capsys):
     told = capsys.readouterr()
     assert told.out == ""
     lines = told.err.splitlines()
-    assert sum("load_kN = 0 must be above 0" in fault for fault in lines) == 5
+    assert sum("load_kN = 0 must be at least 0.1" in fault for fault in lines) == 5
     assert sum("did you mean strips?" in fault for fault in lines) == 1
     assert all(fault.startswith("rig.toml:") for fault in lines)
+
+
+@pytest.fixture
+def climbing_rig(tmp_path, monkeypatch):
+    """A short rig scene whose last block lies 0.4 mm beyond the flange clearance."""
+    monkeypatch.chdir(tmp_path)
+    text = shipped_path("workflows", "rig.toml").read_text()
+    text = text.replace("shift_mm = 5", "shift_mm = 7").replace("distance_km = 1260", "distance_km = 0.01")
+    Path("rig.toml").write_text(
+        text.replace("cells = 50", "cells = 10").replace("strips = 50", "strips = 10")
+    )
+    line = text[: text.index("shift_mm = 7")].count("\n") + 1
+    return f"warning: rig.toml:{line}: shift_mm = 7 is beyond the flange clearance of 6.6 mm: "
+
+
+def test_check_warns_with_the_line_at_the_campaign_it_belongs_to(climbing_rig, capsys):
+    scenes = Path("both.toml")
+    scenes.write_text('[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n')
+    assert cli.main(["check", str(scenes)]) == 0
+    rig, field = capsys.readouterr().out.split("\n\n")[1:]
+    assert climbing_rig in rig
+    assert "warning" not in field
+    assert cli.main(["check", str(scenes), "--json"]) == 0
+    rig, field = json.loads(capsys.readouterr().out)["campaigns"]
+    assert any(f"warning: {warning}".startswith(climbing_rig) for warning in rig["warnings"])
+    assert field["warnings"] == []
+
+
+def test_run_warns_on_standard_error_and_runs(climbing_rig, capsys):
+    assert cli.main(["run", "rig.toml", "--out", "out"]) == 0
+    told = capsys.readouterr()
+    assert any(line.startswith(climbing_rig) for line in told.err.splitlines())
+    assert "warning" not in told.out
+    with open_results("out/rig.nc") as rig:
+        assert rig.attrs["warnings"].startswith(climbing_rig.removeprefix("warning: "))
 
 
 def test_run_refuses_a_scene_with_faults_before_anything_is_written(bad_rig, capsys):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from wearsim.cli import Commands, add_command
 
 if TYPE_CHECKING:
+    from wearsim.errors import Fault
     from wearsim.scene.models import FieldScene, RigScene
 
 _PATCH_VALUES = 25
@@ -35,8 +37,10 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.scene.touch import check_contact
 
     scene = load_scene(arguments.scene)
-    check_contact(scene)
-    plans = [plan(scene.rig), plan(scene.field)] if isinstance(scene, CompareScene) else [plan(scene)]
+    warnings = check_contact(scene)
+    parts: list[RigScene | FieldScene]
+    parts = [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
+    plans = [plan(part, [item for item in warnings if item.file == str(part.origin.path)]) for part in parts]
     if arguments.json:
         told = {"scene": str(scene.origin.path), "kind": scene.scene.kind, "campaigns": plans}
         print(json.dumps(told, indent=2, ensure_ascii=False))
@@ -48,13 +52,15 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def plan(scene: RigScene | FieldScene) -> dict[str, Any]:
+def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, Any]:
     """Tell what a scene would run.
 
     Parameters
     ----------
     scene : RigScene or FieldScene
         As loaded.
+    warnings : sequence of Fault
+        What `check_contact` warned of.
 
     Returns
     -------
@@ -87,7 +93,7 @@ def plan(scene: RigScene | FieldScene) -> dict[str, Any]:
         "bytes_per_step": 8 * values,
         "inputs": [{"name": name, "sha256": digest} for name, digest in setup.input_hashes],
         "settings": scene.model_dump(by_alias=True, mode="json"),
-        "warnings": list(setup.warnings),
+        "warnings": [str(warning) for warning in warnings],
     }
 
 

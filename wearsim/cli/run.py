@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 from wearsim.cli import Commands, add_command
@@ -31,7 +32,8 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.scene.touch import check_contact
 
     out = Path(arguments.out or Path(arguments.scene).stem)
-    check_contact(load_scene(arguments.scene))
+    for warning in check_contact(load_scene(arguments.scene)):
+        print(f"warning: {warning}", file=sys.stderr)
     with observer() as observe:
         run_scene(arguments.scene, out, command=arguments.command_line, observer=observe)
     print(f"report: {write_report(out)}")

@@ -133,11 +133,19 @@ def hollowing(y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float
     return float(np.max(tread - np.minimum.accumulate(tread)))
 
 
-def _facing(profile: Profile) -> tuple[FloatArray, FloatArray]:
+def facing(profile: Profile) -> tuple[FloatArray, FloatArray]:
     """Part of a profile that the other body can touch from above or below, as z over rising y.
 
-    From the extreme point (flange tip, rail top) outwards; what lies behind an overhang is left out,
-    and so is the back of the flange.
+    Parameters
+    ----------
+    profile : Profile
+        Wheel or rail.
+
+    Returns
+    -------
+    y, z : (k,) array
+        From the extreme point (flange tip, rail top) outwards; what lies behind an overhang is left out,
+        and so is the back of the flange [m].
     """
     y, z = profile.y, profile.z
     top = int(np.argmax(z)) if profile.kind == "wheel" else int(np.argmin(z))
@@ -163,8 +171,8 @@ def _touching_heights(wheel: Profile, rail: Profile, shift: FloatArray) -> Float
     """
     from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
 
-    rail_y, rail_z = _facing(rail)
-    wheel_y, wheel_z = _facing(wheel)
+    rail_y, rail_z = facing(rail)
+    wheel_y, wheel_z = facing(wheel)
     grid = np.arange(rail_y[0], rail_y[-1], _GRID)
     rail_height = CubicSpline(rail_y, rail_z)(grid)
     wheel_height = CubicSpline(wheel_y, wheel_z)

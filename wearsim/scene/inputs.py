@@ -3,33 +3,26 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from wearsim.damage.wear import coefficient_set
-from wearsim.errors import Fault, ProfileError, SceneError
+from wearsim.errors import Fault, ProfileError
 from wearsim.profile import standard
+from wearsim.profile.clearance import flange_clearance
 from wearsim.profile.files import read_two_column
-from wearsim.profile.measures import flange_thickness
 from wearsim.profile.placement import place_rail
 from wearsim.profile.shape import Profile, resample
+from wearsim.scene.clearance import beyond_clearance
+from wearsim.scene.cross_checks import cross_faults, fault_at, fit_faults
 from wearsim.scene.faults import shown
 from wearsim.scene.models import FieldScene, Origin, RigScene
 
-SMALLEST_ROLLER_MM = 50.0
-"""Below this a roller is no longer large against a contact patch of 10 to 20 mm [mm]."""
-
 FLANGE_BACK_TO_ORIGIN = 0.070
 """From the flange back to the origin line of a wheel profile [m]."""
-
-LARGEST_SHIFT_MM = 20.0
-WIDEST_POSITION_SPACING_MM = 2.0
-"""About half the width of the narrower patches [mm]."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +67,8 @@ class Inputs:
         Placed in the track.
     half_span : float
         From the track centre to the origin of the wheel profile [m].
+    clearance : (float or None, float or None)
+        Flange clearance of the right and the left wheel [m].
     files : tuple of InputFile
         The scene file first.
     """
@@ -82,6 +77,7 @@ class Inputs:
     left: Profile
     counterface: Profile
     half_span: float
+    clearance: tuple[float | None, float | None]
     files: tuple[InputFile, ...]
 
 
@@ -153,13 +149,13 @@ def read_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> tuple
         right if wheelset.profile_left is None else profile("wheelset", "profile_left", wheelset.profile_left)
     )
     counterface = profile("counterface", "profile", scene.counterface.profile)
-    faults += _cross_faults(scene)
+    faults += cross_faults(scene)
     if right is None or left is None or counterface is None:
         return None, _sorted(faults)
     matched = _with_points(left, len(right.y), spacing)
     if matched is None:
         faults.append(
-            _fault(
+            fault_at(
                 scene,
                 ("wheelset", "profile_left"),
                 f"profile_left = {shown(wheelset.profile_left)} cannot be given as many points as the right "
@@ -168,38 +164,19 @@ def read_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> tuple
             )
         )
         return None, _sorted(faults)
-    faults += _fit_faults(scene, (right, matched), counterface)
-    inputs = Inputs(right, matched, counterface, half_span, tuple(files))
+    unfit = fit_faults(scene, (right, matched), counterface)
+    if unfit:
+        return None, _sorted(faults + unfit)
+    free = flange_clearance(right, counterface)
+    clearance = (free, free if left is right else flange_clearance(matched, counterface))
+    told = {fault.line for fault in faults}
+    faults += [fault for fault in beyond_clearance(scene, clearance)[0] if fault.line not in told]
+    inputs = Inputs(right, matched, counterface, half_span, clearance, tuple(files))
     return (None if faults else inputs), _sorted(faults)
-
-
-def scene_warnings(scene: RigScene | FieldScene) -> tuple[str, ...]:
-    """Tell what is allowed but deserves a second look, one line each."""
-    found = []
-    runs = scene.operation.blocks if isinstance(scene, RigScene) else scene.operation.classes
-    if all(run.friction == 0 for run in runs):
-        found.append("friction = 0 everywhere: nothing will wear")
-    if isinstance(scene, FieldScene):
-        for index, run in enumerate(scene.operation.classes):
-            step = 6.0 * run.shift_std_mm / (run.positions - 1)
-            if step > WIDEST_POSITION_SPACING_MM:
-                line = scene.line("operation", "class", index, "positions")
-                found.append(
-                    f"{scene.origin.path}:{line}: positions = {run.positions} lie {step:.2g} mm apart in "
-                    f"class {shown(run.name)}; more than half a patch width (about "
-                    f"{WIDEST_POSITION_SPACING_MM:g} mm) leaves ridges between them"
-                )
-    if scene.campaign.smoothing_wavelength_mm == 0:
-        found.append("smoothing_wavelength_mm = 0: wear increments are not smoothed")
-    return tuple(found)
 
 
 def _sorted(faults: list[Fault]) -> list[Fault]:
     return sorted(faults, key=lambda fault: fault.line or 0)
-
-
-def _fault(scene: RigScene | FieldScene, path: tuple[str | int, ...], message: str) -> Fault:
-    return Fault(message, str(scene.origin.path), scene.line(*path))
 
 
 def _read_profile(
@@ -241,90 +218,3 @@ def _with_points(profile: Profile, count: int, spacing: float) -> Profile | None
         if len(shape.y) == count:
             return shape
     return None
-
-
-def _cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
-    """Faults between values that are each in range."""
-    found = []
-    if isinstance(scene, RigScene):
-        radius = scene.counterface.roller_radius_mm
-        if radius < SMALLEST_ROLLER_MM:
-            told = (
-                f"roller_radius_mm = {radius:g} must be at least {SMALLEST_ROLLER_MM:g} mm: a smaller roller "
-                f"is not large against the contact patch of 10 to 20 mm; give the radius of the rollers"
-            )
-            found.append(_fault(scene, ("counterface", "roller_radius_mm"), told))
-    else:
-        total = sum(run.share for run in scene.operation.classes)
-        if abs(total - 1.0) > 1e-6:
-            shares = " + ".join(f"{run.share:g}" for run in scene.operation.classes)
-            told = f"share: the shares of all classes, {shares}, must sum to 1, not {total:.7g}; change them"
-            found.append(_fault(scene, ("operation", "class", 0, "share"), told))
-        for index, run in enumerate(scene.operation.classes):
-            reach = abs(run.shift_mean_mm) + 3.0 * run.shift_std_mm
-            if reach > LARGEST_SHIFT_MM:
-                told = (
-                    f"shift_std_mm = {run.shift_std_mm:g} reaches shifts of {reach:g} mm (mean + 3 standard "
-                    f"deviations), at most {LARGEST_SHIFT_MM:g} mm; give a smaller mean or deviation"
-                )
-                found.append(_fault(scene, ("operation", "class", index, "shift_std_mm"), told))
-    campaign = scene.campaign
-    if 0 < campaign.smoothing_wavelength_mm < 2.0 * campaign.point_spacing_mm:
-        told = (
-            f"smoothing_wavelength_mm = {campaign.smoothing_wavelength_mm:g} must be 0 (no smoothing) or at "
-            f"least twice point_spacing_mm = {campaign.point_spacing_mm:g}; shorter waves are not resolved"
-        )
-        found.append(_fault(scene, ("campaign", "smoothing_wavelength_mm"), told))
-    try:
-        coefficient_set(scene.wear.coefficients, scene.wear.law)
-    except SceneError as error:
-        found += [_fault(scene, ("wear", "coefficients"), fault.message) for fault in error.faults]
-    return found
-
-
-def _shifts(scene: RigScene | FieldScene) -> Iterator[tuple[tuple[str | int, ...], float]]:
-    """Every shift of the scene that must find a counterface, with the key that sets it [mm]."""
-    if isinstance(scene, RigScene):
-        for index, block in enumerate(scene.operation.blocks):
-            yield ("operation", "block", index, "shift_mm"), block.shift_mm
-    else:
-        for index, run in enumerate(scene.operation.classes):
-            for side in (-3.0, 3.0):
-                shift = run.shift_mean_mm + side * run.shift_std_mm
-                yield ("operation", "class", index, "shift_mean_mm"), shift
-    if scene.operation.monitor is not None:
-        for index, shift in enumerate(scene.operation.monitor.shifts_mm):
-            yield ("operation", "monitor", "shifts_mm", index), shift
-
-
-def _fit_faults(
-    scene: RigScene | FieldScene, wheels: tuple[Profile, Profile], counterface: Profile
-) -> list[Fault]:
-    """Faults of a wheelset that does not stand on its rails."""
-    gauge = scene.counterface.gauge_mm
-    try:
-        thickness = [1e3 * flange_thickness(wheel.y, wheel.z) for wheel in wheels]
-    except ProfileError as error:
-        return [_fault(scene, ("wheelset", "profile"), f"no flange can be measured: {error}")]
-    over_flanges = scene.wheelset.flange_back_mm + sum(thickness)
-    if over_flanges >= gauge:
-        told = (
-            f"gauge_mm = {gauge:g} must be above {over_flanges:.4g} mm, the width over both flanges "
-            f"(flange_back_mm = {scene.wheelset.flange_back_mm:g} + {thickness[0]:.4g} + {thickness[1]:.4g}"
-            f"); give the gauge of the track or the flange back distance of the wheelset"
-        )
-        return [_fault(scene, ("counterface", "gauge_mm"), told)]
-    top = float(counterface.y[np.argmin(counterface.z)])
-    for (path, shift), (sign, wheel) in itertools.product(
-        list(_shifts(scene)), zip((1.0, -1.0), wheels, strict=True)
-    ):
-        tread_end = float(wheel.y[-1]) + sign * 1e-3 * shift
-        if tread_end < top:
-            key = path[-1] if isinstance(path[-1], str) else path[-2]
-            told = (
-                f"{key}: at a shift of {shift:g} mm the tread ends {1e3 * (top - tread_end):.3g} mm short of "
-                f"the counterface's top: the wheel does not touch it; "
-                f"check gauge_mm = {gauge:g} and flange_back_mm = {scene.wheelset.flange_back_mm:g}"
-            )
-            return [_fault(scene, path, told)]
-    return []

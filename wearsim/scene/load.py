@@ -6,7 +6,7 @@ import json
 import os
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -20,8 +20,9 @@ from wearsim.operation.field import TrackClass, collective
 from wearsim.operation.monitor import with_monitors
 from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.operation.rig import Block, programme
+from wearsim.scene.cross_checks import scene_warnings
 from wearsim.scene.faults import key_lines, shown, syntax_fault, validation_faults
-from wearsim.scene.inputs import InputFile, Inputs, find_file, read_inputs, scene_warnings
+from wearsim.scene.inputs import InputFile, Inputs, find_file, read_inputs
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
 
 Scene = RigScene | FieldScene | CompareScene
@@ -208,8 +209,28 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
         scene_text=scene.origin.content.decode("utf-8-sig"),
         title=header.title or scene.origin.path.stem,
         input_hashes=tuple((_hash_name(file), file.sha256) for file in inputs.files),
-        warnings=scene_warnings(scene),
+        warnings=tuple(
+            # results tell the file by its name alone: the run reads a copy, and folders are nobody's business
+            str(replace(warning, file=scene.origin.path.name))
+            for warning in warnings_of(scene)
+        ),
     )
+
+
+def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
+    """Tell what a scene may hold, but deserves a second look.
+
+    Parameters
+    ----------
+    scene : RigScene or FieldScene
+        As loaded.
+
+    Returns
+    -------
+    tuple of Fault
+        In the order of the file; `wearsim.scene.touch.check_contact` adds what only the contact tells.
+    """
+    return scene_warnings(scene, _inputs(scene).clearance)
 
 
 def scene_schema() -> dict[str, Any]:

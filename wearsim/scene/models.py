@@ -14,6 +14,13 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from wearsim.scene.faults import Lines, line_of, suggestion
 
+SMALLEST_LOAD_KN = 0.1
+"""Below this a patch is hardly wider than the 0.1 mm grid on which profiles are compared; a wheel of the smallest
+radius allowed, a third of the full size, carries 3 kN where the full one carries 80."""
+
+SLOWEST_KM_H = 0.1
+"""Slower is no service and no test; speeds near 0 would only end in rounding."""
+
 
 def _quantity(meaning: str, unit: str = "", default: Any = ..., **limits: Any) -> Any:
     """Field of a number; its limits, unit and meaning also make the message of a fault."""
@@ -199,8 +206,8 @@ class Running(Section):
     name: Text = _text("a name for tables and figures")
     yaw_mrad: float = _quantity("the yaw of the wheelset", "mrad", 0.0, ge=-100, le=100)
     roll_mrad: float = _quantity("the roll of the wheelset", "mrad", 0.0, ge=-100, le=100)
-    load_kN: float = _quantity("the vertical load of one wheel", "kN", gt=0, le=250)
-    speed_km_h: float = _quantity("the speed", "km/h", gt=0, le=400)
+    load_kN: float = _quantity("the vertical load of one wheel", "kN", ge=SMALLEST_LOAD_KN, le=250)
+    speed_km_h: float = _quantity("the speed", "km/h", ge=SLOWEST_KM_H, le=400)
     friction: float = _quantity("Coulomb's coefficient of friction", "", ge=0, le=1)
     environment: float = _quantity(
         "the factor on the wear depth, 1 for dry laboratory coefficients", "", 1.0, gt=0, le=10
@@ -238,8 +245,8 @@ class MonitorSection(Section):
         json_schema_extra={"unit": "mm"},
     )
     yaw_mrad: float = _quantity("the yaw of the wheelset", "mrad", 0.0, ge=-100, le=100)
-    load_kN: float = _quantity("the vertical load of one wheel", "kN", gt=0, le=250)
-    speed_km_h: float = _quantity("the speed", "km/h", gt=0, le=400)
+    load_kN: float = _quantity("the vertical load of one wheel", "kN", ge=SMALLEST_LOAD_KN, le=250)
+    speed_km_h: float = _quantity("the speed", "km/h", ge=SLOWEST_KM_H, le=400)
     friction: float = _quantity("Coulomb's coefficient of friction", "", ge=0, le=1)
 
 

@@ -9,21 +9,33 @@ import numpy as np
 from wearsim.contact import geometry
 from wearsim.contact.geometry import Attitude
 from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.roll import resting
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError
-from wearsim.scene.load import CampaignSetup, Scene, build
+from wearsim.scene.load import CampaignSetup, Scene, build, warnings_of
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
 
 _BATCH = 64
 """Points whose gaps are held in memory at a time."""
 
+LARGEST_TILT = 1e-3
+"""Roll that a scene may leave out without a warning [rad]: it turns the contact angles by as much."""
 
-def check_contact(scene: Scene) -> None:
+Place = tuple[str | int, ...]
+
+
+def check_contact(scene: Scene) -> tuple[Fault, ...]:
     """Solve the normal contact of the new wheels at all operating points and refuse what has no answer.
 
     Parameters
     ----------
     scene : Scene
         As loaded.
+
+    Returns
+    -------
+    tuple of Fault
+        Warnings: what runs, but deserves a second look before. In the order of files and lines.
 
     Raises
     ------
@@ -34,34 +46,54 @@ def check_contact(scene: Scene) -> None:
     parts: list[RigScene | FieldScene] = (
         [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
     )
-    faults = [fault for part in parts for fault in _faults(part)]
+    faults: list[Fault] = []
+    warnings: list[Fault] = []
+    for part in parts:
+        setup, places = build(part), list(_places(part))
+        found, tilt = _touching(part, setup, places)
+        faults += found
+        if not found:
+            warnings += _sorted(list(warnings_of(part)) + _roll_warnings(part, setup, places, tilt))
     if faults:
         raise SceneError(faults)
+    return tuple(warnings)
 
 
-def _faults(scene: RigScene | FieldScene) -> list[Fault]:
-    setup = build(scene)
-    places = list(_places(scene))
-    found: dict[tuple[str | int, ...], Fault] = {}
+def _sorted(faults: list[Fault]) -> list[Fault]:
+    return sorted(faults, key=lambda fault: fault.line or 0)
+
+
+def _touching(
+    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[Place]
+) -> tuple[list[Fault], FloatArray]:
+    """Faults of points without contact, and by how much the wheelset would roll further at each [rad]."""
+    found: dict[Place, Fault] = {}
+    tilt = np.zeros(len(places))
     for start in range(0, len(places), _BATCH):
         rows = np.arange(start, min(start + _BATCH, len(places)))
         for side in (0, 1):
-            if _told(setup, side, rows) is None:
-                continue
-            for row in rows:  # a batch tells its first row only
-                told = None if places[row] in found else _told(setup, side, np.array([row]))
-                if told is not None:
-                    found[places[row]] = _fault(scene, setup, places[row], int(row), side, told)
-    return sorted(found.values(), key=lambda fault: fault.line or 0)
+            descent = _descent(setup, side, rows)
+            if isinstance(descent, str):
+                for row in rows:  # a batch tells its first row only
+                    told = None if places[row] in found else _descent(setup, side, np.array([row]))
+                    if isinstance(told, str):
+                        found[places[row]] = _fault(scene, setup, places[row], int(row), side, told)
+            elif descent is not None:
+                tilt[rows] += (-1.0 if side else 1.0) * descent / (2.0 * setup.wheelset.half_span)
+    return _sorted(list(found.values())), tilt
 
 
-def _told(setup: CampaignSetup, side: int, rows: np.ndarray) -> str | None:
-    """Return what is wrong with the contact of one wheel at some points, None where nothing is."""
+def _descent(
+    setup: CampaignSetup, side: int, rows: IntArray, roll: FloatArray | None = None
+) -> FloatArray | str | None:
+    """Descent of one wheel at some points [m], or what is wrong with its contact; None if not to be told.
+
+    `roll` replaces that of the points [rad].
+    """
     conditions, models, wheelset = setup.points.conditions, setup.models, setup.wheelset
+    roll = conditions.roll[rows] if roll is None else roll
     sign = -1.0 if side else 1.0  # a left wheel is solved as the right wheel of the mirrored wheelset
-    attitude = Attitude(
-        *(sign * values[rows] for values in (conditions.shift, conditions.yaw, conditions.roll))
-    )
+    attitude = Attitude(sign * conditions.shift[rows], sign * conditions.yaw[rows], sign * roll)
     gap = geometry.gap(
         geometry.rings(wheelset.left if side else wheelset.right, wheelset.radius),
         geometry.contour(setup.counterface.profile),
@@ -71,7 +103,7 @@ def _told(setup: CampaignSetup, side: int, rows: np.ndarray) -> str | None:
         curvature=setup.counterface.curvature,
     )
     try:
-        NORMAL_MODELS[models.normal](
+        solution = NORMAL_MODELS[models.normal](
             gap,
             conditions.wheel_load[rows],
             vertical=True,
@@ -83,10 +115,51 @@ def _told(setup: CampaignSetup, side: int, rows: np.ndarray) -> str | None:
         return None  # no fault of the scene; the run tells it
     except ContactError as error:
         return str(error)
-    return None
+    return solution.descent[np.searchsorted(solution.patch.row, np.arange(rows.size))]
 
 
-def _places(scene: RigScene | FieldScene) -> Iterator[tuple[str | int, ...]]:
+def _roll_warnings(
+    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[Place], tilt: FloatArray
+) -> list[Fault]:
+    """Tell, for each block or class, the largest difference of its roll to that of resting on both wheels."""
+    worst: dict[Place, tuple[float, int]] = {}
+    for row, place in enumerate(places):
+        if "monitor" in place or abs(tilt[row]) <= 0.5 * LARGEST_TILT:  # at rest it is seldom twice as much
+            continue
+        resting = _resting_roll(setup, row)
+        if resting is not None:
+            left_out = resting - float(setup.points.conditions.roll[row])
+            if abs(left_out) > max(LARGEST_TILT, abs(worst.get(place, (0.0, 0))[0])):
+                worst[place] = (left_out, row)
+    found = []
+    for place, (left_out, row) in worst.items():
+        given, shift = 1e3 * setup.points.conditions.roll[row], 1e3 * setup.points.conditions.shift[row]
+        told = (
+            f"roll_mrad = {given:.4g}: at a shift of {shift:.3g} mm the wheelset rests on both wheels at a "
+            f"roll of {given + 1e3 * left_out:.2g} mrad; give that roll, or smaller shifts"
+        )
+        found.append(Fault(told, str(scene.origin.path), scene.line(*place[:3], "roll_mrad")))
+    return found
+
+
+def _resting_roll(setup: CampaignSetup, row: int) -> float | None:
+    """Roll at which both wheels carry their loads [rad]; None where there is none."""
+    rows = np.array([row])
+
+    def descents(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+        right, left = (_descent(setup, side, rows, angle) for side in (0, 1))
+        if isinstance(right, np.ndarray) and isinstance(left, np.ndarray):
+            return right, left
+        raise ContactError("no contact at this roll")
+
+    try:
+        angle, found = resting(descents, setup.points.conditions.roll[rows], setup.wheelset.half_span)
+    except ContactError:
+        return None
+    return float(angle[0]) if found[0] else None
+
+
+def _places(scene: RigScene | FieldScene) -> Iterator[Place]:
     """Key behind each operating point, in the order of the points."""
     if isinstance(scene, RigScene):
         for index in range(len(scene.operation.blocks)):
@@ -103,7 +176,7 @@ def _places(scene: RigScene | FieldScene) -> Iterator[tuple[str | int, ...]]:
 def _fault(
     scene: RigScene | FieldScene,
     setup: CampaignSetup,
-    place: tuple[str | int, ...],
+    place: Place,
     row: int,
     side: int,
     told: str,

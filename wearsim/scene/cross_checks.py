@@ -1,0 +1,218 @@
+"""What only shows between the values of a scene: faults that forbid a run, warnings that do not."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+
+from wearsim.contact.normal import NEVER_LEADS, NORMAL_MODELS
+from wearsim.damage.wear import coefficient_set
+from wearsim.errors import Fault, ProfileError, SceneError
+from wearsim.operation.field import REACH
+from wearsim.profile.measures import flange_thickness
+from wearsim.profile.shape import Profile
+from wearsim.scene.clearance import beyond_clearance
+from wearsim.scene.faults import shown
+from wearsim.scene.models import (
+    BlockSection,
+    ClassSection,
+    FieldScene,
+    MonitorSection,
+    RigOperation,
+    RigScene,
+)
+
+SMALLEST_ROLLER_MM = 50.0
+"""Below this a roller is no longer large against a contact patch of 10 to 20 mm [mm]."""
+
+LARGEST_SHIFT_MM = 20.0
+WIDEST_POSITION_SPACING_MM = 2.0
+"""About half the width of the narrower patches [mm]."""
+
+
+def scene_warnings(
+    scene: RigScene | FieldScene, clearance: tuple[float | None, float | None]
+) -> tuple[Fault, ...]:
+    """Tell what is allowed but deserves a second look, one line each.
+
+    Parameters
+    ----------
+    scene : RigScene or FieldScene
+        Without faults.
+    clearance : (float or None, float or None)
+        Flange clearance of the right and the left wheel [m].
+
+    Returns
+    -------
+    tuple of Fault
+        In the order of the file.
+    """
+    found = beyond_clearance(scene, clearance)[1]
+    runs = scene.operation.blocks if isinstance(scene, RigScene) else scene.operation.classes
+    key = "block" if isinstance(scene, RigScene) else "class"
+    if all(run.friction == 0 for run in runs):
+        path = ("operation", key, 0, "friction")
+        found.append(fault_at(scene, path, "friction = 0 everywhere: nothing will wear"))
+    contact = scene.contact
+    if contact.torque_Nm != 0 and contact.rotation != "free":
+        told = (
+            f"torque_Nm = {contact.torque_Nm:g} is without effect where rotation = {shown(contact.rotation)} "
+            f'gives the speed; write rotation = "free", or delete it'
+        )
+        found.append(fault_at(scene, ("contact", "torque_Nm"), told))
+    if isinstance(scene, FieldScene):
+        for index, run in enumerate(scene.operation.classes):
+            step = 2.0 * REACH * run.shift_std_mm / (run.positions - 1)
+            if step > WIDEST_POSITION_SPACING_MM:
+                told = (
+                    f"positions = {run.positions} lie {step:.2g} mm apart in "
+                    f"class {shown(run.name)}; more than half a patch width (about "
+                    f"{WIDEST_POSITION_SPACING_MM:g} mm) leaves ridges between them"
+                )
+                found.append(fault_at(scene, ("operation", "class", index, "positions"), told))
+    if scene.campaign.smoothing_wavelength_mm == 0:
+        told = "smoothing_wavelength_mm = 0: wear increments are not smoothed"
+        found.append(fault_at(scene, ("campaign", "smoothing_wavelength_mm"), told))
+    return tuple(sorted(found, key=lambda fault: fault.line or 0))
+
+
+def cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
+    """Faults between values that are each in range."""
+    found = []
+    if isinstance(scene, RigScene):
+        radius = scene.counterface.roller_radius_mm
+        if radius < SMALLEST_ROLLER_MM:
+            told = (
+                f"roller_radius_mm = {radius:g} must be at least {SMALLEST_ROLLER_MM:g} mm: a smaller roller "
+                f"is not large against the contact patch of 10 to 20 mm; give the radius of the rollers"
+            )
+            found.append(fault_at(scene, ("counterface", "roller_radius_mm"), told))
+    else:
+        total = sum(run.share for run in scene.operation.classes)
+        if abs(total - 1.0) > 1e-6:
+            shares = " + ".join(f"{run.share:g}" for run in scene.operation.classes)
+            told = f"share: the shares of all classes, {shares}, must sum to 1, not {total:.7g}; change them"
+            found.append(fault_at(scene, ("operation", "class", 0, "share"), told))
+        for index, run in enumerate(scene.operation.classes):
+            reach = abs(run.shift_mean_mm) + REACH * run.shift_std_mm
+            if reach > LARGEST_SHIFT_MM:
+                told = (
+                    f"shift_std_mm = {run.shift_std_mm:g} reaches shifts of {reach:g} mm (mean + 3 standard "
+                    f"deviations), at most {LARGEST_SHIFT_MM:g} mm; give a smaller mean or deviation"
+                )
+                found.append(fault_at(scene, ("operation", "class", index, "shift_std_mm"), told))
+    found += _contact_faults(scene)
+    campaign = scene.campaign
+    if 0 < campaign.smoothing_wavelength_mm < 2.0 * campaign.point_spacing_mm:
+        told = (
+            f"smoothing_wavelength_mm = {campaign.smoothing_wavelength_mm:g} must be 0 (no smoothing) or at "
+            f"least twice point_spacing_mm = {campaign.point_spacing_mm:g}; shorter waves are not resolved"
+        )
+        found.append(fault_at(scene, ("campaign", "smoothing_wavelength_mm"), told))
+    try:
+        coefficient_set(scene.wear.coefficients, scene.wear.law)
+    except SceneError as error:
+        found += [fault_at(scene, ("wear", "coefficients"), fault.message) for fault in error.faults]
+    return found
+
+
+def _contact_faults(scene: RigScene | FieldScene) -> list[Fault]:
+    """Faults of [contact] that show only beside the rest of the scene."""
+    found = []
+    contact = scene.contact
+    if contact.normal in NEVER_LEADS:
+        others = " or ".join(f"normal = {shown(name)}" for name in sorted(set(NORMAL_MODELS) - NEVER_LEADS))
+        told = (
+            f"normal = {shown(contact.normal)} cannot lead a campaign: an ellipse from the curvatures under "
+            f"one point evens out no wave shorter than itself, so that noise in the profile would stay or "
+            f"grow; write {others}"
+        )
+        found.append(fault_at(scene, ("contact", "normal"), told))
+    if contact.rotation == "free":
+        weakest, place = min(_friction_torques(scene), key=lambda entry: entry[0])
+        if abs(contact.torque_Nm) > weakest:
+            told = (
+                f"torque_Nm = {contact.torque_Nm:g} is more than friction can carry in {place}: "
+                f"2 x friction x load_kN x radius_mm = {weakest:.4g} N m; lower the torque"
+            )
+            found.append(fault_at(scene, ("contact", "torque_Nm"), told))
+    return found
+
+
+def _friction_torques(scene: RigScene | FieldScene) -> Iterator[tuple[float, str]]:
+    """Largest torque that friction can carry in each block, class and watched state [N m], and its name."""
+    rig = isinstance(scene, RigScene)
+    operation = scene.operation
+    states: list[tuple[str, BlockSection | ClassSection | MonitorSection]] = [
+        (f"{'block' if rig else 'class'} {shown(run.name)}", run)
+        for run in (operation.blocks if isinstance(operation, RigOperation) else operation.classes)
+    ]
+    if operation.monitor is not None:
+        states.append(("[operation.monitor]", operation.monitor))
+    for name, run in states:
+        yield 2.0 * run.friction * run.load_kN * scene.wheelset.radius_mm, name  # kN mm = N m
+
+
+def _shifts(scene: RigScene | FieldScene) -> Iterator[tuple[tuple[str | int, ...], float]]:
+    """Every shift of the scene that must find a counterface, with the key that sets it [mm]."""
+    if isinstance(scene, RigScene):
+        for index, block in enumerate(scene.operation.blocks):
+            yield ("operation", "block", index, "shift_mm"), block.shift_mm
+    else:
+        for index, run in enumerate(scene.operation.classes):
+            for side in (-REACH, REACH):
+                shift = run.shift_mean_mm + side * run.shift_std_mm
+                yield ("operation", "class", index, "shift_mean_mm"), shift
+    if scene.operation.monitor is not None:
+        for index, shift in enumerate(scene.operation.monitor.shifts_mm):
+            yield ("operation", "monitor", "shifts_mm", index), shift
+
+
+def fit_faults(
+    scene: RigScene | FieldScene, wheels: tuple[Profile, Profile], counterface: Profile
+) -> list[Fault]:
+    """Faults of a wheelset that does not stand on its rails."""
+    gauge = scene.counterface.gauge_mm
+    try:
+        thickness = [1e3 * flange_thickness(wheel.y, wheel.z) for wheel in wheels]
+    except ProfileError as error:
+        return [fault_at(scene, ("wheelset", "profile"), f"no flange can be measured: {error}")]
+    over_flanges = scene.wheelset.flange_back_mm + sum(thickness)
+    if over_flanges >= gauge:
+        told = (
+            f"gauge_mm = {gauge:g} must be above {over_flanges:.4g} mm, the width over both flanges "
+            f"(flange_back_mm = {scene.wheelset.flange_back_mm:g} + {thickness[0]:.4g} + {thickness[1]:.4g}"
+            f"); give the gauge of the track or the flange back distance of the wheelset"
+        )
+        return [fault_at(scene, ("counterface", "gauge_mm"), told)]
+    top = float(counterface.y[np.argmin(counterface.z)])
+    for (path, shift), (sign, wheel) in itertools.product(
+        list(_shifts(scene)), zip((1.0, -1.0), wheels, strict=True)
+    ):
+        tread_end = float(wheel.y[-1]) + sign * 1e-3 * shift
+        if tread_end < top:
+            key = path[-1] if isinstance(path[-1], str) else path[-2]
+            told = (
+                f"{key}: at a shift of {shift:g} mm the tread ends {1e3 * (top - tread_end):.3g} mm short of "
+                f"the counterface's top: the wheel does not touch it; "
+                f"check gauge_mm = {gauge:g} and flange_back_mm = {scene.wheelset.flange_back_mm:g}"
+            )
+            return [fault_at(scene, path, told)]
+    return []
+
+
+def fault_at(scene: RigScene | FieldScene, path: tuple[str | int, ...], message: str) -> Fault:
+    """Fault or warning at the line of a key of the scene.
+
+    Parameters
+    ----------
+    scene : RigScene or FieldScene
+        As read.
+    path : tuple
+        Key, as in `SceneModel.line`.
+    message : str
+        See `Fault`.
+    """
+    return Fault(message, str(scene.origin.path), scene.line(*path))
