@@ -173,3 +173,14 @@ def test_the_shipped_rig_and_field_watch_the_same_states():
     scene = load_scene(standard.shipped_path("workflows", "rig_vs_field.toml"))
     assert scene.rig.operation.monitor == scene.field.operation.monitor
     assert scene.rig.operation.monitor is not None
+
+
+def test_the_shipped_curves_are_those_of_an_under_steering_leading_axle():
+    """Displaced towards the outer rail and heading towards it: yaw > 0 turns x (forwards) to y (right)."""
+    scene = load_scene(standard.shipped_path("workflows", "rig_vs_field.toml"))
+    curves = [run for run in scene.field.operation.classes if run.curve_radius_m is not None]
+    assert {np.sign(run.curve_radius_m) for run in curves} == {-1, 1}
+    for run in curves:
+        assert np.sign(run.shift_mean_mm) == np.sign(run.yaw_mrad) == -np.sign(run.curve_radius_m)
+    for run in scene.rig.operation.blocks:
+        assert np.sign(run.shift_mm) == np.sign(run.yaw_mrad)

@@ -15,8 +15,8 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from wearsim.scene.faults import Lines, line_of, suggestion
 
 SMALLEST_LOAD_KN = 0.1
-"""Below this a patch is hardly wider than the 0.1 mm grid on which profiles are compared; a wheel of the smallest
-radius allowed, a third of the full size, carries 3 kN where the full one carries 80."""
+"""Below this a patch is hardly wider than the 0.1 mm grid on which profiles are compared. A wheel of the
+smallest radius allowed, a third of the full size, carries 3 kN where the full one carries 80."""
 
 SLOWEST_KM_H = 0.1
 """Slower is no service and no test; speeds near 0 would only end in rounding."""
