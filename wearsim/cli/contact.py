@@ -93,7 +93,7 @@ def _solve_point(flags: Mapping[str, str], arguments: argparse.Namespace) -> Non
 
     problem, solution, result = solve_one(point(merged(flags, {})))
     if arguments.plot is not None:
-        from wearsim.report.figures_contact import write_contact_figure
+        from wearsim.report.pages_contact import write_contact_figure
         from wearsim.studies.contact_state import contact_state
 
         state = contact_state(problem.conditions, problem.wheelset, problem.counterface, solution)

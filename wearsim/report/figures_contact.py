@@ -1,0 +1,317 @@
+"""Figures of one contact solution: `plot_x(dataset, ax=None) -> Axes`, seen from above, rolling upwards.
+
+The datasets are those of `wearsim.studies.contact_state`. Outlines, pressures along the patch and sections of
+several states can be laid over each other by further calls on the same axes; labels name the states.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import Patch as Swatch
+
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.report.style import COLOURS, capital, own_axes, plain, wrapped
+from wearsim.studies.contact_state import FIELDS
+
+STICK, SLIP = "#cfe3ee", "#f6dca6"
+"""Areas of stick and slip."""
+
+STICK_ARROW, SLIP_ARROW = "#1a1a1a", "#882255"
+"""Shear arrows there."""
+
+_WHEEL = "#1a1a1a"
+_CONTACT = "#882255"
+_MAP = "viridis"
+
+
+def shown_values(dataset: xr.Dataset, name: str, **at: int) -> np.ndarray:
+    """Values in the unit people read."""
+    quantity = FIELDS.get(name) or NOMENCLATURE[name]
+    return np.asarray(dataset[name].isel(at).values, dtype=np.float64) * quantity.shown_factor
+
+
+def _label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
+    quantity = FIELDS.get(name or variable) or NOMENCLATURE[name or variable]
+    return f"{capital(str(dataset[variable].attrs['long_name']))} [{quantity.shown_unit}]"
+
+
+def _colour(dataset: xr.Dataset) -> str:
+    return COLOURS["rail" if dataset.attrs["counterface"] == "rail" else "rig"]
+
+
+def outline(dataset: xr.Dataset, patch: int, across: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the closed line around a patch in shown units, through the ends of its strips."""
+    y = shown_values(dataset, across, patch=patch)
+    lead, trail = (shown_values(dataset, name, patch=patch) for name in ("x_lead", "x_trail"))
+    half = 0.5 * (y[1] - y[0])
+    middle = 0.5 * (lead + trail)
+    ends = ([y[0] - half], [middle[0]]), ([y[-1] + half], [middle[-1]])
+    return (
+        np.concatenate((ends[0][0], y, ends[1][0], y[::-1], ends[0][0])),
+        np.concatenate((ends[0][1], lead, ends[1][1], trail[::-1], ends[0][1])),
+    )
+
+
+def _mesh(dataset: xr.Dataset, patch: int) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (cell + 1, strip + 1) of the cells; ends of neighbouring strips are joined half-way."""
+    y = shown_values(dataset, "lateral", patch=patch)
+    lead, trail = (shown_values(dataset, name, patch=patch) for name in ("x_lead", "x_trail"))
+    half = 0.5 * (y[1] - y[0])
+    edges = np.concatenate(([y[0] - half], y + half))
+
+    def joined(end: np.ndarray) -> np.ndarray:
+        middle = 0.5 * (lead + trail)
+        return np.concatenate(([middle[0]], 0.5 * (end[1:] + end[:-1]), [middle[-1]]))
+
+    share = np.linspace(0.0, 1.0, dataset.sizes["cell"] + 1)[:, None]
+    front, back = joined(lead), joined(trail)
+    return np.broadcast_to(edges, (share.size, edges.size)), front - share * (front - back)
+
+
+def _plane(dataset: xr.Dataset, ax: Axes, across: str = "lateral") -> None:
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_xlabel("Lateral, to the right [mm]" if across == "lateral" else _label(dataset, across))
+    ax.set_ylabel("Rolling direction [mm]")
+
+
+def plot_outline(
+    dataset: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    patch: int = 0,
+    across: str = "lateral",
+    label: str | None = None,
+    **line: Any,
+) -> Axes:
+    """Draw the outline of a patch.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Contact state.
+    ax : Axes, optional
+        Where to draw.
+    patch : int
+        Which patch.
+    across : {"lateral", "strip_wheel_y"}
+        Lateral position from the centre of the patch, or on the wheel profile.
+    label : str, optional
+        In legends; that of the dataset if not given.
+    **line
+        Further properties of the line, such as `color` and `linestyle`.
+    """
+    ax = own_axes(ax)
+    y, x = outline(dataset, patch, across)
+    look = {"color": _colour(dataset), "linewidth": 1.3} | line
+    ax.plot(y, x, label=dataset.attrs["label"] if label is None else label, **look)
+    _plane(dataset, ax, across)
+    return ax
+
+
+def plot_pressure_along(
+    dataset: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    patch: int = 0,
+    across: str = "lateral",
+    label: str | None = None,
+    **line: Any,
+) -> Axes:
+    """Draw the largest pressure of each strip across a patch; parameters as of `plot_outline`."""
+    ax = own_axes(ax)
+    look = {"color": _colour(dataset)} | line
+    pressure = shown_values(dataset, "pressure", patch=patch).max(axis=0)
+    name = dataset.attrs["label"] if label is None else label
+    ax.plot(shown_values(dataset, across, patch=patch), pressure, label=name, **look)
+    ax.set_ylim(bottom=0.0, auto=None)
+    ax.set_xlabel("Lateral, to the right [mm]" if across == "lateral" else _label(dataset, across))
+    ax.set_ylabel(_label(dataset, "pressure"))
+    return ax
+
+
+def plot_field(
+    dataset: xr.Dataset, name: str = "pressure", ax: Axes | None = None, *, patch: int = 0, bar: bool = True
+) -> Axes:
+    """Draw a field of a patch as colours.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Contact state.
+    name : {"pressure", "work_density"}
+        Which field.
+    ax : Axes, optional
+        Where to draw.
+    patch : int
+        Which patch.
+    bar : bool
+        Whether to draw the colour bar, too.
+    """
+    ax = own_axes(ax)
+    y, x = _mesh(dataset, patch)
+    values = shown_values(dataset, name, patch=patch)
+    top = float(values.max()) or 1.0
+    colours = ax.pcolormesh(y, x, values, cmap=_MAP, vmin=0.0, vmax=top, rasterized=True)
+    plot_outline(dataset, ax, patch=patch, color=_WHEEL, linewidth=0.8, label="")
+    if bar:
+        text = wrapped(_label(dataset, name))
+        ax.figure.colorbar(colours, ax=ax, label=text, shrink=0.85, aspect=16, pad=0.02)
+    return ax
+
+
+def plot_shear(
+    dataset: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    patch: int = 0,
+    arrows: int = 11,
+    largest: float | None = None,
+) -> Axes:
+    """Draw the areas of stick and slip of a patch with the shear stress on the wheel as arrows.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Contact state.
+    ax : Axes, optional
+        Where to draw.
+    patch : int
+        Which patch.
+    arrows : int
+        Along the longer side of the patch, about.
+    largest : float, optional
+        Shear stress of the longest arrow [Pa], to compare patches; that of the patch if not given.
+    """
+    ax = own_axes(ax)
+    y, x = _mesh(dataset, patch)
+    slips = dataset["slipping"].values[patch] == 1
+    ax.pcolormesh(y, x, slips.astype(float), cmap=ListedColormap([STICK, SLIP]), vmin=0.0, vmax=1.0,
+                  rasterized=True)  # fmt: skip
+    plot_outline(dataset, ax, patch=patch, color=_WHEEL, linewidth=0.8, label="")
+    spacing, strips, cells = _sampled(dataset, patch, arrows)
+    shear = [shown_values(dataset, f"shear_{axis}", patch=patch)[cells, strips] for axis in "yx"]
+    size = np.hypot(*shear)
+    most = float(np.hypot(*(shown_values(dataset, f"shear_{axis}", patch=patch) for axis in "xy")).max())
+    most = most if largest is None else largest * FIELDS["shear_x"].shown_factor
+    if most > 0.0:
+        at = (
+            shown_values(dataset, "lateral", patch=patch)[strips],
+            shown_values(dataset, "longitudinal", patch=patch)[cells, strips],
+        )
+        slipping = slips[cells, strips]
+        scale = most / (1.15 * spacing)
+        for chosen, colour in ((~slipping, STICK_ARROW), (slipping, SLIP_ARROW)):
+            part = chosen & (size > 0.02 * most)
+            quiver = ax.quiver(
+                at[0][part], at[1][part], shear[0][part], shear[1][part], angles="xy", scale_units="xy",
+                scale=scale, color=colour, width=0.05 * spacing, units="xy", headwidth=3.6, headlength=4.0,
+                headaxislength=3.6, minlength=0.5, pivot="middle", zorder=3,
+            )  # fmt: skip
+        key = float(f"{most:.1g}")
+        ax.quiverkey(
+            quiver, 0.93, 0.04, key, f"{plain(key, 1)} {FIELDS['shear_x'].shown_unit}",
+            labelpos="N", coordinates="axes", color=_WHEEL, fontproperties={"size": 7.5},
+        )  # fmt: skip
+    swatches = [Swatch(color=STICK, label="stick"), Swatch(color=SLIP, label="slip")]
+    ax.legend(handles=swatches, loc="upper right", handlelength=1.0, borderaxespad=0.1, fontsize=7.5)
+    return ax
+
+
+def _sampled(dataset: xr.Dataset, patch: int, arrows: int) -> tuple[float, np.ndarray, np.ndarray]:
+    """Spacing in shown units, and strips and cells about so far apart in both directions."""
+    y = shown_values(dataset, "lateral", patch=patch)
+    x = shown_values(dataset, "longitudinal", patch=patch)
+    lead, trail = (shown_values(dataset, name, patch=patch) for name in ("x_lead", "x_trail"))
+    spacing = max(np.ptp(y), float(np.max(lead - trail))) / arrows
+    strips, cells = [], []
+    middle = 0.5 * (y[0] + y[-1])
+    count = int(np.ptp(y) / (2.0 * spacing))
+    for place in middle + spacing * np.arange(-count, count + 1):
+        j = int(np.argmin(np.abs(y - place)))
+        reach = int(np.floor((lead[j] - trail[j]) / (2.0 * spacing)))
+        for along in 0.5 * (lead[j] + trail[j]) + spacing * np.arange(-reach, reach + 1):
+            strips.append(j)
+            cells.append(int(np.argmin(np.abs(x[:, j] - along))))
+    return spacing, np.array(strips), np.array(cells)
+
+
+def plot_section(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) -> Axes:
+    """Draw wheel and counterface across the track, with the contacts marked.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Contact state.
+    ax : Axes, optional
+        Where to draw.
+    side : int
+        0 right, 1 left: one of those solved.
+    """
+    ax = own_axes(ax)
+    row = int(np.flatnonzero(dataset["side"].values == side)[0])
+    factor = FIELDS["section_y"].shown_factor
+    for what, colour in (("counterface", _colour(dataset)), ("wheel", _WHEEL)):
+        y, z = (dataset[f"{what}_section_{axis}"].values[row] * factor for axis in "yz")
+        name = f"wheel {dataset.attrs['wheel_profile']}" if what == "wheel" else (
+            f"{dataset.attrs['counterface']} {dataset.attrs['counterface_profile']}"
+        )  # fmt: skip
+        ax.plot(y, z, color=colour, linewidth=1.4, label=name)
+    sign = -1.0 if side else 1.0
+    rail_y, rail_z = (dataset[f"counterface_section_{axis}"].values[row] for axis in "yz")
+    order = np.argsort(rail_y)
+    own = dataset["patch_side"].values == side
+    place = sign * dataset["rail_y"].values[own]
+    height = np.interp(place, rail_y[order], rail_z[order])
+    ax.plot(place * factor, height * factor, "o", color=_CONTACT, label="contact", zorder=4)
+    for number, (at, down) in enumerate(zip(place * factor, height * factor, strict=True), start=1):
+        if place.size > 1:
+            ax.annotate(str(number), (at, down), (0, 6), textcoords="offset points", ha="center",
+                        fontsize=8, color=_CONTACT)  # fmt: skip
+    ax.set_aspect("equal", adjustable="datalim")
+    if not ax.yaxis_inverted():
+        ax.invert_yaxis()
+    ax.set_xlabel("Lateral in the track, to the right [mm]")
+    ax.set_ylabel("Height, down [mm]")
+    return ax
+
+
+def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0, **line: Any) -> Axes:
+    """Draw the gap of the unloaded profiles around the patches of a side, and how wide they are.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Contact state.
+    ax : Axes, optional
+        Where to draw.
+    side : int
+        0 right, 1 left: one of those solved.
+    **line
+        Further properties of the line.
+    """
+    ax = own_axes(ax)
+    row = int(np.flatnonzero(dataset["side"].values == side)[0])
+    at = dataset["gap_rail_y"].values[row] * 1e3
+    gap = dataset["gap"].values[row] * FIELDS["gap"].shown_factor
+    ax.plot(at, gap, **({"color": _WHEEL} | line))
+    own = np.flatnonzero(dataset["patch_side"].values == side)
+    deepest = float(dataset["approach"].values[own].max()) * FIELDS["gap"].shown_factor
+    for number in own:
+        centre = shown_values(dataset, "rail_y", patch=number)
+        half = 0.5 * shown_values(dataset, "patch_width", patch=number)
+        ax.axvspan(
+            centre - half, centre + half, color=STICK, lw=0.0, label="patch" if number == own[0] else ""
+        )
+    ax.axhline(deepest, color=_CONTACT, lw=1.0, ls="--", label="approach")
+    ax.set_ylim(0.0, 3.0 * deepest)
+    ax.set_xlim(at[0], at[-1])
+    if side and not ax.xaxis_inverted():
+        ax.invert_xaxis()
+    ax.set_xlabel("Lateral on the counterface profile [mm]")
+    ax.set_ylabel("Gap before loading [µm]")
+    return ax

@@ -1,0 +1,153 @@
+"""Whole figures of contact states, put together from the plots of `figures_contact`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from wearsim.errors import ResultError
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.report import figures_contact
+from wearsim.report.figures import WHEELS
+from wearsim.report.style import plain, save_svg, style
+
+
+def title_of(dataset: xr.Dataset) -> str:
+    """Conditions of a contact state in two lines."""
+
+    def said(name: str, digits: int = 4) -> str:
+        quantity = NOMENCLATURE[name]
+        value = float(dataset[name]) * quantity.shown_factor
+        unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
+        return (
+            plain(float(f"{value:.{digits}g}"), digits).rstrip("0").rstrip(".") + unit
+            if value
+            else f"0{unit}"
+        )
+
+    sides = " and ".join(WHEELS[side] for side in dataset["side"].values)
+    kappa = float(dataset["counterface_curvature"])
+    on = "rail" if kappa == 0.0 else f"roller of {plain(1e3 / kappa)} mm"
+    first = (
+        f"{sides.capitalize()} wheel {dataset.attrs['wheel_profile']} on {on} "
+        f"{dataset.attrs['counterface_profile']}: shift {said('shift')}, yaw {said('yaw')}, "
+        f"roll {said('roll', 3)}" + (" (free)" if dataset.attrs["free_roll"] else "")
+    )
+    turning = (
+        "creepages given"
+        if dataset.attrs["creepage_given"]
+        else f"rotation {said('rotation_speed', 6)} ({dataset.attrs['rotation_rule']})"
+    )
+    second = (
+        f"load {said('wheel_load')}, friction {said('friction')}, speed {said('speed')}, {turning}; "
+        "patches from above, rolling upwards, shear on the wheel"
+    )
+    return f"{first}\n{second}"
+
+
+def contact_figure(dataset: xr.Dataset) -> Figure:
+    """Figure of a contact state: section and gap of each side, then pressure, shear and work of each patch.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Contact state.
+
+    Returns
+    -------
+    Figure
+        Not yet drawn.
+    """
+    sides = [int(side) for side in dataset["side"].values]
+    patches = dataset.sizes["patch"]
+    heights = [2.6] * len(sides) + [2.9] * patches
+    with style():
+        figure = Figure(figsize=(11.0, sum(heights) + 0.7), layout="constrained")
+        figure.suptitle(title_of(dataset), fontsize=9.5, x=0.01, ha="left")
+        grid = figure.add_gridspec(len(heights), 6, height_ratios=heights)
+        for row, side in enumerate(sides):
+            section = figures_contact.plot_section(dataset, figure.add_subplot(grid[row, :4]), side=side)
+            section.set_title(f"Section, {WHEELS[side]} wheel")
+            section.legend(loc="best")
+            gap = figures_contact.plot_gap(dataset, figure.add_subplot(grid[row, 4:]), side=side)
+            gap.legend(loc="upper center", frameon=True, facecolor="white", edgecolor="none")
+            gap.set_title("Gap before loading")
+        spans = _spans(dataset)
+        count = dict.fromkeys(sides, 0)
+        for patch in range(patches):
+            side = int(dataset["patch_side"].values[patch])
+            count[side] += 1
+            row = len(sides) + patch
+            axes = [figure.add_subplot(grid[row, 2 * k : 2 * k + 2]) for k in range(3)]
+            figures_contact.plot_field(dataset, "pressure", axes[0], patch=patch)
+            figures_contact.plot_shear(dataset, axes[1], patch=patch)
+            figures_contact.plot_field(dataset, "work_density", axes[2], patch=patch)
+            for ax, text in zip(axes, _patch_titles(dataset, patch, side, count[side]), strict=True):
+                ax.set_title(text, fontsize=8.5)
+                ax.set_aspect("equal", adjustable="box")
+                ax.set_xlim(spans[patch][0])
+                ax.set_ylim(spans[patch][1])
+    return figure
+
+
+def _spans(dataset: xr.Dataset) -> list[tuple[tuple[float, float], tuple[float, float]]]:
+    """Limits of the axes of each patch, alike in size."""
+    boxes = []
+    for patch in range(dataset.sizes["patch"]):
+        y, x = figures_contact.outline(dataset, patch, "lateral")
+        boxes.append((y.min(), y.max(), x.min(), x.max()))
+    box = np.array(boxes)
+    half = [0.56 * float((box[:, k + 1] - box[:, k]).max()) for k in (0, 2)]
+    middle = 0.5 * (box[:, ::2] + box[:, 1::2])
+    return [((m[0] - half[0], m[0] + half[0]), (m[1] - half[1], m[1] + half[1])) for m in middle]
+
+
+def _patch_titles(dataset: xr.Dataset, patch: int, side: int, number: int) -> tuple[str, str, str]:
+    def said(name: str, digits: int = 3) -> str:
+        text = plain(figures_contact.shown_values(dataset, name, patch=patch), digits)
+        return f"{text} {NOMENCLATURE[name].shown_unit}"
+
+    several = int((dataset["patch_side"].values == side).sum()) > 1
+    name = f"{WHEELS[side].capitalize()} wheel" + (f", patch {number}" if several else "")
+    share = float(dataset["slip_area"][patch] / dataset["area"][patch])
+    return (
+        f"{name}: N = {said('normal_force')}, A = {said('area')}",
+        f"Fx = {said('force_x')}, Fy = {said('force_y')}, slip {100.0 * share:.0f} %",
+        f"Frictional power {said('power')}",
+    )
+
+
+def write_contact_figure(dataset: xr.Dataset, path: Path) -> Path:
+    """Draw a contact state into a file; the ending of its name says in which format.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Contact state.
+    path : Path
+        Ends with .png, .svg or .pdf.
+
+    Returns
+    -------
+    Path
+        `path`.
+
+    Raises
+    ------
+    ResultError
+        If the file cannot be written.
+    """
+    figure = contact_figure(dataset)
+    kind = path.suffix[1:].lower()
+    try:
+        if kind == "svg":
+            return save_svg(figure, path)
+        with style():
+            metadata = {"CreationDate": None} if kind == "pdf" else {"Software": None}
+            figure.savefig(path, format=kind, dpi=150, metadata=metadata)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be written ({error.strerror}); choose another folder") from error
+    return path
