@@ -44,33 +44,39 @@ def _colour(dataset: xr.Dataset) -> str:
     return COLOURS["rail" if dataset.attrs["counterface"] == "rail" else "rig"]
 
 
-def outline(dataset: xr.Dataset, patch: int, across: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the closed line around a patch in shown units, through the ends of its strips."""
+def _ends(dataset: xr.Dataset, patch: int, across: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lateral positions of strip edges and centres in turn, leading and trailing ends there, shown units.
+
+    At their centres strips end where they end; in between, neighbours are joined half-way.
+    """
     y = shown_values(dataset, across, patch=patch)
-    lead, trail = (shown_values(dataset, name, patch=patch) for name in ("x_lead", "x_trail"))
     half = 0.5 * (y[1] - y[0])
-    middle = 0.5 * (lead + trail)
-    ends = ([y[0] - half], [middle[0]]), ([y[-1] + half], [middle[-1]])
-    return (
-        np.concatenate((ends[0][0], y, ends[1][0], y[::-1], ends[0][0])),
-        np.concatenate((ends[0][1], lead, ends[1][1], trail[::-1], ends[0][1])),
-    )
+    place = np.empty(2 * y.size + 1)
+    place[0], place[1::2], place[2::2] = y[0] - half, y, y + half
+    ends = [shown_values(dataset, name, patch=patch) for name in ("x_lead", "x_trail")]
+    middle = 0.5 * (ends[0] + ends[1])
+    lines = []
+    for end in ends:
+        line = np.empty_like(place)
+        line[1::2] = end
+        line[2:-1:2] = 0.5 * (end[1:] + end[:-1])
+        line[0], line[-1] = middle[0], middle[-1]
+        lines.append(line)
+    return place, lines[0], lines[1]
 
 
-def _mesh(dataset: xr.Dataset, patch: int) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (cell + 1, strip + 1) of the cells; ends of neighbouring strips are joined half-way."""
-    y = shown_values(dataset, "lateral", patch=patch)
-    lead, trail = (shown_values(dataset, name, patch=patch) for name in ("x_lead", "x_trail"))
-    half = 0.5 * (y[1] - y[0])
-    edges = np.concatenate(([y[0] - half], y + half))
+def outline(dataset: xr.Dataset, patch: int, across: str = "lateral") -> tuple[np.ndarray, np.ndarray]:
+    """Return the closed line around a patch: lateral and longitudinal positions in shown units."""
+    place, lead, trail = _ends(dataset, patch, across)
+    return np.concatenate((place, place[::-1])), np.concatenate((lead, trail[::-1]))
 
-    def joined(end: np.ndarray) -> np.ndarray:
-        middle = 0.5 * (lead + trail)
-        return np.concatenate(([middle[0]], 0.5 * (end[1:] + end[:-1]), [middle[-1]]))
 
+def _cells(dataset: xr.Dataset, patch: int, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Corners of the cells, each of two halves across, and their values."""
+    place, lead, trail = _ends(dataset, patch, "lateral")
     share = np.linspace(0.0, 1.0, dataset.sizes["cell"] + 1)[:, None]
-    front, back = joined(lead), joined(trail)
-    return np.broadcast_to(edges, (share.size, edges.size)), front - share * (front - back)
+    x = lead - share * (lead - trail)
+    return np.broadcast_to(place, x.shape), x, np.repeat(values, 2, axis=1)
 
 
 def _plane(dataset: xr.Dataset, ax: Axes, across: str = "lateral") -> None:
@@ -153,12 +159,13 @@ def plot_field(
         Whether to draw the colour bar, too.
     """
     ax = own_axes(ax)
-    y, x = _mesh(dataset, patch)
-    values = shown_values(dataset, name, patch=patch)
-    top = float(values.max()) or 1.0
-    colours = ax.pcolormesh(y, x, values, cmap=_MAP, vmin=0.0, vmax=top, rasterized=True)
+    y, x, values = _cells(dataset, patch, shown_values(dataset, name, patch=patch))
+    top = float(values.max())
+    if name == "work_density":
+        values = np.ma.masked_equal(values, 0.0)  # nothing is lost where the surfaces stick
+    colours = ax.pcolormesh(y, x, values, cmap=_MAP, vmin=0.0, vmax=top or 1.0, rasterized=True)
     plot_outline(dataset, ax, patch=patch, color=_WHEEL, linewidth=0.8, label="")
-    if bar:
+    if bar and top > 0.0:  # a bar of zeros has no scale
         text = wrapped(_label(dataset, name))
         ax.figure.colorbar(colours, ax=ax, label=text, shrink=0.85, aspect=16, pad=0.02)
     return ax
@@ -188,9 +195,9 @@ def plot_shear(
         Shear stress of the longest arrow [Pa], to compare patches; that of the patch if not given.
     """
     ax = own_axes(ax)
-    y, x = _mesh(dataset, patch)
     slips = dataset["slipping"].values[patch] == 1
-    ax.pcolormesh(y, x, slips.astype(float), cmap=ListedColormap([STICK, SLIP]), vmin=0.0, vmax=1.0,
+    y, x, area = _cells(dataset, patch, slips.astype(np.float64))
+    ax.pcolormesh(y, x, area, cmap=ListedColormap([STICK, SLIP]), vmin=0.0, vmax=1.0,
                   rasterized=True)  # fmt: skip
     plot_outline(dataset, ax, patch=patch, color=_WHEEL, linewidth=0.8, label="")
     spacing, strips, cells = _sampled(dataset, patch, arrows)
@@ -301,12 +308,13 @@ def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0, **li
     ax.plot(at, gap, **({"color": _WHEEL} | line))
     own = np.flatnonzero(dataset["patch_side"].values == side)
     deepest = float(dataset["approach"].values[own].max()) * FIELDS["gap"].shown_factor
+    sign = -1.0 if side else 1.0
     for number in own:
-        centre = shown_values(dataset, "rail_y", patch=number)
-        half = 0.5 * shown_values(dataset, "patch_width", patch=number)
-        ax.axvspan(
-            centre - half, centre + half, color=STICK, lw=0.0, label="patch" if number == own[0] else ""
-        )
+        place = _ends(dataset, number, "lateral")[0]
+        flat = np.cos(float(dataset["contact_angle"][number]))  # of the contact plane
+        ends = shown_values(dataset, "rail_y", patch=number) + sign * flat * place[[0, -1]]
+        name = "patch" if number == own[0] else ""
+        ax.axvspan(ends.min(), ends.max(), color=STICK, lw=0.0, label=name)
     ax.axhline(deepest, color=_CONTACT, lw=1.0, ls="--", label="approach")
     ax.set_ylim(0.0, 3.0 * deepest)
     ax.set_xlim(at[0], at[-1])

@@ -14,6 +14,8 @@ from wearsim.report import figures_contact
 from wearsim.report.figures import WHEELS
 from wearsim.report.style import plain, save_svg, style
 
+_SHAPE = 1.15  # width over height of the axes of a patch: what the grid leaves beside a colour bar
+
 
 def title_of(dataset: xr.Dataset) -> str:
     """Conditions of a contact state in two lines."""
@@ -30,7 +32,7 @@ def title_of(dataset: xr.Dataset) -> str:
 
     sides = " and ".join(WHEELS[side] for side in dataset["side"].values)
     kappa = float(dataset["counterface_curvature"])
-    on = "rail" if kappa == 0.0 else f"roller of {plain(1e3 / kappa)} mm"
+    on = "rail" if kappa == 0.0 else f"roller of {1e3 / kappa:.6g} mm"
     first = (
         f"{sides.capitalize()} wheel {dataset.attrs['wheel_profile']} on {on} "
         f"{dataset.attrs['counterface_profile']}: shift {said('shift')}, yaw {said('yaw')}, "
@@ -100,23 +102,24 @@ def _spans(dataset: xr.Dataset) -> list[tuple[tuple[float, float], tuple[float, 
         y, x = figures_contact.outline(dataset, patch, "lateral")
         boxes.append((y.min(), y.max(), x.min(), x.max()))
     box = np.array(boxes)
-    half = [0.56 * float((box[:, k + 1] - box[:, k]).max()) for k in (0, 2)]
+    half = [0.55 * float((box[:, k + 1] - box[:, k]).max()) for k in (0, 2)]
+    half = [max(half[0], _SHAPE * half[1]), max(half[1], half[0] / _SHAPE)]
     middle = 0.5 * (box[:, ::2] + box[:, 1::2])
     return [((m[0] - half[0], m[0] + half[0]), (m[1] - half[1], m[1] + half[1])) for m in middle]
 
 
 def _patch_titles(dataset: xr.Dataset, patch: int, side: int, number: int) -> tuple[str, str, str]:
-    def said(name: str, digits: int = 3) -> str:
-        text = plain(figures_contact.shown_values(dataset, name, patch=patch), digits)
-        return f"{text} {NOMENCLATURE[name].shown_unit}"
+    def said(name: str, places: int) -> str:
+        value = round(float(figures_contact.shown_values(dataset, name, patch=patch)), places) + 0.0
+        return f"{value:.{places}f} {NOMENCLATURE[name].shown_unit}".replace("-", "\N{MINUS SIGN}")
 
     several = int((dataset["patch_side"].values == side).sum()) > 1
     name = f"{WHEELS[side].capitalize()} wheel" + (f", patch {number}" if several else "")
     share = float(dataset["slip_area"][patch] / dataset["area"][patch])
     return (
-        f"{name}: N = {said('normal_force')}, A = {said('area')}",
-        f"Fx = {said('force_x')}, Fy = {said('force_y')}, slip {100.0 * share:.0f} %",
-        f"Frictional power {said('power')}",
+        f"{name}: {said('normal_force', 1)} on {said('area', 0)}",
+        f"Fx {said('force_x', 2)}, Fy {said('force_y', 2)}, slip {100.0 * share:.0f} %",
+        f"Frictional power {said('power', 0)}",
     )
 
 
