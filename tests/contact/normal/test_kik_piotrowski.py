@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ellipe, ellipk
 
 from wearsim.contact.geometry import Contour, Gap
-from wearsim.contact.normal import NORMAL_MODELS, kik_piotrowski
+from wearsim.contact.normal import kik_piotrowski
 from wearsim.contact.solve import ContactModels, solve
 from wearsim.errors import ContactError
 
@@ -184,25 +184,3 @@ def test_seed_table_3(wheelset, counterface, points, shift, roller, area, pressu
     )
     assert 1e6 * solution.area[0] == pytest.approx(area, rel=0.05)
     assert 1e-6 * solution.max_pressure[0] == pytest.approx(pressure, rel=0.05)
-
-
-@pytest.mark.parametrize("name", sorted(NORMAL_MODELS))
-def test_normal_model_contract(name):
-    """What every member of the registry must give, whatever its model."""
-    across = hertz(0.46, 2.0, 0.6306, 0.443)[0]
-    result = NORMAL_MODELS[name](
-        parabolic(0.46, across, spacing=1e-4),
-        np.array([50e3]),
-        vertical=True,
-        effective_modulus=E_STAR,
-        strips=17,
-        parameters={},
-    )
-    patch = result.patch
-    assert patch.y.shape == patch.x_lead.shape == patch.x_trail.shape == (1, 17)
-    assert result.edge_y.shape == (1, 18)
-    assert np.all(np.diff(result.edge_y) > 0.0)
-    assert np.all(patch.x_lead >= patch.x_trail)
-    assert result.normal_force.sum() == pytest.approx(50e3, rel=1e-12)
-    assert result.max_pressure[0] > 0.0
-    assert result.approach[0] > 0.0
