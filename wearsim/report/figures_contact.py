@@ -113,7 +113,7 @@ def plot_outline(
     """
     ax = own_axes(ax)
     y, x = outline(dataset, patch, across)
-    look = {"color": _colour(dataset), "linewidth": 1.3} | line
+    look: dict[str, Any] = {"color": _colour(dataset), "linewidth": 1.3} | line
     ax.plot(y, x, label=dataset.attrs["label"] if label is None else label, **look)
     _plane(dataset, ax, across)
     return ax
@@ -130,7 +130,7 @@ def plot_pressure_along(
 ) -> Axes:
     """Draw the largest pressure of each strip across a patch; parameters as of `plot_outline`."""
     ax = own_axes(ax)
-    look = {"color": _colour(dataset)} | line
+    look: dict[str, Any] = {"color": _colour(dataset)} | line
     pressure = shown_values(dataset, "pressure", patch=patch).max(axis=0)
     name = dataset.attrs["label"] if label is None else label
     ax.plot(shown_values(dataset, across, patch=patch), pressure, label=name, **look)
@@ -221,7 +221,7 @@ def plot_shear(
             )  # fmt: skip
         key = float(f"{most:.1g}")
         ax.quiverkey(
-            quiver, 0.93, 0.04, key, f"{plain(key, 1)} {FIELDS['shear_x'].shown_unit}",
+            quiver, 0.9, 0.04, key, f"{plain(key, 1)} {FIELDS['shear_x'].shown_unit}",
             labelpos="N", coordinates="axes", color=_WHEEL, fontproperties={"size": 7.5},
         )  # fmt: skip
     swatches = [Swatch(color=STICK, label="stick"), Swatch(color=SLIP, label="slip")]
@@ -288,7 +288,7 @@ def plot_section(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) 
 
 
 def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0, **line: Any) -> Axes:
-    """Draw the gap of the unloaded profiles around the patches of a side, and how wide they are.
+    """Draw the gap of the unloaded profiles around the patches of a side, their width and approach.
 
     Parameters
     ----------
@@ -307,19 +307,24 @@ def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0, **li
     gap = dataset["gap"].values[row] * FIELDS["gap"].shown_factor
     ax.plot(at, gap, **({"color": _WHEEL} | line))
     own = np.flatnonzero(dataset["patch_side"].values == side)
-    deepest = float(dataset["approach"].values[own].max()) * FIELDS["gap"].shown_factor
+    deepest, highest = float(gap.max()), 0.0
     sign = -1.0 if side else 1.0
-    for number in own:
+    for number in map(int, own):
         place = _ends(dataset, number, "lateral")[0]
         flat = np.cos(float(dataset["contact_angle"][number]))  # of the contact plane
         ends = shown_values(dataset, "rail_y", patch=number) + sign * flat * place[[0, -1]]
-        name = "patch" if number == own[0] else ""
-        ax.axvspan(ends.min(), ends.max(), color=STICK, lw=0.0, label=name)
-    ax.axhline(deepest, color=_CONTACT, lw=1.0, ls="--", label="approach")
-    ax.set_ylim(0.0, 3.0 * deepest)
+        # counted from where the bodies touch first within the patch
+        inside = gap[(at >= ends.min()) & (at <= ends.max())]
+        approach = inside.min(initial=deepest) + shown_values(dataset, "approach", patch=number)
+        highest = max(highest, float(approach))
+        first = number == own[0]
+        ax.axvspan(ends.min(), ends.max(), color=STICK, lw=0.0, label="patch" if first else "")
+        ax.hlines(approach, ends.min(), ends.max(), color=_CONTACT, lw=1.2, ls="--",
+                  label="approach" if first else "")  # fmt: skip
+    ax.set_ylim(0.0, 3.0 * highest)
     ax.set_xlim(at[0], at[-1])
     if side and not ax.xaxis_inverted():
         ax.invert_xaxis()
     ax.set_xlabel("Lateral on the counterface profile [mm]")
-    ax.set_ylabel("Gap before loading [µm]")
+    ax.set_ylabel("Gap along the normal [µm]")
     return ax

@@ -75,7 +75,7 @@ def contact_figure(dataset: xr.Dataset) -> Figure:
             section.set_title(f"Section, {WHEELS[side]} wheel")
             section.legend(loc="best")
             gap = figures_contact.plot_gap(dataset, figure.add_subplot(grid[row, 4:]), side=side)
-            gap.legend(loc="upper center", frameon=True, facecolor="white", edgecolor="none")
+            gap.legend(loc="best", frameon=True, facecolor="white", edgecolor="none")
             gap.set_title("Gap before loading")
         spans = _spans(dataset)
         count = dict.fromkeys(sides, 0)

@@ -44,7 +44,8 @@ FIELDS: Mapping[str, Quantity] = MappingProxyType(
                      "from the origin line of the wheel profile at rest, positive to the right"),
             Quantity("section_z", "z", "m", "mm", 1e3, "height in the track",
                      "positive down, 0 at the top of the counterface"),
-            Quantity("gap", "g", "m", "µm", 1e6, "gap of the unloaded profiles", "0 where they touch first"),
+            Quantity("gap", "g", "m", "µm", 1e6, "gap of the unloaded profiles along the normal",
+                     "0 where they touch first"),
         )
     }
 )  # fmt: skip
@@ -197,7 +198,7 @@ def _sections(
         low, high = (solution.rail_y[own] - half).min(), (solution.rail_y[own] + half).max()
         margin = _GAP_SPAN * float(half.max())
         spread.append((low - margin, high + margin))
-        touch.append(gap.gap[0] - descent)
+        touch.append((gap.gap[0] - descent) * np.cos(ground.angle))
         for name, values in (
             ("wheel_section_y", sign * y),
             ("wheel_section_z", z + descent),
@@ -211,11 +212,11 @@ def _sections(
         parts.setdefault("gap", []).append(np.interp(at, ground.y, distance))
     section = {"wheel_section": "wheel_point", "counterface_section": "counterface_point", "gap": "gap_point"}
     variables = {"side": xr.Variable(("side",), sides, {"long_name": "wheel", "comment": "0 right, 1 left"})}
-    for name, values in parts.items():
+    for name, lines in parts.items():
         stem = name if name == "gap" else name.rsplit("_", 1)[0]
         stem = "gap" if stem.startswith("gap") else stem
         row = {"gap_rail_y": "rail_y", "gap": "gap"}.get(name, f"section_{name[-1]}")
-        variables[name] = _variable(row, ("side", section[stem]), np.stack(values))
+        variables[name] = _variable(row, ("side", section[stem]), np.stack(lines))
     return variables
 
 
