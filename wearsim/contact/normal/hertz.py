@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from wearsim.contact import closed_forms
+from wearsim.contact.closed_forms import hertz as contact_ellipse
 from wearsim.contact.geometry import NO_WHEEL, Gap
 from wearsim.contact.normal.model import NormalSolution
 from wearsim.contact.normal.refusal import AT_EDGE, NO_TOUCH, NOT_SINGLE, refusal
@@ -183,7 +183,7 @@ def _touch(gap: Gap, row: int, index: int, window: float, effective_modulus: flo
     along = 0.5 * cosine * (1.0 / radius + gap.curvature / (1.0 - gap.curvature * z))
     if along <= 0.0:
         raise _not_positive("longitudinal curvature A", along, y, row)
-    alone = closed_forms.hertz(along, across, 1.0, effective_modulus)
+    alone = contact_ellipse(along, across, 1.0, effective_modulus)
     return _Touch(
         row=row,
         y=y,
@@ -254,7 +254,7 @@ def _lay_strips(
         np.array([getattr(touch, name) for touch in touches])
         for name in ("row", "y", "z", "angle", "along", "across", "height")
     )
-    ellipse = closed_forms.hertz(along, across, force, effective_modulus)
+    ellipse = contact_ellipse(along, across, force, effective_modulus)
     # Strip edges and middles in turn, in halves of a strip from the touching point.
     place = ellipse.semi_axis_y[:, None] * np.linspace(-1.0, 1.0, 2 * strips + 1)
     grid = gap.contour
