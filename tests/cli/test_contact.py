@@ -7,6 +7,7 @@ import json
 import pytest
 
 from wearsim.cli import main
+from wearsim.cli.contact_flags import FLAGS
 
 
 def solved(capsys: pytest.CaptureFixture[str], *flags: str) -> dict:
@@ -117,6 +118,14 @@ def test_all_faulty_flags_at_once(capsys):
         ("--roller-radius-mm 5", "roller-radius-mm = 5 must be a number from 50"),
         ("--curve-radius-m 0", "leave it out on tangent track"),
         ("--shift-mm 5.1 --normal-force-kN 80", "give the wheel load instead"),
+        ("--shift-mm 5.1 --creepage=0,0,0", "given creepages belong to one"),
+        ("--creepage=0,0,0 --rotation free", "--creepage and --rotation exclude each other"),
+        ("--creepage=0,0,0 --side both", "choose the right or the left side"),
+        ("--creepage=0,0", "must be three numbers"),
+        ("--side up", "--side = up must be right, left or both"),
+        ("--roll 101", "--roll = 101 must be free or a number from -100 to 100"),
+        ("--plot picture.jpg", "must end with .png, .svg, .pdf"),
+        ("--plot missing/picture.png", "the folder does not exist"),
     ],
 )
 def test_states_without_an_answer_are_refused_in_one_line(flags, message, capsys):
@@ -125,3 +134,119 @@ def test_states_without_an_answer_are_refused_in_one_line(flags, message, capsys
     assert message in captured.err
     assert len(captured.err.splitlines()) == 1
     assert captured.out == ""
+
+
+def test_both_wheels_with_free_roll_are_mirror_images(capsys):
+    """Up to the tolerance on height of the roll, 1e-11 m over 1.5 m."""
+    one = solved(capsys, "--shift-mm", "3", "--yaw-mrad", "2", "--side", "both")
+    other = solved(capsys, "--shift-mm", "-3", "--yaw-mrad", "-2", "--side", "both")
+    assert [patch["side"] for patch in one["patches"]] == ["right", "left"]
+    assert one["roll"] == pytest.approx(-other["roll"], abs=2e-11)
+    assert one["roll"] < -1e-4
+    for here, there in ((0, 1), (1, 0)):
+        for name in ("area", "power", "force_x", "wheel_y"):
+            assert one["patches"][here][name] == pytest.approx(other["patches"][there][name], rel=1e-6)
+        for name in ("contact_angle", "force_y", "spin"):
+            assert one["patches"][here][name] == pytest.approx(-other["patches"][there][name], rel=1e-6)
+
+
+def test_both_wheels_balance_the_axle(capsys):
+    """Rule free: no torque about the axle; rolling radii from the tape circle differ by below 1 mm of 460."""
+    patches = solved(capsys, "--shift-mm", "2", "--side", "both")["patches"]
+    assert sum(patch["force_x"] for patch in patches) == pytest.approx(
+        0.0, abs=3e-3 * abs(patches[0]["force_x"])
+    )
+
+
+def test_roll_is_nothing_for_one_wheel_and_free_for_both(capsys):
+    assert solved(capsys, "--shift-mm", "2")["roll"] == 0.0
+    free = solved(capsys, "--shift-mm", "2", "--roll", "free")
+    both = solved(capsys, "--shift-mm", "2", "--side", "both")
+    assert free["roll"] == both["roll"] != 0.0
+    assert free["patches"] == both["patches"][:1]
+    given = solved(capsys, "--shift-mm", "2", "--side", "both", "--roll", "-1")
+    assert given["roll"] == pytest.approx(-1e-3, rel=1e-15)
+
+
+def test_normal_force_of_both_wheels_is_that_of_each(capsys):
+    point = solved(capsys, "--shift-mm", "2", "--side", "both", "--normal-force-kN", "70")
+    forces = [patch["normal_force"] for patch in point["patches"]]
+    assert forces == pytest.approx([70e3, 70e3], rel=1e-12)
+
+
+def test_given_creepages_are_those_of_the_patch(capsys):
+    point = solved(capsys, "--shift-mm", "3", "--creepage=-0.0016,1e-3,-0.197")
+    assert point["rotation_speed"] is None
+    patch = point["patches"][0]
+    assert (patch["creepage_x"], patch["creepage_y"], patch["spin"]) == (-0.0016, 1e-3, -0.197)
+    assert main(["contact", "--shift-mm", "3", "--creepage=0,0,0"]) == 0
+    assert "creepages given" in capsys.readouterr().out
+
+
+def test_anchors_of_the_conventions(capsys):
+    """Right wheel, S1002 on 60E1 1:40, 3 mm: sizes to the rounding they are printed with."""
+    point = solved(capsys, "--shift-mm", "3", "--rotation", "nominal")
+    patch = point["patches"][0]
+    assert patch["creepage_x"] == pytest.approx(-0.0016, abs=1e-4)
+    assert patch["spin"] == pytest.approx(-0.197, abs=6e-3)
+    assert patch["contact_angle"] == pytest.approx(-0.09, abs=2e-3)
+    assert patch["force_x"] > 0.0
+    assert patch["force_y"] == pytest.approx(5.5e3, rel=0.08)
+    assert patch["power"] == pytest.approx(
+        -20.0
+        * sum(
+            patch[force] * patch[creepage]
+            for force, creepage in (
+                ("force_x", "creepage_x"),
+                ("force_y", "creepage_y"),
+                ("spin_moment", "spin"),
+            )
+        ),
+        rel=1e-12,
+    )
+
+
+def test_table_for_people_shows_sides_and_roll(capsys):
+    assert main(["contact", "--shift-mm", "3", "--side", "both"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[:3]] == ["side", "right", "left"]
+    assert "both wheels on rail, 2 patches" in lines[3]
+    assert "mrad (free)" in lines[3]
+    assert max(map(len, lines)) < 150
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_plots_are_files_of_their_kind(ending, tmp_path, capsys):
+    path = tmp_path / f"contact.{ending}"
+    point = solved(capsys, "--shift-mm", "5.1", "--side", "both", "--plot", str(path))
+    assert len(point["patches"]) == 3
+    start = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending]
+    assert path.read_bytes().startswith(start)
+
+
+def test_a_plot_that_cannot_be_written_is_told_in_one_line(tmp_path, capsys):
+    (tmp_path / "contact.png").mkdir()
+    assert main(["contact", "--plot", str(tmp_path / "contact.png")]) == 2
+    captured = capsys.readouterr()
+    assert "cannot be written" in captured.err
+    assert captured.err.count("\n") == 1
+
+
+def test_help_shows_every_flag_with_its_default(capsys):
+    with pytest.raises(SystemExit):
+        main(["contact", "--help"])
+    told = " ".join(capsys.readouterr().out.split())
+    for flag in FLAGS:
+        assert f"--{flag.name} X" in told
+        assert flag.default is None or f"(default {flag.default})" in told
+    assert "wearsim contact --table points.csv" in told
+
+
+def test_flags_of_the_architecture():
+    """Section 7, in its order."""
+    names = "wheel rail inclination gauge-mm flange-back-mm wheel-radius-mm roller-radius-mm curve-radius-m"
+    names += (
+        " shift-mm yaw-mrad wheel-load-kN normal-force-kN friction speed-km-h rotation youngs-GPa poisson"
+    )
+    names += " side normal tangential creepage roll"
+    assert set(names.split()) <= {flag.name for flag in FLAGS}

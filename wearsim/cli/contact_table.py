@@ -194,7 +194,7 @@ def _header(name: str, line: int, cells: list[str]) -> tuple[str, ...]:
             raise SceneError([Fault(told + " as decimal marks", name, line)])
     faults = [f"column {k} has no name" for k, column in enumerate(columns, 1) if not column]
     twice = sorted({column for column in columns if column and columns.count(column) > 1})
-    faults += [f"column {column} stands there more than once; keep one" for column in twice]
+    faults += [f"column {_short(column)} stands there more than once; keep one" for column in twice]
     if not any(column in COLUMNS for column in columns):
         told = "no column has the name of a flag, such as shift_mm, yaw_mrad or wheel_load_kN"
         near = [hint for column in columns if (hint := _nearest(column))]
@@ -202,6 +202,11 @@ def _header(name: str, line: int, cells: list[str]) -> tuple[str, ...]:
     if faults:
         raise SceneError([Fault(fault, name, line) for fault in faults])
     return tuple(columns)
+
+
+def _short(text: str) -> str:
+    """Name of a column as it fits into a line."""
+    return " ".join(text.split())[:60]
 
 
 def _nearest(column: str) -> str | None:
@@ -230,7 +235,8 @@ def _warnings(columns: tuple[str, ...]) -> Iterator[str]:
             continue
         near = _nearest(column)
         if near is not None and near not in columns:
-            yield f"column {column!r} is not a flag of wearsim and is carried through; did you mean {near}?"
+            told = f"column {_short(column)} is not a flag of wearsim and is carried through"
+            yield f"{told}; did you mean {near}?"
 
 
 def _records(name: str, stream: BinaryIO) -> Iterator[tuple[int, list[str]]]:
@@ -258,7 +264,7 @@ def _records(name: str, stream: BinaryIO) -> Iterator[tuple[int, list[str]]]:
                 yield line + "\n"
 
     start = 1
-    reader = csv.reader(lines(), strict=True)
+    reader = csv.reader(lines(), strict=True, skipinitialspace=True)
     try:
         for cells in reader:
             if any(cell.strip() for cell in cells):

@@ -59,6 +59,15 @@ _SCALARS = {
     "spin_moment": "spin_moment", "slip_area": "slip_area", "power": "power",
     "power_balance": "power_balance",
 }  # fmt: skip
+_SECTIONS = {
+    # variable: row of the nomenclature, dimension
+    "wheel_section_y": ("section_y", "wheel_point"),
+    "wheel_section_z": ("section_z", "wheel_point"),
+    "counterface_section_y": ("section_y", "counterface_point"),
+    "counterface_section_z": ("section_z", "counterface_point"),
+    "gap_rail_y": ("rail_y", "gap_point"),
+    "gap": ("gap", "gap_point"),
+}
 _GAP_SPAN = 1.5  # patch widths of gap on either side of the patches
 
 
@@ -210,13 +219,10 @@ def _sections(
         at = np.linspace(max(low, ground.y[0]), min(high, ground.y[-1]), 401)
         parts.setdefault("gap_rail_y", []).append(at)
         parts.setdefault("gap", []).append(np.interp(at, ground.y, distance))
-    section = {"wheel_section": "wheel_point", "counterface_section": "counterface_point", "gap": "gap_point"}
     variables = {"side": xr.Variable(("side",), sides, {"long_name": "wheel", "comment": "0 right, 1 left"})}
     for name, lines in parts.items():
-        stem = name if name == "gap" else name.rsplit("_", 1)[0]
-        stem = "gap" if stem.startswith("gap") else stem
-        row = {"gap_rail_y": "rail_y", "gap": "gap"}.get(name, f"section_{name[-1]}")
-        variables[name] = _variable(row, ("side", section[stem]), np.stack(lines))
+        row, along = _SECTIONS[name]
+        variables[name] = _variable(row, ("side", along), np.stack(lines))
     return variables
 
 
