@@ -215,6 +215,7 @@ _PATCH: tuple[_Row, ...] = (
     ("force_y", "Fy", "N", "lateral creep force", _ON_WHEEL + _LEFT, None),
     ("spin_moment", "Mz", "N m", "spin moment about the centre of the patch", _ON_WHEEL + _LEFT, None),
     ("slip_area", "As", "m2", "area of the patch that slips", "", None),
+    ("slip_share", "As/A", "1", "share of the patch that slips", "", None),
     ("power", "P", "W", "frictional power of the patch", "never negative", None),
     (
         "power_balance",

@@ -6,7 +6,7 @@ import pytest
 
 from wearsim.contact.normal import NEVER_LEADS, NORMAL_MODELS
 from wearsim.scene import build, load_scene
-from wearsim.scene.load import warnings_of
+from wearsim.scene.setup import warnings_of
 
 DATA = Path(__file__).parents[1] / "data"
 RIG = (DATA / "scene_rig.toml").read_text()

@@ -8,7 +8,7 @@ import pytest
 from wearsim.profile import standard
 from wearsim.profile.files import write_two_column
 from wearsim.scene import load_scene
-from wearsim.scene.load import warnings_of
+from wearsim.scene.setup import warnings_of
 from wearsim.scene.touch import check_contact
 
 DATA = Path(__file__).parents[1] / "data"

@@ -30,7 +30,7 @@ from wearsim.campaign.row import StepTaken
 from wearsim.campaign.writer import Writer
 from wearsim.errors import NumericalError, WearsimError
 from wearsim.results import check_row
-from wearsim.scene import CampaignSetup, CompareScene, build, files_to_copy, load_scene
+from wearsim.scene import CampaignSetup, CompareScene, build, files_to_copy, load_campaign
 
 
 def run_scene(
@@ -62,7 +62,7 @@ def run_scene(
         If `out` cannot be used; nothing in it is touched then.
     """
     out = Path(out)
-    scene = load_scene(path)
+    scene = load_campaign(path)
     files = SceneFiles(scene.origin.path.name, files_to_copy(scene))
     refuse_foreign(out)
     with locked(out):
@@ -92,7 +92,7 @@ def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, 
 
 def _run_claimed(out: Path, manifest: Manifest, observer: Observer | None) -> tuple[Path, ...]:
     # from the copy also at the first start, so that run and resume cannot differ
-    scene = load_scene(out / SCENE_FOLDER / manifest.main, copied=True)
+    scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
     parts = (scene.rig, scene.field) if isinstance(scene, CompareScene) else (scene,)
     setups = [build(part) for part in parts]
     paths = [run_campaign(setup, out, setup.kind, observer, command=manifest.command) for setup in setups]

@@ -6,11 +6,11 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from wearsim.cli import Commands, add_command
+from wearsim.cli import Commands, add_command, published
 
 if TYPE_CHECKING:
     from wearsim.errors import Fault
-    from wearsim.scene.models import FieldScene, RigScene
+    from wearsim.scene import FieldScene, PublishedScene, RigScene
 
 _PATCH_VALUES = 25
 """Values stored per patch slot: positions, forces, creepages, wear index and the like."""
@@ -32,11 +32,12 @@ def execute(arguments: argparse.Namespace) -> int:
     """Check the scene and print what it would run."""
     import json
 
-    from wearsim.scene import load_scene
-    from wearsim.scene.models import CompareScene
+    from wearsim.scene import CompareScene, PublishedScene, load_scene
     from wearsim.scene.touch import check_contact
 
     scene = load_scene(arguments.scene)
+    if isinstance(scene, PublishedScene):
+        return _check_published(scene, arguments.json)
     warnings = check_contact(scene)
     parts: list[RigScene | FieldScene]
     parts = [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
@@ -49,6 +50,19 @@ def execute(arguments: argparse.Namespace) -> int:
     for item in plans:
         print()
         print(_text(item))
+    return 0
+
+
+def _check_published(scene: PublishedScene, as_json: bool) -> int:
+    import json
+
+    told = published.plan(scene)
+    if as_json:
+        print(json.dumps({"scene": str(scene.origin.path), "kind": scene.scene.kind, **told}, indent=2))
+        return 0
+    print(f"{scene.origin.path}: no faults ({scene.scene.kind})\n")
+    print(f"{told['title']}: {told['cases']} cases on {', '.join(told['profiles'])}")
+    print(f"{told['contact_solutions']} contact solutions")
     return 0
 
 

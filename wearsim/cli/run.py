@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from wearsim.cli import Commands, add_command
+from wearsim.cli import Commands, add_command, published
 
 
 def add_parser(commands: Commands) -> None:
@@ -19,7 +19,9 @@ def add_parser(commands: Commands) -> None:
     )
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument(
-        "--out", metavar="DIR", help="run directory (default: the scene file's name without .toml, here)"
+        "--out",
+        metavar="DIR",
+        help="run directory (default: the scene file's name without .toml; for published cases: reports)",
     )
 
 
@@ -28,11 +30,15 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.campaign.run import run_scene
     from wearsim.cli.progress import observer
     from wearsim.report.html import write_report
-    from wearsim.scene import load_scene
+    from wearsim.scene import PublishedScene, load_scene
     from wearsim.scene.touch import check_contact
 
-    out = Path(arguments.out or Path(arguments.scene).stem)
-    for warning in check_contact(load_scene(arguments.scene)):
+    scene = load_scene(arguments.scene)
+    given = Path(arguments.out) if arguments.out else None
+    if isinstance(scene, PublishedScene):
+        return published.run(scene, given, arguments.command_line)
+    out = given or Path(Path(arguments.scene).stem)
+    for warning in check_contact(scene):
         print(f"warning: {warning}", file=sys.stderr)
     with observer() as observe:
         run_scene(arguments.scene, out, command=arguments.command_line, observer=observe)

@@ -1,16 +1,28 @@
 """The scene file: read, checked with all faults at once, and made into the ingredients of a campaign."""
 
-from wearsim.scene.load import CampaignSetup, Scene, build, files_to_copy, load_scene, scene_schema
+from wearsim.scene.load import (
+    CampaignScene,
+    Scene,
+    files_to_copy,
+    load_campaign,
+    load_scene,
+    scene_schema,
+)
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
+from wearsim.scene.published import PublishedScene
+from wearsim.scene.setup import CampaignSetup, build
 
 __all__ = [
+    "CampaignScene",
     "CampaignSetup",
     "CompareScene",
     "FieldScene",
+    "PublishedScene",
     "RigScene",
     "Scene",
     "build",
     "files_to_copy",
+    "load_campaign",
     "load_scene",
     "scene_schema",
 ]

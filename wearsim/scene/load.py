@@ -6,78 +6,30 @@ import json
 import os
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from wearsim.contact.solve import ContactModels, Counterface, Wheelset
-from wearsim.damage.wear import WearSettings
 from wearsim.errors import Fault, SceneError
-from wearsim.operation.field import TrackClass, collective
-from wearsim.operation.monitor import with_monitors
-from wearsim.operation.points import ControlSettings, OperatingPoints
-from wearsim.operation.rig import Block, programme
-from wearsim.scene.cross_checks import scene_warnings
 from wearsim.scene.faults import key_lines, shown, syntax_fault, validation_faults
-from wearsim.scene.inputs import InputFile, Inputs, find_file, read_inputs
+from wearsim.scene.inputs import find_file, read_inputs
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
+from wearsim.scene.published import PublishedScene, read_published
+from wearsim.scene.setup import inputs_of
 
-Scene = RigScene | FieldScene | CompareScene
+CampaignScene = RigScene | FieldScene | CompareScene
+Scene = CampaignScene | PublishedScene
 
-_MODELS: dict[str, type[RigScene] | type[FieldScene] | type[CompareScene]] = {
+_MODELS: dict[str, type[RigScene] | type[FieldScene] | type[CompareScene] | type[PublishedScene]] = {
     "rig": RigScene,
     "field": FieldScene,
     "compare": CompareScene,
+    "published": PublishedScene,
 }
 _LARGEST_FILE = 2_000_000
 _INPUTS = "inputs.json"
 _RESERVED = (_INPUTS, "manifest.json")
-
-
-@dataclass(frozen=True)
-class CampaignSetup:
-    """Everything a campaign is run with.
-
-    Parameters
-    ----------
-    kind : {"rig", "field"}
-        Of the scene.
-    wheelset : Wheelset
-        New wheels, with points at the scene's spacing.
-    counterface : Counterface
-        Rail or roller, placed.
-    models : ContactModels
-        Of the contact.
-    wear : WearSettings
-        Law, coefficients, form, density.
-    points : OperatingPoints
-        Load collective with monitoring points.
-    control : ControlSettings
-        Distance and steps.
-    scene_text : str
-        The scene file.
-    title : str
-        Of the campaign.
-    input_hashes : tuple of (str, str)
-        Name and SHA-256 of the scene file and of every profile.
-    warnings : tuple of str
-        What deserves a second look, one line each.
-    """
-
-    kind: Literal["rig", "field"]
-    wheelset: Wheelset
-    counterface: Counterface
-    models: ContactModels
-    wear: WearSettings
-    points: OperatingPoints
-    control: ControlSettings
-    scene_text: str
-    title: str
-    input_hashes: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
 
 
 def load_scene(path: str | Path, *, copied: bool = False) -> Scene:
@@ -93,7 +45,7 @@ def load_scene(path: str | Path, *, copied: bool = False) -> Scene:
 
     Returns
     -------
-    RigScene, FieldScene or CompareScene
+    RigScene, FieldScene, CompareScene or PublishedScene
         By `kind` in [scene].
 
     Raises
@@ -114,6 +66,8 @@ def load_scene(path: str | Path, *, copied: bool = False) -> Scene:
     if isinstance(scene, CompareScene):
         for role in ("rig", "field"):
             faults += _read_compared(scene, role, kept)
+    elif isinstance(scene, PublishedScene):
+        scene._inputs, faults = read_published(scene)
     else:
         faults = _read_files(scene, kept)
     if faults:
@@ -121,12 +75,37 @@ def load_scene(path: str | Path, *, copied: bool = False) -> Scene:
     return scene
 
 
-def files_to_copy(scene: Scene) -> dict[str, bytes]:
+def load_campaign(path: str | Path, *, copied: bool = False) -> CampaignScene:
+    """Read the scene of a campaign, or of two to compare; see `load_scene`.
+
+    Parameters
+    ----------
+    path, copied
+        As for `load_scene`.
+
+    Returns
+    -------
+    RigScene, FieldScene or CompareScene
+        By `kind` in [scene].
+
+    Raises
+    ------
+    SceneError
+        With all faults, or if the scene is no campaign.
+    """
+    scene = load_scene(path, copied=copied)
+    if isinstance(scene, PublishedScene):
+        told = "kind = 'published' is no campaign; run it with `wearsim run`"
+        raise SceneError([Fault(told, str(scene.origin.path), scene.line("scene", "kind"))])
+    return scene
+
+
+def files_to_copy(scene: CampaignScene) -> dict[str, bytes]:
     """Files with which a scene can be loaded again elsewhere, by `load_scene(..., copied=True)`.
 
     Parameters
     ----------
-    scene : Scene
+    scene : RigScene, FieldScene or CompareScene
         As loaded.
 
     Returns
@@ -144,7 +123,7 @@ def files_to_copy(scene: Scene) -> dict[str, bytes]:
             named.append((part.origin.role, part.origin.path, part.origin.content))
         named += [
             (f"{part.origin.role}/{file.role}", file.path, file.content)
-            for file in _inputs(part).files[1:]
+            for file in inputs_of(part).files[1:]
             if not file.shipped
         ]
     files: dict[str, bytes] = {}
@@ -159,87 +138,13 @@ def files_to_copy(scene: Scene) -> dict[str, bytes]:
     return files
 
 
-def build(scene: RigScene | FieldScene) -> CampaignSetup:
-    """Make the ingredients of a campaign from a scene, in SI units.
-
-    Parameters
-    ----------
-    scene : RigScene or FieldScene
-        As loaded; of a compare scene, its `rig` or its `field`.
-
-    Returns
-    -------
-    CampaignSetup
-        What the campaign is run with.
-    """
-    inputs = _inputs(scene)
-    contact, campaign, header = scene.contact, scene.campaign, scene.scene
-    rig = isinstance(scene, RigScene)
-    return CampaignSetup(
-        kind="rig" if rig else "field",
-        wheelset=Wheelset(inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span),
-        counterface=Counterface(
-            inputs.counterface,
-            1e3 / scene.counterface.roller_radius_mm if isinstance(scene, RigScene) else 0.0,
-        ),
-        models=ContactModels(
-            normal=contact.normal,
-            tangential=contact.tangential,
-            strips=contact.strips,
-            cells=contact.cells,
-            youngs_modulus=1e9 * contact.youngs_GPa,
-            poisson_ratio=contact.poisson,
-            parameters=(("virtual_penetration_factor", contact.virtual_penetration_factor),),
-        ),
-        wear=WearSettings(
-            law=scene.wear.law,
-            coefficients=scene.wear.coefficients,
-            form=scene.wear.form,
-            density=scene.wear.density_kg_m3,
-        ),
-        points=_points(scene),
-        control=ControlSettings(
-            distance=1e3 * campaign.distance_km,
-            depth_cap=1e-6 * campaign.max_step_depth_um,
-            stability=campaign.stability,
-            smoothing_wavelength=1e-3 * campaign.smoothing_wavelength_mm,
-            integrator=campaign.integrator,
-            **({} if campaign.max_step_km is None else {"max_step": 1e3 * campaign.max_step_km}),
-        ),
-        scene_text=scene.origin.content.decode("utf-8-sig"),
-        title=header.title or scene.origin.path.stem,
-        input_hashes=tuple((_hash_name(file), file.sha256) for file in inputs.files),
-        warnings=tuple(
-            # results tell the file by its name alone: the run reads a copy, and folders are nobody's business
-            str(replace(warning, file=scene.origin.path.name))
-            for warning in warnings_of(scene)
-        ),
-    )
-
-
-def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
-    """Tell what a scene may hold, but deserves a second look.
-
-    Parameters
-    ----------
-    scene : RigScene or FieldScene
-        As loaded.
-
-    Returns
-    -------
-    tuple of Fault
-        In the order of the file; `wearsim.scene.touch.check_contact` adds what only the contact tells.
-    """
-    return scene_warnings(scene, _inputs(scene).clearance)
-
-
 def scene_schema() -> dict[str, Any]:
     """JSON schema of the scene file, for editors.
 
     Returns
     -------
     dict
-        Draft 2020-12; any of the three kinds.
+        Draft 2020-12; any of the kinds.
     """
     schema = TypeAdapter(Scene).json_schema(by_alias=True)
     return {
@@ -247,62 +152,6 @@ def scene_schema() -> dict[str, Any]:
         "title": "wearsim scene file",
         **schema,
     }
-
-
-def _points(scene: RigScene | FieldScene) -> OperatingPoints:
-    rotation, torque = scene.contact.rotation, scene.contact.torque_Nm
-    if isinstance(scene, RigScene):
-        points = programme(
-            [
-                Block(
-                    name=run.name,
-                    shift=1e-3 * run.shift_mm,
-                    wheel_load=1e3 * run.load_kN,
-                    speed=run.speed_km_h / 3.6,
-                    friction=run.friction,
-                    distance=1e3 * run.distance_km,
-                    yaw=1e-3 * run.yaw_mrad,
-                    roll=1e-3 * run.roll_mrad,
-                    environment=run.environment,
-                )
-                for run in scene.operation.blocks
-            ],
-            rotation=rotation,
-            torque=torque,
-        )
-    else:
-        points = collective(
-            [
-                TrackClass(
-                    name=run.name,
-                    shift_mean=1e-3 * run.shift_mean_mm,
-                    shift_std=1e-3 * run.shift_std_mm,
-                    wheel_load=1e3 * run.load_kN,
-                    speed=run.speed_km_h / 3.6,
-                    friction=run.friction,
-                    share=run.share,
-                    track_curvature=0.0 if run.curve_radius_m is None else 1.0 / run.curve_radius_m,
-                    positions=run.positions,
-                    yaw=1e-3 * run.yaw_mrad,
-                    roll=1e-3 * run.roll_mrad,
-                    environment=run.environment,
-                )
-                for run in scene.operation.classes
-            ],
-            rotation=rotation,
-            torque=torque,
-        )
-    monitor = scene.operation.monitor
-    if monitor is None:
-        return points
-    return with_monitors(
-        points,
-        1e-3 * np.array(monitor.shifts_mm, dtype=np.float64),
-        wheel_load=1e3 * monitor.load_kN,
-        speed=monitor.speed_km_h / 3.6,
-        friction=monitor.friction,
-        yaw=1e-3 * monitor.yaw_mrad,
-    )
 
 
 def _read(path: Path, role: str) -> Scene:
@@ -371,13 +220,6 @@ def _read_files(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> list[
     return faults
 
 
-def _inputs(scene: RigScene | FieldScene) -> Inputs:
-    inputs = scene._inputs
-    if not isinstance(inputs, Inputs):
-        raise ValueError("a scene is built after load_scene has read its files")
-    return inputs
-
-
 def _kept_files(path: Path) -> dict[str, Path]:
     try:
         roles = json.loads((path.parent / _INPUTS).read_text(encoding="utf-8"))
@@ -391,7 +233,3 @@ def _shipped_scenes() -> list[Path]:
     from wearsim.profile.standard import shipped_path
 
     return list(shipped_path("workflows").glob("*.toml"))
-
-
-def _hash_name(file: InputFile) -> str:
-    return file.path.name if file.role == "scene" else f"{file.role} {file.name}"

@@ -22,13 +22,14 @@ SLOWEST_KM_H = 0.1
 """Slower is no service and no test; speeds near 0 would only end in rounding."""
 
 
-def _quantity(meaning: str, unit: str = "", default: Any = ..., **limits: Any) -> Any:
+def quantity(meaning: str, unit: str = "", default: Any = ..., **limits: Any) -> Any:
     """Field of a number; its limits, unit and meaning also make the message of a fault."""
     extra: Any = {"unit": unit} if unit else None
     return Field(default, description=meaning, json_schema_extra=extra, **limits)
 
 
-def _text(meaning: str, default: Any = ...) -> Any:
+def words(meaning: str, default: Any = ...) -> Any:
+    """Field of a text of at most 200 characters."""
     return Field(default, description=meaning, min_length=1, max_length=200)
 
 
@@ -100,7 +101,7 @@ class Section(BaseModel):
 class Header(Section):
     """What the file is."""
 
-    title: Text = _text("one line that names the campaign in results and reports", "")
+    title: Text = words("one line that names the campaign in results and reports", "")
     schema_version: Literal[1] = Field(1, alias="schema", description="the version of the scene format")
 
 
@@ -126,7 +127,7 @@ class AnyHeader(Section):
     """[scene] while the kind is not known; it decides which other keys are right."""
 
     model_config = ConfigDict(extra="ignore")
-    kind: Literal["rig", "field", "compare"] = Field(description="what the scene describes")
+    kind: Literal["rig", "field", "compare", "published"] = Field(description="what the scene describes")
 
 
 class AnyScene(Section):
@@ -139,10 +140,10 @@ class AnyScene(Section):
 class WheelsetSection(Section):
     """[wheelset]: two wheels on an axle."""
 
-    profile: Text = _text("the name of a shipped wheel profile, such as S1002, or a file of points")
-    profile_left: Text | None = _text("the profile of the left wheel, if it differs", None)
-    radius_mm: float = _quantity("the wheel radius at the tape circle", "mm", 460.0, ge=150, le=1500)
-    flange_back_mm: float = _quantity("the distance between the flange backs", "mm", 1360.0, ge=900, le=1700)
+    profile: Text = words("the name of a shipped wheel profile, such as S1002, or a file of points")
+    profile_left: Text | None = words("the profile of the left wheel, if it differs", None)
+    radius_mm: float = quantity("the wheel radius at the tape circle", "mm", 460.0, ge=150, le=1500)
+    flange_back_mm: float = quantity("the distance between the flange backs", "mm", 1360.0, ge=900, le=1700)
 
 
 class RailSection(Section):
@@ -151,16 +152,16 @@ class RailSection(Section):
     not_here: ClassVar[dict[str, str]] = {
         "roller_radius_mm": 'a rail has no radius; delete the key, or write kind = "rig" in [scene]'
     }
-    profile: Text = _text("the name of a shipped rail profile, such as 60E1, or a file of points")
-    inclination: Inclination = _text('the inclination of the rail, such as "1:40", or "none"')
-    gauge_mm: float = _quantity("the track gauge", "mm", 1435.0, ge=950, le=1750)
+    profile: Text = words("the name of a shipped rail profile, such as 60E1, or a file of points")
+    inclination: Inclination = words('the inclination of the rail, such as "1:40", or "none"')
+    gauge_mm: float = quantity("the track gauge", "mm", 1435.0, ge=950, le=1750)
 
 
 class RollerSection(RailSection):
     """[counterface] on a rig: rollers with a rail's profile."""
 
     not_here: ClassVar[dict[str, str]] = {}
-    roller_radius_mm: float = _quantity("the radius of the rollers at the profile's top", "mm", ge=1, le=5000)
+    roller_radius_mm: float = quantity("the radius of the rollers at the profile's top", "mm", ge=1, le=5000)
 
 
 class ContactSection(Section):
@@ -172,15 +173,15 @@ class ContactSection(Section):
     tangential: Annotated[str, _Registered("wearsim.contact.tangential", "TANGENTIAL_MODELS")] = Field(
         "fastsim", description="the model of the tangential contact"
     )
-    strips: int = _quantity("the number of strips across a patch", "", 50, ge=5, le=400)
-    cells: int = _quantity("the number of cells along a strip", "", 50, ge=5, le=400)
-    youngs_GPa: float = _quantity("Young's modulus of both bodies", "GPa", 210.0, ge=1, le=1000)
-    poisson: float = _quantity("Poisson's ratio of both bodies", "", 0.3, ge=0, le=0.49)
+    strips: int = quantity("the number of strips across a patch", "", 50, ge=5, le=400)
+    cells: int = quantity("the number of cells along a strip", "", 50, ge=5, le=400)
+    youngs_GPa: float = quantity("Young's modulus of both bodies", "GPa", 210.0, ge=1, le=1000)
+    poisson: float = quantity("Poisson's ratio of both bodies", "", 0.3, ge=0, le=0.49)
     rotation: Literal["free", "centred", "nominal"] = Field(
         "free", description="the rule that gives the wheels' rotation speed"
     )
-    torque_Nm: float = _quantity("the torque on the axle, driving forward", "N m", 0.0, ge=-50000, le=50000)
-    virtual_penetration_factor: float = _quantity(
+    torque_Nm: float = quantity("the torque on the axle, driving forward", "N m", 0.0, ge=-50000, le=50000)
+    virtual_penetration_factor: float = quantity(
         "the share of the approach that is virtual penetration", "", 0.55, gt=0, le=1
     )
 
@@ -197,19 +198,19 @@ class WearSection(Section):
     form: Literal["local", "patch_mean"] = Field(
         "local", description="whether the law acts in each strip or on the mean of the patch"
     )
-    density_kg_m3: float = _quantity("the density of the wheel", "kg/m3", 7850.0, ge=500, le=25000)
+    density_kg_m3: float = quantity("the density of the wheel", "kg/m3", 7850.0, ge=500, le=25000)
 
 
 class Running(Section):
     """How the wheelset runs, alike in blocks and classes."""
 
-    name: Text = _text("a name for tables and figures")
-    yaw_mrad: float = _quantity("the yaw of the wheelset", "mrad", 0.0, ge=-100, le=100)
-    roll_mrad: float = _quantity("the roll of the wheelset", "mrad", 0.0, ge=-100, le=100)
-    load_kN: float = _quantity("the vertical load of one wheel", "kN", ge=SMALLEST_LOAD_KN, le=250)
-    speed_km_h: float = _quantity("the speed", "km/h", ge=SLOWEST_KM_H, le=400)
-    friction: float = _quantity("Coulomb's coefficient of friction", "", ge=0, le=1)
-    environment: float = _quantity(
+    name: Text = words("a name for tables and figures")
+    yaw_mrad: float = quantity("the yaw of the wheelset", "mrad", 0.0, ge=-100, le=100)
+    roll_mrad: float = quantity("the roll of the wheelset", "mrad", 0.0, ge=-100, le=100)
+    load_kN: float = quantity("the vertical load of one wheel", "kN", ge=SMALLEST_LOAD_KN, le=250)
+    speed_km_h: float = quantity("the speed", "km/h", ge=SLOWEST_KM_H, le=400)
+    friction: float = quantity("Coulomb's coefficient of friction", "", ge=0, le=1)
+    environment: float = quantity(
         "the factor on the wear depth, 1 for dry laboratory coefficients", "", 1.0, gt=0, le=10
     )
 
@@ -217,22 +218,22 @@ class Running(Section):
 class BlockSection(Running):
     """[[operation.block]]: one block of the rig programme."""
 
-    shift_mm: float = _quantity("the lateral shift, + to the right", "mm", ge=-20, le=20)
-    distance_km: float = _quantity("the distance run in this block of the loop", "km", gt=0, le=1e7)
+    shift_mm: float = quantity("the lateral shift, + to the right", "mm", ge=-20, le=20)
+    distance_km: float = quantity("the distance run in this block of the loop", "km", gt=0, le=1e7)
 
 
 class ClassSection(Running):
     """[[operation.class]]: one class of track in the field."""
 
-    curve_radius_m: CurveRadius | None = _quantity(
+    curve_radius_m: CurveRadius | None = quantity(
         "the curve radius, + to the right; none in tangent track", "m", None
     )
-    shift_mean_mm: float = _quantity("the mean lateral shift, + to the right", "mm", ge=-20, le=20)
-    shift_std_mm: float = _quantity("the standard deviation of the lateral shift", "mm", ge=0, le=10)
-    positions: int = _quantity(
+    shift_mean_mm: float = quantity("the mean lateral shift, + to the right", "mm", ge=-20, le=20)
+    shift_std_mm: float = quantity("the standard deviation of the lateral shift", "mm", ge=0, le=10)
+    positions: int = quantity(
         "the number of lateral positions within 3 standard deviations", "", 15, ge=10, le=200
     )
-    share: float = _quantity("the share of the distance", "", gt=0, le=1)
+    share: float = quantity("the share of the distance", "", gt=0, le=1)
 
 
 class MonitorSection(Section):
@@ -244,10 +245,10 @@ class MonitorSection(Section):
         description="the lateral shifts to watch",
         json_schema_extra={"unit": "mm"},
     )
-    yaw_mrad: float = _quantity("the yaw of the wheelset", "mrad", 0.0, ge=-100, le=100)
-    load_kN: float = _quantity("the vertical load of one wheel", "kN", ge=SMALLEST_LOAD_KN, le=250)
-    speed_km_h: float = _quantity("the speed", "km/h", ge=SLOWEST_KM_H, le=400)
-    friction: float = _quantity("Coulomb's coefficient of friction", "", ge=0, le=1)
+    yaw_mrad: float = quantity("the yaw of the wheelset", "mrad", 0.0, ge=-100, le=100)
+    load_kN: float = quantity("the vertical load of one wheel", "kN", ge=SMALLEST_LOAD_KN, le=250)
+    speed_km_h: float = quantity("the speed", "km/h", ge=SLOWEST_KM_H, le=400)
+    friction: float = quantity("Coulomb's coefficient of friction", "", ge=0, le=1)
 
 
 class RigOperation(Section):
@@ -277,22 +278,22 @@ class FieldOperation(Section):
 class CampaignSection(Section):
     """[campaign]: how far, and in which steps."""
 
-    distance_km: float = _quantity("the distance of the campaign", "km", gt=0, le=1e7)
-    max_step_depth_um: float = _quantity("the largest wear depth of one step", "um", 8.0, ge=0.1, le=200)
-    stability: float = _quantity("the limit of the stability number S", "", 0.4, gt=0, lt=2)
-    smoothing_wavelength_mm: float = _quantity(
+    distance_km: float = quantity("the distance of the campaign", "km", gt=0, le=1e7)
+    max_step_depth_um: float = quantity("the largest wear depth of one step", "um", 8.0, ge=0.1, le=200)
+    stability: float = quantity("the limit of the stability number S", "", 0.4, gt=0, lt=2)
+    smoothing_wavelength_mm: float = quantity(
         "the wavelength that smoothing halves, 0 for none", "mm", 2.5, ge=0, le=50
     )
     integrator: Literal["heun", "euler"] = Field("heun", description="the rule that combines wear rates")
-    point_spacing_mm: float = _quantity("the spacing of the profile's points", "mm", 0.25, ge=0.05, le=2)
-    max_step_km: float | None = _quantity("the longest step", "km", None, gt=0, le=1e7)
+    point_spacing_mm: float = quantity("the spacing of the profile's points", "mm", 0.25, ge=0.05, le=2)
+    max_step_km: float | None = quantity("the longest step", "km", None, gt=0, le=1e7)
 
 
 class ComparedSection(Section):
     """[compare]: the two scenes that are run and compared."""
 
-    rig: Text = _text("the scene file of the roller rig")
-    field: Text = _text("the scene file of the service on track")
+    rig: Text = words("the scene file of the roller rig")
+    field: Text = words("the scene file of the service on track")
 
 
 @dataclass(frozen=True)

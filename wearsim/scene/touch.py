@@ -12,8 +12,9 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.roll import resting
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError
-from wearsim.scene.load import CampaignSetup, Scene, build, warnings_of
+from wearsim.scene.load import CampaignScene
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
+from wearsim.scene.setup import CampaignSetup, build, warnings_of
 
 _BATCH = 64
 """Points whose gaps are held in memory at a time."""
@@ -24,12 +25,12 @@ LARGEST_TILT = 1e-3
 Place = tuple[str | int, ...]
 
 
-def check_contact(scene: Scene) -> tuple[Fault, ...]:
+def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
     """Solve the normal contact of the new wheels at all operating points and refuse what has no answer.
 
     Parameters
     ----------
-    scene : Scene
+    scene : RigScene, FieldScene or CompareScene
         As loaded.
 
     Returns

@@ -1,0 +1,66 @@
+"""`wearsim run` and `wearsim check` on a scene of published contact cases."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from wearsim.scene import PublishedScene
+
+
+def run(scene: PublishedScene, out: Path | None, command: str) -> int:
+    """Solve the cases and write the report.
+
+    Parameters
+    ----------
+    scene : PublishedScene
+        As loaded.
+    out : Path, optional
+        Folder of the report; "reports" if not given.
+    command : str
+        Command line, for the report.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    from wearsim.report.pages_published import write_published
+    from wearsim.scene.published import published_cases
+    from wearsim.studies.published import contact_states, solve_published
+
+    cases = published_cases(scene)
+    stem = scene.origin.path.stem
+    path = write_published(
+        solve_published(cases), contact_states(cases), out or Path("reports"), stem, command
+    )
+    print(f"report: {path}")
+    return 0
+
+
+def plan(scene: PublishedScene) -> dict[str, Any]:
+    """Tell what the scene would solve.
+
+    Parameters
+    ----------
+    scene : PublishedScene
+        As loaded.
+
+    Returns
+    -------
+    dict
+        For `wearsim check`.
+    """
+    from wearsim.scene.published import published_cases
+
+    cases = published_cases(scene)
+    points = len(cases.cases) * len(cases.profiles)
+    trends = len(cases.trend_shifts) * len(cases.trend_curvatures)
+    return {
+        "title": cases.title,
+        "cases": len(cases.cases),
+        "profiles": list(cases.names),
+        "contact_solutions": 3 * points + len(cases.cases) + trends,
+        "settings": scene.model_dump(by_alias=True, mode="json"),
+    }
