@@ -232,7 +232,8 @@ def test_a_plot_that_cannot_be_written_is_told_in_one_line(tmp_path, capsys):
     assert captured.err.count("\n") == 1
 
 
-def test_help_shows_every_flag_with_its_default(capsys):
+def test_help_shows_every_flag_with_its_default(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "400")  # lines break at hyphens, too
     with pytest.raises(SystemExit):
         main(["contact", "--help"])
     told = " ".join(capsys.readouterr().out.split())
