@@ -183,6 +183,12 @@ def test_given_creepages_are_those_of_the_patch(capsys):
     assert "creepages given" in capsys.readouterr().out
 
 
+def test_negative_values_need_no_equals_sign(capsys):
+    point = solved(capsys, "--shift-mm", "-1e-1", "--creepage", "-0.001,0,-.1")
+    assert point["shift"] == pytest.approx(-1e-4, rel=1e-15)
+    assert point["patches"][0]["creepage_x"] == -0.001
+
+
 def test_anchors_of_the_conventions(capsys):
     """Right wheel, S1002 on 60E1 1:40, 3 mm: sizes to the rounding they are printed with."""
     point = solved(capsys, "--shift-mm", "3", "--rotation", "nominal")

@@ -129,6 +129,19 @@ def test_arrows_do_not_reach_each_other(make):
     assert longest < 1.5 * apart.min()
 
 
+def test_arrows_of_several_states_can_have_one_scale(state):
+    alone, shared = (
+        next(
+            item
+            for item in figures_contact.plot_shear(state, largest=top).collections
+            if isinstance(item, Quiver)
+        )
+        for top in (None, 2e9)
+    )
+    top = 1e-6 * float(np.hypot(state["shear_x"], state["shear_y"]).max())
+    assert shared.scale / alone.scale == pytest.approx(2e3 / top, rel=1e-12)
+
+
 def test_section_marks_each_contact_on_the_counterface(two):
     for side, count in ((0, 2), (1, 1)):
         ax = figures_contact.plot_section(two, side=side)

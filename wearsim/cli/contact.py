@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -46,6 +47,8 @@ def add_parser(commands: Commands) -> None:
         "them",
         _EXAMPLES,
     )
+    # argparse takes only plain negative numbers for values, neither -1e-3 nor -0.001,0,0.2
+    parser._negative_number_matcher = re.compile(r"-\.?\d")
     parser.epilog = f"{_ABOUT_TABLES}\n{parser.epilog}"
     groups: dict[str, argparse._ArgumentGroup] = {}
     for flag in FLAGS:

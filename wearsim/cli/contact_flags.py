@@ -54,7 +54,7 @@ FLAGS = (
     Flag("rotation", "free", "rotation speed: free (axle torque balance of both wheels), centred, nominal, "
          "or rad/s", _MOTION, "rotation", 1.0, 0.0, 1000.0),
     Flag("creepage", None, "instead of the rotation: given creepages XI_X,XI_Y,SPIN (spin in 1/m) of the "
-         "single patch of one wheel; write --creepage=...", _MOTION, "creepage"),
+         "single patch of one wheel", _MOTION, "creepage"),
     Flag("side", "right", "which wheel: right, left or both", _MOTION, "side"),
     Flag("normal", "kik_piotrowski", "normal contact model", _MODELS, "model"),
     Flag("tangential", "fastsim", "tangential contact model", _MODELS, "model"),

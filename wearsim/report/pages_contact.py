@@ -97,11 +97,7 @@ def contact_figure(dataset: xr.Dataset) -> Figure:
 
 def _spans(dataset: xr.Dataset) -> list[tuple[tuple[float, float], tuple[float, float]]]:
     """Limits of the axes of each patch, alike in size."""
-    boxes = []
-    for patch in range(dataset.sizes["patch"]):
-        y, x = figures_contact.outline(dataset, patch, "lateral")
-        boxes.append((y.min(), y.max(), x.min(), x.max()))
-    box = np.array(boxes)
+    box = np.array([_box(dataset, patch) for patch in range(dataset.sizes["patch"])])
     half = [0.55 * float((box[:, k + 1] - box[:, k]).max()) for k in (0, 2)]
     half = [max(half[0], _SHAPE * half[1]), max(half[1], half[0] / _SHAPE)]
     middle = 0.5 * (box[:, ::2] + box[:, 1::2])
@@ -121,6 +117,12 @@ def _patch_titles(dataset: xr.Dataset, patch: int, side: int, number: int) -> tu
         f"Fx {said('force_x', 2)}, Fy {said('force_y', 2)}, slip {100.0 * share:.0f} %",
         f"Frictional power {said('power', 0)}",
     )
+
+
+def _box(dataset: xr.Dataset, patch: int) -> tuple[float, float, float, float]:
+    """Return the limits of a patch, lateral and longitudinal, in shown units."""
+    y, x = figures_contact.outline(dataset, patch)
+    return float(y.min()), float(y.max()), float(x.min()), float(x.max())
 
 
 def write_contact_figure(dataset: xr.Dataset, path: Path) -> Path:
