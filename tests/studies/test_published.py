@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.report.published import difference, markdown, power_ratios
+from wearsim.report.published import difference, markdown, ratios_to_rail
 from wearsim.scene import load_scene
 from wearsim.scene.published import published_cases
 from wearsim.studies.published import TRENDS, solve_published, trend_exceptions
@@ -56,8 +56,8 @@ def test_creep_forces_are_those_of_table_4(at_3mm, name, limit):
 
 def test_ratios_of_power_are_those_of_table_5(at_3mm):
     """8 %: power depends on the definition of slip, its ratio much less."""
-    ours = power_ratios(at_3mm, at_3mm["power"].sel(about="centre").values)
-    told = power_ratios(at_3mm, at_3mm["published_power"].values)
+    ours = ratios_to_rail(at_3mm, at_3mm["power"].sel(about="centre").values)
+    told = ratios_to_rail(at_3mm, at_3mm["published_power"].values)
     assert np.isfinite(told).tolist() == [False, True, True]
     np.testing.assert_allclose(ours[1:], told[1:], rtol=0.08)
 

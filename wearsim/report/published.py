@@ -17,6 +17,9 @@ _RATIO_LIMIT = 1e-3
 """Below this share of a column's largest value a difference in per cent says nothing."""
 
 _FIRST = " Half-space solutions are those on the first profile."
+_SMALLEST_BASE = 0.01
+"""Share of the largest value of a column below which the rail's value is too small for ratios."""
+
 _TOUCH = """
 The contact of {case} is flat and has two lobes: the undeformed bodies touch {offset:.1f} mm from the
 pressure-weighted centre, and this point moves by millimetres with micrometres of profile. The contact
@@ -231,58 +234,71 @@ def _results(dataset: xr.Dataset) -> list[str]:
                     digits,
                 )
             )
-    parts.append(_power_ratio(dataset))
-    return parts
+            if published is not None:
+                parts.append(_ratios(dataset, name))
+    return [part for part in parts if part]
 
 
-def power_ratios(dataset: xr.Dataset, power: FloatArray) -> FloatArray:
-    """Power over that of the rail case at the same shift; NaN for rails and where there is no rail case.
+def ratios_to_rail(dataset: xr.Dataset, values: FloatArray) -> FloatArray:
+    """Values over those of the rail case at the same shift.
+
+    NaN for rails, where there is no rail case, and where its value is too small to be divided by.
 
     Parameters
     ----------
     dataset : Dataset
         With `shift` and `counterface_curvature`.
-    power : (..., case) array
-        [W].
+    values : (..., case) array
+        Of one quantity, NaN nowhere.
 
     Returns
     -------
     (..., case) array
         Ratio roller to rail.
     """
-    ratio = np.full(power.shape, np.nan)
+    ratio = np.full(values.shape, np.nan)
     shift, curvature = dataset["shift"].values, dataset["counterface_curvature"].values
     for j in range(shift.size):
         rail = np.flatnonzero((shift == shift[j]) & (curvature == 0.0))
         if rail.size > 0 and curvature[j] != 0.0:
-            ratio[..., j] = power[..., j] / power[..., rail[0]]
+            base = values[..., rail[0]]
+            sizable = np.abs(base) > _SMALLEST_BASE * np.max(np.abs(values), axis=-1)
+            ratio[..., j] = np.where(sizable, values[..., j] / np.where(sizable, base, 1.0), np.nan)
     return ratio
 
 
-def _power_ratio(dataset: xr.Dataset) -> str:
-    sources = {"paper": dataset["published_power"].values} if "published_power" in dataset else {}
+def _ratios(dataset: xr.Dataset, name: str) -> str:
+    """Table of the ratios roller to rail of one quantity, or nothing where no roller has its rail."""
     profiles = [str(profile) for profile in dataset["profile"].values]
-    ours = power_ratios(dataset, dataset["power"].sel(about="centre").values)
-    told = {name: power_ratios(dataset, value) for name, value in sources.items()}
-    head, columns = ["case"], [case_names(dataset)]
+    ours = ratios_to_rail(dataset, dataset[name].sel(about="centre").values)
+    rollers = np.isfinite(ours).any(axis=0)
+    if not rollers.any():
+        return ""
+    head = ["case"]
+    columns = [[case for case, kept in zip(case_names(dataset), rollers, strict=True) if kept]]
 
-    def cells(values: FloatArray) -> list[str]:
-        return [f"{v:.3f}" if np.isfinite(v) else "-" for v in values]
+    def add(title: str, cells: list[str]) -> None:
+        head.append(title)
+        columns.append(cells)
 
-    for name, values in told.items():
-        head.append(name)
-        columns.append(cells(values))
-    for profile, row in zip(profiles, ours, strict=True):
-        head += [f"wearsim, {profile}"]
-        columns += [cells(row)]
-        if "paper" in told:
-            head.append("difference to paper")
-            columns.append(difference(row, told["paper"]))
-    if "half_space_centre_power" in dataset:
-        reference = power_ratios(dataset, dataset["half_space_centre_power"].values)
-        head += ["half-space", "difference of wearsim to half-space"]
-        columns += [cells(reference), difference(ours[0], reference)]
-    return f"### Ratio of power, roller to rail\n\n{_table(head, columns)}"
+    def shown(values: FloatArray) -> list[str]:
+        return [f"{value:.3f}" if np.isfinite(value) else "-" for value in values]
+
+    published = dataset.get(f"published_{name}")
+    paper = None if published is None else ratios_to_rail(dataset, published.values)[rollers]
+    if paper is not None:
+        add("paper", shown(paper))
+    for profile, row in zip(profiles, ours[:, rollers], strict=True):
+        add(f"wearsim, {profile}", shown(row))
+        if paper is not None:
+            add("difference to paper", difference(row, paper))
+    if f"half_space_centre_{name}" in dataset:
+        reference = ratios_to_rail(dataset, dataset[f"half_space_centre_{name}"].values)[rollers]
+        add("half-space", shown(reference))
+        if paper is not None:
+            add("difference of paper to half-space", difference(paper, reference))
+        add("difference of wearsim to half-space", difference(ours[0, rollers], reference))
+    return f"Ratio of roller to rail:\n\n{_table(head, columns)}"
 
 
 def _touch(dataset: xr.Dataset) -> list[str]:
