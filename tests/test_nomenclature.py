@@ -11,6 +11,8 @@ SHOWN = {
     ("m", "km"): 1e-3,
     ("m", "µm"): 1e6,
     ("m2", "mm²"): 1e6,
+    ("m2 m-1", "mm²/1000 km"): 1e6 * 1e6,
+    ("m m-1", "µm/1000 km"): 1e6 * 1e6,
     ("m-1", "1/m"): 1.0,
     ("rad", "mrad"): 1e3,
     ("rad s-1", "rad/s"): 1.0,
@@ -40,7 +42,7 @@ def test_shown_factor_belongs_to_the_pair_of_units(name):
 def test_every_variable_of_a_result_file_has_a_meaning_and_numbers_have_a_unit():
     for name, variable in LAYOUT.items():
         quantity = NOMENCLATURE[name]
-        flag = name in ("patch_side", "wear_regime")
+        flag = name in ("patch_side", "wear_regime", "wear_regime_highest")
         assert bool(quantity.unit) == (variable.kind != "str" and not flag), name
 
 

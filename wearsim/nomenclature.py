@@ -54,6 +54,8 @@ _SHOWN = {
     "1": ("1", 1.0),
     "m": ("mm", 1e3),
     "m2": ("mm²", 1e6),
+    "m2 m-1": ("mm²/1000 km", 1e12),
+    "m m-1": ("µm/1000 km", 1e12),
     "m-1": ("1/m", 1.0),
     "rad": ("mrad", 1e3),
     "rad s-1": ("rad/s", 1.0),
@@ -74,6 +76,10 @@ _INDEX = ("N/mm²", 1e-6)
 _LATERAL = "positive to the field side, 0 at the origin line of the wheel profile"
 _TRACK_SIGN = "wheel surface minus counterface, in the contact frame, x rolling direction, y right, z down"
 _ON_WHEEL = "acting on the wheel, in the contact frame, x rolling direction, y right, z down"
+_BARE = (
+    "of the patch, as if the wheel ran in this operating point all the time: neither weighted with the share "
+    "of the point nor multiplied by its environment factor"
+)
 _LEFT = "; a left wheel keeps the signs of the track axes"
 
 # name, symbol, unit, meaning, sign convention, (shown unit, factor) where it differs from the usual one
@@ -208,6 +214,15 @@ _PATCH: tuple[_Row, ...] = (
     ("patch_width", "2b", "m", "width of the contact patch", "", None),
     ("approach", "δ₀", "m", "approach of the bodies", "", _MICRON),
     ("normal_force", "N", "N", "normal force of the patch", "", None),
+    (
+        "load_scale",
+        "",
+        "1",
+        "factor on the normal force of the patch that makes the wheel carry its load",
+        "1 but where patches of a wheel merge: there no interpenetration gives the load, and pressures and "
+        "forces are scaled to it",
+        None,
+    ),
     ("creepage_x", "ξx", "1", "longitudinal creepage", _TRACK_SIGN, _PER_MILLE),
     ("creepage_y", "ξy", "1", "lateral creepage", _TRACK_SIGN + _LEFT, _PER_MILLE),
     ("spin", "φ", "m-1", "spin creepage", _TRACK_SIGN + _LEFT, None),
@@ -235,11 +250,36 @@ _PATCH: tuple[_Row, ...] = (
         _INDEX,
     ),
     (
+        "wear_area_rate",
+        "dA/ds",
+        "m2 m-1",
+        "worn area of the profile per distance run",
+        _BARE,
+        None,
+    ),
+    (
+        "wear_depth_rate_max",
+        "dd/ds",
+        "m m-1",
+        "largest wear depth per distance run",
+        _BARE + "; along the normal, before smoothing",
+        None,
+    ),
+    (
         "wear_regime",
         "",
         "",
         "wear regime that contributes most depth in the patch",
         "-1 where nothing wears",
+        None,
+    ),
+    (
+        "wear_regime_highest",
+        "",
+        "",
+        "highest wear regime of the patch: the last one, in the order of the law, in which any of its cells "
+        "wears",
+        "-1 where nothing wears; in the patch-mean form of the law a patch has one regime",
         None,
     ),
 )

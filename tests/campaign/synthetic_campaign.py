@@ -99,6 +99,7 @@ class SyntheticEvolution:
             flange_height=np.array([0.028, 0.028]),
         )
         row["wear_regime"][:, :2] = (-1, 1)
+        row["wear_regime_highest"][:, :2] = (-1, 2)
         return row
 
     def advance(self, state: State, evaluation: np.ndarray) -> tuple[State, StepTaken]:

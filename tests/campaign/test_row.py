@@ -1,6 +1,7 @@
 import numpy as np
 
 from wearsim.campaign.row import summarise
+from wearsim.campaign.state import PatchWear
 from wearsim.results import FILL_FLOAT, PATCH_SLOTS
 
 
@@ -21,7 +22,15 @@ def test_of_more_patches_than_slots_the_most_loaded_are_kept():
         def __getattr__(self, name):
             return np.arange(10.0) + 1.0
 
-    row = summarise(Solution(), np.zeros(10, dtype=int), 2)
+    wear = PatchWear(
+        area_rate=np.arange(10.0),
+        depth_rate_max=np.zeros(10),
+        regime=np.zeros(10, dtype=int),
+        regime_highest=np.arange(10),
+    )
+    row = summarise(Solution(), wear, 2)
     assert list(row["n_patch"]) == [10, 0]
     np.testing.assert_array_equal(row["area"][0], [1, 3, 4, 6, 7, 8, 9, 10])  # all but the lightest two
+    np.testing.assert_array_equal(row["wear_area_rate"][0], row["area"][0] - 1)
+    np.testing.assert_array_equal(row["wear_regime_highest"][0], row["area"][0] - 1)
     np.testing.assert_array_equal(row["area"][1], np.full(PATCH_SLOTS, FILL_FLOAT))

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from wearsim.damage.coefficients import COEFFICIENT_SETS
-from wearsim.damage.wear import patch_regime, usfd
+from wearsim.damage.wear import highest_regime, patch_regime, usfd
 
 SET = COEFFICIENT_SETS["lewis_dwyer_joyce_2004"]
 
@@ -73,3 +73,25 @@ def test_patch_regime_is_the_one_that_removes_most():
     depth[1, 1, 0], depth[2, 1, 1] = 1.0, 1.5
     depth[1, 2, 4] = 1e-12
     assert patch_regime(depth).tolist() == [0, 2, 1, -1]
+
+
+def test_highest_regime_is_the_last_in_which_any_strip_wears():
+    """Of the same depths: one strip is enough, however little it wears."""
+    depth = np.zeros((3, 4, 5))
+    depth[0, 0], depth[1, 0, 2] = 1.0, 1e-12
+    depth[1, 1, 0], depth[2, 1, 1] = 1.0, 1e-9
+    depth[0, 2, 4] = 1e-12
+    assert highest_regime(depth).tolist() == [1, 2, 0, -1]
+
+
+def test_one_severe_cell_makes_a_mild_patch_severe_in_the_local_form(make_fields):
+    """Found by hand: 11 N/mm2 in one cell of 5; in the patch-mean form the patch stays mild."""
+    fields = make_fields(5.0)
+    work = fields.work_density.copy()
+    work[0, 3, 2] = 11e6
+    fields = replace(fields, work_density=work)
+    area = fields.cell_length.sum(axis=1) * work.shape[1] * fields.strip_width
+    for form, highest in (("local", 1), ("patch_mean", 0)):
+        depth = usfd.depth(fields, area, COEFFICIENTS, form=form)
+        assert patch_regime(depth)[0] == 0
+        assert highest_regime(depth)[0] == highest

@@ -110,8 +110,9 @@ def test_file_follows_the_cf_rules_the_checker_does_not_know_by_itself(path):
         for name, variable in file.variables.items():
             assert "axis" not in variable.ncattrs()
             assert all(str(variable.getncattr(key)) for key in variable.ncattrs()), name
-        flags = file["wear_regime"]
-        assert len(flags.flag_meanings.split()) == len(flags.flag_values) == 4
+        for name in ("wear_regime", "wear_regime_highest"):
+            flags = file[name]
+            assert len(flags.flag_meanings.split()) == len(flags.flag_values) == 4
 
 
 @pytest.mark.cf
@@ -170,6 +171,14 @@ def test_file_of_a_later_schema_is_refused(path):
     with netCDF4.Dataset(path, "a") as file:
         file.wearsim_schema = np.int32(layout.SCHEMA + 1)
     with pytest.raises(ResultError, match="update wearsim"):
+        open_results(path)
+
+
+def test_file_of_an_earlier_schema_is_told_from_a_foreign_one(path):
+    with netCDF4.Dataset(path, "a") as file:
+        file.wearsim_schema = np.int32(1)
+        file.renameVariable("load_scale", "load_factor")
+    with pytest.raises(ResultError, match=r"older wearsim \(schema 1, this one reads 2\); run its scene again"):
         open_results(path)
 
 

@@ -64,6 +64,15 @@ def campaign_header(kind, steps):
         "stability_limit": 0.4,
         "depth_cap": 8e-6,
         "integrator": "heun",
+        "rotation_rule": "free",
+        "axle_torque": 0.0,
+        "wheel_profile_right": "S1002",
+        "wheel_profile_left": "S1002",
+        "counterface_profile": "60E1 1:40",
+        "wheel_density": 7850.0,
+        "youngs_modulus": 210e9,
+        "poisson_ratio": 0.3,
+        "contact_parameters": "virtual_penetration_factor = 0.55",
         "counterface_curvature": 1.0 if kind == "rig" else 0.0,
         "wheel_radius": RADIUS,
         "half_span": 0.75,
@@ -143,6 +152,9 @@ def _patches(kind, header, growth):
         "power_balance": [0.97, 1.05, 0.98],
         "wear_index_mean": [0.2e6, 1.5e6, 0.1e6],
         "wear_index_max": [0.9e6, 14e6, 0.5e6],
+        "load_scale": [1.0, 1.0, 1.0],
+        "wear_area_rate": [3e-12, 5e-12, 4e-12],
+        "wear_depth_rate_max": [400e-12, 900e-12, 300e-12],
     }
     row = {}
     for name, values in base.items():
@@ -150,14 +162,16 @@ def _patches(kind, header, growth):
         factor = {"area": growth / radius, "max_pressure": radius / growth, "power": radius / growth}.get(
             name, 1.0
         )
-        factor = factor * (radius if name == "spin" else 1.0)
+        factor = factor * (radius if name in ("spin", "wear_depth_rate_max") else 1.0)
+        factor = factor * (radius**2 if name == "wear_area_rate" else 1.0)
         slots[:, :3] = np.array(values) * factor
         if name == "wheel_y":
             slots[:, :3] += 2.0 * shift[:, None]
         row[name] = slots
     for name, values in (
         ("patch_side", used["patch_side"]),
-        ("wear_regime", [0, 1 if kind == "rig" else 0, 0]),
+        ("wear_regime", [0, 0, 0]),
+        ("wear_regime_highest", [0, 1 if kind == "rig" else 0, 0]),
     ):
         slots = np.full((n, PATCH_SLOTS), FILL_INT)
         slots[:, :3] = values

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 import numpy as np
 
 from wearsim.campaign import control, step
-from wearsim.campaign.rate import accumulate, rate, solve_contact
+from wearsim.campaign.rate import accumulate, patch_wear, rate, solve_contact
 from wearsim.campaign.row import StepTaken, build_row, no_step
 from wearsim.campaign.state import State, WearRate
 from wearsim.contact.solve import ContactSolution
-from wearsim.damage.wear import coefficient_set, passage_depth, patch_regime, regimes
+from wearsim.damage.wear import coefficient_set, passage_depth, regimes
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
 
@@ -138,8 +138,8 @@ class WheelsetEvolution:
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
-        regime = patch_regime(evaluation.passage)
-        return build_row(state, evaluation.collective, regime, taken, self.setup)
+        wear = patch_wear(evaluation.solution, evaluation.passage, state, self.setup.wheelset)
+        return build_row(state, evaluation.collective, wear, taken, self.setup)
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Choose the next step and take it."""

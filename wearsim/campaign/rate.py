@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from wearsim.campaign.state import State, WearRate
+from wearsim.campaign.state import PatchWear, State, WearRate
 from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import (
@@ -17,7 +17,7 @@ from wearsim.contact.solve import (
     Wheelset,
     solve,
 )
-from wearsim.damage.wear import WearSettings, passage_depth
+from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import arc_length, vertex_lengths
 
@@ -143,6 +143,47 @@ def accumulate(
         friction_work=work,
         stability=stability,
         solution=solution,
+    )
+
+
+def patch_wear(solution: ContactSolution, passage: FloatArray, state: State, wheelset: Wheelset) -> PatchWear:
+    r"""Tell what each patch would wear if the wheel ran in its operating point alone.
+
+    Parameters
+    ----------
+    solution : ContactSolution
+        Of `m` patches, in this state.
+    passage : (n_regimes, m, ny) array
+        Depth per passage of `damage.wear.passage_depth` [m].
+    state : State
+        The profiles the contact was solved with.
+    wheelset : Wheelset
+        For the radius at the tape circle.
+
+    Returns
+    -------
+    PatchWear
+        Neither weighted nor multiplied by an environment factor: states compare, whatever the share and
+        the environment of their point.
+
+    Notes
+    -----
+    Depth per metre is the depth per passage over :math:`2 \pi r(y)` with :math:`r = r_0 + z` at the centre
+    of the strip (spec 1.0); the area is the sum over the strips of depth times width.
+    """
+    centre = 0.5 * (solution.strip_edges_wheel_y[:, 1:] + solution.strip_edges_wheel_y[:, :-1])
+    height = np.empty_like(centre)
+    for wheel in (0, 1):
+        at = solution.side == wheel
+        # A worn flank may overhang by rounding; interpolation needs a rising y.
+        rising_y = np.maximum.accumulate(state.y[wheel])
+        height[at] = np.interp(centre[at], rising_y, state.z[wheel])
+    depth_rate = passage.sum(axis=0) / (2.0 * np.pi * (wheelset.radius + height))
+    return PatchWear(
+        area_rate=depth_rate.sum(axis=1) * solution.fields.strip_width,
+        depth_rate_max=depth_rate.max(axis=1, initial=0.0),
+        regime=patch_regime(passage),
+        regime_highest=highest_regime(passage),
     )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wearsim.campaign.state import State, WearRate
+from wearsim.campaign.state import PatchWear, State, WearRate
 from wearsim.contact.solve import ContactSolution
 from wearsim.errors import ProfileError
 from wearsim.profile import measures
@@ -29,6 +29,7 @@ _PATCH_VALUES = {
     "patch_width": "width",
     "approach": "approach",
     "normal_force": "normal_force",
+    "load_scale": "load_scale",
     "creepage_x": "creepage_x",
     "creepage_y": "creepage_y",
     "spin": "spin",
@@ -66,7 +67,7 @@ def no_step(count: int) -> StepTaken:
 
 
 def build_row(
-    state: State, collective: WearRate, regime: np.ndarray, taken: StepTaken, setup: CampaignSetup
+    state: State, collective: WearRate, wear: PatchWear, taken: StepTaken, setup: CampaignSetup
 ) -> dict[str, np.ndarray]:
     """Return all variables of one row.
 
@@ -76,8 +77,8 @@ def build_row(
         Both wheels.
     collective : WearRate
         In that state under the weights of the full collective.
-    regime : (m,) int array
-        Wear regime of each patch of its solution, -1 for none.
+    wear : PatchWear
+        Wear of each patch of its solution.
     taken : StepTaken
         The step that led to the state.
     setup : CampaignSetup
@@ -102,19 +103,19 @@ def build_row(
         "worn_mass": state.worn_mass,
         "max_wear_depth": state.wear_depth.max(axis=1),
         **_measures(state, setup),
-        **summarise(collective.solution, regime, len(setup.points.label)),
+        **summarise(collective.solution, wear, len(setup.points.label)),
     }
 
 
-def summarise(solution: ContactSolution, regime: np.ndarray, count: int) -> dict[str, np.ndarray]:
+def summarise(solution: ContactSolution, wear: PatchWear, count: int) -> dict[str, np.ndarray]:
     """Lay the patches of a solution out in slots per operating point.
 
     Parameters
     ----------
     solution : ContactSolution
         With `m` patches.
-    regime : (m,) int array
-        Wear regime of each.
+    wear : PatchWear
+        Wear of each.
     count : int
         Number of operating points.
 
@@ -131,8 +132,16 @@ def summarise(solution: ContactSolution, regime: np.ndarray, count: int) -> dict
     values["wear_index_mean"] = work / solution.area
     values["wear_index_max"] = fields.work_density.max(axis=(1, 2), initial=0.0)
 
+    values["wear_area_rate"] = wear.area_rate
+    values["wear_depth_rate_max"] = wear.depth_rate_max
+    flags = {
+        "patch_side": solution.side,
+        "wear_regime": wear.regime,
+        "wear_regime_highest": wear.regime_highest,
+    }
+
     row = {name: np.full((count, PATCH_SLOTS), FILL_FLOAT) for name in values}
-    for name in ("patch_side", "wear_regime"):
+    for name in flags:
         row[name] = np.full((count, PATCH_SLOTS), FILL_INT, dtype=np.int32)
     row["n_patch"] = np.bincount(solution.point, minlength=count).astype(np.int32)
     for point in range(count):
@@ -141,10 +150,8 @@ def summarise(solution: ContactSolution, regime: np.ndarray, count: int) -> dict
             loaded = np.argsort(-solution.normal_force[patches], kind="stable")[:PATCH_SLOTS]
             patches = patches[np.sort(loaded)]
         slots = slice(0, patches.size)
-        for name, value in values.items():
+        for name, value in (*values.items(), *flags.items()):
             row[name][point, slots] = value[patches]
-        row["patch_side"][point, slots] = solution.side[patches]
-        row["wear_regime"][point, slots] = regime[patches]
     return row
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from wearsim.contact.patch import FloatArray
+from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import ContactSolution
 
 
@@ -64,3 +64,25 @@ class WearRate:
     friction_work: FloatArray
     stability: FloatArray
     solution: ContactSolution
+
+
+@dataclass(frozen=True)
+class PatchWear:
+    """What the wear law makes of each of `m` contact patches, without weight and environment factor.
+
+    Parameters
+    ----------
+    area_rate : (m,) array
+        Worn area of the wheel's cross-section per metre run [m2/m].
+    depth_rate_max : (m,) array
+        Wear depth per metre run where the patch wears deepest, before smoothing [m/m].
+    regime : (m,) int array
+        Wear regime that removes most, -1 where nothing wears.
+    regime_highest : (m,) int array
+        Last regime, in the order of the law, in which anything of the patch wears; -1 where nothing does.
+    """
+
+    area_rate: FloatArray
+    depth_rate_max: FloatArray
+    regime: IntArray
+    regime_highest: IntArray

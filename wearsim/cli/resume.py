@@ -23,10 +23,12 @@ def execute(arguments: argparse.Namespace) -> int:
     """Continue from the last finished step and write the report."""
     from wearsim.campaign.run import resume
     from wearsim.cli.progress import observer
+    from wearsim.cli.run import tell_doubts
     from wearsim.report.html import write_report
 
     out = Path(arguments.directory)
     with observer() as observe:
-        resume(out, observer=observe)
+        results = resume(out, observer=observe)
+    tell_doubts(results)
     print(f"report: {write_report(out)}")
     return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from wearsim.cli import Commands, add_command, published
@@ -41,6 +42,24 @@ def execute(arguments: argparse.Namespace) -> int:
     for warning in check_contact(scene):
         print(f"warning: {warning}", file=sys.stderr)
     with observer() as observe:
-        run_scene(arguments.scene, out, command=arguments.command_line, observer=observe)
+        results = run_scene(arguments.scene, out, command=arguments.command_line, observer=observe)
+    tell_doubts(results)
     print(f"report: {write_report(out)}")
     return 0
+
+
+def tell_doubts(results: Sequence[Path]) -> None:
+    """Tell what the results of campaigns deserve to be doubted for, on standard error.
+
+    Parameters
+    ----------
+    results : sequence of Path
+        Files of a finished run; others than rig.nc and field.nc hold no campaign.
+    """
+    from wearsim.results import doubts, open_results
+
+    for path in results:
+        if path.stem in ("rig", "field"):
+            with open_results(path) as result:
+                for line in doubts(result):
+                    print(f"warning: {path.stem}: {line}", file=sys.stderr)

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import argparse
 
+from typing import TYPE_CHECKING
+
 from wearsim.cli import Commands, add_command
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
 def add_parser(commands: Commands) -> None:
@@ -20,7 +25,7 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument(
         "--out", metavar="FILE", help="also write all factors, as functions, to this netCDF file"
     )
-    parser.add_argument("--json", action="store_true", help="print the table as JSON; null where undefined")
+    parser.add_argument("--json", action="store_true", help="print the tables as JSON; null where undefined")
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -29,7 +34,7 @@ def execute(arguments: argparse.Namespace) -> int:
     import sys
 
     from wearsim.results import open_results
-    from wearsim.translation.translate import table, translate, write
+    from wearsim.translation.translate import point_table, table, translate, write
 
     with open_results(arguments.rig) as rig, open_results(arguments.field) as field:
         for kind, path, result in (("rig", arguments.rig, rig), ("field", arguments.field, field)):
@@ -37,12 +42,44 @@ def execute(arguments: argparse.Namespace) -> int:
             if found != kind:  # allowed, to compare two rigs, but an exchange would invert every factor
                 print(f"warning: {path} holds a {found} campaign and is taken as the {kind}", file=sys.stderr)
         factors = translate(rig, field)
-        rows = table(factors)
+        rows, points = table(factors), point_table(factors)
         if arguments.out:
             write(factors, arguments.out)
     if arguments.json:
-        told = rows.astype(object).where(rows.notna(), None).to_dict(orient="records")
+        told = [
+            {
+                key: None if value != value else value for key, value in row.items()
+            }  # NaN is not equal to itself
+            for part in (rows, points)
+            for row in part.to_dict(orient="records")
+        ]
         print(json.dumps(told, indent=2, ensure_ascii=False, allow_nan=False))
     else:
-        print(rows.to_string(index=False, na_rep="undefined", float_format=lambda value: f"{value:.4g}"))
+        print(_text(rows, index=False))
+        for state in dict.fromkeys(points["state"]):
+            print(f"\nFactors at equal operating points, {state}, by shift [mm]:")
+            print(_text(_by_shift(points[points["state"] == state])))
+    # with the table where people read it, beside it where a program does
+    for line in rows.attrs["warnings"]:
+        print(f"warning: {line}", file=sys.stderr if arguments.json else sys.stdout)
     return 0
+
+
+def _text(rows: DataFrame, **options: bool) -> str:
+    return rows.to_string(na_rep="undefined", float_format=lambda value: f"{value:.4g}", **options)
+
+
+def _by_shift(points: DataFrame) -> DataFrame:
+    """Factors of one state, a row for each quantity and wheel, a column for each operating point."""
+    import pandas as pd
+
+    names = points.drop_duplicates(["variable", "wheel"]).sort_values("wheel", ascending=False, kind="stable")
+    factor = points.set_index(["variable", "wheel"])["factor"]
+    # labels and shifts may be given twice: points are told apart by their order alone
+    places = points[(points["variable"] == names["variable"].iloc[0]) & (points["wheel"] == "right")]
+    twice = bool(places["shift"].duplicated().any())
+    return pd.DataFrame(
+        [factor.loc[[key]].to_numpy() for key in zip(names["variable"], names["wheel"], strict=True)],
+        index=[names["quantity"], names["wheel"]],
+        columns=list(places["point"]) if twice else [f"{shift:g}" for shift in places["shift"]],
+    ).rename_axis(index=[None, None])

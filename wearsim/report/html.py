@@ -12,7 +12,7 @@ import xarray as xr
 from wearsim.errors import ResultError
 from wearsim.report import pages, tables
 from wearsim.report.style import plain, role_of, shown, to_svg
-from wearsim.results import open_results
+from wearsim.results import doubts, open_results
 from wearsim.translation.translate import content_hash, table, translate
 
 SECTIONS = (
@@ -114,6 +114,7 @@ def render(datasets: list[xr.Dataset]) -> str:
             "verdict": tables.grouped(tables.verdict(rows)),
             "ends": _ends(translation),
             "patch_rules": tables.patch_rules(),
+            "point_factors": tables.factors_at_points(translation),
             "regime_rows": [tables.regimes(translation, 0), tables.regimes(translation, -1)],
             "regime_bands": tables.regime_bands(translation, datasets[0]),
         }
@@ -135,6 +136,7 @@ def warnings(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> list
         role = role_of(data).capitalize()
         text = str(data.attrs.get("warnings", "")).replace("\n", "; ")
         lines += [f"{role}: {line.strip()}" for line in text.split("; ") if line.strip()]
+        lines += [f"{role}: {line}." for line in doubts(data)]
         if "finished" not in data.attrs:
             run = shown("distance", data["distance"].values[-1])
             lines.append(f"{role}: the campaign is unfinished, these are the first {plain(run)} km.")

@@ -13,7 +13,7 @@ from wearsim.nomenclature import NOMENCLATURE
 from wearsim.report import pages
 from wearsim.report.style import capital, role_of, save_svg
 from wearsim.report.tables import UNDEFINED, number
-from wearsim.results import open_results
+from wearsim.results import doubts, open_results
 
 _MEASURES = (
     "max_wear_depth",
@@ -68,7 +68,8 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "monitoring_points": int((dataset["op_weight"].values == 0.0).sum()),
         "environment": [_plain(v) for v in _ends(dataset["op_environment"].values)],
         "warnings": [
-            line.strip() for line in str(dataset.attrs.get("warnings", "")).split("; ") if line.strip()
+            *(line.strip() for line in str(dataset.attrs.get("warnings", "")).split("; ") if line.strip()),
+            *doubts(dataset),
         ],
         "settings": {key: _plain(dataset.attrs[key]) for key in _SETTINGS if key in dataset.attrs},
         "new": {name: [_plain(v) for v in dataset[name].values[0]] for name in _MEASURES},

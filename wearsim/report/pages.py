@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,10 @@ from wearsim.report import figures, figures_translation
 from wearsim.report.style import COLOURS, grid, legend, plain, role_of, shown, style
 from wearsim.translation.factors import at_distances
 
-_FACTOR_POINTS = ("area", "max_pressure", "spin", "force_x", "force_y", "power")
+_FACTOR_POINTS = (
+    "area", "max_pressure", "spin", "creepage_x", "force_x", "force_y", "power", "wear_area_rate",
+    "wear_depth_rate_max",
+)  # fmt: skip
 _FACTOR_COLLECTIVE = ("area", "max_pressure", "spin", "power", "wear_index_max")
 
 
@@ -80,13 +84,13 @@ def _ends(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> list[tu
     return pairs
 
 
-def profiles(datasets: list[xr.Dataset], translation: xr.Dataset | None, wheel: int) -> Plate:
-    """Profiles overlaid, new and worn, with the difference below."""
+def profiles(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> Plate:
+    """Profiles of both wheels overlaid, new and worn, with the difference below."""
     ends = _ends(datasets, translation)
     with style():
-        figure, axes = grid(2, len(ends), height=1.7, between=0.25, sharex="col")
-        for column, (title, distances) in enumerate(ends):
-            top, bottom = axes[:, column]
+        figure, axes = grid(4, len(ends), height=1.6, between=0.42, sharex="col")
+        for (column, (title, distances)), wheel in itertools.product(enumerate(ends), (0, 1)):
+            top, bottom = axes[2 * wheel : 2 * wheel + 2, column]
             for index, (data, distance) in enumerate(zip(datasets, distances, strict=True)):
                 figures.plot_profile(data, top, wheel=wheel, distance=distance, new=index == 0)
                 figures.plot_wear_depth(data, bottom, wheel=wheel, distance=distance)
@@ -94,12 +98,13 @@ def profiles(datasets: list[xr.Dataset], translation: xr.Dataset | None, wheel: 
                 bottom.lines[-1].set(label="_worn", linestyle="-")
             if len(datasets) == 2:
                 _difference(datasets, distances, bottom, wheel)
-            top.set_title(title)
+            top.set_title(f"{figures.WHEELS[wheel].capitalize()} wheel. {title}")
             top.set_xlabel("")
-        legend(figure, axes[:, 0], columns=5)
-    side = figures.WHEELS[wheel]
+            if not wheel:
+                bottom.set_xlabel("")
+        legend(figure, axes[:2, 0], columns=5)
     text = (
-        f"Profile of the {side} wheel, new and worn, flange down, with the wear depth along the normal below"
+        "Profiles of both wheels, new and worn, flange down, each with the wear depth along the normal below"
     )
     if len(datasets) == 2:
         text += " and the difference rig minus field at the same place of the wheel"
@@ -241,7 +246,7 @@ def factors(datasets: list[xr.Dataset], translation: xr.Dataset) -> list[Plate]:
     contact = {}
     for name in _FACTOR_COLLECTIVE:
         text = str(translation[f"{name}_collective"].attrs["long_name"]).removesuffix(", collective mean")
-        contact[name] = (f"{name}_collective", 0, text)
+        contact[name] = (f"{name}_collective", -1, text)
     plates = [
         _factor_curves(
             "factors_wear", translation, {name: (name, -1, text) for name, text in wear.items()},
@@ -251,7 +256,7 @@ def factors(datasets: list[xr.Dataset], translation: xr.Dataset) -> list[Plate]:
         _factor_curves(
             "factors_contact", translation,
             contact,
-            "Contact factors rig over field, mean magnitudes over the load collectives, right wheel. The "
+            "Contact factors rig over field, mean magnitudes over the load collectives and both wheels. The "
             "environment factor does not enter here.",
         ),
     ]  # fmt: skip
@@ -305,19 +310,21 @@ def _factor_curves(
 
 def _factors_at_points(translation: xr.Dataset) -> Plate:
     with style():
-        figure, axes = grid(2, 3, height=1.8, gap=0.5, between=0.4, sharex=True)
+        figure, axes = grid(3, 3, height=1.8, gap=0.5, between=0.4, sharex=True)
         for ax, name in zip(axes.flat, _FACTOR_POINTS, strict=True):
             for progress in (0, -1):
                 figures_translation.plot_factor_at_points(translation, name, ax, progress=progress)
             figures_translation.mark_one(ax)
-        for ax in axes[0]:
+        for ax in axes[:-1].flat:
             ax.set_xlabel("")
         for ax in axes[:, 1:].flat:
             ax.set_ylabel("")
         legend(figure)
     text = (
-        "Contact factors where both campaigns solve the same operating point: hollow for the new wheel, full "
-        "at the end of the common distance. Where the field value is (nearly) zero there is no mark."
+        "Factors of contact and wear where both campaigns solve the same operating point: hollow for the new "
+        "wheel, full at the end of the common distance. Worn area and wear depth are those of the wear law "
+        "per distance run in the point, without environment factor. Where the field value is (nearly) zero "
+        "there is no mark."
     )
     return Plate("factors_at_points", "factors", figure, text)
 
@@ -336,11 +343,6 @@ def steps(datasets: list[xr.Dataset]) -> Plate:
     return Plate("steps", "quality", figure, text)
 
 
-def worst_wheel(dataset: xr.Dataset) -> int:
-    """0 or 1: the wheel with the larger wear depth at the end."""
-    return int(np.argmax(dataset["max_wear_depth"].values[-1]))
-
-
 def plates(datasets: list[xr.Dataset], translation: xr.Dataset | None = None) -> list[Plate]:
     """Draw all figures for one campaign, or for rig and field with their translation.
 
@@ -357,7 +359,7 @@ def plates(datasets: list[xr.Dataset], translation: xr.Dataset | None = None) ->
         In the order of the report.
     """
     found = [
-        profiles(datasets, translation, worst_wheel(datasets[0])),
+        profiles(datasets, translation),
         wear_depth(datasets),
         wear_over_distance(datasets),
         wear_by_regime(datasets),

@@ -13,12 +13,15 @@ from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.shape import polygon_area_between
 from wearsim.report.pages import environment_text
 from wearsim.report.style import capital, plain, role_of, shown
+from wearsim.results.plausibility import LOAD_TOLERANCE, load_scaling, tread_wear
 from wearsim.translation.factors import POINT_QUANTITIES
+from wearsim.translation.translate import point_table
 
 UNDEFINED = "undefined"
 
 _REASONS = {
-    "zero_denominator": "no ratio: the field value is zero, or too small to divide by",
+    "zero_denominator": "no ratio: the field value is zero",
+    "small_denominator": "no ratio: the field value is too small to divide by",
     "missing": "a value is missing on one side",
     "beyond_range": "a campaign does not come so far",
 }
@@ -108,7 +111,7 @@ def verdict(table: pd.DataFrame) -> list[VerdictRow]:
             notes.append("equal by definition at equal worn depth")
         name = str(variable)
         group = (
-            "Contact, mean magnitude over the load collective and both wheels"
+            "Contact and wear law, mean magnitude over the load collective and both wheels"
             if name.endswith("_collective")
             else "Wheel shape"
             if name.endswith("_change") or name == "equivalent_conicity"
@@ -219,6 +222,10 @@ _SETTINGS: tuple[tuple[str, str, str, float], ...] = (
     ("contact_parameters", "Parameters of the contact models", "", 1.0),
     ("strips", "Strips per patch", "", 1.0),
     ("cells", "Cells per strip", "", 1.0),
+    ("axle_torque", "Axle torque", "N m", 1.0),
+    ("youngs_modulus", "Young's modulus", "GPa", 1e-9),
+    ("poisson_ratio", "Poisson's ratio", "", 1.0),
+    ("wheel_density", "Density of the wheel", "kg/m³", 1.0),
     ("wear_law", "Wear law", "", 1.0),
     ("wear_form", "Form of the wear law", "", 1.0),
     ("wear_coefficients", "Wear coefficients", "", 1.0),
@@ -287,6 +294,14 @@ def quality(dataset: xr.Dataset) -> list[tuple[str, Cell]]:
         polygon = polygon_area_between(y[0], z[0], y[-1], z[-1])
         text = f"Worn area by the law against the profiles, {side} wheel [relative difference]"
         rows.append((text, number(abs(polygon - law) / law, 2) if law > 0.0 else Cell("no wear")))
+    scaling = load_scaling(dataset)
+    rows.append((
+        f"Distance run with normal forces scaled to the wheel load by more than {LOAD_TOLERANCE:.0%} [%]",
+        number(100.0 * scaling.distance_share, 2) if scaling else Cell("none"),
+    ))  # fmt: skip
+    tread = tread_wear(dataset)
+    if tread is not None:
+        rows.append(("Largest wear depth on the tread per 100 000 km [mm]", number(1e3 * tread, 3)))
     balance = dataset["power_balance"].values
     balance = balance[np.isfinite(balance)]
     if balance.size:
@@ -295,8 +310,27 @@ def quality(dataset: xr.Dataset) -> list[tuple[str, Cell]]:
     return rows
 
 
+def factors_at_points(
+    translation: xr.Dataset,
+) -> list[tuple[str, list[str], list[tuple[str, str, Cell, list[Cell]]]]]:
+    """Factors at equal operating points: by state its name, quantities, (point, wheel, shift, factors)."""
+    table = point_table(translation)
+    states = []
+    for state, rows in table.groupby("state", sort=False):
+        quantities = [capital(str(name)) for name in dict.fromkeys(rows["quantity"])]
+        width = len(quantities)  # the rows of a point and wheel stand behind one another
+        parts = [rows.iloc[start : start + width] for start in range(0, len(rows), width)]
+        lines = [
+            (str(part["point"].iloc[0]), str(part["wheel"].iloc[0]), given(part["shift"].iloc[0]),
+             [number(value, 3) for value in part["factor"]])
+            for part in parts
+        ]  # fmt: skip
+        states.append((str(state), quantities, lines))
+    return states
+
+
 def regimes(translation: xr.Dataset, progress: int) -> list[tuple[str, str, Cell, str, str, bool]]:
-    """Rows of (point, wheel, shift, regime on the rig, in the field, differs) at equal distance."""
+    """Rows of (point, wheel, shift, highest regime on the rig, in the field, differs) at equal distance."""
     if "regime_point" not in translation:
         return []
     names = str(translation["regime_point"].attrs["flag_meanings"]).split()

@@ -12,6 +12,7 @@ from wearsim.results.layout import (
     Row,
     check_row,
 )
+from wearsim.results.plausibility import doubts
 
 __all__ = [
     "FILL_FLOAT",
@@ -25,6 +26,7 @@ __all__ = [
     "append",
     "check_row",
     "create",
+    "doubts",
     "open_results",
     "read_row",
     "row_count",

@@ -25,6 +25,7 @@ from wearsim.results.layout import (
     FILL_FLOAT,
     FILL_INT,
     LAYOUT,
+    REGIME_FLAGS,
     ROW,
     SCHEMA,
     STATIC,
@@ -211,16 +212,20 @@ def _open(path: Path) -> netCDF4.Dataset:
         ) from error
     file.set_auto_maskandscale(False)
     missing = [name for name in LAYOUT if name not in file.variables]
-    if "wearsim_schema" not in file.ncattrs() or missing:
-        file.close()
+    schema = int(file.getncattr("wearsim_schema")) if "wearsim_schema" in file.ncattrs() else None
+    if schema == SCHEMA and not missing:
+        return file
+    file.close()
+    if schema is None or schema == SCHEMA:
         raise ResultError(
             f"{path} is not a result file of a wearsim campaign; give a .nc that `wearsim run` wrote"
         )
-    schema = int(file.getncattr("wearsim_schema"))
     if schema > SCHEMA:
-        file.close()
-        raise ResultError(f"{path} has schema {schema}, this wearsim reads up to {SCHEMA}; update wearsim")
-    return file
+        raise ResultError(f"{path} has schema {schema}, this wearsim reads {SCHEMA}; update wearsim")
+    raise ResultError(
+        f"{path} was written by an older wearsim (schema {schema}, this one reads {SCHEMA}); run its scene "
+        f"again in another directory"
+    )
 
 
 def _define(file: netCDF4.Dataset, header: Header) -> None:
@@ -275,7 +280,7 @@ def _define_variable(file: netCDF4.Dataset, name: str, variable: Variable, heade
     if name == "patch_side":
         made.flag_values = np.array([0, 1], dtype=np.int32)
         made.flag_meanings = "right left"
-    if name == "wear_regime":
+    if name in REGIME_FLAGS:
         regimes = [str(text).replace(" ", "_") for text in header.static["regime_name"]]
         made.flag_values = np.arange(-1, len(regimes), dtype=np.int32)
         made.flag_meanings = " ".join(["none", *regimes])

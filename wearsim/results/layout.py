@@ -11,8 +11,9 @@ import numpy as np
 
 from wearsim.errors import NumericalError, ResultError
 
-SCHEMA = 1
+SCHEMA = 2
 PATCH_SLOTS = 8
+REGIME_FLAGS = ("wear_regime", "wear_regime_highest")
 
 FILL_FLOAT = float(netCDF4.default_fillvals["f8"])
 FILL_INT = int(netCDF4.default_fillvals["i4"])
@@ -86,6 +87,7 @@ def _layout() -> dict[str, Variable]:
         "patch_width",
         "approach",
         "normal_force",
+        "load_scale",
         "creepage_x",
         "creepage_y",
         "spin",
@@ -97,9 +99,12 @@ def _layout() -> dict[str, Variable]:
         "power_balance",
         "wear_index_mean",
         "wear_index_max",
+        "wear_area_rate",
+        "wear_depth_rate_max",
     ]:
         layout[name] = Variable(patch, missing=True)
-    layout["wear_regime"] = Variable(patch, "i4", missing=True)
+    for name in REGIME_FLAGS:
+        layout[name] = Variable(patch, "i4", missing=True)
     return layout
 
 

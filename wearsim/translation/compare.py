@@ -18,14 +18,16 @@ CAMPAIGN = ("rig", "field")
 STAGES = (0.25, 0.5, 0.75, 1.0)
 """Shares of the common range at which values along the profile are compared."""
 
+_BARE = ("wear_area_rate", "wear_depth_rate_max")  # of the law as it is
+
 Pair = tuple[xr.Dataset, xr.Dataset]
 
 
 def _put(
     out: dict[str, Any], variable: str, dims: tuple[str, ...], values: FloatArray, factor: Factor,
-    quantity: str, meaning: str, comment: str,
+    quantity: str, meaning: str, comment: str, share: float | None = None,
 ) -> None:  # fmt: skip
-    """Add values (with a campaign dimension), their factor and its status."""
+    """Add values (with a campaign dimension), their factor and its status; `share` as for `factors.ratio`."""
     attrs = {"units": NOMENCLATURE[quantity].unit, "long_name": meaning, "quantity": quantity}
     out[variable] = (dims, values, attrs | ({"comment": comment} if comment else {}))
     rest = tuple(dim for dim in dims if dim != "campaign")
@@ -35,7 +37,9 @@ def _put(
         {"units": "1", "long_name": f"{meaning}, rig over field", "quantity": quantity,
          "ancillary_variables": f"{variable}_factor_status"},
     )  # fmt: skip
-    out[f"{variable}_factor_status"] = (rest, factor.status.astype(np.int8), _status_attrs(meaning))
+    share = factors.zero_share(quantity) if share is None else share
+    told = {"comment": f"a field value below the part {share:g} of the largest one is too small to divide by"}
+    out[f"{variable}_factor_status"] = (rest, factor.status.astype(np.int8), _status_attrs(meaning) | told)
 
 
 def _status_attrs(meaning: str) -> dict[str, Any]:
@@ -57,6 +61,18 @@ def _along(pair: Pair, values: list[FloatArray], distance: FloatArray) -> FloatA
     )
 
 
+def add_distance(out: dict[str, Any], axes: factors.CommonAxes) -> None:
+    """Add the distances where the campaigns are compared and their factor, (basis, progress)."""
+    run = axes.distance
+    factor = factors.ratio(
+        run[..., 0], run[..., 1], float(np.nan_to_num(run).max()), reachable=axes.reachable
+    )
+    _put(
+        out, "distance_run", ("basis", "progress", "campaign"), run, factor, "distance",
+        "distance run where the campaigns are compared", "",
+    )  # fmt: skip
+
+
 def add_wear(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> None:
     """Add wear measures and conicity with their factors, (basis, progress, wheel_group)."""
     for name, rule in factors.WEAR_QUANTITIES.items():
@@ -65,8 +81,7 @@ def add_wear(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> None:
         scale = np.nan_to_num(np.abs(values)).max(axis=(0, 1, 2))
         reach = axes.reachable[:, :, None]
         change = rule == "change"
-        share = factors.CHANGE_SHARE if change else factors.ZERO_SHARE
-        factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, share, reach)
+        factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, factors.zero_share(name), reach)
         meaning = NOMENCLATURE[name].meaning
         _put(
             out,
@@ -94,27 +109,29 @@ def add_contact(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> in
     dims = ("basis", "progress", "campaign", "matched_point", "wheel")
     for name, rule in factors.POINT_QUANTITIES.items():
         meaning = NOMENCLATURE[name].meaning
+        share = factors.zero_share(name)
+        remark = "; the environment factor does not enter" if name in _BARE else ""
         wheels = [factors.per_wheel(data, name) for data in pair]
         weight = [np.asarray(data["op_weight"].values, dtype=np.float64) for data in pair]
         means = [factors.collective_mean(wheels[c], weight[c]) for c in (0, 1)]
+        means = [np.column_stack([mean, mean.mean(axis=1)]) for mean in means]
         values = _along(pair, means, axes.distance)
         scale = float(np.nan_to_num(np.abs(values)).max())
-        factor = factors.ratio(
-            values[:, :, 0], values[:, :, 1], scale, factors.CONTACT_SHARE, axes.reachable[:, :, None]
-        )
+        factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, share, axes.reachable[:, :, None])
         _put(
-            out, f"{name}_collective", ("basis", "progress", "campaign", "wheel"), values, factor, name,
+            out, f"{name}_collective", ("basis", "progress", "campaign", "wheel_group"), values, factor, name,
             f"{meaning}, collective mean",
-            f"mean magnitude, weighted with the shares of the load collective; patches of a wheel: {rule}",
+            f"mean magnitude, weighted with the shares of the load collective; patches of a wheel: {rule}; "
+            f"both wheels: mean{remark}",
         )  # fmt: skip
         if len(matched):
             values = _along(pair, [wheels[c][:, matched[:, c]] for c in (0, 1)], axes.distance)
             scale = float(np.nan_to_num(np.abs(values)).max())
             reach = axes.reachable[:, :, None, None]
-            factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, factors.CONTACT_SHARE, reach)
+            factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, share, reach)
             _put(
                 out, f"{name}_point", dims, values, factor, name, f"{meaning} at equal operating points",
-                f"patches of a wheel: {rule}; linear between stored states",
+                f"patches of a wheel: {rule}; linear between stored states{remark}",
             )  # fmt: skip
     if len(matched):
         _add_points(out, pair, axes, matched)
@@ -165,7 +182,7 @@ def _add_points(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes, match
     dims = ("basis", "progress", "campaign", "matched_point", "wheel")
     regime = np.empty((2, axes.distance.shape[1], 2, len(matched), 2), dtype=np.int64)
     for c, data in enumerate(pair):
-        own = numbers[c][factors.worst_regime(data)][:, matched[:, c]]
+        own = numbers[c][factors.highest_regime(data)][:, matched[:, c]]
         run = np.asarray(data["distance"].values)
         for b in (0, 1):
             regime[b, :, c] = own[factors.rows_at(run, axes.distance[b, :, c])]
@@ -173,10 +190,15 @@ def _add_points(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes, match
     out["regime_point"] = (
         dims,
         regime.astype(np.int8),
-        _regime_attrs(names, "highest wear regime at equal operating points"),
+        _regime_attrs(names, "highest wear regime of any cell at equal operating points")
+        | {"comment": "in the order of the law; of the last stored state at or before the distance"},
     )
     rest = ("basis", "progress", "matched_point", "wheel")
-    out["regime_point_differs"] = (rest, differs, _differs_attrs("the wear regime at equal operating points"))
+    out["regime_point_differs"] = (
+        rest,
+        differs,
+        _differs_attrs("the highest wear regime of any cell at equal operating points"),
+    )
 
 
 def add_profile(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> list[str]:
@@ -200,7 +222,7 @@ def add_profile(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> li
     dims = ("basis", "stage", "campaign", "wheel", "arc")
     _put(
         out, "wear_depth_profile", dims, depth, factor, "wear_depth", "wear depth along the profile",
-        f"factor only where the field wears more than {WORN_SHARE:.0%} of its largest depth",
+        f"factor only where the field wears more than {WORN_SHARE:.0%} of its largest depth", WORN_SHARE,
     )  # fmt: skip
     regime = np.stack([factors.dominant_regime(np.nan_to_num(part)) for part in by_regime], axis=2)
     differs = factors.regime_differs(regime[:, :, 0], regime[:, :, 1]).astype(np.int8)

@@ -15,13 +15,24 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-STATUS: dict[str, int] = {"defined": 0, "zero_denominator": 1, "missing": 2, "beyond_range": 3}
+STATUS: dict[str, int] = {
+    "defined": 0,
+    "zero_denominator": 1,
+    "missing": 2,
+    "beyond_range": 3,
+    "small_denominator": 4,
+}
+"""Why a factor is undefined; `small_denominator`: not zero, but too small to divide by."""
 
 ZERO_SHARE = 1e-6
-"""A denominator below this share of the largest magnitude of its quantity counts as zero."""
+"""A denominator below this share of the largest magnitude of its quantity is too small to divide by."""
 
 CONTACT_SHARE = 1e-3
-"""The same for contact quantities: those that vanish by symmetry leave a remainder of about this size."""
+"""The same for quantities that vanish by symmetry: they leave a remainder of about this size. (Power and
+wear, which grow with its square, then leave one of `ZERO_SHARE`.)"""
+
+SYMMETRIC = ("creepage_x", "creepage_y", "spin", "force_x", "force_y")
+"""Quantities that vanish by symmetry."""
 
 CHANGE_SHARE = 1e-2
 """The same for changes of the wheel shape, which may go through zero while the wheel wears."""
@@ -54,8 +65,21 @@ POINT_QUANTITIES: dict[str, str] = {
     "power": "sum",
     "wear_index_mean": "area-weighted mean",
     "wear_index_max": "largest",
+    "wear_area_rate": "sum",
+    "wear_depth_rate_max": "largest",
 }
-"""Contact quantities compared, and how the patches of one wheel make one value."""
+"""Quantities of operating points compared, and how the patches of one wheel make one value."""
+
+COMPARED_KEYS = (
+    "rotation_rule", "axle_torque", "wheel_radius", "half_span", "youngs_modulus", "poisson_ratio",
+    "contact_normal", "contact_tangential", "contact_parameters", "strips", "cells", "wear_law",
+    "wear_coefficients", "wear_form", "wheel_density", "wheel_profile_right", "wheel_profile_left",
+    "counterface_profile", "smoothing_wavelength", "integrator",
+)  # fmt: skip
+"""Attributes of model, material and wheelset: what differs between the campaigns is told by name."""
+
+ROTATION_KEYS = ("rotation_rule", "axle_torque")
+"""Those that are part of the operating point: where they differ, no point of the campaigns is equal."""
 
 WEAR_QUANTITIES: dict[str, str] = {
     "max_wear_depth": "largest",
@@ -121,7 +145,7 @@ def ratio(
     scale : float or (...) array
         Magnitude the quantity has where it matters.
     share : float
-        Denominators below `share` times `scale` count as zero.
+        Denominators below `share` times `scale` are too small to divide by.
     reachable : bool or (...) array
         False where a campaign does not come so far.
 
@@ -133,13 +157,51 @@ def ratio(
     rig, field, scale_, reached = np.broadcast_arrays(rig, field, scale, reachable)
     status = np.full(rig.shape, STATUS["defined"], dtype=np.int64)
     with np.errstate(invalid="ignore"):
-        status[~(np.abs(field) > share * scale_)] = STATUS["zero_denominator"]
+        status[~(np.abs(field) > share * scale_)] = STATUS["small_denominator"]
+    status[field == 0.0] = STATUS["zero_denominator"]
     status[~(np.isfinite(rig) & np.isfinite(field))] = STATUS["missing"]
     status[~reached] = STATUS["beyond_range"]
     value = np.full(rig.shape, np.nan)
     defined = status == STATUS["defined"]
     value[defined] = rig[defined] / field[defined]
     return Factor(value, status)
+
+
+def zero_share(name: str) -> float:
+    """Share of the largest magnitude below which a quantity is too small to divide by: the one rule.
+
+    Parameters
+    ----------
+    name : str
+        Quantity, as in `wearsim.nomenclature`.
+
+    Returns
+    -------
+    float
+        For `ratio`.
+    """
+    if name in SYMMETRIC:
+        return CONTACT_SHARE
+    return CHANGE_SHARE if WEAR_QUANTITIES.get(name) == "change" else ZERO_SHARE
+
+
+def rotation_matches(rig: xr.Dataset, field: xr.Dataset) -> bool:
+    """Whether the wheelsets of two campaigns turn by the same rule under the same axle torque.
+
+    Parameters
+    ----------
+    rig, field : Dataset
+        Results of the two campaigns.
+
+    Returns
+    -------
+    bool
+        False also where the rule is unknown, or where rotation speeds were given: they are not stored.
+    """
+    for data in (rig, field):
+        if any(key not in data.attrs for key in ROTATION_KEYS) or data.attrs["rotation_rule"] == "given":
+            return False
+    return all(bool(rig.attrs[key] == field.attrs[key]) for key in ROTATION_KEYS)
 
 
 def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
@@ -211,8 +273,11 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
     Returns
     -------
     (k, 2) int array
-        Index in the rig and in the field campaign; equal points of one campaign count once.
+        Index in the rig and in the field campaign; equal points of one campaign count once. None where
+        the wheelsets turn by different rules or under different torque.
     """
+    if not rotation_matches(rig, field):
+        return np.empty((0, 2), dtype=np.int64)
     rig_keys, field_keys = (
         [np.nan_to_num(np.asarray(data[key].values, dtype=np.float64), nan=np.inf) for key in MATCH_KEYS]
         for data in (rig, field)
@@ -396,9 +461,20 @@ def dominant_regime(depth_by_regime: FloatArray, share: float = WORN_SHARE) -> I
     return np.where(worn, depth_by_regime.argmax(axis=-2), -1)
 
 
-def worst_regime(dataset: xr.Dataset) -> IntArray:
-    """Highest wear regime among the patches of each wheel, (step, operating_point, 2), -1 without wear."""
-    regime = np.nan_to_num(np.asarray(dataset["wear_regime"].values, dtype=np.float64), nan=-1.0)
+def highest_regime(dataset: xr.Dataset) -> IntArray:
+    """Highest wear regime in which any cell of a wheel's patches wears, in the order of the law.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+
+    Returns
+    -------
+    (step, operating_point, 2) int array
+        By wheel; -1 where nothing wears.
+    """
+    regime = np.nan_to_num(np.asarray(dataset["wear_regime_highest"].values, dtype=np.float64), nan=-1.0)
     side = dataset["patch_side"].values
     return np.stack([np.where(side == wheel, regime, -1.0).max(axis=-1) for wheel in (0, 1)], axis=-1).astype(
         np.int64

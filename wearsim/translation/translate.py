@@ -15,11 +15,19 @@ from wearsim.errors import ResultError
 from wearsim.nomenclature import NOMENCLATURE
 from wearsim.translation import compare, factors
 from wearsim.translation.compare import CAMPAIGN, STAGES
-from wearsim.translation.factors import STATUS, FloatArray
+from wearsim.translation.factors import STATUS
 
 BASIS = ("equal distance", "equal worn depth")
 WHEELS = ("right", "left", "both")
 
+POINT_STATES = (("new wheels", 0, 0), ("equal distance", 0, -1), ("equal worn depth", 1, -1))
+"""States for which equal operating points are listed: name, basis, progress."""
+
+_SAME_PLACE = 1e-7  # [m]
+_ATTRIBUTE_UNITS = {
+    "axle_torque": "N m", "wheel_radius": "m", "half_span": "m", "youngs_modulus": "Pa",
+    "wheel_density": "kg/m3", "smoothing_wavelength": "m",
+}  # fmt: skip
 _FILL = 9.969209968386869e36  # the netCDF library's own fill value: every viewer knows it
 _NEEDED = ("distance", "max_wear_depth", "arc_length", "wear_depth_by_regime", "patch_side", "op_weight")
 
@@ -58,11 +66,6 @@ def translate(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> xr.Dataset
         "campaign_name": ("campaign", list(CAMPAIGN), {"long_name": "campaign"}),
         "wheel_name": ("wheel", list(WHEELS[:2]), {"long_name": "wheel"}),
         "wheel_group_name": ("wheel_group", list(WHEELS), {"long_name": "wheel, or both together"}),
-        "distance_run": (
-            ("basis", "progress", "campaign"),
-            axes.distance,
-            {"units": "m", "long_name": "distance run where the campaigns are compared"},
-        ),
         "worn_depth": (
             ("basis", "progress", "campaign"),
             axes.depth,
@@ -78,6 +81,7 @@ def translate(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> xr.Dataset
             },
         ),
     }
+    compare.add_distance(out, axes)
     compare.add_wear(out, pair, axes)
     matched = compare.add_contact(out, pair, axes)
     notes = compare.add_profile(out, pair, axes)
@@ -164,47 +168,73 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
     -------
     DataFrame
         Columns basis, variable, quantity, unit, rig, field, factor, status; values in the unit people
-        read, NaN where undefined. Wear of both wheels together; contact values are means of both.
+        read, NaN where undefined. Wear of both wheels together; contact values are means of both. Nothing
+        is computed here: values, factors and statuses are those of the dataset. Its warnings are in
+        `attrs["warnings"]`, a list of str.
     """
-    rows = []
-    for b, basis in enumerate(BASIS):
-        rows.append(_row(dataset, basis, "distance_run", "distance", dataset["distance_run"].values[b, -1]))
-        for name, rule in factors.WEAR_QUANTITIES.items():
-            variable = f"{name}_change" if rule == "change" else name
-            rows.append(_entry(dataset, b, variable, name, (2,)))
-        rows.append(_entry(dataset, b, "equivalent_conicity", "equivalent_conicity", ()))
-        for name in factors.POINT_QUANTITIES:
-            variable = f"{name}_collective"
-            rows.append(_row(dataset, basis, variable, name, dataset[variable].values[b, -1].mean(axis=-1)))
-    return pd.DataFrame(rows)
+    both = (2,)
+    wear = {
+        f"{name}_change" if rule == "change" else name: (name, both)
+        for name, rule in factors.WEAR_QUANTITIES.items()
+    }
+    collective = {f"{name}_collective": (name, both) for name in factors.POINT_QUANTITIES}
+    listed: dict[str, tuple[str, tuple[int, ...]]] = {"distance_run": ("distance", ()), **wear}
+    listed |= {"equivalent_conicity": ("equivalent_conicity", ()), **collective}
+    found = pd.DataFrame(
+        {"basis": basis} | _entry(dataset, b, variable, name, place)
+        for b, basis in enumerate(BASIS)
+        for variable, (name, place) in listed.items()
+    )
+    found.attrs["warnings"] = str(dataset.attrs.get("warnings", "")).splitlines()
+    return found
+
+
+def point_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """Factors at equal operating points: new wheels, and where both campaigns end.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From `translate` or read back from its file.
+
+    Returns
+    -------
+    DataFrame
+        Columns state (a name of `POINT_STATES`), point (its label on the rig), shift [mm], wheel, and those
+        of `table` from `variable` on; points in the order of their shift. Without rows where no point is
+        equal. Nothing is computed here either.
+    """
+    rows: list[dict[str, Any]] = []
+    if int(dataset.attrs["matched_points"]):
+        shift = dataset["op_shift"].values * NOMENCLATURE["op_shift"].shown_factor
+        order = np.argsort(shift, kind="stable")
+        rows = [
+            {"state": state, "point": str(dataset["rig_label"].values[i]), "shift": float(shift[i]),
+             "wheel": wheel} | _entry(dataset, basis, f"{name}_point", name, (i, w), progress)
+            for state, basis, progress in POINT_STATES
+            for i in order
+            for w, wheel in enumerate(WHEELS[:2])
+            for name in factors.POINT_QUANTITIES
+        ]  # fmt: skip
+    columns = ["state", "point", "shift", "wheel", "variable", "quantity", "unit", "rig", "field", "factor"]
+    return pd.DataFrame(rows, columns=[*columns, "status"])
 
 
 def _entry(
-    dataset: xr.Dataset, basis: int, variable: str, name: str, place: tuple[int, ...]
+    dataset: xr.Dataset, basis: int, variable: str, name: str, place: tuple[int, ...] = (), progress: int = -1
 ) -> dict[str, Any]:
-    values = dataset[variable].values[basis, -1]
-    factor = float(dataset[f"{variable}_factor"].values[basis, -1][place])
-    status = int(dataset[f"{variable}_factor_status"].values[basis, -1][place])
-    values = np.array([values[0][place], values[1][place]])
-    return _row(dataset, BASIS[basis], variable, name, values, factor, status)
-
-
-def _row(
-    dataset: xr.Dataset, basis: str, variable: str, name: str, values: FloatArray,
-    factor: float | None = None, status: int | None = None,
-) -> dict[str, Any]:  # fmt: skip
-    if factor is None:
-        found = factors.ratio(values[0], values[1], float(np.abs(np.nan_to_num(values)).max()))
-        factor, status = float(found.value), int(found.status)
+    """One factor of the dataset with its values, in the unit people read."""
+    rig, field = (dataset[variable].values[basis, progress, c][place] for c in (0, 1))
+    status = int(dataset[f"{variable}_factor_status"].values[basis, progress][place])
     shown = NOMENCLATURE[name]
+    meaning = shown.meaning if variable == "distance_run" else dataset[variable].attrs["long_name"]
     return {
-        "basis": basis,
         "variable": variable,
-        "quantity": dataset[variable].attrs["long_name"] if variable != "distance_run" else shown.meaning,
+        "quantity": str(meaning).removesuffix(" at equal operating points"),
         "unit": shown.shown_unit,
-        "rig": float(values[0]) * shown.shown_factor,
-        "field": float(values[1]) * shown.shown_factor,
-        "factor": factor,
+        "rig": float(rig) * shown.shown_factor,
+        "field": float(field) * shown.shown_factor,
+        "factor": float(dataset[f"{variable}_factor"].values[basis, progress][place]),
         "status": next(key for key, number in STATUS.items() if number == status),
     }
 
@@ -221,6 +251,46 @@ def content_hash(dataset: xr.Dataset) -> str:
     return digest.hexdigest()
 
 
+def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
+    """Tell which attributes of model, material and wheelset differ, with both values in SI units.
+
+    Parameters
+    ----------
+    rig, field : Dataset
+        Results of the two campaigns.
+
+    Returns
+    -------
+    list of str
+        One line for each of `factors.COMPARED_KEYS` that differs, and one for counterfaces of different
+        shape under one name. The curvature of the counterface is what is compared: it is not told.
+    """
+    notes = []
+    for key in factors.COMPARED_KEYS:
+        mine, theirs = (data.attrs.get(key, "") for data in (rig, field))
+        if mine == theirs:
+            continue
+        unit = _ATTRIBUTE_UNITS.get(key, "")
+        told = [_told(value, unit) for value in (mine, theirs)]
+        notes.append(f"{key} differs: {told[0]} on the rig, {told[1]} in the field")
+    names = [data.attrs.get("counterface_profile", "") for data in (rig, field)]
+    rail = [np.stack([data[f"counterface_{c}"].values for c in "yz"]) for data in (rig, field)]
+    if names[0] == names[1]:
+        if rail[0].shape != rail[1].shape:
+            notes.append(
+                "the counterface profiles are sampled differently: they may differ in shape or place"
+            )
+        elif (apart := float(np.abs(rail[0] - rail[1]).max())) > _SAME_PLACE:
+            notes.append(f"the counterface profiles differ in shape or place, by up to {1e3 * apart:.4g} mm")
+    return notes
+
+
+def _told(value: Any, unit: str) -> str:
+    if isinstance(value, str):
+        return value or "unknown"
+    return f"{float(value):.10g} {unit}".rstrip()
+
+
 def _attributes(rig: xr.Dataset, field: xr.Dataset, matched: int, notes: list[str]) -> dict[str, Any]:
     attrs: dict[str, Any] = {
         "Conventions": "CF-1.11",
@@ -232,17 +302,17 @@ def _attributes(rig: xr.Dataset, field: xr.Dataset, matched: int, notes: list[st
     }
     for role, data in zip(CAMPAIGN, (rig, field), strict=True):
         attrs[f"{role}_sha256"] = content_hash(data)
-        for key in ("title", "wear_law", "wear_coefficients", "wear_form", "counterface_curvature"):
+        for key in ("title", "counterface_curvature", *factors.COMPARED_KEYS):
             if str(data.attrs.get(key, "")) != "":
                 attrs[f"{role}_{key}"] = data.attrs[key]
-    for key in ("wear_law", "wear_coefficients", "wear_form", "contact_normal", "contact_tangential"):
-        mine, theirs = (str(data.attrs.get(key, "")) for data in (rig, field))
-        if mine != theirs:
-            notes = [
-                *notes,
-                f"{key} differs: {mine or 'unknown'} on the rig, {theirs or 'unknown'} in the field",
-            ]
-    if not matched:
+    notes = [*differences(rig, field), *notes]
+    if not factors.rotation_matches(rig, field):
+        notes = [
+            *notes,
+            "no operating point counts as equal: the rotation rule and the axle torque are part of it, and "
+            "they differ or are unknown",
+        ]
+    elif not matched:
         notes = [
             *notes,
             "no operating point is solved in both campaigns: give both the same [operation.monitor]",

@@ -150,6 +150,26 @@ def patch_regime(depth: FloatArray) -> IntArray:
     return dominant
 
 
+def highest_regime(depth: FloatArray) -> IntArray:
+    """Return the last regime, in the order of the law, in which any strip of each patch wears.
+
+    Parameters
+    ----------
+    depth : (n_regimes, m, ny) array
+        Depth per passage by regime [m].
+
+    Returns
+    -------
+    (m,) int array
+        Index into the regimes of the law; -1 where nothing wears. In the local form one cell in a regime
+        is enough for it; in the form "patch_mean" a patch has one regime.
+    """
+    wears = (depth > 0.0).any(axis=2)
+    index = np.arange(depth.shape[0])[:, None]
+    highest: IntArray = np.where(wears, index, -1).max(axis=0).astype(np.int64)
+    return highest
+
+
 __all__ = [
     "FORMS",
     "WEAR_LAWS",
@@ -158,6 +178,7 @@ __all__ = [
     "WearLaw",
     "WearSettings",
     "coefficient_set",
+    "highest_regime",
     "passage_depth",
     "patch_regime",
     "regimes",

@@ -1,0 +1,187 @@
+"""What a result deserves to be doubted for: pure functions on the dataset of one campaign."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TREAD_WEAR_BAND = (0.5e-3, 2.0e-3)
+"""Tread wear of passenger stock in service per 100 000 km [m]. UNCERTAIN: a band from the literature by
+memory, without a source that was read; it warns, it proves nothing."""
+
+SERVICE_DISTANCE = 1e8
+"""The distance the band is given for [m]."""
+
+TREAD_SLOPE = 0.2
+"""A new wheel's tread reaches from its outer end to where the profile gets steeper than this."""
+
+LOAD_TOLERANCE = 0.01
+"""Deviation from 1 of the factor on the normal forces that deserves a word."""
+
+
+def tread_wear(dataset: xr.Dataset) -> float | None:
+    """Largest wear depth on the tread of both wheels, per 100 000 km.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+
+    Returns
+    -------
+    float or None
+        In proportion to the distance run [m]; None before the first step.
+    """
+    run = float(dataset["distance"].values[-1])
+    if run <= 0.0:
+        return None
+    deepest = 0.0
+    for wheel in (0, 1):
+        y, z = (dataset[name].values[0, wheel] for name in ("profile_y", "profile_z"))
+        # on a steep flank y may stand still; only the tread's slopes count, and there it rises
+        steep = np.flatnonzero(np.abs(np.diff(z)) > TREAD_SLOPE * np.diff(y))
+        inner = steep[y[steep] < 0.0]
+        tread = np.arange(y.size) > (inner[-1] if inner.size else -1)
+        deepest = max(deepest, float(dataset["wear_depth"].values[-1, wheel, tread].max(initial=0.0)))
+    return deepest * SERVICE_DISTANCE / run
+
+
+def tread_wear_warning(dataset: xr.Dataset) -> str | None:
+    """Warn of a field campaign whose tread wear is not of the size seen in service.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+
+    Returns
+    -------
+    str or None
+        One line; None within `TREAD_WEAR_BAND`, for other campaigns than those in the field, before the
+        first step and for the law that wears nothing.
+    """
+    if dataset.attrs.get("scene_kind") != "field" or dataset.attrs.get("wear_law") == "none":
+        return None
+    wear = tread_wear(dataset)
+    low, high = TREAD_WEAR_BAND
+    if wear is None or low <= wear <= high:
+        return None
+    side = "below" if wear < low else "above"
+    return (
+        f"tread wear of {1e3 * wear:.3g} mm per 100 000 km is {side} the {1e3 * low:g} to {1e3 * high:g} mm "
+        f"seen in service (an uncertain band): look at environment factors, friction, shares and the spread "
+        f"of the shifts"
+    )
+
+
+@dataclass(frozen=True)
+class LoadScaling:
+    """Where pressures and forces were scaled to the wheel load by more than `LOAD_TOLERANCE`.
+
+    Parameters
+    ----------
+    points : int
+        Number of operating points with a weight that were ever scaled.
+    active_points : int
+        Number of operating points with a weight.
+    states : int
+        Number of stored states in which one of them was.
+    all_states : int
+        Number of stored states.
+    distance_share : float
+        Share of the distance that was run in such a point, from such a state on [-].
+    largest : float
+        The factor that is farthest from 1 [-].
+    """
+
+    points: int
+    active_points: int
+    states: int
+    all_states: int
+    distance_share: float
+    largest: float
+
+
+def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
+    """Find where the normal forces were scaled, among operating points that wear.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+
+    Returns
+    -------
+    LoadScaling or None
+        None where no factor deviates by more than `LOAD_TOLERANCE`. The distance of a step counts for the
+        state it starts from.
+    """
+    counts = dataset["op_weight"].values > 0.0
+    scale = dataset["load_scale"].values[:, counts]
+    deviation = np.nan_to_num(np.abs(scale - 1.0)).max(axis=-1, initial=0.0)
+    scaled = deviation > LOAD_TOLERANCE
+    if not scaled.any():
+        return None
+    step_length, active = (dataset[name].values[1:] for name in ("step_length", "active_weight"))
+    run = float(step_length.sum())
+    scaled_run = float((step_length[:, None] * active[:, counts] * scaled[:-1]).sum())
+    every = scale[np.isfinite(scale)]
+    return LoadScaling(
+        points=int(scaled.any(axis=0).sum()),
+        active_points=int(counts.sum()),
+        states=int(scaled.any(axis=1).sum()),
+        all_states=scaled.shape[0],
+        distance_share=scaled_run / run if run > 0.0 else 0.0,
+        largest=float(every[np.argmax(np.abs(every - 1.0))]),
+    )
+
+
+def load_scale_warning(dataset: xr.Dataset) -> str | None:
+    """Warn of pressures and forces that were scaled to the wheel load.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+
+    Returns
+    -------
+    str or None
+        One line; None where no factor deviates by more than `LOAD_TOLERANCE`.
+    """
+    found = load_scaling(dataset)
+    if found is None:
+        return None
+    return (
+        f"contact patches merge and their normal forces are scaled to the wheel load by more than "
+        f"{LOAD_TOLERANCE:.0%} (at most by the factor {found.largest:.3g}) at {found.points} of "
+        f"{found.active_points} operating points with a weight, in {found.states} of {found.all_states} "
+        f"states, over {_percent(found.distance_share)} of the distance: pressures and wear there are less "
+        f"certain"
+    )
+
+
+def doubts(dataset: xr.Dataset) -> list[str]:
+    """All warnings of this module for one result, one line each.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+
+    Returns
+    -------
+    list of str
+        Empty where there is nothing to say.
+    """
+    found = (tread_wear_warning(dataset), load_scale_warning(dataset))
+    return [line for line in found if line is not None]
+
+
+def _percent(share: float) -> str:
+    return "less than 0.1 %" if 0.0 < share < 1e-3 else f"{100.0 * share:.2g} %"
