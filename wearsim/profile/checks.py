@@ -42,6 +42,27 @@ def points_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, i
         Message and index of the point (None: the profile as a whole); empty if there is none. Later
         checks need the earlier ones passed: number and finiteness, size, order, orientation and origin.
     """
+    faults = shape_faults(kind, y, z)
+    if not faults:
+        faults = _wheel_faults(y, z) if kind == "wheel" else head_faults(y, z)
+    return faults
+
+
+def shape_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
+    """Faults that do not depend on orientation and origin.
+
+    Parameters
+    ----------
+    kind : {"wheel", "rail"}
+        What the points should be.
+    y, z : (n,) array
+        Points [m].
+
+    Returns
+    -------
+    list of (str, int or None)
+        As `points_faults`: number, finiteness, size and order.
+    """
     if y.ndim != 1 or y.shape != z.shape:
         return [(f"y and z must be two lists of equal length, not of shapes {y.shape} and {z.shape}", None)]
     faults: list[tuple[str, int | None]] = []
@@ -53,8 +74,6 @@ def points_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, i
         faults = _unit_faults(kind, y, z)
     if not faults:
         faults = _order_faults(y, z)
-    if not faults:
-        faults = _wheel_faults(y, z) if kind == "wheel" else _rail_faults(y, z)
     return faults
 
 
@@ -94,10 +113,30 @@ def _unit_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, in
             )
             for j in wild
         ]
+    joined = _joined(y, step, usual)
+    if joined is not None:
+        return [joined]
     found = [_size_fault(kind, "wide", float(np.ptp(y)), WIDTH_RANGE[kind])]
     if found == [None]:
         found = [_size_fault(kind, "high", float(np.ptp(z)), HEIGHT_RANGE[kind])]
     return [(message, None) for message in found if message is not None]
+
+
+def _joined(y: FloatArray, step: FloatArray, usual: float) -> tuple[str, int] | None:
+    """Jump from the end of one profile back to the beginning of another."""
+    dy = np.diff(y)
+    forward = float(np.sign(np.median(dy)))
+    jumps = np.flatnonzero((-forward * dy > 0.3 * float(np.ptp(y))) & (step > 10.0 * usual))
+    if not 0 < len(jumps) <= 20:
+        return None
+    j = int(jumps[0]) + 1
+    if min(j, len(y) - int(jumps[-1]) - 1) < MIN_POINTS:
+        return None
+    return (
+        f"the points jump back by {step[j - 1] * 1e3:.4g} mm at point {j + 1}: {len(jumps) + 1} profiles in "
+        "one list; give one",
+        j,
+    )
 
 
 def _size_fault(kind: Kind, word: str, size: float, limits: tuple[float, float]) -> str | None:
@@ -205,8 +244,19 @@ def _wheel_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
     return []
 
 
-def _rail_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
-    """Orientation of a rail head; its origin is set by the gauge later."""
+def head_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
+    """Orientation of a rail head; its origin is set by the gauge later.
+
+    Parameters
+    ----------
+    y, z : (n,) array
+        Points [m].
+
+    Returns
+    -------
+    list of (str, int or None)
+        As `points_faults`.
+    """
     middle = 0.5 * (float(y.min()) + float(y.max()))
     crown = float(np.median(z[np.abs(y - middle) < 0.2 * np.ptp(y)]))
     if not crown < 0.5 * (float(z[0]) + float(z[-1])):

@@ -1,0 +1,369 @@
+"""From the axes, units and origin of a file to ours; whatever is found out about them is said."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Literal
+
+import numpy as np
+
+from wearsim.profile.checks import (
+    HEIGHT_RANGE,
+    WIDTH_RANGE,
+    head_faults,
+    points_faults,
+    shape_faults,
+)
+from wearsim.profile.formats.points import EXACT, Points, as_floats, scaled
+from wearsim.profile.formats.text import Faults
+from wearsim.profile.placement import GAUGE_DEPTH
+from wearsim.profile.shape import FloatArray
+
+UNITS: dict[str, Decimal] = {
+    "mm": Decimal("0.001"),
+    "m": Decimal(1),
+    "cm": Decimal("0.01"),
+    "in": Decimal("0.0254"),
+}
+_TOLD_APART = ("mm", "m", "in")  # cm are read on request only: rails in cm and in inches overlap
+TAPE = Decimal(70)  # tape line from the flange back [mm]
+# Flange tip of a wheel counted from the flange back and from the tape circle [m].
+_TIP_FROM_BACK = (-0.010, 0.040)
+_TIP_FROM_TAPE = (-0.080, -0.030)
+_TIP_RISE = 3e-3  # a flange tip stands out on both sides by more than this [m]
+_SYMMETRIC = 20e-6  # a head this symmetric is the same mirrored [m]
+_MOST_BACK = 1e-3  # a longer step back is no stutter of the instrument [m]
+
+
+@dataclass(frozen=True)
+class Said:
+    """What the user states about a file; None is left to detection.
+
+    Parameters
+    ----------
+    units : str or None
+        One of `UNITS`.
+    mirror : bool or None
+        Whether the file's y grows towards the flange or gauge side.
+    z_up : bool or None
+        Whether the file's z grows upwards, away from the tip of a flange or the foot of a rail.
+    origin : {"tape", "back"} or None
+        Where y of a wheel is counted from: tape circle or flange back.
+    """
+
+    units: str | None = None
+    mirror: bool | None = None
+    z_up: bool | None = None
+    origin: Literal["tape", "back"] | None = None
+
+
+def to_our_axes(
+    points: Points, kind: Literal["wheel", "rail"], said: Said, faults: Faults
+) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
+    """Points of a file in the axes of `Profile`.
+
+    Parameters
+    ----------
+    points : Points
+        As read.
+    kind : {"wheel", "rail"}
+        What they are.
+    said : Said
+        Statements of the user; they overrule the file and all detection.
+    faults : Faults
+        Takes what is wrong; raised here.
+
+    Returns
+    -------
+    y, z : (n,) array
+        Points in metres, from the flange back or gauge side to the field side.
+    notes : tuple of str
+        What was detected and done, one sentence each.
+
+    Notes
+    -----
+    Detection works on rounded numbers; the result comes from the decimals of the file by exact
+    arithmetic, rounded once, so that written profiles are read back to the bit.
+    """
+    notes: list[str] = []
+    rough_y = _rough(points.y, points.shift_y, points.mirror_y)
+    rough_z = _rough(points.z, points.shift_z, points.mirror_z)
+    unit = _unit(points, kind, rough_y, rough_z, said.units, faults, notes)
+    y, z = rough_y * float(unit), rough_z * float(unit)
+    kept = _distinct(y, z, notes)
+    kept = _without_stutter(y, z, kept, points.lines, notes)
+    lines = [points.lines[int(k)] for k in kept]
+    y, z = y[kept], z[kept]
+
+    def refuse(found: list[tuple[str, int | None]]) -> None:
+        for message, point in found:
+            told = message.replace("state the right units", "state them with --units")
+            faults.add(told, None if point is None else lines[point])
+        faults.refuse()
+
+    refuse(shape_faults(kind, y, z))
+    flip_z = _flip_z(kind, y, z, points.z_axis, said.z_up, faults, notes)
+    faults.refuse()
+    z = -z if flip_z else z
+    if kind == "wheel":
+        flip_y = _wheel_flip_y(y, z, said.mirror, faults, notes)
+        offset = Decimal(0)
+        if not faults.found:
+            offset = _wheel_offset(-y if flip_y else y, z, points, said.origin, notes)
+    else:
+        flip_y = _rail_flip_y(y, z, points.y_axis, said.mirror, faults, notes)
+        offset = Decimal(0)
+    faults.refuse()
+    factor_y = EXACT.multiply(unit, Decimal(-1 if flip_y != points.mirror_y else 1))
+    factor_z = EXACT.multiply(unit, Decimal(-1 if flip_z != points.mirror_z else 1))
+    y = scaled([points.y[int(k)] for k in kept], points.shift_y, factor_y, offset)
+    z = scaled([points.z[int(k)] for k in kept], points.shift_z, factor_z, Decimal(0))
+    refuse(points_faults(kind, y, z))
+    if y[0] > y[-1]:
+        y, z = y[::-1].copy(), z[::-1].copy()
+    return y, z, tuple(notes)
+
+
+def _rough(cells: list[str], shift: Decimal, mirror: bool) -> FloatArray:
+    """Coordinate after the file's own keys, in its unit."""
+    values = as_floats(cells) + float(shift)
+    return -values if mirror else values
+
+
+def _unit(
+    points: Points,
+    kind: Literal["wheel", "rail"],
+    y: FloatArray,
+    z: FloatArray,
+    said: str | None,
+    faults: Faults,
+    notes: list[str],
+) -> Decimal:
+    """Length of the file's unit [m]."""
+    if said is not None:
+        notes.append(f"units {said} as stated")
+        return UNITS[said]
+    if points.metres is not None:
+        return points.metres
+    if len(y) < 2:
+        return UNITS["mm"]
+    fits = [name for name in _TOLD_APART if _plausible(kind, y, z, float(UNITS[name]), name)]
+    if fits == ["mm"]:
+        return UNITS["mm"]
+    if len(fits) == 1:
+        notes.append(f"units {fits[0]} by the size")
+        return UNITS[fits[0]]
+    # a wild point or mixed units spoil the size, and their line is the better message
+    if any(point is not None for _, point in shape_faults(kind, y * 1e-3, z * 1e-3)):
+        return UNITS["mm"]
+    if float(np.ptp(y)) > 0.0 and _one_axis_fits(kind, y, z):
+        return UNITS["mm"]
+    low, high = WIDTH_RANGE[kind]
+    faults.add(
+        f"the {kind} profile is {np.ptp(y):.4g} wide and {np.ptp(z):.4g} high, which fits "
+        f"{'several units' if fits else 'no unit'} (a {kind} is {low * 1e3:g} .. {high * 1e3:g} mm wide): "
+        f"state --units {', '.join(UNITS)}"
+    )
+    faults.refuse()
+    return UNITS["mm"]
+
+
+def _plausible(kind: str, y: FloatArray, z: FloatArray, unit: float, name: str) -> bool:
+    """Tell whether the size fits a unit."""
+    width, height = float(np.ptp(y)) * unit, float(np.ptp(z)) * unit
+    # above 76 mm, a rail said to be in inches might as well be one in cm
+    most = 0.076 if (kind, name) == ("rail", "in") else WIDTH_RANGE[kind][1]
+    return WIDTH_RANGE[kind][0] <= width <= most and HEIGHT_RANGE[kind][0] <= height <= HEIGHT_RANGE[kind][1]
+
+
+def _one_axis_fits(kind: str, y: FloatArray, z: FloatArray) -> bool:
+    """Tell whether the width is right in mm and only the height is not: a fault of the shape, told there."""
+    return WIDTH_RANGE[kind][0] <= float(np.ptp(y)) * 1e-3 <= WIDTH_RANGE[kind][1] and float(np.ptp(z)) >= 0.0
+
+
+def _distinct(y: FloatArray, z: FloatArray, notes: list[str]) -> FloatArray:
+    """Indices of the points that differ from the one before them (instruments at rest)."""
+    keep = np.ones(len(y), dtype=bool)
+    keep[1:] = (np.diff(y) != 0.0) | (np.diff(z) != 0.0)
+    left_out = len(y) - int(np.count_nonzero(keep))
+    if left_out:
+        notes.append(f"{left_out} duplicate point{'s' if left_out > 1 else ''} left out")
+    return np.flatnonzero(keep)
+
+
+def _without_stutter(
+    y: FloatArray, z: FloatArray, kept: FloatArray, lines: list[int], notes: list[str]
+) -> FloatArray:
+    """Leave out single points where the instrument stepped back a little, at most one in fifty."""
+    dropped: list[int] = []
+    most = max(3, len(kept) // 50)
+    while len(kept) > 3 and len(dropped) <= most:
+        dy, dz = np.diff(y[kept]), np.diff(z[kept])
+        step = np.hypot(dy, dz)
+        back = np.flatnonzero(dy[1:] * dy[:-1] + dz[1:] * dz[:-1] < -0.9 * step[1:] * step[:-1]) + 1
+        if len(back) == 0:
+            if dropped:
+                told = ", ".join(str(lines[k]) for k in sorted(dropped)[:10])
+                notes.append(f"{len(dropped)} points stepping back left out (lines {told})")
+                return kept
+            return kept
+        j = int(back[0])
+        if len(back) > most or step[j] > _MOST_BACK or j + 1 >= len(kept) - 1:
+            break
+        dropped.append(int(kept[j + 1]))
+        kept = np.delete(kept, j + 1)
+    # nothing is left out of a list that does not come right by that; the checks refuse it
+    return kept if not dropped else np.sort(np.concatenate((kept, dropped)))
+
+
+def _flip_z(
+    kind: Literal["wheel", "rail"],
+    y: FloatArray,
+    z: FloatArray,
+    axis: str,
+    z_up: bool | None,
+    faults: Faults,
+    notes: list[str],
+) -> bool:
+    """Whether z is to change its sign."""
+    if z_up is not None:
+        notes.append(f"z {'up, sign changed' if z_up else 'down'}, as stated")
+        return z_up
+    up = _wheel_points_up(z) if kind == "wheel" else _rail_points_up(y, z)
+    expected = axis == "up"
+    if up is None:
+        what = (
+            "a flange tip stands out on neither side"
+            if kind == "wheel"
+            else "the head is as flat as its ends"
+        )
+        if kind == "wheel" or axis == "unknown":
+            faults.add(f"{what}, so the sign of z is not known: state --z-up or --z-down")
+            return False
+        notes.append(f"{what}: z taken as {axis}, the rule of the format")
+        return expected
+    if up:
+        notes.append("z up, sign changed")
+    elif expected:
+        notes.append("z down, although the rule of the format is up")
+    return up
+
+
+def _wheel_points_up(z: FloatArray) -> bool | None:
+    """Whether the flange tip is at the smallest z; None if there is no tip."""
+    down, up = _tip_rise(z), _tip_rise(-z)
+    if max(down, up) < _TIP_RISE or max(down, up) < 3.0 * min(down, up):
+        return None
+    return up > down
+
+
+def _tip_rise(z: FloatArray) -> float:
+    """Height of the highest point over the lowest on its lower side; 0 at an end of the list."""
+    tip = int(np.argmax(z))
+    return float(z[tip] - max(z[: tip + 1].min(), z[tip:].min()))
+
+
+def _rail_points_up(y: FloatArray, z: FloatArray) -> bool | None:
+    """Whether the top is at larger z than the ends; None if the head is nearly level with them."""
+    middle = 0.5 * (float(y.min()) + float(y.max()))
+    inner = np.abs(y - middle) < 0.2 * np.ptp(y)
+    if not np.any(inner):
+        return None
+    fall = 0.5 * (float(z[0]) + float(z[-1])) - float(np.median(z[inner]))
+    return None if abs(fall) < 0.05 * float(np.ptp(z)) else fall < 0.0
+
+
+def _wheel_flip_y(
+    y: FloatArray, z: FloatArray, mirror: bool | None, faults: Faults, notes: list[str]
+) -> bool:
+    """Whether y is to change its sign: the flange belongs to the end of smaller y."""
+    if mirror is not None:
+        notes.append("y mirrored as stated" if mirror else "y not mirrored, as stated")
+        return mirror
+    place = (float(y[int(np.argmax(z))]) - float(y.min())) / float(np.ptp(y))
+    if 0.4 < place < 0.6:
+        faults.add(
+            "the flange tip is in the middle of the profile, so its side is not known: state --mirror (flange "
+            "at the end of larger y) or --no-mirror"
+        )
+        return False
+    if place > 0.5:
+        notes.append("flange at the end of larger y, y mirrored")
+    return place > 0.5
+
+
+def _wheel_offset(
+    y: FloatArray, z: FloatArray, points: Points, origin: str | None, notes: list[str]
+) -> Decimal:
+    """Shift of y to the tape circle [m]."""
+    tape = points.tape if points.tape is not None else TAPE
+    offset = -EXACT.multiply(tape, UNITS["mm"])
+    if origin is not None:
+        notes.append(f"y counted from the {'tape circle' if origin == 'tape' else 'flange back'}, as stated")
+        return offset if origin == "back" else Decimal(0)
+    tip = float(y[int(np.argmax(z))])
+    from_back = _TIP_FROM_BACK[0] <= tip <= _TIP_FROM_BACK[1]
+    if points.tape is not None and not from_back:
+        from_back = _TIP_FROM_TAPE[0] <= tip + float(offset) <= _TIP_FROM_TAPE[1] and not (
+            _TIP_FROM_TAPE[0] <= tip <= _TIP_FROM_TAPE[1]
+        )
+    if not from_back:
+        return Decimal(0)
+    told = f"{float(tape):g} mm subtracted"
+    header = " (header)" if points.tape is not None else ""
+    notes.append(f"y counted from the flange back, {told}{header}")
+    return offset
+
+
+def _rail_flip_y(
+    y: FloatArray, z: FloatArray, axis: str, mirror: bool | None, faults: Faults, notes: list[str]
+) -> bool:
+    """Whether y is to change its sign: the gauge side belongs to the end of smaller y."""
+    if mirror is not None:
+        notes.append("y mirrored as stated" if mirror else "y not mirrored, as stated")
+        return mirror
+    if head_faults(y, z):
+        return axis == "centre"  # refused by the checks
+    top = int(np.argmin(z))
+    low = y <= y[top]
+    # depth of the flanks below the top, at the ends of smaller and of larger y
+    depth = [float(z[side].max() - z[top]) if np.any(side) else 0.0 for side in (low, ~low)]
+    gauge_at_larger = None if (depth[0] >= GAUGE_DEPTH) == (depth[1] >= GAUGE_DEPTH) else depth[1] > depth[0]
+    if axis == "unknown":
+        if gauge_at_larger is not None:
+            end = "larger" if gauge_at_larger else "smaller"
+            notes.append(f"gauge side at the end of {end} y: only there the head reaches 14 mm down")
+            if gauge_at_larger:
+                notes.append("y mirrored")
+            return gauge_at_larger
+        if _symmetric(y, z, top):
+            notes.append("head symmetric: it does not matter which side is the gauge side")
+            return False
+        faults.add(
+            "both sides of the head could be the gauge side: state --mirror (gauge side at the end of larger y) "
+            "or --no-mirror (at the end of smaller y)"
+        )
+        return False
+    flip = axis == "centre"
+    if gauge_at_larger is not None and gauge_at_larger != flip:
+        faults.add(
+            f"the gauge side should be at the end of {'larger' if flip else 'smaller'} y by the rule of the "
+            "format, but only the other side of the head reaches 14 mm down: state --mirror (gauge side at the "
+            "end of larger y) or --no-mirror"
+        )
+    if flip:
+        notes.append("y towards the track centre, sign changed")
+    return flip
+
+
+def _symmetric(y: FloatArray, z: FloatArray, top: int) -> bool:
+    """Tell whether a head is its own mirror image."""
+    head = z - z[top] < 0.010
+    left, right = float(y[head].min()), float(y[head].max())
+    axis, half = 0.5 * (left + right), 0.5 * (right - left)
+    order = np.argsort(y[head], kind="stable")
+    at = np.linspace(0.0, 0.97 * half, 200)
+    z_left = np.interp(axis - at, y[head][order], z[head][order])
+    z_right = np.interp(axis + at, y[head][order], z[head][order])
+    return bool(np.max(np.abs(z_left - z_right)) < _SYMMETRIC)

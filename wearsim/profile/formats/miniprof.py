@@ -1,0 +1,277 @@
+"""Profiles measured with MiniProf: `.whl`, `.ban` and multi-part `.mpt`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from decimal import Decimal
+from typing import Literal
+
+from wearsim.profile.formats.points import (
+    Columns,
+    Points,
+    is_number,
+    number_fault,
+    separator_of,
+    split_cells,
+)
+from wearsim.profile.formats.text import Faults, Text
+
+SUFFIXES = {".whl": "wheel", ".ban": "rail"}
+PART_SUFFIXES = {".mpt": ""}
+
+# Key by which a file written here says whither X grows; other programs skip keys they do not know.
+AXIS_KEY = "AxisX"
+AXIS_FIELD = "field side"
+
+_KNOWN_KEY = re.compile(
+    r"^\s*(xypoints|columndef|mptypeno|mpserno|mpcaldate|programver|xoffset)\s*=",
+    re.IGNORECASE | re.MULTILINE,
+)
+_COLUMNS = {"x", "y", "a", "c", "k", "n"}
+_OLD_STYLE = "(sd/sh/qr)"
+_SECTION = re.compile(r"\[(.+)\]")
+_PART = re.compile(r"profile(\d+)(info|points)", re.IGNORECASE)
+_ELEMENT = re.compile(r"mpd\d+", re.IGNORECASE)
+
+
+def recognises(text: Text, suffix: str) -> bool:
+    """Tell a MiniProf file by its header, or by its extension."""
+    head = "\n".join(text.lines[:200])[:20_000]
+    if any("PROF" in line.upper() and "MINI" in line.upper() for line in text.lines[:3] if "=" not in line):
+        return True
+    return len({key.lower() for key in _KNOWN_KEY.findall(head)}) >= 2 or suffix in SUFFIXES
+
+
+def recognises_parts(text: Text, suffix: str) -> bool:
+    """Tell a multi-part file by its sections, or by its extension."""
+    found = any(_PART.fullmatch(name) for line in text.lines[:50_000] if (name := _section(line)))
+    return found or suffix in PART_SUFFIXES
+
+
+def read(text: Text, kind: Literal["wheel", "rail"], faults: Faults) -> Points:
+    """Points and header of a `.whl` or `.ban` file.
+
+    Parameters
+    ----------
+    text : Text
+        Header of ``key=value`` lines (or of the old style), an empty line that may be missing, points.
+    kind : {"wheel", "rail"}
+        Settles which way Y should grow.
+    faults : Faults
+        Takes what is wrong.
+
+    Returns
+    -------
+    Points
+        X is counted from the flange back on wheels.
+    """
+    numbered = list(enumerate(text.lines, start=1))
+    first = _first_point(text)
+    header = _header(line for _, line in numbered[: first - 1])
+    return _points(numbered[first - 1 :], header, kind, faults)
+
+
+def read_part(
+    text: Text, kind: Literal["wheel", "rail"], faults: Faults, part: int | str | None
+) -> Points | None:
+    """Points and header of one curve of a multi-part file.
+
+    Parameters
+    ----------
+    text : Text
+        Sections `[ProfilekInfo]` and `[ProfilekPoints]`.
+    kind : {"wheel", "rail"}
+        Settles which way Y should grow.
+    faults : Faults
+        Takes what is wrong.
+    part : int, str or None
+        Number or name of the curve; needed if there are several.
+
+    Returns
+    -------
+    Points or None
+        None if no curve can be chosen; the fault says why.
+    """
+    info: dict[int, dict[str, str]] = {}
+    rows: dict[int, list[tuple[int, str]]] = {}
+    where: tuple[int, str] | None = None
+    for number, line in enumerate(text.lines, start=1):
+        name = _section(line)
+        if name:
+            match = _PART.fullmatch(name)
+            where = (int(match[1][:9]), match[2].lower()) if match else None
+            if where is not None:
+                (info.setdefault(where[0], {}) if where[1] == "info" else rows.setdefault(where[0], []))
+        elif where is not None and where[1] == "info":
+            key, found, value = line.partition("=")
+            # the elements a curve was drawn from are as many as its points and not needed here
+            if found and not _ELEMENT.fullmatch(key.strip()):
+                info[where[0]][key.strip()] = value.strip()
+        elif where is not None:
+            rows[where[0]].append((number, line))
+    chosen = _choose(rows, {k: _value(keys, "mpdn") or "" for k, keys in info.items()}, part, faults)
+    if chosen is None:
+        return None
+    return _points(rows[chosen], info.get(chosen, {}), kind, faults)
+
+
+def _choose(
+    rows: dict[int, list[tuple[int, str]]], names: dict[int, str], part: int | str | None, faults: Faults
+) -> int | None:
+    """Number of the wanted curve."""
+    known = ", ".join(f"{k} {names.get(k, '')!r}" for k in sorted(rows)[:30])
+    if not rows:
+        faults.add("holds no [Profile1Points] section; give a multi-part file of MiniProf with points")
+        return None
+    if part is None:
+        if len(rows) == 1:
+            return next(iter(rows))
+        faults.add(f"holds {len(rows)} curves ({known}), which are never joined; choose one with --part")
+        return None
+    wanted = str(part).strip()
+    for k in rows:
+        if wanted in (str(k), names.get(k, "")):
+            return k
+    faults.add(f"--part {wanted} is not among its curves ({known})")
+    return None
+
+
+def _section(line: str) -> str | None:
+    """Name of a section, None on other lines."""
+    match = _SECTION.fullmatch(line.strip()) if line.lstrip()[:1] == "[" else None
+    return match[1].strip() if match else None
+
+
+def _first_point(text: Text) -> int:
+    """Line of the first point: numbers only and no `=`; behind the measures of the old style."""
+    start = 0
+    for k, line in enumerate(text.lines[:1000]):
+        if _OLD_STYLE in line.lower():
+            start = k + 1
+            break
+    for k in range(start, len(text.lines)):
+        if _is_data(text.lines[k]):
+            return k + 1
+    return len(text.lines) + 1
+
+
+def _is_data(line: str) -> bool:
+    """Tell whether a line holds two numbers or more and nothing else."""
+    bare = _bare(line)
+    if not bare or "=" in bare or not (bare[0].isdigit() or bare[0] in "+-."):
+        return False
+    cells = split_cells(bare, separator_of(bare))
+    return len(cells) >= 2 and all(is_number(cell) for cell in cells)
+
+
+def _bare(line: str) -> str:
+    """Line of points without its comment."""
+    return re.split(r'["!%#]', line, maxsplit=1)[0].strip()
+
+
+def _header(lines: Iterable[str]) -> dict[str, str]:
+    """Keys and values; a quotation mark ends the line, `%` and `!` belong to values."""
+    header: dict[str, str] = {}
+    free = 0
+    for raw in lines:
+        line = raw.split('"', 1)[0].strip()
+        key, found, value = line.partition("=")
+        if found:
+            header[key.strip()] = value.strip()
+        elif line:
+            free += 1
+            header[f"line {free}"] = line
+    return header
+
+
+def _value(header: dict[str, str], key: str) -> str | None:
+    """Value of a key in any case of letters."""
+    for name, value in header.items():
+        if name.lower() == key:
+            return value
+    return None
+
+
+def _points(
+    numbered: list[tuple[int, str]], header: dict[str, str], kind: Literal["wheel", "rail"], faults: Faults
+) -> Points:
+    """Points of the lines behind a header."""
+    notes: list[str] = []
+    column_x, column_y = _column_definition(header, faults, notes)
+    needed = max(column_x, column_y) + 1
+    found, off, short = Columns(faults), 0, 0
+    separator: str | None = None
+    last = numbered[-1][0] if numbered else 0
+    for number, raw in numbered:
+        line = _bare(raw)
+        if not line:
+            off += raw.lstrip()[:1] == '"' and _is_data(raw.lstrip()[1:])
+            continue
+        if separator is None:
+            separator = separator_of(line)
+        cells = split_cells(line, separator)
+        if len(cells) < needed:
+            faults.add(f"{len(cells)} columns, {needed} are needed to find X and Y", number)
+            short += 1
+            continue
+        found.add(number, cells[column_x], cells[column_y], separator, "XY")
+    _check_count(header, len(found.lines), off, short, last, faults, notes)
+    if off:
+        notes.append(f"{off} switched-off points left out")
+    for key in ("xoffset", "yoffset"):
+        value = _value(header, key)
+        if value and number_fault(value) is None and float(value) != 0.0:
+            notes.append(f"{key} = {value} of the header is not added to the points")
+    axis = _value(header, AXIS_KEY.lower())
+    return Points(
+        found.lines,
+        found.y,
+        found.z,
+        y_axis="field" if axis == AXIS_FIELD else "unknown",
+        z_axis="down" if kind == "wheel" else "up",
+        tape=_tape(header),
+        header=header,
+        notes=tuple(notes),
+    )
+
+
+def _column_definition(header: dict[str, str], faults: Faults, notes: list[str]) -> tuple[int, int]:
+    """Columns of X and Y."""
+    definition = _value(header, "columndef")
+    if not definition:
+        return 0, 1
+    names = [name for name in re.split(r"[,;\s]+", definition.lower()) if name]
+    if "x" not in names or "y" not in names:
+        faults.add(f"ColumnDef = {definition[:40]!r} does not name X and Y")
+        return 0, 1
+    unknown = sorted(set(names) - _COLUMNS)
+    if unknown:
+        notes.append(f"columns {', '.join(unknown)[:60]} of ColumnDef are not known and left out")
+    return names.index("x"), names.index("y")
+
+
+def _check_count(
+    header: dict[str, str], found: int, off: int, short: int, last: int, faults: Faults, notes: list[str]
+) -> None:
+    """Compare the points with the number promised by the header."""
+    promised = _value(header, "xypoints")
+    if not promised or not re.fullmatch(r"\d{1,9}", promised):
+        return
+    there = found + off + short
+    if there < int(promised):
+        faults.add(
+            f"XYPoints = {promised}, but {there} points are there: the file is cut off; copy it again, or "
+            "correct XYPoints if points were taken out on purpose",
+            last,
+        )
+    elif found > int(promised):
+        notes.append(f"XYPoints = {promised}, but {found} points are there: all are taken")
+
+
+def _tape(header: dict[str, str]) -> Decimal | None:
+    """Distance of the tape line from the flange back, if the header tells a plausible one [mm]."""
+    value = _value(header, "wheeldiametertaperline")
+    if value and number_fault(value) is None and 60.0 <= float(value) <= 80.0:
+        return Decimal(value)
+    return None

@@ -1,0 +1,115 @@
+"""Two columns of numbers: plain text and CSV, GENSYS profiles, UIC 519 tables.
+
+GENSYS axes after its manual pages `kpf` and `kpf_rot`; UIC 519 axes after published tables of the
+reference profiles of EN 15302.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Literal
+
+from wearsim.profile.formats.points import (
+    Columns,
+    Points,
+    looks_like_number,
+    separator_of,
+    split_cells,
+)
+from wearsim.profile.formats.text import Faults, Text
+
+_COMMENT = re.compile(r"[#!%].*")
+_NAMED = {"": "blanks", ",": "commas", ";": "semicolons"}
+
+GENSYS_SUFFIXES = {".wheel": "wheel", ".rail": "rail", ".kpf_rotr": "rail"}
+UIC_SUFFIXES = (".dat",)
+
+
+def columns(text: Text, faults: Faults) -> tuple[Columns, str]:
+    """Numbers of all lines and the header line.
+
+    Parameters
+    ----------
+    text : Text
+        `#`, `!` and `%` begin comments; one line without numbers may precede the points.
+    faults : Faults
+        Takes what is wrong.
+
+    Returns
+    -------
+    found : Columns
+        Cells and lines of the points.
+    heading : str
+        The header line, "" if there is none.
+    """
+    found = Columns(faults)
+    separator: str | None = None
+    heading = ""
+    for number, raw in enumerate(text.lines, start=1):
+        line = _COMMENT.sub("", raw).strip()
+        if not line:
+            continue
+        if separator is None:
+            if not heading and _is_heading(line):
+                heading = line
+                continue
+            separator = separator_of(line)
+        cells = split_cells(line, separator)
+        if len(cells) == 2:
+            found.add(number, cells[0], cells[1], separator)
+        else:
+            faults.add(
+                f"{len(cells)} columns separated by {_NAMED[separator]}, two are needed: y and z", number
+            )
+    return found, heading
+
+
+def _is_heading(line: str) -> bool:
+    """Tell whether no cell of the line begins like a number."""
+    return not any(looks_like_number(cell) for cell in re.split(r"[;,\t ]+", line.strip(";, \t")))
+
+
+def _comments(text: Text) -> str:
+    """First comment of the file."""
+    for line in text.lines[:20]:
+        if line.lstrip()[:1] in ("#", "!", "%"):
+            return line.lstrip()[1:].strip()
+    return ""
+
+
+def _points(
+    text: Text, faults: Faults, y_axis: Literal["field", "centre"], z: Literal["down", "up"]
+) -> Points:
+    found, heading = columns(text, faults)
+    header = {key: value for key, value in (("comment", _comments(text)), ("columns", heading)) if value}
+    return Points(found.lines, found.y, found.z, y_axis, z, header=header)
+
+
+def recognises(text: Text, suffix: str) -> bool:
+    """Tell whether the file may be plain text with two columns; the last format to be asked."""
+    return bool(suffix or text.lines)
+
+
+def read(text: Text, kind: Literal["wheel", "rail"], faults: Faults) -> Points:  # noqa: ARG001
+    """Points of a plain two-column file; its axes should be ours."""
+    return _points(text, faults, "field", "down")
+
+
+def recognises_gensys(text: Text, suffix: str) -> bool:  # noqa: ARG001
+    """Tell a GENSYS profile by its extension; its content is not marked."""
+    return suffix in GENSYS_SUFFIXES
+
+
+def read_gensys(text: Text, kind: Literal["wheel", "rail"], faults: Faults) -> Points:  # noqa: ARG001
+    """Points of a GENSYS profile: y towards the track centre, z down, `#` comments."""
+    return _points(text, faults, "centre", "down")
+
+
+def recognises_uic(text: Text, suffix: str) -> bool:  # noqa: ARG001
+    """Tell a table of UIC 519 or EN 15302 by its extension."""
+    return suffix in UIC_SUFFIXES
+
+
+def read_uic(text: Text, kind: Literal["wheel", "rail"], faults: Faults) -> Points:  # noqa: ARG001
+    """Points of a table of UIC 519 or EN 15302: y to the field side, z up."""
+    return _points(text, faults, "field", "up")
