@@ -19,7 +19,6 @@ class Flag(NamedTuple):
     factor: float = 1.0  # to SI
     low: float = 0.0
     high: float = 0.0
-    above: bool = False  # whether the lower limit itself is excluded
 
     @property
     def column(self) -> str:
@@ -46,11 +45,11 @@ FLAGS = (
          1e-3, -100.0, 100.0),
     Flag("roll", None, "roll of the wheelset in mrad, right side down positive, or free: it rests on both "
          "wheels (default free with --side both, else 0)", _MOTION, "roll", 1e-3, -100.0, 100.0),
-    Flag("wheel-load-kN", "80", "vertical load of each wheel", _MOTION, "number", 1e3, 0.0, 300.0, True),
+    Flag("wheel-load-kN", "80", "vertical load of each wheel", _MOTION, "number", 1e3, 0.1, 300.0),
     Flag("normal-force-kN", None, "instead of the wheel load: normal force of the single patch of each wheel",
-         _MOTION, "number", 1e3, 0.0, 300.0, True),
+         _MOTION, "number", 1e3, 0.1, 300.0),
     Flag("friction", "0.35", "friction coefficient", _MOTION, "number", 1.0, 0.0, 1.0),
-    Flag("speed-km-h", "72", "speed", _MOTION, "number", 1.0 / 3.6, 0.0, 500.0, True),
+    Flag("speed-km-h", "72", "speed", _MOTION, "number", 1.0 / 3.6, 0.1, 500.0),
     Flag("rotation", "free", "rotation speed: free (axle torque balance of both wheels), centred, nominal, "
          "or rad/s", _MOTION, "rotation", 1.0, 0.0, 1000.0),
     Flag("creepage", None, "instead of the rotation: given creepages XI_X,XI_Y,SPIN (spin in 1/m) of the "
@@ -58,7 +57,7 @@ FLAGS = (
     Flag("side", "right", "which wheel: right, left or both", _MOTION, "side"),
     Flag("normal", "kik_piotrowski", "normal contact model", _MODELS, "model"),
     Flag("tangential", "fastsim", "tangential contact model", _MODELS, "model"),
-    Flag("youngs-GPa", "210", "Young's modulus of both bodies", _MODELS, "number", 1e9, 0.0, 1000.0, True),
+    Flag("youngs-GPa", "210", "Young's modulus of both bodies", _MODELS, "number", 1e9, 1.0, 1000.0),
     Flag("poisson", "0.3", "Poisson's ratio of both bodies", _MODELS, "number", 1.0, 0.0, 0.5),
     Flag("strips", "50", "strips across the patch", _MODELS, "count", 1.0, 4.0, 512.0),
     Flag("cells", "50", "cells along each strip", _MODELS, "count", 1.0, 4.0, 1000.0),
@@ -67,6 +66,7 @@ FLAGS = (
 COLUMNS = {flag.column: flag for flag in FLAGS}
 """Flags by their name as a column."""
 
+_TIGHTEST_CURVE = 10.0  # m; depot curves have 80
 _INSTEAD = (("wheel_load_kN", "normal_force_kN"), ("rotation", "creepage"))  # only one of each pair acts
 
 
@@ -230,17 +230,15 @@ def value(column: str, text: str) -> tuple[Any, str | None]:
     if flag.kind == "roll" and text == "free":
         return None, None
     number = _number(text)
-    above = number > flag.low if flag.above else number >= flag.low
-    if not (above and number <= flag.high):
-        low = f"above {flag.low:g}" if flag.above else f"{flag.low:g}"
+    if not flag.low <= number <= flag.high:
         word = "free or a number" if flag.kind == "roll" else "a number"
         comma = "; the decimal mark is a point" if "," in text else ""
         meaning = "roll of the wheelset in mrad" if flag.kind == "roll" else flag.meaning
-        return None, f"must be {word} from {low} to {flag.high:g} ({meaning}){comma}"
+        return None, f"must be {word} from {flag.low:g} to {flag.high:g} ({meaning}){comma}"
     if flag.kind == "count":
         return (int(number), None) if number == int(number) else (None, "must be a whole number")
-    if flag.kind == "curve" and number == 0.0:
-        return None, "must not be 0 m; leave it out on tangent track"
+    if flag.kind == "curve" and abs(number) < _TIGHTEST_CURVE:
+        return None, f"must not lie within {_TIGHTEST_CURVE:g} m of 0; leave it out on tangent track"
     return number * flag.factor, None
 
 
