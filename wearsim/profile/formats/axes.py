@@ -7,6 +7,7 @@ from decimal import Decimal
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.profile.checks import (
     HEIGHT_RANGE,
@@ -19,6 +20,8 @@ from wearsim.profile.formats.points import EXACT, Points, as_floats, scaled
 from wearsim.profile.formats.text import Faults
 from wearsim.profile.placement import GAUGE_DEPTH
 from wearsim.profile.shape import FloatArray
+
+IndexArray = NDArray[np.intp]
 
 UNITS: dict[str, Decimal] = {
     "mm": Decimal("0.001"),
@@ -182,8 +185,8 @@ def _one_axis_fits(kind: str, y: FloatArray, z: FloatArray) -> bool:
     return WIDTH_RANGE[kind][0] <= float(np.ptp(y)) * 1e-3 <= WIDTH_RANGE[kind][1] and float(np.ptp(z)) >= 0.0
 
 
-def _distinct(y: FloatArray, z: FloatArray, notes: list[str]) -> FloatArray:
-    """Indices of the points that differ from the one before them (instruments at rest)."""
+def _distinct(y: FloatArray, z: FloatArray, notes: list[str]) -> IndexArray:
+    """Return the indices of the points that differ from the one before them (instruments at rest)."""
     keep = np.ones(len(y), dtype=bool)
     keep[1:] = (np.diff(y) != 0.0) | (np.diff(z) != 0.0)
     left_out = len(y) - int(np.count_nonzero(keep))
@@ -193,8 +196,8 @@ def _distinct(y: FloatArray, z: FloatArray, notes: list[str]) -> FloatArray:
 
 
 def _without_stutter(
-    y: FloatArray, z: FloatArray, kept: FloatArray, lines: list[int], notes: list[str]
-) -> FloatArray:
+    y: FloatArray, z: FloatArray, kept: IndexArray, lines: list[int], notes: list[str]
+) -> IndexArray:
     """Leave out single points where the instrument stepped back a little, at most one in fifty."""
     dropped: list[int] = []
     most = max(3, len(kept) // 50)
@@ -284,8 +287,8 @@ def _wheel_flip_y(
     place = (float(y[int(np.argmax(z))]) - float(y.min())) / float(np.ptp(y))
     if 0.4 < place < 0.6:
         faults.add(
-            "the flange tip is in the middle of the profile, so its side is not known: state --mirror (flange "
-            "at the end of larger y) or --no-mirror"
+            "the flange tip is in the middle of the profile, so its side is not known: state --mirror "
+            "(flange at the end of larger y) or --no-mirror"
         )
         return False
     if place > 0.5:
@@ -341,16 +344,16 @@ def _rail_flip_y(
             notes.append("head symmetric: it does not matter which side is the gauge side")
             return False
         faults.add(
-            "both sides of the head could be the gauge side: state --mirror (gauge side at the end of larger y) "
-            "or --no-mirror (at the end of smaller y)"
+            "both sides of the head could be the gauge side: state --mirror (gauge side at the end of "
+            "larger y) or --no-mirror (at the end of smaller y)"
         )
         return False
     flip = axis == "centre"
     if gauge_at_larger is not None and gauge_at_larger != flip:
         faults.add(
             f"the gauge side should be at the end of {'larger' if flip else 'smaller'} y by the rule of the "
-            "format, but only the other side of the head reaches 14 mm down: state --mirror (gauge side at the "
-            "end of larger y) or --no-mirror"
+            "format, but only the other side of the head reaches 14 mm down: state --mirror (gauge side at "
+            "the end of larger y) or --no-mirror"
         )
     if flip:
         notes.append("y towards the track centre, sign changed")

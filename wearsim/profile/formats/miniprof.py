@@ -119,7 +119,7 @@ def read_part(
 def _choose(
     rows: dict[int, list[tuple[int, str]]], names: dict[int, str], part: int | str | None, faults: Faults
 ) -> int | None:
-    """Number of the wanted curve."""
+    """Return the number of the wanted curve."""
     known = ", ".join(f"{k} {names.get(k, '')!r}" for k in sorted(rows)[:30])
     if not rows:
         faults.add("holds no [Profile1Points] section; give a multi-part file of MiniProf with points")

@@ -46,8 +46,8 @@ def write(profile: Profile, path: Path, name: str, *, overwrite: bool) -> None:
     stands_for = {**miniprof.SUFFIXES, **simpack.SUFFIXES}.get(path.suffix.lower(), profile.kind)
     if stands_for != profile.kind:
         raise ProfileError(
-            f"{path}: {path.suffix} is the extension of a {stands_for}, {profile.name!r} is a {profile.kind}; "
-            "choose another name"
+            f"{path}: {path.suffix} is the extension of a {stands_for}, {profile.name!r} is a "
+            f"{profile.kind}; choose another name"
         )
     if path.exists() and not overwrite:
         raise ProfileError(f"{path}: exists already; choose another name or allow overwriting")
