@@ -1,113 +1,38 @@
-"""Standard shapes, computed from their definitions: arcs, polynomials and lines in shipped TOML files."""
+"""Standard shapes by name: definitions in shipped TOML files, as profiles."""
 
 from __future__ import annotations
 
 import difflib
-import math
-import tomllib
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal
-
-import numpy as np
+from typing import Literal
 
 from wearsim.errors import ProfileError
+from wearsim.profile.definition import Definition, evaluate, junctions, sample
+from wearsim.profile.definition_file import read_definition, read_template
+from wearsim.profile.parameters import parse_parameters
 from wearsim.profile.placement import Placement, placement
-from wearsim.profile.shape import FloatArray, Profile
+from wearsim.profile.shape import Profile
+from wearsim.profile.variation import Template, build
+
+__all__ = [
+    "Definition",
+    "definition",
+    "evaluate",
+    "find_shipped",
+    "is_designation",
+    "junctions",
+    "rail",
+    "read_definition",
+    "sample",
+    "shipped_names",
+    "shipped_path",
+    "wheel",
+]
 
 # Fine enough for the gauge point and the top of the densest arcs to be exact to 0.001 um.
 _PLACEMENT_SPACING = 0.02e-3
-
-
-@dataclass(frozen=True)
-class Segment:
-    """One piece of a definition, z as a function of y; lengths in mm as printed in the standards.
-
-    Parameters
-    ----------
-    zone : str
-        Its letter in the standard.
-    start, end : float
-        Lateral range, start < end [mm].
-    coefficients : tuple of float
-        Of z = sum c_k y^k (empty for an arc).
-    centre : tuple of float
-        Centre (y, z) of an arc [mm].
-    radius : float
-        Of an arc, 0 for a polynomial [mm].
-    branch : int
-        Sign of the root in z = centre_z + branch * sqrt(radius^2 - (y - centre_y)^2).
-    """
-
-    zone: str
-    start: float
-    end: float
-    coefficients: tuple[float, ...] = ()
-    centre: tuple[float, float] = (0.0, 0.0)
-    radius: float = 0.0
-    branch: int = 1
-
-    def height(self, y: FloatArray) -> FloatArray:
-        """Return z [mm] at y [mm]."""
-        if self.radius > 0.0:
-            root = np.sqrt(np.maximum(self.radius**2 - (y - self.centre[0]) ** 2, 0.0))
-            return self.centre[1] + self.branch * root
-        z = np.zeros_like(y)
-        for c in reversed(self.coefficients):  # Horner: zone C of S1002 cancels terms of 4e3 to 5
-            z = z * y + c
-        return z
-
-    def angle(self, y: FloatArray) -> FloatArray:
-        """Return the tangent angle [rad] at y [mm]; +-pi/2 where an arc ends vertically."""
-        if self.radius > 0.0:
-            sine = np.clip((y - self.centre[0]) / self.radius, -1.0, 1.0)
-            return np.asarray(-self.branch * np.arcsin(sine))
-        slope = np.zeros_like(y)
-        for k in range(len(self.coefficients) - 1, 0, -1):
-            slope = slope * y + k * self.coefficients[k]
-        return np.arctan(slope)
-
-    def abscissae(self, spacing: float) -> FloatArray:
-        """Return y [mm] of points at even arc length, about `spacing` [mm] apart, both ends included."""
-        if self.radius > 0.0:
-            a0, a1 = np.arcsin(
-                np.clip((np.array([self.start, self.end]) - self.centre[0]) / self.radius, -1, 1)
-            )
-            count = max(1, round(self.radius * (a1 - a0) / spacing))
-            y = self.centre[0] + self.radius * np.sin(np.linspace(a0, a1, count + 1))
-        else:
-            fine = np.linspace(self.start, self.end, 2001)
-            stretch = 1.0 / np.cos(self.angle(fine))
-            s = np.concatenate(([0.0], np.cumsum(0.5 * (stretch[1:] + stretch[:-1]) * np.diff(fine))))
-            count = max(1, round(s[-1] / spacing))
-            y = np.interp(np.linspace(0.0, s[-1], count + 1), s, fine)
-        y[0], y[-1] = self.start, self.end
-        return np.asarray(y)
-
-
-@dataclass(frozen=True)
-class Definition:
-    """A standard shape as a chain of segments with rising y.
-
-    Parameters
-    ----------
-    name, title : str
-        Short name (of the file) and the standard's designation.
-    kind : {"wheel", "rail"}
-        A rail is upright, y from its symmetry axis.
-    segments : tuple of Segment
-        From the flange back (wheel) or the gauge side (rail) to the field side.
-    source, certainty : str
-        Where the numbers come from, and how sure they are.
-    """
-
-    name: str
-    title: str
-    kind: Literal["wheel", "rail"]
-    segments: tuple[Segment, ...]
-    source: str
-    certainty: str
 
 
 def shipped_path(*parts: str) -> Path:
@@ -137,7 +62,7 @@ def find_shipped(kind_dir: str, name: str) -> Path:
     kind_dir : str
         Folder of the shipped files: "profiles" or "workflows".
     name : str
-        File name without ".toml".
+        File name without ".toml"; of a profile also another name it has, or one with parameters.
 
     Returns
     -------
@@ -149,6 +74,9 @@ def find_shipped(kind_dir: str, name: str) -> Path:
     ProfileError
         There is no such file; the message lists what there is and the nearest name.
     """
+    template = _split(name)[0] if kind_dir == "profiles" else None
+    if template is not None:
+        return template.path
     names = sorted(path.stem for path in shipped_path(kind_dir).glob("*.toml"))
     if name not in names:
         raise ProfileError(_unknown(f"{name!r} is not among the shipped {kind_dir}", name, names))
@@ -163,159 +91,61 @@ def _unknown(message: str, name: str, names: list[str]) -> str:
     return f"{message} ({', '.join(names) or 'none found'}){hint}"
 
 
-def read_definition(path: Path) -> Definition:
-    """Read the definition of a standard shape.
+@lru_cache(maxsize=8)
+def _templates(folder: Path) -> dict[str, Template]:
+    """All shipped shapes by their names and other names."""
+    named: dict[str, Template] = {}
+    for path in sorted(folder.glob("*.toml")):
+        template = read_template(path)
+        for name in (template.definition.name, *template.aliases):
+            if name in named:
+                raise ProfileError(f"{path}: the name {name!r} is that of {named[name].path.name} already")
+            named[name] = template
+    return named
+
+
+def shipped_names(kind: Literal["wheel", "rail"]) -> list[str]:
+    """Names of the shipped shapes.
 
     Parameters
     ----------
-    path : Path
-        TOML file with `name`, `kind`, `source` and either `[[segment]]` tables (arc or polynomial) or
-        a `[head]` of tangent arcs.
+    kind : {"wheel", "rail"}
+        Which.
 
     Returns
     -------
-    Definition
-        Lengths in mm, as in the file.
+    list of str
+        Sorted, other names included, without parameters.
     """
-    with path.open("rb") as file:
-        data = tomllib.load(file)
-    segments = _tangent_head(data["head"]) if "head" in data else tuple(map(_segment, data["segment"]))
-    return Definition(
-        name=data["name"],
-        title=data.get("title", data["name"]),
-        kind=data["kind"],
-        segments=segments,
-        source=data["source"],
-        certainty=data["certainty"],
-    )
+    named = _templates(shipped_path("profiles"))
+    return sorted(name for name, template in named.items() if template.definition.kind == kind)
 
 
-def _segment(table: dict[str, Any]) -> Segment:
-    """One `[[segment]]` table."""
-    piece = Segment(table.get("zone", ""), float(table["from"]), float(table["to"]))
-    if "polynomial" in table:
-        return replace(piece, coefficients=tuple(map(float, table["polynomial"])))
-    arc = table["arc"]
-    y, z = map(float, arc["centre"])
-    return replace(piece, centre=(y, z), radius=float(arc["radius"]), branch=int(arc["branch"]))
+def _split(designation: str) -> tuple[Template, list[str]] | tuple[None, list[str]]:
+    """Shape and parameters of a designation; a name may itself hold a slash, such as 1/40."""
+    named = _templates(shipped_path("profiles"))
+    parts = [part.strip() for part in designation.split("/")]
+    for count in range(len(parts), 0, -1):
+        name = "/".join(parts[:count])
+        if name in named:
+            return named[name], parts[count:]
+    return None, parts
 
 
-def _tangent_head(head: dict[str, Any]) -> tuple[Segment, ...]:
-    """Rail head of tangent arcs from radii, junction widths and the slope of the sides [mm].
-
-    At a junction both centres lie on one normal, so the centre moves along it by the difference of the
-    radii; the last arc ends where its tangent has the slope of the side.
-    """
-    radii = [float(r) for r in head["radii"]]
-    half_widths = [0.5 * float(w) for w in head["junction_widths"]]
-    side, depth = float(head["side"]), float(head["side_depth"])
-    centre = (0.0, radii[0])
-    half, start = [], 0.0
-    for k, radius in enumerate(radii):
-        sine = (half_widths[k] - centre[0]) / radius if k < len(half_widths) else side / math.hypot(side, 1.0)
-        end = centre[0] + radius * sine
-        half.append(Segment(f"R{radius:g}", start, end, centre=centre, radius=radius, branch=-1))
-        start = end
-        if k + 1 < len(radii):
-            step = radius - radii[k + 1]
-            centre = (centre[0] + step * sine, centre[1] - step * math.sqrt(1.0 - sine**2))
-    z_end = float(half[-1].height(np.array([start]))[0])
-    half.append(Segment("side", start, start + (depth - z_end) / side, (z_end - side * start, side)))
-    crown = replace(half[0], start=-half[0].end)
-    return (*(_mirrored(piece) for piece in reversed(half[1:])), crown, *half[1:])
-
-
-def _mirrored(piece: Segment) -> Segment:
-    """Return the segment with y reversed."""
-    odd_reversed = tuple(c * (-1.0) ** k for k, c in enumerate(piece.coefficients))
-    return replace(
-        piece,
-        start=-piece.end,
-        end=-piece.start,
-        coefficients=odd_reversed,
-        centre=(-piece.centre[0], piece.centre[1]),
-    )
-
-
-def evaluate(definition: Definition, y: FloatArray) -> FloatArray:
-    """Exact profile height of a definition.
+def is_designation(text: str) -> bool:
+    """Tell whether a text begins with the name of a shipped shape, so that it is no path.
 
     Parameters
     ----------
-    definition : Definition
-        Standard shape (a rail is upright).
-    y : (n,) array
-        Lateral positions [m]; at a junction the segment on the field side counts.
+    text : str
+        Such as "S1002" or "S1002/h30/e30.5"; the parameters may be wrong.
 
     Returns
     -------
-    (n,) array
-        z in the axes of `Profile` [m].
+    bool
+        Whether `wheel` or `rail` should be asked for it.
     """
-    y_mm = np.asarray(y, dtype=np.float64) * 1e3
-    starts = np.array([piece.start for piece in definition.segments])
-    # a position given in metres may miss the end by the rounding of the unit
-    low, high = starts[0] - 1e-9, definition.segments[-1].end + 1e-9
-    if not np.all((y_mm >= low) & (y_mm <= high)):
-        raise ProfileError(f"{definition.name} is defined from y = {starts[0]:g} to {high:.6g} mm only")
-    which = np.clip(np.searchsorted(starts, y_mm, side="right") - 1, 0, None)
-    z = np.empty_like(y_mm)
-    for k, piece in enumerate(definition.segments):
-        z[which == k] = piece.height(y_mm[which == k])
-    return z * 1e-3
-
-
-def junctions(definition: Definition) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Misclosure of a definition at the junctions of its segments.
-
-    Parameters
-    ----------
-    definition : Definition
-        Standard shape.
-
-    Returns
-    -------
-    y, step, kink : (n - 1,) array
-        Place [m], jump of z [m] and of the tangent angle [rad], field side minus flange or gauge side.
-    """
-    pairs = list(zip(definition.segments[:-1], definition.segments[1:], strict=True))
-    y = np.array([right.start for _, right in pairs])
-    step, kink = np.empty_like(y), np.empty_like(y)
-    for k, (left, right) in enumerate(pairs):
-        at = y[k : k + 1]
-        step[k] = (right.height(at) - left.height(at))[0]
-        kink[k] = (right.angle(at) - left.angle(at))[0]
-    return y * 1e-3, step * 1e-3, kink
-
-
-def sample(definition: Definition, spacing: float) -> tuple[FloatArray, FloatArray]:
-    """Points on a definition at even arc length within each segment, all junctions included.
-
-    Parameters
-    ----------
-    definition : Definition
-        Standard shape.
-    spacing : float
-        Wanted distance of the points [m].
-
-    Returns
-    -------
-    y, z : (n,) array
-        Points [m].
-    """
-    if not 1e-6 <= spacing <= 2e-3:
-        raise ProfileError(
-            f"{definition.name}: point spacing = {spacing * 1e3:g} mm must be in 0.001 .. 2 mm"
-        )
-    y = [definition.segments[0].abscissae(spacing * 1e3)]
-    y.extend(piece.abscissae(spacing * 1e3)[1:] for piece in definition.segments[1:])
-    y_m = np.concatenate(y) * 1e-3
-    return y_m, evaluate(definition, y_m)
-
-
-@lru_cache(maxsize=32)
-def _shipped(path: Path) -> Definition:
-    return read_definition(path)
+    return _split(text)[0] is not None
 
 
 def definition(name: str, kind: Literal["wheel", "rail"]) -> Definition:
@@ -324,25 +154,39 @@ def definition(name: str, kind: Literal["wheel", "rail"]) -> Definition:
     Parameters
     ----------
     name : str
-        Such as "S1002" or "60E1".
+        Such as "S1002" or "60E1". Parameters follow in any order behind slashes, as in the designation of
+        EN 13715: "S1002/h30/e30.5/10%" has a flange height of 30 mm, a flange thickness of 30.5 mm and an
+        outer slope of 10 %; what is left out keeps the value of the file ("S1002": 28, 32.5 and 6.7, which
+        stands for 1:15). "cone/1:16" is a conical tread. Blanks around the slashes do not matter.
     kind : {"wheel", "rail"}
         What is expected.
 
     Returns
     -------
     Definition
-        Lengths in mm.
+        Lengths in mm; its name holds the parameters that differ from the file.
+
+    Raises
+    ------
+    ProfileError
+        There is no such shape or it is of the other kind, or a parameter is out of its range.
     """
-    every = [_shipped(path) for path in sorted(shipped_path("profiles").glob("*.toml"))]
-    names = [shape.name for shape in every if shape.kind == kind]
-    for shape in every:
-        if shape.name == name and shape.kind == kind:
-            return shape
-        if shape.name == name:
-            raise ProfileError(
-                _unknown(f"{name!r} is a {shape.kind} profile, a {kind} is needed", name, names)
-            )
-    raise ProfileError(_unknown(f"{name!r} is neither a file nor a shipped {kind} profile", name, names))
+    template, written = _split(name)
+    if template is None:
+        names = shipped_names(kind)
+        raise ProfileError(
+            _unknown(f"{name!r} is neither a file nor a shipped {kind} profile", written[0], names)
+        )
+    if template.definition.kind != kind:
+        told = f"{name!r} is a {template.definition.kind} profile, a {kind} is needed"
+        raise ProfileError(_unknown(told, written[0] if written else name, shipped_names(kind)))
+    values = parse_parameters(written, template.parameters, repr(name))
+    return _built(template.path, tuple(values.items()))
+
+
+@lru_cache(maxsize=64)
+def _built(path: Path, values: tuple[tuple[str, float], ...]) -> Definition:
+    return build(read_template(path), dict(values))
 
 
 def wheel(name: str, spacing: float = 0.25e-3) -> Profile:
@@ -351,7 +195,7 @@ def wheel(name: str, spacing: float = 0.25e-3) -> Profile:
     Parameters
     ----------
     name : str
-        Such as "S1002".
+        Such as "S1002" or "S1002/h30/e30.5", see `definition`.
     spacing : float
         Wanted distance of the points along the profile [m]; junctions of the definition are points.
 
@@ -362,7 +206,7 @@ def wheel(name: str, spacing: float = 0.25e-3) -> Profile:
     """
     shape = definition(name, "wheel")
     y, z = sample(shape, spacing)
-    return Profile(name, "wheel", y, z, shape.source)
+    return Profile(shape.name, "wheel", y, z, shape.source)
 
 
 def rail(name: str, inclination: float, gauge: float, half_span: float, spacing: float = 0.25e-3) -> Profile:
@@ -373,7 +217,8 @@ def rail(name: str, inclination: float, gauge: float, half_span: float, spacing:
     name : str
         Such as "60E1".
     inclination : float
-        Tangent of the tilt towards the track centre, 1/40 for 1:40; 0 is upright [-].
+        Tangent of the tilt towards the track centre, 1/40 for 1:40; 0 is upright [-]. A rail that is
+        defined as it stands in the track (EN15302_rail_A) is not tilted, whatever is given here.
     gauge : float
         Distance of the gauge points of both rails [m].
     half_span : float
@@ -385,9 +230,13 @@ def rail(name: str, inclination: float, gauge: float, half_span: float, spacing:
     -------
     Profile
         From the gauge side to the field side; z = 0 at the highest point, gauge point at
-        y = gauge/2 - half_span.
+        y = gauge/2 - half_span. Where the definition names the gauge point itself, that point counts.
     """
     shape = definition(name, "rail")
-    where: Placement = placement(*sample(shape, _PLACEMENT_SPACING), inclination, gauge, half_span)
+    as_defined = shape.inclined_gauge_y is not None
+    fine = sample(shape, _PLACEMENT_SPACING)
+    where: Placement = placement(*fine, 0.0 if as_defined else inclination, gauge, half_span)
+    if shape.inclined_gauge_y is not None:
+        where = replace(where, shift_y=0.5 * gauge - half_span - 1e-3 * shape.inclined_gauge_y)
     y, z = where.apply(*sample(shape, spacing))
-    return Profile(name, "rail", y, z, shape.source)
+    return Profile(shape.name, "rail", y, z, shape.source)
