@@ -147,3 +147,17 @@ def test_the_committed_report_is_what_the_command_writes(tables):
         if one != other:
             digits = len(other.partition(".")[2])
             assert abs(float(one) - float(other)) < 1.5 * 10.0**-digits, (one, other)
+
+
+def test_the_readme_quotes_the_report():
+    """Every number of its short table stands in the report."""
+    rows = [line for line in (REPOSITORY / "README.md").read_text().splitlines() if " mm, r" in line]
+    assert len(rows) == 6
+    printed = {
+        float(cell) for cell in numbers(REPORT.read_text()) if cell.replace(".", "").lstrip("+-").isdigit()
+    }
+    for row in rows:
+        quoted = [number for cell in row.split("|")[2:] for number in cell.split("·") if number.strip()]
+        assert len(quoted) in (9, 12)
+        for number in quoted:
+            assert float(number) in printed, number
