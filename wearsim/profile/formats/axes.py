@@ -36,6 +36,7 @@ _TIP_FROM_BACK = (-0.010, 0.040)
 _TIP_FROM_TAPE = (-0.080, -0.030)
 _TIP_RISE = 3e-3  # a flange tip stands out on both sides by more than this [m]
 _SYMMETRIC = 20e-6  # a head this symmetric is the same mirrored [m]
+_MOST_STUTTER = 50  # points left out of a list of any length
 _MOST_BACK = 1e-3  # a longer step back is no stutter of the instrument [m]
 
 
@@ -124,6 +125,8 @@ def to_our_axes(
     z = scaled([points.z[int(k)] for k in kept], points.shift_z, factor_z, Decimal(0))
     refuse(points_faults(kind, y, z))
     if y[0] > y[-1]:
+        # some formats prescribe this order; it is told all the same, for it is a frequent doubt
+        notes.append("points listed from the field side, order reversed")
         y, z = y[::-1].copy(), z[::-1].copy()
     return y, z, tuple(notes)
 
@@ -199,25 +202,33 @@ def _without_stutter(
     y: FloatArray, z: FloatArray, kept: IndexArray, lines: list[int], notes: list[str]
 ) -> IndexArray:
     """Leave out single points where the instrument stepped back a little, at most one in fifty."""
+    most = min(max(3, len(kept) // 50), _MOST_STUTTER)
     dropped: list[int] = []
-    most = max(3, len(kept) // 50)
-    while len(kept) > 3 and len(dropped) <= most:
-        dy, dz = np.diff(y[kept]), np.diff(z[kept])
-        step = np.hypot(dy, dz)
-        back = np.flatnonzero(dy[1:] * dy[:-1] + dz[1:] * dz[:-1] < -0.9 * step[1:] * step[:-1]) + 1
-        if len(back) == 0:
-            if dropped:
-                told = ", ".join(str(lines[k]) for k in sorted(dropped)[:10])
-                notes.append(f"{len(dropped)} points stepping back left out (lines {told})")
-                return kept
-            return kept
+    rest = kept
+    back = _turns(y[rest], z[rest])
+    while 0 < len(back) <= 2 * most and len(dropped) < most:
         j = int(back[0])
-        if len(back) > most or step[j] > _MOST_BACK or j + 1 >= len(kept) - 1:
+        if np.hypot(y[rest[j + 1]] - y[rest[j]], z[rest[j + 1]] - z[rest[j]]) > _MOST_BACK:
             break
-        dropped.append(int(kept[j + 1]))
-        kept = np.delete(kept, j + 1)
-    # nothing is left out of a list that does not come right by that; the checks refuse it
-    return kept if not dropped else np.sort(np.concatenate((kept, dropped)))
+        # either the point before the step back or the one behind it is the odd one
+        choices = [np.delete(rest, j + 1), np.delete(rest, j)]
+        turns = [_turns(y[each], z[each]) for each in choices]
+        odd = int(len(turns[1]) < len(turns[0]))
+        dropped.append(int(rest[j + 1 - odd]))
+        rest, back = choices[odd], turns[odd]
+    if len(back) or not dropped:
+        return kept  # nothing is left out of a list that does not come right by that; the checks refuse it
+    told = ", ".join(str(lines[k]) for k in sorted(dropped)[:10])
+    plural = "s" if len(dropped) > 1 else ""
+    notes.append(f"{len(dropped)} point{plural} stepping back left out (line{plural} {told})")
+    return rest
+
+
+def _turns(y: FloatArray, z: FloatArray) -> IndexArray:
+    """Return the points at which a list turns back by more than 154 degrees, as `shape_faults` sees it."""
+    dy, dz = np.diff(y), np.diff(z)
+    step = np.hypot(dy, dz)
+    return np.flatnonzero(dy[1:] * dy[:-1] + dz[1:] * dz[:-1] < -0.9 * step[1:] * step[:-1]) + 1
 
 
 def _flip_z(

@@ -99,19 +99,17 @@ class Columns:
 
     def add(self, line: int, y: str, z: str, separator: str, names: str = "yz") -> None:
         """Take the cells of one line, or note what is wrong with them."""
-        good = []
-        for name, cell in zip(names, (y, z), strict=True):
-            plain = cell if separator == "," else cell.replace(",", ".")
-            wrong = number_fault(plain)
-            if wrong is None:
-                good.append(plain)
-            else:
-                self.faults.add(f"{name} = {cell[:40]!r} {wrong}", line)
-        if len(good) < 2:
+        if separator != ",":
+            y, z = y.replace(",", "."), z.replace(",", ".")
+        wrong = number_fault(y), number_fault(z)
+        if wrong != (None, None):
+            for name, cell, fault in zip(names, (y, z), wrong, strict=True):
+                if fault is not None:
+                    self.faults.add(f"{name} = {cell[:40]!r} {fault}", line)
             return
         self.lines.append(line)
-        self.y.append(good[0])
-        self.z.append(good[1])
+        self.y.append(y)
+        self.z.append(z)
         if len(self.lines) > MAX_POINTS:
             self.faults.add(
                 f"more than {MAX_POINTS} points, hardly one profile; give one cross-section", line
