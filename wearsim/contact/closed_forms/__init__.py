@@ -27,17 +27,17 @@ from wearsim.contact.closed_forms.hertzian import (
     hertz,
     line_hertz,
 )
-from wearsim.contact.closed_forms.partial_slip import (
-    RollingCylinders,
-    TangentialLoading,
-    carter,
-    cattaneo_mindlin,
-)
 from wearsim.contact.closed_forms.linear_theory import (
     frictional_power,
     full_slip,
     full_slip_spin_moment,
     kalker_linear,
+)
+from wearsim.contact.closed_forms.partial_slip import (
+    RollingCylinders,
+    TangentialLoading,
+    carter,
+    cattaneo_mindlin,
 )
 from wearsim.contact.closed_forms.rig_ratios import (
     NormalRatios,
