@@ -153,7 +153,8 @@ def test_patches_wear_what_their_points_wear_on_the_profile(solution, points, st
         vertices = (result.depth[wheel] * vertex_lengths(state.y[wheel], state.z[wheel])).sum()
         patches = (wear.area_rate * share)[solution.side == wheel].sum()
         assert patches == pytest.approx(vertices, rel=1e-3)
-    assert set(wear.regime_highest) == {-1, 0, 2}
+    # peaks of 2 to 120 N/mm2 by patch, the skew adding a little; limits at 10.4 and 77.2
+    assert wear.regime_highest.tolist() == [0, 0, 2, 1, -1, 2]
     assert (wear.regime_highest >= wear.regime).all()
 
 

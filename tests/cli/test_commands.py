@@ -1,12 +1,14 @@
 """The commands on one small comparison, from the scene to the report."""
 
 import json
+import shutil
 from pathlib import Path
 
 import netCDF4
 import pytest
 
 from wearsim import cli
+from wearsim.cli.run import tell_doubts
 from wearsim.profile.standard import shipped_path
 
 DISTANCE = {"rig": 5.0, "field": 100.0}  # a few steps at most [km]
@@ -95,13 +97,48 @@ def test_translate_prints_a_table_and_writes_the_factors(out, tmp_path, capsys):
     printed = capsys.readouterr()
     assert printed.err == ""
     assert "max_wear_depth" in printed.out
+    assert "Factors at equal operating points, new wheels, by shift [mm]:" in printed.out
+    lines = [line for line in printed.out.splitlines() if line.startswith("worn area of the profile per")]
+    # 8 words, wheel, 9 shifts; 2 wheels in 3 states
+    assert [len(line.split()) for line in lines] == [8 + 1 + 9] * 6
     assert "nan" not in printed.out.lower()
     assert (tmp_path / "factors.nc").is_file()
     assert cli.main([*words, "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)
+    points = [row for row in rows if row["variable"] == "wear_depth_rate_max_point"]
+    assert len(points) == 3 * 9 * 2
+    assert all(row["factor"] == pytest.approx(row["rig"] / row["field"], rel=1e-14) for row in points)
     depth = next(row for row in rows if row["variable"] == "max_wear_depth")
     assert depth["factor"] == pytest.approx(depth["rig"] / depth["field"], rel=1e-14)
     assert any(row["factor"] is None for row in rows)  # such as the field's hollowing of zero
+
+
+def test_differing_settings_stand_below_the_table(out, tmp_path, capsys):
+    shutil.copy(out / "field.nc", tmp_path / "field.nc")
+    with netCDF4.Dataset(tmp_path / "field.nc", "a") as file:
+        file.youngs_modulus = 205e9
+        file.rotation_rule = "nominal"
+    words = ["translate", str(out / "rig.nc"), str(tmp_path / "field.nc")]
+    assert cli.main(words) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert "warning: youngs modulus differs: 2.1e+11 Pa on the rig, 2.05e+11 Pa in the field" in told
+    assert "warning: rotation rule differs: free on the rig, nominal in the field" in told
+    assert not any("at equal operating points" in line for line in told)
+    assert cli.main([*words, "--json"]) == 0
+    printed = capsys.readouterr()
+    assert "warning: youngs modulus differs" in printed.err
+    assert not any(row["variable"].endswith("_point") for row in json.loads(printed.out))
+
+
+def test_what_a_result_deserves_to_be_doubted_for_is_told_after_the_run(out, tmp_path, capsys):
+    """Scaled loads do not occur in so short a campaign, so one is written into the file."""
+    with netCDF4.Dataset(shutil.copy(out / "rig.nc", tmp_path / "rig.nc"), "a") as file:
+        file["load_scale"][1, 0, 0] = 1.25
+    tell_doubts([tmp_path / "rig.nc", out / "translation.nc"])
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 1
+    assert told[0].startswith("warning: rig: contact patches merge")
+    assert "at most by the factor 1.25" in told[0]
 
 
 def test_results_in_the_wrong_order_are_told(out, capsys):

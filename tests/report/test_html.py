@@ -84,10 +84,56 @@ def test_verdict_traces_back_to_the_result_files(page, rig, field):
 
 def test_zero_denominator_is_undefined(page):
     assert page.rows["creepage_y_collective"][3] == (None, "undefined")
-    assert "too small to divide by" in page.rows["creepage_y_collective"][7][1]
+    assert page.rows["creepage_y_collective"][7][1] == "no ratio: the field value is zero"
     assert not re.search(
         r">\s*[-+]?(nan|inf)\b", "".join(cell for r in page.rows.values() for _, cell in r), re.I
     )
+
+
+def test_small_changes_of_the_wheel_shape_have_their_own_reason(rig, field):
+    slow = field.copy(deep=True)
+    sd = slow["flange_thickness"].values
+    sd[:] = sd[0] + 1e-3 * (sd - sd[0])
+    row = Page(render([rig, slow])).rows["flange_thickness_change"]
+    assert row[3] == (None, "undefined")
+    assert row[7][1] == "no ratio: the field value is too small to divide by"
+
+
+def test_factors_of_wear_at_equal_points_are_in_the_page(text, rig, field):
+    """1.69 for the worn area and 1.3 for the depth at all 4 points, both wheels, 3 states."""
+    tables = re.findall(r'<table class="points">.*?</table>', text, re.DOTALL)
+    assert len(tables) == 3
+    for part in tables:
+        assert "Worn area of the profile per distance run" in part
+        assert part.count(">1.690<") == 0
+        assert part.count(">1.69<") == part.count('<tr><th scope="row">') == 8
+
+
+def test_both_wheels_are_shown_where_both_are_named(rig, field):
+    shown = {plate.name: plate for plate in plates([rig, field], translate(rig, field))}
+    titles = [ax.get_title(loc="left") for ax in shown["profiles"].figure.axes]
+    assert sum(title.startswith("Right wheel.") for title in titles) == 2
+    assert sum(title.startswith("Left wheel.") for title in titles) == 2
+    worn = shown["profiles"].figure.axes[4].lines  # left wheel, first column
+    at_60_km = [line for line in worn if line.get_label() == "worn, rig"]
+    np.testing.assert_array_equal(at_60_km[0].get_ydata(), 1e3 * rig["profile_z"].values[6, 1])
+    found = translate(rig, field)
+    line = shown["factors_contact"].figure.axes[0].lines[0]
+    np.testing.assert_array_equal(line.get_ydata(), found["area_collective_factor"].values[0, :, 2])
+    assert "both wheels" in shown["factors_contact"].caption
+    assert "Profiles of both wheels" in shown["profiles"].caption
+
+
+def test_doubts_and_differing_settings_are_told(rig, field):
+    other = field.assign_attrs(poisson_ratio=0.28)
+    other["load_scale"] = other["load_scale"].copy(deep=True)
+    other["load_scale"].values[1:3, 0, 0] = 1.2
+    lines = warnings([rig, other], translate(rig, other))
+    assert "Poisson ratio differs: 0.3 on the rig, 0.28 in the field." in lines
+    assert any(line.startswith("Field: contact patches merge") for line in lines)
+    # 0.72 mm in 90 km
+    assert any(line.startswith("Field: tread wear of 800 mm per 100 000 km is above") for line in lines)
+    assert not any(line.startswith("Rig: tread wear") for line in lines)
 
 
 def test_every_figure_and_section_is_there(page, text, rig, field):

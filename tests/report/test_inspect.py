@@ -24,6 +24,14 @@ def test_summary_is_the_dataset(run_directory, rig):
     assert sum(found["regime_share"].values()) == pytest.approx(1.0, rel=1e-12)
 
 
+def test_doubts_are_among_the_warnings(run_directory):
+    """0.72 mm in 90 km of field; the rig's tread wear is nobody's service."""
+    found = inspect(run_directory / "field.nc")
+    assert [line[:43] for line in found["warnings"]] == ["tread wear of 800 mm per 100 000 km is abov"]
+    assert "warning: tread wear of 800 mm" in summary_text(found)
+    assert inspect(run_directory / "rig.nc")["warnings"] == []
+
+
 def test_summary_is_valid_json(run_directory):
     found = inspect(run_directory / "field.nc")
     assert json.loads(json.dumps(found, allow_nan=False)) == found

@@ -9,8 +9,8 @@ def test_ratio_tells_why_it_is_undefined():
     rig = np.array([3.0, 1.0, np.nan, 1.0, 0.0])
     field = np.array([2.0, 0.0, 1.0, 1e-9, 4.0])
     found = factors.ratio(rig, field, 1.0)
-    zero, missing = STATUS["zero_denominator"], STATUS["missing"]
-    assert found.status.tolist() == [0, zero, missing, zero, 0]
+    zero, missing, small = (STATUS[name] for name in ("zero_denominator", "missing", "small_denominator"))
+    assert found.status.tolist() == [0, zero, missing, small, 0]
     assert found.value[[0, 4]].tolist() == [1.5, 0.0]
     assert np.isnan(found.value[1:4]).all()
 
@@ -31,6 +31,8 @@ def test_all_zero_quantity_has_no_factor():
         ("power", 1100.0, 150.0),
         ("max_pressure", 1500e6, 850e6),
         ("creepage_x", (60.0 * 1e-3 - 25.0 * 2e-3) / 85.0, -1e-3),
+        ("wear_area_rate", 8e-12, 4e-12),
+        ("wear_depth_rate_max", 900e-12, 300e-12),
         ("wear_index_mean", (90 * 0.2e6 + 30 * 1.5e6) / 120.0, 0.1e6),
     ],
 )
@@ -92,5 +94,35 @@ def test_regime_flags():
 
 
 def test_highest_regime_of_a_wheel(rig, field):
-    assert factors.worst_regime(rig)[0, 0].tolist() == [1, 0]
-    assert factors.worst_regime(field)[0, 0].tolist() == [0, 0]
+    """The rig's flange patch wears mostly mildly, but some of its cells severely."""
+    assert float(rig["wear_regime"].max()) == 0.0
+    assert factors.highest_regime(rig)[0, 0].tolist() == [1, 0]
+    assert factors.highest_regime(field)[0, 0].tolist() == [0, 0]
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("rotation_rule", "nominal"), ("axle_torque", 200.0), ("rotation_rule", None)]
+)
+def test_wheelsets_that_turn_otherwise_have_no_equal_points(rig, field, key, value):
+    """Also where a file does not tell: what is unknown is not equal."""
+    other = field.copy()
+    if value is None:
+        del other.attrs[key]
+    else:
+        other = field.assign_attrs({key: value})
+    assert factors.match_points(rig, other).shape == (0, 2)
+    assert len(factors.match_points(rig, field)) == 4
+
+
+def test_given_rotation_speeds_are_never_equal(rig, field):
+    """They are not in the file."""
+    pair = [data.assign_attrs(rotation_rule="given") for data in (rig, field)]
+    assert len(factors.match_points(*pair)) == 0
+
+
+def test_one_rule_for_what_is_too_small_to_divide_by():
+    """Signed quantities leave remainders of symmetry, changes of shape go through zero."""
+    assert factors.zero_share("force_y") == factors.CONTACT_SHARE
+    assert factors.zero_share("flange_thickness") == factors.CHANGE_SHARE
+    assert factors.zero_share("wear_area_rate") == factors.zero_share("worn_area") == factors.ZERO_SHARE
+    assert set(factors.SYMMETRIC) <= set(factors.POINT_QUANTITIES)

@@ -5,8 +5,9 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.results import open_results
+from wearsim.translation import factors
 from wearsim.translation.factors import STATUS
-from wearsim.translation.translate import content_hash, table, translate, translate_files
+from wearsim.translation.translate import content_hash, point_table, table, translate, translate_files
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +56,10 @@ def test_contact_factors_at_equal_points(translation):
     np.testing.assert_allclose(translation["power_point_factor"].values[0, 0], 1.3, rtol=1e-12)
     np.testing.assert_allclose(translation["area_point_factor"].values[0], 1.0 / 1.3, rtol=1e-12)
     assert (translation["creepage_y_point_factor_status"].values == STATUS["zero_denominator"]).all()
+    np.testing.assert_allclose(translation["wear_area_rate_point_factor"].values, 1.3**2, rtol=1e-12)
+    np.testing.assert_allclose(translation["wear_depth_rate_max_point_factor"].values, 1.3, rtol=1e-12)
+    comment = translation["wear_area_rate_point"].attrs["comment"]
+    assert comment.endswith("the environment factor does not enter")
     assert (translation["regime_point_differs"].values[..., 0] == 1).all()
     assert (translation["regime_point_differs"].values[..., 1] == 0).all()
 
@@ -83,6 +88,84 @@ def test_table_equals_the_dataset(translation):
     assert depth["factor"] == pytest.approx(2.5, rel=1e-12)
     assert rows.loc[("equal worn depth", "distance_run")]["factor"] == pytest.approx(0.4, rel=1e-12)
     assert rows.loc[("equal distance", "creepage_y_collective")]["status"] == "zero_denominator"
+
+
+def test_table_never_contradicts_the_file(rig, field, translation):
+    """The same values, factors and reasons, also for what is near the limit: 0.5e-3 of the largest force."""
+    near = field.copy(deep=True)
+    force = near["force_y"].values
+    force[-1] *= 0.5e-3
+    found = translate(rig, near)
+    status = found["force_y_collective_factor_status"].values
+    assert status[1, -1, 2] == STATUS["small_denominator"]
+    for data in (translation, found):
+        for _, row in table(data).iterrows():
+            basis = ["equal distance", "equal worn depth"].index(row["basis"])
+            place = (basis, -1) if data[row["variable"]].dims[-1] != "wheel_group" else (basis, -1, 2)
+            factor = data[f"{row['variable']}_factor"].values[place]
+            assert STATUS[row["status"]] == data[f"{row['variable']}_factor_status"].values[place]
+            assert row["factor"] == factor or (np.isnan(row["factor"]) and np.isnan(factor))
+
+
+def test_small_changes_of_the_wheel_shape_are_not_called_zero(rig, field):
+    """A field that wears a thousandth of what it will: 1 % of the largest change is the limit."""
+    slow = field.copy(deep=True)
+    sd = slow["flange_thickness"].values
+    sd[:] = sd[0] + 1e-3 * (sd - sd[0])
+    rows = table(translate(rig, slow)).set_index(["basis", "variable"])
+    assert rows.loc[("equal distance", "flange_thickness_change")]["status"] == "small_denominator"
+    assert rows.loc[("equal distance", "hollowing_change")]["status"] == "zero_denominator"
+
+
+def test_points_table_is_the_dataset(translation):
+    rows = point_table(translation)
+    # 3 states, 4 points, 2 wheels
+    assert len(rows) == 3 * 4 * 2 * len(factors.POINT_QUANTITIES)
+    assert rows["shift"].drop_duplicates().tolist() == pytest.approx([-3.0, 0.0, 3.0, 5.0], abs=1e-9)
+    area = rows[rows["variable"] == "wear_area_rate_point"]
+    # 8e-12 and 1.69 times that on the right wheel, in mm2 per 1000 km
+    assert area["field"].iloc[0] == pytest.approx(8.0, rel=1e-12)
+    assert area["rig"].iloc[0] == pytest.approx(8.0 * 1.69, rel=1e-12)
+    assert area["factor"].to_numpy() == pytest.approx(1.69, rel=1e-12)
+    assert set(rows[rows["variable"] == "creepage_y_point"]["status"]) == {"zero_denominator"}
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("youngs_modulus", 205e9, "youngs modulus differs: 2.1e+11 Pa on the rig, 2.05e+11 Pa in the field"),
+        ("wheel_radius", 0.42, "wheel radius differs: 0.46 m on the rig, 0.42 m in the field"),
+        ("cells", np.int32(20), "cells differs: 50 on the rig, 20 in the field"),
+        (
+            "counterface_profile",
+            "54E1",
+            "counterface profile differs: 60E1 1:40 on the rig, 54E1 in the field",
+        ),
+        ("axle_torque", 100.0, "axle torque differs: 0 N m on the rig, 100 N m in the field"),
+        ("wear_law", "", "wear law differs: usfd on the rig, unknown in the field"),
+    ],
+)
+def test_differing_settings_are_named_with_both_values(rig, field, key, value, told):
+    found = translate(rig, field.assign_attrs({key: value}))
+    assert told in found.attrs["warnings"].splitlines()
+    assert table(found).attrs["warnings"] == found.attrs["warnings"].splitlines()
+    assert (found.attrs["matched_points"] == 0) == (key in factors.ROTATION_KEYS)
+    assert found.attrs[f"rig_{key}"] == rig.attrs[key]
+
+
+def test_every_attribute_of_model_material_and_wheelset_is_compared(rig, field):
+    for key in factors.COMPARED_KEYS:
+        found = translate(rig, field.assign_attrs({key: "something else"}))
+        assert f"{key.replace('_', ' ')} differs" in found.attrs["warnings"], key
+
+
+def test_counterfaces_of_one_name_and_two_shapes_are_told(rig, field):
+    moved = field.assign(counterface_y=field["counterface_y"] + 1e-3)
+    warnings = translate(rig, moved).attrs["warnings"]
+    assert "the counterface profiles differ in shape or place, by up to 1 mm" in warnings
+    sparse = field.isel(counterface_point=slice(None, None, 2))
+    assert "are sampled differently" in translate(rig, sparse).attrs["warnings"]
+    assert "warnings" not in translate(rig, field).attrs
 
 
 def test_no_wear_leaves_factors_undefined(tmp_path, write_campaign, rig):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-
 from typing import TYPE_CHECKING
 
 from wearsim.cli import Commands, add_command
@@ -65,8 +64,9 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _text(rows: DataFrame, **options: bool) -> str:
-    return rows.to_string(na_rep="undefined", float_format=lambda value: f"{value:.4g}", **options)
+def _text(rows: DataFrame, index: bool = True) -> str:
+    text: str = rows.to_string(index=index, na_rep="undefined", float_format=lambda value: f"{value:.4g}")
+    return text
 
 
 def _by_shift(points: DataFrame) -> DataFrame:
@@ -82,4 +82,4 @@ def _by_shift(points: DataFrame) -> DataFrame:
         [factor.loc[[key]].to_numpy() for key in zip(names["variable"], names["wheel"], strict=True)],
         index=[names["quantity"], names["wheel"]],
         columns=list(places["point"]) if twice else [f"{shift:g}" for shift in places["shift"]],
-    ).rename_axis(index=[None, None])
+    ).rename_axis(index=["", ""])

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from wearsim.report.style import COLOURS, SERIES_COLOURS, capital, label, own_axes, shown
+from wearsim.report.style import COLOURS, SERIES_COLOURS, capital, label, own_axes, shown, wrapped
 
 _X_LABELS = ("Distance run by each [km]", "Largest wear depth of each [mm]")
 
@@ -95,7 +95,7 @@ def plot_factor_at_points(
             label=f"{'new' if new else 'worn'}, {side} wheel",
         )  # fmt: skip
     text = str(translation[f"{name}_point"].attrs["long_name"]).removesuffix(" at equal operating points")
-    ax.set_title(capital(text))
+    ax.set_title(wrapped(capital(text), 30))
     ax.set_xlabel(label(translation, "op_shift"))
     ax.set_ylabel("Factor, rig over field")
     return ax

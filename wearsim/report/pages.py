@@ -310,7 +310,7 @@ def _factor_curves(
 
 def _factors_at_points(translation: xr.Dataset) -> Plate:
     with style():
-        figure, axes = grid(3, 3, height=1.8, gap=0.5, between=0.4, sharex=True)
+        figure, axes = grid(3, 3, height=1.8, gap=0.5, between=0.6, sharex=True)
         for ax, name in zip(axes.flat, _FACTOR_POINTS, strict=True):
             for progress in (0, -1):
                 figures_translation.plot_factor_at_points(translation, name, ax, progress=progress)

@@ -272,7 +272,7 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
             continue
         unit = _ATTRIBUTE_UNITS.get(key, "")
         told = [_told(value, unit) for value in (mine, theirs)]
-        notes.append(f"{key} differs: {told[0]} on the rig, {told[1]} in the field")
+        notes.append(f"{key.replace('_', ' ')} differs: {told[0]} on the rig, {told[1]} in the field")
     names = [data.attrs.get("counterface_profile", "") for data in (rig, field)]
     rail = [np.stack([data[f"counterface_{c}"].values for c in "yz"]) for data in (rig, field)]
     if names[0] == names[1]:

@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+
+from wearsim.results import doubts, open_results
+from wearsim.results.plausibility import (
+    TREAD_WEAR_BAND,
+    load_scaling,
+    tread_wear,
+    tread_wear_warning,
+)
+
+
+@pytest.fixture
+def make(tmp_path, write_campaign):
+    """Campaigns of 60 km in 6 steps; depth grows by `rate`, deepest on the tread."""
+
+    def campaign(kind="field", rate=10e-9):
+        with open_results(write_campaign(tmp_path / f"{kind}.nc", kind, 6, rate)) as data:
+            return data.load()
+
+    return campaign
+
+
+def test_band_is_the_one_of_the_specification():
+    """0.5 to 2 mm per 100 000 km, uncertain."""
+    assert TREAD_WEAR_BAND == (0.5e-3, 2e-3)
+
+
+def test_tread_wear_is_scaled_to_100_000_km(make):
+    """10 nm/m over 1e8 m is 1 m; rounding 1e-12."""
+    assert tread_wear(make(rate=10e-12)) == pytest.approx(1e-3, rel=1e-12)
+
+
+def test_flange_wear_is_not_tread_wear(make):
+    data = make(rate=10e-12)
+    data["wear_depth"].values[-1, 0, data["profile_y"].values[0, 0] < -40e-3] = 1.0
+    assert tread_wear(data) == pytest.approx(1e-3, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rate", "told"), [(4e-12, "0.4 mm per 100 000 km is below"), (25e-12, "2.5 mm per 100 000 km is above")]
+)
+def test_field_outside_the_band_is_warned_of(make, rate, told):
+    line = tread_wear_warning(make(rate=rate))
+    assert told in line
+    assert "0.5 to 2 mm seen in service (an uncertain band)" in line
+    assert "\n" not in line
+
+
+def test_no_warning_within_the_band_on_the_rig_without_law_and_before_the_first_step(make):
+    assert tread_wear_warning(make(rate=10e-12)) is None
+    assert tread_wear_warning(make("rig", 25e-12)) is None
+    assert tread_wear_warning(make(rate=25e-12).assign_attrs(wear_law="none")) is None
+    assert tread_wear_warning(make(rate=25e-12).isel(step=slice(0, 1))) is None
+
+
+def test_loads_that_were_not_scaled_are_not_mentioned(make):
+    data = make(rate=10e-12)
+    data["load_scale"].values[:, 0, 0] = 1.0099
+    data["load_scale"].values[:, 3:, 0] = 1.3  # monitoring points
+    assert load_scaling(data) is None
+    assert doubts(data) == []
+
+
+def test_scaled_loads_are_counted_by_points_states_and_distance(make):
+    """Shares 0.25, 0.5, 0.25; states 1 and 2 of 0 to 6 start steps 2 and 3 of 6; state 6 starts none."""
+    data = make(rate=10e-12)
+    data["load_scale"].values[1:3, 0, 0] = 1.2
+    data["load_scale"].values[2, 1, 1] = 0.7
+    data["load_scale"].values[6, 2, 0] = 1.02
+    found = load_scaling(data)
+    assert (found.points, found.active_points, found.states, found.all_states) == (3, 3, 3, 7)
+    assert found.distance_share == pytest.approx((2 * 0.25 + 0.5) / 6, rel=1e-12)
+    assert found.largest == 0.7
+    (line,) = doubts(data)
+    assert "at 3 of 3 operating points with a weight, in 3 of 7 states, over 17 % of the distance" in line
+    assert "at most by the factor 0.7" in line
+
+
+def test_scaled_loads_of_the_new_wheel_alone(make):
+    data = make(rate=10e-12).isel(step=slice(0, 1)).copy(deep=True)
+    data["load_scale"].values[0, 0, 0] = 1.2
+    found = load_scaling(data)
+    assert np.array_equal([found.states, found.distance_share], [1, 0.0])
