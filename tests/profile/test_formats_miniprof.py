@@ -202,8 +202,8 @@ def test_old_style(read, before):
 def test_cut_off_file_is_refused(refused):
     lines = [*head(XYPoints=400), "", *wheel_rows()]
     assert refused(lines) == (
-        f"w.whl:{len(lines)}: XYPoints = 400, but {len(WHEEL.y)} points are there: the file is cut off; copy it "
-        "again, or correct XYPoints if points were taken out on purpose"
+        f"w.whl:{len(lines)}: XYPoints = 400, but {len(WHEEL.y)} points are there: the file is cut off; copy "
+        "it again, or correct XYPoints if points were taken out on purpose"
     )
 
 
@@ -289,7 +289,8 @@ def parts(names=("nose", "wing")):
         lines += [f"[Profile{k}Info]", "MPDC=2", f"MPDN={name}", "MPD1=L 27.1 -43.5 27.3 -42.9"]
         lines += ["MPD2=A 0 0 300 80 100", f"[Profile{k}Points]"]
         shift = 0.0 if k == 1 else 20.0
-        lines += rows(1e3 * RAIL.y[SHORT] + shift, -1e3 * RAIL.z[SHORT], "{x:.4f} {y:.4f} 0.1 0.01") + [""]
+        lines += rows(1e3 * RAIL.y[SHORT] + shift, -1e3 * RAIL.z[SHORT], "{x:.4f} {y:.4f} 0.1 0.01")
+        lines.append("")
     return lines
 
 

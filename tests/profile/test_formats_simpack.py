@@ -169,7 +169,8 @@ def test_extension_without_the_blocks(refused):
 
 def test_keys_of_a_benchmark_header(read):
     """Layout of the published SIMPACK files: padded keys, exponents, tabs between the columns."""
-    lines = simpack(RAIL)[:6] + [
+    lines = [
+        *simpack(RAIL)[:6],
         "    approx.smooth  = +0.000000000000000e+00   ! Approximation smoothing value",
         "    file           = 'x.rai.txt'              ! Original data file",
         "    file.mtime     =  0                       ! Time",

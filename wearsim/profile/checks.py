@@ -22,6 +22,8 @@ _SCALES = (
     (1e-3, "1000 times as small"),
     (25.4, "25.4 times as large (inches)"),
 )
+_END_PIECE = 0.020  # longest straight piece at an end that needs no points between [m]
+_END_POINTS = 3  # points at most between it and the end
 _TIP_RANGE = (-0.080, -0.030)  # lateral position of flange tips, from the tape circle [m]
 _TAPE_LIMIT = 0.015  # |z| at the tape circle of a worn wheel measured from the new one [m]
 
@@ -192,6 +194,8 @@ def _order_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
             )
         ]
     gaps = np.flatnonzero((step > 5e-3) & (step > 10.0 * np.median(step))) + 1
+    # drawn profiles end in a chamfer and a face of two points each, where nothing touches
+    gaps = gaps[(step[gaps - 1] > _END_PIECE) | ((gaps > _END_POINTS) & (gaps < len(y) - _END_POINTS))]
     return [
         (f"{step[j - 1] * 1e3:.4g} mm without a point before point {j + 1}; add the missing points", int(j))
         for j in gaps

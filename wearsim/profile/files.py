@@ -80,7 +80,8 @@ def read_profile(
         Told by the file, then by the size (mm, m or in).
     mirror : bool, optional
         Whether y of the file (after its own keys) grows towards the flange or gauge side, that is the
-        track centre. Told by the flange of a wheel; of a rail by the format, or by the only side that reaches 14 mm down.
+        track centre. Told by the flange of a wheel; of a rail by the format, or by the only side that
+        reaches 14 mm down.
     z_up : bool, optional
         Whether z of the file grows upwards, away from the tip of the flange or the foot of the rail.
         Told by the flange tip or by the top of the head.

@@ -107,6 +107,9 @@ def to_our_axes(
         faults.refuse()
 
     refuse(shape_faults(kind, y, z))
+    longest = float(np.max(np.hypot(np.diff(y), np.diff(z))))
+    if longest > 5e-3:
+        notes.append(f"straight piece of {longest * 1e3:.3g} mm without points near an end taken as it is")
     flip_z = _flip_z(kind, y, z, points.z_axis, said.z_up, faults, notes)
     faults.refuse()
     z = -z if flip_z else z
@@ -208,7 +211,8 @@ def _without_stutter(
     back = _turns(y[rest], z[rest])
     while 0 < len(back) <= 2 * most and len(dropped) < most:
         j = int(back[0])
-        if np.hypot(y[rest[j + 1]] - y[rest[j]], z[rest[j + 1]] - z[rest[j]]) > _MOST_BACK:
+        around = rest[j - 1 : j + 2]
+        if np.min(np.hypot(np.diff(y[around]), np.diff(z[around]))) > _MOST_BACK:
             break
         # either the point before the step back or the one behind it is the odd one
         choices = [np.delete(rest, j + 1), np.delete(rest, j)]

@@ -17,12 +17,19 @@ def recognises(text: Text, suffix: str) -> bool:
     """Tell a list of slices by its lines of position and quoted file name, or by its extension."""
     bare = [line for line in (_bare(raw) for raw in text.lines[:200]) if line]
     listed = [match for match in map(_SLICE.match, bare[4:]) if match and number_fault(match[1]) is None]
-    return (len(listed) > 0 and not any("=" in line for line in bare[:4])) or suffix in SUFFIXES
+    begins = bool(bare) and len(_numbers(bare[0], 2)) == 2
+    return (begins and len(listed) > 0) or suffix in SUFFIXES
 
 
 def _bare(line: str) -> str:
     """Line without comment; a `%` or `!` in a file name is not expected."""
     return re.split(r"[!%]", line, maxsplit=1)[0].strip()
+
+
+def _numbers(line: str, count: int) -> list[str]:
+    """Return the first `count` cells of a line, or fewer if they are no numbers; words may follow."""
+    cells = line.replace(",", " ").split()[:count]
+    return [cell for cell in cells if number_fault(cell) is None]
 
 
 def read(text: Text, kind: Literal["wheel", "rail"], faults: Faults, number: int | None) -> Elsewhere | None:
@@ -49,9 +56,9 @@ def read(text: Text, kind: Literal["wheel", "rail"], faults: Faults, number: int
     names = ("offset and scale", "the number of slices", "NFEAT NKINK NACCEL", "the method")
     values: list[list[str]] = []
     for (name, count), (at, line) in zip(zip(names, (2, 1, 3, 1), strict=True), rows, strict=False):
-        cells = line.replace(",", " ").split()[:count]
-        if len(cells) < count or any(number_fault(cell) for cell in cells):
-            faults.add(f"{count} numbers are needed here: {name}", at)
+        cells = _numbers(line, count)
+        if len(cells) < count:
+            faults.add(f"{count} number{'s are' if count > 1 else ' is'} needed here: {name}", at)
         values.append(cells)
     if len(rows) < 4:
         faults.add(f"ends before {names[len(rows)]}: the file is cut off; copy it again", len(text.lines))

@@ -1,0 +1,258 @@
+"""Damaged and hostile files: one clear line per fault, bounded time and memory, never another error."""
+
+import math
+import os
+import time
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from wearsim.errors import ProfileError
+from wearsim.profile.checks import points_faults
+from wearsim.profile.files import read_profile, write_profile
+from wearsim.profile.formats import FORMATS
+from wearsim.profile.standard import rail, wheel
+
+WHEEL = wheel("S1002", spacing=1e-3)
+RAIL = rail("60E1", 1 / 40, 1.435, 0.750, spacing=1e-3)
+NAMES = [
+    f"f{suffix}" for suffix in sorted({s for each in FORMATS.values() for s in each.suffixes} | {".csv"})
+]
+
+
+def attempt(path, kind, **statements):
+    """Read a file; a profile that comes out is a valid one, an error is a list of plain lines."""
+    try:
+        reading = read_profile(path, kind, **statements)
+    except ProfileError as error:
+        for line in str(error).splitlines():
+            assert line.startswith(str(path))
+            assert len(line) < 1000
+            assert line.isprintable()
+        return None
+    profile = reading.profile
+    assert np.all(np.isfinite(profile.y))
+    assert np.all(np.isfinite(profile.z))
+    assert points_faults(kind, profile.y, profile.z) == []
+    return profile
+
+
+def valid_files(folder):
+    files = []
+    for profile, suffixes in ((WHEEL, ("csv", "whl", "prw")), (RAIL, ("csv", "ban", "prr"))):
+        for name, suffix in zip(("two-column", "miniprof", "simpack"), suffixes, strict=True):
+            path = folder / f"{profile.kind}.{suffix}"
+            write_profile(profile, path, name)
+            files.append((path.name, profile.kind, path.read_bytes()))
+    points = "\n".join(f"{y:.3f} {-z:.3f}" for y, z in zip(1e3 * RAIL.y, 1e3 * RAIL.z, strict=True))
+    text = f"[FileInfo]\n[Profile1Info]\nMPDN=a\n[Profile1Points]\n{points}\n[Profile2Points]\n{points}\n"
+    files.append(("two.mpt", "rail", text.encode()))
+    listed = "0 1\n2\n0 0 0\n1\n0.0 'rail.prr'\n1.0 'rail.ban'\n"
+    files.append(("two.slcs", "rail", listed.encode()))
+    return files
+
+
+@pytest.fixture(scope="module")
+def valid(tmp_path_factory):
+    return valid_files(tmp_path_factory.mktemp("valid"))
+
+
+@given(
+    data=st.one_of(
+        st.binary(max_size=400),
+        st.text(max_size=400).map(lambda text: text.encode("utf-8", "surrogatepass")),
+        st.lists(
+            st.sampled_from(
+                [
+                    "1 2",
+                    "-70,9.5",
+                    "nan 1",
+                    "x=1",
+                    "ColumnDef=A",
+                    "",
+                    "[Profile1Points]",
+                    "point.begin",
+                    '"',
+                    "spline.begin",
+                    "spline.end",
+                    "'a'",
+                    "0 1",
+                    "1e999 2",
+                    "(Sd/Sh/qR)",
+                    "XYPoints=9",
+                    "[",
+                    "=",
+                ]
+            ),
+            max_size=60,
+        ).map(lambda lines: "\n".join(lines).encode()),
+    ),
+    name=st.sampled_from(NAMES),
+    kind=st.sampled_from(["wheel", "rail"]),
+)
+@settings(max_examples=300)
+@example(b"\xff\xfe\x00", "f.csv", "wheel")
+@example(b"\xff\xfe\x00\xd8\x00", "f.csv", "wheel")
+@example(b"\x00", "f.whl", "wheel")
+def test_garbage(tmp_path_factory, data, name, kind):
+    path = tmp_path_factory.mktemp("garbage") / name
+    path.write_bytes(data)
+    assert attempt(path, kind, part=1) is None
+    assert attempt(path, kind, slice=1) is None
+
+
+@given(data=st.data())
+@settings(max_examples=300)
+def test_mutations_of_valid_files(tmp_path_factory, valid, data):
+    """Cut, overwritten, doubled and shuffled; a profile that is read has finite points in good order."""
+    name, kind, content = data.draw(st.sampled_from(valid))
+    folder = tmp_path_factory.mktemp("mutated")
+    for other, _, text in valid:
+        if other in ("rail.prr", "rail.ban"):
+            (folder / other).write_bytes(text)
+    for _ in range(data.draw(st.integers(1, 3))):
+        at = data.draw(st.integers(0, len(content)))
+        end = min(len(content), at + data.draw(st.integers(0, 200)))
+        how = data.draw(st.sampled_from(["cut", "tail", "put", "double", "swap"]))
+        if how == "cut":
+            content = content[:at] + content[end:]
+        elif how == "tail":
+            content = content[:at]
+        elif how == "put":
+            put = data.draw(
+                st.sampled_from([b"\n", b"-", b".", b"9", b"e5", b"nan", b'"', b",", b"\xe4", b"\t", b"="])
+            )
+            content = content[:at] + put + content[end:]
+        elif how == "double":
+            content = content[:end] + content[at:]
+        else:
+            lines = content.split(b"\n")
+            k = data.draw(st.integers(0, len(lines) - 1))
+            lines[k], lines[-1 - k] = lines[-1 - k], lines[k]
+            content = b"\n".join(lines)
+    path = folder / name
+    path.write_bytes(content)
+    part = data.draw(st.sampled_from([None, 1, 2, "a"]))
+    attempt(
+        path,
+        kind,
+        **({"part": part} if name.endswith("mpt") else {"slice": 1} if name.endswith("slcs") else {}),
+    )
+
+
+@given(part=st.floats(0.0, 1.0, exclude_max=True))
+@settings(max_examples=40)
+def test_cut_off_files_of_formats_that_can_tell_are_refused(tmp_path_factory, valid, part):
+    folder = tmp_path_factory.mktemp("cut")
+    for name, kind, content in valid:
+        if name.endswith(("whl", "ban", "prw", "prr")):
+            path = folder / name
+            keep = int(part * len(content.rstrip()))
+            # a cut within the digits of the last point only cannot be seen in MiniProf
+            last_line = content.rstrip().rfind(b"\n")
+            path.write_bytes(content[: min(keep, last_line)])
+            assert attempt(path, kind) is None
+
+
+def test_file_of_100_mb_is_refused_without_reading_it(tmp_path):
+    path = tmp_path / "huge.whl"
+    with path.open("wb") as file:
+        file.truncate(100_000_000)
+    start = time.perf_counter()
+    with pytest.raises(ProfileError, match=r"huge\.whl: larger than 20 MB, hardly one profile"):
+        read_profile(path, "wheel")
+    # reading 100 MB takes longer; a stat does not
+    assert time.perf_counter() - start < 0.2
+
+
+def test_what_is_no_file(tmp_path):
+    with pytest.raises(ProfileError, match=r"none\.whl: does not exist"):
+        read_profile(tmp_path / "none.whl", "wheel")
+    with pytest.raises(ProfileError, match=r"is a folder, not a file"):
+        read_profile(tmp_path, "wheel")
+    os.mkfifo(tmp_path / "pipe.whl")
+    with pytest.raises(ProfileError, match=r"is not a regular file"):
+        read_profile(tmp_path / "pipe.whl", "wheel")
+
+
+def refusal(path, data, kind="wheel"):
+    path.write_bytes(data)
+    with pytest.raises(ProfileError) as caught:
+        read_profile(path, kind)
+    return str(caught.value).replace(f"{path.parent}/", "")
+
+
+def test_lines_and_numbers_without_end(tmp_path):
+    path = tmp_path / "p.csv"
+    told = refusal(path, b"# x\n" + b"1 " * 200_000)
+    assert told == "p.csv:2: a line of 400000 characters, at most 100000 are read; one point per line"
+    assert "is longer than 1000 characters" in refusal(path, b"9" * 5000 + b" 1\n")
+    assert "is too large for a profile" in refusal(path, b"1e400 1\n")
+
+
+def test_a_hopeless_file_stops_early(tmp_path):
+    told = refusal(tmp_path / "p.csv", b"1,a,b\n" * 3_000_000).splitlines()
+    assert len(told) == 21
+    assert told[-1] == "p.csv: 981 more faults of this file are not shown"
+
+
+def text(profile=WHEEL, digits=4):
+    return [f"{y:.{digits}f} {z:.{digits}f}" for y, z in zip(1e3 * profile.y, 1e3 * profile.z, strict=True)]
+
+
+def test_one_point_and_none(tmp_path):
+    path = tmp_path / "p.csv"
+    assert refusal(path, b"1 2\n") == "p.csv: 1 points are too few for a profile; give at least 20"
+    assert refusal(path, b"") == "p.csv: 0 points are too few for a profile; give at least 20"
+    assert refusal(tmp_path / "p.whl", b"") == "p.whl: 0 points are too few for a profile; give at least 20"
+
+
+@pytest.mark.parametrize("kind", ["wheel", "rail"])
+def test_two_profiles_joined_name_the_line_of_the_jump(tmp_path, kind):
+    lines = text(WHEEL if kind == "wheel" else RAIL)
+    told = refusal(tmp_path / "p.csv", "\n".join([*lines, *lines]).encode(), kind)
+    jump = math.hypot(
+        *(float(a) - float(b) for a, b in zip(lines[-1].split(), lines[0].split(), strict=True))
+    )
+    place = f"p.csv:{len(lines) + 1}: the points jump back by {jump:.4g} mm at point {len(lines) + 1}"
+    assert told == f"{place}: 2 profiles in one list; give one"
+
+
+def test_left_and_right_wheel_in_one_file(tmp_path):
+    left = [f"{-float(a):.4f} {b}" for a, b in (line.split() for line in text()[::-1])]
+    moved = [f"{float(a) + 1500.0:.4f} {b}" for a, b in (line.split() for line in text())]
+    told = refusal(tmp_path / "p.csv", "\n".join([*left, *moved]).encode())
+    assert "p.csv: " in told
+
+
+def test_not_finite(tmp_path):
+    lines = text()
+    lines[30], lines[40] = "nan 1", "2 -inf"
+    told = refusal(tmp_path / "p.csv", "\n".join(lines).encode()).splitlines()
+    assert [line.split(": ")[0] for line in told] == ["p.csv:31", "p.csv:41"]
+
+
+def test_encodings_that_are_wrong(tmp_path):
+    path = tmp_path / "p.csv"
+    assert "zero bytes" in refusal(path, "\n".join(text()).encode("utf-16-le"))
+    assert "is not UTF-16, as its first bytes say" in refusal(path, b"\xff\xfe1\x00\x00\xd8")
+    assert "the control character '\\x07'" in refusal(path, b"\x07 1\n")
+    assert refusal(path, b"\n\xe4 1\n" * 30).startswith("p.csv")
+
+
+def test_a_million_points(tmp_path):
+    """As many as are read; one more is refused. Minutes would be a fault, seconds are not."""
+    n = 1_000_000
+    at = np.linspace(0, len(WHEEL.y) - 1, n)
+    y, z = (np.interp(at, np.arange(len(WHEEL.y)), 1e3 * each) for each in (WHEEL.y, WHEEL.z))
+    lines = [f"{a:.4f} {b:.4f}" for a, b in zip(y, z, strict=True)]
+    path = tmp_path / "p.csv"
+    path.write_text("\n".join(lines))
+    start = time.perf_counter()
+    assert len(read_profile(path, "wheel").profile.y) > 0.9 * n
+    assert time.perf_counter() - start < 60.0
+    path.write_text("\n".join([*lines, lines[-1]]))
+    with pytest.raises(ProfileError, match=r"more than 1000000 points"):
+        read_profile(path, "wheel")
