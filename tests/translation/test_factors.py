@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from wearsim.translation import factors
+from wearsim.translation.axes import at_distances, distance_at
 from wearsim.translation.factors import STATUS
 
 
@@ -67,13 +68,13 @@ def test_each_key_separates_points(rig, field, key):
 def test_interpolation_meets_rows_exactly():
     distance = np.array([0.0, 1.0, 3.0])
     rows = np.array([[1.0], [np.nan], [5.0]])
-    found = factors.at_distances(distance, rows, np.array([0.0, 3.0, 0.5]))
+    found = at_distances(distance, rows, np.array([0.0, 3.0, 0.5]))
     assert found[:2, 0].tolist() == [1.0, 5.0]
     assert np.isnan(found[2, 0])
 
 
 def test_distance_at_first_reaches_the_target():
-    found = factors.distance_at(
+    found = distance_at(
         np.array([0.0, 2.0, 2.0, 4.0]), np.array([0.0, 10.0, 20.0, 30.0]), np.array([0.0, 1.0, 2.0, 3.0, 4.1])
     )
     assert found[:4].tolist() == [0.0, 5.0, 10.0, 25.0]

@@ -20,7 +20,7 @@ from wearsim.report.style import (
     shown,
     wrapped,
 )
-from wearsim.translation.factors import at_distances, rows_at
+from wearsim.translation.axes import at_distances, rows_at
 
 WHEELS = ("right", "left")
 _MARKERS = ("o", "^")

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from wearsim.report import figures, figures_translation
 from wearsim.report.style import COLOURS, grid, legend, plain, role_of, shown, style
-from wearsim.translation.factors import at_distances
+from wearsim.translation.axes import at_distances
 
 _FACTOR_POINTS = (
     "area", "max_pressure", "spin", "creepage_x", "force_x", "force_y", "power", "wear_area_rate",

@@ -12,7 +12,8 @@ import xarray as xr
 
 from wearsim.nomenclature import NOMENCLATURE
 from wearsim.translation import factors
-from wearsim.translation.factors import STATUS, WORN_SHARE, Factor, FloatArray, IntArray
+from wearsim.translation.axes import CommonAxes, FloatArray, IntArray, at_distances, rows_at
+from wearsim.translation.factors import STATUS, WORN_SHARE, Factor
 
 CAMPAIGN = ("rig", "field")
 STAGES = (0.25, 0.5, 0.75, 1.0)
@@ -55,13 +56,13 @@ def _along(pair: Pair, values: list[FloatArray], distance: FloatArray) -> FloatA
     run = [np.asarray(data["distance"].values, dtype=np.float64) for data in pair]
     return np.stack(
         [
-            np.stack([factors.at_distances(run[c], values[c], distance[b, :, c]) for c in (0, 1)], axis=1)
+            np.stack([at_distances(run[c], values[c], distance[b, :, c]) for c in (0, 1)], axis=1)
             for b in (0, 1)
         ]
     )
 
 
-def add_distance(out: dict[str, Any], axes: factors.CommonAxes) -> None:
+def add_distance(out: dict[str, Any], axes: CommonAxes) -> None:
     """Add the distances where the campaigns are compared and their factor, (basis, progress)."""
     run = axes.distance
     factor = factors.ratio(
@@ -73,7 +74,7 @@ def add_distance(out: dict[str, Any], axes: factors.CommonAxes) -> None:
     )  # fmt: skip
 
 
-def add_wear(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> None:
+def add_wear(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> None:
     """Add wear measures and conicity with their factors, (basis, progress, wheel_group)."""
     for name, rule in factors.WEAR_QUANTITIES.items():
         values = _along(pair, [factors.wear_by_wheel(data, name) for data in pair], axes.distance)
@@ -103,7 +104,7 @@ def add_wear(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> None:
     _put(out, "equivalent_conicity", dims, conicity, factor, "equivalent_conicity", meaning, "")
 
 
-def add_contact(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> int:
+def add_contact(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> int:
     """Add contact quantities of the collective and of equal operating points; return how many are equal."""
     matched = factors.match_points(*pair)
     dims = ("basis", "progress", "campaign", "matched_point", "wheel")
@@ -162,7 +163,7 @@ def _differs_attrs(meaning: str) -> dict[str, Any]:
     }
 
 
-def _add_points(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes, matched: IntArray) -> None:
+def _add_points(out: dict[str, Any], pair: Pair, axes: CommonAxes, matched: IntArray) -> None:
     for name in factors.MATCH_KEYS:
         entry = NOMENCLATURE[name]
         attrs = {"units": entry.unit, "long_name": entry.meaning}
@@ -185,7 +186,7 @@ def _add_points(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes, match
         own = numbers[c][factors.highest_regime(data)][:, matched[:, c]]
         run = np.asarray(data["distance"].values)
         for b in (0, 1):
-            regime[b, :, c] = own[factors.rows_at(run, axes.distance[b, :, c])]
+            regime[b, :, c] = own[rows_at(run, axes.distance[b, :, c])]
     differs = factors.regime_differs(regime[:, :, 0], regime[:, :, 1]).astype(np.int8)
     out["regime_point"] = (
         dims,
@@ -201,7 +202,7 @@ def _add_points(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes, match
     )
 
 
-def add_profile(out: dict[str, Any], pair: Pair, axes: factors.CommonAxes) -> list[str]:
+def add_profile(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> list[str]:
     """Add wear depth and wear regime along the profile at the quarters of the common range."""
     count = axes.distance.shape[1]
     rows = np.array([round(stage * (count - 1)) for stage in STAGES])
@@ -248,7 +249,7 @@ def _along_regimes(
     for c, data in enumerate(pair):
         run = np.asarray(data["distance"].values, dtype=np.float64)
         depth = np.asarray(data["wear_depth_by_regime"].values, dtype=np.float64)
-        own = np.stack([factors.at_distances(run, depth, np.nan_to_num(distance[b, :, c])) for b in (0, 1)])
+        own = np.stack([at_distances(run, depth, np.nan_to_num(distance[b, :, c])) for b in (0, 1)])
         merged = np.zeros((*own.shape[:3], len(names), own.shape[-1]))
         merged[:, :, :, numbers[c][:-1]] = own
         result.append(merged)
@@ -263,7 +264,7 @@ def add_equivalent_distance(out: dict[str, Any], pair: Pair, count: int) -> None
     for name, meaning in (("max_wear_depth", "largest wear depth"), ("worn_area", "worn area")):
         mine, theirs = (factors.wear_by_wheel(data, name) for data in pair)
         found = [
-            factors.equivalent_distance(factors.at_distances(run[0], mine[:, w], asked), theirs[:, w], run[1])
+            factors.equivalent_distance(at_distances(run[0], mine[:, w], asked), theirs[:, w], run[1])
             for w in range(3)
         ]
         dims = ("rig_progress", "wheel_group")

@@ -14,6 +14,7 @@ import xarray as xr
 from wearsim.errors import ResultError
 from wearsim.nomenclature import NOMENCLATURE
 from wearsim.translation import compare, factors
+from wearsim.translation.axes import common_axes
 from wearsim.translation.compare import CAMPAIGN, STAGES
 from wearsim.translation.factors import STATUS
 
@@ -60,7 +61,7 @@ def translate(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> xr.Dataset
                 f"{role} result: variable {missing[0]} is missing; give a file that `wearsim run` wrote"
             )
     pair = (rig, field)
-    axes = factors.common_axes(rig, field, count)
+    axes = common_axes(rig, field, count)
     out: dict[str, Any] = {
         "basis_name": ("basis", list(BASIS), {"long_name": "what is equal in both campaigns"}),
         "campaign_name": ("campaign", list(CAMPAIGN), {"long_name": "campaign"}),
