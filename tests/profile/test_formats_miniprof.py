@@ -261,6 +261,19 @@ def test_rail_whose_gauge_side_is_told_by_its_depth(read, side, up):
     assert told in reading.notes
 
 
+def test_roller_measured_with_a_jump_along_its_side(read, refused):
+    """As in a published measurement of a roller: a few points far down the side, then 12 mm without any."""
+    x, z = 1e3 * RAIL.y[SHORT], 1e3 * RAIL.z[SHORT]
+    start = np.argmax(z < 17.0)
+    side = [f"{x[0] - 0.01 * k:.4f} {-31.2 + 0.3 * k:.4f}" for k in range(2)]
+    points = rows(np.repeat(x[start:], 2)[:-1], -np.repeat(z[start:], 2)[:-1])
+    reading = read([*head(), *side, *points], "r.ban", "rail")
+    assert reading.profile.z.max() == pytest.approx(31.2e-3, abs=1e-9)
+    assert any(note.startswith("straight piece of 1") for note in reading.notes)
+    hole = [*head(), *points[:60], *points[80:]]
+    assert "without a point before point" in refused(hole, "r.ban", "rail")
+
+
 def test_rail_whose_gauge_side_is_not_known_is_refused_with_the_flag(read, refused):
     lines = [*head(), "", *rail_rows()]
     assert refused(lines, "r.ban", "rail") == (

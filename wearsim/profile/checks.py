@@ -23,7 +23,7 @@ _SCALES = (
     (25.4, "25.4 times as large (inches)"),
 )
 _END_PIECE = 0.020  # longest straight piece at an end that needs no points between [m]
-_END_POINTS = 3  # points at most between it and the end
+_END_POINTS = 3  # points at most between it and the end, or one in fifty
 _TIP_RANGE = (-0.080, -0.030)  # lateral position of flange tips, from the tape circle [m]
 _TAPE_LIMIT = 0.015  # |z| at the tape circle of a worn wheel measured from the new one [m]
 
@@ -194,8 +194,10 @@ def _order_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
             )
         ]
     gaps = np.flatnonzero((step > 5e-3) & (step > 10.0 * np.median(step))) + 1
-    # drawn profiles end in a chamfer and a face of two points each, where nothing touches
-    gaps = gaps[(step[gaps - 1] > _END_PIECE) | ((gaps > _END_POINTS) & (gaps < len(y) - _END_POINTS))]
+    # drawn profiles end in a chamfer and a face of two points each, and instruments jump on the straight
+    # side of a head or roller: nothing touches there
+    end = max(_END_POINTS, len(y) // 50)
+    gaps = gaps[(step[gaps - 1] > _END_PIECE) | ((gaps > end) & (gaps < len(y) - end))]
     return [
         (f"{step[j - 1] * 1e3:.4g} mm without a point before point {j + 1}; add the missing points", int(j))
         for j in gaps
