@@ -13,6 +13,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from wearsim.contact.closed_forms import (
+    fastsim_elliptic_force,
+    fastsim_elliptic_slip_border,
+    fastsim_strip_work,
+    frictional_power,
+    full_slip,
+    full_slip_spin_moment,
+    kalker_linear,
+    reduced_creepage,
+)
 from wearsim.contact.tangential import fastsim
 from wearsim.contact.tangential.kalker_coefficients import coefficients
 
@@ -34,27 +44,28 @@ def solved(patch, creepage, cells=50, friction=FRICTION):
 
 
 def saturation(friction=FRICTION):
-    """Longitudinal creepage at which eps = 1 (spec 4.3)."""
-    c11 = coefficients(np.array([A / B]), POISSON)[0, 0]
-    return friction * LOAD / (0.25 * np.pi * SHEAR_MODULUS * A * B * c11)
+    """Longitudinal creepage at which the reduced one is 1."""
+    return 1.0 / float(reduced_creepage(1.0, A, B, friction, LOAD, SHEAR_MODULUS, POISSON)[0])
 
 
-@pytest.mark.parametrize(
-    ("eps", "utilised"), [(0.25, 0.30575), (0.5, 0.54982), (1.0, 0.81831), (1.5, 0.91949)]
-)
-def test_longitudinal_force_follows_the_closed_form(ellipse, eps, utilised):
-    """Discretisation of the slip border: 1e-3 on 80 x 80, 1.5e-3 on 50 x 50; the printed digits: 1e-5."""
-    assert 2.0 / np.pi * (eps / (1.0 + eps**2) + np.arctan(eps)) == pytest.approx(utilised, abs=6e-6)
+@pytest.mark.parametrize("eps", [0.25, 0.5, 1.0, 1.5])
+def test_longitudinal_force_follows_the_closed_form(ellipse, eps):
+    """Discretisation of the slip border: 1e-3 on 80 x 80, 1.5e-3 on 50 x 50; of its place: 1 cell."""
     for cells, error in ((50, 1.5e-3), (80, 1e-3)):
-        force = solved(ellipse(A, B, LOAD, cells), [eps * saturation(), 0.0, 0.0], cells).force[0]
-        assert -force[0] / (FRICTION * LOAD) == pytest.approx(utilised, abs=error)
+        patch = ellipse(A, B, LOAD, cells)
+        result = solved(patch, [eps * saturation(), 0.0, 0.0], cells)
+        force = result.force[0]
+        assert -force[0] / (FRICTION * LOAD) == pytest.approx(fastsim_elliptic_force(eps), abs=error)
         assert abs(force[1:]).max() < 1e-9 * FRICTION * LOAD
+        slip_share = result.slip_area[0] / ((patch.x_lead - patch.x_trail).sum() * patch.width[0])
+        exact = 0.5 * (1.0 + fastsim_elliptic_slip_border(eps))
+        assert slip_share == pytest.approx(exact, abs=1.0 / cells)
 
 
 @pytest.mark.parametrize("eps", [0.5, 1.0, 1.5])
 def test_longitudinal_force_converges_with_the_grid(ellipse, eps):
     """The load is exact on any grid; what is left falls faster than first order."""
-    exact = 2.0 / np.pi * (eps / (1.0 + eps**2) + np.arctan(eps))
+    exact = fastsim_elliptic_force(eps)
     n = np.array([16, 32, 64, 128, 256])
     error = [
         abs(
@@ -73,7 +84,7 @@ def test_strip_work_of_pure_longitudinal_creepage_is_parabolic(ellipse, eps):
     result = solved(patch, [creepage, 0.0, 0.0])
     _, shear_x, _, slip_x, _ = result.cells[:, 0]
     work = -(shear_x * slip_x).sum(axis=0) * (patch.x_lead - patch.x_trail)[0] / 50
-    exact = 0.75 * -result.force[0, 0] * creepage / B * (1.0 - (patch.y[0] / B) ** 2)
+    exact = fastsim_strip_work(patch.y[0], B, result.force[0, 0], creepage)
     np.testing.assert_allclose(work / work.sum(), exact / exact.sum(), rtol=1e-11)
     # The midpoint rule of the parabola is off by 1/(2 strips^2).
     np.testing.assert_allclose(work, exact, rtol=0.6 / 40**2)
@@ -101,25 +112,44 @@ def test_full_slip_carries_friction_times_load(ellipse, creepage):
     for cells in (7, 50):
         result = solved(patch, creepage, cells)
         force = result.force[0, :2]
-        assert np.hypot(*force) == pytest.approx(FRICTION * LOAD, rel=1e-9)
         # With unequal flexibilities full slip turns towards the stiffer direction: a trait of the model.
         rate = np.array(creepage[:2]) / fastsim.flexibilities(patch, SHEAR_MODULUS, POISSON)[:2, 0]
-        np.testing.assert_allclose(force / np.hypot(*force), -rate / np.hypot(*rate), atol=1e-9)
+        np.testing.assert_allclose(
+            force, full_slip(rate[None], FRICTION, LOAD)[0], atol=1e-9 * FRICTION * LOAD
+        )
         assert result.slip_area[0] == pytest.approx((2.0 * patch.x_lead).sum() * patch.width[0], rel=1e-12)
+
+
+@pytest.mark.parametrize(("a", "b"), [(6e-3, 4e-3), (3e-3, 8e-3), (5e-3, 5e-3)])
+def test_spin_alone_slides_all_around(ellipse, a, b):
+    """Moment of a spin far beyond saturation: the ends of the strips cost 1e-3 with 120, of order 1.5."""
+    for spin in (2e4, -2e4):
+        exact = full_slip_spin_moment(spin, a, b, FRICTION, LOAD)
+        error = []
+        for n in (30, 60, 120):
+            force = solved(ellipse(a, b, LOAD, n), [0.0, 0.0, spin], n).force[0]
+            error.append(abs(force[2] / exact - 1.0))
+            assert abs(force[0]) < 1e-9 * FRICTION * LOAD
+        assert error[2] < 1e-3
+        assert np.polyfit(np.log([30, 60, 120]), np.log(error), 1)[0] == pytest.approx(-1.5, abs=0.15)
 
 
 @pytest.mark.parametrize(("a", "b"), [(6e-3, 4e-3), (3e-3, 8e-3)])
 def test_small_creepage_follows_linear_theory(ellipse, a, b):
-    """Fx, Fy with Kalker's coefficients; the last cell of a strip (traction falls to 0) costs 1/cells."""
-    c11, c22, c23, _ = coefficients(np.array([a / b]), POISSON)[:, 0]
+    """Fx, Fy with Kalker's coefficients; the last cell of a strip (traction falls to 0) costs 1/cells.
+
+    Moments are those of simplified theory, with coefficients of its own.
+    """
+    _, c22, c23, _ = coefficients(np.array([a / b]), POISSON)[:, 0]
     tiny = 1e-8
     g = SHEAR_MODULUS
+    kalker = kalker_linear(np.eye(3), a, b, g, POISSON).T
     spin_moment = -8.0 / 15.0 * a**2 * b**3 * 4.0 * g * c23 / (np.pi * a * np.sqrt(a / b))
     lateral_moment = 3.0 * np.pi / 32.0 * g * c22 * a**2 * b
     expected = {
-        (0, 0): -g * a * b * c11,
-        (1, 1): -g * a * b * c22,
-        (1, 2): -g * (a * b) ** 1.5 * c23,
+        (0, 0): kalker[0, 0],
+        (1, 1): kalker[1, 1],
+        (1, 2): kalker[1, 2],
         (2, 1): lateral_moment,
         (2, 2): spin_moment,
     }
@@ -148,10 +178,8 @@ def test_creep_curve_of_an_elliptic_contact(ellipse):
     """Spec 7.2: closed form to its printed digits, our grid to 1e-3; simplified theory is 0.062 off."""
     table = pd.read_csv(DATA / "contact_creep_curve.csv", comment="#")
     a, b, load, friction, modulus, poisson = 6.304e-3, 12.607e-3, 106.7e3, 0.33, 82e9, 0.28
-    c11 = coefficients(np.array([a / b]), poisson)[0, 0]
-    assert c11 == pytest.approx(3.734, abs=6e-4)
-    eps = 0.25 * np.pi * modulus * a * b * c11 * table.creepage / (friction * load)
-    closed = 2.0 / np.pi * (eps / (1.0 + eps**2) + np.arctan(eps))
+    eps = reduced_creepage(table.creepage, a, b, friction, load, modulus, poisson)
+    closed = fastsim_elliptic_force(eps)
     np.testing.assert_allclose(closed, table.closed_form, atol=1.5e-4)  # a, b, N have four digits
     patch = ellipse(a, b, load, 200)
     for k in range(len(table)):
@@ -184,7 +212,7 @@ def test_lateral_creepage_against_spin(ellipse):
     assert result.force[0, 0] == pytest.approx(0.0, abs=1.0)
     assert abs(result.force[0, 1]) / (0.3 * 82e3) == pytest.approx(0.598, abs=3e-3)
     assert abs(result.force[0, 2]) == pytest.approx(44.424, rel=1e-2)
-    power = -30.0 * (result.force[0, 1] * 6.25e-4 - result.force[0, 2] * 0.625)
+    power = frictional_power(result.force, [[0.0, 6.25e-4, -0.625]], 30.0)[0]
     assert power == pytest.approx(557.0, rel=1e-2)
 
 

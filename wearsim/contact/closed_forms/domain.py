@@ -34,7 +34,7 @@ def positive(name: str, value: ArrayLike, unit: str, way_out: str = "") -> Float
         For the first entry that is not.
     """
     array = np.asarray(value, dtype=float)
-    _refuse(~((array > 0.0) & (array < np.inf)), array, name, unit, f"must be above 0{way_out}")
+    _refuse(~((array > 0.0) & (array < np.inf)), array, name, unit, f"must be above 0 and finite{way_out}")
     return array
 
 

@@ -144,8 +144,8 @@ def mild_ellipticity_area_ratio(radius_ratio: ArrayLike) -> FloatArray:
     Returns
     -------
     array
-        :math:`(1 + \chi)^{-1/3}`; its reciprocal is that of the pressure [-]. Between A/B = 0.1 and 10 the
-        true power lies between -0.23 and -0.43.
+        :math:`(1 + \chi)^{-1/3}`; its reciprocal is that of the pressure [-]. With A/B between 0.1
+        and 10 on rail and rig the true power lies between -0.23 and -0.43.
     """
     ratio: FloatArray = np.cbrt(1.0 / (1.0 + _radius_ratio(radius_ratio)))
     return ratio
