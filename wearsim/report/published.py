@@ -271,11 +271,11 @@ def _ratios(dataset: xr.Dataset, name: str) -> str:
     """Table of the ratios roller to rail of one quantity, or nothing where no roller has its rail."""
     profiles = [str(profile) for profile in dataset["profile"].values]
     ours = ratios_to_rail(dataset, dataset[name].sel(about="centre").values)
-    rollers = np.isfinite(ours).any(axis=0)
-    if not rollers.any():
+    rollers = np.flatnonzero(np.any(np.isfinite(ours), axis=0))
+    if rollers.size == 0:
         return ""
-    head = ["case"]
-    columns = [[case for case, kept in zip(case_names(dataset), rollers, strict=True) if kept]]
+    cases = case_names(dataset)
+    head, columns = ["case"], [[cases[j] for j in rollers]]
 
     def add(title: str, cells: list[str]) -> None:
         head.append(title)
