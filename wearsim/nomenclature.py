@@ -301,7 +301,14 @@ _CONTACT: tuple[_Row, ...] = (
         None,
     ),
     ("track_curvature", "1/R", "m-1", "track curvature", "positive to the right", None),
-    ("rotation_speed", "Ω", "rad s-1", "rotation speed of the wheelset", "negative in forward rolling", None),
+    (
+        "rotation_speed",
+        "Ω",
+        "rad s-1",
+        "rotation speed of the wheelset",
+        "positive when it rolls forwards",
+        None,
+    ),
     ("side", "", "", "wheel of the patch", "right or left", None),
     (
         "x",
@@ -317,6 +324,57 @@ _CONTACT: tuple[_Row, ...] = (
     ("tangential", "", "", "tangential contact model", "", None),
 )
 
+_TRACK = "in the axes of the track, positive to the right"
+_FORWARD = "positive in rolling direction"
+
+# cell and strip fields of one patch, and sections across the track
+_FIELD: tuple[_Row, ...] = (
+    (
+        "lateral",
+        "y",
+        "m",
+        "lateral position in the contact plane",
+        f"from the pressure-weighted centre of the patch, {_TRACK}",
+        None,
+    ),
+    ("strip_wheel_y", "y", "m", "position of the strip on the wheel profile", _LATERAL, None),
+    ("strip_width", "Δy", "m", "width of a strip", "", None),
+    (
+        "longitudinal",
+        "x",
+        "m",
+        "longitudinal position in the contact plane",
+        f"from the contact line, {_FORWARD}",
+        None,
+    ),
+    ("x_lead", "x", "m", "leading end of the strip", _FORWARD, None),
+    ("x_trail", "x", "m", "trailing end of the strip", _FORWARD, None),
+    ("pressure", "p", "Pa", "contact pressure", "", None),
+    ("shear_x", "τx", "Pa", "longitudinal shear stress", _ON_WHEEL, None),
+    ("shear_y", "τy", "Pa", "lateral shear stress", f"acting on the wheel, {_TRACK}", None),
+    ("slip_x", "sx", "1", "longitudinal slip velocity over the speed", _FORWARD, None),
+    ("slip_y", "sy", "1", "lateral slip velocity over the speed", _TRACK, None),
+    ("slipping", "", "1", "whether the cell slips", "1 slip, 0 stick", None),
+    ("work_density", "w", "Pa", "frictional work per area and distance run", "", _INDEX),
+    (
+        "section_y",
+        "y",
+        "m",
+        "lateral position in the track",
+        "from the origin line of the wheel profile at rest, positive to the right",
+        None,
+    ),
+    (
+        "section_z",
+        "z",
+        "m",
+        "height in the track",
+        "positive down, 0 at the top of the counterface",
+        None,
+    ),
+    ("gap", "g", "m", "gap of the unloaded profiles along the normal", "0 where they touch first", _MICRON),
+)
+
 
 def _quantity(row: _Row) -> Quantity:
     name, symbol, unit, meaning, sign, shown = row
@@ -325,6 +383,6 @@ def _quantity(row: _Row) -> Quantity:
 
 
 NOMENCLATURE: Mapping[str, Quantity] = MappingProxyType(
-    {row[0]: _quantity(row) for row in (*_CAMPAIGN, *_OPERATION, *_PATCH, *_CONTACT)}
+    {row[0]: _quantity(row) for row in (*_CAMPAIGN, *_OPERATION, *_PATCH, *_CONTACT, *_FIELD)}
 )
 """All quantities by name."""

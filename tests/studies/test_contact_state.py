@@ -17,7 +17,7 @@ from wearsim.contact.solve import (
 from wearsim.errors import ContactError
 from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile import standard
-from wearsim.studies.contact_state import FIELDS, contact_state
+from wearsim.studies.contact_state import contact_state
 
 
 @pytest.fixture(scope="module")
@@ -53,11 +53,10 @@ def test_every_variable_has_unit_and_meaning(state):
     for name, variable in dataset.variables.items():
         assert variable.attrs["long_name"], name
         assert name == "side" or "units" in variable.attrs, name
-        quantity = FIELDS.get(name) or NOMENCLATURE.get(name)
+        quantity = NOMENCLATURE.get(name)
         if quantity is not None and name != "side":  # the wheels that were solved, not that of a patch
             assert variable.attrs["long_name"] == quantity.meaning
     assert all(np.isfinite(variable.values).all() for variable in dataset.variables.values())
-    assert not set(FIELDS) & set(NOMENCLATURE)
 
 
 def test_only_the_patches_of_the_point(state):

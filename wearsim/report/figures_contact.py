@@ -16,7 +16,6 @@ from matplotlib.patches import Patch as Swatch
 
 from wearsim.nomenclature import NOMENCLATURE
 from wearsim.report.style import COLOURS, capital, own_axes, plain, wrapped
-from wearsim.studies.contact_state import FIELDS
 
 STICK, SLIP = "#cfe3ee", "#f6dca6"
 """Areas of stick and slip."""
@@ -31,12 +30,12 @@ _MAP = "viridis"
 
 def shown_values(dataset: xr.Dataset, name: str, **at: int) -> np.ndarray:
     """Values in the unit people read."""
-    quantity = FIELDS.get(name) or NOMENCLATURE[name]
+    quantity = NOMENCLATURE[name]
     return np.asarray(dataset[name].isel(at).values, dtype=np.float64) * quantity.shown_factor
 
 
 def _label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
-    quantity = FIELDS.get(name or variable) or NOMENCLATURE[name or variable]
+    quantity = NOMENCLATURE[name or variable]
     return f"{capital(str(dataset[variable].attrs['long_name']))} [{quantity.shown_unit}]"
 
 
@@ -204,7 +203,7 @@ def plot_shear(
     shear = [shown_values(dataset, f"shear_{axis}", patch=patch)[cells, strips] for axis in "yx"]
     size = np.hypot(*shear)
     most = float(np.hypot(*(shown_values(dataset, f"shear_{axis}", patch=patch) for axis in "xy")).max())
-    most = most if largest is None else largest * FIELDS["shear_x"].shown_factor
+    most = most if largest is None else largest * NOMENCLATURE["shear_x"].shown_factor
     if most > 0.0:
         at = (
             shown_values(dataset, "lateral", patch=patch)[strips],
@@ -221,7 +220,7 @@ def plot_shear(
             )  # fmt: skip
         key = float(f"{most:.1g}")
         ax.quiverkey(
-            quiver, 0.9, 0.04, key, f"{plain(key, 1)} {FIELDS['shear_x'].shown_unit}",
+            quiver, 0.9, 0.04, key, f"{plain(key, 1)} {NOMENCLATURE['shear_x'].shown_unit}",
             labelpos="N", coordinates="axes", color=_WHEEL, fontproperties={"size": 7.5},
         )  # fmt: skip
     swatches = [Swatch(color=STICK, label="stick"), Swatch(color=SLIP, label="slip")]
@@ -261,7 +260,7 @@ def plot_section(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) 
     """
     ax = own_axes(ax)
     row = int(np.flatnonzero(dataset["side"].values == side)[0])
-    factor = FIELDS["section_y"].shown_factor
+    factor = NOMENCLATURE["section_y"].shown_factor
     for what, colour in (("counterface", _colour(dataset)), ("wheel", _WHEEL)):
         y, z = (dataset[f"{what}_section_{axis}"].values[row] * factor for axis in "yz")
         name = f"wheel {dataset.attrs['wheel_profile']}" if what == "wheel" else (
@@ -304,7 +303,7 @@ def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0, **li
     ax = own_axes(ax)
     row = int(np.flatnonzero(dataset["side"].values == side)[0])
     at = dataset["gap_rail_y"].values[row] * 1e3
-    gap = dataset["gap"].values[row] * FIELDS["gap"].shown_factor
+    gap = dataset["gap"].values[row] * NOMENCLATURE["gap"].shown_factor
     ax.plot(at, gap, **({"color": _WHEEL} | line))
     own = np.flatnonzero(dataset["patch_side"].values == side)
     deepest, highest = float(gap.max()), 0.0

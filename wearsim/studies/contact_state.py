@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -13,43 +11,8 @@ from wearsim.contact import geometry
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactConditions, ContactSolution, Counterface, Wheelset
 from wearsim.errors import ContactError
-from wearsim.nomenclature import NOMENCLATURE, Quantity
+from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.shape import Profile
-
-_TRACK = "in the axes of the track, positive to the right"
-_FORWARD = "positive in rolling direction"
-_ON_WHEEL = "acting on the wheel"
-
-FIELDS: Mapping[str, Quantity] = MappingProxyType(
-    {
-        row.name: row
-        for row in (
-            Quantity("lateral", "y", "m", "mm", 1e3, "lateral position in the contact plane",
-                     f"from the pressure-weighted centre of the patch, {_TRACK}"),
-            Quantity("strip_wheel_y", "y", "m", "mm", 1e3, "position of the strip on the wheel profile",
-                     "positive to the field side, 0 at the origin line of the wheel profile"),
-            Quantity("strip_width", "Δy", "m", "mm", 1e3, "width of a strip"),
-            Quantity("longitudinal", "x", "m", "mm", 1e3, "longitudinal position in the contact plane",
-                     f"from the contact line, {_FORWARD}"),
-            Quantity("x_lead", "x", "m", "mm", 1e3, "leading end of the strip", _FORWARD),
-            Quantity("x_trail", "x", "m", "mm", 1e3, "trailing end of the strip", _FORWARD),
-            Quantity("pressure", "p", "Pa", "MPa", 1e-6, "contact pressure"),
-            Quantity("shear_x", "τx", "Pa", "MPa", 1e-6, "longitudinal shear stress", _ON_WHEEL),
-            Quantity("shear_y", "τy", "Pa", "MPa", 1e-6, "lateral shear stress", f"{_ON_WHEEL}, {_TRACK}"),
-            Quantity("slip_x", "sx", "1", "1", 1.0, "longitudinal slip velocity over the speed", _FORWARD),
-            Quantity("slip_y", "sy", "1", "1", 1.0, "lateral slip velocity over the speed", _TRACK),
-            Quantity("slipping", "", "1", "1", 1.0, "whether the cell slips", "1 slip, 0 stick"),
-            Quantity("work_density", "w", "Pa", "N/mm²", 1e-6, "frictional work per area and distance run"),
-            Quantity("section_y", "y", "m", "mm", 1e3, "lateral position in the track",
-                     "from the origin line of the wheel profile at rest, positive to the right"),
-            Quantity("section_z", "z", "m", "mm", 1e3, "height in the track",
-                     "positive down, 0 at the top of the counterface"),
-            Quantity("gap", "g", "m", "µm", 1e6, "gap of the unloaded profiles along the normal",
-                     "0 where they touch first"),
-        )
-    }
-)  # fmt: skip
-"""Quantities of the datasets that result files do not have, by name."""
 
 _SCALARS = {
     "wheel_y": "wheel_y", "rail_y": "rail_y", "contact_x": "x", "contact_angle": "contact_angle",
@@ -153,7 +116,7 @@ def contact_state(
 
 
 def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
-    quantity = FIELDS.get(name) or NOMENCLATURE[name]
+    quantity = NOMENCLATURE[name]
     attributes = {"long_name": quantity.meaning, "units": quantity.unit or "1"}
     if quantity.sign:
         attributes["comment"] = quantity.sign
