@@ -231,7 +231,7 @@ def test_units_by_size_or_statement(read, refused, kind, unit, length):
     assert_is(read(lines, kind, units=unit), profile)
     if unit == "cm":
         assert "which fits no unit" in refused(lines, kind)
-        assert "state --units mm, m, cm, in" in refused(lines, kind)
+        assert "check the columns and state --units mm, m, cm, in" in refused(lines, kind)
     else:
         assert f"units {unit} by the size" in read(lines, kind).notes
 
@@ -283,12 +283,27 @@ def test_stated_origin(read, refused):
 
 
 def test_wheel_without_a_flange_tip(refused):
-    tread = WHEEL.y > -0.045
+    tread = WHEEL.y > -0.0365
     told = refused(rows(1e3 * WHEEL.y[tread], 1e3 * WHEEL.z[tread]))
     assert told == (
         "p.txt: a flange tip stands out on neither side, so the sign of z is not known: state "
         "--z-up or --z-down"
     )
+
+
+@pytest.mark.parametrize("up", [1, -1])
+@pytest.mark.parametrize("side", [1, -1])
+def test_wheel_measured_from_the_flange_tip_on(read, side, up):
+    seen = WHEEL.y >= -0.055
+    reading = read(rows(side * 1e3 * WHEEL.y[seen], up * 1e3 * WHEEL.z[seen]))
+    assert np.max(np.abs(reading.profile.y - WHEEL.y[seen])) < ROUNDING
+    assert np.max(np.abs(reading.profile.z - WHEEL.z[seen])) < ROUNDING
+
+
+def test_size_of_which_only_the_width_fits(refused):
+    lines = rows(WHEEL.y, 0.1 * WHEEL.z, "{y:.7f} {z:.7f}")
+    assert "which fits no unit" in refused(lines)
+    assert "its width alone would fit m: check the columns" in refused(lines)
 
 
 def test_wheel_with_the_tip_in_its_middle(refused):

@@ -11,7 +11,7 @@ import numpy as np
 
 from wearsim.errors import ProfileError
 from wearsim.profile.formats import known_format, miniprof, simpack
-from wearsim.profile.formats.axes import TAPE
+from wearsim.profile.formats.orientation import TAPE
 from wearsim.profile.formats.points import EXACT
 from wearsim.profile.shape import Profile
 
