@@ -106,8 +106,8 @@ def test_points_lie_on_the_definition(path):
     assert np.all(np.diff(y) > 0.0)
     assert np.max(np.diff(arc_length(y, z))) < 0.5e-3
     assert z == pytest.approx(evaluate(shape, y), abs=0.0)
-    faults = points_faults(shape.kind, y, z)
-    assert bool(faults) == (shape.name in WITHOUT_FLANGE), faults
+    if shape.name not in WITHOUT_FLANGE:
+        assert points_faults(shape.kind, y, z) == []
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)

@@ -42,6 +42,11 @@ def test_designations(written, name):
     assert find_shipped("profiles", written) == shipped_path("profiles", f"{name.split('/')[0]}.toml")
 
 
+def test_the_title_tells_what_differs():
+    assert definition("S1002", "wheel").title == "S1002 / h28 / e32.5 / 6.7 %"
+    assert definition("S1002/h30/e30.5", "wheel").title == "S1002 / h28 / e32.5 / 6.7 %; but h30, e30.5"
+
+
 @pytest.mark.parametrize("text", ["S1003/h30", "folder/S1002", "wheel.csv", "", "/"])
 def test_other_texts_are_no_designations(text):
     assert not is_designation(text)

@@ -80,8 +80,12 @@ def build(template: Template, values: Mapping[str, float]) -> Definition:
             if parameter.move is not None:
                 by, move = values[parameter.form] - parameter.default, parameter.move
                 chain = part_moved(chain, move.start, move.end, by, move.join_zone, move.join_end)
-        name = template.definition.name + canonical_suffix(values, template.parameters)
-        definition = replace(template.definition, name=name, segments=tuple(chain), allowances=allowances)
+        about = template.definition
+        suffix = canonical_suffix(values, template.parameters)
+        title = f"{about.title}; but {suffix[1:].replace('/', ', ')}" if suffix else about.title
+        definition = replace(
+            about, name=about.name + suffix, title=title, segments=tuple(chain), allowances=allowances
+        )
         faults = junction_faults(definition)
         if faults:
             raise ProfileError("; ".join(faults))
