@@ -184,3 +184,21 @@ def test_the_shipped_curves_are_those_of_an_under_steering_leading_axle():
         assert np.sign(run.shift_mean_mm) == np.sign(run.yaw_mrad) == -np.sign(run.curve_radius_m)
     for run in scene.rig.operation.blocks:
         assert np.sign(run.shift_mm) == np.sign(run.yaw_mrad)
+
+
+@pytest.mark.parametrize("profile", ["S1002/h30/e30.5", "1/40", "measured/wheel_worn_left.whl"])
+def test_designations_and_measured_files_are_wheels_of_a_scene(profile, tmp_path):
+    """With a slash, but no path; a file among the shipped profiles, in the format of an instrument."""
+    path = tmp_path / "rig.toml"
+    text = (DATA / "scene_rig.toml").read_text()
+    assert 'profile = "S1002"' in text
+    path.write_text(text.replace('profile = "S1002"', f'profile = "{profile}"'))
+    setup = build(load_scene(path))
+    assert setup.wheelset.right.kind == "wheel"
+    assert setup.wheelset.right.y[0] < -0.06
+    copied = tmp_path / "copy"
+    copied.mkdir()
+    for name, content in files_to_copy(load_scene(path)).items():
+        (copied / name).write_bytes(content)
+    again = build(load_scene(copied / "rig.toml", copied=True))
+    assert again.wheelset.right.z.tolist() == setup.wheelset.right.z.tolist()

@@ -276,7 +276,7 @@ def load_profile(
     ----------
     name_or_path : str or Path
         An existing file or anything that looks like a path (with a folder or an extension) is read with
-        `read_profile`; the rest is the name of a shipped shape.
+        `read_profile`; the rest is the name or designation of a shipped shape, such as "S1002/h30".
     kind : {"wheel", "rail"}
         What it is used as.
     units, mirror, z_up, format, origin, part, slice
@@ -295,7 +295,8 @@ def load_profile(
         A rail is placed in the track.
     """
     path = Path(name_or_path)
-    if path.is_file() or path.suffix or len(path.parts) != 1:
+    named = standard.is_designation(str(name_or_path))
+    if path.is_file() or (not named and (path.suffix or len(path.parts) != 1)):
         profile = read_profile(
             path,
             kind,

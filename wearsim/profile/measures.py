@@ -12,6 +12,8 @@ from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 
 _GRID = 0.05e-3  # lateral step of the contact search and of the shifts [m]
+_CLOSE = np.linspace(-1.0, 1.0, 41)  # steps at which the smallest gap is looked at closely
+_JUMP = 2e-6  # change of the radius difference within a step, beyond its trend, that is a jump [m]
 _CENTRE_RANGE = 4e-3  # how far the centre of the wheelset's motion is looked for off the track centre [m]
 _PHASES = 400  # midpoints of the integral over half a wavelength
 
@@ -174,7 +176,8 @@ def _touching_heights(wheel: Profile, rail: Profile, shift: FloatArray) -> Float
     rail_y, rail_z = facing(rail)
     wheel_y, wheel_z = facing(wheel)
     grid = np.arange(rail_y[0], rail_y[-1], _GRID)
-    rail_height = CubicSpline(rail_y, rail_z)(grid)
+    rail_spline = CubicSpline(rail_y, rail_z)
+    rail_height = rail_spline(grid)
     wheel_height = CubicSpline(wheel_y, wheel_z)
     steps = np.floor(shift / _GRID + 1e-6)
     rest = np.round(shift - steps * _GRID, 12)
@@ -190,14 +193,53 @@ def _touching_heights(wheel: Profile, rail: Profile, shift: FloatArray) -> Float
         least = np.argmin(gap, axis=1)
         safe = np.clip(least, 1, len(grid) - 2)
         each = np.arange(len(rows))
-        left, middle, right = gap[each, safe - 1], gap[each, safe], gap[each, safe + 1]
-        good = (safe == least) & np.isfinite(left) & np.isfinite(middle) & np.isfinite(right)
-        bend = left[good] - 2.0 * middle[good] + right[good]
-        offset = np.zeros_like(bend)
-        np.divide(0.5 * (left[good] - right[good]), bend, out=offset, where=bend > 0.0)
-        at = grid[least[good]] - shift[rows[good]] + _GRID * np.clip(offset, -1.0, 1.0)
+        ends = gap[each, safe - 1], gap[each, safe + 1]
+        good = np.flatnonzero((safe == least) & np.isfinite(ends[0]) & np.isfinite(ends[1]))
+        # edges and jumps of curvature hold the contact, where a parabola over whole steps would miss it
+        near = grid[least[good], None] + _GRID * _CLOSE
+        close = rail_spline(near) - wheel_height(near - shift[rows[good], None])
+        at = _least(near, close) - shift[rows[good]]
         result[rows[good]] = wheel_height(at)
     return result
+
+
+def _least(at: FloatArray, value: FloatArray) -> FloatArray:
+    """Place of the least of each row (n, k) of values at even steps, refined by a parabola."""
+    each = np.arange(len(value))
+    k = np.clip(np.argmin(value, axis=1), 1, value.shape[1] - 2)
+    left, middle, right = value[each, k - 1], value[each, k], value[each, k + 1]
+    bend = left - 2.0 * middle + right
+    offset = np.zeros_like(bend)
+    np.divide(0.5 * (left - right), bend, out=offset, where=bend > 0.0)
+    step = at[:, 1] - at[:, 0]
+    place: FloatArray = at[each, k] + step * np.clip(offset, -1.0, 1.0)
+    return place
+
+
+def _with_jumps(
+    shift: FloatArray, difference: FloatArray, fine: Callable[[FloatArray], FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Insert shifts on both sides of each jump of the radius difference, 0.1 um apart.
+
+    A jump that is smeared over a step of 0.05 mm would change the conicity just behind it by a half.
+    """
+    change = np.abs(np.diff(difference))
+    trend = np.maximum(np.concatenate((change[:1], change[:-1])), np.concatenate((change[1:], change[-1:])))
+    steps = np.flatnonzero(change > 3.0 * trend + _JUMP)
+    if len(steps) == 0:
+        return shift, difference
+    low, high = shift[steps], shift[steps + 1]
+    below, above = difference[steps], difference[steps + 1]
+    for _ in range(9):
+        middle = 0.5 * (low + high)
+        value = fine(middle)
+        upper = np.abs(value - below) > np.abs(value - above)
+        high, above = np.where(upper, middle, high), np.where(upper, value, above)
+        low, below = np.where(upper, low, middle), np.where(upper, below, value)
+    all_shift = np.concatenate((shift, low, high))
+    order = np.argsort(all_shift, kind="stable")
+    order = order[np.concatenate(([True], np.diff(all_shift[order]) > 0.0))]
+    return all_shift[order], np.concatenate((difference, below, above))[order]
 
 
 def _same_shape(first: Profile, second: Profile) -> bool:
@@ -299,15 +341,20 @@ def equivalent_conicity(
             f"{wheel_right.name} on {rail.name}: no contact within the profiles over an amplitude of "
             f"{amplitude * 1e3:g} mm; check gauge, flange back distance and the ends of the profiles"
         )
-    shift, difference = shift[first : last + 1], difference[first : last + 1]
-    potential = np.concatenate(([0.0], np.cumsum(0.5 * _GRID * (difference[1:] + difference[:-1]))))
+    shift, difference = _with_jumps(
+        shift[first : last + 1],
+        difference[first : last + 1],
+        lambda u: _radius_difference(wheel_right, wheel_left, rail, u),
+    )
+    step = np.diff(shift)
+    potential = np.concatenate(([0.0], np.cumsum(0.5 * step * (difference[1:] + difference[:-1]))))
 
     def at(u: FloatArray) -> FloatArray:
         """Integrate the piecewise linear difference exactly up to u."""
-        k = np.clip(((u - shift[0]) / _GRID).astype(np.int64), 0, len(shift) - 2)
+        k = np.clip(np.searchsorted(shift, u, side="right") - 1, 0, len(shift) - 2)
         t = u - shift[k]
         part: FloatArray = potential[k] + t * (
-            difference[k] + 0.5 * t / _GRID * (difference[k + 1] - difference[k])
+            difference[k] + 0.5 * t / step[k] * (difference[k + 1] - difference[k])
         )
         return part
 

@@ -13,7 +13,7 @@ import numpy as np
 from wearsim.errors import Fault, ProfileError
 from wearsim.profile import standard
 from wearsim.profile.clearance import flange_clearance
-from wearsim.profile.files import read_two_column
+from wearsim.profile.files import read_profile
 from wearsim.profile.placement import place_rail
 from wearsim.profile.shape import Profile, resample
 from wearsim.scene.clearance import beyond_clearance
@@ -191,7 +191,7 @@ def _read_profile(
     path = kept.get(f"{origin.role}/{role}") or find_file(name, (origin.path.parent,), "profiles")
     if path is None or path.suffix == ".toml":
         looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
-        if looks_like_file:
+        if looks_like_file and not standard.is_designation(name):
             raise ProfileError(
                 "there is no such file as given, beside the scene or among the shipped profiles"
             )
@@ -199,7 +199,8 @@ def _read_profile(
         shape = standard.rail(short, inclination, gauge, half_span) if is_rail else standard.wheel(short)
         path = standard.find_shipped("profiles", short)
         return shape, InputFile(role, name, path, path.read_bytes(), shipped=True)
-    shape = read_two_column(path, kind)
+    reading = read_profile(path, kind)
+    shape, path = reading.profile, reading.files[-1]  # of a list of slices, the slice
     if is_rail:
         shape = place_rail(shape, inclination, gauge, half_span)
     try:
