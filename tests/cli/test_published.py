@@ -51,7 +51,7 @@ def test_a_scene_without_half_space_results_and_trends(scene, tmp_path):
     scene.write_text(scene.read_text().partition("[trends]")[0])
     assert main(["run", str(scene), "--out", str(tmp_path / "out")]) == 0
     text = (tmp_path / "out" / "seed_tables.md").read_text()
-    assert "half-space" not in text.lower()
+    assert "half-space" not in text.partition("## Creepages")[2].lower()
     assert "## Trends" not in text
 
 
@@ -65,17 +65,18 @@ def test_check_tells_what_would_be_solved(scene, capsys):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "line", "told"),
+    ("old", "new", "told"),
     [
-        ("seed_tables_half_space.csv", "none.csv", 12, 'half_space = "none.csv": there is no such file'),
-        ('"60E1"]', '"61E1"]', 21, "'61E1' is neither a file nor a shipped rail profile"),
-        ('"S1002"', '"S1003"', 16, "did you mean 'S1002'?"),
-        ("area_mm2 = 201.0", "area_mm2 = -201.0", 41, "area_mm2 = -201.0 must be above 0 mm2"),
-        ("spin_per_m = -0.075", "spin = -0.075", 37, "key spin_per_m is missing"),
+        ("seed_tables_half_space.csv", "none.csv", 'half_space = "none.csv": there is no such file'),
+        ('"60E1"]', '"61E1"]', "'61E1' is neither a file nor a shipped rail profile"),
+        ('"S1002"', '"S1003"', "did you mean 'S1002'?"),
+        ("area_mm2 = 201.0", "area_mm2 = -201.0", "area_mm2 = -201.0 must be above 0 mm2"),
+        ("spin_per_m = -0.075", "spins_per_m = -0.075", "unknown key spins_per_m"),
     ],
 )
-def test_faults_name_file_and_line(scene, capsys, old, new, line, told):
+def test_faults_name_file_and_line(scene, capsys, old, new, told):
     edited(scene, old, new)
+    line = scene.read_text().partition(new)[0].count("\n") + 1
     assert main(["run", str(scene)]) == 2
     error = capsys.readouterr().err
     assert f"{scene}:{line}: " in error
@@ -105,11 +106,41 @@ def test_faults_of_the_half_space_file(scene, tmp_path, capsys, old, new, line, 
     assert told in error
 
 
+def test_what_says_nothing_is_refused(scene, tmp_path, capsys):
+    """Half-space results of no case or of one told before; a roller given twice in the trends."""
+    edited(scene, "2000.0, 1500.0", "2000.0, 2000.0")
+    table = tmp_path / "seed_tables_half_space.csv"
+    edited(table, "centre,3,1000", "centre,3,500")
+    edited(table, "touch,0,,", "touch,0.5,,")
+    assert main(["check", str(scene)]) == 2
+    error = capsys.readouterr().err
+    for told in (
+        "is no case of the scene: shift_mm 0.5, roller_radius_mm empty",
+        "repeats an earlier row: shift_mm 3, roller_radius_mm 500",
+        "roller_radii_mm holds 2000 twice",
+    ):
+        assert told in error
+
+
+def test_another_paper_gets_none_of_the_first_ones_remarks(scene, tmp_path):
+    """Lateral creepage then is a table, and no sentence speaks of lobes or of another paper."""
+    text = scene.read_text()
+    head, _, rest = text.partition("remarks = ")
+    rest = rest.partition('"""')[2].partition('"""')[2]
+    scene.write_text(head + rest.replace("creepage_x = 0.0", "creepage_x = 0.0\ncreepage_y = -0.001"))
+    assert main(["run", str(scene), "--out", str(tmp_path / "out")]) == 0
+    report = (tmp_path / "out" / "seed_tables.md").read_text()
+    assert "### Lateral creepage" in report
+    for word in ("lobe", "Lateral creepage is zero", "figure 5", "table 2 "):
+        assert word not in report, word
+
+
 def test_cases_without_contact_are_told(scene, capsys):
     edited(scene, "shift_mm = 0.0", "shift_mm = 5.0")
+    edited(scene, 'half_space = "seed_tables_half_space.csv"\n', "")
     assert main(["run", str(scene)]) == 2
     error = capsys.readouterr().err
-    assert error.startswith("case 1 on 60E1_benchmark: point 0, right wheel, shift 5 mm")
+    assert error.startswith("case 1 on 60E1_benchmark: right wheel, shift 5 mm")
     assert "several patches close" in error
     assert not Path("reports").exists()
 

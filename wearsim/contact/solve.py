@@ -166,9 +166,12 @@ def _placed(
 ) -> ContactError:
     """Return the same error with its operating point."""
     row = error.row or 0
-    wheel = "" if side is None else ", left wheel" if side else ", right wheel"
+    wheel = "" if side is None else "left wheel" if side else "right wheel"
     shift, yaw = 1e3 * chunk.shift[row], 1e3 * chunk.yaw[row]
-    place = f"point {start + row}{wheel}, shift {shift:g} mm, yaw {yaw:g} mrad"
+    place = f"shift {shift:g} mm, yaw {yaw:g} mrad"
+    place = f"{wheel}, {place}" if wheel else place
+    if start > 0 or chunk.shift.size > 1:  # a single point needs no number
+        place = f"point {start + row}, {place}"
     return type(error)(f"{place}: {error}{way_out}", row=start + row)
 
 
@@ -202,7 +205,7 @@ def _solve_side(
             parameters=dict(models.parameters),
         )
     except ContactError as error:
-        raise _placed(error, chunk, start, side, "; check shift, gauge and profiles") from None
+        raise _placed(error, chunk, start, side) from None
     patch_row = normal.patch.row
     grid = ground.y
 

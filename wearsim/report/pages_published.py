@@ -52,9 +52,9 @@ def write_published(
     pictures = [
         (
             f"{stem}_patches.svg",
-            "Outline and pressure of the patches (figure 5 of the paper), by lateral shift.",
+            "Outline and pressure of the patches by our solutions, by lateral shift.",
         ),
-        (f"{stem}_stress.svg", "Shear stress on the wheel, stick and slip (figure 6 of the paper)."),
+        (f"{stem}_stress.svg", "Shear stress on the wheel, stick and slip by our solutions."),
     ]
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -91,7 +91,7 @@ def _frame(ax: Axes, states: Sequence[xr.Dataset]) -> None:
 
 
 def patches_figure(states: Sequence[xr.Dataset]) -> Figure:
-    """Figure 5: outlines and pressure across the patches of rail and rollers, one column for each shift.
+    """Outlines and pressure across the patches of rail and rollers, one column for each shift.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def patches_figure(states: Sequence[xr.Dataset]) -> Figure:
 
 
 def stress_figure(states: Sequence[xr.Dataset]) -> Figure:
-    """Figure 6: shear stress, stick and slip; one row for each counterface, one column for each shift.
+    """Shear stress, stick and slip; one row for each counterface, one column for each shift.
 
     Parameters
     ----------

@@ -64,6 +64,7 @@ class PublishedSection(Section):
 
     source: Text = words("where the values were published")
     half_space: Text | None = words("a CSV file with half-space solutions of the cases", None)
+    remarks: str = Field("", description="a paragraph for the report", max_length=5000)
 
 
 class ProfilesSection(Section):
@@ -155,8 +156,8 @@ class PublishedCases:
 
     Parameters
     ----------
-    title, source : str
-        Of the scene; of the published values.
+    title, source, remarks : str
+        Of the scene; of the published values; a paragraph for the report.
     scene_text : str
         The scene file.
     wheelset : Wheelset
@@ -177,6 +178,7 @@ class PublishedCases:
 
     title: str
     source: str
+    remarks: str
     scene_text: str
     wheelset: Wheelset
     profiles: tuple[Profile, ...]
@@ -235,6 +237,7 @@ def read_published(scene: PublishedScene) -> tuple[PublishedCases | None, list[F
     line = scene.line("counterface", "profiles")
     rails = [profile(name, line, "profiles", "rail") for name in names]
     half_space = _half_space(scene, faults)
+    faults += _repeated_radii(scene)
     placed = tuple(rail for rail in rails if rail is not None)
     if faults or right is None or left is None:
         return None, sorted(faults, key=lambda fault: fault.line or 0)
@@ -242,6 +245,7 @@ def read_published(scene: PublishedScene) -> tuple[PublishedCases | None, list[F
     return PublishedCases(
         title=scene.scene.title or scene.origin.path.stem,
         source=scene.published.source,
+        remarks=scene.published.remarks,
         scene_text=scene.origin.content.decode("utf-8-sig"),
         wheelset=Wheelset(right, left, 1e-3 * wheelset.radius_mm, half_span),
         profiles=placed,
@@ -289,6 +293,14 @@ def _case(case: CaseSection, half_space: dict[tuple[float, float], dict[str, dic
     )
 
 
+def _repeated_radii(scene: PublishedScene) -> list[Fault]:
+    radii = scene.trends.roller_radii_mm if scene.trends is not None else ()
+    twice = sorted({radius for radius in radii if radii.count(radius) > 1})
+    told = "roller_radii_mm holds {:g} twice: nothing changes between them; give each radius once"
+    line = scene.line("trends", "roller_radii_mm") if twice else 0
+    return [Fault(told.format(radius), str(scene.origin.path), line) for radius in twice]
+
+
 def _half_space(
     scene: PublishedScene, faults: list[Fault]
 ) -> dict[tuple[float, float], dict[str, dict[str, float]]]:
@@ -317,6 +329,7 @@ def _half_space(
         faults.append(Fault(told, str(path), numbered[0][0] if numbered else 1))
         return {}
     found: dict[tuple[float, float], dict[str, dict[str, float]]] = {}
+    known = {(case.shift_mm, case.roller_radius_mm or 0.0) for case in scene.cases}
     for (line, _), row in zip(numbered[1:], reader, strict=False):
         wrong = [key for key in ("shift_mm", *columns) if not _is_number(row[key])]
         wrong += [key for key in ("roller_radius_mm",) if row[key] and not _is_number(row[key])]
@@ -326,7 +339,13 @@ def _half_space(
             faults.append(Fault(told, str(path), line))
         elif not wrong:
             case = (float(row["shift_mm"]), float(row["roller_radius_mm"] or 0.0))
-            found.setdefault(case, {})[row["creepages"]] = {
+            kinds = found.setdefault(case, {})
+            if case not in known or row["creepages"] in kinds:
+                told = "repeats an earlier row" if case in known else "is no case of the scene"
+                told += f": shift_mm {case[0]:g}, roller_radius_mm {row['roller_radius_mm'] or 'empty'}"
+                faults.append(Fault(f"{told}; correct or delete the row", str(path), line))
+                continue
+            kinds[row["creepages"]] = {
                 name: float(row[key]) * factor for key, (name, factor) in columns.items()
             }
     return found

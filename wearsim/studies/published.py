@@ -84,6 +84,7 @@ def solve_published(cases: PublishedCases) -> xr.Dataset:
         attrs={
             "title": cases.title,
             "published_source": cases.source,
+            "remarks": cases.remarks.strip(),
             "wearsim_version": __version__,
             "scene": cases.scene_text,
             "normal_model": cases.models.normal,

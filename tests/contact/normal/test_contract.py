@@ -179,9 +179,9 @@ def made_up(gap):
 @pytest.mark.parametrize(
     ("gap", "vertical", "message"),
     [
-        (None, True, "^the wheel does not touch the counterface at any lateral position$"),
-        (lambda y: 1e-3 * y, True, "^the contact patch reaches the edge of a profile$"),
-        (lambda y: (y - 27e-3) ** 2, True, "^the contact patch reaches the edge of a profile$"),
+        (None, True, "^the wheel does not touch the counterface at any lateral position; check shift, gauge and profiles$"),
+        (lambda y: 1e-3 * y, True, "^the contact patch reaches the edge of a profile; check"),
+        (lambda y: (y - 27e-3) ** 2, True, "^the contact patch reaches the edge of a profile; check"),
         (
             lambda y: np.minimum((y - 1e-2) ** 2, (y + 1e-2) ** 2),
             False,

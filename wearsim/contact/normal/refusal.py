@@ -10,12 +10,13 @@ from wearsim.errors import ContactError, NumericalError
 NO_TOUCH, AT_EDGE, TOO_MANY, NOT_SINGLE, NO_BALANCE = 1, 2, 3, 4, 5
 MOST_PATCHES = 4  # of one wheel
 
+_CHECK = "; check shift, gauge and profiles"
 _TEXT = {
-    NO_TOUCH: "the wheel does not touch the counterface at any lateral position",
-    AT_EDGE: "the contact patch reaches the edge of a profile",
-    TOO_MANY: f"the wheel has more than {MOST_PATCHES} contact patches",
+    NO_TOUCH: f"the wheel does not touch the counterface at any lateral position{_CHECK}",
+    AT_EDGE: f"the contact patch reaches the edge of a profile{_CHECK}",
+    TOO_MANY: f"the wheel has more than {MOST_PATCHES} contact patches{_CHECK}",
     NOT_SINGLE: "several patches close: a normal force belongs to one; give the wheel load instead",
-    NO_BALANCE: "the load cannot be balanced by virtual penetration",
+    NO_BALANCE: f"the load cannot be balanced by virtual penetration{_CHECK}",
 }
 
 
