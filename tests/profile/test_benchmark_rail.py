@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from wearsim.profile.measures import equivalent_conicity
+from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.standard import definition, evaluate, junctions, rail, wheel
 
 DATA = Path(__file__).parents[1] / "data"

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.profile.measures import equivalent_conicity, rolling_radius_difference
+from wearsim.profile.conicity import equivalent_conicity, rolling_radius_difference
 from wearsim.profile.standard import definition, evaluate, rail, wheel
 
 DATA = Path(__file__).parents[1] / "data"

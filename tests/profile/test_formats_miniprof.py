@@ -316,6 +316,8 @@ def test_curve_of_a_multi_part_file(read, part, shift):
     assert len(reading.profile.y) == np.count_nonzero(SHORT)
     assert np.max(np.abs(reading.profile.y - RAIL.y[SHORT] - shift)) < ROUNDING
     assert "MPD1" not in reading.header
+    assert reading.header["ProgramName"] == "MiniProf for Windows"
+    assert reading.header["MPDN"] == ("nose" if shift == 0.0 else "wing")
 
 
 def test_curves_are_never_joined(refused):

@@ -67,7 +67,8 @@ def test_round_trip_of_almost_nothing(tmp_path, name, value):
 
 @pytest.mark.parametrize("name", sorted(WRITERS))
 @pytest.mark.parametrize(
-    "about", ['a "quoted" name', "it's", "# ! % marks", "two\nlines", "x=1", "1 2", "Ö\u2028"]
+    "about",
+    ['a "quoted" name', "it's", "# ! % marks", "two\nlines", "x=1", "1 2", "Ö\u2028", "bell\x07", "\udcff"],
 )
 def test_names_cannot_break_a_file(tmp_path, name, about):
     path = file_for(tmp_path, WHEEL, name)

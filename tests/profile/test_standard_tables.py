@@ -6,13 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.profile.measures import (
-    equivalent_conicity,
-    flange_gradient,
-    flange_height,
-    flange_thickness,
-    rolling_radius_difference,
-)
+from wearsim.profile.conicity import equivalent_conicity, rolling_radius_difference
+from wearsim.profile.measures import flange_gradient, flange_height, flange_thickness
 from wearsim.profile.segment import Arc
 from wearsim.profile.standard import definition, evaluate, junctions, rail, wheel
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from wearsim.errors import ProfileError
-from wearsim.profile.measures import equivalent_conicity, flange_height, flange_thickness, hollowing
+from wearsim.profile.conicity import equivalent_conicity
+from wearsim.profile.measures import flange_height, flange_thickness, hollowing
 from wearsim.profile.standard import (
     definition,
     evaluate,

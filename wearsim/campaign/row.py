@@ -12,6 +12,7 @@ from wearsim.campaign.state import PatchWear, State, WearRate
 from wearsim.contact.solve import ContactSolution
 from wearsim.errors import ProfileError
 from wearsim.profile import measures
+from wearsim.profile.conicity import equivalent_conicity
 from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS
 
 if TYPE_CHECKING:
@@ -170,7 +171,7 @@ def _measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
     wheelset = setup.wheelset
     right = replace(wheelset.right, y=state.y[0], z=state.z[0])
     left = replace(wheelset.left, y=state.y[1], z=state.z[1])
-    conicity = _or_missing(measures.equivalent_conicity, right, left, setup.counterface.profile)
+    conicity = _or_missing(equivalent_conicity, right, left, setup.counterface.profile)
     found["equivalent_conicity"] = np.asarray(conicity)
     return found
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from wearsim.profile.measures import facing
+from wearsim.profile.conicity import facing
 from wearsim.profile.shape import Profile
 
 CLIMBING_ANGLE = math.radians(60.0)

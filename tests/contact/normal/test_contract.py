@@ -179,7 +179,7 @@ def made_up(gap):
 @pytest.mark.parametrize(
     ("gap", "vertical", "message"),
     [
-        (None, True, "^the wheel does not touch the counterface at any lateral position; check shift, gauge and profiles$"),
+        (None, True, "^the wheel does not touch the counterface at any lateral position; check shift, gauge"),
         (lambda y: 1e-3 * y, True, "^the contact patch reaches the edge of a profile; check"),
         (lambda y: (y - 27e-3) ** 2, True, "^the contact patch reaches the edge of a profile; check"),
         (

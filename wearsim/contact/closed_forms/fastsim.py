@@ -13,9 +13,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wearsim.contact.closed_forms.domain import positive, within
+from wearsim.contact.closed_forms.domain import alike, finite, number, positive, within
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.tangential.kalker_coefficients import coefficients
+from wearsim.errors import ContactError
 
 
 def reduced_creepage(
@@ -50,15 +51,21 @@ def reduced_creepage(
     Raises
     ------
     ContactError
-        If an argument is outside its domain.
+        If an argument is outside its domain, or shapes do not fit together.
     """
-    xi = np.abs(np.atleast_1d(within("creepage", creepage, "-", -np.inf, np.inf)))
-    a, b = positive("semi-axis a", semi_axis_x, "m"), positive("semi-axis b", semi_axis_y, "m")
-    poisson = float(within("Poisson's ratio", poisson_ratio, "-", 0.0, 0.5))
-    c11 = coefficients(np.atleast_1d(a / b), poisson)[0]
-    carried = positive("friction coefficient", friction, "-") * positive("normal force", normal_force, "N")
-    value: FloatArray = 0.25 * np.pi * positive("shear modulus G", shear_modulus, "Pa") * a * b * c11 * xi
-    return value / carried
+    xi, a, b, mu, load = alike(
+        creepage=np.atleast_1d(finite("creepage", creepage, "-")),
+        semi_axis_a=positive("semi-axis a", semi_axis_x, "m"),
+        semi_axis_b=positive("semi-axis b", semi_axis_y, "m"),
+        friction_coefficient=positive("friction coefficient", friction, "-"),
+        normal_force=positive("normal force", normal_force, "N"),
+    )
+    if xi.ndim > 1:
+        raise ContactError(f"creepages and semi-axes have the shape {xi.shape} and must have one axis")
+    poisson = number("Poisson's ratio", within("Poisson's ratio", poisson_ratio, "-", 0.0, 0.5))
+    modulus = number("shear modulus G", positive("shear modulus G", shear_modulus, "Pa"))
+    value: FloatArray = 0.25 * np.pi * modulus * a * b * coefficients(a / b, poisson)[0] * np.abs(xi)
+    return value / (mu * load)
 
 
 def fastsim_elliptic_force(reduced: ArrayLike) -> FloatArray:
@@ -73,6 +80,11 @@ def fastsim_elliptic_force(reduced: ArrayLike) -> FloatArray:
     -------
     array
         Force over friction coefficient times normal force [-].
+
+    Raises
+    ------
+    ContactError
+        If an entry is negative or not finite.
 
     Notes
     -----
@@ -98,6 +110,11 @@ def fastsim_elliptic_slip_border(reduced: ArrayLike) -> FloatArray:
         :math:`x^*/a(y) = (\varepsilon^2 - 1)/(\varepsilon^2 + 1)`, the same in all strips, a(y) the strip's
         half length; it sticks ahead of it and slips behind it [-]. The share of the patch that slips is
         half of one plus this.
+
+    Raises
+    ------
+    ContactError
+        If an entry is negative or not finite.
     """
     square = within("reduced creepage", reduced, "-", 0.0, np.inf) ** 2
     border: FloatArray = 1.0 - 2.0 / (square + 1.0)
@@ -117,6 +134,11 @@ def parabolic_reduced_creepage(reduced: ArrayLike) -> FloatArray:
     array
         :math:`w = \xi/\xi_s`, with :math:`\xi_s = 4 L_1 \mu N / (\pi a^2 b)` and
         :math:`L_1 = 8a/(3 G C_{11})`: :math:`w = \tfrac38 \varepsilon` [-].
+
+    Raises
+    ------
+    ContactError
+        If an entry is negative or not finite.
     """
     value: FloatArray = 0.375 * within("reduced creepage", reduced, "-", 0.0, np.inf)
     return value
@@ -134,6 +156,11 @@ def fastsim_parabolic_force(reduced: ArrayLike) -> FloatArray:
     -------
     array
         Force over friction coefficient times normal force [-].
+
+    Raises
+    ------
+    ContactError
+        If an entry is negative or not finite.
 
     Notes
     -----
@@ -171,13 +198,21 @@ def fastsim_strip_work(
     array
         Work per area e(y), zero outside [J/m2]; all arguments broadcast.
 
+    Raises
+    ------
+    ContactError
+        If an argument is outside its domain, or shapes do not fit together.
+
     Notes
     -----
     :math:`e(y) = \tfrac{3 T\gamma}{4b} (1 - y^2/b^2)` with :math:`T\gamma = -F_x \xi_x`: parabolic at any
     creepage, because all strips slip over the same share of their lengths.
     """
-    b = positive("semi-axis b", semi_axis_y, "m")
-    dissipated = -np.asarray(force, dtype=float) * np.asarray(creepage, dtype=float)
-    shape = np.maximum(1.0 - (np.asarray(y, dtype=float) / b) ** 2, 0.0)
-    work: FloatArray = 0.75 * dissipated / b * shape
+    place, b, fx, xi = alike(
+        lateral_position=finite("lateral position y", y, "m"),
+        semi_axis_b=positive("semi-axis b", semi_axis_y, "m"),
+        force=finite("force", force, "N"),
+        creepage=finite("creepage", creepage, "-"),
+    )
+    work: FloatArray = 0.75 * -fx * xi / b * np.maximum(1.0 - (place / b) ** 2, 0.0)
     return work

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import elliprd, elliprf
 
-from wearsim.contact.closed_forms.domain import positive
+from wearsim.contact.closed_forms.domain import alike, finite, positive
 from wearsim.contact.patch import FloatArray
 
 _NEWTON_STEPS = 5  # 3 reach rounding for A/B = 1e-8 .. 1e8
@@ -63,8 +63,17 @@ class EllipticContact:
         -------
         array
             [Pa].
+
+        Raises
+        ------
+        ContactError
+            If a point is not finite, or its shape does not fit that of the ellipses.
         """
-        place = (np.asarray(x) / self.semi_axis_x) ** 2 + (np.asarray(y) / self.semi_axis_y) ** 2
+        at_x, at_y, a, b = alike(
+            x=finite("x", x, "m"), y=finite("y", y, "m"),
+            semi_axis_a=self.semi_axis_x, semi_axis_b=self.semi_axis_y,
+        )  # fmt: skip
+        place = (at_x / a) ** 2 + (at_y / b) ** 2
         value: FloatArray = self.max_pressure * np.sqrt(np.maximum(1.0 - place, 0.0))
         return value
 
@@ -81,6 +90,11 @@ def axis_ratio(curvature_ratio: ArrayLike) -> FloatArray:
     -------
     array
         a/b [-]; error below 1e-14 in its logarithm for A/B = 1e-8 to 1e8.
+
+    Raises
+    ------
+    ContactError
+        If a ratio is not positive and finite.
 
     Notes
     -----
@@ -137,7 +151,7 @@ def hertz(
     Raises
     ------
     ContactError
-        If an argument is not positive.
+        If an argument is not positive and finite, or shapes do not fit together.
 
     Notes
     -----
@@ -146,11 +160,12 @@ def hertz(
     :math:`A a^2 + B b^2`.
     """
     hint = ": a contact ellipse needs surfaces that part in both directions"
-    a_gap = positive("longitudinal curvature A", longitudinal_curvature, "1/m", hint)
-    b_gap = positive("lateral curvature B", lateral_curvature, "1/m", hint)
-    load = positive("normal force", force, "N")
-    modulus = positive("effective modulus E*", effective_modulus, "Pa")
-    a_gap, b_gap, load, modulus = np.broadcast_arrays(a_gap, b_gap, load, modulus)
+    a_gap, b_gap, load, modulus = alike(
+        longitudinal_curvature=positive("longitudinal curvature A", longitudinal_curvature, "1/m", hint),
+        lateral_curvature=positive("lateral curvature B", lateral_curvature, "1/m", hint),
+        normal_force=positive("normal force", force, "N"),
+        effective_modulus=positive("effective modulus E*", effective_modulus, "Pa"),
+    )
     ratio = axis_ratio(a_gap / b_gap)
     lengthwise = ratio >= 1.0
     minor = np.where(lengthwise, 1.0 / ratio, ratio)  # of minor to major axis
@@ -180,8 +195,25 @@ class LineContact:
     max_pressure: FloatArray
 
     def pressure(self, x: ArrayLike) -> FloatArray:
-        """Pressure [Pa] at distances [m] from the middle, zero outside; x broadcasts with the contacts."""
-        place = (np.asarray(x) / self.half_length) ** 2
+        """Pressure at distances from the middle, zero outside.
+
+        Parameters
+        ----------
+        x : array
+            [m]; broadcasts with the contacts.
+
+        Returns
+        -------
+        array
+            [Pa].
+
+        Raises
+        ------
+        ContactError
+            If a distance is not finite, or its shape does not fit that of the contacts.
+        """
+        at, half = alike(x=finite("x", x, "m"), half_length=self.half_length)
+        place = (at / half) ** 2
         value: FloatArray = self.max_pressure * np.sqrt(np.maximum(1.0 - place, 0.0))
         return value
 
@@ -208,14 +240,16 @@ def line_hertz(
     Raises
     ------
     ContactError
-        If an argument is not positive.
+        If an argument is not positive and finite, or shapes do not fit together.
 
     Notes
     -----
     [2]_ (4.43)-(4.45): :math:`a^2 = 2 P' / (\pi E^* A)`, :math:`p_0 = 2 P' / (\pi a)`.
     """
-    curvature = positive("longitudinal curvature A", longitudinal_curvature, "1/m")
-    load = positive("normal force per width", force_per_width, "N/m")
-    modulus = positive("effective modulus E*", effective_modulus, "Pa")
+    curvature, load, modulus = alike(
+        longitudinal_curvature=positive("longitudinal curvature A", longitudinal_curvature, "1/m"),
+        normal_force_per_width=positive("normal force per width", force_per_width, "N/m"),
+        effective_modulus=positive("effective modulus E*", effective_modulus, "Pa"),
+    )
     half = np.sqrt(2.0 * load / (np.pi * modulus * curvature))
     return LineContact(half, 2.0 * load / (np.pi * half))

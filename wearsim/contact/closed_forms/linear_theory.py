@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipe
 
-from wearsim.contact.closed_forms.domain import positive, within
+from wearsim.contact.closed_forms.domain import alike, finite, number, per_row, positive, vectors, within
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.tangential.kalker_coefficients import coefficients
 from wearsim.errors import ContactError
@@ -46,7 +46,7 @@ def kalker_linear(
     Raises
     ------
     ContactError
-        If an argument is outside its domain.
+        If an argument is outside its domain or has another shape.
 
     Notes
     -----
@@ -59,13 +59,14 @@ def kalker_linear(
     ----------
     .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
     """
-    modulus = positive("shear modulus G", shear_modulus, "Pa")
-    xi = within("creepage", creepage, "-", -np.inf, np.inf)
+    modulus = number("shear modulus G", positive("shear modulus G", shear_modulus, "Pa"))
+    poisson = number("Poisson's ratio", within("Poisson's ratio", poisson_ratio, "-", 0.0, 0.5))
+    xi = vectors("creepage", creepage, "-", (3,))
     a, b = (
-        np.broadcast_to(positive(name, axis, "m"), xi.shape[:1])
+        per_row(name, positive(name, axis, "m"), len(xi))
         for name, axis in (("semi-axis a", semi_axis_x), ("semi-axis b", semi_axis_y))
     )
-    c11, c22, c23, c33 = coefficients(a / b, float(within("Poisson's ratio", poisson_ratio, "-", 0.0, 0.5)))
+    c11, c22, c23, c33 = coefficients(a / b, poisson)
     square, cross = a * b, (a * b) ** 1.5
     x, y, spin = xi.T
     force: FloatArray = -modulus * np.stack(
@@ -95,17 +96,18 @@ def full_slip(creepage: ArrayLike, friction: ArrayLike, normal_force: ArrayLike)
     Raises
     ------
     ContactError
-        If an argument is outside its domain, or both creepages are zero: sliding has no direction then.
+        If an argument is outside its domain or has another shape, or both creepages are zero: sliding has
+        no direction then.
     """
-    xi = within("creepage", creepage, "-", -np.inf, np.inf)
+    xi = vectors("creepage", creepage, "-", (2,))
     size = np.hypot(xi[:, 0], xi[:, 1])
     if (size == 0.0).any():
         raise ContactError(
             "both creepages are 0: sliding without a direction; give a creepage", int(np.argmin(size))
         )
-    carried = within("friction coefficient", friction, "-", 0.0, np.inf) * positive(
-        "normal force", normal_force, "N"
-    )
+    mu = within("friction coefficient", friction, "-", 0.0, np.inf)
+    load = positive("normal force", normal_force, "N")
+    carried = per_row("friction coefficient", mu, len(xi)) * per_row("normal force", load, len(xi))
     force: FloatArray = -(carried / size)[:, None] * xi
     return force
 
@@ -138,7 +140,7 @@ def full_slip_spin_moment(
     Raises
     ------
     ContactError
-        If an argument is outside its domain.
+        If an argument is outside its domain, or shapes do not fit together.
 
     Notes
     -----
@@ -147,13 +149,16 @@ def full_slip_spin_moment(
     :math:`|M_z| = \tfrac38 \mu N a_> E(1 - a_<^2/a_>^2)` with the larger and smaller semi-axis (parameter
     form of E); on a circle :math:`3\pi \mu N a/16`.
     """
-    a, b = positive("semi-axis a", semi_axis_x, "m"), positive("semi-axis b", semi_axis_y, "m")
-    larger, smaller = np.maximum(a, b), np.minimum(a, b)
-    carried = within("friction coefficient", friction, "-", 0.0, np.inf) * positive(
-        "normal force", normal_force, "N"
+    turning, a, b, mu, load = alike(
+        spin=finite("spin", spin, "1/m"),
+        semi_axis_a=positive("semi-axis a", semi_axis_x, "m"),
+        semi_axis_b=positive("semi-axis b", semi_axis_y, "m"),
+        friction_coefficient=within("friction coefficient", friction, "-", 0.0, np.inf),
+        normal_force=positive("normal force", normal_force, "N"),
     )
-    direction = np.sign(within("spin", spin, "1/m", -np.inf, np.inf))
-    moment: FloatArray = -direction * 0.375 * carried * larger * ellipe(1.0 - (smaller / larger) ** 2)
+    larger, smaller = np.maximum(a, b), np.minimum(a, b)
+    largest = 0.375 * mu * load * larger * ellipe(1.0 - (smaller / larger) ** 2)
+    moment: FloatArray = -np.sign(turning) * largest
     return moment
 
 
@@ -163,7 +168,7 @@ def frictional_power(force: ArrayLike, creepage: ArrayLike, speed: ArrayLike) ->
     Parameters
     ----------
     force : (m, k) array
-        Longitudinal, lateral force [N] and, with k = 3, moment [N m] on the wheel.
+        Longitudinal, with k = 2 also lateral force [N] and with k = 3 also moment [N m] on the wheel.
     creepage : (m, k) array
         Of the same order [-, -, 1/m].
     speed : (m,) array or float
@@ -173,7 +178,19 @@ def frictional_power(force: ArrayLike, creepage: ArrayLike, speed: ArrayLike) ->
     -------
     (m,) array
         :math:`-V (F_x \xi_x + F_y \xi_y + M_z \varphi)`, positive or zero where forces oppose creepage [W].
+
+    Raises
+    ------
+    ContactError
+        If an argument is outside its domain or has another shape.
     """
-    product = (np.asarray(force, dtype=float) * np.asarray(creepage, dtype=float)).sum(axis=1)
-    power: FloatArray = -positive("speed", speed, "m/s") * product + 0.0
+    forces, xi = (
+        vectors(name, value, "-", (1, 2, 3)) for name, value in (("force", force), ("creepage", creepage))
+    )
+    if forces.shape != xi.shape:
+        raise ContactError(
+            f"force has the shape {forces.shape} and creepage {xi.shape}: they must be the same"
+        )
+    v = per_row("speed", positive("speed", speed, "m/s"), len(xi))
+    power: FloatArray = -v * (forces * xi).sum(axis=1) + 0.0
     return power

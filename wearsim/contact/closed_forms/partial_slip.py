@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import elliprd, elliprf
 
-from wearsim.contact.closed_forms.domain import positive, within
+from wearsim.contact.closed_forms.domain import alike, finite, positive, within
 from wearsim.contact.patch import FloatArray
 
 
@@ -56,18 +56,21 @@ class RollingCylinders:
         return force
 
     def traction(self, x: ArrayLike) -> FloatArray:
-        """Longitudinal traction on the wheel [Pa] at distances [m] from the middle."""
-        c, a = self.stick_half_length, self.half_length
-        place = np.asarray(x, dtype=float)
+        """Longitudinal traction on the wheel [Pa] at finite distances [m] from the middle."""
+        place, a, c = alike(
+            x=finite("x", x, "m"), half_length=self.half_length, stick_half_length=self.stick_half_length
+        )
         full = np.sqrt(np.maximum(a**2 - place**2, 0.0))
         held = np.sqrt(np.maximum(c**2 - (place - (a - c)) ** 2, 0.0))
         value: FloatArray = -np.sign(self.creepage) * self.limit * (full - held) / a
         return value
 
     def slip(self, x: ArrayLike) -> FloatArray:
-        """Slip velocity over V [-] at distances [m] from the middle within the contact."""
-        c, a = self.stick_half_length, self.half_length
-        behind = np.maximum(a - c - np.asarray(x, dtype=float), 0.0)
+        """Slip velocity over V [-] at finite distances [m] from the middle within the contact."""
+        place, a, c = alike(
+            x=finite("x", x, "m"), half_length=self.half_length, stick_half_length=self.stick_half_length
+        )
+        behind = np.maximum(a - c - place, 0.0)
         beyond = np.maximum(np.abs(self.creepage) / self.saturation - 1.0, 0.0)
         local = np.sqrt(np.maximum(behind**2 - c**2, 0.0)) / a
         value: FloatArray = np.sign(self.creepage) * self.saturation * (local + beyond)
@@ -102,7 +105,7 @@ def carter(
     Raises
     ------
     ContactError
-        If an argument is outside its domain.
+        If an argument is outside its domain, or shapes do not fit together.
 
     Notes
     -----
@@ -115,11 +118,15 @@ def carter(
     .. [1] F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157.
     .. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985.
     """
-    xi = within("creepage", creepage, "-", -np.inf, np.inf)
-    half = positive("half length", half_length, "m")
-    limit = positive("friction coefficient", friction, "-") * positive("pressure", max_pressure, "Pa")
-    saturation = 2.0 * limit / positive("effective modulus E*", effective_modulus, "Pa")
-    xi, half, limit, saturation = np.broadcast_arrays(xi, half, limit, saturation)
+    xi, half, pressure, mu, modulus = alike(
+        creepage=finite("creepage", creepage, "-"),
+        half_length=positive("half length", half_length, "m"),
+        pressure=positive("pressure", max_pressure, "Pa"),
+        friction_coefficient=positive("friction coefficient", friction, "-"),
+        effective_modulus=positive("effective modulus E*", effective_modulus, "Pa"),
+    )
+    limit = mu * pressure
+    saturation = 2.0 * limit / modulus
     stick = half * np.maximum(1.0 - np.abs(xi) / saturation, 0.0)
     return RollingCylinders(half, stick, saturation, xi, limit)
 
@@ -151,7 +158,11 @@ class TangentialLoading:
 
     def traction(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
         """Traction along x [Pa] at points [m], zero outside the contact; arguments as for the pressure."""
-        place = (np.asarray(x) / self.semi_axis_x) ** 2 + (np.asarray(y) / self.semi_axis_y) ** 2
+        at_x, at_y, a, b = alike(
+            x=finite("x", x, "m"), y=finite("y", y, "m"),
+            semi_axis_a=self.semi_axis_x, semi_axis_b=self.semi_axis_y,
+        )  # fmt: skip
+        place = (at_x / a) ** 2 + (at_y / b) ** 2
         full = np.sqrt(np.maximum(1.0 - place, 0.0))
         held = np.sqrt(np.maximum(self.stick_ratio**2 - place, 0.0))
         value: FloatArray = self.direction * self.limit * (full - held)
@@ -191,7 +202,8 @@ def cattaneo_mindlin(
     Raises
     ------
     ContactError
-        If Q is more than friction carries, or another argument is outside its domain.
+        If Q is more than friction carries, another argument is outside its domain, or shapes do not fit
+        together.
 
     Notes
     -----
@@ -208,15 +220,17 @@ def cattaneo_mindlin(
     .. [2] R. D. Mindlin, J. Appl. Mech. 16 (1949) 259-268.
     .. [3] K. L. Johnson, Contact Mechanics, Cambridge 1985.
     """
-    load = positive("normal force", normal_force, "N")
-    a = positive("semi-axis a", semi_axis_x, "m")
-    b = positive("semi-axis b", semi_axis_y, "m")
-    modulus = positive("shear modulus G", shear_modulus, "Pa")
-    poisson = within("Poisson's ratio", poisson_ratio, "-", 0.0, 0.5)
-    share = np.asarray(tangential_force) / (positive("friction coefficient", friction, "-") * load)
-    share = within("tangential force over friction times normal force", share, "-", -1.0, 1.0)
-    share, load, a, b, modulus, poisson = np.broadcast_arrays(share, load, a, b, modulus, poisson)
-    limit = np.asarray(friction) * 1.5 * load / (np.pi * a * b)
+    push, load, a, b, mu, modulus, poisson = alike(
+        tangential_force=finite("tangential force", tangential_force, "N"),
+        normal_force=positive("normal force", normal_force, "N"),
+        semi_axis_a=positive("semi-axis a", semi_axis_x, "m"),
+        semi_axis_b=positive("semi-axis b", semi_axis_y, "m"),
+        friction_coefficient=positive("friction coefficient", friction, "-"),
+        shear_modulus=positive("shear modulus G", shear_modulus, "Pa"),
+        poisson_ratio=within("Poisson's ratio", poisson_ratio, "-", 0.0, 0.5),
+    )
+    share = within("tangential force over friction times normal force", push / (mu * load), "-", -1.0, 1.0)
+    limit = mu * 1.5 * load / (np.pi * a * b)
     stick = np.cbrt(1.0 - np.abs(share))
     compliance = (1.0 - poisson) * elliprf(0.0, a**-2.0, b**-2.0) + poisson / (3.0 * b**2) * elliprd(
         0.0, a**-2.0, b**-2.0

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wearsim.contact.closed_forms.domain import positive, within
+from wearsim.contact.closed_forms.domain import alike, finite, number, positive, within
 from wearsim.contact.closed_forms.hertzian import axis_ratio, hertz
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.tangential.kalker_coefficients import coefficients
@@ -80,12 +80,15 @@ def normal_ratios(
     Raises
     ------
     ContactError
-        If an argument is outside its domain.
+        If an argument is outside its domain, or shapes do not fit together.
     """
-    chi = _radius_ratio(radius_ratio)
-    along = positive("longitudinal curvature A", longitudinal_curvature, "1/m")
-    field = hertz(along, lateral_curvature, 1.0, 1.0)
-    rig = hertz(along * (1.0 + chi), lateral_curvature, 1.0, 1.0)
+    along, across, chi = alike(
+        longitudinal_curvature=positive("longitudinal curvature A", longitudinal_curvature, "1/m"),
+        lateral_curvature=positive("lateral curvature B", lateral_curvature, "1/m"),
+        radius_ratio=_radius_ratio(radius_ratio),
+    )
+    field = hertz(along, across, 1.0, 1.0)
+    rig = hertz(along * (1.0 + chi), across, 1.0, 1.0)
     return NormalRatios(
         rig.semi_axis_x / field.semi_axis_x,
         rig.semi_axis_y / field.semi_axis_y,
@@ -111,7 +114,7 @@ def normal_exponents(curvature_ratio: ArrayLike) -> NormalRatios:
     Raises
     ------
     ContactError
-        If the ratio is not positive.
+        If a ratio is not positive and finite.
 
     Notes
     -----
@@ -146,6 +149,11 @@ def mild_ellipticity_area_ratio(radius_ratio: ArrayLike) -> FloatArray:
     array
         :math:`(1 + \chi)^{-1/3}`; its reciprocal is that of the pressure [-]. With A/B between 0.1
         and 10 on rail and rig the true power lies between -0.23 and -0.43.
+
+    Raises
+    ------
+    ContactError
+        If a ratio is negative or not finite.
     """
     ratio: FloatArray = np.cbrt(1.0 / (1.0 + _radius_ratio(radius_ratio)))
     return ratio
@@ -166,9 +174,17 @@ def spin_ratio(radius_ratio: ArrayLike, roll_share: ArrayLike = 0.0) -> FloatArr
     -------
     array
         :math:`1 + \chi (1 - \phi/\delta)`, small angles, no yaw [-].
+
+    Raises
+    ------
+    ContactError
+        If an argument is outside its domain, or shapes do not fit together.
     """
-    share = within("roll over contact angle", roll_share, "-", -np.inf, np.inf)
-    ratio: FloatArray = 1.0 + _radius_ratio(radius_ratio) * (1.0 - share)
+    chi, share = alike(
+        radius_ratio=_radius_ratio(radius_ratio),
+        roll_over_contact_angle=finite("roll over contact angle", roll_share, "-"),
+    )
+    ratio: FloatArray = 1.0 + chi * (1.0 - share)
     return ratio
 
 
@@ -196,13 +212,18 @@ def longitudinal_creepage_ratio(
     Raises
     ------
     ContactError
-        If the radius difference is zero: there is no creepage on the rail then.
+        If the radius difference is zero (there is no creepage on the rail then), another argument is outside
+        its domain, or shapes do not fit together.
     """
-    difference = within("radius difference", radius_difference, "m", -np.inf, np.inf)
+    difference, z, radius, kappa = alike(
+        radius_difference=finite("radius difference", radius_difference, "m"),
+        depth=finite("depth", depth, "m"),
+        wheel_radius=positive("wheel radius", wheel_radius, "m"),
+        curvature=_curvature(curvature),
+    )
     if (difference == 0.0).any():
         raise ContactError("radius difference = 0 m: no longitudinal creepage on the rail to compare with")
-    slower = _curvature(curvature) * within("depth", depth, "m", -np.inf, np.inf)
-    ratio: FloatArray = 1.0 + slower * positive("wheel radius", wheel_radius, "m") / difference
+    ratio: FloatArray = 1.0 + kappa * z * radius / difference
     return ratio
 
 
@@ -220,8 +241,14 @@ def lateral_creepage_ratio(depth: ArrayLike, curvature: ArrayLike) -> FloatArray
     -------
     array
         :math:`s/s_0 = 1 - \kappa z`, 1 within a few parts in a thousand [-].
+
+    Raises
+    ------
+    ContactError
+        If an argument is outside its domain, or shapes do not fit together.
     """
-    ratio: FloatArray = 1.0 - _curvature(curvature) * within("depth", depth, "m", -np.inf, np.inf)
+    z, kappa = alike(depth=finite("depth", depth, "m"), curvature=_curvature(curvature))
+    ratio: FloatArray = 1.0 - kappa * z
     return ratio
 
 
@@ -247,13 +274,14 @@ def creep_stiffness_ratios(
     Raises
     ------
     ContactError
-        If an argument is outside its domain.
+        If an argument is outside its domain, or shapes do not fit together.
     """
-    ratio, chi = np.broadcast_arrays(
-        positive("curvature ratio A/B", curvature_ratio, "-"), _radius_ratio(radius_ratio)
+    ratio, chi = alike(
+        curvature_ratio=positive("curvature ratio A/B", curvature_ratio, "-"),
+        radius_ratio=_radius_ratio(radius_ratio),
     )
     area = normal_ratios(ratio, 1.0, chi).area
-    poisson = float(within("Poisson's ratio", poisson_ratio, "-", 0.0, 0.5))
+    poisson = number("Poisson's ratio", within("Poisson's ratio", poisson_ratio, "-", 0.0, 0.5))
     field, rig = (
         coefficients(np.ravel(axis_ratio(value)), poisson)[:3].reshape(3, *ratio.shape)
         for value in (ratio, ratio * (1.0 + chi))
@@ -276,9 +304,17 @@ def small_creepage_power_ratio(stiffness_ratio: ArrayLike, creepage_ratio: Array
     -------
     array
         Stiffness ratio times the square of the creepage ratio [-].
+
+    Raises
+    ------
+    ContactError
+        If an argument is outside its domain, or shapes do not fit together.
     """
-    creepage = within("creepage ratio", creepage_ratio, "-", -np.inf, np.inf)
-    ratio: FloatArray = positive("stiffness ratio", stiffness_ratio, "-") * creepage**2
+    stiffness, creepage = alike(
+        stiffness_ratio=positive("stiffness ratio", stiffness_ratio, "-"),
+        creepage_ratio=finite("creepage ratio", creepage_ratio, "-"),
+    )
+    ratio: FloatArray = stiffness * creepage**2
     return ratio
 
 
@@ -294,6 +330,11 @@ def saturated_power_ratio(creepage_ratio: ArrayLike) -> FloatArray:
     -------
     array
         The creepage ratio [-].
+
+    Raises
+    ------
+    ContactError
+        If a ratio is negative or not finite.
     """
     return within("creepage ratio", creepage_ratio, "-", 0.0, np.inf)
 
@@ -312,9 +353,17 @@ def wear_depth_ratio(power_ratio: ArrayLike, width_ratio: ArrayLike) -> FloatArr
     -------
     array
         Power ratio over width ratio; per metre, of strips of the same shape [-].
+
+    Raises
+    ------
+    ContactError
+        If an argument is outside its domain, or shapes do not fit together.
     """
-    power = within("power ratio", power_ratio, "-", 0.0, np.inf)
-    ratio: FloatArray = power / positive("width ratio", width_ratio, "-")
+    power, width = alike(
+        power_ratio=within("power ratio", power_ratio, "-", 0.0, np.inf),
+        width_ratio=positive("width ratio", width_ratio, "-"),
+    )
+    ratio: FloatArray = power / width
     return ratio
 
 
@@ -330,6 +379,11 @@ def load_ratio_for_equal_pressure(pressure_ratio: ArrayLike) -> FloatArray:
     -------
     array
         Its power -3; the area falls further then: one load cannot restore both [-].
+
+    Raises
+    ------
+    ContactError
+        If a ratio is not positive and finite.
     """
     ratio: FloatArray = positive("pressure ratio", pressure_ratio, "-") ** -3.0
     return ratio
@@ -347,6 +401,11 @@ def load_ratio_for_equal_area(area_ratio: ArrayLike) -> FloatArray:
     -------
     array
         Its power -3/2; the pressure rises further then [-].
+
+    Raises
+    ------
+    ContactError
+        If a ratio is not positive and finite.
     """
     ratio: FloatArray = positive("area ratio", area_ratio, "-") ** -1.5
     return ratio

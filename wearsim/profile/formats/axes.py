@@ -160,9 +160,9 @@ def _unit(
     # a wild point or mixed units spoil the size, and their line is the better message
     if any(point is not None for _, point in shape_faults(kind, y * 1e-3, z * 1e-3)):
         return UNITS["mm"]
-    if float(np.ptp(y)) > 0.0 and _one_axis_fits(kind, y, z):
-        return UNITS["mm"]
     low, high = WIDTH_RANGE[kind]
+    if low <= float(np.ptp(y)) * 1e-3 <= high:
+        return UNITS["mm"]  # only the height is wrong, which the checks of the shape tell better
     wide = [name for name in _TOLD_APART if low <= float(np.ptp(y)) * float(UNITS[name]) <= high]
     hint = f"; its width alone would fit {' or '.join(wide)}" if wide and not fits else ""
     faults.add(
@@ -181,11 +181,6 @@ def _plausible(kind: str, y: FloatArray, z: FloatArray, unit: float, name: str) 
     # above 76 mm, a rail said to be in inches might as well be one in cm
     most = 0.076 if (kind, name) == ("rail", "in") else WIDTH_RANGE[kind][1]
     return WIDTH_RANGE[kind][0] <= width <= most and HEIGHT_RANGE[kind][0] <= height <= HEIGHT_RANGE[kind][1]
-
-
-def _one_axis_fits(kind: str, y: FloatArray, z: FloatArray) -> bool:
-    """Tell whether the width is right in mm and only the height is not: a fault of the shape, told there."""
-    return WIDTH_RANGE[kind][0] <= float(np.ptp(y)) * 1e-3 <= WIDTH_RANGE[kind][1] and float(np.ptp(z)) >= 0.0
 
 
 def _distinct(y: FloatArray, z: FloatArray, notes: list[str]) -> IndexArray:

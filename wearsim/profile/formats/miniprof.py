@@ -93,27 +93,28 @@ def read_part(
     Points or None
         None if no curve can be chosen; the fault says why.
     """
-    info: dict[int, dict[str, str]] = {}
+    info: dict[int, dict[str, str]] = {0: {}}  # 0: of the whole file
     rows: dict[int, list[tuple[int, str]]] = {}
-    where: tuple[int, str] | None = None
+    where, points = 0, False
     for number, line in enumerate(text.lines, start=1):
         name = _section(line)
         if name:
             match = _PART.fullmatch(name)
-            where = (int(match[1][:9]), match[2].lower()) if match else None
-            if where is not None:
-                (info.setdefault(where[0], {}) if where[1] == "info" else rows.setdefault(where[0], []))
-        elif where is not None and where[1] == "info":
+            where = int(match[1][:9]) if match else 0
+            points = match is not None and match[2].lower() == "points"
+            if points:
+                rows.setdefault(where, [])
+        elif points:
+            rows[where].append((number, line))
+        else:
             key, found, value = line.partition("=")
             # the elements a curve was drawn from are as many as its points and not needed here
             if found and not _ELEMENT.fullmatch(key.strip()):
-                info[where[0]][key.strip()] = value.strip()
-        elif where is not None:
-            rows[where[0]].append((number, line))
+                info.setdefault(where, {})[key.strip()] = value.strip()
     chosen = _choose(rows, {k: _value(keys, "mpdn") or "" for k, keys in info.items()}, part, faults)
     if chosen is None:
         return None
-    return _points(rows[chosen], info.get(chosen, {}), kind, faults)
+    return _points(rows[chosen], {**info[0], **info.get(chosen, {})}, kind, faults)
 
 
 def _choose(

@@ -46,7 +46,8 @@ def columns(text: Text, faults: Faults) -> tuple[Columns, str]:
     separator: str | None = None
     heading = ""
     for number, raw in enumerate(text.lines, start=1):
-        line = _COMMENT.sub("", raw).strip()
+        commented = "#" in raw or "!" in raw or "%" in raw  # faster than the search, for long files
+        line = (_COMMENT.sub("", raw) if commented else raw).strip()
         if not line:
             continue
         if separator is None:

@@ -15,7 +15,7 @@ from wearsim.profile.formats.orientation import TAPE
 from wearsim.profile.formats.points import EXACT
 from wearsim.profile.shape import Profile
 
-_UNDECIDED = {"\\": "/", '"': "'", "!": "", "\n": " ", "\r": " "}
+_ENDING = {'"': "'", "!": ""}  # marks that begin a comment in some format
 
 
 def write(profile: Profile, path: Path, name: str, *, overwrite: bool) -> None:
@@ -62,16 +62,19 @@ def write(profile: Profile, path: Path, name: str, *, overwrite: bool) -> None:
 
 
 def _about(profile: Profile) -> str:
-    """Name and source in one line, without the marks that end one."""
+    """Name and source in one line, without the marks that begin a comment."""
     text = f"{profile.name}; {profile.source}" if profile.source else profile.name
-    return " ".join("".join(_UNDECIDED.get(mark, mark) for mark in text).split())
+    return "".join(_ENDING.get(mark, mark) for mark in _one_line(text))
+
+
+def _one_line(text: str) -> str:
+    """Text with single blanks and without characters that no reader takes."""
+    return " ".join("".join(mark if mark.isprintable() else " " for mark in text).split())
 
 
 def _two_column(profile: Profile, path: Path) -> list[str]:  # noqa: ARG001
     axes = "z radially outward" if profile.kind == "wheel" else "z down"
-    about = " ".join(
-        f"{profile.kind} profile {profile.name}; y to the field side, {axes}; {profile.source}".split()
-    )
+    about = _one_line(f"{profile.kind} profile {profile.name}; y to the field side, {axes}; {profile.source}")
     rows = zip(profile.y, profile.z, strict=True)
     return [f"# {about}", "y_mm,z_mm", *(f"{_plain(_mm(y))},{_plain(_mm(z))}" for y, z in rows)]
 
@@ -79,7 +82,7 @@ def _two_column(profile: Profile, path: Path) -> list[str]:  # noqa: ARG001
 def _miniprof(profile: Profile, path: Path) -> list[str]:
     wheel = profile.kind == "wheel"
     header = [
-        f"Filename={path.name}",
+        f"Filename={_one_line(path.name)}",
         "ProgramName=wearsim",
         f"XYPoints={len(profile.y)}",
         "ColumnDef=X,Y",
@@ -100,7 +103,7 @@ def _simpack(profile: Profile, path: Path) -> list[str]:
     wheel = profile.kind == "wheel"
     comment = _about(profile).replace("'", "")
     header = [
-        f"! {profile.kind} profile written by wearsim: {path.name}",
+        f"! {profile.kind} profile written by wearsim: {_one_line(path.name)}",
         "header.begin",
         "  version       = 1",
         f"  type          = {int(wheel)}",
