@@ -64,6 +64,7 @@ def solution_of(point, side, centre, half_width, peak_work, *, ny=40, nx=20, gap
         slip_x=cells,
         slip_y=cells,
         work_density=work,
+        x_lead=np.broadcast_to(half_length, (m, ny)).copy(),
         cell_length=cell_length,
         strip_width=2.0 * half_width / ny,
         speed=zeros + 20.0,
@@ -74,7 +75,7 @@ def solution_of(point, side, centre, half_width, peak_work, *, ny=40, nx=20, gap
         width=2.0 * half_width / ny,
         x_lead=np.broadcast_to(half_length, (m, ny)).copy(),
         x_trail=np.broadcast_to(-half_length, (m, ny)).copy(),
-        pressure_slope=zeros + 1e11,
+        pressure_slope=np.full((m, ny), 1e11),
         interpenetration=np.broadcast_to(gap * (1.0 - local**2), (m, ny)).copy(),
     )
     names = (

@@ -16,7 +16,7 @@ def arrays(item, name=""):
         value = getattr(item, f.name)
         if is_dataclass(value):
             yield from arrays(value, f"{name}{f.name}.")
-        else:
+        elif value is not None:
             yield name + f.name, value
 
 

@@ -26,6 +26,7 @@ def patches():
             slip_x=work / 3e8,
             slip_y=cells,
             work_density=work,
+            x_lead=np.broadcast_to(half_length, (m, ny)).copy(),
             cell_length=np.broadcast_to(2 * half_length / nx, (m, ny)).copy(),
             strip_width=np.array([0.5e-3, 0.3e-3, 0.4e-3]),
             speed=np.full(m, 20.0),

@@ -12,6 +12,36 @@ IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
+class PatchGrid:
+    """Pressure of patches on uniform grids in their contact planes; the rows of cells are the strips.
+
+    Parameters
+    ----------
+    x_lead, x_trail : (m,) array
+        Leading and trailing end of the grid, alike for all strips of a patch [m].
+    pressure : (m, nx, ny) array
+        Mean pressure of each cell, x index from the leading end; zero where the surfaces are apart [Pa].
+    """
+
+    x_lead: FloatArray
+    x_trail: FloatArray
+    pressure: FloatArray
+
+    @property
+    def cell_length(self) -> FloatArray:
+        """Length of the cells of each patch (m,) [m]."""
+        length: FloatArray = (self.x_lead - self.x_trail) / self.pressure.shape[1]
+        return length
+
+    @property
+    def x(self) -> FloatArray:
+        """Longitudinal position of the cell centres (m, nx) [m]."""
+        count = self.pressure.shape[1]
+        place: FloatArray = self.x_lead[:, None] - self.cell_length[:, None] * (np.arange(count) + 0.5)
+        return place
+
+
+@dataclass(frozen=True)
 class Patch:
     """Contact patches in their contact planes, cut into `ny` strips along the rolling direction.
 
@@ -28,10 +58,13 @@ class Patch:
         Width of one strip [m].
     x_lead, x_trail : (m, ny) array
         Leading and trailing end of each strip [m].
-    pressure_slope : (m,) array
-        Factor c of p = c sqrt((x_lead - x)(x - x_trail)) [Pa/m]; load-conserving on these strips.
+    pressure_slope : (m, ny) array
+        Factor c of p = c sqrt((x_lead - x)(x - x_trail)) of each strip [Pa/m]; load-conserving on these
+        strips.
     interpenetration : (m, ny) array
         Virtual interpenetration g of each strip, zero for models without one [m].
+    grid : PatchGrid, optional
+        Pressure of models that find it cell by cell; the strips then are those of `from_grid`.
     """
 
     row: IntArray
@@ -41,6 +74,101 @@ class Patch:
     x_trail: FloatArray
     pressure_slope: FloatArray
     interpenetration: FloatArray
+    grid: PatchGrid | None = None
+
+    @property
+    def area(self) -> FloatArray:
+        """Area of each patch (m,): of the cells that carry pressure, or of the strips [m2]."""
+        if self.grid is None:
+            area: FloatArray = (self.x_lead - self.x_trail).sum(axis=1) * self.width
+            return area
+        cells: IntArray = (self.grid.pressure > 0.0).sum(axis=(1, 2))
+        return cells * self.grid.cell_length * self.width
+
+    @property
+    def length(self) -> FloatArray:
+        """Extent of each patch in the rolling direction (m,) [m]."""
+        if self.grid is None:
+            longest: FloatArray = (self.x_lead - self.x_trail).max(axis=1)
+            return longest
+        return _extent(self.grid.pressure.max(axis=2) > 0.0) * self.grid.cell_length
+
+    @property
+    def lateral_extent(self) -> FloatArray:
+        """Extent of each patch across the rolling direction (m,) [m]."""
+        if self.grid is None:
+            across: FloatArray = self.width * self.y.shape[1]
+            return across
+        return _extent(self.grid.pressure.max(axis=1) > 0.0) * self.width
+
+
+def _extent(touches: NDArray[np.bool_]) -> IntArray:
+    """Count the places (m,) from the first to the last true one of each row."""
+    count = touches.shape[1]
+    extent: IntArray = count - np.argmax(touches, axis=1) - np.argmax(touches[:, ::-1], axis=1)
+    return extent
+
+
+def from_grid(
+    row: IntArray, y: FloatArray, width: FloatArray, grid: PatchGrid, interpenetration: FloatArray
+) -> Patch:
+    """Patch of a model that finds the pressure cell by cell, with strips of the same loads.
+
+    Parameters
+    ----------
+    row, y, width, interpenetration
+        As of `Patch`; the strips are the grid's rows of cells.
+    grid : PatchGrid
+        Pressures.
+
+    Returns
+    -------
+    Patch
+        Each strip carries the semi-ellipse whose load, middle and variance are those of its cells: a
+        semi-ellipse of half length a has the variance a^2/4, and the staircase of its cells keeps all
+        three within second order of the cell length, where its ends would be wrong to first order. A
+        strip without contact has the length 0.
+    """
+    dx = grid.cell_length[:, None]
+    place = grid.x[:, :, None]
+    load = grid.pressure.sum(axis=1) * dx
+    per_load = np.divide(dx, load, out=np.zeros_like(load), where=load > 0.0)
+    middle = (grid.pressure * place).sum(axis=1) * per_load
+    spread = (grid.pressure * (place - middle[:, None, :]) ** 2).sum(axis=1) * per_load + dx**2 / 12.0
+    half = np.where(load > 0.0, 2.0 * np.sqrt(spread), 0.0)
+    slope = np.divide(2.0 * load, np.pi * half**2, out=np.zeros_like(load), where=load > 0.0)
+    return Patch(row, y, width, middle + half, middle - half, slope, interpenetration, grid)
+
+
+def on_grid(patch: Patch, cells: int) -> PatchGrid:
+    """Pressure of a patch on a uniform grid; its own if it has one.
+
+    Parameters
+    ----------
+    patch : Patch
+        m patches of ny strips.
+    cells : int
+        nx cells from the foremost to the hindmost end of the patch; without effect if it has a grid.
+
+    Returns
+    -------
+    PatchGrid
+        Each cell holds the integral of its strip's semi-ellipse: the load is that of the patch.
+    """
+    if patch.grid is not None:
+        return patch.grid
+    lead, trail = patch.x_lead.max(axis=1), patch.x_trail.min(axis=1)
+    ends = lead[:, None] - (lead - trail)[:, None] * (np.arange(cells + 1) / cells)
+    half = 0.5 * (patch.x_lead - patch.x_trail)
+    middle = 0.5 * (patch.x_lead + patch.x_trail)
+    off = ends[:, :, None] - middle[:, None, :]
+    share = np.divide(off, half[:, None, :], out=np.sign(off), where=half[:, None, :] > 0.0)
+    share = np.clip(share, -1.0, 1.0)
+    # integral of sqrt(1 - u^2) from 0 to u
+    total = 0.5 * (share * np.sqrt(1.0 - share**2) + np.arcsin(share))
+    load = (patch.pressure_slope * half**2)[:, None, :] * -np.diff(total, axis=1)
+    dx = (lead - trail) / cells
+    return PatchGrid(lead, trail, np.maximum(load / dx[:, None, None], 0.0))
 
 
 @dataclass(frozen=True)
@@ -58,6 +186,8 @@ class SurfaceFields:
     work_density : (m, nx, ny) array
         Frictional work per cell area and distance rolled, -shear . slip, after the scaling to the
         resultant power [J/m3 = Pa]; the local wear index of energy laws.
+    x_lead : (m, ny) array
+        Leading end of the row of cells of each strip [m].
     cell_length : (m, ny) array
         Length of the cells of each strip along the rolling direction [m].
     strip_width : (m,) array
@@ -72,6 +202,7 @@ class SurfaceFields:
     slip_x: FloatArray
     slip_y: FloatArray
     work_density: FloatArray
+    x_lead: FloatArray
     cell_length: FloatArray
     strip_width: FloatArray
     speed: FloatArray

@@ -141,6 +141,8 @@ def _part(conditions: ContactConditions, part: slice) -> ContactConditions:
 def _join(parts: list[Any], order: IntArray | None = None) -> Any:
     """Put dataclasses of arrays behind one another along the first axis, in another order if one is given."""
     first = parts[0]
+    if first is None:
+        return None
     if isinstance(first, np.ndarray):
         whole = np.concatenate(parts) if len(parts) > 1 else first
         return whole if order is None else whole[order]
@@ -350,8 +352,7 @@ def _finish(
     power = np.maximum(-(contact.force * creepage).sum(axis=1) * solved.speed, 0.0)
     assert contact.cells is not None  # they were asked for
     pressure, shear_x, shear_y, slip_x, slip_y = contact.cells
-    strip = patch.x_lead - patch.x_trail
-    cell_length = strip / pressure.shape[1]
+    cell_length = (contact.x_lead - contact.x_trail) / pressure.shape[1]
     local, local_power = np.empty(pressure.shape), np.empty(power.size)
     cell_area = cell_length * patch.width[:, None]
     _scale_work(shear_x, shear_y, slip_x, slip_y, cell_area, solved.speed, power, sign, local, local_power)
@@ -362,10 +363,10 @@ def _finish(
         rail_y=normal.centre_y,
         x=solved.kinematics.x,
         contact_angle=sign * normal.contact_angle + 0.0,
-        area=strip.sum(axis=1) * patch.width,
+        area=patch.area,
         max_pressure=normal.max_pressure,
-        length=strip.max(axis=1),
-        width=patch.width * strip.shape[1],
+        length=patch.length,
+        width=patch.lateral_extent,
         approach=normal.approach,
         normal_force=normal.normal_force,
         load_scale=normal.load_scale,
@@ -383,7 +384,16 @@ def _finish(
         strip_edges_wheel_y=solved.edges_wheel_y,
         patch=replace(patch, row=start + patch.row),
         fields=SurfaceFields(
-            pressure, shear_x, shear_y, slip_x, slip_y, local, cell_length, patch.width, solved.speed
+            pressure=pressure,
+            shear_x=shear_x,
+            shear_y=shear_y,
+            slip_x=slip_x,
+            slip_y=slip_y,
+            work_density=local,
+            x_lead=contact.x_lead,
+            cell_length=cell_length,
+            strip_width=patch.width,
+            speed=solved.speed,
         ),
     )
 

@@ -75,8 +75,9 @@ def contact_state(
     sign = np.where(solution.side[rows] == 1, -1.0, 1.0)
     fields, patch = solution.fields, solution.patch
     edges = solution.strip_edges_wheel_y[rows]
-    lead, trail = patch.x_lead[rows], patch.x_trail[rows]
     cells = fields.pressure.shape[1]
+    lead = fields.x_lead[rows]
+    trail = lead - cells * fields.cell_length[rows]
     along = (np.arange(cells) + 0.5) / cells
     speed = np.hypot(fields.slip_x[rows], fields.slip_y[rows])
     strip, cell = ("patch", "strip"), ("patch", "cell", "strip")

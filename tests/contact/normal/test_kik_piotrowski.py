@@ -114,7 +114,7 @@ def test_semi_elliptic_strips_carry_the_load(load):
     across = hertz(0.46, 2.0, 0.6306, 0.443)[0]
     result = solved(parabolic(0.46, across), load=load, strips=23)
     half = 0.5 * (result.patch.x_lead - result.patch.x_trail)
-    carried = result.patch.pressure_slope * 0.5 * np.pi * (half**2).sum(axis=1) * result.patch.width
+    carried = result.patch.pressure_slope[:, 0] * 0.5 * np.pi * (half**2).sum(axis=1) * result.patch.width
     np.testing.assert_allclose(carried, load, rtol=1e-12)
     # The centre is where the moment of the pressure vanishes.
     moment = (half**2 * result.patch.y).sum(axis=1) / (half**2).sum(axis=1)

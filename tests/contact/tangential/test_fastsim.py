@@ -267,7 +267,7 @@ from wearsim.contact.patch import Patch
 from wearsim.contact.tangential import fastsim
 y = np.array([[-3e-3, -1e-3, 1e-3, 3e-3]])
 half = np.array([[2e-3, 5e-3, 6e-3, 3e-3]])
-patch = Patch(np.array([0]), y, np.array([2e-3]), half, -half, np.array([2e11]), 0 * y)
+patch = Patch(np.array([0]), y, np.array([2e-3]), half, -half, np.array([[2e11] * 4]), 0 * y)
 r = fastsim.solve(patch, np.array([[6e-4, -4e-4, 0.3]]), np.array([0.3]), shear_modulus=8e10,
                   poisson_ratio=0.28, cells=4, fields=True)
 print(json.dumps([r.force.tolist(), r.slip_area.tolist(), r.cells.ravel().tolist()]))

@@ -278,7 +278,9 @@ def _lay_strips(
         width=width,
         x_lead=skew[:, 1::2] + half,
         x_trail=skew[:, 1::2] - half,
-        pressure_slope=force / (0.5 * np.pi * (half**2).sum(axis=1) * width),
+        pressure_slope=np.broadcast_to(
+            (force / (0.5 * np.pi * (half**2).sum(axis=1) * width))[:, None], half.shape
+        ),
         interpenetration=np.zeros_like(middle),
     )
     return NormalSolution(

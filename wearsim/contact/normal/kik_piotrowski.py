@@ -97,7 +97,8 @@ def solve(
     lines = patches[np.arange(MOST_PATCHES) < count[:, None]]
     y, half, skew, depth = (np.empty((row.size, strips)) for _ in range(4))
     edges = np.empty((row.size, strips + 1))
-    centre, angle, maximum, slope = (np.empty(row.size) for _ in range(4))
+    centre, angle, maximum = (np.empty(row.size) for _ in range(3))
+    slope = np.empty(row.size)
     _lay_strips(
         row,
         lines,
@@ -124,7 +125,7 @@ def solve(
         width=y[:, 1] - y[:, 0],
         x_lead=skew + half,
         x_trail=skew - half,
-        pressure_slope=slope,
+        pressure_slope=np.repeat(slope[:, None], strips, axis=1),
         interpenetration=depth,
     )
     return NormalSolution(

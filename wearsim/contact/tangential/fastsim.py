@@ -107,19 +107,19 @@ def solve(
         patch.width,
         patch.x_lead,
         patch.x_trail,
-        friction * slope,
+        friction,
         slope,
         np.ascontiguousarray(creepage),
         flexibility,
         _mean_flexibility(creepage, flexibility),
         cells,
         fields,
-        np.empty(13 * _ROW),
+        np.empty(14 * _ROW),
         out,
         force,
         slip_area,
     )
-    return TangentialSolution(force, slip_area, out if fields else None)
+    return TangentialSolution(force, slip_area, patch.x_lead, patch.x_trail, out if fields else None)
 
 
 def _mean_flexibility(creepage: FloatArray, flexibility: FloatArray) -> FloatArray:
@@ -135,8 +135,8 @@ def _march(
     width: FloatArray,
     x_lead: FloatArray,
     x_trail: FloatArray,
-    bound: FloatArray,
-    pressure: FloatArray,
+    friction: FloatArray,
+    slope: FloatArray,
     creepage: FloatArray,
     flexibility: FloatArray,
     mean: FloatArray,
@@ -153,20 +153,21 @@ def _march(
     only then does the compiler see that rows do not overlap, and uses vector instructions. Rows: 0 half
     length, 1 middle, 2 lateral position, 3 and 4 traction at the upstream cell end, 5 pressure there,
     6 slipping cells so far, 7 to 11 the means of pressure, traction and slip in the cell, 12 the
-    flexibility over the cell length.
+    flexibility over the cell length, 13 the largest pressure.
     """
     strips = y.shape[1]
     for m in range(y.shape[0]):
         rate_x = creepage[m, 0] / flexibility[0, m]
         rate_y = creepage[m, 1] / flexibility[1, m]
         rate_s = creepage[m, 2] / flexibility[2, m]
-        half_c, flex = 0.5 * pressure[m], mean[m] * 0.5 * cells
-        mu_c = bound[m]
+        flex = mean[m] * 0.5 * cells
+        mu = friction[m]
         for j in range(strips):
             rows[j] = 0.5 * (x_lead[m, j] - x_trail[m, j])
             rows[_ROW + j] = 0.5 * (x_lead[m, j] + x_trail[m, j])
             rows[2 * _ROW + j] = y[m, j]
             rows[12 * _ROW + j] = flex / rows[j] if rows[j] > 0.0 else 0.0
+            rows[13 * _ROW + j] = slope[m, j] * rows[j]
             for k in range(3, 7):
                 rows[k * _ROW + j] = 0.0
         f_x, f_y, moment = 0.0, 0.0, 0.0
@@ -184,8 +185,8 @@ def _march(
                 old_x, old_y, p_up = rows[3 * _ROW + j], rows[4 * _ROW + j], rows[5 * _ROW + j]
                 trial_x = old_x - (rate_x - rate_s * lateral) * dx
                 trial_y = old_y - (rate_y + rate_s * x) * dx
-                p_here = root * half
-                limit = mu_c * p_here
+                p_here = root * rows[13 * _ROW + j]
+                limit = mu * p_here
                 size = np.sqrt(trial_x * trial_x + trial_y * trial_y)
                 slips = 1.0 if size > limit else 0.0
                 share = limit / size if size > limit else 1.0
@@ -196,7 +197,7 @@ def _march(
                 rows[4 * _ROW + j] = new_y
                 rows[5 * _ROW + j] = p_here
                 rows[6 * _ROW + j] += slips
-                rows[7 * _ROW + j] = half_c * (p_up + p_here)
+                rows[7 * _ROW + j] = 0.5 * (p_up + p_here)
                 rows[8 * _ROW + j] = mean_x
                 rows[9 * _ROW + j] = mean_y
                 rows[10 * _ROW + j] = trial_x * excess

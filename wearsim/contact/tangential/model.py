@@ -18,12 +18,16 @@ class TangentialSolution:
         Longitudinal and lateral force on the wheel [N, N] and moment about the contact normal [N m].
     slip_area : (m,) array
         Part of the patch that slips [m2].
+    x_lead, x_trail : (m, ny) array
+        Ends of the rows of cells: of the strips, or of a uniform grid [m].
     cells : (5, m, nx, ny) array or None
         Pressure, shear x, shear y [Pa], relative slip x, slip y [-], means of each cell.
     """
 
     force: FloatArray
     slip_area: FloatArray
+    x_lead: FloatArray
+    x_trail: FloatArray
     cells: FloatArray | None
 
 
