@@ -1,0 +1,236 @@
+"""Wear between two measurements of one wheel or rail."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from wearsim.errors import ProfileError
+from wearsim.profile.shape import FloatArray, Profile, resample, vertex_normals
+
+LARGEST_DEPTH = 12e-3
+"""How far off the old profile the new one is looked for along the normal [m]: the radius of the flange tip,
+beyond which normals cross."""
+
+_ROWS = 256  # points of the old profile whose normals are cut with the new one at once
+
+
+@dataclass(frozen=True)
+class WearZone:
+    """A part of a profile.
+
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    end : float
+        y of its border to the next zone, outward of the flange tip or gauge side; inf for the last [m].
+    """
+
+    name: str
+    end: float
+
+
+WHEEL_ZONES = (WearZone("flange", -38e-3), WearZone("root", -26e-3), WearZone("tread", np.inf))
+"""Zones of a wheel: flange with its straight flank, root (fillet of S1002 and EPS), tread. Own borders."""
+
+
+@dataclass(frozen=True)
+class WearBetween:
+    """What was worn off a profile.
+
+    Parameters
+    ----------
+    s : (m,) array
+        Arc length of the profile before, from its first point; only the part that is compared [m].
+    y, z : (m,) array
+        Points of the profile before [m].
+    depth : (m,) array
+        Along the normal of the profile before; positive where material was removed [m].
+    worn_area : float
+        Area between both profiles, removed less added [m2].
+    max_depth, max_depth_y : float
+        Largest depth and the y where it is [m].
+    zone_areas : mapping of str to float
+        Share of each zone in the worn area [m2].
+    compared_length, length : float
+        Arc length that is compared, and that of the profile before [m].
+    note : str
+        What was compared, in one sentence.
+    """
+
+    s: FloatArray = field(repr=False)
+    y: FloatArray = field(repr=False)
+    z: FloatArray = field(repr=False)
+    depth: FloatArray = field(repr=False)
+    worn_area: float
+    max_depth: float
+    max_depth_y: float
+    zone_areas: Mapping[str, float]
+    compared_length: float
+    length: float
+    note: str
+
+
+def wear_between(
+    before: Profile,
+    after: Profile,
+    *,
+    spacing: float = 0.1e-3,
+    zones: tuple[WearZone, ...] | None = None,
+) -> WearBetween:
+    r"""Wear depth and worn area between two profiles that are aligned already.
+
+    Parameters
+    ----------
+    before, after : Profile
+        Of one kind and in the same axes, see `wearsim.profile.alignment`; their points need not
+        correspond.
+    spacing : float
+        Distance of the points at which depth is given [m].
+    zones : tuple of WearZone, optional
+        From the flange back (gauge side) outwards; `WHEEL_ZONES`, for rails `rail_zones`.
+
+    Returns
+    -------
+    WearBetween
+        Of the part both profiles have.
+
+    Raises
+    ------
+    ProfileError
+        The kinds differ, or the profiles are more than 12 mm apart.
+
+    Notes
+    -----
+    Both profiles are set on points `spacing` apart. Depth is where the normal of the old profile cuts the
+    new one first; of several cuts, the nearest one that faces the same way. The area is that of the closed
+    loop along the old profile, across, and back along the new one, exact for both polygons, and each zone
+    ends at a normal, so zones add up to the whole. It equals the integral of :math:`d - \kappa d^2/2`.
+    """
+    if before.kind != after.kind:
+        raise ProfileError(
+            f"{before.name} is a {before.kind} and {after.name} a {after.kind}: wear is between two "
+            "measurements of one body"
+        )
+    old, new = resample(before, spacing), resample(after, spacing)
+    s = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(old.y), np.diff(old.z)))))
+    ny, nz = vertex_normals(old.y, old.z)
+    if before.kind == "rail":
+        ny, nz = -ny, -nz  # z points into a rail, out of a wheel
+    depth, place = _cut(old, new, ny, nz)
+    hit = np.flatnonzero(np.isfinite(depth))
+    if len(hit) < 2:
+        raise ProfileError(f"{before.name} and {after.name} do not lie on each other; align them first")
+    first, last = int(hit[0]), int(hit[-1])
+    if len(hit) <= last - first:
+        lost = first + int(np.flatnonzero(~np.isfinite(depth[first : last + 1]))[0])
+        raise ProfileError(
+            f"{after.name} is nowhere within {LARGEST_DEPTH * 1e3:g} mm of {before.name} along its normal at "
+            f"y = {old.y[lost] * 1e3:.4g} mm; align the profiles, or check that they are of one wheel"
+        )
+    part = slice(first, last + 1)
+    swept = _areas(old, new, part, depth, place, ny, nz)
+    if before.kind == "rail":
+        swept = -swept
+    zones = zones or (WHEEL_ZONES if before.kind == "wheel" else rail_zones(before))
+    which = _zone_of(old, part, zones)
+    deepest = first + int(np.argmax(depth[part]))
+    compared, length = float(s[last] - s[first]), float(s[-1])
+    return WearBetween(
+        s=s[part],
+        y=old.y[part],
+        z=old.z[part],
+        depth=depth[part],
+        worn_area=float(np.sum(swept)),
+        max_depth=float(depth[deepest]),
+        max_depth_y=float(old.y[deepest]),
+        zone_areas={zone.name: float(np.sum(swept[which == k])) for k, zone in enumerate(zones)},
+        compared_length=compared,
+        length=length,
+        note=(
+            f"compared from y = {old.y[first] * 1e3:.4g} to {old.y[last] * 1e3:.4g} mm: "
+            f"{compared * 1e3:.4g} mm of {length * 1e3:.4g} mm of {before.name}"
+        ),
+    )
+
+
+def rail_zones(rail: Profile) -> tuple[WearZone, ...]:
+    """Zones of a rail head: 10 mm at either side, and the top between them. Own borders.
+
+    Parameters
+    ----------
+    rail : Profile
+        Wherever its origin is.
+
+    Returns
+    -------
+    tuple of WearZone
+        Gauge corner, top, field side.
+    """
+    return (
+        WearZone("gauge corner", float(rail.y.min()) + 10e-3),
+        WearZone("top", float(rail.y.max()) - 10e-3),
+        WearZone("field side", np.inf),
+    )
+
+
+def _cut(old: Profile, new: Profile, ny: FloatArray, nz: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Depth at which each normal cuts the new polygon, and where on it: edge number plus fraction.
+
+    NaN where it does not within `LARGEST_DEPTH`.
+    """
+    dy, dz = np.diff(new.y), np.diff(new.z)
+    depth, place = np.full(len(old.y), np.nan), np.full(len(old.y), np.nan)
+    for start in range(0, len(old.y), _ROWS):
+        rows = slice(start, start + _ROWS)
+        vy, vz = ny[rows, None], nz[rows, None]
+        ay, az = new.y[:-1] - old.y[rows, None], new.z[:-1] - old.z[rows, None]
+        facing = vy * dz - vz * dy  # the same sign as of an edge perpendicular to the normal
+        facing_right = facing < 0.0 if old.kind == "rail" else facing > 0.0
+        safe = np.where(facing_right, facing, 1.0)
+        along = (ay * dz - az * dy) / safe
+        fraction = (ay * vz - az * vy) / safe
+        good = facing_right & (fraction >= 0.0) & (fraction <= 1.0) & (np.abs(along) <= LARGEST_DEPTH)
+        distance = np.where(good, np.abs(along), np.inf)
+        least = np.argmin(distance, axis=1)
+        each = np.arange(len(least))
+        found = np.isfinite(distance[each, least])
+        depth[rows] = np.where(found, along[each, least], np.nan)
+        place[rows] = np.where(found, least + fraction[each, least], np.nan)
+    return depth, place
+
+
+def _areas(
+    old: Profile,
+    new: Profile,
+    part: slice,
+    depth: FloatArray,
+    place: FloatArray,
+    ny: FloatArray,
+    nz: FloatArray,
+) -> FloatArray:
+    """Signed area between neighbouring normals, both polygons exact; z outward [m2]."""
+    oy, oz, d, at = old.y[part], old.z[part], depth[part], place[part]
+    hy, hz = oy + d * ny[part], oz + d * nz[part]
+    # quadrilateral between two normals, by half the cross product of its diagonals
+    swept = 0.5 * ((hy[1:] - oy[:-1]) * (oz[1:] - hz[:-1]) - (hz[1:] - oz[:-1]) * (oy[1:] - hy[:-1]))
+    # and what the new polygon bulges beyond the side between its two cuts, where it has vertices there
+    middle = len(oy) // 2
+    ry, rz = float(oy[middle]), float(oz[middle])
+    edge = 0.5 * ((new.y[:-1] - ry) * np.diff(new.z) - (new.z[:-1] - rz) * np.diff(new.y))
+    whole = np.concatenate(([0.0], np.cumsum(edge)))
+    k = np.minimum(at.astype(np.int64), len(edge) - 1)
+    begun = 0.5 * ((new.y[k] - ry) * (hz - new.z[k]) - (new.z[k] - rz) * (hy - new.y[k]))
+    side = 0.5 * ((hy[:-1] - ry) * np.diff(hz) - (hz[:-1] - rz) * np.diff(hy))
+    bulge = np.diff(whole[k] + begun) - side
+    return swept + np.where(np.ceil(at[1:]) - np.floor(at[:-1]) > 1.0, bulge, 0.0)
+
+
+def _zone_of(old: Profile, part: slice, zones: tuple[WearZone, ...]) -> FloatArray:
+    """Zone number of each edge of the compared part; what lies before the tip is of the first zone."""
+    middle = 0.5 * (old.y[part][1:] + old.y[part][:-1])
+    reach = np.maximum.accumulate(middle)
+    return np.searchsorted([zone.end for zone in zones], reach, side="left").astype(np.float64)
