@@ -375,6 +375,24 @@ _FIELD: tuple[_Row, ...] = (
     ("gap", "g", "m", "gap of the unloaded profiles along the normal", "0 where they touch first", _MICRON),
 )
 
+# what `wearsim profile` tells beyond the names of campaigns
+_PROFILE: tuple[_Row, ...] = (
+    (
+        "rolling_radius_difference",
+        "Δr",
+        "m",
+        "rolling radius difference",
+        "right minus left wheel, over the lateral shift of the wheelset to the right",
+        None,
+    ),
+    ("amplitude", "ŷ", "m", "amplitude of the lateral motion", "", None),
+    ("wheel_diameter", "D", "m", "wheel diameter at the tape circle", "", None),
+    ("back_to_back", "AR", "m", "distance of the flange backs", "", None),
+    ("front_to_front", "SR", "m", "distance of the active flanks", "back to back and both Sd", None),
+    ("wheel_diameter_difference", "ΔD", "m", "difference of the wheel diameters", "right minus left", None),
+    ("rim_width", "BR", "m", "width of the rim", "from the flange back to the outer face", None),
+)
+
 
 def _quantity(row: _Row) -> Quantity:
     name, symbol, unit, meaning, sign, shown = row
@@ -383,6 +401,6 @@ def _quantity(row: _Row) -> Quantity:
 
 
 NOMENCLATURE: Mapping[str, Quantity] = MappingProxyType(
-    {row[0]: _quantity(row) for row in (*_CAMPAIGN, *_OPERATION, *_PATCH, *_CONTACT, *_FIELD)}
+    {row[0]: _quantity(row) for row in (*_CAMPAIGN, *_OPERATION, *_PATCH, *_CONTACT, *_FIELD, *_PROFILE)}
 )
 """All quantities by name."""

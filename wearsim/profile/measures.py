@@ -1,11 +1,26 @@
-"""Gauge values of wheel profiles."""
+"""Gauge values of wheel profiles and wheelsets."""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from types import MappingProxyType
 
 import numpy as np
 
 from wearsim.errors import ProfileError
-from wearsim.profile.shape import FloatArray, crossing, extremum
+from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
+
+# Smallest and largest value that can be meant, in mm
+_DISTANCE_RANGES = {"below_tip": (0.5, 10.0), "level": (2.0, 25.0), "flange_back": (50.0, 100.0)}
+_RADIUS_RANGE = (100.0, 1000.0)
+_BACK_TO_BACK_RANGE = (500.0, 2000.0)
+
+HOLLOWING_REACH = 50e-3
+"""y up to which the tread must be measured to tell its hollowing [m]: no contact band reaches so far."""
+
+_FACE_SLOPE = math.radians(30.0)  # from which on the end of a profile is rim chamfer or outer face, not tread
 
 
 def _tread_side(y: FloatArray, z: FloatArray) -> int:
@@ -123,3 +138,224 @@ def hollowing(y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float
     if len(tread) == 0:
         raise ProfileError(f"the wheel profile has no tread within {start * 1e3:g} .. {end * 1e3:g} mm")
     return float(np.max(tread - np.minimum.accumulate(tread)))
+
+
+@dataclass(frozen=True)
+class GaugeDistances:
+    """Where a gauge measures a flange.
+
+    Parameters
+    ----------
+    below_tip : float
+        Depth of the upper point of qR below the flange tip [m].
+    level : float
+        Height of Sd and of the lower point of qR above the tape circle [m].
+    flange_back : float
+        Distance of the tape circle from the flange back [m].
+    """
+
+    below_tip: float = 2e-3
+    level: float = 10e-3
+    flange_back: float = 70e-3
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value, (low, high) = 1e3 * getattr(self, each.name), _DISTANCE_RANGES[each.name]
+            _check(f"gauge distance {each.name}", value, low, high)
+
+
+def _check(words: str, value_mm: float, low: float, high: float) -> None:
+    if not low <= value_mm <= high:  # also false for NaN
+        raise ProfileError(f"{words} = {value_mm:g} mm must be in {low:g} .. {high:g} mm")
+
+
+@dataclass(frozen=True)
+class Measures:
+    """Gauge values by their names in `wearsim.nomenclature`.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        What could be measured [m].
+    missing : mapping of str to str
+        Why the others could not.
+    """
+
+    values: Mapping[str, float]
+    missing: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class WheelsetMeasures:
+    """Gauge values of both wheels of an axle and of the axle.
+
+    Parameters
+    ----------
+    right, left : Measures
+        Of the wheels alone.
+    axle : Measures
+        wheel_diameter_difference (right minus left), back_to_back, front_to_front.
+    """
+
+    right: Measures
+    left: Measures
+    axle: Measures
+
+
+def wheel_measures(
+    profile: Profile,
+    distances: GaugeDistances | None = None,
+    *,
+    radius: float | None = None,
+    back_to_back: float | None = None,
+) -> Measures:
+    """Gauge values of one wheel.
+
+    Parameters
+    ----------
+    profile : Profile
+        Wheel with the flange back at y = -70 mm, see `wearsim.profile.alignment`.
+    distances : GaugeDistances, optional
+        Where the gauge measures; 2, 10 and 70 mm if not given.
+    radius : float, optional
+        Rolling radius at z = 0 of the profile: that of the new wheel where z counts from the new tape
+        circle, that of the worn one where it was set to 0 on the tread [m].
+    back_to_back : float, optional
+        Distance of the flange backs of the wheelset; its wheels are then taken to be alike [m].
+
+    Returns
+    -------
+    Measures
+        flange_height, flange_thickness, flange_gradient, hollowing, rim_width, wheel_diameter (at the tape
+        circle), back_to_back and front_to_front. What cannot be measured is missing with the reason.
+
+    Raises
+    ------
+    ProfileError
+        The profile is a rail, or a number is out of its range.
+    """
+    if profile.kind != "wheel":
+        raise ProfileError(f"{profile.name} is a {profile.kind}; gauge values are of wheels")
+    if radius is not None:
+        _check("rolling radius", 1e3 * radius, *_RADIUS_RANGE)
+    at = distances or GaugeDistances()
+    y, z = profile.y, profile.z
+    values, missing = _collected(
+        {
+            "flange_height": lambda: flange_height(y, z),
+            "flange_thickness": lambda: flange_thickness(y, z, level=at.level, flange_back=at.flange_back),
+            "flange_gradient": lambda: flange_gradient(y, z, level=at.level, below_tip=at.below_tip),
+            "hollowing": lambda: _whole_hollowing(y, z),
+            "rim_width": lambda: _rim_width(y, z, at.flange_back),
+            "wheel_diameter": lambda: _diameter(y, z, radius),
+        }
+    )
+    axle = _axle(values, values, back_to_back)
+    return Measures(
+        MappingProxyType({**values, **axle.values}), MappingProxyType({**missing, **axle.missing})
+    )
+
+
+def wheelset_measures(
+    right: Profile,
+    left: Profile,
+    distances: GaugeDistances | None = None,
+    *,
+    radius_right: float | None = None,
+    radius_left: float | None = None,
+    back_to_back: float | None = None,
+) -> WheelsetMeasures:
+    """Gauge values of a wheelset whose wheels differ.
+
+    Parameters
+    ----------
+    right, left : Profile
+        Both in the axes of a right wheel, flange back at y = -70 mm.
+    distances : GaugeDistances, optional
+        As in `wheel_measures`.
+    radius_right, radius_left : float, optional
+        Rolling radii at z = 0 of the profiles [m].
+    back_to_back : float, optional
+        Distance of the flange backs AR [m].
+
+    Returns
+    -------
+    WheelsetMeasures
+        Front-to-front is AR + Sd of the right + Sd of the left wheel, at the level of Sd.
+    """
+    each = (
+        wheel_measures(right, distances, radius=radius_right),
+        wheel_measures(left, distances, radius=radius_left),
+    )
+    alone = [
+        Measures(
+            MappingProxyType({k: v for k, v in m.values.items() if k not in _OF_AXLE}),
+            MappingProxyType({k: v for k, v in m.missing.items() if k not in _OF_AXLE}),
+        )
+        for m in each
+    ]
+    axle = _axle(alone[0].values, alone[1].values, back_to_back)
+    values, missing = dict(axle.values), dict(axle.missing)
+    diameters = [m.values.get("wheel_diameter") for m in alone]
+    if diameters[0] is not None and diameters[1] is not None:
+        values["wheel_diameter_difference"] = diameters[0] - diameters[1]
+    else:
+        missing["wheel_diameter_difference"] = "the radii of both wheels are needed"
+    return WheelsetMeasures(alone[0], alone[1], Measures(MappingProxyType(values), MappingProxyType(missing)))
+
+
+_OF_AXLE = ("back_to_back", "front_to_front")
+
+
+def _collected(measures: Mapping[str, Callable[[], float]]) -> tuple[dict[str, float], dict[str, str]]:
+    """Take each measure or the reason why not."""
+    values: dict[str, float] = {}
+    missing: dict[str, str] = {}
+    for name, measure in measures.items():
+        try:
+            values[name] = float(measure())
+        except ProfileError as error:
+            missing[name] = str(error)
+    return values, missing
+
+
+def _axle(right: Mapping[str, float], left: Mapping[str, float], back_to_back: float | None) -> Measures:
+    """Back-to-back and front-to-front distance."""
+    if back_to_back is None:
+        reason = "the back-to-back distance of the wheelset is not given"
+        return Measures({}, dict.fromkeys(_OF_AXLE, reason))
+    _check("back-to-back distance", 1e3 * back_to_back, *_BACK_TO_BACK_RANGE)
+    values = {"back_to_back": back_to_back}
+    if "flange_thickness" not in right or "flange_thickness" not in left:
+        return Measures(values, {"front_to_front": "the flange thickness cannot be measured"})
+    values["front_to_front"] = back_to_back + right["flange_thickness"] + left["flange_thickness"]
+    return Measures(values, {})
+
+
+def _whole_hollowing(y: FloatArray, z: FloatArray) -> float:
+    """Hollowing of a tread that is measured far enough."""
+    if y.max() < HOLLOWING_REACH:
+        raise ProfileError(
+            f"the profile ends at y = {y.max() * 1e3:.4g} mm; hollowing needs the tread up to "
+            f"{HOLLOWING_REACH * 1e3:g} mm"
+        )
+    return hollowing(y, z)
+
+
+def _rim_width(y: FloatArray, z: FloatArray, flange_back: float) -> float:
+    """From the nominal flange back to the outermost point, if that is on the chamfer or the outer face."""
+    end = int(np.argmax(y))
+    before = int(np.flatnonzero(y[: end + 1] <= y[end] - 1e-3)[-1])
+    if z[before] - z[end] < math.tan(_FACE_SLOPE) * (y[end] - y[before]):
+        raise ProfileError(
+            f"the profile ends on the tread at y = {y[end] * 1e3:.4g} mm; the width needs the rim chamfer or "
+            "the outer face"
+        )
+    return flange_back + float(y[end])
+
+
+def _diameter(y: FloatArray, z: FloatArray, radius: float | None) -> float:
+    """Diameter at the tape circle [m]."""
+    if radius is None:
+        raise ProfileError("the rolling radius at z = 0 is not given")
+    return 2.0 * (radius + _tape_level(y, z))
