@@ -1,0 +1,221 @@
+"""Figures of a profile: `plot_x(dataset, ax=None) -> Axes`; wheels are drawn flange down.
+
+The datasets are those of `wearsim.studies.profile_state`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.report.style import COLOURS, SERIES_COLOURS, label, own_axes, plain, shown
+
+EXCEEDED = "#882255"
+"""Measures beyond a limit."""
+
+_BODY = "#1a1a1a"
+_DIMENSION = "#0072b2"
+_FILL = "#f1efe9"
+_BEHIND = 9.0  # material drawn behind the surface [mm]
+_ROOM = 2.2  # from a dimension line to its text [mm]
+_TREAD_SHIFT = 6.0  # shifts whose radius differences set the scale [mm]
+_TIP, _TAPE, _LOWER, _UPPER = range(4)
+
+
+def plot_shape(dataset: xr.Dataset, ax: Axes | None = None, *, dimensions: bool = True) -> Axes:
+    """Draw a profile over its reference, equal aspect, with the dimensions of a wheel's flange.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Profile state.
+    ax : Axes, optional
+        Where to draw.
+    dimensions : bool
+        Whether to draw gauge points and dimension lines of Sh, Sd and qR, if the dataset has them.
+    """
+    ax = own_axes(ax)
+    y, z = _points(dataset, "profile")
+    wheel = dataset.attrs["kind"] == "wheel"
+    back = min(float(z.min()) - _BEHIND, 0.0) if wheel else float(z.max())
+    ax.fill(np.concatenate((y, y[[-1, 0]])), np.concatenate((z, [back, back])), color=_FILL, lw=0.0)
+    if "reference_y" in dataset:
+        ax.plot(*_points(dataset, "reference"), color=COLOURS["new"], lw=1.2, ls="--",
+                label=dataset.attrs["reference_label"])  # fmt: skip
+    ax.plot(y, z, color=_BODY, lw=1.5, label=dataset.attrs["label"])
+    if dimensions and "gauge_y" in dataset:
+        _dimensions(dataset, ax)
+    ax.set_aspect("equal", adjustable="box")
+    if not ax.yaxis_inverted():
+        ax.invert_yaxis()
+    ax.set_xlabel(_lateral(dataset))
+    ax.set_ylabel("Height, outward is down [mm]" if wheel else "Height, down [mm]")
+    return ax
+
+
+def _points(dataset: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
+    return shown("profile_y", dataset[f"{name}_y"].values), shown("profile_z", dataset[f"{name}_z"].values)
+
+
+def _lateral(dataset: xr.Dataset) -> str:
+    origin = "from the tape circle" if dataset.attrs["kind"] == "wheel" else dataset.attrs.get("origin", "")
+    return f"Lateral position{f' {origin}' if origin else ''}, to the field side [mm]"
+
+
+def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
+    """Draw Sh, Sd and qR where a gauge takes them."""
+    y, z = shown("profile_y", dataset["gauge_y"].values), shown("profile_z", dataset["gauge_z"].values)
+    exceeded = dataset.attrs.get("exceeded", "").split()
+    level, below, tape = (
+        shown("profile_z", dataset.attrs[f"{name}_distance"]) for name in ("level", "below_tip", "tape")
+    )
+    values = {"Sh": z[_TIP] - z[_TAPE], "Sd": y[_LOWER] + tape, "qR": y[_LOWER] - y[_UPPER]}
+    look = {
+        name: EXCEEDED if row in exceeded else _DIMENSION
+        for name, row in (("Sh", "flange_height"), ("Sd", "flange_thickness"), ("qR", "flange_gradient"))
+    }
+    texts = {name: f"{name} {value:.2f}".replace("-", "\N{MINUS SIGN}") for name, value in values.items()}
+    texts = {name: f"{text} !" if look[name] == EXCEEDED else text for name, text in texts.items()}
+    low = z[_TIP] + 7.0
+    # tape circle, flange back and the two levels
+    _line(ax, (0.0, 0.0), (z[_TAPE] - 6.0, low), ls=(0, (8, 2, 2, 2)))
+    ax.text(0.8, low - 0.4, "tape circle", color="#555555", fontsize=7.5, ha="left", va="bottom")
+    _line(ax, (-tape, -tape), (z[_TAPE] - 6.0, low))
+    _line(ax, (y[_TIP], 24.0), (z[_TIP], z[_TIP]))
+    _line(ax, (0.0, 24.0), (z[_TAPE], z[_TAPE]))
+    _arrow(ax, (20.0, z[_TAPE]), (20.0, z[_TIP]), look["Sh"])
+    _text(ax, 20.0 + _ROOM, 0.6 * z[_TIP] + 0.4 * z[_TAPE], texts["Sh"], look["Sh"])
+    # Sd at its level, the level itself beside the root
+    _arrow(ax, (-tape, z[_LOWER]), (y[_LOWER], z[_LOWER]), look["Sd"])
+    _text(ax, 0.5 * (y[_LOWER] - tape), z[_LOWER] - 0.6, texts["Sd"], look["Sd"], "center", "bottom")
+    _line(ax, (y[_LOWER], -14.0), (z[_LOWER], z[_LOWER]))
+    _arrow(ax, (-17.0, z[_TAPE]), (-17.0, z[_LOWER]), "#555555", 0.8)
+    _text(ax, -17.0 + 0.6 * _ROOM, z[_LOWER] - 0.35 * level, f"{level:g}", "#555555")
+    _line(ax, (-17.0, 0.0), (z[_TAPE], z[_TAPE]))
+    # qR below the flange, its upper level on the other side of the tip
+    for k in (_LOWER, _UPPER):
+        _line(ax, (y[k], y[k]), (z[k], low))
+    _arrow(ax, (y[_UPPER], low - 1.5), (y[_LOWER], low - 1.5), look["qR"])
+    _text(ax, y[_LOWER] + _ROOM, low - 1.5, texts["qR"], look["qR"])
+    left = -tape - 4.0
+    for k in (_UPPER, _TIP):
+        _line(ax, (left - 1.0, y[k]), (z[k], z[k]))
+    for k, away in ((_UPPER, -4.0), (_TIP, 4.0)):
+        _arrow(ax, (left, z[k] + away), (left, z[k]), "#555555", 0.8, "-|>")
+    _text(ax, left - 0.6 * _ROOM, 0.5 * (z[_UPPER] + z[_TIP]), f"{below:g}", "#555555", "right")
+    ax.plot(y[[_TIP, _TAPE, _LOWER, _UPPER]], z[[_TIP, _TAPE, _LOWER, _UPPER]], "o", color="white",
+            markeredgecolor=_BODY, ms=4.0, zorder=5)  # fmt: skip
+
+
+def _line(ax: Axes, y: Any, z: Any, ls: Any = "-") -> None:
+    ax.plot(y, z, color="#8a8a8a", lw=0.6, ls=ls, zorder=1.5)
+
+
+def _arrow(ax: Axes, start: Any, end: Any, colour: str, width: float = 1.1, style: str = "<|-|>") -> None:
+    ax.annotate("", end, start, arrowprops={
+        "arrowstyle": f"{style},head_width=0.18,head_length=0.45", "color": colour, "lw": width,
+        "shrinkA": 0.0, "shrinkB": 0.0,
+    }, zorder=4)  # fmt: skip
+
+
+def _text(ax: Axes, y: float, z: float, text: str, colour: str, ha: Any = "left", va: Any = "center") -> None:
+    weight = "bold" if colour in (EXCEEDED, _DIMENSION) else "normal"
+    size = 9.0 if weight == "bold" else 7.5
+    ax.text(y, z, text, color=colour, fontsize=size, weight=weight, ha=ha, va=va, zorder=6)
+
+
+def plot_depth(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes:
+    """Draw the wear depth along the reference, positive where material is gone.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Profile state with wear.
+    ax : Axes, optional
+        Where to draw.
+    **line
+        Further properties of the line.
+    """
+    ax = own_axes(ax)
+    s = shown("arc_length", dataset["arc_length"].values)
+    depth = shown("wear_depth", dataset["wear_depth"].values)
+    ax.axhline(0.0, color="#555555", lw=0.8)
+    ax.fill_between(s, depth, 0.0, color=COLOURS["field"], alpha=0.18, lw=0.0)
+    ax.plot(s, depth, **({"color": COLOURS["field"], "lw": 1.4} | line))
+    deepest = int(np.argmax(depth))
+    ax.plot(s[deepest], depth[deepest], "o", color="white", markeredgecolor=COLOURS["field"], zorder=4)
+    ax.set_xlim(s[0], s[-1])
+    ax.margins(y=0.15)
+    ax.set_xlabel(f"Arc length along {dataset.attrs['reference_label']} [mm]")
+    ax.set_ylabel("Wear depth along the\nnormal [mm]")
+    _lateral_ticks(dataset, ax, s)
+    return ax
+
+
+def _lateral_ticks(dataset: xr.Dataset, ax: Axes, s: np.ndarray) -> None:
+    """Second scale above: the lateral position, from the flange tip (rail: the gauge side) on."""
+    y = shown("profile_y", dataset["wear_y"].values)
+    reach = np.maximum.accumulate(y)
+    rising = np.concatenate(([True], reach[1:] > reach[:-1]))
+    step = 10.0 if np.ptp(y) < 90.0 else 20.0
+    marks = np.arange(np.ceil(y.min() / step) * step, y.max(), step)
+    top = ax.secondary_xaxis("top")
+    top.set_xticks(np.interp(marks, y[rising], s[rising]), [plain(mark, 3).split(".")[0] for mark in marks])
+    top.tick_params(labelsize=7.5, colors="#555555", length=2.5, pad=1.5)
+    top.set_xlabel("Lateral position [mm]", fontsize=7.5, color="#555555", labelpad=2.0)
+
+
+def plot_radius_difference(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes:
+    """Draw the rolling radius difference over the lateral shift.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Profile state with running behaviour.
+    ax : Axes, optional
+        Where to draw.
+    **line
+        Further properties of the line.
+    """
+    ax = own_axes(ax)
+    shift = shown("shift", dataset["shift"].values)
+    values = shown("rolling_radius_difference", dataset["rolling_radius_difference"].values)
+    ax.axhline(0.0, color="#555555", lw=0.8)
+    ax.axvline(0.0, color="#555555", lw=0.8)
+    ax.plot(shift, values, **({"color": SERIES_COLOURS[0]} | line))
+    # beyond flange contact the difference runs off and would flatten all the rest
+    inner = np.abs(values[np.abs(shift) <= _TREAD_SHIFT])
+    ax.set_ylim(-1.3 * max(inner.max(initial=0.0), 0.5), 1.3 * max(inner.max(initial=0.0), 0.5))
+    ax.set_xlabel("Lateral shift of the wheelset, to the right [mm]")
+    ax.set_ylabel(label(dataset, "rolling_radius_difference"))
+    return ax
+
+
+def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes:
+    """Draw the equivalent conicity over the amplitude.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Profile state with running behaviour.
+    ax : Axes, optional
+        Where to draw.
+    **line
+        Further properties of the line.
+    """
+    ax = own_axes(ax)
+    amplitude = shown("amplitude", dataset["amplitude"].values)
+    conicity = shown("equivalent_conicity", dataset["equivalent_conicity"].values)
+    ax.plot(amplitude, conicity, **({"color": SERIES_COLOURS[2], "marker": "o"} | line))
+    for at, value in zip(amplitude, conicity, strict=True):
+        ax.annotate(f"{value:.3f}", (at, value), (0, 6), textcoords="offset points", ha="center",
+                    fontsize=7.5, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
+    ax.set_xlim(0.5, 6.5)
+    ax.set_ylim(0.0, 1.25 * float(conicity.max(initial=0.1)))
+    ax.set_xlabel(f"Amplitude [{NOMENCLATURE['amplitude'].shown_unit}]")
+    ax.set_ylabel("Equivalent conicity, EN 15302")
+    return ax

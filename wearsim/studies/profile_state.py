@@ -1,0 +1,131 @@
+"""A profile with its measures, wear and running behaviour as a dataset: what its figures draw."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearsim.errors import ProfileError
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.profile.measures import flange_gradient, flange_height, flange_thickness
+from wearsim.profile.shape import Profile, extremum
+from wearsim.profile.worn import WearBetween
+from wearsim.studies.profile_running import Running
+
+GAUGE_POINTS = ("flange tip", "tape circle", "lower point of the flank", "upper point of the flank")
+"""Order along `gauge_point`."""
+
+
+def gauge_points(profile: Profile, level: float, below_tip: float, tape: float) -> np.ndarray | None:
+    """Points between which Sh, Sd and qR are measured.
+
+    Parameters
+    ----------
+    profile : Profile
+        A wheel.
+    level, below_tip, tape : float
+        Distances of the measures [m].
+
+    Returns
+    -------
+    (4, 2) array or None
+        y and z of `GAUGE_POINTS` [m]; None for a wheel on which they cannot be found.
+    """
+    y, z = profile.y, profile.z
+    try:
+        height = flange_height(y, z)
+        lower = flange_thickness(y, z, level=level, flange_back=tape) - tape
+        upper = lower - flange_gradient(y, z, level=level, below_tip=below_tip)
+    except ProfileError:
+        return None
+    tip_y, tip_z = extremum(y, z, int(np.argmax(z)))
+    base = tip_z - height
+    return np.array([[tip_y, tip_z], [0.0, base], [lower, base + level], [upper, tip_z - below_tip]])
+
+
+def profile_state(
+    profile: Profile,
+    *,
+    label: str,
+    reference: Profile | None = None,
+    reference_label: str = "",
+    points: np.ndarray | None = None,
+    distances: Mapping[str, float] | None = None,
+    wear: WearBetween | None = None,
+    running: Running | None = None,
+    attributes: Mapping[str, str] | None = None,
+) -> xr.Dataset:
+    """Dataset of one profile.
+
+    Parameters
+    ----------
+    profile : Profile
+        Aligned with the reference, if there is one.
+    label, reference_label : str
+        Names in figures.
+    reference : Profile, optional
+        Drawn behind it.
+    points : (4, 2) array, optional
+        From `gauge_points` [m].
+    distances : mapping of str to float, optional
+        `level`, `below_tip` and `tape`, needed with `points` [m].
+    wear : WearBetween, optional
+        From the reference to the profile.
+    running : Running, optional
+        Of a wheelset.
+    attributes : mapping of str to str, optional
+        Further texts for titles.
+
+    Returns
+    -------
+    Dataset
+        SI units. `profile_y, profile_z (point)`; with a reference `reference_y, reference_z`; with gauge
+        points `gauge_y, gauge_z (gauge_point)` in the order of `GAUGE_POINTS`; with wear `arc_length, wear_y,
+        wear_depth (wear_point)`; with running behaviour `shift`, `rolling_radius_difference (shift)`,
+        `amplitude` and `equivalent_conicity (amplitude)`, amplitudes without a conicity left out.
+    """
+    axes = ("profile_y", "profile_z") if profile.kind == "wheel" else ("counterface_y", "counterface_z")
+    data: dict[str, Any] = {
+        "profile_y": _variable(axes[0], ("point",), profile.y),
+        "profile_z": _variable(axes[1], ("point",), profile.z),
+    }
+    if reference is not None:
+        data["reference_y"] = _variable(axes[0], ("reference_point",), reference.y)
+        data["reference_z"] = _variable(axes[1], ("reference_point",), reference.z)
+    if points is not None:
+        data["gauge_y"] = _variable(axes[0], ("gauge_point",), points[:, 0])
+        data["gauge_z"] = _variable(axes[1], ("gauge_point",), points[:, 1])
+    texts = {
+        "label": label,
+        "reference_label": reference_label,
+        "kind": profile.kind,
+        **{f"{name}_distance": value for name, value in (distances or {}).items()},
+        **(attributes or {}),
+    }
+    if wear is not None:
+        data["arc_length"] = _variable("arc_length", ("wear_point",), wear.s)
+        data["wear_y"] = _variable(axes[0], ("wear_point",), wear.y)
+        data["wear_depth"] = _variable("wear_depth", ("wear_point",), wear.depth)
+        data["worn_area"] = _variable("worn_area", (), wear.worn_area)
+    if running is not None:
+        known = [(a, value) for a, value, _ in running.conicity if value is not None]
+        data["shift"] = _variable("shift", ("shift",), running.shift)
+        data["rolling_radius_difference"] = _variable(
+            "rolling_radius_difference", ("shift",), running.difference
+        )
+        data["amplitude"] = _variable("amplitude", ("amplitude",), [a for a, _ in known])
+        data["equivalent_conicity"] = _variable("equivalent_conicity", ("amplitude",), [v for _, v in known])
+        texts["track"] = running.track
+        texts["wheels"] = running.wheel + (f" and {running.left} (left)" if running.left else "")
+    return xr.Dataset(data, attrs=texts)
+
+
+def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
+    quantity = NOMENCLATURE[name]
+    attributes = {"long_name": quantity.meaning, "units": quantity.unit or "1"}
+    if quantity.sign:
+        attributes["comment"] = quantity.sign
+    return xr.Variable(dimensions, np.asarray(values, dtype=np.float64), attributes)

@@ -1,0 +1,270 @@
+"""What a user names - a standard shape, a definition or a measured file - as a profile with its story."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from wearsim.errors import Fault, ProfileError
+from wearsim.profile import measures, standard
+from wearsim.profile.definition import Definition
+from wearsim.profile.files import ProfileReading, read_profile
+from wearsim.profile.formats import FORMATS
+from wearsim.profile.placement import place_rail
+from wearsim.profile.shape import Profile
+
+Kind = Literal["wheel", "rail"]
+
+INCLINATION = 1.0 / 40.0
+"""Of an upright rail, if nothing else is stated [-]."""
+
+SPACING = 0.25e-3
+"""Point distance of standard shapes [m]."""
+
+_WRITTEN = re.compile(r"\s*[#!]\s*(wheel|rail) profile\b")
+_FLANGE_HEIGHT = (20e-3, 45e-3)  # what tells a wheel from a rail head of the same size [m]
+_WIDEST_HEAD = 0.1  # wider points without a flange might be a tread [m]
+_HEADER_LINES = 5  # lines looked at for a word on the kind
+_NUMBER = re.compile(r"\d{2,4}(\.\d+)?")
+_DIAMETER_RANGE = (0.3, 1.5)  # plausible diameters of a header [m]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A profile and how it came to be.
+
+    Parameters
+    ----------
+    given : str
+        What the user wrote.
+    profile : Profile
+        In our axes [m]; a rail is not yet placed in the track.
+    format : str
+        Key of `wearsim.profile.formats.FORMATS`, or "definition".
+    title : str
+        Format or designation, for people.
+    notes : tuple of str
+        What was detected, changed or left out.
+    header : mapping of str to str
+        Keys and values of a file, unchanged.
+    source, certainty : str
+        Where the shape comes from and how sure it is; no certainty is known of a file.
+    upright : bool
+        Whether it is a rail that stands upright, so that it needs an inclination in the track.
+    """
+
+    given: str
+    profile: Profile
+    format: str
+    title: str
+    notes: tuple[str, ...]
+    header: Mapping[str, str] = field(repr=False)
+    source: str
+    certainty: str
+    upright: bool = False
+
+    @property
+    def kind(self) -> Kind:
+        """Wheel or rail."""
+        return self.profile.kind
+
+    @property
+    def measured(self) -> bool:
+        """Whether the points come from a file, not from a definition."""
+        return self.format != "definition"
+
+    def key(self, *names: str) -> str:
+        """Value of the first of these header keys that says something, in any case of letters."""
+        lower = {name.lower(): value.strip() for name, value in self.header.items()}
+        return next((lower[name.lower()] for name in names if lower.get(name.lower())), "")
+
+    @property
+    def diameter(self) -> float | None:
+        """Wheel diameter at the tape circle that the instrument wrote down [m]."""
+        text = self.key("DiameterTaperline").replace(",", ".")
+        if self.kind != "wheel" or not _NUMBER.fullmatch(text):
+            return None
+        value = 1e-3 * float(text)
+        return value if _DIAMETER_RANGE[0] <= value <= _DIAMETER_RANGE[1] else None
+
+
+def is_file(given: str) -> bool:
+    """Tell whether a text is taken for a path, by the rule of `load_profile`."""
+    path = Path(given)
+    return path.is_file() or (
+        not standard.is_designation(given) and (bool(path.suffix) or len(path.parts) != 1)
+    )
+
+
+def read_subject(
+    given: str, kind: Kind | None = None, said: Mapping[str, Any] | None = None, *, spacing: float = SPACING
+) -> Subject:
+    """Profile by the name of a standard shape, from a definition (`.toml`) or from a measured file.
+
+    Parameters
+    ----------
+    given : str
+        Name, designation such as "S1002/h30", or path.
+    kind : {"wheel", "rail"}, optional
+        What it is; told by the definition, the extension or the content of a file.
+    said : mapping, optional
+        Statements on a file, as arguments of `read_profile`.
+    spacing : float
+        Point distance of a standard shape [m].
+
+    Returns
+    -------
+    Subject
+        A rail is upright if it comes from a definition, and as it was measured if it comes from a file.
+
+    Raises
+    ------
+    ProfileError
+        One line per fault.
+    """
+    said = {} if said is None else said
+    if is_file(given):
+        path = Path(given)
+        if path.suffix.lower() == ".toml" and path.is_file():
+            return _defined(given, _definition_of_file(path), kind, spacing)
+        return _from_file(given, kind, said)
+    return _defined(given, _named(given, kind), kind, spacing)
+
+
+def placed(subject: Subject, inclination: float | None, gauge: float, half_span: float) -> Profile:
+    """Rail profile in the track.
+
+    Parameters
+    ----------
+    subject : Subject
+        A rail.
+    inclination : float or None
+        Tilt towards the track centre [-]; None: `INCLINATION` for an upright shape, else none, for measured
+        points stand as they were measured.
+    gauge, half_span : float
+        See `wearsim.profile.placement.place_rail` [m].
+    """
+    tilt = (INCLINATION if subject.upright else 0.0) if inclination is None else inclination
+    if not subject.measured and not is_file(subject.given):
+        return standard.rail(subject.given, tilt, gauge, half_span)
+    try:
+        profile = place_rail(subject.profile, tilt, gauge, half_span)
+    except ProfileError as error:
+        raise ProfileError(str(Fault(str(error), subject.given))) from error
+    return replace(profile, source=subject.profile.source)
+
+
+def _named(given: str, kind: Kind | None) -> Definition:
+    """Definition of a shipped shape; without a kind, of whichever it is."""
+    if kind is not None:
+        return standard.definition(given, kind)
+    names = {each: standard.shipped_names(each) for each in ("wheel", "rail")}
+    if standard.is_designation(given):
+        parts = [part.strip() for part in given.split("/")]
+        bases = {"/".join(parts[:count]) for count in range(1, len(parts) + 1)}
+        return standard.definition(given, "rail" if bases & set(names["rail"]) else "wheel")
+    known = {name.lower(): name for each in names.values() for name in each}
+    near = difflib.get_close_matches(given.lower(), list(known), n=1, cutoff=0.5)
+    hint = f"; did you mean {known[near[0]]!r}?" if near else ""
+    listed = "; ".join(f"{each}s: {', '.join(each_names)}" for each, each_names in names.items())
+    raise ProfileError(f"{given!r} is neither a file nor a shipped profile ({listed}){hint}")
+
+
+def _definition_of_file(path: Path) -> Definition:
+    """Definition in a file of the user."""
+    from wearsim.profile.definition_file import read_definition
+
+    return read_definition(path)
+
+
+def _defined(given: str, shape: Definition, kind: Kind | None, spacing: float) -> Subject:
+    """Subject of a definition."""
+    if kind is not None and shape.kind != kind:
+        raise ProfileError(f"{given}: is a {shape.kind} profile, a {kind} is needed")
+    y, z = standard.sample(shape, spacing)
+    profile = Profile(shape.name, shape.kind, y, z, shape.source)
+    upright = shape.kind == "rail" and shape.inclined_gauge_y is None
+    notes = (f"points every {spacing * 1e3:g} mm",)
+    if shape.kind == "rail":
+        notes += ("upright, y from the symmetry axis" if upright else "as it stands in the track",)
+    return Subject(
+        given, profile, "definition", shape.title, notes, {}, shape.source, shape.certainty, upright
+    )
+
+
+def _from_file(given: str, kind: Kind | None, said: Mapping[str, Any]) -> Subject:
+    """Subject of a measured file."""
+    path = Path(given)
+    notes: tuple[str, ...] = ()
+    told = kind or _told_kind(path)
+    if told is None:
+        reading, notes = _either(path, said)
+    else:
+        reading = read_profile(path, told, **said)
+    return Subject(
+        given,
+        reading.profile,
+        reading.format,
+        FORMATS[reading.format].title,
+        (*notes, *reading.notes[1:]),
+        reading.header,
+        f"file {path.name}",
+        "",
+    )
+
+
+def _told_kind(path: Path) -> Kind | None:
+    """Kind that the extension or a first comment stands for."""
+    by_suffix = {kind for each in FORMATS.values() if (kind := each.suffixes.get(path.suffix.lower(), ""))}
+    if len(by_suffix) == 1:
+        return "wheel" if by_suffix == {"wheel"} else "rail"
+    try:
+        with path.open("rb") as file:
+            head = file.read(2000).decode("utf-8", "replace").splitlines()[:_HEADER_LINES]
+    except (OSError, ValueError):
+        return None  # the reader says what is wrong
+    for line in head:
+        if match := _WRITTEN.match(line):
+            return "wheel" if match[1] == "wheel" else "rail"
+    return None
+
+
+def _either(path: Path, said: Mapping[str, Any]) -> tuple[ProfileReading, tuple[str, ...]]:
+    """Read a file that says nothing on its kind: by its content, or a question to the user."""
+    readings: dict[Kind, ProfileReading] = {}
+    errors: dict[Kind, str] = {}
+    kinds: tuple[Kind, Kind] = ("wheel", "rail")
+    for kind in kinds:
+        try:
+            readings[kind] = read_profile(path, kind, **said)
+        except ProfileError as error:
+            errors[kind] = str(error)
+    if len(errors) == 2:
+        if errors["wheel"] == errors["rail"]:
+            raise ProfileError(errors["wheel"])
+        first = {kind: text.splitlines()[0].removeprefix(f"{path}:").strip() for kind, text in errors.items()}
+        raise ProfileError(
+            f"{path}: can be read neither as a wheel ({first['wheel']}) nor as a rail ({first['rail']}); "
+            "state which it is with --kind wheel or --kind rail to see all faults"
+        )
+    if "wheel" in readings and ("rail" not in readings or _has_flange(readings["wheel"].profile)):
+        return readings["wheel"], ("a wheel, told by its flange",)
+    if "wheel" not in readings and float(np.ptp(readings["rail"].profile.y)) <= _WIDEST_HEAD:
+        return readings["rail"], ("a rail, told by the shape of its head",)
+    raise ProfileError(f"{path}: could be a wheel or a rail; state --kind wheel or --kind rail")
+
+
+def _has_flange(profile: Profile) -> bool:
+    """Tell whether a profile has the flange of a wheel."""
+    try:
+        height = measures.flange_height(profile.y, profile.z)
+        measures.flange_thickness(profile.y, profile.z)
+    except ProfileError:
+        return False
+    return bool(np.isfinite(height) and _FLANGE_HEIGHT[0] <= height <= _FLANGE_HEIGHT[1])
