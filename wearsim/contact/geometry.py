@@ -79,6 +79,26 @@ class Attitude:
 
 
 @dataclass(frozen=True)
+class Bodies:
+    """The wheel a gap belongs to, for whoever needs the gap away from the contact line.
+
+    Parameters
+    ----------
+    wheel : Rings
+        The wheel.
+    attitude : Attitude
+        n rows.
+    half_span, nominal_radius : float
+        From the track centre to the origin of the profiles; tape circle radius [m].
+    """
+
+    wheel: Rings
+    attitude: Attitude
+    half_span: float
+    nominal_radius: float
+
+
+@dataclass(frozen=True)
 class Gap:
     """Gap between the contours of wheel and counterface with the wheel at its design height.
 
@@ -98,6 +118,8 @@ class Gap:
         Its rolling radius [m].
     x : (n, g) array
         Its longitudinal position, from the middle of the axle [m].
+    bodies : Bodies, optional
+        What `gap_surface` needs; none for a gap that is only a curve.
     """
 
     contour: Contour
@@ -107,6 +129,7 @@ class Gap:
     sin_theta: FloatArray
     wheel_radius: FloatArray
     x: FloatArray
+    bodies: Bodies | None = None
 
 
 def _steep_free(profile: Profile, spacing: float, start: int) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -215,6 +238,7 @@ def gap(
         sin_theta=np.zeros(shape),
         wheel_radius=np.full(shape, nominal_radius),
         x=np.zeros(shape),
+        bodies=Bodies(wheel, attitude, half_span, nominal_radius),
     )
     height, offset, lever, along = (np.empty(wheel.y.size) for _ in range(4))
     _raster(
