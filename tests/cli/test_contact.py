@@ -230,6 +230,37 @@ def test_plots_are_files_of_their_kind(ending, tmp_path, capsys):
     assert path.read_bytes().startswith(start)
 
 
+def test_a_negative_number_of_any_form_is_a_value_and_no_flag(capsys):
+    """argparse by itself takes -1e-3 and -0.001,0,-0.2 for flags."""
+    joined = solved(capsys, "--shift-mm=3", "--creepage=-1e-3,0,-0.2")
+    assert solved(capsys, "--shift-mm", "3", "--creepage", "-1e-3,0,-0.2") == joined
+    assert solved(capsys, "--shift-mm", "-.5") == solved(capsys, "--shift-mm=-0.5")
+
+
+@pytest.mark.parametrize(
+    ("flags", "told"),
+    [
+        (("--shift-mm", "7"), "note: shift 7 mm is beyond the flange clearance of 6.6 mm: the right wheel"),
+        (
+            ("--shift-mm", "-7", "--side", "left"),
+            "note: shift -7 mm is beyond the flange clearance of 6.6 mm",
+        ),
+        (
+            ("--shift-mm", "6", "--wheel-load-kN", "300", "--roller-radius-mm", "100"),
+            "note: maximum pressure 4.8",
+        ),
+        (("--curve-radius-m", "500", "--roller-radius-mm", "1000"), "note: a curve radius on a roller"),
+    ],
+)
+def test_what_deserves_a_second_look_is_noted(flags, told, capsys):
+    assert main(["contact", *flags]) == 0
+    notes = capsys.readouterr().err
+    assert notes.startswith(told)
+    assert notes.count("\n") == 1
+    assert main(["contact", "--shift-mm", "-7"]) == 0  # the right wheel runs on its tread
+    assert capsys.readouterr().err == ""
+
+
 def test_a_plot_that_cannot_be_written_is_told_in_one_line(tmp_path, capsys):
     (tmp_path / "contact.png").mkdir()
     assert main(["contact", "--plot", str(tmp_path / "contact.png")]) == 2

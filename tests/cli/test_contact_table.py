@@ -277,8 +277,35 @@ def test_other_columns_are_no_matter_for_warnings(column, table, run):
 )
 def test_what_spreadsheets_write_is_read(content, table, run):
     code, out, err = run("--table", table(content))
-    assert (code, err) == (0, "")
+    assert code == 0
+    empty = b"\n,,," in content
+    told = "1 rows of empty cells are left out, the first is line 3; a row of defaults needs one value"
+    assert err == (f"{table(content)}: {told}\n" if empty else "")
     assert [(row["shift_mm"], row["name"]) for row in rows(out)] == [("1", "a"), ("2", "b")]
+
+
+def test_output_as_input_solves_each_wheel_once(table, run):
+    """At 5.3 mm two patches close: two lines of output, one point of the next table."""
+    _, first, _ = run("--table", table("shift_mm\n5.3\n3\n"))
+    assert [row["patch"] for row in rows(first)] == ["1", "2", "1"]
+    path = table(first, "solved.csv")
+    code, second, err = run("--table", path)
+    assert code == 0
+    assert "1 lines of further patches (column patch above 1) are left out" in err
+    assert [row["area_mm2"] for row in rows(second)] == [row["area_mm2"] for row in rows(first)]
+    assert {row["normal"] for row in rows(second)} == {"kik_piotrowski"}
+    assert {row["tangential"] for row in rows(second)} == {"fastsim"}
+
+
+def test_rows_that_deserve_a_second_look_are_noted_once_per_kind(table, run):
+    path = table("shift_mm,curve_radius_m,roller_radius_mm\n3,,\n7,,\n7.1,,\n0,500,1000\n")
+    code, out, err = run("--table", path)
+    assert code == 0
+    assert len(rows(out)) == 4
+    climbing, curve = err.splitlines()
+    assert climbing.startswith(f"{path}: note: line 3: shift 7 mm is beyond the flange clearance of 6.6 mm")
+    assert climbing.endswith(" (1 more row like it)")
+    assert curve.startswith(f"{path}: note: line 5: a curve radius on a roller stands for")
 
 
 def test_a_line_in_quotes_counts_for_the_lines_after_it(table, run):

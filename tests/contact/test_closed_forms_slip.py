@@ -136,7 +136,7 @@ def test_cattaneo_mindlin_traction(share, a, b):
 
 @pytest.mark.parametrize("share", [1e-6, 0.3, -0.8, 1.0])
 def test_displacement_on_a_circle(share):
-    """Johnson section 7.2; rounding. Small forces: the stiffness 8 a G / (2 - nu) without slip."""
+    """Johnson section 7.2; rounding. Small force: stiffness 4 a G / (2 - nu) of equal bodies without slip."""
     a, load = 5e-3, 50e3
     contact = cattaneo_mindlin(share * 0.3 * load, load, a, a, 0.3, G, POISSON)
     released = 1.0 - (1.0 - abs(share)) ** (2.0 / 3.0)

@@ -283,8 +283,17 @@ def test_rows_and_sides_broadcast():
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"speed": np.array([20.0, 0.0])}, r"^speed = 0 m/s must be above 0$"),
-        ({"wheel_radius": np.nan}, r"^wheel radius = nan m must be above 0$"),
+        ({"speed": np.array([20.0, 0.0])}, r"^speed = 0 m/s must be above 0 and finite$"),
+        ({"wheel_radius": np.nan}, r"^wheel radius = nan m must be above 0 and finite$"),
+        ({"nominal_radius": 0.0}, r"^nominal radius = 0 m must be above 0 and finite$"),
+        ({"curvature": -1.0}, r"^curvature = -1 1/m must be 0 or above, and finite$"),
+        ({"yaw": [0.0, np.inf]}, r"^yaw = inf rad must be finite$"),
+        ({"side": [0, 2]}, r"^side = 2 is neither 0 \(right\) nor 1 \(left\)$"),
+        ({"side": [0, 1, 0], "yaw": [0.0, 0.1]}, r"^shapes do not fit together: yaw \(2,\), side \(3,\)$"),
+        (
+            {"yaw": np.zeros((2, 2))},
+            r"^the arguments have the shape \(2, 2\) together and must have one axis$",
+        ),
         ({"frame": "rail"}, r"^frame = 'rail' is not known; take one of counterface, wheel$"),
     ],
 )

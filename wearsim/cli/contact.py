@@ -12,11 +12,14 @@ from wearsim.cli import Commands, add_command
 from wearsim.cli.contact_flags import COLUMNS, FLAGS, conflict, faults_of, merged, point, without_faults
 
 if TYPE_CHECKING:
+    from wearsim.cli.contact_notes import Notes
     from wearsim.cli.contact_points import PointResult
     from wearsim.cli.contact_table import Row, Table
     from wearsim.errors import ContactError, Fault
 
-_WINDOW = 512
+    Window = list[tuple[Row, PointResult | ContactError]]
+
+_WINDOW = 64
 """Rows of a table solved and printed together; the memory a table takes does not grow beyond them."""
 
 _FORMATS = ("png", "svg", "pdf")
@@ -26,7 +29,8 @@ Tables: a CSV file with a header, columns named like the flags (shift_mm, yaw_mr
 row per operating point. An empty cell takes the flag's value; other columns are carried through. What a row
 gives goes before the flags. Nothing is computed before the whole table is free of faults; a row whose contact
 has no answer is named on stderr, the others are printed, and the exit code is 2 (3 if a computation failed).
-The output holds one line per patch and is a table for this command again.
+The output holds one line per patch and is a table for this command again: lines of further patches of a
+wheel (patch 2, 3, ...) are then left out.
 """
 
 _EXAMPLES = """\
@@ -90,18 +94,23 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _solve_point(flags: Mapping[str, str], arguments: argparse.Namespace) -> None:
     import json
+    import sys
 
+    from wearsim.cli.contact_notes import notes
     from wearsim.cli.contact_points import solve_one
     from wearsim.cli.contact_print import as_json, as_text
 
     problem, solution, result = solve_one(point(merged(flags, {})))
+    print(json.dumps({"points": [as_json(result)]}, indent=2) if arguments.json else as_text(result))
+    sys.stdout.flush()  # kept even if the drawing fails
+    for note in notes(result):
+        print(f"note: {note}", file=sys.stderr)
     if arguments.plot is not None:
         from wearsim.report.pages_contact import write_contact_figure
         from wearsim.studies.contact_state import contact_state
 
         state = contact_state(problem.conditions, problem.wheelset, problem.counterface, solution)
         write_contact_figure(state, Path(arguments.plot))
-    print(json.dumps({"points": [as_json(result)]}, indent=2) if arguments.json else as_text(result))
 
 
 def _plot_faults(plot: str, table: str | None) -> list[str]:
@@ -119,6 +128,7 @@ def _solve_table(source: str, flags: Mapping[str, str], faults: list[Fault], as_
     """Print the solution of every row, window by window; the exit code is that of the worst row."""
     import sys
 
+    from wearsim.cli.contact_notes import Notes
     from wearsim.cli.contact_table import checked, opened, rows_of
     from wearsim.errors import SceneError
 
@@ -132,12 +142,25 @@ def _solve_table(source: str, flags: Mapping[str, str], faults: list[Fault], as_
         for warning in table.warnings:
             print(f"{name}: {warning}", file=sys.stderr)
         write = _write_json if as_json else _write_csv
-        return write(table, flags, _solved(rows_of(table), flags))
+        collected = Notes()
+        worst = write(table, flags, _noted(_solved(rows_of(table), flags), collected))
+        for note in collected.told():
+            print(f"{name}: note: {note}", file=sys.stderr)
+        return worst
 
 
-def _solved(
-    rows: Iterator[Row], flags: Mapping[str, str]
-) -> Iterator[list[tuple[Row, PointResult | ContactError]]]:
+def _noted(windows: Iterator[Window], collected: Notes) -> Iterator[Window]:
+    """Pass the answers on and collect what deserves a note."""
+    from wearsim.cli.contact_points import PointResult
+
+    for window in windows:
+        for row, answer in window:
+            if isinstance(answer, PointResult):
+                collected.add(row.line, answer)
+        yield window
+
+
+def _solved(rows: Iterator[Row], flags: Mapping[str, str]) -> Iterator[Window]:
     """Rows with their answers, a window at a time."""
     from itertools import islice
 
@@ -151,7 +174,7 @@ def _solved(
 def _write_csv(
     table: Table,
     flags: Mapping[str, str],
-    windows: Iterator[list[tuple[Row, PointResult | ContactError]]],
+    windows: Iterator[Window],
 ) -> int:
     import csv
     import sys
@@ -160,7 +183,8 @@ def _write_csv(
     from wearsim.errors import ContactError
 
     # flags beside the table become columns, too: the output tells all that was not a default
-    columns = list(dict.fromkeys([*table.kept, *flags, "side", "roll", *RESULT_COLUMNS]))
+    stated = ("side", "roll", "normal", "tangential")
+    columns = list(dict.fromkeys([*table.kept, *flags, *stated, *RESULT_COLUMNS]))
     writer = csv.DictWriter(sys.stdout, columns, restval="", extrasaction="ignore", lineterminator="\n")
     writer.writeheader()
     worst = 0
@@ -178,7 +202,7 @@ def _write_csv(
 def _write_json(
     table: Table,
     flags: Mapping[str, str],  # noqa: ARG001  (the points hold what acted)
-    windows: Iterator[list[tuple[Row, PointResult | ContactError]]],
+    windows: Iterator[Window],
 ) -> int:
     import json
     import sys

@@ -112,13 +112,19 @@ def checked(name: str, stream: BinaryIO, flags: Mapping[str, str]) -> Table:
     rest = 0
     columns: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
-    rows = 0
+    rows, further, empty = 0, 0, list[int]()
     seen: set[tuple[object, ...]] = set()
     try:
         for line, cells in _records(name, stream):
-            if not columns:
+            if not columns and any(cell.strip() for cell in cells):
                 columns = _header(name, line, cells)
                 warnings = tuple(_warnings(columns))
+                continue
+            if not any(cell.strip() for cell in cells):
+                empty.append(line)
+                continue
+            if _is_further(columns, cells):
+                further += 1
                 continue
             rows += 1
             for message in _row_faults(columns, line, cells, flags, seen):
@@ -132,6 +138,11 @@ def checked(name: str, stream: BinaryIO, flags: Mapping[str, str]) -> Table:
         if rows == 0:
             missing = "only a header" if columns else "nothing"
             faults.append(Fault(f"holds {missing}; give a header with flags and a row per point", name))
+    if further:
+        warnings += (f"{further} lines of further patches (column patch above 1) are left out",)
+    if empty:
+        told = f"{len(empty)} rows of empty cells are left out, the first is line {empty[0]}"
+        warnings += (told + "; a row of defaults needs one value",)
     if rest:
         faults.append(Fault(f"{rest} more faults are not shown", name))
     if faults:
@@ -143,10 +154,20 @@ def rows_of(table: Table) -> Iterator[Row]:
     """Rows of a checked table, one after the other."""
     header = True
     for line, cells in _records(table.name, table.stream):
+        if not any(cell.strip() for cell in cells) or (not header and _is_further(table.columns, cells)):
+            continue
         if header:
             header = False
         else:
             yield _row(table.columns, line, cells)
+
+
+def _is_further(columns: tuple[str, ...], cells: list[str]) -> bool:
+    """Whether a row is the second or a later patch of a point in the output of an earlier run."""
+    if not {"patch", "table_line"} <= set(columns):
+        return False
+    cell = dict(zip(columns, cells, strict=False)).get("patch", "").strip()
+    return cell.isdecimal() and int(cell) > 1
 
 
 def _row(columns: tuple[str, ...], line: int, cells: list[str]) -> Row:
@@ -240,7 +261,7 @@ def _warnings(columns: tuple[str, ...]) -> Iterator[str]:
 
 
 def _records(name: str, stream: BinaryIO) -> Iterator[tuple[int, list[str]]]:
-    """Line and cells of each record that is not empty."""
+    """Line and cells of each record that holds anything, be it empty cells."""
     stream.seek(0)
     count = 0
 
@@ -267,7 +288,7 @@ def _records(name: str, stream: BinaryIO) -> Iterator[tuple[int, list[str]]]:
     reader = csv.reader(lines(), strict=True, skipinitialspace=True)
     try:
         for cells in reader:
-            if any(cell.strip() for cell in cells):
+            if len(cells) > 1 or any(cell.strip() for cell in cells):
                 yield start, cells
             start = count + 1
     except csv.Error as error:

@@ -30,6 +30,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from wearsim.contact.closed_forms.domain import alike, finite, number, positive, within
 from wearsim.contact.patch import FloatArray
 from wearsim.errors import ContactError
 
@@ -66,7 +67,7 @@ def linear_creepage(
     contact_angle : (m,) array or float
         To the track, about x, z down; negative on the right wheel's flange, positive on the left one's [rad].
     half_distance : (m,) array or float
-        l from the middle of the axle to the contact, positive on both sides [m].
+        l from the middle of the axle to the contact, along the axle, positive on both sides [m].
     nominal_radius : float
         Wheel radius :math:`r_0` at the tape circle [m].
     curvature : float
@@ -94,7 +95,8 @@ def linear_creepage(
     Raises
     ------
     ContactError
-        If the speed or the wheel radius is not positive, or the frame is not known.
+        If a speed or radius is not positive, a value is not finite, the side is neither 0 nor 1, shapes do
+        not fit together, or the frame is not known.
 
     Notes
     -----
@@ -124,15 +126,29 @@ def linear_creepage(
     """
     if frame not in FRAMES:
         raise ContactError(f"frame = {frame!r} is not known; take one of {', '.join(FRAMES)}")
-    rows = np.broadcast_arrays(
-        *np.atleast_1d(wheel_radius, counterface_z, contact_angle, half_distance, speed),
-        *np.atleast_1d(yaw, roll, lateral_velocity, vertical_velocity, yaw_rate, roll_rate, side),
+    nominal_radius = number("nominal radius", positive("nominal radius", nominal_radius, "m"))
+    curvature = number("curvature", within("curvature", curvature, "1/m", 0.0, np.inf))
+    rows = alike(
+        wheel_radius=positive("wheel radius", wheel_radius, "m"),
+        counterface_z=finite("counterface z", counterface_z, "m"),
+        contact_angle=finite("contact angle", contact_angle, "rad"),
+        half_distance=finite("half distance", half_distance, "m"),
+        speed=positive("speed", speed, "m/s"),
+        yaw=finite("yaw", yaw, "rad"),
+        roll=finite("roll", roll, "rad"),
+        lateral_velocity=finite("lateral velocity", lateral_velocity, "m/s"),
+        vertical_velocity=finite("vertical velocity", vertical_velocity, "m/s"),
+        yaw_rate=finite("yaw rate", yaw_rate, "rad/s"),
+        roll_rate=finite("roll rate", roll_rate, "rad/s"),
+        side=finite("side", side, "-"),
     )
-    r, z, theta, l, v, psi, phi, y_dot, z_dot, psi_dot, phi_dot, left = (row.astype(float) for row in rows)
-    for name, value, unit in (("speed", v, "m/s"), ("wheel radius", r, "m")):
-        if not np.all(value > 0.0):
-            row = int(np.argmin(value > 0.0))
-            raise ContactError(f"{name} = {value[row]:g} {unit} must be above 0", row=row)
+    r, z, theta, l, v, psi, phi, y_dot, z_dot, psi_dot, phi_dot, left = np.atleast_1d(*rows)
+    if r.ndim > 1:
+        raise ContactError(f"the arguments have the shape {r.shape} together and must have one axis")
+    other = ~np.isin(left, (0.0, 1.0))
+    if other.any():
+        row = int(np.argmax(other))
+        raise ContactError(f"side = {left[row]:g} is neither 0 (right) nor 1 (left)", row=row)
     sign = np.where(left == 0, 1.0, -1.0)  # a left wheel is the mirror image of a right one
     theta, psi, phi, y_dot, psi_dot, phi_dot = (
         sign * value for value in (theta, psi, phi, y_dot, psi_dot, phi_dot)

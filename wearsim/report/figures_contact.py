@@ -127,12 +127,18 @@ def plot_pressure_along(
     label: str | None = None,
     **line: Any,
 ) -> Axes:
-    """Draw the largest pressure of each strip across a patch; parameters as of `plot_outline`."""
+    """Draw the largest pressure of each strip across a patch, zero at its ends.
+
+    Parameters are those of `plot_outline`.
+    """
     ax = own_axes(ax)
     look: dict[str, Any] = {"color": _colour(dataset)} | line
     pressure = shown_values(dataset, "pressure", patch=patch).max(axis=0)
     name = dataset.attrs["label"] if label is None else label
-    ax.plot(shown_values(dataset, across, patch=patch), pressure, label=name, **look)
+    place = shown_values(dataset, across, patch=patch)
+    before, after = place[0] - 0.5 * (place[1] - place[0]), place[-1] + 0.5 * (place[-1] - place[-2])
+    place, pressure = np.r_[before, place, after], np.r_[0.0, pressure, 0.0]
+    ax.plot(place, pressure, label=name, **look)
     ax.set_ylim(bottom=0.0, auto=None)
     ax.set_xlabel("Lateral, to the right [mm]" if across == "lateral" else _label(dataset, across))
     ax.set_ylabel(_label(dataset, "pressure"))
