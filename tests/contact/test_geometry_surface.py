@@ -125,7 +125,7 @@ def test_yaw_bends_the_sections_in_the_flange_root_with_its_square(s1002, rail_6
     gap = searched(s1002, rail_60e1, shift, yaw)
     rings = gap.bodies.wheel
     bend = np.gradient(rings.slope, rings.y)
-    root = np.flatnonzero((gap.gap[0] < gap.gap[0].min() + 5e-5))
+    root = np.flatnonzero(gap.gap[0] < gap.gap[0].min() + 5e-5)
     root = int(root[np.argmax(np.interp(gap.wheel_y[0, root], rings.y, bend))])
     plane = contact_plane(gap, np.array([0]), gap.contour.y[[root]], np.zeros(1))
     height = gap_surface(gap, plane, x, np.zeros((1, 1)))[0, :, 0]
