@@ -6,14 +6,20 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.errors import ProfileError
-from wearsim.profile.shape import FloatArray, Profile, _corners, arc_length, vertex_lengths
+from wearsim.profile.shape import FloatArray, Profile, arc_length, corners, vertex_lengths
 
 _MM = 1e-3
 _PASSES = 2  # the second one counts arc length along the smoothed shape, free of the noise
 _FIT = 2.0  # wavelengths at an end from which its curvature is taken
 _FADE = 4.0  # wavelengths over which that curvature fades out
+_BESIDE = (
+    1e-3  # length on either side of a corner from which its turn is taken [m]: 20 degrees on 3 mm radius
+)
+_BESIDE_POINTS = 4
+_CORNER = np.radians(20.0)
 
 
 def smoothing_spline(
@@ -120,7 +126,7 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
         )
     points = np.vstack((profile.y, profile.z))
     result = points.copy()
-    ends = [0, *_corners(profile.y, profile.z), len(s) - 1]
+    ends = [0, *_corners(points, s), len(s) - 1]
     for first, last in pairwise(ends):
         if last - first < 3:
             continue
@@ -132,6 +138,56 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
         inner = slice(0 if first == 0 else 1, new.shape[1] if last == len(s) - 1 else new.shape[1] - 1)
         result[:, first : last + 1][:, inner] = new[:, inner]
     return replace(profile, y=np.ascontiguousarray(result[0]), z=np.ascontiguousarray(result[1]))
+
+
+def _corners(points: FloatArray, s: FloatArray) -> list[int]:
+    """Corners, also those that noise or the point spacing spreads over several vertices."""
+    clear = corners(points[0], points[1])
+    low = np.searchsorted(s, s - _BESIDE, side="left")
+    high = np.searchsorted(s, s + _BESIDE, side="right")
+    here = np.arange(len(s))
+    before, after = _lines(points, s, low, here + 1), _lines(points, s, here, high)
+    turn = np.angle(np.exp(1j * (np.arctan2(after[1], after[0]) - np.arctan2(before[1], before[0]))))
+    enough = (here + 1 - low >= _BESIDE_POINTS) & (high - here >= _BESIDE_POINTS)
+    size = np.where(enough, np.abs(turn), 0.0)
+    found = list(clear)
+    for j in np.argsort(-size, kind="stable"):
+        if size[j] <= _CORNER:
+            break
+        if any(abs(s[j] - s[k]) < _BESIDE for k in found):
+            continue
+        near = slice(low[j], high[j])
+        # the lines on both sides meet where the corner is, the noise of its own vertex left out
+        meeting = np.linalg.lstsq(
+            np.array([[-before[1, j], before[0, j]], [-after[1, j], after[0, j]]]),
+            np.array(
+                [
+                    before[0, j] * before[3, j] - before[1, j] * before[2, j],
+                    after[0, j] * after[3, j] - after[1, j] * after[2, j],
+                ]
+            ),
+            rcond=None,
+        )[0]
+        found.append(int(low[j] + np.argmin(np.hypot(*(points[:, near] - meeting[:, None])))))
+    return sorted(set(found))
+
+
+def _lines(points: FloatArray, s: FloatArray, start: NDArray[np.intp], stop: NDArray[np.intp]) -> FloatArray:
+    """Straight lines fitted to points start .. stop - 1: (4, n), direction y, z and mean y, z."""
+
+    def over(values: FloatArray) -> FloatArray:
+        total = np.concatenate(([0.0], np.cumsum(values)))
+        return total[stop] - total[start]
+
+    count = (stop - start).astype(np.float64)
+    mean_s = over(s) / count
+    spread = np.maximum(over(s * s) - count * mean_s**2, np.finfo(np.float64).tiny)
+    means = [over(values) / count for values in points]
+    slopes = [
+        (over(s * values) - count * mean_s * mean) / spread
+        for values, mean in zip(points, means, strict=True)
+    ]
+    return np.array([*slopes, *means])
 
 
 def _piece(part: FloatArray, s: FloatArray, length: FloatArray, wavelength: float) -> FloatArray:

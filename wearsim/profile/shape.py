@@ -90,7 +90,7 @@ def resample(profile: Profile, spacing: float) -> Profile:
         )
     points = np.column_stack((profile.y, profile.z))
     pieces = []
-    ends = [0, *_corners(profile.y, profile.z), len(s) - 1]
+    ends = [0, *corners(profile.y, profile.z), len(s) - 1]
     for first, last in pairwise(ends):
         part = slice(first, last + 1)
         count = max(1, round((s[last] - s[first]) / spacing))
@@ -109,10 +109,23 @@ def _linear(at: FloatArray, s: FloatArray, points: FloatArray) -> FloatArray:
     return np.column_stack((np.interp(at, s, points[:, 0]), np.interp(at, s, points[:, 1])))
 
 
-def _corners(y: FloatArray, z: FloatArray) -> list[int]:
+def corners(y: FloatArray, z: FloatArray) -> list[int]:
     """Vertices that turn by more than 20 degrees and three times as much as any vertex near them.
 
-    The second condition keeps the noise of finely measured profiles from being taken for corners.
+    Parameters
+    ----------
+    y, z : (n,) array
+        Vertices [m].
+
+    Returns
+    -------
+    list of int
+        Inner vertices in rising order.
+
+    Notes
+    -----
+    The second condition, on the three vertices on either side, keeps the noise of finely measured profiles
+    from being taken for corners.
     """
     heading = np.unwrap(np.arctan2(np.diff(z), np.diff(y)))
     turn = np.zeros(len(y))
