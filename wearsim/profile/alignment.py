@@ -11,7 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from wearsim.errors import ProfileError
-from wearsim.profile.best_fit import FEWEST, STEEPEST, FitZone, Move, best_fit, default_zones, with_back
+from wearsim.profile.best_fit import FEWEST, STEEPEST, FitZone, Move, best_fit, default_zones, prolonged
 from wearsim.profile.shape import FloatArray, Profile
 
 FLANGE_BACK = -70e-3
@@ -193,7 +193,7 @@ def _by_flange_tip(profile: Profile, reference: Profile, *, lateral: bool = Fals
 def _by_flange_back(profile: Profile, reference: Profile) -> Move:
     """Compare at equal depth below the tip, which wears as little as the back; the tread does wear."""
     tip_z, ref_tip_z = _tip(profile)[1], _tip(reference)[1]
-    ref = with_back(reference)
+    ref = prolonged(reference)
     end = int(np.argmax(ref.z)) + 1
     ref_y, ref_depth = ref.y[:end][::-1], ref_tip_z - ref.z[:end][::-1]
     down, out = np.diff(ref_depth), np.abs(np.diff(ref_y))

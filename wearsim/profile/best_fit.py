@@ -22,6 +22,7 @@ _CLOSE = 1e-10  # change of the shift at which the fit is settled [m]
 _SETTLED = 1e-7  # change that is accepted where single points come and go at a border of a zone [m]
 _TUKEY = 4.685  # in standard deviations; 95 % efficient for normal noise
 _WEAKEST = 1e-4  # mean square of the normals' share in the weakest direction
+_ROUNDS, _FIRST_ROUNDS = 200, 20  # steps at most
 _ARM = 50e-3  # what makes an angle comparable to a shift [m]
 
 
@@ -35,11 +36,14 @@ class FitZone:
         What it is called.
     y, z : (float, float)
         Ranges [m]; infinite where nothing limits them.
+    needed : bool
+        Whether a profile without points there is refused.
     """
 
     name: str
     y: tuple[float, float]
     z: tuple[float, float] = (-math.inf, math.inf)
+    needed: bool = True
 
 
 WHEEL_ZONES = (
@@ -47,6 +51,8 @@ WHEEL_ZONES = (
     FitZone("field side of the tread", (50e-3, math.inf)),
 )
 """Parts of a wheel that rails do not wear: behind and on top of the flange, and the end of the tread."""
+
+_EVERYWHERE = (FitZone("the whole profile", (-math.inf, math.inf)),)
 
 
 def default_zones(reference: Profile) -> tuple[FitZone, ...]:
@@ -60,16 +66,16 @@ def default_zones(reference: Profile) -> tuple[FitZone, ...]:
     Returns
     -------
     tuple of FitZone
-        `WHEEL_ZONES`; of a rail the field side of the head, 20 mm from its outermost point, and what lies
-        more than 15 mm below the top on the gauge side. Where these lie is wearsim's own choice.
+        `WHEEL_ZONES`; of a rail the field side of the head from 5 mm below the top, and the gauge side
+        from 15 mm below the top if it is measured. Where these lie is wearsim's own choice.
     """
     if reference.kind == "wheel":
         return WHEEL_ZONES
     top = extremum(reference.y, reference.z, int(np.argmin(reference.z)))[1]
     middle = 0.5 * float(reference.y.min() + reference.y.max())
     return (
-        FitZone("field side of the head", (float(reference.y.max()) - 20e-3, math.inf)),
-        FitZone("lower gauge side", (-math.inf, middle), (top + 15e-3, math.inf)),
+        FitZone("field side of the head", (middle, math.inf), (top + 5e-3, math.inf)),
+        FitZone("lower gauge side", (-math.inf, middle), (top + 15e-3, math.inf), needed=False),
     )
 
 
@@ -84,25 +90,31 @@ class Move:
     note: str = ""
 
 
-def with_back(reference: Profile) -> Profile:
-    """Prolong the flange back of a wheel straight down, where it ends steeply.
+def prolonged(reference: Profile) -> Profile:
+    """Prolong the straight sides of a reference where it ends steeply.
 
     Parameters
     ----------
     reference : Profile
-        Wheel; drawings end where the back begins.
+        Drawings end where the flange back, or the side of the rail head, has just begun.
 
     Returns
     -------
     Profile
-        With 30 mm more of it, or as it was.
+        With 30 mm more of the flange back, 15 mm more of either side of a rail head, or as it was.
     """
-    dy, dz = reference.y[1] - reference.y[0], reference.z[1] - reference.z[0]
-    step = math.hypot(dy, dz)
-    if dz < step * math.sin(STEEPEST):
-        return reference
-    y = np.concatenate(([reference.y[0] - 30e-3 * dy / step], reference.y))
-    z = np.concatenate(([reference.z[0] - 30e-3 * dz / step], reference.z))
+    y, z = reference.y, reference.z
+    more, ends = (30e-3, (0,)) if reference.kind == "wheel" else (15e-3, (0, -1))
+    for end in ends:
+        inner = 1 if end == 0 else -2
+        dy, dz = float(y[end] - y[inner]), float(z[end] - z[inner])
+        step = math.hypot(dy, dz)
+        # a wheel's back goes down to smaller z, a rail's sides to larger z
+        if (-dz if reference.kind == "wheel" else dz) < step * math.sin(STEEPEST):
+            continue
+        at = 0 if end == 0 else len(y)
+        y = np.insert(y, at, y[end] + more * dy / step)
+        z = np.insert(z, at, z[end] + more * dz / step)
     return replace(reference, y=y, z=z)
 
 
@@ -116,7 +128,7 @@ def best_fit(
     profile, reference : Profile
         Of one kind.
     zones : tuple of FitZone
-        In the axes of the reference; each must hold 5 measured points.
+        In the axes of the reference; each that is needed must hold 5 measured points.
     rotation : bool
         Whether the profile may also be turned, as gauges tilt.
 
@@ -137,60 +149,72 @@ def best_fit(
     is worn or dirty within a zone loses its say. Begins with the flange tip (the top and the field side
     of a rail) on that of the reference, so that where the file has its origin does not matter.
     """
-    target = resample(reference, _SPACING)
-    if reference.kind == "wheel":
-        target = with_back(target)
-    search = _Nearest(target)
+    search = _Nearest(prolonged(resample(reference, _SPACING)))
     points, length = np.column_stack((profile.y, profile.z)), vertex_lengths(profile.y, profile.z)
     centre = points.mean(axis=0)
-    angle, shift = 0.0, _extreme(reference) - _extreme(profile)
-    for _ in range(200):
-        c, s = math.cos(angle), math.sin(angle)
-        turned = (points - centre) @ np.array([[c, s], [-s, c]])
-        moved = turned + centre + shift
-        foot, normal, distance = search(moved)
-        inside = [_within(zone, foot) for zone in zones]
-        for zone, members in zip(zones, inside, strict=True):
-            if np.count_nonzero(members) < FEWEST:
-                raise ProfileError(
-                    f"{np.count_nonzero(members)} points lie on {zone.name} of {reference.name}, "
-                    f"{FEWEST} are needed"
-                )
-        use = np.any(inside, axis=0)
-        weight = length[use] * _biweight(distance[use])
-        lever = turned[use]
-        columns = [normal[use, 0], normal[use, 1]]
-        if rotation:
-            columns.append((normal[use, 1] * lever[:, 0] - normal[use, 0] * lever[:, 1]) / _ARM)
-        design = np.column_stack(columns)
-        matrix = (design * weight[:, None]).T @ design / weight.sum()
-        if np.linalg.eigvalsh(matrix)[0] < _WEAKEST:
-            raise ProfileError(
-                "the zones do not hold the profile in all directions; give zones on its sides as well"
-            )
-        step = -np.linalg.solve(matrix, design.T @ (weight * distance[use]) / weight.sum())
-        shift = shift + step[:2]
-        if rotation:
-            angle += float(step[2]) / _ARM
-        change = float(np.max(np.abs(step)))
-        if change < _CLOSE:
-            break
+    lever = points - centre
+    angle, place = 0.0, centre + _extreme(reference) - _extreme(profile)
+    # a worn rail head has no point to begin with: the whole of it comes near enough
+    stages = (
+        [(zones, _ROUNDS)] if profile.kind == "wheel" else [(_EVERYWHERE, _FIRST_ROUNDS), (zones, _ROUNDS)]
+    )
+    for held, rounds in stages:
+        for _ in range(rounds):
+            c, s = math.cos(angle), math.sin(angle)
+            turned = lever @ np.array([[c, s], [-s, c]])
+            foot, normal, distance = search(turned + place)
+            inside = [_within(zone, foot) for zone in held]
+            _refuse_empty(held, inside, reference.name)
+            use = np.any(inside, axis=0)
+            step = _step(turned[use], normal[use], distance[use], length[use], rotation)
+            place, angle = place + step[:2], angle + float(step[2])
+            change = float(np.max(np.abs(step * (1.0, 1.0, _ARM))))
+            if change < _CLOSE:
+                break
     if change > _SETTLED:
         raise ProfileError(
             f"the fit does not settle (it still moves by {change * 1e6:.2g} um); give other zones"
         )
     rms = math.sqrt(float(np.sum(length[use] * distance[use] ** 2) / np.sum(length[use])))
     c, s = math.cos(angle), math.sin(angle)
-    total = centre + shift - np.array([c * centre[0] - s * centre[1], s * centre[0] + c * centre[1]])
-    held = " and ".join(zone.name for zone in zones)
+    total = place - np.array([c * centre[0] - s * centre[1], s * centre[0] + c * centre[1]])
+    names = " and ".join(zone.name for zone, members in zip(zones, inside, strict=True) if np.any(members))
     freedom = "shifted and turned" if rotation else "shifted, not turned"
     return Move(
         float(total[0]),
         float(total[1]),
         angle,
         rms,
-        f"{held} fitted to {reference.name} by least squares over {np.count_nonzero(use)} points, {freedom}",
+        f"{names} fitted to {reference.name} by least squares over {np.count_nonzero(use)} points, {freedom}",
     )
+
+
+def _refuse_empty(zones: tuple[FitZone, ...], inside: list[NDArray[np.bool_]], name: str) -> None:
+    """Refuse a profile without enough points on a zone that is needed."""
+    for zone, members in zip(zones, inside, strict=True):
+        count = int(np.count_nonzero(members))
+        if zone.needed and count < FEWEST:
+            raise ProfileError(f"{count} points lie on {zone.name} of {name}, {FEWEST} are needed")
+
+
+def _step(
+    lever: FloatArray, normal: FloatArray, distance: FloatArray, length: FloatArray, rotation: bool
+) -> FloatArray:
+    """Gauss-Newton step: shift y, z [m] and angle [rad] of points at `lever` from the pivot."""
+    weight = length * _biweight(distance)
+    columns = [normal[:, 0], normal[:, 1]]
+    if rotation:
+        columns.append((normal[:, 1] * lever[:, 0] - normal[:, 0] * lever[:, 1]) / _ARM)
+    design = np.column_stack(columns)
+    matrix = (design * weight[:, None]).T @ design / weight.sum()
+    if np.linalg.eigvalsh(matrix)[0] < _WEAKEST:
+        raise ProfileError(
+            "the zones do not hold the profile in all directions; give zones on its sides as well"
+        )
+    step: FloatArray = np.zeros(3)
+    step[: len(columns)] = -np.linalg.solve(matrix, design.T @ (weight * distance) / weight.sum())
+    step[2] /= _ARM
+    return step
 
 
 def _extreme(profile: Profile) -> FloatArray:
