@@ -386,7 +386,6 @@ _PROFILE: tuple[_Row, ...] = (
         None,
     ),
     ("amplitude", "ŷ", "m", "amplitude of the lateral motion", "", None),
-    ("rim_width", "b", "m", "rim width", "from the nominal flange back to the outer face", None),
     ("wheel_diameter", "D", "m", "wheel diameter at the tape circle", "", None),
     ("back_to_back", "AR", "m", "distance of the flange backs", "", None),
     ("front_to_front", "SR", "m", "distance of the active flanks", "back to back and both Sd", None),

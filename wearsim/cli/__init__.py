@@ -12,7 +12,9 @@ from typing import Any, NoReturn
 
 from wearsim import __version__
 
-COMMANDS = ("contact", "check", "run", "resume", "status", "inspect", "translate", "report", "schema")
+COMMANDS = (
+    "contact", "profile", "check", "run", "resume", "status", "inspect", "translate", "report", "schema",
+)  # fmt: skip
 """Modules of this package, in the order of the help; each has `add_parser` and `execute`."""
 
 _EXAMPLES = """\

@@ -148,8 +148,10 @@ def request_of(arguments: argparse.Namespace) -> tuple[Request, list[str]]:
         numbers["diameter_mm"] = 2.0 * numbers.pop("wheel_radius_mm")
     if given["rail"] is not None and given["wheel"] is not None:
         faults.append("--rail and --wheel exclude each other; give the counterpart of the profile")
-    path = {key: None if given[key] is None else Path(given[key]) for key in ("fleet", "out", "plot")}
-    kept = {key: given[key] for key in ("left", "rail", "wheel", "against", "align", "limits", "convert")}
+    kept: dict[str, Any] = {
+        key: None if given[key] is None else Path(given[key]) for key in ("fleet", "out", "plot")
+    }
+    kept |= {key: given[key] for key in ("left", "rail", "wheel", "against", "align", "limits", "convert")}
     request = Request(
         name=given["name"],
         kind=given["kind"] if given["kind"] in ("wheel", "rail") else None,
@@ -159,7 +161,6 @@ def request_of(arguments: argparse.Namespace) -> tuple[Request, list[str]]:
         overwrite=given["overwrite"],
         csv=given["csv"],
         json=given["json"],
-        **path,
         **kept,
     )
     return request, faults

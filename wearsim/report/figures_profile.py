@@ -71,7 +71,8 @@ def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
     y, z = shown("profile_y", dataset["gauge_y"].values), shown("profile_z", dataset["gauge_z"].values)
     exceeded = dataset.attrs.get("exceeded", "").split()
     level, below, tape = (
-        shown("profile_z", dataset.attrs[f"{name}_distance"]) for name in ("level", "below_tip", "tape")
+        float(shown("profile_z", dataset.attrs[f"{name}_distance"]))
+        for name in ("level", "below_tip", "tape")
     )
     values = {"Sh": z[_TIP] - z[_TAPE], "Sd": y[_LOWER] + tape, "qR": y[_LOWER] - y[_UPPER]}
     look = {
@@ -145,7 +146,8 @@ def plot_depth(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes
     depth = shown("wear_depth", dataset["wear_depth"].values)
     ax.axhline(0.0, color="#555555", lw=0.8)
     ax.fill_between(s, depth, 0.0, color=COLOURS["field"], alpha=0.18, lw=0.0)
-    ax.plot(s, depth, **({"color": COLOURS["field"], "lw": 1.4} | line))
+    look: dict[str, Any] = {"color": COLOURS["field"], "lw": 1.4} | line
+    ax.plot(s, depth, **look)
     deepest = int(np.argmax(depth))
     ax.plot(s[deepest], depth[deepest], "o", color="white", markeredgecolor=COLOURS["field"], zorder=4)
     ax.set_xlim(s[0], s[-1])
@@ -186,7 +188,13 @@ def plot_radius_difference(dataset: xr.Dataset, ax: Axes | None = None, **line: 
     values = shown("rolling_radius_difference", dataset["rolling_radius_difference"].values)
     ax.axhline(0.0, color="#555555", lw=0.8)
     ax.axvline(0.0, color="#555555", lw=0.8)
-    ax.plot(shift, values, **({"color": SERIES_COLOURS[0]} | line))
+    if "reference_shift" in dataset:
+        ax.plot(
+            shown("shift", dataset["reference_shift"].values),
+            shown("rolling_radius_difference", dataset["reference_rolling_radius_difference"].values),
+            color=COLOURS["new"], lw=1.2, ls="--", label=dataset.attrs["reference_label"],
+        )  # fmt: skip
+    ax.plot(shift, values, label=dataset.attrs["label"], **({"color": SERIES_COLOURS[0]} | line))
     # beyond flange contact the difference runs off and would flatten all the rest
     inner = np.abs(values[np.abs(shift) <= _TREAD_SHIFT])
     ax.set_ylim(-1.3 * max(inner.max(initial=0.0), 0.5), 1.3 * max(inner.max(initial=0.0), 0.5))
@@ -210,12 +218,18 @@ def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> A
     ax = own_axes(ax)
     amplitude = shown("amplitude", dataset["amplitude"].values)
     conicity = shown("equivalent_conicity", dataset["equivalent_conicity"].values)
-    ax.plot(amplitude, conicity, **({"color": SERIES_COLOURS[2], "marker": "o"} | line))
+    highest = float(conicity.max(initial=0.1))
+    if "reference_amplitude" in dataset:
+        before = shown("equivalent_conicity", dataset["reference_equivalent_conicity"].values)
+        highest = float(before.max(initial=highest))
+        ax.plot(shown("amplitude", dataset["reference_amplitude"].values), before, color=COLOURS["new"],
+                lw=1.2, ls="--", marker="o", ms=3.5)  # fmt: skip
+    ax.plot(amplitude, conicity, **({"color": SERIES_COLOURS[0], "marker": "o"} | line))
     for at, value in zip(amplitude, conicity, strict=True):
         ax.annotate(f"{value:.3f}", (at, value), (0, 6), textcoords="offset points", ha="center",
                     fontsize=7.5, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
     ax.set_xlim(0.5, 6.5)
-    ax.set_ylim(0.0, 1.25 * float(conicity.max(initial=0.1)))
+    ax.set_ylim(0.0, 1.25 * highest)
     ax.set_xlabel(f"Amplitude [{NOMENCLATURE['amplitude'].shown_unit}]")
     ax.set_ylabel("Equivalent conicity, EN 15302")
     return ax

@@ -45,16 +45,16 @@ def profile_figure(dataset: xr.Dataset) -> Figure:
         figure = Figure(figsize=(_WIDTH, total))
         figure.text(_EDGE[0] / _WIDTH, 1.0 - 0.12 / total, _title(dataset), fontsize=9.5, va="top")
 
-        def axes(row: int, column: int = 0, columns: int = 1) -> list[float]:
+        def axes(row: int, column: int = 0, columns: int = 1) -> tuple[float, float, float, float]:
             """Place of a panel in parts of the figure."""
             below = total - top - sum(heights[: row + 1]) - sum(gaps[:row])
             width = (inner - 0.9 * (columns - 1)) / columns
             left = _EDGE[0] + column * (width + 0.9)
-            return [left / _WIDTH, below / total, width / _WIDTH, heights[row] / total]
+            return (left / _WIDTH, below / total, width / _WIDTH, heights[row] / total)
 
         ax = figures_profile.plot_shape(dataset, figure.add_axes(axes(0)))
-        ax.set_xlim(limits_y)
-        ax.set_ylim(limits_z[::-1])
+        ax.set_xlim(limits_y[0], limits_y[1])
+        ax.set_ylim(limits_z[1], limits_z[0])
         ax.set_anchor("W")
         if "reference_y" in dataset:
             ax.legend(loc="lower right", handlelength=2.2)

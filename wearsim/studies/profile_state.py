@@ -13,6 +13,7 @@ from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.measures import flange_gradient, flange_height, flange_thickness
 from wearsim.profile.shape import Profile, extremum
 from wearsim.profile.worn import WearBetween
+from wearsim.studies.profile_examination import Examination
 from wearsim.studies.profile_running import Running
 
 GAUGE_POINTS = ("flange tip", "tape circle", "lower point of the flank", "upper point of the flank")
@@ -56,6 +57,7 @@ def profile_state(
     distances: Mapping[str, float] | None = None,
     wear: WearBetween | None = None,
     running: Running | None = None,
+    reference_running: Running | None = None,
     attributes: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
     """Dataset of one profile.
@@ -74,8 +76,8 @@ def profile_state(
         `level`, `below_tip` and `tape`, needed with `points` [m].
     wear : WearBetween, optional
         From the reference to the profile.
-    running : Running, optional
-        Of a wheelset.
+    running, reference_running : Running, optional
+        Of a wheelset, and of one with the reference.
     attributes : mapping of str to str, optional
         Further texts for titles.
 
@@ -85,7 +87,8 @@ def profile_state(
         SI units. `profile_y, profile_z (point)`; with a reference `reference_y, reference_z`; with gauge
         points `gauge_y, gauge_z (gauge_point)` in the order of `GAUGE_POINTS`; with wear `arc_length, wear_y,
         wear_depth (wear_point)`; with running behaviour `shift`, `rolling_radius_difference (shift)`,
-        `amplitude` and `equivalent_conicity (amplitude)`, amplitudes without a conicity left out.
+        `amplitude` and `equivalent_conicity (amplitude)`, amplitudes without a conicity left out; the same
+        with names beginning with `reference_`.
     """
     axes = ("profile_y", "profile_z") if profile.kind == "wheel" else ("counterface_y", "counterface_z")
     data: dict[str, Any] = {
@@ -110,17 +113,64 @@ def profile_state(
         data["wear_y"] = _variable(axes[0], ("wear_point",), wear.y)
         data["wear_depth"] = _variable("wear_depth", ("wear_point",), wear.depth)
         data["worn_area"] = _variable("worn_area", (), wear.worn_area)
+    for before, run in (("", running), ("reference_", reference_running)):
+        if run is None:
+            continue
+        known = [(a, value) for a, value, _ in run.conicity if value is not None]
+        shifts, amplitudes = f"{before}shift", f"{before}amplitude"
+        data |= {
+            shifts: _variable("shift", (shifts,), run.shift),
+            f"{before}rolling_radius_difference": _variable(
+                "rolling_radius_difference", (shifts,), run.difference
+            ),
+            amplitudes: _variable("amplitude", (amplitudes,), [a for a, _ in known]),
+            f"{before}equivalent_conicity": _variable(
+                "equivalent_conicity", (amplitudes,), [value for _, value in known]
+            ),
+        }
     if running is not None:
-        known = [(a, value) for a, value, _ in running.conicity if value is not None]
-        data["shift"] = _variable("shift", ("shift",), running.shift)
-        data["rolling_radius_difference"] = _variable(
-            "rolling_radius_difference", ("shift",), running.difference
-        )
-        data["amplitude"] = _variable("amplitude", ("amplitude",), [a for a, _ in known])
-        data["equivalent_conicity"] = _variable("equivalent_conicity", ("amplitude",), [v for _, v in known])
         texts["track"] = running.track
-        texts["wheels"] = running.wheel + (f" and {running.left} (left)" if running.left else "")
     return xr.Dataset(data, attrs=texts)
+
+
+def examination_state(found: Examination) -> xr.Dataset:
+    """Dataset of an examined profile.
+
+    Parameters
+    ----------
+    found : Examination
+        With or without a comparison.
+
+    Returns
+    -------
+    Dataset
+        See `profile_state`.
+    """
+    subject, at, comparison = found.subject, found.circumstances, found.comparison
+    distances = {
+        "level": at.distances.level, "below_tip": at.distances.below_tip, "tape": at.distances.flange_back
+    }  # fmt: skip
+    points = gauge_points(subject.profile, **distances) if subject.kind == "wheel" else None
+    title = f"{subject.profile.name}: {subject.kind}, {subject.title}"
+    lines = {"title": title, "exceeded": " ".join(found.exceeded)}
+    if comparison is not None:
+        alignment = comparison.alignment
+        lines["subtitle"] = f"laid on {comparison.reference.profile.name}: {alignment.rule}, {alignment.note}"
+        lines["wear_note"] = comparison.wear.note
+    if subject.kind == "rail" and not (subject.upright and comparison is None):
+        lines["origin"] = "as in the track" if subject.upright else "as measured"
+    return profile_state(
+        subject.profile,
+        label=subject.profile.name,
+        reference=None if comparison is None else comparison.reference.profile,
+        reference_label="" if comparison is None else comparison.reference.profile.name,
+        points=points,
+        distances=distances if points is not None else None,
+        wear=None if comparison is None else comparison.wear,
+        running=found.running,
+        reference_running=None if comparison is None else comparison.running,
+        attributes=lines,
+    )
 
 
 def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:

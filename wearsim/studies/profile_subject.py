@@ -190,7 +190,7 @@ def _defined(given: str, shape: Definition, kind: Kind | None, spacing: float) -
     y, z = standard.sample(shape, spacing)
     profile = Profile(shape.name, shape.kind, y, z, shape.source)
     upright = shape.kind == "rail" and shape.inclined_gauge_y is None
-    notes = (f"points every {spacing * 1e3:g} mm",)
+    notes: tuple[str, ...] = (f"points every {spacing * 1e3:g} mm",)
     if shape.kind == "rail":
         notes += ("upright, y from the symmetry axis" if upright else "as it stands in the track",)
     return Subject(

@@ -1,0 +1,322 @@
+"""What `wearsim profile` prints of one profile: text for people, JSON in SI units."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.profile.limits import Judgement
+from wearsim.profile.measures import Measures
+from wearsim.profile.shape import arc_length
+from wearsim.studies.profile_examination import Comparison, Examination
+from wearsim.studies.profile_running import Running
+from wearsim.studies.profile_subject import Subject
+
+SYMBOLS = {"flange_height": "Sh", "flange_thickness": "Sd", "flange_gradient": "qR", "back_to_back": "AR",
+           "front_to_front": "SR"}  # fmt: skip
+MEASURES = (
+    "flange_height", "flange_thickness", "flange_gradient", "hollowing", "rim_width", "wheel_diameter",
+    "wheel_diameter_difference", "back_to_back", "front_to_front",
+)  # fmt: skip
+"""Order in tables."""
+
+_SILENT = (
+    "wheel_diameter",
+    "wheel_diameter_difference",
+    "back_to_back",
+    "front_to_front",
+)  # told only if known
+_HEADER_KEYS = ("Stock", "CarNo", "AxleNo", "Side", "WheelID", "Line", "Date", "Time", "UOF1", "comment")
+
+
+def as_text(found: Examination) -> str:
+    """Everything in tables for people."""
+    blocks = [_story(found.subject)]
+    if found.left is not None:
+        blocks.append(_story(found.left, "left wheel: "))
+    if found.comparison is not None:
+        blocks.append(_compared(found.comparison))
+    if found.measures is not None:
+        blocks.append(_measures(found))
+        blocks.append(_limits(found))
+    blocks.append(_running(found))
+    return "\n\n".join("\n".join(block) for block in blocks)
+
+
+def _story(subject: Subject, before: str = "") -> list[str]:
+    """Tell what was read, and where it comes from."""
+    profile = subject.profile
+    length = 1e3 * float(arc_length(profile.y, profile.z)[-1])
+    lines = [
+        f"{before}{profile.name}, {subject.kind}, {subject.title}",
+        f"  points     {len(profile.y)} over {length:.2f} mm along the profile, y "
+        f"{1e3 * profile.y.min():.2f} to {1e3 * profile.y.max():.2f} mm, z {1e3 * profile.z.min():.2f} to "
+        f"{1e3 * profile.z.max():.2f} mm",
+    ]
+    if subject.measured:
+        lines.append(f"  file       {subject.given}")
+    header = [f"{key} {value}" for key in _HEADER_KEYS if (value := subject.key(key))]
+    if header:
+        lines += wrapped("header", "; ".join(_one_line(text) for text in header))
+    notes = subject.notes or ("nothing to be detected or changed",)
+    lines += [f"  {'read' if k == 0 else '':<10} {_one_line(note)}" for k, note in enumerate(notes)]
+    if subject.certainty:
+        lines += wrapped("source", subject.source) + wrapped("certainty", subject.certainty)
+    return lines
+
+
+def wrapped(word: str, text: str) -> list[str]:
+    """Lines of a long text behind a word."""
+    lines = textwrap.wrap(text, 97, break_long_words=False) or [""]
+    return [f"  {word if k == 0 else '':<10} {line}" for k, line in enumerate(lines)]
+
+
+def _one_line(text: str) -> str:
+    """Text of a file without line breaks and control characters."""
+    return " ".join("".join(mark if mark.isprintable() else " " for mark in text).split())[:300]
+
+
+def _compared(comparison: Comparison) -> list[str]:
+    """Alignment and wear."""
+    alignment, wear = comparison.alignment, comparison.wear
+    moved = f"y {1e3 * alignment.dy:+.3f} mm, z {1e3 * alignment.dz:+.3f} mm"
+    moved += f", turned {1e3 * alignment.angle:+.3f} mrad"
+    rest = "" if alignment.rms is None else f"; {1e6 * alignment.rms:.1f} µm rms left"
+    zones = ", ".join(f"{name} {1e6 * area:.2f}" for name, area in wear.zone_areas.items())
+    lines = [
+        f"against {comparison.reference.profile.name} ({comparison.reference.title})",
+        f"  aligned    {alignment.rule}: {alignment.note}",
+        f"             moved by {moved}{rest}; all values below are of the profile so laid",
+        f"  worn area  {1e6 * wear.worn_area:.2f} mm² ({zones})",
+        f"  deepest    {1e3 * wear.max_depth:.3f} mm at y = {1e3 * wear.max_depth_y:.2f} mm",
+        f"  {wear.note}",
+    ]
+    return lines
+
+
+def _measures(found: Examination) -> list[str]:
+    """Gauge values, of both wheels or against another."""
+    assert found.measures is not None
+    columns = [("right" if found.left_measures else found.subject.profile.name, found.measures)]
+    if found.left_measures is not None:
+        columns.append(("left", found.left_measures))
+    difference = None
+    if found.comparison is not None and found.comparison.measures is not None:
+        columns.append((found.comparison.reference.profile.name, found.comparison.measures))
+        difference = (found.measures, found.comparison.measures)
+    titles = [_cut(title) for title, _ in columns] + (["difference"] if difference else [])
+    lines = [f"{'measures [mm]':<38}" + "".join(f"{title:>18}" for title in titles)]
+    for name in MEASURES:
+        if name in _SILENT and not any(name in each.values for _, each in columns):
+            continue
+        cells = [_value(each, name) for _, each in columns]
+        if difference:
+            known = all(name in each.values for each in difference)
+            cells.append(
+                f"{1e3 * (difference[0].values[name] - difference[1].values[name]):+.3f}" if known else ""
+            )
+        lines.append(f"  {_named(name):<36}" + "".join(f"{cell:>18}" for cell in cells))
+    lines += [f"  {why}" for why in _reasons(columns)]
+    at = found.circumstances.distances
+    lines.append(
+        f"  tape circle {1e3 * at.flange_back:g} mm from the flange back; Sd {1e3 * at.level:g} mm above it; "
+        f"qR from there to {1e3 * at.below_tip:g} mm below the flange tip"
+    )
+    return lines
+
+
+def _limits(found: Examination) -> list[str]:
+    """Each limit with what is left, and where it comes from."""
+    if found.limits is None or not found.judgements:
+        return ["no limits for these measures"]
+    several = bool(found.left_judgements)
+    lines = [f"{f'limits [mm] ({found.limits.name})':<42}{'value':>9}{'min':>8}{'max':>8}  margin"]
+    for whose, judgements in (("right ", found.judgements), ("left ", found.left_judgements)):
+        rows: dict[tuple[str, str], list[Judgement]] = {}
+        for each in judgements:
+            rows.setdefault((each.measure, each.source), []).append(each)
+        for (measure, _), group in rows.items():
+            named = (whose if several else "") + _named(measure)
+            lines.append(f"  {named:<40}{_judgement(measure, group)}")
+    lines.append(f"  {found.limits.title}")
+    for source, certainty in dict.fromkeys((each.source, each.certainty) for each in found.judgements):
+        lines += wrapped("source", source) + wrapped("certainty", certainty)
+    return lines
+
+
+def _judgement(measure: str, group: Sequence[Judgement]) -> str:
+    """Value, limits and margin of one measure, or why it cannot be judged."""
+    factor = NOMENCLATURE[measure].shown_factor
+    value = group[0].value
+    bounds = {each.bound: each.limit for each in group}
+    cells = [
+        "-" if value is None else f"{value * factor:.3f}",
+        *("-" if (at := bounds.get(bound)) is None else f"{at * factor:g}" for bound in ("min", "max")),
+    ]
+    margins = [(each.margin, each) for each in group if each.margin is not None]
+    told = []
+    if margins:
+        margin, least = min(margins, key=lambda pair: pair[0])
+        size = abs(margin) * factor
+        text = f"{size:.3f}" if size >= 0.0005 else "less than 0.001"
+        told.append(f"EXCEEDED by {text}" if least.exceeded else f"{text} left to the {least.bound}")
+        conditions = dict.fromkeys(each.condition for _, each in margins if each.condition)
+        told += [f"for {condition}" for condition in conditions]
+    whys = dict.fromkeys(each.reason for each in group if each.reason)
+    for why in whys:
+        bound = " and ".join(each.bound for each in group if each.reason == why)
+        hint = " (state --diameter-mm)" if "wheel diameter, which is not given" in why else ""
+        told.append(f"{bound} {why}{hint}" if value is not None else f"not judged: {why}")
+    return f"{cells[0]:>9}{cells[1]:>8}{cells[2]:>8}  {'; '.join(told)}"
+
+
+def _named(name: str) -> str:
+    symbol = f" {SYMBOLS[name]}" if name in SYMBOLS else ""
+    return NOMENCLATURE[name].meaning + symbol
+
+
+def _cut(title: str, most: int = 17) -> str:
+    return title if len(title) <= most else f"{title[: most - 1]}…"
+
+
+def _value(measures: Measures, name: str) -> str:
+    if name in measures.values:
+        return f"{1e3 * measures.values[name]:.3f}"
+    return "-" if name in measures.missing else ""
+
+
+def _reasons(columns: Sequence[tuple[str, Measures]]) -> Iterable[str]:
+    """Why measures are missing, each reason once."""
+    for name in MEASURES:
+        if name in _SILENT:
+            continue
+        for title, measures in columns:
+            if name in measures.missing:
+                whose = f" of {title}" if len(columns) > 1 else ""
+                yield f"no {NOMENCLATURE[name].meaning}{whose}: {measures.missing[name]}"
+
+
+def _running(found: Examination) -> list[str]:
+    """Tell rolling radius difference and conicity."""
+    run = found.running
+    if run is None:
+        return [f"no rolling radius difference and conicity: {found.trouble}"]
+    wheels = f"{run.wheel} and {run.left} (left)" if run.left else run.wheel
+    lines = [f"{wheels} on {run.track}"]
+    rows = [(run, "")]
+    if found.comparison is not None and found.comparison.running is not None:
+        rows.append((found.comparison.running, f", {_cut(found.comparison.reference.profile.name)}"))
+    shifts = list(dict.fromkeys(shift for each, _ in rows for shift, _ in each.at))
+    lines.append(f"{'  shift, to the right [mm]':<50}" + "".join(f"{1e3 * u:>9.0f}" for u in shifts))
+    for each, title in rows:
+        at = dict(each.at)
+        cells = ["" if u not in at else _cell(at[u], 1e3) for u in shifts]
+        lines.append(f"  {f'rolling radius difference{title} [mm]':<48}" + "".join(f"{c:>9}" for c in cells))
+    lines.append(f"{'  amplitude [mm]':<50}" + "".join(f"{1e3 * a:>9.0f}" for a, _, _ in run.conicity))
+    for each, title in rows:
+        values = [_cell(value, 1.0) for _, value, _ in each.conicity]
+        lines.append(f"  {f'equivalent conicity, EN 15302{title}':<48}" + "".join(f"{c:>9}" for c in values))
+    whys = dict.fromkeys(why for each, _ in rows for _, _, why in each.conicity if why)
+    lines += [f"  -: {why}" for why in whys]
+    if run.left:
+        lines.append("  equal diameters at both tape circles, but for a difference that is stated")
+    return lines
+
+
+def _cell(value: float | None, factor: float) -> str:
+    return "-" if value is None else f"{value * factor:.3f}"
+
+
+def as_json(found: Examination) -> dict[str, Any]:
+    """JSON value, SI units."""
+    at = found.circumstances
+    value: dict[str, Any] = {"profile": _subject_json(found.subject)}
+    if found.left is not None:
+        value["left"] = _subject_json(found.left)
+    value["distances"] = asdict(at.distances)
+    value["measures"] = _measures_json(found.measures)
+    if found.left_measures is not None:
+        value["left_measures"] = _measures_json(found.left_measures)
+    if found.limits is not None:
+        value["limits"] = {"name": found.limits.name, "title": found.limits.title}
+        value["judgements"] = [
+            {"wheel": wheel, **asdict(each)}
+            for wheel, judgements in (("right", found.judgements), ("left", found.left_judgements))
+            for each in judgements
+        ]
+    value |= _running_json(found.running, found.trouble)
+    if found.comparison is not None:
+        value["against"] = _comparison_json(found.comparison)
+    return value
+
+
+def _subject_json(subject: Subject) -> dict[str, Any]:
+    profile = subject.profile
+    return {
+        "given": subject.given,
+        "name": profile.name,
+        "kind": subject.kind,
+        "format": subject.format,
+        "title": subject.title,
+        "notes": list(subject.notes),
+        "header": dict(subject.header),
+        "source": subject.source,
+        "certainty": subject.certainty,
+        "points": len(profile.y),
+        "length": float(arc_length(profile.y, profile.z)[-1]),
+        "y_range": [float(profile.y.min()), float(profile.y.max())],
+        "z_range": [float(profile.z.min()), float(profile.z.max())],
+    }
+
+
+def _measures_json(measures: Measures | None) -> dict[str, Any] | None:
+    if measures is None:
+        return None
+    return {
+        **{
+            name: measures.values.get(name)
+            for name in MEASURES
+            if name in measures.values or name in measures.missing
+        },
+        "missing": dict(measures.missing),
+    }
+
+
+def _running_json(run: Running | None, trouble: str) -> dict[str, Any]:
+    if run is None:
+        return {"running": None, "trouble": trouble}
+    return {
+        "running": {
+            "wheel": run.wheel,
+            "left": run.left or run.wheel,
+            "rail": run.rail,
+            "track": run.track,
+            "rolling_radius_difference": [{"shift": shift, "value": value} for shift, value in run.at],
+            "equivalent_conicity": [
+                {"amplitude": amplitude, "value": value, "reason": why}
+                for amplitude, value, why in run.conicity
+            ],
+        }
+    }
+
+
+def _comparison_json(comparison: Comparison) -> dict[str, Any]:
+    alignment, wear = comparison.alignment, comparison.wear
+    return {
+        "profile": _subject_json(comparison.reference),
+        "alignment": {
+            "rule": alignment.rule, "dy": alignment.dy, "dz": alignment.dz, "angle": alignment.angle,
+            "rms": alignment.rms, "note": alignment.note,
+        },
+        "worn_area": wear.worn_area,
+        "zone_areas": dict(wear.zone_areas),
+        "max_wear_depth": wear.max_depth,
+        "max_wear_depth_y": wear.max_depth_y,
+        "compared_length": wear.compared_length,
+        "note": wear.note,
+        "measures": _measures_json(comparison.measures),
+        **_running_json(comparison.running, ""),
+    }  # fmt: skip

@@ -1,0 +1,299 @@
+"""All that `wearsim profile` tells of one profile: measures, limits, wear, running behaviour."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from wearsim.errors import ProfileError
+from wearsim.profile.alignment import Alignment, align
+from wearsim.profile.limits import Judgement, LimitSet, judge
+from wearsim.profile.measures import GaugeDistances, Measures, wheel_measures, wheelset_measures
+from wearsim.profile.noise import smoothed
+from wearsim.profile.worn import WearBetween, wear_between
+from wearsim.studies.profile_running import Running, running
+from wearsim.studies.profile_subject import INCLINATION, Kind, Subject, placed, read_subject
+
+BACK_TO_BACK = 1.360
+GAUGE = 1.435
+JUDGED_AMPLITUDE = 3e-3
+"""Amplitude of the conicity that limits speak of [m]."""
+
+_STATED = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "front_to_front")
+COUNTERPART = {"wheel": "60E1", "rail": "S1002"}
+
+
+@dataclass(frozen=True)
+class Circumstances:
+    """What is stated about a wheelset, its track and the ways of measuring, SI units; None: not stated.
+
+    Parameters
+    ----------
+    distances : GaugeDistances
+        Of Sh, Sd and qR.
+    back_to_back, gauge : float or None
+        `BACK_TO_BACK` and `GAUGE` act if not stated, without being judged [m].
+    diameter, left_diameter : float or None
+        At the tape circles as they are now [m].
+    inclination : float or None
+        Of the rail, see `profile_subject.placed` [-].
+    counterpart : str or None
+        Rail under a wheel or wheel on a rail, by name or file; `COUNTERPART` if not stated.
+    smooth : float or None
+        Wavelength of the noise filter on measured profiles [m].
+    align : str or None
+        Rule of `wearsim.profile.alignment`; for measured profiles `best_fit`, else `none`.
+    said : mapping
+        Statements on files, see `read_profile`.
+    """
+
+    distances: GaugeDistances
+    back_to_back: float | None = None
+    gauge: float | None = None
+    diameter: float | None = None
+    left_diameter: float | None = None
+    inclination: float | None = None
+    counterpart: str | None = None
+    smooth: float | None = None
+    align: str | None = None
+    said: Mapping[str, Any] | None = None
+
+    @property
+    def half_span(self) -> float:
+        """From the track centre to the tape circle [m]."""
+        return 0.5 * (self.back_to_back or BACK_TO_BACK) + self.distances.flange_back
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A profile against an earlier or new one.
+
+    Parameters
+    ----------
+    reference : Subject
+        The other one, as it was compared.
+    alignment : Alignment
+        How the profile was laid on it.
+    wear : WearBetween
+        From the reference to the profile.
+    measures : Measures or None
+        Of the reference, if it is a wheel.
+    running : Running or None
+        Of the reference.
+    """
+
+    reference: Subject
+    alignment: Alignment
+    wear: WearBetween
+    measures: Measures | None
+    running: Running | None
+
+
+@dataclass(frozen=True)
+class Examination:
+    """All values of one profile.
+
+    Parameters
+    ----------
+    subject : Subject
+        With the profile as it was measured, smoothed and aligned if that was asked for.
+    left : Subject or None
+        Left wheel that differs.
+    circumstances : Circumstances
+        What was stated.
+    measures, left_measures : Measures or None
+        Of the wheels; None of rails or of a left wheel like the right one.
+    limits : LimitSet or None
+        What the measures were judged by.
+    judgements, left_judgements : tuple of Judgement
+        Of the measures, axle and conicity included with the right wheel.
+    running : Running or None
+        On the counterpart; None where it cannot run there.
+    trouble : str
+        Why it cannot.
+    comparison : Comparison or None
+        Against another profile.
+    """
+
+    subject: Subject
+    left: Subject | None
+    circumstances: Circumstances
+    measures: Measures | None
+    left_measures: Measures | None
+    limits: LimitSet | None
+    judgements: tuple[Judgement, ...]
+    left_judgements: tuple[Judgement, ...]
+    running: Running | None
+    trouble: str
+    comparison: Comparison | None
+
+    @property
+    def exceeded(self) -> tuple[str, ...]:
+        """Names of the measures beyond a limit."""
+        both = (*self.judgements, *self.left_judgements)
+        return tuple(dict.fromkeys(each.measure for each in both if each.exceeded))
+
+
+def examine(
+    subject: Subject,
+    at: Circumstances,
+    limits: LimitSet | None = None,
+    *,
+    left: Subject | None = None,
+    against: Subject | None = None,
+) -> Examination:
+    """Measure a profile.
+
+    Parameters
+    ----------
+    subject : Subject
+        Wheel or rail.
+    at : Circumstances
+        What is stated.
+    limits : LimitSet, optional
+        To judge the measures of a wheel by.
+    left : Subject, optional
+        Left wheel.
+    against : Subject, optional
+        Earlier or new profile of the same kind.
+
+    Returns
+    -------
+    Examination
+        With the subject as measured.
+
+    Raises
+    ------
+    ProfileError
+        The profile cannot be smoothed, aligned or compared.
+    """
+    subject = _smoothed(subject, at.smooth)
+    left = None if left is None else _smoothed(left, at.smooth)
+    original = subject
+    reference, alignment, wear = None, None, None
+    if against is not None:
+        reference = _smoothed(against, at.smooth)
+        if subject.kind == "rail":
+            # origins of measured rails mean nothing: both begin at their gauge points
+            reference, subject = (
+                replace(each, profile=placed(each, at.inclination, at.gauge or GAUGE, at.half_span))
+                for each in (reference, subject)
+            )
+        rule = at.align or ("best_fit" if subject.measured else "none")
+        alignment = align(subject.profile, reference.profile, rule)
+        subject = replace(subject, profile=alignment.profile)
+        wear = wear_between(reference.profile, subject.profile)
+    measures, left_measures = _measures(subject, left, at)
+    # a rail is placed in the track by its gauge point, wherever it was aligned
+    run, trouble = _running(subject if subject.kind == "wheel" else original, left, at)
+    comparison = None
+    if against is not None and reference is not None and alignment is not None and wear is not None:
+        before = reference if reference.kind == "wheel" else against
+        comparison = Comparison(
+            reference, alignment, wear, _measures(reference, None, at)[0], _running(before, None, at)[0]
+        )
+    return Examination(
+        subject,
+        left,
+        at,
+        measures,
+        left_measures,
+        limits if measures is not None else None,
+        _judged(measures, limits, run),
+        _judged(left_measures, limits, None),
+        run,
+        trouble,
+        comparison,
+    )
+
+
+def _judged(measures: Measures | None, limits: LimitSet | None, run: Running | None) -> tuple[Judgement, ...]:
+    """Judgements of the measures, and of the conicity at 3 mm where the wheelset runs."""
+    if measures is None or limits is None:
+        return ()
+    values = dict(measures.values)
+    conicity = next((value for a, value, _ in run.conicity if a == JUDGED_AMPLITUDE), None) if run else None
+    if conicity is not None:
+        values["equivalent_conicity"] = conicity
+    # what nobody stated is not judged: only gauge values that should be there are told as missing
+    missing = {name: why for name, why in measures.missing.items() if name not in _STATED}
+    return tuple(judge(Measures(values, missing), limits))
+
+
+def counterpart_of(kind: Kind, at: Circumstances) -> Subject:
+    """Rail under a wheel, or wheel on a rail."""
+    given = at.counterpart or COUNTERPART[kind]
+    return read_subject(given, "rail" if kind == "wheel" else "wheel", at.said if at.counterpart else None)
+
+
+def _smoothed(subject: Subject, wavelength: float | None) -> Subject:
+    """Measured profile without its noise."""
+    if wavelength is None or not subject.measured:
+        return subject
+    note = f"waves shorter than {wavelength * 1e3:g} mm taken out"
+    return replace(subject, profile=smoothed(subject.profile, wavelength), notes=(*subject.notes, note))
+
+
+def _measures(
+    subject: Subject, left: Subject | None, at: Circumstances
+) -> tuple[Measures | None, Measures | None]:
+    """Gauge values of the right wheel with those of the axle, and of a left wheel that differs."""
+    if subject.kind != "wheel":
+        return None, None
+    alone = wheel_measures(subject.profile, at.distances, back_to_back=at.back_to_back)
+    diameter = at.diameter or subject.diameter
+    if left is None and at.left_diameter is None:
+        return _with_diameter(alone, diameter), None
+    other = subject if left is None else left
+    both = wheelset_measures(subject.profile, other.profile, at.distances, back_to_back=at.back_to_back)
+    left_diameter = at.left_diameter or (None if left is None else left.diameter) or at.diameter
+    axle = dict(both.axle.values)
+    missing = dict(both.axle.missing)
+    if diameter is not None and left_diameter is not None:
+        axle["wheel_diameter_difference"] = diameter - left_diameter
+        missing.pop("wheel_diameter_difference", None)
+    right = _with_diameter(both.right, diameter)
+    right = Measures({**right.values, **axle}, {**right.missing, **missing})
+    return right, _with_diameter(both.left, left_diameter)
+
+
+def _with_diameter(measures: Measures, diameter: float | None) -> Measures:
+    """Measures with the diameter at the tape circle, which no profile tells by itself."""
+    missing = {name: why for name, why in measures.missing.items() if name != "wheel_diameter"}
+    if diameter is None:
+        return Measures(measures.values, {**missing, "wheel_diameter": "not stated (--diameter-mm)"})
+    return Measures({**measures.values, "wheel_diameter": diameter}, missing)
+
+
+def _running(subject: Subject, left: Subject | None, at: Circumstances) -> tuple[Running | None, str]:
+    """Compute the running behaviour on the counterpart, or why there is none."""
+    counter = counterpart_of(subject.kind, at)
+    rail_subject, wheel = (counter, subject) if subject.kind == "wheel" else (subject, counter)
+    gauge = at.gauge or GAUGE
+    try:
+        rail = placed(rail_subject, at.inclination, gauge, at.half_span)
+        other = None if left is None else left.profile
+        return running(
+            wheel.profile, other, rail, track_words(rail_subject, at), _diameter_difference(subject, left, at)
+        ), ""
+    except ProfileError as error:
+        return None, str(error)
+
+
+def _diameter_difference(subject: Subject, left: Subject | None, at: Circumstances) -> float:
+    """Right minus left diameter where both are known, else 0 [m]."""
+    right = at.diameter or subject.diameter
+    other = at.left_diameter or (None if left is None else left.diameter)
+    return right - other if right is not None and other is not None else 0.0
+
+
+def track_words(rail: Subject, at: Circumstances) -> str:
+    """Rail, inclination, gauge and distance of the flange backs in words."""
+    tilt = at.inclination if at.inclination is not None else INCLINATION if rail.upright else 0.0
+    leans = f" 1:{1.0 / tilt:g}" if tilt else ""
+    back = "assumed" if at.back_to_back is None else "stated"
+    return (
+        f"{rail.profile.name}{leans}, gauge {(at.gauge or GAUGE) * 1e3:g} mm, flange backs "
+        f"{(at.back_to_back or BACK_TO_BACK) * 1e3:g} mm apart ({back})"
+    )
