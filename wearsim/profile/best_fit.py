@@ -159,12 +159,12 @@ def best_fit(
         [(zones, _ROUNDS)] if profile.kind == "wheel" else [(_EVERYWHERE, _FIRST_ROUNDS), (zones, _ROUNDS)]
     )
     for held, rounds in stages:
-        for _ in range(rounds):
+        for turn in range(rounds):
             c, s = math.cos(angle), math.sin(angle)
             turned = lever @ np.array([[c, s], [-s, c]])
             foot, normal, distance = search(turned + place)
             inside = [_within(zone, foot) for zone in held]
-            _refuse_empty(held, inside, reference.name)
+            _refuse_empty(held, inside, reference.name, turn == 0)
             use = np.any(inside, axis=0)
             step = _step(turned[use], normal[use], distance[use], length[use], rotation)
             place, angle = place + step[:2], angle + float(step[2])
@@ -189,12 +189,19 @@ def best_fit(
     )
 
 
-def _refuse_empty(zones: tuple[FitZone, ...], inside: list[NDArray[np.bool_]], name: str) -> None:
-    """Refuse a profile without enough points on a zone that is needed."""
+def _refuse_empty(
+    zones: tuple[FitZone, ...], inside: list[NDArray[np.bool_]], name: str, first: bool
+) -> None:
+    """Refuse a profile without enough points on a zone that is needed, at first or as the fit goes on."""
     for zone, members in zip(zones, inside, strict=True):
         count = int(np.count_nonzero(members))
         if zone.needed and count < FEWEST:
-            raise ProfileError(f"{count} points lie on {zone.name} of {name}, {FEWEST} are needed")
+            if first:
+                raise ProfileError(f"{count} points lie on {zone.name} of {name}, {FEWEST} are needed")
+            raise ProfileError(
+                f"the fit runs away from {zone.name} of {name}: too little of the zones is measured, or they "
+                "are worn; give zones that are neither"
+            )
 
 
 def _step(

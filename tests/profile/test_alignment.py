@@ -1,0 +1,220 @@
+"""Alignment: known moves of worn and noisy profiles are found again."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from wearsim.errors import ProfileError
+from wearsim.profile.alignment import ALIGNMENTS, align
+from wearsim.profile.best_fit import FitZone, prolonged
+from wearsim.profile.shape import Profile, resample, vertex_normals
+from wearsim.profile.standard import rail, wheel
+
+NEW = wheel("S1002")
+RAIL = rail("60E1", 1.0 / 40.0, 1.435, 0.750)
+WHEEL_RULES = ("none", "flange_back", "flange_tip", "tape_line", "best_fit")
+NOISE = 8e-6
+
+
+def moved(profile, dy=0.0, dz=0.0, angle=0.0):
+    c, s = math.cos(angle), math.sin(angle)
+    return replace(
+        profile, y=c * profile.y - s * profile.z + dy, z=s * profile.y + c * profile.z + dz, source=""
+    )
+
+
+def worn_wheel(seed, noise=NOISE, spacing=0.3e-3):
+    """S1002 with a hollow tread of 2 mm, a flank worn by 2 mm, and white noise along the normal."""
+    even = resample(NEW, spacing)
+    y = 1e3 * even.y
+    depth = 2e-3 * np.exp(-(((y + 2.0) / 24.0) ** 4)) + 2e-3 * np.exp(-(((y + 38.5) / 4.5) ** 2))
+    depth += noise * np.random.default_rng(seed).standard_normal(len(y))
+    ny, nz = vertex_normals(even.y, even.z)
+    return Profile("worn", "wheel", even.y + ny * depth, even.z + nz * depth)
+
+
+def worn_rail(seed):
+    """60E1 with the top worn by 1.2 mm and the gauge corner by 2.4 mm, measured 25 mm down."""
+    even = resample(prolonged(RAIL), 0.3e-3)
+    deep = even.z < 25e-3
+    y, z = even.y[deep], even.z[deep]
+    depth = 1.2e-3 * np.exp(-(((1e3 * y - 4.0) / 20.0) ** 4))
+    depth += np.where(y < 0.0, 2.4e-3 * np.exp(-(((1e3 * z - 5.0) / 4.5) ** 2)), 0.0)
+    depth += NOISE * np.random.default_rng(seed).standard_normal(len(y))
+    ny, nz = vertex_normals(y, z)
+    return Profile("worn", "rail", y - ny * depth, z - nz * depth)
+
+
+def distance(first, second):
+    return float(np.max(np.hypot(first.y - second.y, first.z - second.z)))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_best_fit_finds_the_place_of_a_worn_noisy_wheel(seed):
+    """Noise of 8 um on some 150 points holds each direction to 8/sqrt(75) = 1 um; three times that."""
+    true = worn_wheel(seed)
+    found = align(moved(true, 12e-3, -7e-3), NEW, "best_fit")
+    assert found.dy == pytest.approx(-12e-3, abs=3e-6)
+    assert found.dz == pytest.approx(7e-3, abs=3e-6)
+    assert found.angle == 0.0
+    assert found.rms == pytest.approx(NOISE, rel=0.2)
+    assert distance(found.profile, true) < 4e-6
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("angle", [-20e-3, 10e-3])
+def test_best_fit_with_rotation_takes_out_the_tilt_of_a_gauge(seed, angle):
+    """The zones are 110 mm apart and each is held to some 1 um, so the angle to some 0.02 mrad."""
+    true = worn_wheel(seed)
+    found = align(moved(true, 1e-3, 2e-3, angle), NEW, "best_fit", rotation=True)
+    assert found.angle == pytest.approx(-angle, abs=0.06e-3)
+    assert distance(found.profile, true) < 8e-6
+
+
+def test_without_rotation_a_tilt_stays_in_the_residual():
+    """5 mrad over zones 110 mm apart are half a millimetre; the noise is 8 um."""
+    tilted = moved(worn_wheel(0), angle=5e-3)
+    assert align(tilted, NEW, "best_fit").rms > 10.0 * align(tilted, NEW, "best_fit", rotation=True).rms
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_flange_back_holds_the_lateral_place_whatever_the_tread_lost(seed):
+    """Twelve points with noise of 8 um and the tip's height, whose error enters with the slope below 0.18."""
+    true = worn_wheel(seed)
+    found = align(moved(true, 3e-3, -4e-3), NEW, "flange_back")
+    assert found.dy == pytest.approx(-3e-3, abs=10e-6)
+    # z = 0 on the worn tread: 20 points of a parabola bring 8 um down to 3 um
+    tread = np.interp(0.0, worn_wheel(seed, noise=0.0).y[200:], worn_wheel(seed, noise=0.0).z[200:])
+    assert found.dz == pytest.approx(4e-3 - tread, abs=10e-6)
+    assert found.rms is None
+
+
+@pytest.mark.parametrize("name", ["P8", "EPS", "1/40"])
+def test_flange_back_of_other_wheels(name):
+    """The relief of the P8 flange back is 8 degrees: compared at equal depth it does no harm."""
+    new = wheel(name)
+    found = align(moved(new, 2e-3, 1e-3), new, "flange_back")
+    assert found.dy == pytest.approx(-2e-3, abs=1e-9)
+    assert found.dz == pytest.approx(-1e-3, abs=0.1e-6)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_flange_tip_holds_the_height(seed):
+    """A parabola through 20 points: 8 um become 3 um; the tip's place follows with its radius of 12 mm."""
+    true = worn_wheel(seed)
+    found = align(moved(true, 3e-3, -4e-3), NEW, "flange_tip")
+    assert (found.dy, found.angle) == (0.0, 0.0)
+    assert found.dz == pytest.approx(4e-3, abs=10e-6)
+    both = align(moved(true, 3e-3, -4e-3), NEW, "flange_tip", lateral=True)
+    assert both.dz == found.dz
+    assert both.dy == pytest.approx(-3e-3, abs=60e-6)
+
+
+def test_tape_line_smooths_a_local_dent():
+    """A dent of 0.1 mm at the tape circle moves a single reading by all of it, the parabola by a third."""
+    dented = replace(NEW, z=NEW.z - 0.1e-3 * np.exp(-((NEW.y / 0.3e-3) ** 2)))
+    found = align(dented, NEW, "tape_line")
+    assert 0.0 < found.dz < 0.035e-3
+    assert align(moved(NEW, dz=1e-3), NEW, "tape_line").dz == pytest.approx(-1e-3, abs=0.05e-6)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_best_fit_of_a_worn_rail(seed):
+    """Field side and lower gauge side: 130 points with 8 um, and 4 um of wear left at the zone's border."""
+    true = worn_rail(seed)
+    found = align(moved(true, 8e-3, -3e-3), RAIL, "best_fit")
+    assert distance(found.profile, true) < 10e-6
+    assert "lower gauge side" in found.note
+
+
+def test_best_fit_of_a_rail_measured_less_far_down_on_the_gauge_side():
+    """Then only the field side holds, and the note does not claim more."""
+    true = worn_rail(0)
+    keep = (true.y > 0.0) | (true.z < 13e-3)
+    short = replace(true, y=true.y[keep], z=true.z[keep])
+    found = align(moved(short, 8e-3, -3e-3), RAIL, "best_fit")
+    assert distance(found.profile, short) < 20e-6
+    assert "lower gauge side" not in found.note
+
+
+def test_top_of_a_rail():
+    found = align(moved(RAIL, 0.0, 2e-3), RAIL, "top")
+    assert (found.dy, found.dz) == (0.0, pytest.approx(-2e-3, abs=1e-12))
+
+
+@pytest.mark.parametrize("rule", WHEEL_RULES)
+@settings(max_examples=10, deadline=None, derandomize=True)
+@given(dy=st.floats(-15e-3, 15e-3), dz=st.floats(-10e-3, 10e-3))
+def test_a_moved_profile_ends_in_the_same_place(rule, dy, dz):
+    """Rules that trust y need it, the others do not see the origin of the file. Fits settle to 0.1 um."""
+    true = worn_wheel(5)
+    trusts_y = rule in ("none", "flange_tip", "tape_line")
+    trusts_z = rule == "none"
+    start = moved(true, 0.0 if trusts_y else dy, 0.0 if trusts_z else dz)
+    assert distance(align(start, NEW, rule).profile, align(true, NEW, rule).profile) < 0.2e-6
+
+
+@pytest.mark.parametrize("rule", WHEEL_RULES)
+def test_aligning_twice_changes_nothing(rule):
+    once = align(worn_wheel(6), NEW, rule)
+    twice = align(once.profile, NEW, rule)
+    assert distance(once.profile, twice.profile) < 0.2e-6
+
+
+def test_nothing_moved_is_the_same_profile_and_the_move_is_told():
+    true = worn_wheel(7)
+    assert align(true, NEW, "none").profile is true
+    found = align(replace(true, source="file a.whl"), NEW, "flange_back")
+    assert found.profile.source == "file a.whl; aligned by flange_back"
+    assert "y of the flange back (12 points" in found.note
+
+
+def test_what_a_profile_lacks_is_told_with_the_rules_that_work():
+    true = worn_wheel(8)
+    no_back = replace(true, y=true.y[40:], z=true.z[40:])
+    with pytest.raises(ProfileError, match=r"flange back is not measured: 0 points.*align by flange_tip or"):
+        align(no_back, NEW, "flange_back")
+    tread = true.y > -20e-3
+    no_flange = replace(true, y=true.y[tread], z=true.z[tread])
+    with pytest.raises(ProfileError, match=r"both sides of the flange tip; align by tape_line$"):
+        align(no_flange, NEW, "flange_tip")
+    inner = true.y < 30e-3
+    short = replace(true, y=true.y[inner], z=true.z[inner])
+    with pytest.raises(ProfileError, match=r"0 points lie on field side of the tread.*flange_back"):
+        align(short, NEW, "best_fit")
+    narrow = true.y < 0.5e-3
+    with pytest.raises(ProfileError, match="no tread on both sides of the tape circle"):
+        align(replace(true, y=true.y[narrow], z=true.z[narrow]), NEW, "tape_line")
+
+
+def test_zones_that_hold_one_direction_only_are_refused():
+    flat = (FitZone("tread", (10e-3, 50e-3)),)
+    with pytest.raises(ProfileError, match="do not hold the profile in all directions"):
+        align(NEW, NEW, "best_fit", zones=flat, rotation=True)
+
+
+def test_unknown_rules_and_mixed_kinds_are_refused():
+    with pytest.raises(ProfileError, match=r"'flange_bak' is no rule .*did you mean 'flange_back'"):
+        align(NEW, NEW, "flange_bak")
+    with pytest.raises(
+        ProfileError, match=r"'flange_back' is no rule of aligning a rail \(none, best_fit, top\)"
+    ):
+        align(RAIL, RAIL, "flange_back")
+    with pytest.raises(ProfileError, match="S1002 is a wheel and 60E1 a rail"):
+        align(NEW, RAIL, "none")
+
+
+@pytest.mark.parametrize("name", sorted(ALIGNMENTS))
+def test_rule_contract(name):
+    """Each rule leaves a new profile where it is: within the noise of a parabola through exact points."""
+    rule = ALIGNMENTS[name]
+    assert rule.title
+    for kind, shape in (("wheel", NEW), ("rail", RAIL)):
+        if kind in rule.kinds:
+            found = align(shape, shape, name)
+            assert math.hypot(found.dy, found.dz) < 0.1e-6
+            assert found.note
