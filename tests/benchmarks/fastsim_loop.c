@@ -6,7 +6,7 @@
 
 /* Strip by strip, each from its leading to its trailing end. */
 void by_strip(int patches, int cells, int strips, const double *y, const double *width, const double *lead,
-              const double *trail, const double *bound, const double *pressure, const double *creepage,
+              const double *trail, const double *friction, const double *slope, const double *creepage,
               const double *flexibility, const double *mean, double *out, double *force, double *slip_area)
 {
     const long field = (long)patches * cells * strips;
@@ -19,21 +19,21 @@ void by_strip(int patches, int cells, int strips, const double *y, const double 
             const double half = 0.5 * (lead[m * strips + j] - trail[m * strips + j]);
             const double middle = 0.5 * (lead[m * strips + j] + trail[m * strips + j]);
             const double lateral = y[m * strips + j], dx = 2.0 * half / cells;
-            const double flex = half > 0 ? mean[m] / dx : 0;
+            const double flex = half > 0 ? mean[m] / dx : 0, largest = half * slope[m * strips + j];
             double t_x = 0, t_y = 0, p_up = 0;
             for (int i = 0; i < cells; i++) {
                 const double x = middle + (1.0 - (2.0 * i + 1.0) / cells) * half;
                 const double behind = 1.0 - 2.0 * (i + 1) / cells;
-                const double p_here = i < cells - 1 ? half * sqrt(1.0 - behind * behind) : 0.0;
+                const double p_here = i < cells - 1 ? largest * sqrt(1.0 - behind * behind) : 0.0;
                 const double trial_x = t_x - (rate_x - rate_s * lateral) * dx;
                 const double trial_y = t_y - (rate_y + rate_s * x) * dx;
-                const double limit = bound[m] * p_here, size = sqrt(trial_x * trial_x + trial_y * trial_y);
+                const double limit = friction[m] * p_here, size = sqrt(trial_x * trial_x + trial_y * trial_y);
                 const double share = size > limit ? limit / size : 1.0;
                 const double new_x = trial_x * share, new_y = trial_y * share;
                 const double mean_x = 0.5 * (t_x + new_x), mean_y = 0.5 * (t_y + new_y);
                 const double excess = (share - 1.0) * flex;
                 double *cell = out + ((long)m * cells + i) * strips + j;
-                cell[0] = 0.5 * pressure[m] * (p_up + p_here);
+                cell[0] = 0.5 * (p_up + p_here);
                 cell[field] = mean_x;
                 cell[2 * field] = mean_y;
                 cell[3 * field] = trial_x * excess;
@@ -56,13 +56,13 @@ void by_strip(int patches, int cells, int strips, const double *y, const double 
 
 /* The same march with the strips in the inner loop, so that a compiler can use vector instructions. */
 void across_strips(int patches, int cells, int strips, const double *restrict y, const double *restrict width,
-                   const double *restrict lead, const double *restrict trail, const double *restrict bound,
-                   const double *restrict pressure, const double *restrict creepage,
+                   const double *restrict lead, const double *restrict trail, const double *restrict friction,
+                   const double *restrict slope, const double *restrict creepage,
                    const double *restrict flexibility, const double *restrict mean, double *restrict out,
                    double *restrict force, double *restrict slip_area)
 {
     const long field = (long)patches * cells * strips;
-    double half[512], middle[512], flex[512], t_x[512], t_y[512], p_up[512];
+    double half[512], middle[512], flex[512], t_x[512], t_y[512], p_up[512], largest[512];
     for (int m = 0; m < patches; m++) {
         const double rate_x = creepage[3 * m] / flexibility[m];
         const double rate_y = creepage[3 * m + 1] / flexibility[patches + m];
@@ -73,6 +73,7 @@ void across_strips(int patches, int cells, int strips, const double *restrict y,
             half[j] = 0.5 * (lead[m * strips + j] - trail[m * strips + j]);
             middle[j] = 0.5 * (lead[m * strips + j] + trail[m * strips + j]);
             flex[j] = half[j] > 0 ? 0.5 * cells * mean[m] / half[j] : 0;
+            largest[j] = half[j] * slope[m * strips + j];
             t_x[j] = t_y[j] = p_up[j] = 0;
         }
         for (int i = 0; i < cells; i++) {
@@ -85,13 +86,13 @@ void across_strips(int patches, int cells, int strips, const double *restrict y,
                 const double dx = half[j] * (2.0 / cells), x = middle[j] + place * half[j];
                 const double trial_x = t_x[j] - (rate_x - rate_s * place_y[j]) * dx;
                 const double trial_y = t_y[j] - (rate_y + rate_s * x) * dx;
-                const double p_here = root * half[j], limit = bound[m] * p_here;
+                const double p_here = root * largest[j], limit = friction[m] * p_here;
                 const double size = sqrt(trial_x * trial_x + trial_y * trial_y);
                 const double share = size > limit ? limit / size : 1.0;
                 const double new_x = trial_x * share, new_y = trial_y * share;
                 const double mean_x = 0.5 * (t_x[j] + new_x), mean_y = 0.5 * (t_y[j] + new_y);
                 const double excess = (share - 1.0) * flex[j];
-                cell[j] = 0.5 * pressure[m] * (p_up[j] + p_here);
+                cell[j] = 0.5 * (p_up[j] + p_here);
                 cell_x[j] = mean_x;
                 cell_y[j] = mean_y;
                 slip_x[j] = trial_x * excess;

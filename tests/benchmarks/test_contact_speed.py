@@ -67,16 +67,16 @@ def test_fastsim_kernel_against_c(show, tmp_path):
     random = np.random.default_rng(2)
     creepage = random.uniform(-1.0, 1.0, (patches, 3)) * [2e-3, 2e-3, 0.4]
     width = np.full(patches, 2 * b / strips)
-    slope = np.full(patches, 80e3 / (0.5 * np.pi * (half[0] ** 2).sum() * width[0])) * load_factor(cells)
+    slope = np.full_like(half, 80e3 / (0.5 * np.pi * (half[0] ** 2).sum() * width[0]) * load_factor(cells))
     flexibility = np.tile([[1.2e-14], [1.3e-14], [1.1e-14]], (1, patches))
     mean = np.full(patches, 1.25e-14)
-    given = (y, width, half, -half, 0.35 * slope, slope, creepage, flexibility, mean)
+    given = (y, width, half, -half, np.full(patches, 0.35), slope, creepage, flexibility, mean)
 
     def outputs():
         return np.empty((5, patches, cells, strips)), np.zeros((patches, 3)), np.zeros(patches)
 
     ours, theirs = outputs(), outputs()
-    rows = np.empty(13 * fastsim._ROW)
+    rows = np.empty(14 * fastsim._ROW)
 
     def kernel():
         fastsim._march(*given, cells, True, rows, *ours)
@@ -156,7 +156,7 @@ def test_full_solution(show, scene):
             fields=True,
         )
         clock.append(time.perf_counter())
-        strip_work = contact._finish(side, result, speed, start).fields.strip_work
+        strip_work = contact._finish(side, result, chunk.roll, speed, start).fields.strip_work
         clock.append(time.perf_counter())
         assert np.isfinite(strip_work).all()
         step = np.diff(clock)
