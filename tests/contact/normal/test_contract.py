@@ -41,10 +41,11 @@ def solved(name, gap, load=LOAD, strips=20, vertical=True):
 
 def rows_of(gap, rows):
     """The gap of some rows alone."""
-    parts = {
-        f.name: getattr(gap, f.name)[rows] for f in fields(gap) if f.name not in ("contour", "curvature")
-    }
-    return replace(gap, **parts)
+    whole = ("contour", "curvature", "bodies")
+    parts = {f.name: getattr(gap, f.name)[rows] for f in fields(gap) if f.name not in whole}
+    attitude = gap.bodies.attitude
+    attitude = Attitude(attitude.shift[rows], attitude.yaw[rows], attitude.roll[rows])
+    return replace(gap, **parts, bodies=replace(gap.bodies, attitude=attitude))
 
 
 def flat(solution):
