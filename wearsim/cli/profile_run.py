@@ -83,7 +83,7 @@ def measure_one(request: Request, faults: list[str]) -> int:
     subject = found.take(lambda: read_subject(str(request.name), request.kind, request.said))
     kind = subject.kind if subject is not None else request.kind
     if kind is not None:
-        found.faults += [Fault(fault) for fault in _kind_faults(request, kind)]
+        found.faults += [Fault(fault) for fault in kind_faults(request, kind, request.name)]
     left = against = None
     if request.left is not None and kind != "rail":
         left = found.take(lambda: read_subject(str(request.left), "wheel", request.said), "--left")
@@ -134,7 +134,7 @@ def measure_one(request: Request, faults: list[str]) -> int:
     return 0
 
 
-def _kind_faults(request: Request, kind: str) -> list[str]:
+def kind_faults(request: Request, kind: str, name: str) -> list[str]:
     """Tell flags that say nothing about this kind of profile."""
     faults = []
     if kind == "rail":
@@ -142,12 +142,10 @@ def _kind_faults(request: Request, kind: str) -> list[str]:
         stated += [f"--{key}" for key in ("left", "limits", "rail") if getattr(request, key) is not None]
         stated += ["--origin"] if "origin" in request.said else []
         hint = "; the wheel on a rail is given with --wheel" if request.rail is not None else ""
-        faults += [
-            f"{flag} belongs to wheels, {request.name} is a rail; leave it out{hint}" for flag in stated
-        ]
+        faults += [f"{flag} belongs to wheels, {name} is a rail; leave it out{hint}" for flag in stated]
     elif request.wheel is not None:
         faults.append(
-            f"--wheel is the wheel on a rail, {request.name} is a wheel itself; give --left or --rail, or "
+            f"--wheel is the wheel on a rail, {name} is a wheel itself; give --left or --rail, or "
             "leave it out"
         )
     if "left_diameter_mm" in request.numbers and "diameter_mm" not in request.numbers:
@@ -177,7 +175,7 @@ def _write(request: Request, subject: Subject, examination: Examination, target:
         written.append(_convert(subject, request.convert, target, request.overwrite, examination, request))
     if request.csv not in (None, "-"):
         path = Path(str(request.csv))
-        _save(path, _table(examination))
+        save(path, _table(examination))
         written.append(str(path))
     if request.plot is not None:
         from wearsim.report.pages_profile import profile_figure, write_figure
@@ -228,7 +226,7 @@ def _table(examination: Examination) -> str:
     return text.getvalue()
 
 
-def _save(path: Path, text: str) -> None:
+def save(path: Path, text: str) -> None:
     """Write a file that is complete or not there."""
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:

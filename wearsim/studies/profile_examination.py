@@ -12,7 +12,7 @@ from wearsim.profile.limits import Judgement, LimitSet, judge
 from wearsim.profile.measures import GaugeDistances, Measures, wheel_measures, wheelset_measures
 from wearsim.profile.noise import smoothed
 from wearsim.profile.worn import WearBetween, wear_between
-from wearsim.studies.profile_running import Running, running
+from wearsim.studies.profile_running import AMPLITUDES, Running, running
 from wearsim.studies.profile_subject import INCLINATION, Kind, Subject, placed, read_subject
 
 BACK_TO_BACK = 1.360
@@ -142,6 +142,7 @@ def examine(
     *,
     left: Subject | None = None,
     against: Subject | None = None,
+    amplitudes: tuple[float, ...] = AMPLITUDES,
 ) -> Examination:
     """Measure a profile.
 
@@ -157,6 +158,8 @@ def examine(
         Left wheel.
     against : Subject, optional
         Earlier or new profile of the same kind.
+    amplitudes : tuple of float
+        Of the conicity [m].
 
     Returns
     -------
@@ -186,12 +189,16 @@ def examine(
         wear = wear_between(reference.profile, subject.profile)
     measures, left_measures = _measures(subject, left, at)
     # a rail is placed in the track by its gauge point, wherever it was aligned
-    run, trouble = _running(subject if subject.kind == "wheel" else original, left, at)
+    run, trouble = _running(subject if subject.kind == "wheel" else original, left, at, amplitudes)
     comparison = None
     if against is not None and reference is not None and alignment is not None and wear is not None:
         before = reference if reference.kind == "wheel" else against
         comparison = Comparison(
-            reference, alignment, wear, _measures(reference, None, at)[0], _running(before, None, at)[0]
+            reference,
+            alignment,
+            wear,
+            _measures(reference, None, at)[0],
+            _running(before, None, at, amplitudes)[0],
         )
     return Examination(
         subject,
@@ -266,7 +273,9 @@ def _with_diameter(measures: Measures, diameter: float | None) -> Measures:
     return Measures({**measures.values, "wheel_diameter": diameter}, missing)
 
 
-def _running(subject: Subject, left: Subject | None, at: Circumstances) -> tuple[Running | None, str]:
+def _running(
+    subject: Subject, left: Subject | None, at: Circumstances, amplitudes: tuple[float, ...]
+) -> tuple[Running | None, str]:
     """Compute the running behaviour on the counterpart, or why there is none."""
     counter = counterpart_of(subject.kind, at)
     rail_subject, wheel = (counter, subject) if subject.kind == "wheel" else (subject, counter)
@@ -274,9 +283,8 @@ def _running(subject: Subject, left: Subject | None, at: Circumstances) -> tuple
     try:
         rail = placed(rail_subject, at.inclination, gauge, at.half_span)
         other = None if left is None else left.profile
-        return running(
-            wheel.profile, other, rail, track_words(rail_subject, at), _diameter_difference(subject, left, at)
-        ), ""
+        words, more = track_words(rail_subject, at), _diameter_difference(subject, left, at)
+        return running(wheel.profile, other, rail, words, more, amplitudes), ""
     except ProfileError as error:
         return None, str(error)
 

@@ -50,7 +50,12 @@ class Running:
 
 
 def running(
-    right: Profile, left: Profile | None, rail: Profile, track: str, diameter_difference: float = 0.0
+    right: Profile,
+    left: Profile | None,
+    rail: Profile,
+    track: str,
+    diameter_difference: float = 0.0,
+    amplitudes: tuple[float, ...] = AMPLITUDES,
 ) -> Running:
     """Compute rolling radius difference and equivalent conicity.
 
@@ -64,6 +69,8 @@ def running(
         The track in words.
     diameter_difference : float
         Diameter of the right minus that of the left wheel at their tape circles, as they are now [m].
+    amplitudes : tuple of float
+        Of the conicity, and shifts at which the radius difference is told [m].
 
     Returns
     -------
@@ -77,10 +84,10 @@ def running(
         other = replace(other, z=other.z - 0.5 * diameter_difference)
     else:
         other = right
-    shifts = [sign * each for sign in ((-1.0, 1.0) if differ else (1.0,)) for each in AMPLITUDES]
+    shifts = [sign * each for sign in ((-1.0, 1.0) if differ else (1.0,)) for each in amplitudes]
     at = tuple((shift, _at(right, other, rail, shift)) for shift in sorted(shifts))
     shift, difference = _curve(right, other, rail)
-    conicity = tuple(_conicity(right, other, rail, amplitude) for amplitude in AMPLITUDES)
+    conicity = tuple(_conicity(right, other, rail, amplitude) for amplitude in amplitudes)
     name = left.name if left is not None else right.name if differ else ""
     return Running(right.name, name, rail.name, shift, difference, at, conicity, track)
 

@@ -1,0 +1,74 @@
+"""Small figures of many profiles: `plot_member(dataset, member, ax) -> Axes`, wheels flange down.
+
+The datasets are those of `wearsim.studies.profile_fleet.fleet_state`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from wearsim.report.figures_profile import EXCEEDED
+from wearsim.report.style import COLOURS, own_axes, shown
+
+_BODY = "#1a1a1a"
+_SHORT = {"flange_height": "Sh", "flange_thickness": "Sd", "flange_gradient": "qR", "hollowing": "hollow"}
+_LONGEST = 26  # characters of a title
+
+
+def plot_member(dataset: xr.Dataset, member: int, ax: Axes | None = None) -> Axes:
+    """Draw one profile over the reference, with its measures; those beyond a limit stand out.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Fleet state.
+    member : int
+        Which profile.
+    ax : Axes, optional
+        Where to draw.
+    """
+    ax = own_axes(ax)
+    kind = str(dataset["kind"].values[member])
+    if "reference_y" in dataset and dataset.attrs["reference_kind"] == kind:
+        ax.plot(
+            shown("profile_y", dataset["reference_y"].values),
+            shown("profile_z", dataset["reference_z"].values),
+            color=COLOURS["new"], lw=0.9, label=dataset.attrs["reference_label"],
+        )  # fmt: skip
+    exceeded = str(dataset["exceeded"].values[member]).split()
+    colour = EXCEEDED if exceeded else _BODY
+    y, z = (shown(f"profile_{axis}", dataset[f"profile_{axis}"].values[member]) for axis in "yz")
+    ax.plot(y, z, color=colour, lw=1.1, label="beyond a limit" if exceeded else "within the limits")
+    name = str(dataset["wheel_name"].values[member])
+    ax.set_title(
+        name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…",
+        fontsize=7.5, color=colour, pad=2.5, fontweight="bold" if exceeded else "normal",
+    )  # fmt: skip
+    texts = []
+    for measure, short in _SHORT.items():
+        if measure in dataset and dataset[f"known_{measure}"].values[member]:
+            value = float(shown(measure, dataset[measure].values[member]))
+            texts.append((f"{short} {value:.2f}", measure in exceeded))
+    for k, (text, beyond) in enumerate(texts):
+        ax.text(
+            0.97, 0.05 + 0.13 * (len(texts) - 1 - k), f"{text} !" if beyond else text,
+            transform=ax.transAxes, ha="right", va="bottom", fontsize=6.5,
+            color=EXCEEDED if beyond else "#444444", fontweight="bold" if beyond else "normal",
+        )  # fmt: skip
+    ax.tick_params(labelsize=6.5, length=2.0, pad=1.5)
+    ax.grid(visible=True, lw=0.4)
+    return ax
+
+
+def limits_of(dataset: xr.Dataset) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Limits of lateral position and height that hold every profile and the reference [mm]."""
+    spans = []
+    for axis in "yz":
+        parts = [dataset[f"profile_{axis}"].values.ravel()]
+        if f"reference_{axis}" in dataset:
+            parts.append(dataset[f"reference_{axis}"].values)
+        values = shown(f"profile_{axis}", np.concatenate(parts))
+        spans.append((float(values.min()) - 3.0, float(values.max()) + 3.0))
+    return spans[0], spans[1]

@@ -1,0 +1,275 @@
+"""Many measured profiles as one table: a row each, whatever is wrong with some of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearsim.contact.patch import FloatArray
+from wearsim.errors import ProfileError, WearsimError
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.profile.formats import FORMATS
+from wearsim.profile.limits import LimitSet
+from wearsim.profile.shape import Profile, arc_length
+from wearsim.studies.profile_examination import JUDGED_AMPLITUDE, Circumstances, Examination, examine
+from wearsim.studies.profile_subject import Kind, Subject, read_subject
+
+PLAIN_SUFFIXES = (".csv", ".txt", ".dat", ".asc", ".tsv", ".xy", ".prf")
+"""Extensions of text files that are tried, beside those of the known formats."""
+
+OUTLINE = 240
+"""Points of an outline kept for figures."""
+
+_ID_KEYS = (("stock", "Stock"), ("car", "CarNo"), ("axle", "AxleNo"), ("side", "Side"))
+
+
+@dataclass(frozen=True)
+class FleetRow:
+    """One file of a folder.
+
+    Parameters
+    ----------
+    file : str
+        Its name in the folder.
+    identity : mapping of str to str
+        stock, car, axle and side of the header, as far as they are there, and kind and format.
+    values : mapping of str to float
+        By their names in `wearsim.nomenclature`, SI; what could not be measured is left out.
+    exceeded : tuple of str
+        Names of measures beyond a limit.
+    notes : tuple of str
+        What was detected on reading, and what could not be told.
+    fault : str
+        Why it was not measured or not compared; empty if nothing is wrong.
+    measured : bool
+        Whether it could be read.
+    y, z : (k,) array
+        Outline of at most `OUTLINE` points [m].
+    """
+
+    file: str
+    identity: Mapping[str, str]
+    values: Mapping[str, float]
+    exceeded: tuple[str, ...]
+    notes: tuple[str, ...]
+    fault: str
+    measured: bool
+    y: FloatArray = field(repr=False)
+    z: FloatArray = field(repr=False)
+
+    @property
+    def wheel(self) -> str:
+        """Wheel by its header: stock, car, axle and side; the file name without extension else."""
+        parts = [self.identity[key] for key, _ in _ID_KEYS if self.identity.get(key)]
+        return " ".join(parts) or Path(self.file).stem
+
+
+def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[str]]:
+    """Files of a folder that can be profiles.
+
+    Parameters
+    ----------
+    folder : Path
+        Not searched below.
+    every : bool
+        Whether to take files with any extension.
+
+    Returns
+    -------
+    files : list of Path
+        Sorted by name, hidden ones left out.
+    skipped : list of str
+        Names of the others.
+    """
+    known = {suffix for each in FORMATS.values() for suffix in each.suffixes} | set(PLAIN_SUFFIXES)
+    try:
+        found = sorted((path for path in folder.iterdir() if path.is_file()), key=lambda path: path.name)
+    except OSError as error:
+        raise ProfileError(f"{folder}: cannot be read ({error.strerror}); check its permissions") from error
+    visible = [path for path in found if not path.name.startswith(".")]
+    taken = [path for path in visible if every or path.suffix.lower() in known]
+    return taken, [path.name for path in visible if path not in set(taken)]
+
+
+def fleet_rows(
+    files: list[Path],
+    at: Circumstances,
+    limits: LimitSet | None,
+    *,
+    kind: Kind | None = None,
+    against: Subject | None = None,
+) -> Iterator[FleetRow]:
+    """Measure files one after the other; nothing but the rows is kept.
+
+    Parameters
+    ----------
+    files : list of Path
+        In the order wanted.
+    at : Circumstances
+        As for one profile.
+    limits : LimitSet, optional
+        To judge by.
+    kind : {"wheel", "rail"}, optional
+        Of all files, if it is stated.
+    against : Subject, optional
+        Reference of all files of its kind.
+
+    Yields
+    ------
+    FleetRow
+        Of each file.
+    """
+    for path in files:
+        try:
+            subject = read_subject(str(path), kind, at.said)
+        except WearsimError as error:
+            yield _faulty(path, str(error))
+            continue
+        yield _row(path, subject, at, limits, against)
+
+
+def _faulty(path: Path, fault: str) -> FleetRow:
+    none: FloatArray = np.empty(0)
+    return FleetRow(path.name, {}, {}, (), (), _one_line(path, fault), False, none, none)
+
+
+def _one_line(path: Path, text: str) -> str:
+    """First fault of a file, without its path, and how many there are."""
+    lines = [line.replace(f"{path}:", "", 1).strip() for line in text.splitlines()]
+    rest = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
+    first = f"line {lines[0]}" if lines[0].partition(":")[0].isdecimal() else lines[0]
+    return first + rest
+
+
+def _row(
+    path: Path, subject: Subject, at: Circumstances, limits: LimitSet | None, against: Subject | None
+) -> FleetRow:
+    """Row of a file that could be read."""
+    fault, notes = "", subject.notes
+    reference = against if against is not None and against.kind == subject.kind else None
+    if against is not None and reference is None:
+        notes = (*notes, f"a {subject.kind}, not compared with the {against.kind} {against.profile.name}")
+    # a rail has no measures of its own: only its wear is told
+    try:
+        found = examine(subject, at, limits, against=reference, amplitudes=(JUDGED_AMPLITUDE,))
+    except WearsimError as error:
+        fault = _one_line(path, str(error))
+        try:
+            found = examine(subject, at, limits, amplitudes=(JUDGED_AMPLITUDE,))
+        except WearsimError as again:
+            return replace(_faulty(path, str(again)), identity=_identity(subject), notes=notes)
+    if found.measures is not None:
+        # of what every wheel has; a diameter that nobody stated is no fault
+        notes += tuple(why for name, why in found.measures.missing.items() if name in _EXPECTED)
+    return FleetRow(
+        path.name,
+        _identity(subject),
+        _values(found),
+        found.exceeded,
+        notes,
+        fault,
+        True,
+        *_outline(found.subject.profile),
+    )
+
+
+_EXPECTED = ("flange_height", "flange_thickness", "flange_gradient", "hollowing", "rim_width")
+
+
+def _identity(subject: Subject) -> dict[str, str]:
+    """Header keys that say which wheel it is."""
+    told = {key: " ".join(subject.key(name).split())[:60] for key, name in _ID_KEYS}
+    return {
+        **{key: text for key, text in told.items() if text},
+        "kind": subject.kind,
+        "format": subject.format,
+    }
+
+
+def _values(found: Examination) -> dict[str, float]:
+    values: dict[str, float] = {}
+    if found.measures is not None:
+        values |= found.measures.values
+    for amplitude, conicity, _ in found.running.conicity if found.running is not None else ():
+        if amplitude == JUDGED_AMPLITUDE and conicity is not None:
+            values["equivalent_conicity"] = conicity
+    if found.comparison is not None:
+        wear = found.comparison.wear
+        values |= {"worn_area": wear.worn_area, "max_wear_depth": wear.max_depth}
+    return values
+
+
+def _outline(profile: Profile) -> tuple[FloatArray, FloatArray]:
+    """Points at even arc length, few enough for small figures of hundreds of profiles."""
+    s = arc_length(profile.y, profile.z)
+    if len(s) <= OUTLINE:
+        return profile.y, profile.z
+    at = np.linspace(0.0, s[-1], OUTLINE)
+    return np.interp(at, s, profile.y), np.interp(at, s, profile.z)
+
+
+def fleet_state(rows: list[FleetRow], reference: Subject | None, limits: LimitSet | None) -> xr.Dataset:
+    """Dataset of the rows that could be measured: what the small multiples draw.
+
+    Parameters
+    ----------
+    rows : list of FleetRow
+        Any number.
+    reference : Subject, optional
+        Drawn grey behind each profile.
+    limits : LimitSet, optional
+        That exceeded measures refer to.
+
+    Returns
+    -------
+    Dataset
+        `profile_y, profile_z (wheel, point)`, the last point repeated on shorter outlines; `wheel_name`,
+        `file`, `exceeded`, `kind (wheel)`; measures `(wheel)`, NaN-free: `known_<name> (wheel)` tells where
+        a measure is there, it is 0 elsewhere.
+    """
+    good = [row for row in rows if row.measured]
+    longest = max((len(row.y) for row in good), default=0)
+
+    def padded(values: FloatArray) -> FloatArray:
+        return np.concatenate((values, np.repeat(values[-1:], longest - len(values))))
+
+    texts: dict[str, Any] = {
+        "wheel_name": ("wheel", [row.wheel for row in good]),
+        "file": ("wheel", [row.file for row in good]),
+        "kind": ("wheel", [row.identity["kind"] for row in good]),
+        "exceeded": ("wheel", [" ".join(row.exceeded) for row in good]),
+    }
+    data: dict[str, Any] = {}
+    for name in ("profile_y", "profile_z"):
+        lines = [padded(getattr(row, name[-1])) for row in good]
+        values = np.stack(lines) if lines else np.empty((0, 0))
+        data[name] = (("wheel", "point"), values, _attributes(name))
+    for name in dict.fromkeys(name for row in good for name in row.values):
+        known = np.array([name in row.values for row in good])
+        values = np.array([row.values.get(name, 0.0) for row in good])
+        data[name] = ("wheel", values, _attributes(name))
+        data[f"known_{name}"] = ("wheel", known.astype(np.int8), {"long_name": f"whether {name} is known"})
+    attributes = {
+        "reference_label": "",
+        "reference_kind": "",
+        "limits": "" if limits is None else limits.name,
+    }
+    if reference is not None:
+        profile = reference.profile
+        data["reference_y"] = ("reference_point", profile.y, _attributes("profile_y"))
+        data["reference_z"] = ("reference_point", profile.z, _attributes("profile_z"))
+        attributes |= {"reference_label": profile.name, "reference_kind": profile.kind}
+    attributes["faults"] = str(len(rows) - len(good))
+    return xr.Dataset(data | texts, attrs=attributes)
+
+
+@lru_cache(maxsize=64)
+def _attributes(name: str) -> dict[str, str]:
+    quantity = NOMENCLATURE[name]
+    return {"long_name": quantity.meaning, "units": quantity.unit or "1"}
