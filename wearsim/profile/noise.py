@@ -13,7 +13,7 @@ from wearsim.profile.shape import FloatArray, Profile, arc_length, corners, vert
 
 _MM = 1e-3
 _PASSES = 2  # the second one counts arc length along the smoothed shape, free of the noise
-_FIT = 2.0  # wavelengths at an end from which its curvature is taken
+_FIT = 0.8  # wavelengths at an end from which its curvature is taken; a rail's side is not much longer
 _FADE = 4.0  # wavelengths over which that curvature fades out
 _BESIDE = (
     1e-3  # length on either side of a corner from which its turn is taken [m]: 20 degrees on 3 mm radius

@@ -8,12 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wearsim.errors import ProfileError
-from wearsim.profile.shape import FloatArray, Profile, resample, vertex_normals
+from wearsim.profile.shape import FloatArray, Profile, arc_length, resample, vertex_normals
 
 LARGEST_DEPTH = 12e-3
 """How far off the old profile the new one is looked for along the normal [m]: the radius of the flange tip,
 beyond which normals cross."""
 
+_LEAST_COMMON = 0.5  # of the shorter profile; less is no measurement of the same place
+_FINEST = 0.01e-3  # spacing of the points [m]: what follows grows with its square
 _ROWS = 256  # points of the old profile whose normals are cut with the new one at once
 
 
@@ -101,7 +103,8 @@ def wear_between(
     Raises
     ------
     ProfileError
-        The kinds differ, or the profiles are more than 12 mm apart.
+        The kinds differ, the profiles are more than 12 mm apart, or less than half of the shorter one has
+        a counterpart.
 
     Notes
     -----
@@ -115,14 +118,17 @@ def wear_between(
             f"{before.name} is a {before.kind} and {after.name} a {after.kind}: wear is between two "
             "measurements of one body"
         )
+    if not spacing >= _FINEST:
+        raise ProfileError(f"spacing = {spacing * 1e3:g} mm must be at least {_FINEST * 1e3:g} mm")
     old, new = resample(before, spacing), resample(after, spacing)
-    s = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(old.y), np.diff(old.z)))))
+    s = arc_length(old.y, old.z)
     ny, nz = vertex_normals(old.y, old.z)
     if before.kind == "rail":
         ny, nz = -ny, -nz  # z points into a rail, out of a wheel
     depth, place = _cut(old, new, ny, nz)
     hit = np.flatnonzero(np.isfinite(depth))
-    if len(hit) < 2:
+    shorter = min(float(s[-1]), float(arc_length(new.y, new.z)[-1]))
+    if len(hit) < 2 or s[hit[-1]] - s[hit[0]] < _LEAST_COMMON * shorter:
         raise ProfileError(f"{before.name} and {after.name} do not lie on each other; align them first")
     first, last = int(hit[0]), int(hit[-1])
     if len(hit) <= last - first:
