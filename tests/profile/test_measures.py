@@ -1,11 +1,24 @@
-"""Gauge values of wheel profiles."""
+"""Gauge values of wheel profiles and wheelsets."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from wearsim.errors import ProfileError
-from wearsim.profile.measures import flange_gradient, flange_height, flange_thickness, hollowing
-from wearsim.profile.standard import wheel
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.profile.measures import (
+    GaugeDistances,
+    flange_gradient,
+    flange_height,
+    flange_thickness,
+    hollowing,
+    wheel_measures,
+    wheelset_measures,
+)
+from wearsim.profile.standard import rail, wheel
 
 S1002 = wheel("S1002")
 
@@ -55,3 +68,102 @@ def test_profiles_without_a_flange_are_refused():
         flange_height(y, 0.05 * y)
     with pytest.raises(ProfileError, match=r"no tread within"):
         hollowing(y - 1.0, y)
+
+
+def test_measures_of_a_new_wheel_and_its_wheelset():
+    """Nominal values of EN 13715 and of a back-to-back distance of 1360 mm, to the 0.1 um of cubics."""
+    found = wheel_measures(S1002, radius=0.46, back_to_back=1.36)
+    assert found.missing == {}
+    nominal = {
+        "flange_height": 28e-3,
+        "flange_thickness": 32.5e-3,
+        "flange_gradient": 10.7938e-3,
+        "hollowing": 0.0,
+        "rim_width": 135e-3,
+        "wheel_diameter": 0.92,
+        "back_to_back": 1.36,
+        "front_to_front": 1.425,
+    }
+    assert found.values == pytest.approx(nominal, abs=0.1e-6)
+    assert set(nominal) <= set(NOMENCLATURE)
+    assert all(type(value) is float for value in found.values.values())
+
+
+@pytest.mark.parametrize(("name", "width"), [("EPS", 135e-3), ("P8", 135e-3), ("1/40", 135e-3)])
+def test_rim_width_of_other_wheels(name, width):
+    assert wheel_measures(wheel(name)).values["rim_width"] == pytest.approx(width, abs=1e-9)
+
+
+@settings(max_examples=20, deadline=None, derandomize=True)
+@given(lift=st.floats(-5e-3, 5e-3))
+def test_gauge_values_do_not_depend_on_where_z_is_counted_from(lift):
+    """But the diameter does: z = 0 is where the radius is given."""
+    lifted = wheel_measures(replace(S1002, z=S1002.z + lift), radius=0.46)
+    usual = wheel_measures(S1002, radius=0.46)
+    for name in ("flange_height", "flange_thickness", "flange_gradient", "hollowing", "rim_width"):
+        assert lifted.values[name] == pytest.approx(usual.values[name], abs=1e-12)
+    change = lifted.values["wheel_diameter"] - usual.values["wheel_diameter"]
+    assert change == pytest.approx(2.0 * lift, abs=1e-12)
+
+
+def test_distances_of_the_gauge_reach_the_measures():
+    found = wheel_measures(S1002, GaugeDistances(below_tip=3e-3, level=13e-3, flange_back=72e-3)).values
+    y, z = S1002.y, S1002.z
+    assert found["flange_thickness"] == flange_thickness(y, z, level=13e-3, flange_back=72e-3)
+    assert found["flange_gradient"] == flange_gradient(y, z, level=13e-3, below_tip=3e-3)
+    assert found["rim_width"] == pytest.approx(137e-3, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("distances", "told"),
+    [
+        ({"below_tip": 0.0}, "below_tip = 0 mm must be in 0.5 .. 10 mm"),
+        ({"level": 10.0}, "level = 10000 mm must be in 2 .. 25 mm"),
+        ({"flange_back": float("nan")}, "flange_back = nan mm must be in 50 .. 100 mm"),
+    ],
+)
+def test_odd_gauge_distances_are_refused(distances, told):
+    with pytest.raises(ProfileError, match=told):
+        GaugeDistances(**distances)
+
+
+def test_what_cannot_be_measured_is_missing_with_its_reason():
+    tread = S1002.y > -36e-3
+    found = wheel_measures(replace(S1002, y=S1002.y[tread], z=S1002.z[tread]), back_to_back=1.36)
+    assert "begins at its highest point" in found.missing["flange_height"]
+    assert "begins at its highest point" in found.missing["flange_gradient"]
+    assert "does not reach 10 mm above the tape circle" in found.missing["flange_thickness"]
+    assert found.missing["front_to_front"] == "the flange thickness cannot be measured"
+    assert found.missing["wheel_diameter"] == "the rolling radius at z = 0 is not given"
+    assert found.values["back_to_back"] == 1.36
+    assert found.values["hollowing"] == 0.0
+    short = S1002.y < 40e-3
+    found = wheel_measures(replace(S1002, y=S1002.y[short], z=S1002.z[short]))
+    assert "hollowing needs the tread up to 50 mm" in found.missing["hollowing"]
+    assert "ends on the tread at y = 39.86 mm" in found.missing["rim_width"]
+    assert found.missing["back_to_back"] == "the back-to-back distance of the wheelset is not given"
+    assert set(found.values) == {"flange_height", "flange_thickness", "flange_gradient"}
+
+
+def test_a_wheelset_whose_wheels_differ():
+    """Thinner left flange by 2 mm, right tread worn by 1 mm, and other radii at z = 0."""
+    left = wheel("S1002/e30.5")
+    right = replace(S1002, z=S1002.z - 1e-3)
+    found = wheelset_measures(right, left, radius_right=0.46, radius_left=0.4595, back_to_back=1.36)
+    assert found.axle.values["front_to_front"] == pytest.approx(1.36 + 32.5e-3 + 30.5e-3, abs=0.2e-6)
+    assert found.axle.values["wheel_diameter_difference"] == pytest.approx(-1e-3, abs=1e-9)
+    assert found.left.values["flange_thickness"] == pytest.approx(30.5e-3, abs=0.1e-6)
+    assert "back_to_back" not in found.right.values
+    assert "front_to_front" not in found.left.missing
+    assert found.axle.missing == {}
+    bare = wheelset_measures(right, left)
+    assert set(bare.axle.missing) == {"back_to_back", "front_to_front", "wheel_diameter_difference"}
+
+
+def test_rails_and_odd_sizes_are_refused():
+    with pytest.raises(ProfileError, match="60E1 is a rail; gauge values are of wheels"):
+        wheel_measures(rail("60E1", 0.0, 1.435, 0.75))
+    with pytest.raises(ProfileError, match=r"rolling radius = 460000 mm must be in 100 .. 1000 mm"):
+        wheel_measures(S1002, radius=460.0)
+    with pytest.raises(ProfileError, match=r"back-to-back distance = 136 mm must be in 500 .. 2000 mm"):
+        wheelset_measures(S1002, S1002, back_to_back=0.136)

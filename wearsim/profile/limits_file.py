@@ -13,6 +13,7 @@ import math
 import re
 import tomllib
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -167,7 +168,7 @@ class _Reader:
         self.lines = lines
         self.faults = faults
         heads = [k for k, line in enumerate(lines) if re.match(r"\s*\[\[\s*limit\s*\]\]", line)]
-        self.blocks = list(zip(heads, [*heads[1:], len(lines)], strict=True))
+        self.blocks = list(pairwise([*heads, len(lines)]))
         self.top = (-1, heads[0] if heads else len(lines))
 
     def line(self, block: tuple[int, int] | None, key: str | None = None) -> int | None:

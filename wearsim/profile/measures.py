@@ -242,9 +242,11 @@ def wheel_measures(
     y, z = profile.y, profile.z
     values, missing = _collected(
         {
-            "flange_height": lambda: flange_height(y, z),
+            "flange_height": lambda: flange_height(*_with_tip(y, z)),
             "flange_thickness": lambda: flange_thickness(y, z, level=at.level, flange_back=at.flange_back),
-            "flange_gradient": lambda: flange_gradient(y, z, level=at.level, below_tip=at.below_tip),
+            "flange_gradient": lambda: flange_gradient(
+                *_with_tip(y, z), level=at.level, below_tip=at.below_tip
+            ),
             "hollowing": lambda: _whole_hollowing(y, z),
             "rim_width": lambda: _rim_width(y, z, at.flange_back),
             "wheel_diameter": lambda: _diameter(y, z, radius),
@@ -330,6 +332,15 @@ def _axle(right: Mapping[str, float], left: Mapping[str, float], back_to_back: f
         return Measures(values, {"front_to_front": "the flange thickness cannot be measured"})
     values["front_to_front"] = back_to_back + right["flange_thickness"] + left["flange_thickness"]
     return Measures(values, {})
+
+
+def _with_tip(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Pass on a profile that has points on both sides of its flange tip."""
+    if int(np.argmax(z)) == 0:
+        raise ProfileError(
+            f"the profile begins at its highest point (y = {y[0] * 1e3:.4g} mm): no flange tip is measured"
+        )
+    return y, z
 
 
 def _whole_hollowing(y: FloatArray, z: FloatArray) -> float:

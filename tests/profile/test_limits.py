@@ -1,0 +1,283 @@
+"""Limits as data: the shipped table, files of users with all their faults, and judgements."""
+
+import csv
+import io
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from wearsim.errors import ProfileError
+from wearsim.profile.limits import (
+    LIMITED,
+    DiameterRange,
+    judge,
+    judge_wheelset,
+    load_limits,
+)
+from wearsim.profile.measures import Measures, wheel_measures, wheelset_measures
+from wearsim.profile.standard import wheel
+
+NEW = wheel("S1002")
+TSI = load_limits("TSI")
+
+# shared/spec/profiles.md section 8, row by row: measure, a diameter within, min, max [mm]
+TABLE = """\
+flange_thickness,920,22,33
+flange_thickness,840.1,22,33
+flange_thickness,840,25,33
+flange_thickness,760.1,25,33
+flange_thickness,760,27.5,33
+flange_thickness,330,27.5,33
+flange_height,920,27.5,36
+flange_height,760.1,27.5,36
+flange_height,760,29.5,36
+flange_height,630.1,29.5,36
+flange_height,630,31.5,36
+flange_height,330,31.5,36
+flange_gradient,920,6.5,
+flange_gradient,330,6.5,
+back_to_back,920,1357,1363
+back_to_back,840,1358,1363
+back_to_back,760,1359,1363
+front_to_front,920,1410,1426
+front_to_front,840,1412,1426
+front_to_front,760,1415,1426
+rim_width,330,133,140
+"""
+
+
+@pytest.mark.parametrize("row", list(csv.reader(io.StringIO(TABLE))), ids=lambda row: "-".join(row[:2]))
+def test_shipped_limits_are_those_of_the_table(row):
+    measure, diameter, least, most = row
+    found = judge({measure: 1.0}, TSI, diameter=1e-3 * float(diameter))
+    limits = {each.bound: each.limit for each in found}
+    expected = {"min": least, "max": most}
+    assert limits == {bound: pytest.approx(1e-3 * float(x), abs=1e-15) for bound, x in expected.items() if x}
+    assert all(each.certainty.startswith("TSI default, check") for each in found)
+    assert all("EN 15313" in each.source for each in found)
+
+
+def test_every_limited_measure_of_the_table_is_covered_and_hollowing_is_no_tsi_limit():
+    assert {limit.measure for limit in TSI.limits} == {row.split(",")[0] for row in TABLE.split()} | {
+        "hollowing"
+    }
+    (hollow,) = [limit for limit in TSI.limits if limit.measure == "hollowing"]
+    assert "not verified" in hollow.certainty
+    assert "EN 15313" not in hollow.source
+
+
+def test_judgement_of_a_new_wheel():
+    """New S1002 has a margin of 0.5 mm to the largest flange thickness and to the least flange height."""
+    found = judge(wheel_measures(NEW, radius=0.46, back_to_back=1.36), TSI)
+    assert not any(each.exceeded for each in found)
+    margins = {(each.measure, each.bound): each.margin for each in found}
+    assert margins["flange_thickness", "max"] == pytest.approx(0.5e-3, abs=0.1e-6)
+    assert margins["flange_height", "min"] == pytest.approx(0.5e-3, abs=0.1e-6)
+    assert margins["front_to_front", "max"] == pytest.approx(1e-3, abs=0.2e-6)
+    assert {each.condition for each in found if each.measure == "flange_thickness"} == {"D > 840 mm"}
+
+
+def test_a_small_wheel_with_a_flange_of_28_mm_is_beyond():
+    (low,) = [
+        each
+        for each in judge(wheel_measures(NEW, radius=0.35), TSI)
+        if (each.measure, each.bound) == ("flange_height", "min")
+    ]
+    assert low.exceeded
+    assert low.margin == pytest.approx(-1.5e-3, abs=0.1e-6)
+    assert low.condition == "630 < D <= 760 mm"
+
+
+@settings(max_examples=50, deadline=None, derandomize=True)
+@given(value=st.floats(0.0, 60e-3), diameter=st.floats(0.33, 1.2))
+def test_exceeded_is_the_sign_of_the_margin(value, diameter):
+    for each in judge({"flange_thickness": value}, TSI, diameter=diameter):
+        assert each.exceeded == (each.margin < -1e-9)
+        assert each.margin == pytest.approx(
+            value - each.limit if each.bound == "min" else each.limit - value, abs=1e-15
+        )
+
+
+def test_without_a_diameter_only_what_all_limits_agree_on_is_judged():
+    found = {(each.measure, each.bound): each for each in judge(wheel_measures(NEW), TSI)}
+    low, high = found["flange_thickness", "min"], found["flange_thickness", "max"]
+    assert (low.limit, low.margin, low.exceeded) == (None, None, None)
+    assert low.reason == "depends on the wheel diameter, which is not given"
+    assert (high.limit, high.exceeded, high.condition) == (33e-3, False, "any diameter listed")
+
+
+def test_a_diameter_without_limits_is_told():
+    found = {(each.measure, each.bound): each for each in judge(wheel_measures(NEW, radius=0.15), TSI)}
+    assert found["flange_thickness", "max"].exceeded is None
+    assert found["flange_thickness", "max"].reason == "no limit is given for a wheel diameter of 300 mm"
+    assert found["flange_gradient", "min"].exceeded is False
+
+
+def test_what_was_not_measured_stays_in_the_list_with_its_reason():
+    tread = NEW.y > -36e-3
+    measured = wheel_measures(replace(NEW, y=NEW.y[tread], z=NEW.z[tread]), radius=0.46)
+    (thickness, _) = [each for each in judge(measured, TSI) if each.measure == "flange_thickness"]
+    assert (thickness.value, thickness.exceeded) == (None, None)
+    assert "does not reach 10 mm" in thickness.reason
+    assert judge({}, TSI) == []
+
+
+def test_wheelset_the_smaller_wheel_chooses_the_limits_of_the_axle():
+    found = judge_wheelset(
+        wheelset_measures(NEW, NEW, radius_right=0.4201, radius_left=0.4199, back_to_back=1.3575), TSI
+    )
+    assert {each.condition for each in found["right"] if each.measure == "flange_thickness"} == {"D > 840 mm"}
+    (low, _) = [each for each in found["axle"] if each.measure == "back_to_back"]
+    assert low.exceeded
+    assert low.condition == "760 < D <= 840 mm"
+
+
+OWN = """\
+title = "our depot"
+source = "works rule 7"
+certainty = "binding"
+
+[[limit]]
+measure = "wheel_diameter_difference"
+max_mm = 0.5
+
+[[limit]]
+measure = "equivalent_conicity"
+max = 0.4
+source = "works rule 8"
+
+[[limit]]
+measure = "hollowing"
+diameter_mm = { below = 900 }
+max_mm = 3
+"""
+
+
+def test_limits_of_ones_own(tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text(OWN)
+    own = load_limits(path)
+    assert (own.name, own.title) == ("own", "our depot")
+    found = judge(
+        {"wheel_diameter_difference": -0.7e-3, "equivalent_conicity": 0.3, "hollowing": 3.5e-3},
+        own,
+        diameter=0.9,
+    )
+    assert [each.exceeded for each in found] == [True, False, None]
+    assert found[0].margin == pytest.approx(-0.2e-3, abs=1e-12)  # a difference counts by its size
+    assert [each.source for each in found[:2]] == ["works rule 7", "works rule 8"]
+    (hollow,) = judge({"hollowing": 3.5e-3}, own, diameter=0.8999)
+    assert hollow.exceeded
+    assert hollow.condition == "D < 900 mm"
+
+
+FAULTY = """\
+title = 3
+colour = "red"
+[[limit]]
+measure = "flange_hight"
+min_mm = 3
+[[limit]]
+measure = "hollowing"
+max_mm = "a"
+diameter_mm = { above = 900, up_to = 800 }
+[[limit]]
+source = "x"
+certainty = "y"
+measure = "rim_width"
+min_mm = 5
+max_mm = 3
+[[limit]]
+measure = "equivalent_conicity"
+max_mm = 3
+[[limit]]
+measure = "flange_gradient"
+min_mm = 6.5
+[[limit]]
+source = "x"
+certainty = "y"
+measure = "flange_gradient"
+[[limit]]
+measure = "flange_gradient"
+min_mm = nan
+diameter_mm = { over = 3 }
+[[limit]]
+min_mm = 1
+"""
+
+
+def test_all_faults_of_a_file_are_told_at_once_with_their_lines(tmp_path):
+    path = tmp_path / "bad.toml"
+    path.write_text(FAULTY)
+    with pytest.raises(ProfileError) as caught:
+        load_limits(path)
+    told = str(caught.value).splitlines()
+    assert all(line.startswith(f"{path}:") for line in told)
+    assert [(int(line.split(":")[1]), line.split(": ", 1)[1][:31]) for line in told] == [
+        (1, "title = 3 must be a text"),
+        (2, "colour is none of title, source"),
+        (4, "measure = 'flange_hight' is not"),
+        (8, "max_mm = 'a' must be a number o"),
+        (9, "diameter_mm: 900 must be below "),
+        (14, "min_mm = 5 is above max_mm = 3"),
+        (18, "max_mm is no key of a limit of "),
+        (19, "the limit of flange_gradient ha"),
+        (22, "gives no min_mm and no max_mm o"),
+        (28, "min_mm = nan must be a number o"),
+        (29, "diameter_mm must be like { abov"),
+        (30, "measure is missing; it is one o"),
+    ]
+    assert "did you mean 'flange_height'?" in told[2]
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (b"", "holds no limit"),
+        (b'title = "a"\nx = [1\n', "is not TOML"),
+        (b"limit = 3\n", "begin each with"),
+        (b"\xff\xfe\x00", "is not UTF-8 text"),
+        (b"[[limit]]\nmeasure = [1]\n", r"2: measure = \[1\] is not known"),
+        (b'limit = [{ measure = "hollowing" }]\n', "gives no min_mm"),
+        (b"x = " + b"[" * 5000, "is not TOML"),
+    ],
+)
+def test_damaged_files_are_one_clear_line_each(tmp_path, content, told):
+    path = tmp_path / "bad.toml"
+    path.write_bytes(content)
+    with pytest.raises(ProfileError, match=told) as caught:
+        load_limits(path)
+    assert str(caught.value).startswith(f"{path}:")
+
+
+def test_unknown_names_are_told_with_what_there_is(tmp_path):
+    with pytest.raises(ProfileError, match=r"'TSO' is neither a file nor .*\(TSI\); did you mean 'TSI'"):
+        load_limits("TSO")
+    with pytest.raises(ProfileError, match="no such file of limits"):
+        load_limits(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize(
+    ("range_", "text", "inside", "outside"),
+    [
+        (DiameterRange(), "", 5.0, -1.0),
+        (DiameterRange(low=0.84, low_belongs=False), "D > 840 mm", 0.8401, 0.84),
+        (DiameterRange(low=0.33), "D >= 330 mm", 0.33, 0.3299),
+        (DiameterRange(high=0.84, high_belongs=False), "D < 840 mm", 0.8399, 0.84),
+        (DiameterRange(low=0.33, high=0.76), "330 <= D <= 760 mm", 0.76, 0.7601),
+    ],
+)
+def test_diameter_ranges(range_, text, inside, outside):
+    assert range_.text == text
+    assert inside in range_
+    assert outside not in range_
+    assert 0.84 + 1e-12 not in DiameterRange(low=0.84, low_belongs=False)  # rounding of 2 r is no diameter
+
+
+def test_measures_and_mappings_are_judged_alike():
+    measured = wheel_measures(NEW, radius=0.46)
+    assert [each for each in judge(measured, TSI) if each.value is not None] == judge(measured.values, TSI)
+    assert judge(Measures({}, {}), TSI.limits) == []
+    assert set(measured.values) - {"back_to_back"} <= set(LIMITED)
