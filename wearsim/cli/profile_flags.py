@@ -31,7 +31,7 @@ BELOW_TIP = Number(
     "below-tip-mm", "depth of the upper point of qR below the flange tip (default 2)", 0.1, 10.0
 )
 LEVEL = Number(
-    "level-mm", "height of Sd and of the lower point of qR above the tape circle (default 10)", 1.0, 25.0
+    "level-mm", "height of Sd and of the lower point of qR above the tape circle (default 10)", 2.0, 25.0
 )
 TAPE = Number("tape-mm", "distance of the tape circle from the flange back (default 70)", 50.0, 90.0)
 GAUGE = Number("gauge-mm", "gauge, 14 mm below the top (default 1435)", 1000.0, 1700.0)

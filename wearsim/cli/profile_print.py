@@ -61,11 +61,16 @@ def _story(subject: Subject, before: str = "") -> list[str]:
     header = [f"{key} {value}" for key in _HEADER_KEYS if (value := subject.key(key))]
     if header:
         lines += wrapped("header", "; ".join(_one_line(text) for text in header))
-    notes = subject.notes or ("nothing to be detected or changed",)
-    lines += [f"  {'read' if k == 0 else '':<10} {_one_line(note)}" for k, note in enumerate(notes)]
+    lines += _notes(subject)
     if subject.certainty:
         lines += wrapped("source", subject.source) + wrapped("certainty", subject.certainty)
     return lines
+
+
+def _notes(subject: Subject) -> list[str]:
+    """What was found out on reading, a line each."""
+    notes = subject.notes or ("nothing to be detected or changed",)
+    return [line for k, note in enumerate(notes) for line in wrapped("" if k else "read", _one_line(note))]
 
 
 def wrapped(word: str, text: str) -> list[str]:
@@ -88,11 +93,13 @@ def _compared(comparison: Comparison) -> list[str]:
     zones = ", ".join(f"{name} {1e6 * area:.2f}" for name, area in wear.zone_areas.items())
     lines = [
         f"against {comparison.reference.profile.name} ({comparison.reference.title})",
-        f"  aligned    {alignment.rule}: {alignment.note}",
-        f"             moved by {moved}{rest}; all values below are of the profile so laid",
+        *_notes(comparison.reference),
+        *wrapped("aligned", f"{alignment.rule}: {alignment.note}"),
+        f"  {'moved by':<10} {moved}{rest}",
+        f"  {'':<10} all values below are of the profile so laid",
         f"  worn area  {1e6 * wear.worn_area:.2f} mm² ({zones})",
         f"  deepest    {1e3 * wear.max_depth:.3f} mm at y = {1e3 * wear.max_depth_y:.2f} mm",
-        f"  {wear.note}",
+        *wrapped("", wear.note),
     ]
     return lines
 
@@ -168,8 +175,13 @@ def _judgement(measure: str, group: Sequence[Judgement]) -> str:
     whys = dict.fromkeys(each.reason for each in group if each.reason)
     for why in whys:
         bound = " and ".join(each.bound for each in group if each.reason == why)
-        hint = " (state --diameter-mm)" if "wheel diameter, which is not given" in why else ""
-        told.append(f"{bound} {why}{hint}" if value is not None else f"not judged: {why}")
+        if value is None:
+            told.append(f"not judged: {why}")
+        elif all(each.limit is None for each in group if each.reason == why):
+            hint = "state --diameter-mm" if "not given" in why else why
+            told.append(f"{bound} depends on the diameter: {hint}")
+        else:
+            told.append(f"{bound}: {why}")
     return f"{cells[0]:>9}{cells[1]:>8}{cells[2]:>8}  {'; '.join(told)}"
 
 

@@ -61,9 +61,10 @@ class Collected:
 def circumstances(request: Request) -> Circumstances:
     """Return what is stated in the flags."""
     numbers = request.numbers
-    names = {"below_tip": "below_tip_mm", "level": "level_mm", "flange_back": "tape_mm"}
+    names = {"below_tip": "below_tip_mm", "level": "level_mm"}
     return Circumstances(
         distances=GaugeDistances(**{name: numbers[key] for name, key in names.items() if key in numbers}),
+        tape=numbers.get("tape_mm"),
         back_to_back=numbers.get("flange_back_mm"),
         gauge=numbers.get("gauge_mm"),
         diameter=numbers.get("diameter_mm"),
@@ -141,8 +142,10 @@ def kind_faults(request: Request, kind: str, name: str) -> list[str]:
         stated = [f"--{key.replace('_', '-')}" for key in _WHEEL_ONLY if key in request.numbers]
         stated += [f"--{key}" for key in ("left", "limits", "rail") if getattr(request, key) is not None]
         stated += ["--origin"] if "origin" in request.said else []
-        hint = "; the wheel on a rail is given with --wheel" if request.rail is not None else ""
-        faults += [f"{flag} belongs to wheels, {name} is a rail; leave it out{hint}" for flag in stated]
+        faults += [
+            f"{flag} belongs to wheels, {name} is a rail; {way_out.get(flag, 'leave it out')}"
+            for flag in stated
+        ]
     elif request.wheel is not None:
         faults.append(
             f"--wheel is the wheel on a rail, {name} is a wheel itself; give --left or --rail, or "

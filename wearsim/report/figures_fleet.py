@@ -53,7 +53,7 @@ def plot_member(dataset: xr.Dataset, member: int, ax: Axes | None = None) -> Axe
             texts.append((f"{short} {value:.2f}", measure in exceeded))
     for k, (text, beyond) in enumerate(texts):
         ax.text(
-            0.97, 0.05 + 0.13 * (len(texts) - 1 - k), f"{text} !" if beyond else text,
+            0.66 if k % 2 == 0 else 0.98, 0.22 - 0.17 * (k // 2), f"{text} !" if beyond else text,
             transform=ax.transAxes, ha="right", va="bottom", fontsize=6.5,
             color=EXCEEDED if beyond else "#444444", fontweight="bold" if beyond else "normal",
         )  # fmt: skip

@@ -31,7 +31,10 @@ class Circumstances:
     Parameters
     ----------
     distances : GaugeDistances
-        Of Sh, Sd and qR.
+        Of Sh, Sd and qR; the tape circle is that of `tape`.
+    tape : float or None
+        Distance of the tape circle from the flange back; that of the wheel, see `Subject.tape`, if not
+        stated [m].
     back_to_back, gauge : float or None
         `BACK_TO_BACK` and `GAUGE` act if not stated, without being judged [m].
     diameter, left_diameter : float or None
@@ -49,6 +52,7 @@ class Circumstances:
     """
 
     distances: GaugeDistances
+    tape: float | None = None
     back_to_back: float | None = None
     gauge: float | None = None
     diameter: float | None = None
@@ -171,18 +175,15 @@ def examine(
     ProfileError
         The profile cannot be smoothed, aligned or compared.
     """
-    subject = _smoothed(subject, at.smooth)
-    left = None if left is None else _smoothed(left, at.smooth)
+    tape = at.tape or subject.tape
+    at = replace(at, distances=replace(at.distances, flange_back=tape))
+    subject = _prepared(subject, at)
+    left = None if left is None else _prepared(left, at)
     original = subject
     reference, alignment, wear = None, None, None
     if against is not None:
-        reference = _smoothed(against, at.smooth)
-        if subject.kind == "rail":
-            # origins of measured rails mean nothing: both begin at their gauge points
-            reference, subject = (
-                replace(each, profile=placed(each, at.inclination, at.gauge or GAUGE, at.half_span))
-                for each in (reference, subject)
-            )
+        against = reference = _prepared(against, at)
+        reference, subject = _in_track(reference, at), _in_track(subject, at)
         rule = at.align or ("best_fit" if subject.measured else "none")
         alignment = align(subject.profile, reference.profile, rule)
         subject = replace(subject, profile=alignment.profile)
@@ -228,14 +229,29 @@ def _judged(measures: Measures | None, limits: LimitSet | None, run: Running | N
     return tuple(judge(Measures(values, missing), limits))
 
 
+def _in_track(subject: Subject, at: Circumstances) -> Subject:
+    """Place an upright rail in the track, where measured ones stand already."""
+    if not subject.upright:
+        return subject
+    note = f"placed in the track for the comparison: {track_words(subject, at)}"
+    profile = placed(subject, at.inclination, at.gauge or GAUGE, at.half_span)
+    return replace(subject, profile=profile, notes=(*subject.notes, note))
+
+
 def counterpart_of(kind: Kind, at: Circumstances) -> Subject:
     """Rail under a wheel, or wheel on a rail."""
     given = at.counterpart or COUNTERPART[kind]
-    return read_subject(given, "rail" if kind == "wheel" else "wheel", at.said if at.counterpart else None)
+    found = read_subject(given, "rail" if kind == "wheel" else "wheel", at.said if at.counterpart else None)
+    return _prepared(found, replace(at, smooth=None)) if found.kind == "wheel" else found
 
 
-def _smoothed(subject: Subject, wavelength: float | None) -> Subject:
-    """Measured profile without its noise."""
+def _prepared(subject: Subject, at: Circumstances) -> Subject:
+    """Profile with y from the tape circle that acts, and, if measured, without its noise."""
+    tape, wavelength = at.distances.flange_back, at.smooth
+    if subject.kind == "wheel" and subject.tape != tape:
+        moved = replace(subject.profile, y=subject.profile.y + (subject.tape - tape))
+        note = f"y from a tape circle {tape * 1e3:g} mm from the flange back, {subject.tape * 1e3:g} before"
+        subject = replace(subject, profile=moved, notes=(*subject.notes, note))
     if wavelength is None or not subject.measured:
         return subject
     note = f"waves shorter than {wavelength * 1e3:g} mm taken out"
@@ -299,9 +315,17 @@ def _diameter_difference(subject: Subject, left: Subject | None, at: Circumstanc
 def track_words(rail: Subject, at: Circumstances) -> str:
     """Rail, inclination, gauge and distance of the flange backs in words."""
     tilt = at.inclination if at.inclination is not None else INCLINATION if rail.upright else 0.0
-    leans = f" 1:{1.0 / tilt:g}" if tilt else ""
+    leans = (
+        f" 1:{1.0 / tilt:g}"
+        if tilt
+        else " upright"
+        if rail.upright
+        else " as measured"
+        if rail.measured
+        else ""
+    )
     back = "assumed" if at.back_to_back is None else "stated"
     return (
-        f"{rail.profile.name}{leans}, gauge {(at.gauge or GAUGE) * 1e3:g} mm, flange backs "
+        f"{rail.profile.name} {leans}, gauge {(at.gauge or GAUGE) * 1e3:g} mm, flange backs "
         f"{(at.back_to_back or BACK_TO_BACK) * 1e3:g} mm apart ({back})"
     )

@@ -66,7 +66,8 @@ class FleetRow:
     @property
     def wheel(self) -> str:
         """Wheel by its header: stock, car, axle and side; the file name without extension else."""
-        parts = [self.identity[key] for key, _ in _ID_KEYS if self.identity.get(key)]
+        words = {"car": "car ", "axle": "axle "}
+        parts = [words.get(key, "") + self.identity[key] for key, _ in _ID_KEYS if self.identity.get(key)]
         return " ".join(parts) or Path(self.file).stem
 
 

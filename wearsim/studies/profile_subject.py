@@ -24,6 +24,9 @@ Kind = Literal["wheel", "rail"]
 INCLINATION = 1.0 / 40.0
 """Of an upright rail, if nothing else is stated [-]."""
 
+TAPE = 70e-3
+"""Distance of the tape circle from the flange back, if nothing else is told [m]."""
+
 SPACING = 0.25e-3
 """Point distance of standard shapes [m]."""
 
@@ -83,6 +86,13 @@ class Subject:
         """Value of the first of these header keys that says something, in any case of letters."""
         lower = {name.lower(): value.strip() for name, value in self.header.items()}
         return next((lower[name.lower()] for name in names if lower.get(name.lower())), "")
+
+    @property
+    def tape(self) -> float:
+        """Distance of the tape circle, y = 0, from the flange back: that of the header, else `TAPE` [m]."""
+        text = self.key("WheelDiameterTaperline")
+        counted = any("subtracted (header)" in note for note in self.notes)
+        return 1e-3 * float(text) if counted and text else TAPE
 
     @property
     def diameter(self) -> float | None:
@@ -173,6 +183,8 @@ def _named(given: str, kind: Kind | None) -> Definition:
     near = difflib.get_close_matches(given.lower(), list(known), n=1, cutoff=0.5)
     hint = f"; did you mean {known[near[0]]!r}?" if near else ""
     listed = "; ".join(f"{each}s: {', '.join(each_names)}" for each, each_names in names.items())
+    if Path(given).is_dir():
+        raise ProfileError(f"{given}: is a folder; measure all its files with --fleet {given}")
     raise ProfileError(f"{given!r} is neither a file nor a shipped profile ({listed}){hint}")
 
 
@@ -202,7 +214,9 @@ def _from_file(given: str, kind: Kind | None, said: Mapping[str, Any]) -> Subjec
     """Subject of a measured file."""
     path = Path(given)
     notes: tuple[str, ...] = ()
-    told = kind or _told_kind(path)
+    told = kind
+    if told is None:
+        told, notes = _told_kind(path)
     if told is None:
         reading, notes = _either(path, said)
     else:
@@ -219,20 +233,20 @@ def _from_file(given: str, kind: Kind | None, said: Mapping[str, Any]) -> Subjec
     )
 
 
-def _told_kind(path: Path) -> Kind | None:
-    """Kind that the extension or a first comment stands for."""
+def _told_kind(path: Path) -> tuple[Kind | None, tuple[str, ...]]:
+    """Kind that the extension or a first comment stands for, with a note on it."""
     by_suffix = {kind for each in FORMATS.values() if (kind := each.suffixes.get(path.suffix.lower(), ""))}
     if len(by_suffix) == 1:
-        return "wheel" if by_suffix == {"wheel"} else "rail"
+        return "wheel" if by_suffix == {"wheel"} else "rail", ()
     try:
         with path.open("rb") as file:
             head = file.read(2000).decode("utf-8", "replace").splitlines()[:_HEADER_LINES]
     except (OSError, ValueError):
-        return None  # the reader says what is wrong
+        return None, ()  # the reader says what is wrong
     for line in head:
         if match := _WRITTEN.match(line):
-            return "wheel" if match[1] == "wheel" else "rail"
-    return None
+            return "wheel" if match[1] == "wheel" else "rail", (f"a {match[1]}, told by its first comment",)
+    return None, ()
 
 
 def _either(path: Path, said: Mapping[str, Any]) -> tuple[ProfileReading, tuple[str, ...]]:
