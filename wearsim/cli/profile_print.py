@@ -68,7 +68,7 @@ def _story(subject: Subject, before: str = "") -> list[str]:
 
 
 def _notes(subject: Subject) -> list[str]:
-    """What was found out on reading, a line each."""
+    """Tell what was found out on reading, a line each."""
     notes = subject.notes or ("nothing to be detected or changed",)
     return [line for k, note in enumerate(notes) for line in wrapped("" if k else "read", _one_line(note))]
 

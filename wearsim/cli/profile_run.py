@@ -143,7 +143,8 @@ def kind_faults(request: Request, kind: str, name: str) -> list[str]:
         stated += [f"--{key}" for key in ("left", "limits", "rail") if getattr(request, key) is not None]
         stated += ["--origin"] if "origin" in request.said else []
         faults += [
-            f"{flag} belongs to wheels, {name} is a rail; {way_out.get(flag, 'leave it out')}"
+            f"{flag} belongs to wheels, {name} is a rail; "
+            + ("give the wheel on it with --wheel" if flag == "--rail" else "leave it out")
             for flag in stated
         ]
     elif request.wheel is not None:

@@ -46,7 +46,8 @@ class Circumstances:
     smooth : float or None
         Wavelength of the noise filter on measured profiles [m].
     align : str or None
-        Rule of `wearsim.profile.alignment`; for measured profiles `best_fit`, else `none`.
+        Rule of `wearsim.profile.alignment`; if not stated, `best_fit` for measured wheels, and `none` for
+        measured rails, which stand in the track, and for standard shapes.
     said : mapping
         Statements on files, see `read_profile`.
     """
@@ -184,7 +185,8 @@ def examine(
     if against is not None:
         against = reference = _prepared(against, at)
         reference, subject = _in_track(reference, at), _in_track(subject, at)
-        rule = at.align or ("best_fit" if subject.measured else "none")
+        fitted = subject.measured and subject.kind == "wheel"
+        rule = at.align or ("best_fit" if fitted else "none")
         alignment = align(subject.profile, reference.profile, rule)
         subject = replace(subject, profile=alignment.profile)
         wear = wear_between(reference.profile, subject.profile)
@@ -315,15 +317,8 @@ def _diameter_difference(subject: Subject, left: Subject | None, at: Circumstanc
 def track_words(rail: Subject, at: Circumstances) -> str:
     """Rail, inclination, gauge and distance of the flange backs in words."""
     tilt = at.inclination if at.inclination is not None else INCLINATION if rail.upright else 0.0
-    leans = (
-        f" 1:{1.0 / tilt:g}"
-        if tilt
-        else " upright"
-        if rail.upright
-        else " as measured"
-        if rail.measured
-        else ""
-    )
+    stands = "upright" if rail.upright else "as measured" if rail.measured else "as defined"
+    leans = f"1:{1.0 / tilt:g}" if tilt else stands
     back = "assumed" if at.back_to_back is None else "stated"
     return (
         f"{rail.profile.name} {leans}, gauge {(at.gauge or GAUGE) * 1e3:g} mm, flange backs "
