@@ -208,6 +208,34 @@ def test_unknown_rules_and_mixed_kinds_are_refused():
         align(NEW, RAIL, "none")
 
 
+@pytest.mark.parametrize("rule", sorted(ALIGNMENTS))
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(
+    kind=st.sampled_from(["wheel", "rail"]),
+    seed=st.integers(0, 10**6),
+    count=st.integers(20, 200),
+    size=st.floats(1e-3, 0.2),
+    part=st.floats(0.02, 1.0),
+)
+def test_any_points_are_aligned_or_refused_in_one_line(rule, kind, seed, count, size, part):
+    """Random walks and pieces of true profiles: numbers or a ProfileError, never NaN or a traceback."""
+    random = np.random.default_rng(seed)
+    true, new = (worn_wheel(1), NEW) if kind == "wheel" else (worn_rail(1), RAIL)
+    start = int(random.integers(0, len(true.y) - 2))
+    stop = start + max(2, int(part * (len(true.y) - start)))
+    piece = replace(true, y=true.y[start:stop], z=true.z[start:stop])
+    walk = Profile("walk", kind, *(size * random.standard_normal((2, count)).cumsum(axis=1) / count**0.5))
+    for shape in (piece, walk):
+        told, numbers = "", np.zeros(1)
+        try:
+            found = align(shape, new, rule)
+            numbers = np.array([found.dy, found.dz, found.angle, *found.profile.y, *found.profile.z])
+        except ProfileError as error:
+            told = str(error)
+        assert "\n" not in told
+        assert np.all(np.isfinite(numbers))
+
+
 @pytest.mark.parametrize("name", sorted(ALIGNMENTS))
 def test_rule_contract(name):
     """Each rule leaves a new profile where it is: within the noise of a parabola through exact points."""

@@ -12,16 +12,17 @@ import numpy as np
 
 from wearsim.errors import ProfileError
 from wearsim.profile.best_fit import FEWEST, STEEPEST, FitZone, Move, best_fit, default_zones, prolonged
-from wearsim.profile.shape import FloatArray, Profile
-
-FLANGE_BACK = -70e-3
-"""y of the flange back in our axes: the tape circle is 70 mm from it [m]."""
+from wearsim.profile.shape import Profile
 
 BACK_FROM = 8e-3
 """Depth below the flange tip from which the flange back is looked at [m]."""
 
 TIP_HALF_WIDTH = 3e-3
-"""Half the width around the tip (or the tape circle) over which a parabola takes out the noise [m]."""
+"""Half the width around the tip, top or tape circle over which a parabola takes out the noise [m]."""
+
+_EITHER_SIDE = 0.5e-3  # how far points must reach on both sides of it [m]
+_TIP_ROUNDS = 20
+_CLOSE = 1e-9  # change of the tip's place at which it is found [m]
 
 
 @dataclass(frozen=True)
@@ -133,43 +134,61 @@ def _works(rule: str, profile: Profile, reference: Profile) -> bool:
     return True
 
 
-def _vertex(y: FloatArray, z: FloatArray, near: float, moving: bool) -> tuple[float, float] | None:
-    """Vertex of a parabola through the points around `near`, or its value there if it does not move."""
-    at = near
-    for _ in range(8 if moving else 1):
-        part = np.abs(y - at) <= TIP_HALF_WIDTH
-        sides = y[part] - at
-        if np.count_nonzero(part) < FEWEST or sides.min() > -0.5e-3 or sides.max() < 0.5e-3:
-            return None
-        curve, slope, value = np.polyfit(sides, z[part], 2)
-        if not moving:
-            return at, float(value)
-        if curve == 0.0:
-            return None
-        offset = float(np.clip(-0.5 * slope / curve, -TIP_HALF_WIDTH, TIP_HALF_WIDTH))
-        result = at + offset, float(value + 0.5 * slope * offset)
-        if abs(offset) < 1e-9:
-            break
-        at = result[0]
-    return result
+def _parabola(profile: Profile, index: int, at: float) -> tuple[float, float, float] | None:
+    """Curvature/2, slope and height at y = `at` of the stretch around a point, None if it is too short.
+
+    The stretch is the run of points around `index` that lie within `TIP_HALF_WIDTH`: other parts of the
+    profile at the same y, such as the foot of a rail, are none of it.
+    """
+    sides = profile.y - at
+    far = np.flatnonzero(np.abs(sides) > TIP_HALF_WIDTH)
+    first = int(np.max(far[far < index], initial=-1)) + 1
+    last = int(np.min(far[far > index], initial=len(sides)))
+    sides, z = sides[first:last], profile.z[first:last]
+    if len(sides) < FEWEST or sides.min() > -_EITHER_SIDE or sides.max() < _EITHER_SIDE:
+        return None
+    x = sides / TIP_HALF_WIDTH
+    bend, slope, height = np.linalg.lstsq(np.vander(x, 3), z, rcond=None)[0]
+    return float(bend) / TIP_HALF_WIDTH**2, float(slope) / TIP_HALF_WIDTH, float(height)
 
 
 def _tip(profile: Profile) -> tuple[float, float]:
     """Flange tip without its noise [m]."""
     top = int(np.argmax(profile.z))
-    found = _vertex(profile.y, profile.z, float(profile.y[top]), moving=True)
-    if found is None:
-        raise ProfileError("there are no points on both sides of the flange tip")
-    return found
+    at, height = float(profile.y[top]), float(profile.z[top])
+    for _ in range(_TIP_ROUNDS):
+        found = _parabola(profile, top, at)
+        if found is None or found[0] >= 0.0:
+            raise ProfileError("there are no points on both sides of the flange tip")
+        bend, slope, height = found
+        offset = float(np.clip(-0.5 * slope / bend, -0.5 * TIP_HALF_WIDTH, 0.5 * TIP_HALF_WIDTH))
+        at, height = at + offset, height + (slope + bend * offset) * offset
+        if abs(offset) < _CLOSE:
+            break
+    return at, height
 
 
 def _tape_level(profile: Profile, dy: float) -> float:
     """Height of the tread 70 mm from the flange back once the profile is shifted by dy [m]."""
     tip = int(np.argmax(profile.z))
-    found = _vertex(profile.y[tip:] + dy, profile.z[tip:], 0.0, moving=False)
+    index = tip + int(np.argmin(np.abs(profile.y[tip:] + dy)))
+    found = _parabola(profile, index, -dy)
     if found is None:
         raise ProfileError("there is no tread on both sides of the tape circle")
-    return found[1]
+    return found[2]
+
+
+def _top_level(profile: Profile) -> float:
+    """Height of the top of a rail head [m]."""
+    top = int(np.argmin(profile.z))
+    found = _parabola(profile, top, float(profile.y[top]))
+    if found is None:
+        raise ProfileError("there are no points on both sides of the top")
+    bend, slope, height = found
+    if bend <= 0.0:
+        return height
+    offset = float(np.clip(-0.5 * slope / bend, -TIP_HALF_WIDTH, TIP_HALF_WIDTH))
+    return height + (slope + bend * offset) * offset
 
 
 def _none(profile: Profile, reference: Profile) -> Move:  # noqa: ARG001 - one signature for all rules
@@ -225,12 +244,8 @@ def _by_flange_back(profile: Profile, reference: Profile) -> Move:
 
 
 def _by_top(profile: Profile, reference: Profile) -> Move:
-    top, ref_top = int(np.argmin(profile.z)), int(np.argmin(reference.z))
-    found = _vertex(profile.y, profile.z, float(profile.y[top]), moving=False)
-    ref = _vertex(reference.y, reference.z, float(reference.y[ref_top]), moving=False)
-    if found is None or ref is None:
-        raise ProfileError("there are no points on both sides of the top")
-    return Move(dz=ref[1] - found[1], note=f"z of the top as on {reference.name}; y as measured")
+    dz = _top_level(reference) - _top_level(profile)
+    return Move(dz=dz, note=f"z of the top as on {reference.name}; y as measured")
 
 
 def _by_best_fit(
