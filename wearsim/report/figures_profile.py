@@ -12,7 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from wearsim.nomenclature import NOMENCLATURE
-from wearsim.report.style import COLOURS, SERIES_COLOURS, label, own_axes, plain, shown
+from wearsim.report.style import COLOURS, SERIES_COLOURS, WHEEL_LINES, label, own_axes, plain, shown
 
 EXCEEDED = "#882255"
 """Measures beyond a limit."""
@@ -46,6 +46,9 @@ def plot_shape(dataset: xr.Dataset, ax: Axes | None = None, *, dimensions: bool 
     if "reference_y" in dataset:
         ax.plot(*_points(dataset, "reference"), color=COLOURS["new"], lw=1.2, ls="--",
                 label=dataset.attrs["reference_label"])  # fmt: skip
+    if "left_y" in dataset:
+        ax.plot(*_points(dataset, "left"), color=SERIES_COLOURS[1], lw=1.2, ls=WHEEL_LINES[1],
+                label=dataset.attrs["left_label"])  # fmt: skip
     ax.plot(y, z, color=_BODY, lw=1.5, label=dataset.attrs["label"])
     if dimensions and "gauge_y" in dataset:
         _dimensions(dataset, ax)

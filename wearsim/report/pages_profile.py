@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -10,11 +11,12 @@ from matplotlib.figure import Figure
 
 from wearsim.errors import ResultError
 from wearsim.report import figures_profile
-from wearsim.report.style import plain, save_svg, shown, style
+from wearsim.report.style import plain, save_svg, shown, style, wrapped
 
 _WIDTH = 10.0  # inch
 _EDGE = (0.85, 0.25)  # left and right of the axes [inch]
 _PANEL = 2.1  # height of the lower panels [inch]
+_LINE = 125  # characters of a title's line
 _GAP = 0.85  # between rows [inch]
 
 
@@ -38,12 +40,13 @@ def profile_figure(dataset: xr.Dataset) -> Figure:
     shape = float(scale * np.ptp(limits_z))
     heights = [shape] + [_PANEL] * (int(wear) + int(runs))
     # a title of two lines, the scale above the wear depth
-    top, bottom = 0.95, 0.55
+    lines = _title(dataset)
+    top, bottom = 0.3 + 0.17 * (lines.count("\n") + 1), 0.55
     gaps = [_GAP + (0.35 if wear and k == 0 else 0.0) for k in range(len(heights) - 1)]
     total = top + sum(heights) + sum(gaps) + bottom
     with style():
         figure = Figure(figsize=(_WIDTH, total))
-        figure.text(_EDGE[0] / _WIDTH, 1.0 - 0.12 / total, _title(dataset), fontsize=9.5, va="top")
+        figure.text(_EDGE[0] / _WIDTH, 1.0 - 0.12 / total, lines, fontsize=9.5, va="top")
 
         def axes(row: int, column: int = 0, columns: int = 1) -> tuple[float, float, float, float]:
             """Place of a panel in parts of the figure."""
@@ -56,8 +59,9 @@ def profile_figure(dataset: xr.Dataset) -> Figure:
         ax.set_xlim(limits_y[0], limits_y[1])
         ax.set_ylim(limits_z[1], limits_z[0])
         ax.set_anchor("W")
-        if "reference_y" in dataset:
-            ax.legend(loc="lower right", handlelength=2.2)
+        if "reference_y" in dataset or "left_y" in dataset:
+            place: Any = "lower right" if dataset.attrs["kind"] == "wheel" else "lower center"
+            ax.legend(loc=place, handlelength=2.2)
         row = 1
         if wear:
             panel = figures_profile.plot_depth(dataset, figure.add_axes(axes(row)))
@@ -67,7 +71,7 @@ def profile_figure(dataset: xr.Dataset) -> Figure:
             left = figures_profile.plot_radius_difference(dataset, figure.add_axes(axes(row, 0, 2)))
             left.set_title("Rolling radius difference")
             right = figures_profile.plot_conicity(dataset, figure.add_axes(axes(row, 1, 2)))
-            right.set_title(dataset.attrs.get("track", ""), fontsize=8.0, fontweight="normal")
+            right.set_title("Equivalent conicity")
     return figure
 
 
@@ -85,8 +89,8 @@ def _window(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _title(dataset: xr.Dataset) -> str:
-    lines = [dataset.attrs[key] for key in ("title", "subtitle") if dataset.attrs.get(key)]
-    return "\n".join(lines) or dataset.attrs["label"]
+    lines = [dataset.attrs[key] for key in ("title", "subtitle", "track") if dataset.attrs.get(key)]
+    return "\n".join(wrapped(line, _LINE) for line in lines) or dataset.attrs["label"]
 
 
 def _wear_title(dataset: xr.Dataset) -> str:

@@ -53,6 +53,7 @@ def profile_state(
     label: str,
     reference: Profile | None = None,
     reference_label: str = "",
+    left: Profile | None = None,
     points: np.ndarray | None = None,
     distances: Mapping[str, float] | None = None,
     wear: WearBetween | None = None,
@@ -70,6 +71,8 @@ def profile_state(
         Names in figures.
     reference : Profile, optional
         Drawn behind it.
+    left : Profile, optional
+        Left wheel of the axle, in the axes of a right one.
     points : (4, 2) array, optional
         From `gauge_points` [m].
     distances : mapping of str to float, optional
@@ -84,26 +87,28 @@ def profile_state(
     Returns
     -------
     Dataset
-        SI units. `profile_y, profile_z (point)`; with a reference `reference_y, reference_z`; with gauge
-        points `gauge_y, gauge_z (gauge_point)` in the order of `GAUGE_POINTS`; with wear `arc_length, wear_y,
-        wear_depth (wear_point)`; with running behaviour `shift`, `rolling_radius_difference (shift)`,
-        `amplitude` and `equivalent_conicity (amplitude)`, amplitudes without a conicity left out; the same
-        with names beginning with `reference_`.
+        SI units. `profile_y, profile_z (point)`; with a reference `reference_y, reference_z`, with a left
+        wheel `left_y, left_z`; with gauge points `gauge_y, gauge_z (gauge_point)` in the order of
+        `GAUGE_POINTS`; with wear `arc_length, wear_y, wear_depth (wear_point)`; with running behaviour
+        `shift`, `rolling_radius_difference (shift)`, `amplitude` and `equivalent_conicity (amplitude)`,
+        amplitudes without a conicity left out; the same with names beginning with `reference_`.
     """
     axes = ("profile_y", "profile_z") if profile.kind == "wheel" else ("counterface_y", "counterface_z")
     data: dict[str, Any] = {
         "profile_y": _variable(axes[0], ("point",), profile.y),
         "profile_z": _variable(axes[1], ("point",), profile.z),
     }
-    if reference is not None:
-        data["reference_y"] = _variable(axes[0], ("reference_point",), reference.y)
-        data["reference_z"] = _variable(axes[1], ("reference_point",), reference.z)
+    for name, other in (("reference", reference), ("left", left)):
+        if other is not None:
+            data[f"{name}_y"] = _variable(axes[0], (f"{name}_point",), other.y)
+            data[f"{name}_z"] = _variable(axes[1], (f"{name}_point",), other.z)
     if points is not None:
         data["gauge_y"] = _variable(axes[0], ("gauge_point",), points[:, 0])
         data["gauge_z"] = _variable(axes[1], ("gauge_point",), points[:, 1])
     texts = {
         "label": label,
         "reference_label": reference_label,
+        "left_label": "" if left is None else f"{left.name} (left wheel)",
         "kind": profile.kind,
         **{f"{name}_distance": value for name, value in (distances or {}).items()},
         **(attributes or {}),
@@ -129,7 +134,8 @@ def profile_state(
             ),
         }
     if running is not None:
-        texts["track"] = running.track
+        wheels = f"{running.wheel} and {running.left} (left)" if running.left else running.wheel
+        texts["track"] = f"{wheels} on {running.track}"
     return xr.Dataset(data, attrs=texts)
 
 
@@ -152,7 +158,8 @@ def examination_state(found: Examination) -> xr.Dataset:
     }  # fmt: skip
     points = gauge_points(subject.profile, **distances) if subject.kind == "wheel" else None
     title = f"{subject.profile.name}: {subject.kind}, {subject.title}"
-    lines = {"title": title, "exceeded": " ".join(found.exceeded)}
+    exceeded = dict.fromkeys(each.measure for each in found.judgements if each.exceeded)
+    lines = {"title": title, "exceeded": " ".join(exceeded)}
     if comparison is not None:
         alignment = comparison.alignment
         lines["subtitle"] = f"laid on {comparison.reference.profile.name}: {alignment.rule}, {alignment.note}"
@@ -164,6 +171,7 @@ def examination_state(found: Examination) -> xr.Dataset:
         label=subject.profile.name,
         reference=None if comparison is None else comparison.reference.profile,
         reference_label="" if comparison is None else comparison.reference.profile.name,
+        left=None if found.left is None else found.left.profile,
         points=points,
         distances=distances if points is not None else None,
         wear=None if comparison is None else comparison.wear,
