@@ -117,7 +117,7 @@ def measure_one(request: Request, faults: list[str]) -> int:
     examination = examine(subject, at, limits, left=left, against=against)
     written = _write(request, subject, examination, target)
     if request.json:
-        from wearsim.cli.profile_print import as_json
+        from wearsim.cli.profile_json import as_json
 
         value = as_json(examination) | ({"files": written} if written else {})
         print(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
