@@ -75,6 +75,27 @@ def test_best_fit_with_rotation_takes_out_the_tilt_of_a_gauge(seed, angle):
     assert distance(found.profile, true) < 8e-6
 
 
+@pytest.mark.parametrize("angle", [-50e-3, 10e-3])
+def test_the_fit_with_rotation_does_not_stick_to_half_of_the_points(angle):
+    """The biweight alone ended up to 0.7 mrad off for some noises: the worst of forty is bounded here."""
+    worst = 0.0
+    for seed in range(40):
+        true = worn_wheel(seed, noise=5e-6)
+        found = align(moved(true, 1e-3, 2e-3, angle), NEW, "best_fit", rotation=True)
+        worst = max(worst, distance(found.profile, true))
+    assert worst < 4e-6
+
+
+@pytest.mark.parametrize("rotation", [False, True])
+def test_dirt_on_a_zone_loses_its_say(rotation):
+    """A lump of 0.3 mm on 4 mm of the flange back: plain least squares moves the profile by 50 um."""
+    true = worn_wheel(2)
+    lump = np.where(np.arange(len(true.y)) < 60, np.exp(-(((1e3 * true.z - 18.0) / 2.0) ** 4)), 0.0)
+    dirty = replace(true, y=true.y - 0.3e-3 * lump)
+    found = align(moved(dirty, 1e-3, -1e-3), NEW, "best_fit", rotation=rotation)
+    assert distance(found.profile, dirty) < 5e-6
+
+
 def test_without_rotation_a_tilt_stays_in_the_residual():
     """5 mrad over zones 110 mm apart are half a millimetre; the noise is 8 um."""
     tilted = moved(worn_wheel(0), angle=5e-3)

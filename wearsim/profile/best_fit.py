@@ -20,9 +20,9 @@ FEWEST = 5
 _SPACING = 0.1e-3  # of the reference's points [m]: chords bulge by 0.1 um on 12 mm
 _CLOSE = 1e-10  # change of the shift at which the fit is settled [m]
 _SETTLED = 1e-7  # change that is accepted where single points come and go at a border of a zone [m]
-_TUKEY = 4.685  # in standard deviations; 95 % efficient for normal noise
+_HUBER, _TUKEY = 1.345, 4.685  # in standard deviations; 95 % efficient for normal noise
 _WEAKEST = 1e-4  # mean square of the normals' share in the weakest direction
-_ROUNDS, _FIRST_ROUNDS = 200, 20  # steps at most
+_ROUNDS, _FIRST_ROUNDS = 200, 30  # steps at most
 _ARM = 50e-3  # what makes an angle comparable to a shift [m]
 
 
@@ -154,11 +154,12 @@ def best_fit(
     centre = points.mean(axis=0)
     lever = points - centre
     angle, place = 0.0, centre + _extreme(reference) - _extreme(profile)
-    # a worn rail head has no point to begin with: the whole of it comes near enough
-    stages = (
-        [(zones, _ROUNDS)] if profile.kind == "wheel" else [(_EVERYWHERE, _FIRST_ROUNDS), (zones, _ROUNDS)]
-    )
-    for held, rounds in stages:
+    # a biweight can stick to half of the points, so weights without local minima come first; a worn rail
+    # head has no point to begin with, but the whole of it comes near enough
+    stages = [(zones, _huber, _FIRST_ROUNDS), (zones, _biweight, _ROUNDS)]
+    if profile.kind == "rail":
+        stages.insert(0, (_EVERYWHERE, _biweight, _FIRST_ROUNDS))
+    for held, weigh, rounds in stages:
         for turn in range(rounds):
             c, s = math.cos(angle), math.sin(angle)
             turned = lever @ np.array([[c, s], [-s, c]])
@@ -166,7 +167,9 @@ def best_fit(
             inside = [_within(zone, foot) for zone in held]
             _refuse_empty(held, inside, reference.name, turn == 0)
             use = np.any(inside, axis=0)
-            step = _step(turned[use], normal[use], distance[use], length[use], rotation)
+            step = _step(
+                turned[use], normal[use], distance[use], length[use] * weigh(distance[use]), rotation
+            )
             place, angle = place + step[:2], angle + float(step[2])
             change = float(np.max(np.abs(step * (1.0, 1.0, _ARM))))
             if change < _CLOSE:
@@ -205,10 +208,9 @@ def _refuse_empty(
 
 
 def _step(
-    lever: FloatArray, normal: FloatArray, distance: FloatArray, length: FloatArray, rotation: bool
+    lever: FloatArray, normal: FloatArray, distance: FloatArray, weight: FloatArray, rotation: bool
 ) -> FloatArray:
     """Gauss-Newton step: shift y, z [m] and angle [rad] of points at `lever` from the pivot."""
-    weight = length * _biweight(distance)
     columns = [normal[:, 0], normal[:, 1]]
     if rotation:
         columns.append((normal[:, 1] * lever[:, 0] - normal[:, 0] * lever[:, 1]) / _ARM)
@@ -238,10 +240,20 @@ def _within(zone: FitZone, foot: FloatArray) -> NDArray[np.bool_]:
     return inside
 
 
+def _scale(distance: FloatArray) -> float:
+    """Return the standard deviation of normal noise with this median distance, above 0 [m]."""
+    return max(1.4826 * float(np.median(np.abs(distance))), 1e-9)
+
+
+def _huber(distance: FloatArray) -> FloatArray:
+    """Huber's weights at the scale of the median distance."""
+    result: FloatArray = np.minimum(1.0, _HUBER * _scale(distance) / np.maximum(np.abs(distance), 1e-12))
+    return result
+
+
 def _biweight(distance: FloatArray) -> FloatArray:
     """Tukey's weights at the scale of the median distance."""
-    scale = max(1.4826 * float(np.median(np.abs(distance))), 1e-9)
-    u = np.minimum(np.abs(distance) / (_TUKEY * scale), 1.0)
+    u = np.minimum(np.abs(distance) / (_TUKEY * _scale(distance)), 1.0)
     result: FloatArray = (1.0 - u**2) ** 2
     return result
 
