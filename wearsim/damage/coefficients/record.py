@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Literal
+
+CERTAINTIES = ("printed", "confirmed", "derived", "given", "recalled", "uncertain")
+DOUBTFUL = ("recalled", "uncertain")
+"""Certainties that reports mark."""
 
 
 @dataclass(frozen=True)
@@ -13,32 +20,37 @@ class Coefficient:
     Parameters
     ----------
     value : float
-        As printed.
+        As printed; of a printed range, the one we take.
     unit : str
         As printed.
     place : str
         Where it stands, or by which route it reached us.
     certainty : str
         How well it is known: "printed" was read in the publication itself, "confirmed" in two sources
-        that quote it, "derived" follows from other numbers here, "uncertain" rests on one quotation.
+        that quote it, "derived" follows from other numbers here, "given" is the user's own, "recalled" is
+        well known and plausible, but the publication was not read again, "uncertain" rests on one
+        quotation, or sources disagree.
+    limits : (float, float), optional
+        Range as printed.
     """
 
     value: float
     unit: str
     place: str
     certainty: str
+    limits: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
 class CoefficientSet:
-    """All numbers one wear law takes from one publication.
+    """All numbers one damage law takes from one publication.
 
     Parameters
     ----------
     name : str
-        Key in `COEFFICIENT_SETS`.
+        Key in its registry.
     laws : tuple of str
-        Wear laws the set belongs to.
+        Damage laws the set belongs to.
     materials : str
         Wheel and rail steel, and the state of the surfaces.
     source : str
@@ -62,3 +74,61 @@ class CoefficientSet:
     def __getitem__(self, symbol: str) -> float:
         """Return the value of `symbol` in its printed unit."""
         return self.values[symbol].value
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """One line for every number that reports must mark, such as "k_mild = 0.0005 (uncertain)"."""
+        return tuple(
+            f"{symbol} = {number.value:g}{'' if number.unit == '-' else ' ' + number.unit}"
+            f"{_range(number.limits)} ({number.certainty})"
+            for symbol, number in self.values.items()
+            if number.certainty in DOUBTFUL
+        )
+
+    def at_end(self, end: Literal["low", "high"]) -> CoefficientSet:
+        """Return the set with every coefficient that has a range at its low or high end.
+
+        Parameters
+        ----------
+        end : {"low", "high"}
+            Which end; numbers without a range stay.
+
+        Returns
+        -------
+        CoefficientSet
+            Named after this one and the end, for the band of a result.
+        """
+        at = 0 if end == "low" else 1
+        chosen = {
+            symbol: number if number.limits is None else replace(number, value=number.limits[at])
+            for symbol, number in self.values.items()
+        }
+        return replace(self, name=f"{self.name}_{end}", values=MappingProxyType(chosen))
+
+    def with_value(self, symbol: str, value: float, place: str) -> CoefficientSet:
+        """Return the set with another value of one number.
+
+        Parameters
+        ----------
+        symbol : str
+            Of a number of the set.
+        value : float
+            In the unit of the set.
+        place : str
+            Where the value comes from.
+
+        Returns
+        -------
+        CoefficientSet
+            Its departures name the change.
+        """
+        old = self.values[symbol]
+        changed = {**self.values, symbol: replace(old, value=value, place=place, certainty="given")}
+        told = f"{symbol} = {value:g} {old.unit} ({place}) in place of {old.value:g}."
+        return replace(self, departures=(*self.departures, told), values=MappingProxyType(changed))
+
+
+def _range(limits: tuple[float, float] | None) -> str:
+    if limits is None or not math.isfinite(limits[1]):
+        return ""
+    return f", range {limits[0]:g} to {limits[1]:g}"

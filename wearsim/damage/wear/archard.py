@@ -1,0 +1,154 @@
+r"""Archard's law with a map of the wear coefficient over pressure and sliding speed.
+
+The depth a cell loses in one passage is :math:`\Delta z = k(p, v)\, p\, \Delta s / H` with the sliding
+distance :math:`\Delta s = |s| \Delta x / V` [1]_. In the map of [2]_ the coefficient k depends on the
+sliding speed v in m/s, and so on the running speed: the same creepage at half the speed may be another
+regime. Above 0.8 of the hardness H the surfaces seize. Pressures of elastic contact models exceed that in
+contacts of small radius, so that the seizure regime may be the work of the elasticity assumption.
+
+Where the surfaces slip, :math:`|\tau| = \mu p`, so that this law and the energy law with
+:math:`k_e = k / (\mu H)` are one, in any state of partial slip; they differ in what switches the coefficient.
+
+References
+----------
+.. [1] J. F. Archard, J. Appl. Phys. 24 (1953) 981, doi:10.1063/1.1721448.
+.. [2] T. Jendel, Wear 253 (2002) 89-99.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from wearsim.contact.patch import FloatArray, SurfaceFields
+from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.wear.law import Form
+from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, relative_slip
+
+REGIMES = ("mild", "oxidative", "severe", "seizure")
+"""By falling harmlessness; over the speed they are mild, severe, oxidative."""
+
+SeizureCap = Literal["none", "pressure", "regime"]
+SEIZURE_CAPS: tuple[SeizureCap, ...] = ("none", "pressure", "regime")
+
+_COEFFICIENTS = ("k_mild", "k_oxidative", "k_severe", "k_seizure")
+_GPA = 1e9
+
+
+def seizure_pressure(coefficients: CoefficientSet) -> float:
+    """Return the pressure from which the surfaces seize, to the pascal [Pa]."""
+    return float(np.round(coefficients["seizure_share"] * coefficients["hardness"] * _GPA))
+
+
+def regime(pressure: FloatArray, speed: FloatArray, coefficients: CoefficientSet) -> FloatArray:
+    """Return which region of the map pressure and speed fall into, as a mask for each.
+
+    Parameters
+    ----------
+    pressure : (...) array
+        Contact pressure [Pa].
+    speed : (...) array
+        Sliding speed [m/s].
+    coefficients : CoefficientSet
+        With the limits `severe_speed`, `oxidative_speed` and `seizure_share` of `hardness`.
+
+    Returns
+    -------
+    (4, ...) bool array
+        In the order of `REGIMES`; exactly one is true. A limit belongs to the region above it.
+    """
+    seizure = pressure >= seizure_pressure(coefficients)
+    slow = speed < coefficients["severe_speed"]
+    fast = speed >= coefficients["oxidative_speed"]
+    return np.stack([~seizure & slow, ~seizure & fast, ~seizure & ~slow & ~fast, seizure])
+
+
+def capped(
+    fields: SurfaceFields, coefficients: CoefficientSet, cap: SeizureCap
+) -> tuple[SurfaceFields, CoefficientSet]:
+    """Keep the seizure regime out.
+
+    Parameters
+    ----------
+    fields : SurfaceFields
+        On the cells of `m` patches.
+    coefficients : CoefficientSet
+        With `seizure_share` and `hardness`.
+    cap : {"none", "pressure", "regime"}
+        "pressure": no pressure above the seizure limit acts in the law, as if the material yielded there
+        (the load of such cells is cut); "regime": the pressure acts as it is, with the coefficient of
+        its sliding speed; "none": the map as printed.
+
+    Returns
+    -------
+    fields : SurfaceFields
+        With the pressure the law sees.
+    coefficients : CoefficientSet
+        With the limit the law sees.
+    """
+    if cap == "none":
+        return fields, coefficients
+    limit = seizure_pressure(coefficients)
+    without = coefficients.with_value("seizure_share", np.inf, f"seizure_cap = {cap}")
+    if cap == "regime":
+        return fields, without
+    # The slip belongs to the pressure the contact was solved with: only the load of the cells is cut.
+    cut: FloatArray = np.minimum(fields.pressure, limit)
+    return replace(fields, pressure=cut), without
+
+
+def depth(
+    fields: SurfaceFields,
+    area: FloatArray,
+    coefficients: CoefficientSet,
+    *,
+    form: Form = "local",
+    density: float = 7850.0,  # noqa: ARG001 -- the signature of every wear law
+) -> FloatArray:
+    r"""Depth removed by one passage of each patch.
+
+    Parameters
+    ----------
+    fields : SurfaceFields
+        On the cells of `m` patches.
+    area : (m,) array
+        Of the patches; acts in the form "patch_mean" only [m2].
+    coefficients : CoefficientSet
+        Map and hardness.
+    form : {"local", "patch_mean"}
+        Whether the region of the map is taken cell by cell, or from the mean pressure and the mean sliding
+        speed, weighted with the pressure, of the patch.
+    density : float
+        Without effect: the law gives volume.
+
+    Returns
+    -------
+    (4, m, ny) array
+        Depth along the surface normal in each strip, by the regimes of `REGIMES` [m].
+
+    Notes
+    -----
+    :math:`\Delta z(y) = \frac{1}{H}\int k(p, |s|)\, p\, |s|/V\, dx`, the slip scaled as the frictional
+    work is, see `relative_slip`. Where k is the same over a patch both forms are.
+    """
+    coefficient = np.array([coefficients[name] for name in _COEFFICIENTS])
+    per_hardness = coefficient / (coefficients["hardness"] * _GPA)
+    slip = relative_slip(fields)
+    work = fields.pressure * slip
+    if form == "local":
+        speed = slip * fields.speed[:, None, None]
+        masks = regime(fields.pressure, speed, coefficients)
+        return np.stack(
+            [
+                k * along_strips(np.where(mask, work, 0.0), fields)
+                for k, mask in zip(per_hardness, masks, strict=True)
+            ]
+        )
+    strips = along_strips(work, fields)
+    load = patch_total(along_strips(fields.pressure, fields), fields)
+    mean_speed = mean_of(patch_total(strips, fields), load) * fields.speed
+    masks = regime(mean_of(load, area), mean_speed, coefficients)
+    depths: FloatArray = (per_hardness[:, None] * masks)[:, :, None] * strips
+    return depths

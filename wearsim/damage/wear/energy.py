@@ -1,0 +1,124 @@
+r"""Energy laws: the volume lost is proportional to the frictional work.
+
+The depth a strip loses in one passage is :math:`\Delta z(y) = k_e\, e(y)` with its frictional work per area
+e(y). The coefficient is constant, or has two levels: mild below a density of the frictional power, severe
+from it on [1]_ [2]_. The power density is the work density times the speed, :math:`\tau \cdot s`, and
+stands for the contact temperature; such a switch depends on the running speed.
+
+References
+----------
+.. [1] H. Krause, G. Poll, Wear 113 (1986) 103-122.
+.. [2] I. Zobory, Vehicle System Dynamics 28 (1997) 221-259.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+import numpy as np
+
+from wearsim.contact.patch import FloatArray, SurfaceFields
+from wearsim.damage.coefficients import Coefficient, CoefficientSet
+from wearsim.damage.wear.law import Form
+from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total
+
+REGIMES = ("mild", "severe")
+"""A constant coefficient is all mild."""
+
+_WATT_PER_M2 = {"W mm-2": 1e6, "W m-2": 1.0}
+
+
+def constant(volume_per_work: float, source: str) -> CoefficientSet:
+    """Coefficients of a law with one constant.
+
+    Parameters
+    ----------
+    volume_per_work : float
+        k_e [m3/J]; 1e-12 is 1 mm3/kJ.
+    source : str
+        Where it comes from.
+
+    Returns
+    -------
+    CoefficientSet
+        For the law "energy".
+    """
+    return CoefficientSet(
+        name="constant",
+        laws=("energy",),
+        materials="as given",
+        source=source,
+        validity="As far as the constant holds.",
+        departures=(),
+        values=MappingProxyType({"mild": Coefficient(volume_per_work, "m3 J-1", source, "given")}),
+    )
+
+
+def volume_per_work(coefficients: CoefficientSet, level: str, density: float) -> float:
+    """Return the energy coefficient k_e of one level [m3/J].
+
+    Parameters
+    ----------
+    coefficients : CoefficientSet
+        In m3 J-1, or in kg J-1.
+    level : {"mild", "severe"}
+        Which one.
+    density : float
+        Of the worn body [kg/m3].
+    """
+    number = coefficients.values[level]
+    return number.value / density if number.unit == "kg J-1" else number.value
+
+
+def power_limit(coefficients: CoefficientSet) -> float:
+    """Return the power density from which wear is severe, infinite for a constant coefficient [W/m2]."""
+    number = coefficients.values.get("power_limit")
+    return np.inf if number is None else number.value * _WATT_PER_M2[number.unit]
+
+
+def depth(
+    fields: SurfaceFields,
+    area: FloatArray,
+    coefficients: CoefficientSet,
+    *,
+    form: Form = "local",
+    density: float = 7850.0,
+) -> FloatArray:
+    """Depth removed by one passage of each patch.
+
+    Parameters
+    ----------
+    fields : SurfaceFields
+        On the cells of `m` patches.
+    area : (m,) array
+        Of the patches; acts in the form "patch_mean" only [m2].
+    coefficients : CoefficientSet
+        Levels, and the limit between them where there are two.
+    form : {"local", "patch_mean"}
+        Whether the power density is taken cell by cell or as its mean over the patch.
+    density : float
+        Of the worn body; acts where the levels are mass per work [kg/m3].
+
+    Returns
+    -------
+    (2, m, ny) array
+        Depth along the surface normal in each strip, by the regimes of `REGIMES` [m].
+    """
+    mild = volume_per_work(coefficients, "mild", density)
+    work = np.maximum(fields.work_density, 0.0)
+    limit = power_limit(coefficients)
+    if not np.isfinite(limit):
+        strips = mild * along_strips(work, fields)
+        return np.stack([strips, np.zeros_like(strips)])
+    severe = volume_per_work(coefficients, "severe", density)
+    if form == "local":
+        switched = work * fields.speed[:, None, None] >= limit
+        return np.stack(
+            [
+                mild * along_strips(np.where(switched, 0.0, work), fields),
+                severe * along_strips(np.where(switched, work, 0.0), fields),
+            ]
+        )
+    strips = along_strips(work, fields)
+    switched = mean_of(patch_total(strips, fields), area) * fields.speed >= limit
+    return np.stack([mild * strips * ~switched[:, None], severe * strips * switched[:, None]])

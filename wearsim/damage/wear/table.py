@@ -1,0 +1,201 @@
+r"""A user's own wear law: a table of a wear rate over an index.
+
+For laws whose constants are too uncertain to ship, and for measurements of one's own. One index makes a
+line, sliding speed together with pressure makes a map over a grid. What the index and the rate are is told
+by the names of the columns, with their units, see `INDEX_COLUMNS` and `RATE_COLUMNS`. Between the rows the
+rate is linear, or it holds from its row up to the next; below the first row that of the first row acts,
+beyond the last row it holds or goes on with the last slope, as the table states. Where nothing slides
+nothing wears, whatever the first row says.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wearsim.contact.patch import FloatArray, SurfaceFields
+from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.wear.law import Form
+from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, relative_slip, spread
+
+REGIMES = ("table",)
+
+INDEX_COLUMNS: dict[str, float] = {
+    "T_gamma_A_N_mm2": 1e6,
+    "power_density_W_mm2": 1e6,
+    "slip_speed_m_s": 1.0,
+    "pressure_MPa": 1e6,
+}
+"""Index columns and their SI unit: frictional work per area and distance (local T-gamma/A), frictional power
+per area, sliding speed, contact pressure. The last two may stand together and make a map."""
+
+RATE_COLUMNS: dict[str, float] = {
+    "mass_rate_ug_m_mm2": 1e-3,
+    "energy_coefficient_mm3_kJ": 1e-12,
+    "wear_coefficient": 1.0,
+}
+"""Rate columns and their SI unit: mass lost per distance rolled and area, volume lost per frictional work,
+Archard's coefficient k (which needs `hardness_GPa`)."""
+
+INTERPOLATIONS = ("linear", "step")
+BEYOND = ("hold", "slope")
+
+
+@dataclass(frozen=True, eq=False)
+class WearTable(CoefficientSet):
+    """A table of a wear rate.
+
+    Parameters
+    ----------
+    index : tuple of str
+        One or two of `INDEX_COLUMNS`.
+    axes : tuple of (n,) arrays
+        Rising values of each index [SI].
+    rate : str
+        One of `RATE_COLUMNS`.
+    rates : (n,) or (n, n2) array
+        At the values of the axes [SI].
+    interpolation : {"linear", "step"}
+        Between the rows; "step" holds the rate of a row up to the next.
+    beyond : {"hold", "slope"}
+        After the last row: its rate, or on with the last slope (of a single linear index).
+    hardness : float
+        For Archard's coefficient, else 0 [Pa].
+    """
+
+    index: tuple[str, ...]
+    axes: tuple[FloatArray, ...]
+    rate: str
+    rates: FloatArray
+    interpolation: str
+    beyond: str
+    hardness: float = 0.0
+
+
+def rate_at(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
+    """Look a rate up.
+
+    Parameters
+    ----------
+    index : tuple of (...) arrays
+        One value array for each index of the table [SI].
+    table : WearTable
+        With one or two indices.
+
+    Returns
+    -------
+    (...) array
+        [SI], never negative.
+    """
+    if table.interpolation == "step":
+        cells = tuple(
+            np.clip(np.searchsorted(axis, value, side="right") - 1, 0, axis.size - 1)
+            for axis, value in zip(table.axes, index, strict=True)
+        )
+        return np.where(_any_nan(index), np.nan, table.rates[cells])
+    if len(index) == 1:
+        axis, value = table.axes[0], index[0]
+        found: FloatArray = np.interp(value, axis, table.rates)
+        if table.beyond == "slope" and axis.size > 1:
+            slope = (table.rates[-1] - table.rates[-2]) / (axis[-1] - axis[-2])
+            found = found + slope * np.maximum(value - axis[-1], 0.0)
+        return np.maximum(found, 0.0)
+    total = np.zeros(np.broadcast_shapes(*(value.shape for value in index)))
+    (low0, share0), (low1, share1) = (
+        _between(axis, value) for axis, value in zip(table.axes, index, strict=True)
+    )
+    high0 = np.minimum(low0 + 1, table.axes[0].size - 1)
+    high1 = np.minimum(low1 + 1, table.axes[1].size - 1)
+    for i, weight0 in ((low0, 1.0 - share0), (high0, share0)):
+        for j, weight1 in ((low1, 1.0 - share1), (high1, share1)):
+            total = total + weight0 * weight1 * table.rates[i, j]
+    return total
+
+
+def _any_nan(index: tuple[FloatArray, ...]) -> FloatArray:
+    bad = np.isnan(index[0])
+    for value in index[1:]:
+        bad = bad | np.isnan(value)
+    return bad
+
+
+def _between(axis: FloatArray, value: FloatArray) -> tuple[np.ndarray, FloatArray]:
+    """Row below a value and the share of the way to the next; held outside the axis."""
+    if axis.size == 1:
+        return np.zeros(value.shape, dtype=np.int64), np.where(np.isnan(value), np.nan, 0.0)
+    low = np.clip(np.searchsorted(axis, value, side="right") - 1, 0, axis.size - 2)
+    share = (value - axis[low]) / (axis[low + 1] - axis[low])
+    return low, np.clip(share, 0.0, 1.0)
+
+
+def depth(
+    fields: SurfaceFields,
+    area: FloatArray,
+    coefficients: CoefficientSet,
+    *,
+    form: Form = "local",
+    density: float = 7850.0,
+) -> FloatArray:
+    r"""Depth removed by one passage of each patch.
+
+    Parameters
+    ----------
+    fields : SurfaceFields
+        On the cells of `m` patches.
+    area : (m,) array
+        Of the patches; acts in the form "patch_mean" only [m2].
+    coefficients : WearTable
+        The table.
+    form : {"local", "patch_mean"}
+        Whether the index is taken cell by cell or as its mean over the patch (of the sliding speed, the
+        mean weighted with the pressure).
+    density : float
+        Of the worn body; acts for mass rates [kg/m3].
+
+    Returns
+    -------
+    (1, m, ny) array
+        Depth along the surface normal in each strip [m].
+
+    Notes
+    -----
+    Mass rate K: :math:`\Delta z = \frac{1}{\rho}\int K dx` over the cells that slip; energy coefficient:
+    :math:`\int k_e\, |\tau \cdot s|/V\, dx`; Archard's coefficient: :math:`\int k\, p |s| / (V H)\, dx`.
+    """
+    if not isinstance(coefficients, WearTable):
+        raise TypeError(f"law table needs a WearTable, not the set {coefficients.name}")
+    work = np.maximum(fields.work_density, 0.0)
+    slip = relative_slip(fields)
+    sliding = fields.pressure * slip
+    if form == "local":
+        index: dict[str, FloatArray] = {
+            "T_gamma_A_N_mm2": work,
+            "power_density_W_mm2": work * fields.speed[:, None, None],
+            "slip_speed_m_s": slip * fields.speed[:, None, None],
+            "pressure_MPa": fields.pressure,
+        }
+        rate = rate_at(tuple(index[name] for name in coefficients.index), coefficients)
+        if coefficients.rate == "mass_rate_ug_m_mm2":
+            removed = np.where(work == 0.0, 0.0, rate) / density
+        elif coefficients.rate == "energy_coefficient_mm3_kJ":
+            removed = rate * work
+        else:
+            removed = rate * sliding / coefficients.hardness
+        return along_strips(removed, fields)[None]
+    strip_work, strip_sliding = along_strips(work, fields), along_strips(sliding, fields)
+    load = patch_total(along_strips(fields.pressure, fields), fields)
+    total_work = patch_total(strip_work, fields)
+    mean_work = mean_of(total_work, area)
+    index = {
+        "T_gamma_A_N_mm2": mean_work,
+        "power_density_W_mm2": mean_work * fields.speed,
+        "slip_speed_m_s": mean_of(patch_total(strip_sliding, fields), load) * fields.speed,
+        "pressure_MPa": mean_of(load, area),
+    }
+    rate = rate_at(tuple(index[name] for name in coefficients.index), coefficients)
+    if coefficients.rate == "mass_rate_ug_m_mm2":
+        return spread(rate * area / density, strip_work, fields)[None]
+    if coefficients.rate == "energy_coefficient_mm3_kJ":
+        return (rate[:, None] * strip_work)[None]
+    return (rate[:, None] * strip_sliding / coefficients.hardness)[None]
