@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray, Profile, arc_length, resample, vertex_normals
@@ -153,7 +155,9 @@ def wear_between(
         worn_area=float(np.sum(swept)),
         max_depth=float(depth[deepest]),
         max_depth_y=float(old.y[deepest]),
-        zone_areas={zone.name: float(np.sum(swept[which == k])) for k, zone in enumerate(zones)},
+        zone_areas=MappingProxyType(
+            {zone.name: float(np.sum(swept[which == k])) for k, zone in enumerate(zones)}
+        ),
         compared_length=compared,
         length=length,
         note=(
@@ -235,8 +239,8 @@ def _areas(
     return swept + np.where(np.ceil(at[1:]) - np.floor(at[:-1]) > 1.0, bulge, 0.0)
 
 
-def _zone_of(old: Profile, part: slice, zones: tuple[WearZone, ...]) -> FloatArray:
+def _zone_of(old: Profile, part: slice, zones: tuple[WearZone, ...]) -> NDArray[np.intp]:
     """Zone number of each edge of the compared part; what lies before the tip is of the first zone."""
     middle = 0.5 * (old.y[part][1:] + old.y[part][:-1])
     reach = np.maximum.accumulate(middle)
-    return np.searchsorted([zone.end for zone in zones], reach, side="left").astype(np.float64)
+    return np.searchsorted([zone.end for zone in zones], reach, side="left")
