@@ -6,11 +6,12 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from wearsim.cli import Commands, add_command, published
+from wearsim.cli import Commands, add_command
+from wearsim.cli.study import study
 
 if TYPE_CHECKING:
     from wearsim.errors import Fault
-    from wearsim.scene import FieldScene, PublishedScene, RigScene
+    from wearsim.scene import FieldScene, RigScene, StudyScene
 
 _PATCH_VALUES = 25
 """Values stored per patch slot: positions, forces, creepages, wear index and the like."""
@@ -32,12 +33,12 @@ def execute(arguments: argparse.Namespace) -> int:
     """Check the scene and print what it would run."""
     import json
 
-    from wearsim.scene import CompareScene, PublishedScene, load_scene
+    from wearsim.scene import CompareScene, StudyScene, load_scene
     from wearsim.scene.touch import check_contact
 
     scene = load_scene(arguments.scene)
-    if isinstance(scene, PublishedScene):
-        return _check_published(scene, arguments.json)
+    if isinstance(scene, StudyScene):
+        return _check_study(scene, arguments.json)
     warnings = check_contact(scene)
     parts: list[RigScene | FieldScene]
     parts = [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
@@ -53,16 +54,16 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _check_published(scene: PublishedScene, as_json: bool) -> int:
+def _check_study(scene: StudyScene, as_json: bool) -> int:
     import json
 
-    told = published.plan(scene)
+    module = study(scene)
+    told = module.plan(scene)
     if as_json:
         print(json.dumps({"scene": str(scene.origin.path), "kind": scene.scene.kind, **told}, indent=2))
         return 0
     print(f"{scene.origin.path}: no faults ({scene.scene.kind})\n")
-    print(f"{told['title']}: {told['cases']} cases on {', '.join(told['profiles'])}")
-    print(f"{told['contact_solutions']} contact solutions")
+    print(module.text(told))
     return 0
 
 

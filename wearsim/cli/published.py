@@ -64,3 +64,22 @@ def plan(scene: PublishedScene) -> dict[str, Any]:
         "contact_solutions": 3 * points + len(cases.cases) + trends,
         "settings": scene.model_dump(by_alias=True, mode="json"),
     }
+
+
+def text(told: dict[str, Any]) -> str:
+    """Lines for `wearsim check`.
+
+    Parameters
+    ----------
+    told : dict
+        From `plan`.
+
+    Returns
+    -------
+    str
+        Two lines.
+    """
+    return (
+        f"{told['title']}: {told['cases']} cases on {', '.join(told['profiles'])}\n"
+        f"{told['contact_solutions']} contact solutions"
+    )

@@ -7,7 +7,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from wearsim.cli import Commands, add_command, published
+from wearsim.cli import Commands, add_command
+from wearsim.cli.study import study
 
 
 def add_parser(commands: Commands) -> None:
@@ -22,7 +23,7 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument(
         "--out",
         metavar="DIR",
-        help="run directory (default: the scene file's name without .toml; for published cases: reports)",
+        help="run directory (default: the scene file's name without .toml; reports, if it is no campaign)",
     )
 
 
@@ -31,13 +32,13 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.campaign.run import run_scene
     from wearsim.cli.progress import observer
     from wearsim.report.html import write_report
-    from wearsim.scene import PublishedScene, load_scene
+    from wearsim.scene import StudyScene, load_scene
     from wearsim.scene.touch import check_contact
 
     scene = load_scene(arguments.scene)
     given = Path(arguments.out) if arguments.out else None
-    if isinstance(scene, PublishedScene):
-        return published.run(scene, given, arguments.command_line)
+    if isinstance(scene, StudyScene):
+        return study(scene).run(scene, given, arguments.command_line)
     out = given or Path(Path(arguments.scene).stem)
     for warning in check_contact(scene):
         print(f"warning: {warning}", file=sys.stderr)

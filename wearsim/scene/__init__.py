@@ -1,8 +1,10 @@
 """The scene file: read, checked with all faults at once, and made into the ingredients of a campaign."""
 
+from wearsim.scene.accuracy import AccuracyScene
 from wearsim.scene.load import (
     CampaignScene,
     Scene,
+    StudyScene,
     files_to_copy,
     load_campaign,
     load_scene,
@@ -13,6 +15,7 @@ from wearsim.scene.published import PublishedScene
 from wearsim.scene.setup import CampaignSetup, build
 
 __all__ = [
+    "AccuracyScene",
     "CampaignScene",
     "CampaignSetup",
     "CompareScene",
@@ -20,6 +23,7 @@ __all__ = [
     "PublishedScene",
     "RigScene",
     "Scene",
+    "StudyScene",
     "build",
     "files_to_copy",
     "load_campaign",

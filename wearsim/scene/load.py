@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from wearsim.errors import Fault, SceneError
+from wearsim.scene.accuracy import AccuracyScene, read_accuracy
 from wearsim.scene.faults import key_lines, shown, syntax_fault, validation_faults
 from wearsim.scene.inputs import find_file, read_inputs
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
@@ -19,13 +20,15 @@ from wearsim.scene.published import PublishedScene, read_published
 from wearsim.scene.setup import inputs_of
 
 CampaignScene = RigScene | FieldScene | CompareScene
-Scene = CampaignScene | PublishedScene
+StudyScene = PublishedScene | AccuracyScene
+Scene = CampaignScene | StudyScene
 
-_MODELS: dict[str, type[RigScene] | type[FieldScene] | type[CompareScene] | type[PublishedScene]] = {
+_MODELS: dict[str, type[Scene]] = {
     "rig": RigScene,
     "field": FieldScene,
     "compare": CompareScene,
     "published": PublishedScene,
+    "accuracy": AccuracyScene,
 }
 _LARGEST_FILE = 2_000_000
 _INPUTS = "inputs.json"
@@ -45,7 +48,7 @@ def load_scene(path: str | Path, *, copied: bool = False) -> Scene:
 
     Returns
     -------
-    RigScene, FieldScene, CompareScene or PublishedScene
+    Scene
         By `kind` in [scene].
 
     Raises
@@ -68,6 +71,8 @@ def load_scene(path: str | Path, *, copied: bool = False) -> Scene:
             faults += _read_compared(scene, role, kept)
     elif isinstance(scene, PublishedScene):
         scene._inputs, faults = read_published(scene)
+    elif isinstance(scene, AccuracyScene):
+        scene._inputs, faults = read_accuracy(scene)
     else:
         faults = _read_files(scene, kept)
     if faults:
@@ -94,8 +99,8 @@ def load_campaign(path: str | Path, *, copied: bool = False) -> CampaignScene:
         With all faults, or if the scene is no campaign.
     """
     scene = load_scene(path, copied=copied)
-    if isinstance(scene, PublishedScene):
-        told = "kind = 'published' is no campaign; run it with `wearsim run`"
+    if isinstance(scene, StudyScene):
+        told = f"kind = {scene.scene.kind!r} is no campaign; run it with `wearsim run`"
         raise SceneError([Fault(told, str(scene.origin.path), scene.line("scene", "kind"))])
     return scene
 

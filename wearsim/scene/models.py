@@ -127,7 +127,9 @@ class AnyHeader(Section):
     """[scene] while the kind is not known; it decides which other keys are right."""
 
     model_config = ConfigDict(extra="ignore")
-    kind: Literal["rig", "field", "compare", "published"] = Field(description="what the scene describes")
+    kind: Literal["rig", "field", "compare", "published", "accuracy"] = Field(
+        description="what the scene describes"
+    )
 
 
 class AnyScene(Section):
@@ -164,15 +166,15 @@ class RollerSection(RailSection):
     roller_radius_mm: float = quantity("the radius of the rollers at the profile's top", "mm", ge=1, le=5000)
 
 
+NormalName = Annotated[str, _Registered("wearsim.contact.normal", "NORMAL_MODELS")]
+TangentialName = Annotated[str, _Registered("wearsim.contact.tangential", "TANGENTIAL_MODELS")]
+
+
 class ContactSection(Section):
     """[contact]: the models of the contact and how finely they are solved."""
 
-    normal: Annotated[str, _Registered("wearsim.contact.normal", "NORMAL_MODELS")] = Field(
-        "kik_piotrowski", description="the model of the normal contact"
-    )
-    tangential: Annotated[str, _Registered("wearsim.contact.tangential", "TANGENTIAL_MODELS")] = Field(
-        "fastsim", description="the model of the tangential contact"
-    )
+    normal: NormalName = Field("kik_piotrowski", description="the model of the normal contact")
+    tangential: TangentialName = Field("fastsim", description="the model of the tangential contact")
     strips: int = quantity("the number of strips across a patch", "", 50, ge=5, le=400)
     cells: int = quantity("the number of cells along a strip", "", 50, ge=5, le=400)
     youngs_GPa: float = quantity("Young's modulus of both bodies", "GPa", 210.0, ge=1, le=1000)

@@ -1,0 +1,80 @@
+"""`wearsim run` and `wearsim check` on a scene that measures contact models against a reference."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from wearsim.scene import AccuracyScene
+
+
+def run(scene: AccuracyScene, out: Path | None, command: str) -> int:
+    """Solve the cases with every model and write the report.
+
+    Parameters
+    ----------
+    scene : AccuracyScene
+        As loaded.
+    out : Path, optional
+        Folder of the report; "reports" if not given.
+    command : str
+        Command line, for the report.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    from wearsim.report.pages_accuracy import write_accuracy
+    from wearsim.scene.accuracy import matrix_of
+    from wearsim.studies.accuracy import solve_accuracy
+
+    dataset = solve_accuracy(matrix_of(scene))
+    print(f"report: {write_accuracy(dataset, out or Path('reports'), scene.origin.path.stem, command)}")
+    return 0
+
+
+def plan(scene: AccuracyScene) -> dict[str, Any]:
+    """Tell what the scene would solve.
+
+    Parameters
+    ----------
+    scene : AccuracyScene
+        As loaded.
+
+    Returns
+    -------
+    dict
+        For `wearsim check`.
+    """
+    from wearsim.scene.accuracy import matrix_of
+    from wearsim.studies.accuracy import model_name
+
+    matrix = matrix_of(scene)
+    return {
+        "title": matrix.title,
+        "cases": matrix.count,
+        "reference": model_name(matrix.reference),
+        "models": [model_name(models) for models in matrix.models],
+        "contact_solutions": matrix.count * (1 + len(matrix.models)),
+        "settings": scene.model_dump(by_alias=True, mode="json"),
+    }
+
+
+def text(told: dict[str, Any]) -> str:
+    """Lines for `wearsim check`.
+
+    Parameters
+    ----------
+    told : dict
+        From `plan`.
+
+    Returns
+    -------
+    str
+        Cases, reference, models.
+    """
+    lines = [f"{told['title']}: {told['cases']} cases", f"reference: {told['reference']}"]
+    lines += [f"model: {name}" for name in told["models"]]
+    return "\n".join([*lines, f"{told['contact_solutions']} contact solutions"])
