@@ -97,7 +97,7 @@ def solve(
         bound = friction[m] * pressure
         if friction[m] > 0.0:
             operator = steady_rolling.slip_operator(
-                cerruti((bound.shape[0], bound.shape[1]), dx, dy, shear_modulus, poisson_ratio), dx
+                (bound.shape[0], bound.shape[1]), dx, dy, shear_modulus, poisson_ratio
             )
             ahead = _rigid_slip(creepage[m], place_x + PLACE * dx, place_y, pressure)
             if start is not None and start.cells is not None:
@@ -117,57 +117,6 @@ def solve(
             out[(slice(None), m, *box)] = np.concatenate((pressure[None], traction, slip))
     lead, trail = (np.repeat(end[:, None], ny, axis=1) for end in (grid.x_lead, grid.x_trail))
     return TangentialSolution(force, slip_area, lead, trail, out)
-
-
-def cerruti(
-    shape: tuple[int, int], dx: float, dy: float, shear_modulus: float, poisson_ratio: float
-) -> FloatArray:
-    r"""Displacement difference of two equal half-spaces by unit traction in one cell.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        nx, ny cells of the grid.
-    dx, dy : float
-        Size of a cell [m].
-    shear_modulus, poisson_ratio : float
-        Of both bodies [Pa], [-].
-
-    Returns
-    -------
-    (3, 2 nx, 2 ny - 1) array
-        Components xx, yy, xy at the centres of cells -nx, ..., nx - 1 cells downstream (against x) and
-        -ny + 1, ..., ny - 1 to the side [m/Pa].
-
-    Notes
-    -----
-    :math:`u_x = \frac{1}{\pi G}\iint [(1-\nu)/\rho + \nu x^2/\rho^3] \tau_x + \nu (xy/\rho^3) \tau_y` and
-    likewise u_y [1]_, integrated over the cell by its corners: :math:`\iint x^2/\rho^3 = y \ln(x + \rho)`,
-    :math:`\iint y^2/\rho^3 = x \ln(y + \rho)`, :math:`\iint xy/\rho^3 = -\rho`.
-
-    References
-    ----------
-    .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
-    """
-    nx, ny = shape
-    x = np.asarray((nx + 0.5 - np.arange(2 * nx + 1))[:, None] * dx, dtype=np.float64)
-    y = np.asarray((np.arange(2 * ny) - ny + 0.5) * dy, dtype=np.float64)
-    distance: FloatArray = np.hypot(x, y)
-
-    def logarithm(along: FloatArray, across: FloatArray) -> FloatArray:
-        # ln(along + distance) without cancellation for negative `along`
-        sum_ = np.log(np.abs(along) + distance)
-        value: FloatArray = np.where(along >= 0.0, sum_, 2.0 * np.log(np.abs(across)) - sum_)
-        return value
-
-    def cell(corner: FloatArray) -> FloatArray:
-        value: FloatArray = np.diff(np.diff(corner, axis=1), axis=0)
-        return -value  # x falls with the index
-
-    y_y, x_x = cell(x * logarithm(y, x)), cell(y * logarithm(x, y))
-    both, nu = (1.0 - poisson_ratio) * (x_x + y_y), poisson_ratio
-    influence: FloatArray = np.stack((both + nu * x_x, both + nu * y_y, nu * cell(-distance)))
-    return influence / (np.pi * shear_modulus)
 
 
 def _box(pressure: FloatArray) -> tuple[slice, slice]:

@@ -21,8 +21,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
 
+from wearsim.contact.influence import (
+    ComplexArray,
+    back,
+    doubled_shape,
+    grid_influence,
+    tangential_influence,
+    transform,
+)
 from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.tangential import krylov
@@ -41,9 +48,9 @@ class SlipOperator:
     ----------
     shape : (int, int)
         nx, ny cells; x index from the leading end.
-    padded : (int, int)
-        Cells of the grid of the transforms.
-    spectrum : (3, padded nx, padded ny / 2 + 1) complex array
+    doubled : (int, int)
+        mx, my cells of the grid of the transforms.
+    spectrum : (3, mx, my // 2 + 1) complex array
         Transformed kernels: slip along x from traction along x, the same of y, and across [1/Pa].
     strip : (2, nx, nx) array
         Triangles of the matrix of a strip on its own, of x and y [1/Pa].
@@ -54,8 +61,8 @@ class SlipOperator:
     """
 
     shape: tuple[int, int]
-    padded: tuple[int, int]
-    spectrum: NDArray[np.complex128]
+    doubled: tuple[int, int]
+    spectrum: ComplexArray
     strip: FloatArray
     stiffest: float
     own: float
@@ -87,44 +94,45 @@ class RollingSolution:
     products: int
 
 
-def slip_operator(influence: FloatArray, cell_length: float) -> SlipOperator:
+def slip_operator(
+    shape: tuple[int, int],
+    cell_length: float,
+    cell_width: float,
+    shear_modulus: float,
+    poisson_ratio: float,
+) -> SlipOperator:
     r"""Operator of the slip that tractions cause in steady rolling.
 
     Parameters
     ----------
-    influence : (3, 2 nx, 2 ny - 1) array
-        Relative displacement of the surfaces by unit traction in one cell, of its components xx, yy and xy
-        [m/Pa], -nx, ..., nx - 1 cells downstream of it and -ny + 1, ..., ny - 1 cells to its side.
-    cell_length : float
-        [m].
+    shape : (int, int)
+        nx, ny cells.
+    cell_length, cell_width : float
+        Size of a cell [m].
+    shear_modulus, poisson_ratio : float
+        Of both bodies [Pa], [-].
 
     Returns
     -------
     SlipOperator
         Of :math:`(u(x) - u(x + \Delta x)) / \Delta x`: material flows from the leading end downstream.
     """
-    kernels = (influence[:, 1:] - influence[:, :-1]) / cell_length
-    nx, ny = (kernels.shape[1] + 1) // 2, (kernels.shape[2] + 1) // 2
-    padded = (int(fft.next_fast_len(2 * nx - 1)), int(fft.next_fast_len(2 * ny - 1, True)))
-    wrapped = np.zeros((3, *padded))
-    along, across = np.arange(1 - nx, nx) % padded[0], np.arange(1 - ny, ny) % padded[1]
-    wrapped[:, along[:, None], across] = kernels
-    spectrum = fft.fft(fft.rfft(wrapped, axis=2), axis=1)
+    nx, ny = shape
+    influence = tangential_influence(cell_length, cell_width, (nx + 1, ny), shear_modulus, poisson_ratio)
+    kernels = np.stack([np.diff(part[:-1], axis=0) for part in influence]) / cell_length
+    spectrum = grid_influence(kernels, shape).spectrum
     ahead = np.arange(nx)[:, None] - np.arange(nx) + nx - 1
     strip = np.ascontiguousarray(kernels[:2, :, ny - 1][:, ahead])
     _split(strip)
     own = float(0.5 * kernels[:2, nx - 1, ny - 1].sum())
-    return SlipOperator((nx, ny), padded, spectrum, strip, float(np.abs(spectrum[:2]).max()), own)
+    return SlipOperator(shape, doubled_shape(shape), spectrum, strip, float(np.abs(spectrum[:2]).max()), own)
 
 
 def elastic_slip(operator: SlipOperator, traction: FloatArray) -> FloatArray:
     """Slip (2, nx, ny) that tractions (2, nx, ny) [Pa] add to the rigid one [-]."""
-    (nx, ny), (mx, my) = operator.shape, operator.padded
-    wave = fft.fft(fft.rfft(traction, my, axis=2), mx, axis=1)
+    wave = transform(traction, operator.doubled)
     _multiply(operator.spectrum, wave)
-    rows = fft.ifft(wave, axis=1, overwrite_x=True)[:, :nx]
-    slip: FloatArray = fft.irfft(rows, my, axis=2)[:, :, :ny]
-    return slip
+    return back(wave, operator.shape, operator.doubled)
 
 
 def solve(
@@ -211,7 +219,7 @@ def _linear_step(
 
 
 @kernel
-def _multiply(spectrum: NDArray[np.complex128], wave: NDArray[np.complex128]) -> None:
+def _multiply(spectrum: ComplexArray, wave: ComplexArray) -> None:
     """Two components by the symmetric two by two matrix of each wave, in place."""
     for i in range(wave.shape[1]):
         for j in range(wave.shape[2]):
