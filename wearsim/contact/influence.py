@@ -169,7 +169,9 @@ class GridInfluence:
 
     def __call__(self, traction: FloatArray) -> FloatArray:
         """Displacement (..., nx, ny) at the cell centres under tractions (..., nx, ny) of the cells."""
-        return back(self.spectrum * transform(traction, self.doubled), self.shape, self.doubled)
+        product = transform(traction, self.doubled)
+        product *= self.spectrum
+        return back(product, self.shape, self.doubled)
 
 
 def grid_influence(influence: FloatArray, shape: tuple[int, int]) -> GridInfluence:
@@ -212,7 +214,7 @@ def transform(field: FloatArray, doubled: tuple[int, int]) -> ComplexArray:
 
 
 def back(spectrum: ComplexArray, shape: tuple[int, int], doubled: tuple[int, int]) -> FloatArray:
-    """Fields (..., nx, ny) of transforms on the doubled grid."""
-    half = fft.ifft(spectrum, axis=-2, workers=1)[..., : shape[0], :]
+    """Fields (..., nx, ny) of transforms on the doubled grid, which are overwritten."""
+    half = fft.ifft(spectrum, axis=-2, workers=1, overwrite_x=True)[..., : shape[0], :]
     field: FloatArray = fft.irfft(half, doubled[1], axis=-1, workers=1)[..., : shape[1]]
     return field

@@ -1,0 +1,267 @@
+r"""Pressure between a rigid descent and elastic half-spaces, by conjugate gradients on one or several grids.
+
+On each grid the height h of the gap, the displacement u and the descent D of the wheel leave
+
+.. math:: g = h + u - D c \ge 0, \qquad p \ge 0, \qquad g p = 0, \qquad \sum A c p = N,
+
+with the cell area A and the cosine c of the contact angle, so that N is vertical. The iteration of Polonsky
+and Keer [1]_: conjugate gradients on the cells that carry pressure, whose mean residual gives D; cells with
+tension leave, cells that overlap enter, the load is restored by scaling. Each iteration costs one product
+with the influence (two where cells entered or left), n log n.
+
+References
+----------
+.. [1] I. A. Polonsky, L. M. Keer, Wear 231 (1999) 206-219, doi:10.1016/S0043-1648(99)00113-1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wearsim.contact.influence import grid_influence, normal_influence
+from wearsim.contact.kernel import kernel
+from wearsim.contact.patch import FloatArray
+
+TOLERANCE = 1e-5  # pressures then are within 1e-4 of their limit
+MOST_ITERATIONS = 1000
+
+
+@dataclass(frozen=True)
+class HeightGrid:
+    """Heights of the gap on a uniform grid in a contact plane.
+
+    Parameters
+    ----------
+    height : (nx, ny) array
+        At the cell centres, before the descent [m].
+    cell_length, cell_width : float
+        Size of the cells along x and across [m].
+    cosine : float
+        Of the contact angle: the share of the vertical descent along the normal.
+    """
+
+    height: FloatArray
+    cell_length: float
+    cell_width: float
+    cosine: float = 1.0
+
+
+@dataclass(frozen=True)
+class GridPressure:
+    """Pressures that carry the load.
+
+    Parameters
+    ----------
+    pressure : tuple of (nx, ny) arrays
+        One for each grid, mean of each cell [Pa].
+    descent : float
+        D [m].
+    iterations : int
+        Of conjugate gradients.
+    converged : bool
+        Whether the change fell below the tolerance before the iteration limit.
+    """
+
+    pressure: tuple[FloatArray, ...]
+    descent: float
+    iterations: int
+    converged: bool
+
+
+Coupling = Callable[[list[FloatArray], list[FloatArray]], None]
+"""Adds to displacements (second) what pressures (first) of the other grids cause, in place."""
+
+
+def solve_pressure(
+    grids: Sequence[HeightGrid],
+    load: float,
+    effective_modulus: float,
+    *,
+    coupling: Coupling | None = None,
+    start: Sequence[FloatArray] | None = None,
+    tolerance: float = TOLERANCE,
+    limit: int = MOST_ITERATIONS,
+) -> GridPressure:
+    """Find the pressures of all grids under a common descent.
+
+    Parameters
+    ----------
+    grids : sequence of HeightGrid
+        One or several grids; where surfaces do not face each other the height is large.
+    load : float
+        N: the sum over all grids of force times `cosine` [N].
+    effective_modulus : float
+        E* [Pa].
+    coupling : callable, optional
+        Displacement of the grids by the pressures of each other; must be self-adjoint in the cell area.
+    start : sequence of (nx, ny) arrays, optional
+        Pressures to start from, such as those of a neighbouring state; any load. The result depends on them
+        within the tolerance.
+    tolerance : float
+        Largest change of the pressures in the last iteration, its mean as a share of their mean [-].
+    limit : int
+        Most iterations.
+
+    Returns
+    -------
+    GridPressure
+    """
+    influences = [
+        grid_influence(
+            normal_influence(grid.cell_length, grid.cell_width, grid.height.shape, effective_modulus),
+            (grid.height.shape[0], grid.height.shape[1]),
+        )
+        for grid in grids
+    ]
+    ends = np.cumsum([0] + [grid.height.size for grid in grids])
+    shapes = [grid.height.shape for grid in grids]
+    parts = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    height = np.concatenate([grid.height.ravel() for grid in grids])
+    area, cosine = np.empty(height.size), np.empty(height.size)
+    for part, grid in zip(parts, grids, strict=True):
+        area[part], cosine[part] = grid.cell_length * grid.cell_width, grid.cosine
+
+    def displacement(pressure: FloatArray) -> FloatArray:
+        fields = [pressure[part].reshape(shape) for part, shape in zip(parts, shapes, strict=True)]
+        moved = [influence(field) for influence, field in zip(influences, fields, strict=True)]
+        if coupling is not None:
+            moved = [np.ascontiguousarray(field) for field in moved]
+            coupling(fields, moved)
+        return np.concatenate([field.ravel() for field in moved])
+
+    if start is None:
+        # Half the overlap of a first guess, as in virtual penetration.
+        depth = np.maximum(_overlap(height, area, cosine, load, effective_modulus) * cosine - height, 0.0)
+        pressure = np.sqrt(depth)
+    else:
+        pressure = np.concatenate([field.ravel() for field in start])
+    pressure *= load / (area * cosine * pressure).sum()
+    moved = displacement(pressure)
+    direction, residual = np.zeros_like(pressure), np.empty_like(pressure)
+    last, restart, descent, count, converged = 1.0, True, 0.0, 0, False
+    while count < limit and not converged:
+        count += 1
+        descent, norm = _residual(height, moved, pressure, area, cosine, residual)
+        _turn(residual, pressure, 0.0 if restart else norm / last, direction)
+        last = norm
+        image = displacement(direction)
+        step = _step(residual, direction, image, pressure, area, cosine)
+        clipped, restart, carried, change = _advance(step, residual, direction, pressure, area, cosine)
+        scale = load / carried
+        pressure *= scale
+        if clipped or restart:
+            moved = displacement(pressure)
+        else:  # nothing but the step itself changed
+            _follow(moved, step, image, scale)
+        converged = (change / load + abs(scale - 1.0)) < tolerance and not restart
+    # The heights that the last pressures leave.
+    descent, _ = _residual(height, moved, pressure, area, cosine, residual)
+    fields = tuple(pressure[part].reshape(shape) for part, shape in zip(parts, shapes, strict=True))
+    return GridPressure(fields, descent, count, converged)
+
+
+def _overlap(height: FloatArray, area: FloatArray, cosine: FloatArray, load: float, modulus: float) -> float:
+    """Rough virtual penetration: the overlap region's size squared times its depth carries the load."""
+    depth = height / cosine
+    low, high = float(depth.min()), float(depth.min()) + (load / modulus) ** (2.0 / 3.0) * 16.0
+    for _ in range(30):
+        level = 0.5 * (low + high)
+        region = float(area[depth < level].sum())
+        # N = pi/2 E* b delta for a circle; the region of half the approach is the contact itself
+        if 2.0 * modulus * np.sqrt(region) * (level - float(depth.min())) < load:
+            low = level
+        else:
+            high = level
+    return high
+
+
+@kernel
+def _residual(
+    height: FloatArray,
+    moved: FloatArray,
+    pressure: FloatArray,
+    area: FloatArray,
+    cosine: FloatArray,
+    residual: FloatArray,
+) -> tuple[float, float]:
+    """Fill `residual` with the gap that is left; return the descent and the square over loaded cells."""
+    above, below = 0.0, 0.0
+    for i in range(height.size):
+        if pressure[i] > 0.0:
+            above += area[i] * cosine[i] * (height[i] + moved[i])
+            below += area[i] * cosine[i] * cosine[i]
+    descent = above / below
+    norm = 0.0
+    for i in range(height.size):
+        left = height[i] + moved[i] - descent * cosine[i]
+        residual[i] = left
+        if pressure[i] > 0.0:
+            norm += area[i] * left * left
+    return descent, norm
+
+
+@kernel
+def _turn(residual: FloatArray, pressure: FloatArray, share: float, direction: FloatArray) -> None:
+    """Next conjugate direction, on loaded cells only."""
+    for i in range(residual.size):
+        direction[i] = residual[i] + share * direction[i] if pressure[i] > 0.0 else 0.0
+
+
+@kernel
+def _step(
+    residual: FloatArray,
+    direction: FloatArray,
+    image: FloatArray,
+    pressure: FloatArray,
+    area: FloatArray,
+    cosine: FloatArray,
+) -> float:
+    """Length of the step along the direction, at a constant mean descent."""
+    above, below = 0.0, 0.0
+    for i in range(residual.size):
+        if pressure[i] > 0.0:
+            above += area[i] * cosine[i] * image[i]
+            below += area[i] * cosine[i] * cosine[i]
+    mean = above / below
+    above, below = 0.0, 0.0
+    for i in range(residual.size):
+        if pressure[i] > 0.0:
+            above += area[i] * residual[i] * direction[i]
+            below += area[i] * (image[i] - mean * cosine[i]) * direction[i]
+    return above / below if below > 0.0 else 0.0
+
+
+@kernel
+def _advance(
+    step: float,
+    residual: FloatArray,
+    direction: FloatArray,
+    pressure: FloatArray,
+    area: FloatArray,
+    cosine: FloatArray,
+) -> tuple[bool, bool, float, float]:
+    """Move the pressures; return whether cells left or entered, the load carried and the change of it."""
+    left, entered, carried, change = False, False, 0.0, 0.0
+    for i in range(residual.size):
+        old = pressure[i]
+        new = 0.0
+        if old > 0.0:
+            new = old - step * direction[i]
+            if new <= 0.0:
+                new, left = 0.0, True
+        elif residual[i] < 0.0:
+            new, entered = -step * residual[i], True
+        pressure[i] = new
+        carried += area[i] * cosine[i] * new
+        change += area[i] * cosine[i] * abs(new - old)
+    return left, entered, carried, change
+
+
+@kernel
+def _follow(moved: FloatArray, step: float, image: FloatArray, scale: float) -> None:
+    """Displacement after a step that no cell left or entered."""
+    for i in range(moved.size):
+        moved[i] = (moved[i] - step * image[i]) * scale
