@@ -7,9 +7,22 @@ Pressure is semi-elliptic along each strip, :math:`p = c\sqrt{x_l(y)^2 - x^2}`, 
 .. math:: N = \pi E^* \delta \frac{\iint\sqrt{x_l^2-x^2}\,dx\,dy}
           {\iint\sqrt{x_l^2-x^2}/\sqrt{x^2+y^2}\,dx\,dy}.
 
-Rule for several patches: minima of the gap whose saddle lies inside the virtual penetration of the deeper
-one form one patch; others are patches of their own that share the rigid vertical approach, less the
-height at which they touch. Loads add up.
+Yaw: at each lateral position both ends of the strip are those of the three-dimensional gap there, and the
+displacement is that of strips which lie ahead of or behind the point.
+
+Rule for several patches, continuous in every position and load. The gap flooded from below has basins; each
+joins a deeper one over a saddle. The deepest basin k = 1 is filled up to the rim
+:math:`r_1 = h_1 + \varepsilon\delta`. A basin that touches at :math:`h_k` and joins its deeper neighbour j
+over a saddle of height H is separate by
+
+.. math:: w = \frac{H - \max(h_k, r_j)}{\varepsilon\delta} \in [0, 1],
+   \qquad r_k = r_j + w\,(h_k + \varepsilon(\delta - h_k + h_1) - r_j) .
+
+w = 1 is a patch of its own, which shares the rigid approach less the height at which it touches; a basin
+whose saddle lies under the neighbour's rim is one patch with it; in between, plane and pressure slope are
+mixed in the share w from those of separate and of common patches. Patches with a common slope meet the
+condition of displacement in the mean over their points of first contact, each weighted by
+:math:`((H - h_k)/(H - h_j) \cdot (r_k - h_k)/(r_j - h_j))^2`, 1 for the deepest. Loads add up.
 
 References
 ----------
@@ -26,7 +39,14 @@ from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import kernel
 from wearsim.contact.normal.model import NormalSolution
 from wearsim.contact.normal.refusal import MOST_PATCHES, raise_first
-from wearsim.contact.normal.virtual_penetration import balance, cell_of, strip_half_length_squared
+from wearsim.contact.normal.strip_ends import on_the_wheel
+from wearsim.contact.normal.virtual_penetration import (
+    WORK_ROWS,
+    cell_of,
+    skewed_ends,
+    strip_half_length_squared,
+)
+from wearsim.contact.normal.wheel_load import LINE, balance
 from wearsim.contact.patch import FloatArray, IntArray, Patch
 
 DEFAULTS = {"virtual_penetration_factor": 0.55}
@@ -74,20 +94,23 @@ def solve(
     factor = {**DEFAULTS, **parameters}["virtual_penetration_factor"]
     points = gap.contour.y.size
     count, fault = np.zeros(rows, np.int64), np.zeros(rows, np.int64)
-    patches = np.zeros((rows, MOST_PATCHES, 13))
+    patches = np.zeros((rows, MOST_PATCHES, LINE))
+    contour = gap.contour
+    ground = (contour.y, contour.z, contour.slope, contour.angle)
+    rings, poses = _bodies(gap)
     balance(
-        gap.contour.y,
-        gap.contour.z,
-        gap.contour.slope,
-        gap.contour.angle,
+        ground,
         gap.gap,
         gap.wheel_radius,
+        gap.x,
+        poses,
+        rings,
         gap.curvature,
         load,
         vertical,
         factor,
         effective_modulus,
-        np.empty((5, points)),
+        np.zeros((WORK_ROWS, points)),
         count,
         fault,
         patches,
@@ -95,7 +118,7 @@ def solve(
     raise_first(fault)
     row = np.repeat(np.arange(rows), count)
     lines = patches[np.arange(MOST_PATCHES) < count[:, None]]
-    y, half, skew, depth = (np.empty((row.size, strips)) for _ in range(4))
+    y, lead, trail, depth = (np.empty((row.size, strips)) for _ in range(4))
     edges = np.empty((row.size, strips + 1))
     centre, angle, maximum = (np.empty(row.size) for _ in range(3))
     slope = np.empty(row.size)
@@ -103,15 +126,15 @@ def solve(
         row,
         lines,
         gap.curvature,
-        gap.contour.y,
-        gap.contour.z,
-        gap.contour.slope,
+        ground,
         gap.gap,
         gap.wheel_radius,
         gap.x,
+        poses,
+        rings,
         y,
-        half,
-        skew,
+        lead,
+        trail,
         depth,
         edges,
         centre,
@@ -123,8 +146,8 @@ def solve(
         row=row,
         y=y,
         width=y[:, 1] - y[:, 0],
-        x_lead=skew + half,
-        x_trail=skew - half,
+        x_lead=lead,
+        x_trail=trail,
         pressure_slope=np.repeat(slope[:, None], strips, axis=1),
         interpenetration=depth,
     )
@@ -141,20 +164,35 @@ def solve(
     )
 
 
+def _bodies(gap: Gap) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatArray]:
+    """Rings of the wheel and the pose (n, 8) of each row, as `on_the_wheel` wants them."""
+    poses = np.zeros((gap.gap.shape[0], 8))
+    if gap.bodies is None:
+        none = np.empty(0)
+        return (none, none, none), poses
+    at = gap.bodies.attitude
+    poses[:, 0], poses[:, 1] = np.sin(at.yaw), np.cos(at.yaw)
+    poses[:, 2], poses[:, 3] = np.sin(at.roll), np.cos(at.roll)
+    poses[:, 4], poses[:, 5] = at.shift, gap.bodies.half_span
+    poses[:, 6], poses[:, 7] = gap.bodies.nominal_radius, gap.curvature
+    wheel = gap.bodies.wheel
+    return (wheel.y, wheel.radius, wheel.slope), poses
+
+
 @kernel
 def _lay_strips(
     rows: IntArray,
     lines: FloatArray,
     kappa: float,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    slope: FloatArray,
+    ground: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     gaps: FloatArray,
     radii: FloatArray,
     alongs: FloatArray,
+    poses: FloatArray,
+    rings: tuple[FloatArray, FloatArray, FloatArray],
     strip_y: FloatArray,
-    strip_half: FloatArray,
-    strip_skew: FloatArray,
+    strip_lead: FloatArray,
+    strip_trail: FloatArray,
     strip_depth: FloatArray,
     edges: FloatArray,
     centres: FloatArray,
@@ -164,8 +202,11 @@ def _lay_strips(
 ) -> None:
     """Cut patches into strips of equal width in their contact planes and make the pressure fit the load."""
     strips = strip_y.shape[1]
+    grid_y, grid_z, slope = ground[0], ground[1], ground[2]
+    section = np.zeros(12)
     for m in range(rows.size):
         line = lines[m]
+        skewed = rings[0].size > 0 and poses[rows[m], 0] != 0.0
         gap, radius, along = gaps[rows[m]], radii[rows[m]], alongs[rows[m]]
         start, stop = int(line[0]), int(line[1])
         centre, delta, left, right, limit = line[2], line[3], line[6], line[7], line[10]
@@ -174,7 +215,6 @@ def _lay_strips(
         k = cell_of(grid_y, centre, start, stop)
         share = (centre - grid_y[k]) / (grid_y[k + 1] - grid_y[k])
         centre_z = grid_z[k] + share * (grid_z[k + 1] - grid_z[k])
-        centre_x = along[k] + share * (along[k + 1] - along[k])
         width = (right - left) / strips
         i = start - 1
         s_here = (grid_y[i] - centre) * cosine + (grid_z[i] - centre_z) * sine
@@ -196,16 +236,31 @@ def _lay_strips(
             depth = max((limit - here) / (cosine + gradient * sine), 0.0)
             height = grid_z[i] + share * (grid_z[i + 1] - grid_z[i])
             ring = radius[i] + share * (radius[i + 1] - radius[i])
-            half = strip_half_length_squared(depth, ring / cosine, kappa / (1.0 - kappa * height) * cosine)
+            bend = kappa / (1.0 - kappa * height)
+            half = np.sqrt(strip_half_length_squared(depth, ring / cosine, bend * cosine))
+            middle = along[i] + share * (along[i + 1] - along[i])
+            lead, trail = half, -half
+            if skewed:
+                place = grid_y[i] + share * (grid_y[i + 1] - grid_y[i])
+                on_the_wheel(place, height, here, middle, poses[rows[m]], rings, section)
+                lead, trail = skewed_ends(limit - here, half, ring, section, rings)
             strip_y[m, j // 2] = s
-            strip_half[m, j // 2] = np.sqrt(half)
-            strip_skew[m, j // 2] = along[i] + share * (along[i + 1] - along[i]) - centre_x
+            strip_lead[m, j // 2] = middle + lead
+            strip_trail[m, j // 2] = middle + trail
             strip_depth[m, j // 2] = depth
+            half = 0.25 * (lead - trail) ** 2
             volume += half * width
             moment += half * width * s
         for j in range(strips):
             strip_y[m, j] -= moment / volume
         centres[m] = centre + moment / volume * cosine
+        # Longitudinal positions count from the contact line at the centre.
+        k = cell_of(grid_y, centres[m], start, stop)
+        share = (centres[m] - grid_y[k]) / (grid_y[k + 1] - grid_y[k])
+        centre_x = along[k] + share * (along[k + 1] - along[k])
+        for j in range(strips):
+            strip_lead[m, j] -= centre_x
+            strip_trail[m, j] -= centre_x
         angles[m] = delta
         pressure_slope[m] = force / (0.5 * np.pi * volume)
         # The deepest point of the outline, not of a strip's centre.
