@@ -139,6 +139,8 @@ def read_subject(
         One line per fault.
     """
     said = {} if said is None else said
+    if Path(given).is_dir():
+        raise ProfileError(f"{given}: is a folder; measure all its files with --fleet {given}")
     if is_file(given):
         path = Path(given)
         if path.suffix.lower() == ".toml" and path.is_file():
@@ -183,8 +185,6 @@ def _named(given: str, kind: Kind | None) -> Definition:
     near = difflib.get_close_matches(given.lower(), list(known), n=1, cutoff=0.5)
     hint = f"; did you mean {known[near[0]]!r}?" if near else ""
     listed = "; ".join(f"{each}s: {', '.join(each_names)}" for each, each_names in names.items())
-    if Path(given).is_dir():
-        raise ProfileError(f"{given}: is a folder; measure all its files with --fleet {given}")
     raise ProfileError(f"{given!r} is neither a file nor a shipped profile ({listed}){hint}")
 
 

@@ -1,0 +1,424 @@
+"""`wearsim profile`: what it prints and writes, and that all that is wrong is told at once."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from wearsim.cli import main
+from wearsim.profile import standard
+from wearsim.profile.files import read_profile, write_profile
+
+MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
+RIGHT, LEFT = str(MEASURED / "wheel_worn_right.whl"), str(MEASURED / "wheel_worn_left.whl")
+RAIL = str(MEASURED / "rail_worn_outer.ban")
+
+
+def printed(capsys, *words):
+    assert main(["profile", *words]) == 0
+    return capsys.readouterr().out
+
+
+def told(capsys, *words):
+    return json.loads(printed(capsys, *words, "--json"))
+
+
+def refused(capsys, *words):
+    """Lines on stderr of a command that is refused."""
+    assert main(["profile", *words]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "Traceback" not in captured.err
+    return captured.err.splitlines()
+
+
+# profiles.md, sections 8 and 6.3: own values, by other code; printed digits
+@pytest.mark.parametrize("name", ["S1002", "EPS", "1/40"])
+def test_measures_of_new_wheels(name, capsys):
+    measures = told(capsys, name)["measures"]
+    assert measures["flange_height"] == pytest.approx(28.0e-3, abs=0.5e-7)
+    assert measures["flange_thickness"] == pytest.approx(32.5e-3, abs=0.5e-7)
+    assert measures["flange_gradient"] == pytest.approx(10.7938e-3, abs=0.5e-7)
+    assert measures["hollowing"] == 0.0
+
+
+def test_conicity_of_the_usual_pair(capsys):
+    """Section 6.3: 0.354 0.219 0.174 0.155 0.149 0.266 at 1 .. 6 mm, three printed digits."""
+    running = told(capsys, "S1002")["running"]
+    values = [each["value"] for each in running["equivalent_conicity"]]
+    np.testing.assert_allclose(values, [0.354, 0.219, 0.174, 0.155, 0.149, 0.266], atol=5.1e-4)
+    at = {round(1e3 * each["shift"]): each["value"] for each in running["rolling_radius_difference"]}
+    assert at[3] == pytest.approx(0.940e-3, abs=0.5e-6)
+    assert at[6] == pytest.approx(4.27e-3, abs=5e-6)
+
+
+def test_a_benchmark_pair_of_en_15302_by_the_flags(capsys):
+    """Pair A/A of the standard at 1 .. 6 mm, to its three digits and 0.0005 of the step of the grid."""
+    value = told(capsys, "EN15302_A", "--rail", "EN15302_rail_A")
+    conicity = [each["value"] for each in value["running"]["equivalent_conicity"]]
+    np.testing.assert_allclose(conicity, [0.125, 0.155, 0.188, 0.216, 0.254, 0.303], atol=1e-3)
+
+
+def test_rail_and_wheel_tell_the_same_pair(capsys):
+    from_wheel, from_rail = told(capsys, "S1002"), told(capsys, "60E1", "--wheel", "S1002")
+    assert from_wheel["running"] == from_rail["running"]
+    assert from_rail["measures"] is None
+    assert "judgements" not in from_rail
+
+
+def test_every_distance_acts(capsys):
+    """Sd is taken `level` above the tape circle, qR from there to `below tip`; 70 degrees of flank."""
+    usual = told(capsys, "S1002")["measures"]
+    deeper = told(capsys, "S1002", "--below-tip-mm", "3")["measures"]
+    higher = told(capsys, "S1002", "--level-mm", "13")["measures"]
+    inner = told(capsys, "S1002", "--tape-mm", "65")["measures"]
+    assert deeper["flange_gradient"] < usual["flange_gradient"]
+    assert deeper["flange_thickness"] == usual["flange_thickness"]
+    # y = -93.576667419 - 2.747477419 z on the straight flank; z = 13 is on it, above junction D/E
+    y = -(13.0 + 93.576667419) / 2.747477419
+    assert higher["flange_thickness"] == pytest.approx(1e-3 * (70.0 + y), abs=1e-8)
+    # the tape circle 5 mm nearer to the flange is on larger z: Sh falls by z(-5)
+    rise = float(standard.evaluate(standard.definition("S1002", "wheel"), np.array([-5e-3]))[0])
+    assert inner["flange_height"] == pytest.approx(usual["flange_height"] - rise, abs=1e-8)
+
+
+def test_the_story_of_a_file_is_told(capsys):
+    text = printed(capsys, LEFT)
+    for part in (
+        "MiniProf",
+        "70 mm subtracted (header)",
+        "order reversed",
+        "CarNo 1",
+        "AxleNo 2",
+        "536 over",
+    ):
+        assert part in text
+    text = printed(capsys, "S1002")
+    assert "source" in text
+    assert "certainty" in text
+
+
+def test_limits_depend_on_the_diameter(capsys):
+    def sd_minimum(*flags):
+        found = told(capsys, RIGHT, *flags)["judgements"]
+        return next(each for each in found if (each["measure"], each["bound"]) == ("flange_thickness", "min"))
+
+    assert sd_minimum()["limit"] is None
+    assert "diameter" in sd_minimum()["reason"]
+    assert sd_minimum("--diameter-mm", "900")["limit"] == pytest.approx(22e-3)
+    assert sd_minimum("--wheel-radius-mm", "400")["limit"] == pytest.approx(25e-3)
+    assert "state --diameter-mm" in printed(capsys, RIGHT)
+
+
+def test_a_wheelset_is_judged_by_its_stated_distance(capsys):
+    text = printed(capsys, RIGHT, "--diameter-mm", "900", "--flange-back-mm", "1350")
+    (line,) = [line for line in text.splitlines() if "flange backs AR" in line and "EXCEEDED" in line]
+    assert "EXCEEDED by 7.000" in line
+    nothing_stated = told(capsys, RIGHT)
+    assert nothing_stated["measures"]["back_to_back"] is None
+    assert not any(each["measure"] == "back_to_back" for each in nothing_stated["judgements"])
+
+
+def test_own_limits(tmp_path, capsys):
+    file = tmp_path / "strict.toml"
+    file.write_text(
+        'title = "strict"\nsource = "house rule"\ncertainty = "made up"\n'
+        '[[limit]]\nmeasure = "flange_height"\nmax_mm = 29\n'
+    )
+    text = printed(capsys, RIGHT, "--limits", str(file))
+    assert "EXCEEDED by 0.601" in text
+    assert "house rule" in text
+    assert "made up" in text
+
+
+def test_left_and_right_that_differ(capsys):
+    value = told(capsys, RIGHT, "--left", LEFT, "--flange-back-mm", "1360")
+    right, left = value["measures"], value["left_measures"]
+    assert left["flange_height"] - right["flange_height"] == pytest.approx(0.5e-3, abs=0.01e-3)  # as made
+    front = 1.360 + right["flange_thickness"] + left["flange_thickness"]
+    assert right["front_to_front"] == pytest.approx(front, abs=1e-12)
+    shifts = [each["shift"] for each in value["running"]["rolling_radius_difference"]]
+    assert min(shifts) == pytest.approx(-6e-3)
+
+
+def test_a_diameter_difference_shifts_the_radius_difference(capsys):
+    usual = told(capsys, "S1002")["running"]["rolling_radius_difference"]
+    flags = ("--diameter-mm", "900", "--left-diameter-mm", "899")
+    other = told(capsys, "S1002", *flags)
+    more = {round(each["shift"], 6): each["value"] for each in other["running"]["rolling_radius_difference"]}
+    for each in usual:
+        assert more[round(each["shift"], 6)] == pytest.approx(each["value"] + 0.5e-3, abs=1e-9)
+    assert other["measures"]["wheel_diameter_difference"] == pytest.approx(1e-3)
+
+
+def test_wear_against_the_new_wheel(capsys):
+    """Tread 1.6 mm deep as made; noise of 3 um and the fit leave less than 10 um."""
+    value = told(capsys, RIGHT, "--against", "S1002")
+    against = value["against"]
+    assert against["alignment"]["rule"] == "best_fit"
+    assert against["max_wear_depth"] == pytest.approx(1.6e-3, abs=0.01e-3)
+    assert sum(against["zone_areas"].values()) == pytest.approx(against["worn_area"], rel=1e-9)
+    assert against["measures"]["flange_height"] == pytest.approx(28e-3, abs=1e-7)
+    text = printed(capsys, RIGHT, "--against", "S1002", "--align", "flange_tip")
+    assert "flange_tip:" in text
+    assert "+1.6" in text  # Sh, worn minus new
+
+
+def test_a_measured_rail_is_compared_as_it_stands_in_the_track(capsys):
+    """Gauge corner 2.4 mm and top 1.2 mm as made, noise 5 um; both overlap a little."""
+    against = told(capsys, RAIL, "--against", "60E1")["against"]
+    assert against["alignment"]["rule"] == "none"
+    assert against["max_wear_depth"] == pytest.approx(2.4e-3, abs=0.06e-3)
+
+
+def test_nothing_is_worn_off_itself(capsys):
+    """As measured to rounding; the fit itself stops at steps far below the noise of 3 um."""
+    for rule, depth in (("none", 1e-15), ("best_fit", 0.1e-6)):
+        against = told(capsys, RIGHT, "--against", RIGHT, "--align", rule)["against"]
+        assert abs(against["max_wear_depth"]) <= depth
+        assert abs(against["worn_area"]) <= depth * 0.165
+
+
+def test_smoothing_is_told_and_takes_the_noise_out(capsys):
+    text = printed(capsys, RIGHT, "--smooth-mm", "4")
+    assert "waves shorter than 4 mm taken out" in text
+    rough, smooth = (
+        told(capsys, RIGHT, "--against", "S1002", *flags) for flags in ((), ("--smooth-mm", "6"))
+    )
+    assert smooth["against"]["alignment"]["rms"] < rough["against"]["alignment"]["rms"]
+    assert "waves" not in printed(capsys, "S1002", "--smooth-mm", "4")  # a definition has no noise
+
+
+@pytest.mark.parametrize(("format", "wheel", "rail"), [
+    ("two-column", ".csv", ".csv"), ("miniprof", ".whl", ".ban"), ("simpack", ".prw", ".prr"),
+])  # fmt: skip
+def test_conversion_gives_the_same_bits(format, wheel, rail, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for name, extension, kind in ((RIGHT, wheel, "wheel"), (RAIL, rail, "rail"), ("60E1", rail, "rail")):
+        before = standard.definition(name, "rail") if name == "60E1" else read_profile(name, kind).profile
+        text = printed(capsys, name, "--convert", format)
+        target = Path(f"{before.name}{extension}")
+        assert f"wrote {target} ({format}" in text
+        assert "read back with the same bits" in text
+        after = read_profile(target, kind).profile
+        y, z = standard.sample(before, 0.25e-3) if name == "60E1" else (before.y, before.z)
+        np.testing.assert_array_equal(after.y, y)
+        np.testing.assert_array_equal(after.z, z)
+
+
+def test_nothing_is_overwritten_unasked(tmp_path, capsys):
+    target = tmp_path / "wheel.whl"
+    target.write_text("precious")
+    table = tmp_path / "table.csv"
+    table.write_text("precious")
+    faults = refused(capsys, RIGHT, "--convert", "miniprof", "--out", str(target), "--csv", str(table))
+    assert len(faults) == 2
+    assert all("exists already" in fault and "--overwrite" in fault for fault in faults)
+    assert {target.read_text(), table.read_text()} == {"precious"}
+    printed(capsys, RIGHT, "--convert", "miniprof", "--out", str(target), "--overwrite")
+    assert read_profile(target, "wheel").format == "miniprof"
+
+
+def test_csv_of_points_and_of_wear(tmp_path, capsys):
+    file = tmp_path / "points.csv"
+    printed(capsys, "S1002", "--csv", str(file))
+    rows = list(csv.DictReader(io.StringIO(file.read_text())))
+    assert list(rows[0]) == ["arc_length_mm", "y_mm", "z_mm"]
+    assert float(rows[0]["y_mm"]) == pytest.approx(-70.0)
+    text = printed(capsys, RIGHT, "--against", "S1002", "--csv", "-")
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert list(rows[0]) == ["arc_length_mm", "y_mm", "z_mm", "depth_mm"]
+    assert max(float(row["depth_mm"]) for row in rows) == pytest.approx(1.6, abs=0.01)
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_plot(ending, tmp_path, capsys):
+    file = tmp_path / f"figure.{ending}"
+    text = printed(capsys, RIGHT, "--against", "S1002", "--plot", str(file))
+    assert f"wrote {file}" in text
+    start = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending]
+    assert file.read_bytes().startswith(start)
+
+
+# Each file whose kind or axes nobody can tell names the flags of this command that settle it.
+def test_statements_act_on_the_file(tmp_path, capsys):
+    wheel = standard.wheel("S1002")
+    file = tmp_path / "odd.csv"
+    np.savetxt(file, np.column_stack((-wheel.y, -wheel.z)) / 0.0254, delimiter=",", fmt="%.9f")
+    assert told(capsys, str(file))["measures"]["flange_height"] == pytest.approx(28e-3, abs=1e-7)
+    flags = ("--kind", "wheel", "--units", "in", "--mirror", "--z-up", "--origin", "tape")
+    value = told(capsys, str(file), *flags, "--format", "two-column")
+    assert value["measures"]["flange_height"] == pytest.approx(28e-3, abs=1e-7)
+    assert any("as stated" in note for note in value["profile"]["notes"])
+    assert refused(capsys, str(file), "--no-mirror")
+    assert refused(capsys, str(file), "--z-down")
+    assert refused(capsys, str(file), "--units", "m")
+
+
+def test_kind_is_told_by_content_or_asked_for(tmp_path, capsys):
+    for name, kind in (("S1002", "wheel"), ("60E1", "rail")):
+        shape = standard.definition(name, kind)
+        file = tmp_path / f"{name}.txt"
+        np.savetxt(file, np.column_stack(standard.sample(shape, 0.25e-3)) * 1e3, fmt="%.6f")
+        value = told(capsys, str(file))["profile"]
+        assert value["kind"] == kind
+        assert any("told by" in note for note in value["notes"])
+    flat = tmp_path / "tread.txt"  # a tread without a flange might be a wide rail
+    y = np.linspace(-65.0, 65.0, 300)
+    np.savetxt(flat, np.column_stack((y, 20.0 * (y / 65.0) ** 2)))
+    (fault,) = refused(capsys, str(flat))
+    assert "--kind wheel" in fault
+    assert "--kind rail" in fault
+
+
+def test_own_comment_tells_the_kind(tmp_path, capsys):
+    file = tmp_path / "disc.csv"
+    write_profile(standard.wheel("S1002"), file, "two-column")
+    value = told(capsys, str(file))["profile"]
+    assert (value["kind"], value["notes"][0]) == ("wheel", "a wheel, told by its first comment")
+
+
+def test_all_faults_at_once(capsys):
+    faults = refused(
+        capsys, "no.whl", "--against", "no.prw", "--left", "no.csv", "--rail", "61E1", "--level-mm", "ten",
+        "--gauge-mm", "1,435", "--inclination", "5", "--mirror", "--no-mirror", "--units", "ft",
+        "--align", "eye", "--plot", "x.jpg", "--out", "y.whl", "--diameter-mm", "900", "--wheel-radius-mm", "450",
+        "--slice", "0",
+        "--limits", "none", "--format", "xls", "--kind", "wheel",
+    )  # fmt: skip
+    text = "\n".join(faults)
+    for part in ("no.whl", "no.prw", "no.csv", "61E1", "--level-mm", "--gauge-mm", "--inclination",
+                 "--mirror", "--units", "--align", "--plot", "--out", "--diameter-mm", "--slice", "--limits",
+                 "--format"):  # fmt: skip
+        assert part in text, part
+    assert len(faults) == len(set(faults))
+
+
+FAULTS = {
+    "nothing": ([], "--fleet DIR"),
+    "unknown": (["S1003"], "did you mean 'S1002'"),
+    "two of them": (["S1002", "--fleet", "."], "exclude each other"),
+    "folder": (["."], "--fleet ."),
+    "statement on a name": (["S1002", "--mirror"], "statement on a file"),
+    "rail measured": (["60E1", "--level-mm", "9"], "belongs to wheels"),
+    "rail on rail": (["60E1", "--rail", "60E2"], "--wheel"),
+    "wheel on wheel": (["S1002", "--wheel", "EPS"], "--rail"),
+    "rail against wheel": (["60E1", "--against", "S1002"], "a rail is needed"),
+    "align alone": (["S1002", "--align", "none"], "--against"),
+    "out alone": (["S1002", "--out", "x.whl"], "--convert"),
+    "overwrite alone": (["S1002", "--overwrite"], "--convert or --csv"),
+    "wrong extension": (["S1002", "--convert", "miniprof", "--out", "x.ban"], "extension of a rail"),
+    "json and csv": (["S1002", "--json", "--csv", "-"], "exclude each other"),
+    "left diameter alone": (["S1002", "--left-diameter-mm", "900"], "--diameter-mm"),
+    "kind": (["S1002", "--kind", "roller"], "wheel or rail"),
+    "other kind": (["S1002", "--kind", "rail"], "a rail is needed"),
+    "no such folder": (["S1002", "--plot", "nowhere/x.png"], "does not exist"),
+    "same file": (["S1002", "--plot", "x.png", "--csv", "x.png"], "same file"),
+    "empty name": ([" "], "must not be empty"),
+    "zero byte": (["a\0b"], "zero bytes"),
+    "parameter": (["S1002/h99"], "28, 30, 32"),
+    "part of one": ([RIGHT, "--part", "2"], "--part"),
+    "slice of one": ([RIGHT, "--slice", "2"], "--slice"),
+    "long waves": ([RIGHT, "--smooth-mm", "40"], "tenth"),
+}
+
+
+@pytest.mark.parametrize("case", FAULTS)
+def test_a_fault_is_one_line_with_the_way_out(case, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words, part = FAULTS[case]
+    (fault,) = refused(capsys, *words)
+    assert part in fault
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_faults_of_a_file_have_their_lines(tmp_path, capsys):
+    file = tmp_path / "cut.whl"
+    text = Path(RIGHT).read_text().replace("XYPoints=536", "XYPoints=534").splitlines()
+    text[99], text[199] = "3.5 x", "nan 4"
+    file.write_text("\n".join(text))
+    faults = refused(capsys, str(file))
+    assert [fault.split(": ")[0] for fault in faults] == [f"{file}:100", f"{file}:200"]
+
+
+CONTENTS = {
+    "empty": b"",
+    "one point": b"1,2\n",
+    "bytes": bytes(range(256)) * 30,
+    "cut": Path(RIGHT).read_bytes()[:3000],
+    "joined": Path(RIGHT).read_bytes() + Path(RIGHT).read_bytes(),
+    "shuffled": b"\n".join(b"%d %d" % (k * 7919 % 135 - 70, k * 104729 % 28) for k in range(300)),
+    "huge numbers": b"\n".join(b"%de300 1e300" % k for k in range(100)),
+    "same point": b"1 1\n" * 500,
+    "line": b"\n".join(b"%d 0" % k for k in range(-70, 66)),
+    "latin-1": Path(RIGHT).read_bytes().replace(b"Example", b"Stra\xdfe"),
+    "html": b"<html><body>not found</body></html>" * 20,
+}
+
+
+@pytest.mark.parametrize("case", CONTENTS)
+@pytest.mark.parametrize("flags", [[], ["--kind", "wheel"], ["--against", "S1002", "--json"]])
+def test_hostile_files_end_in_a_line_or_an_answer(case, flags, tmp_path, capsys):
+    file = tmp_path / ("x.whl" if case in ("cut", "joined", "latin-1") else "x.txt")
+    file.write_bytes(CONTENTS[case])
+    code = main(["profile", str(file), *flags])
+    captured = capsys.readouterr()
+    assert code == (0 if case == "latin-1" else 2)
+    assert bool(captured.out) == (code == 0)
+    assert "internal error" not in captured.err
+
+
+NUMBER = st.one_of(st.floats(-200.0, 200.0), st.floats()).map(lambda x: f"{x:.4g}")
+POINTS = st.lists(st.tuples(NUMBER, NUMBER), max_size=60).map(lambda rows: "\n".join(map(",".join, rows)))
+SHAPE = np.column_stack(standard.sample(standard.definition("S1002", "wheel"), 2e-3)) * 1e3
+
+
+@st.composite
+def spoilt(draw):
+    """A good wheel with some points moved, repeated or taken out."""
+    points = SHAPE.copy()
+    for _ in range(draw(st.integers(0, 4))):
+        k = draw(st.integers(0, len(points) - 1))
+        points[k] += draw(st.tuples(st.floats(-40.0, 40.0), st.floats(-40.0, 40.0)))
+    first = draw(st.integers(0, len(points) - 1))
+    points = points[first : first + draw(st.integers(1, len(points)))] if draw(st.booleans()) else points
+    scale = draw(st.sampled_from([1.0, 1e-3, 0.1, 1 / 25.4, -1.0]))
+    return "\n".join(
+        f"{y:.6g} {z:.6g}" for y, z in points * [scale, draw(st.sampled_from([1.0, -1.0])) * scale]
+    )
+
+
+@pytest.mark.parametrize("flags", [[], ["--kind", "wheel", "--against", "S1002"], ["--kind", "rail"]])
+@given(text=st.one_of(st.text(max_size=300), POINTS, spoilt()))
+@settings(
+    max_examples=60,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+def test_any_text_ends_in_a_line_or_an_answer(flags, text, tmp_path, capsys):
+    file = tmp_path / "any.txt"
+    file.write_text(text, encoding="utf-8", newline="")
+    code = main(["profile", str(file), *flags, "--json"])
+    captured = capsys.readouterr()
+    assert code in (0, 2)
+    assert "Traceback" not in captured.err
+    assert "internal error" not in captured.err
+    if code == 0:
+        assert "NaN" not in captured.out
+        json.loads(captured.out)
+    else:
+        assert captured.err.strip()
+
+
+def test_a_definition_of_the_user_is_a_profile(tmp_path, capsys):
+    shutil.copy(standard.shipped_path("profiles", "S1002.toml"), tmp_path / "mine.toml")
+    assert told(capsys, str(tmp_path / "mine.toml"))["measures"] == told(capsys, "S1002")["measures"]
