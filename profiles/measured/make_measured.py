@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from wearsim.profile.best_fit import prolonged
 from wearsim.profile.placement import place_rail
 from wearsim.profile.shape import Profile, resample
 from wearsim.profile.standard import rail, wheel
@@ -24,7 +25,7 @@ MADE = "made by make_measured.py of wearsim, not measured; wear and noise are in
 
 @dataclass(frozen=True)
 class Bell:
-    """Wear around one place: depth * exp(-|(y - centre)/half_width|^power).
+    """Wear around one place: depth * exp(-|(at - centre)/half_width|^power), at the lateral position or depth.
 
     Parameters
     ----------
@@ -32,16 +33,21 @@ class Bell:
         In mm; the depth along the inward normal.
     power : int
         2 for a groove, 4 and more for an even band.
+    down : bool
+        Whether the place is a height z on the gauge side of a rail, not a lateral position.
     """
 
     depth: float
     centre: float
     half_width: float
     power: int = 2
+    down: bool = False
 
-    def __call__(self, y: FloatArray) -> FloatArray:
-        """Return the depth [m] at y [m]."""
-        return 1e-3 * self.depth * np.exp(-(np.abs((1e3 * y - self.centre) / self.half_width) ** self.power))
+    def __call__(self, y: FloatArray, z: FloatArray) -> FloatArray:
+        """Return the depth [m] at points [m]."""
+        away = (1e3 * (z if self.down else y) - self.centre) / self.half_width
+        depth = 1e-3 * self.depth * np.exp(-(np.abs(away) ** self.power))
+        return np.where(y < 0.0, depth, 0.0) if self.down else depth
 
 
 def worn(new: Profile, wear: tuple[Bell, ...], noise: float, length: float, seed: int) -> Profile:
@@ -72,7 +78,7 @@ def worn(new: Profile, wear: tuple[Bell, ...], noise: float, length: float, seed
     inward = -1.0 if new.kind == "wheel" else 1.0
     normal_y, normal_z = -inward * z_along / step, inward * y_along / step
     rough = gaussian_filter1d(np.random.default_rng(seed).standard_normal(len(even.y)), length / SPACING)
-    depth = sum((bell(even.y) for bell in wear), start=np.zeros(len(even.y)))
+    depth = sum((bell(even.y, even.z) for bell in wear), start=np.zeros(len(even.y)))
     depth = depth + noise * rough / np.sqrt(np.mean(rough**2))
     return Profile(new.name, new.kind, even.y + normal_y * depth, even.z + normal_z * depth, MADE)
 
@@ -128,10 +134,11 @@ def make(folder: Path) -> list[Path]:
     light = worn(new, (Bell(0.4, 0.0, 20.0, 4), Bell(0.2, -37.5, 4.0)), 2e-6, 0.6e-3, 3)
     upright = rail("60E1", 0.0, 1.435, 0.750)
     # the field side is measured less far down than the gauge side
-    inner = (upright.z < 22e-3) & ((upright.y < upright.y.mean()) | (upright.z < 9e-3))
-    short = Profile("60E1", "rail", upright.y[inner], upright.z[inner])
+    deep = prolonged(upright)
+    inner = (deep.z < 30e-3) & ((deep.y < 0.0) | (deep.z < 13e-3))
+    short = Profile("60E1", "rail", deep.y[inner], deep.z[inner])
     placed = place_rail(short, 1.0 / 40.0, 1.435, 0.750)
-    outer = worn(placed, (Bell(1.2, 4.0, 26.0, 4), Bell(2.4, -31.0, 6.5)), 5e-6, 0.5e-3, 4)
+    outer = worn(placed, (Bell(1.2, 4.0, 20.0, 4), Bell(2.4, 5.0, 4.5, down=True)), 5e-6, 0.5e-3, 4)
     texts = {
         "wheel_worn_right.whl": miniprof(
             1e3 * right.y + 70.0,
