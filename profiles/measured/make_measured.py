@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
+from scipy.special import expit
 
 from wearsim.profile.best_fit import prolonged
 from wearsim.profile.placement import place_rail
@@ -25,7 +26,7 @@ MADE = "made by make_measured.py of wearsim, not measured; wear and noise are in
 
 @dataclass(frozen=True)
 class Bell:
-    """Wear around one place: depth * exp(-|(at - centre)/half_width|^power), at the lateral position or depth.
+    """Wear around one place: depth * exp(-|(at - centre)/half_width|^power).
 
     Parameters
     ----------
@@ -34,7 +35,8 @@ class Bell:
     power : int
         2 for a groove, 4 and more for an even band.
     down : bool
-        Whether the place is a height z on the gauge side of a rail, not a lateral position.
+        Whether the place is a height z, and the wear that of the gauge corner of a rail, instead of a lateral
+        position.
     """
 
     depth: float
@@ -47,7 +49,7 @@ class Bell:
         """Return the depth [m] at points [m]."""
         away = (1e3 * (z if self.down else y) - self.centre) / self.half_width
         depth = 1e-3 * self.depth * np.exp(-(np.abs(away) ** self.power))
-        return np.where(y < 0.0, depth, 0.0) if self.down else depth
+        return depth * expit(-(1e3 * y + 20.0) / 2.0) if self.down else depth
 
 
 def worn(new: Profile, wear: tuple[Bell, ...], noise: float, length: float, seed: int) -> Profile:
