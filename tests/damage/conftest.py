@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from wearsim.contact.patch import SurfaceFields
+from wearsim.damage.fatigue import PatchLoads
 
 
 @pytest.fixture
@@ -33,5 +34,35 @@ def patches():
         )
         area = (fields.cell_length.sum(axis=1) * nx) * fields.strip_width
         return fields, area
+
+    return make
+
+
+@pytest.fixture
+def loads(patches):
+    """Make the loads of the same three patches; the last one neither slips nor creeps."""
+
+    def make(peak):
+        fields, area = patches(peak)
+        cell_area = (fields.cell_length * fields.strip_width[:, None])[:, None, :]
+        normal = (fields.pressure * cell_area).sum(axis=(1, 2))
+        force_x = (fields.shear_x * cell_area).sum(axis=(1, 2))
+        work = fields.strip_work.sum(axis=1) * fields.strip_width
+        spinning = 0.25 * work  # a quarter of the work is that of spin
+        strips = fields.cell_length.shape[1]
+        across = (np.arange(strips) - 0.5 * (strips - 1))[None] * fields.strip_width[:, None]
+        return PatchLoads(
+            normal_force=normal,
+            force_x=force_x,
+            force_y=np.zeros(3),
+            spin_moment=np.array([-2.0, 2.0, 0.0]),
+            creepage_x=-(work - spinning) / force_x,
+            creepage_y=np.zeros(3),
+            spin=np.array([0.5, -0.5, 0.0]) * spinning,
+            max_pressure=fields.pressure.max(axis=(1, 2)),
+            area=area,
+            y=across,
+            fields=fields,
+        )
 
     return make

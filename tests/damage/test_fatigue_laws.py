@@ -1,0 +1,213 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wearsim.damage.coefficients import CERTAINTIES, FATIGUE_SETS
+from wearsim.damage.fatigue import (
+    DEFAULT_COEFFICIENTS,
+    FATIGUE_LAWS,
+    INDEX_UNITS,
+    FatigueSettings,
+    acting_coefficients,
+    damage_at_points,
+    default_settings,
+    passage_damage,
+    passage_damages,
+)
+from wearsim.damage.fatigue.loads import (
+    WEAR_NUMBERS,
+    wear_number_with_spin,
+    wear_number_without_spin,
+    work_share,
+)
+from wearsim.errors import NumericalError, SceneError
+
+MADE_FOR = [
+    FatigueSettings(law, name, wear_number=number, branch=branch, crack_depth=depth)
+    for name, found in sorted(FATIGUE_SETS.items())
+    for law in found.laws
+    for number in (("with_spin", "without_spin") if law == "wlrm" else ("without_spin",))
+    for branch, depth in ((("net", None), ("rising", 5e-3)) if law == "wlrm" else (("net", None),))
+]
+NAMES = [f"{each.law}-{each.coefficients}-{each.wear_number}-{each.branch}" for each in MADE_FOR]
+
+
+def turned(loads):
+    """Return the loads of the other wheel."""
+    fields = loads.fields
+    return replace(
+        loads,
+        force_y=-loads.force_y,
+        creepage_y=-loads.creepage_y,
+        spin=-loads.spin,
+        spin_moment=-loads.spin_moment,
+        y=-loads.y[:, ::-1],
+        fields=replace(
+            fields,
+            **{
+                name: getattr(fields, name)[..., ::-1]
+                for name in ("pressure", "shear_x", "slip_x", "work_density", "x_lead", "cell_length")
+            },
+            **{name: -getattr(fields, name)[..., ::-1] for name in ("shear_y", "slip_y")},
+        ),
+    )
+
+
+def part(loads, m):
+    def one(values):
+        return {key: value[m : m + 1] for key, value in values.items()}
+
+    values = dict(vars(loads))
+    fields = values.pop("fields")
+    return replace(loads, **one(values), fields=replace(fields, **one(vars(fields))))
+
+
+@pytest.mark.parametrize("settings", MADE_FOR, ids=NAMES)
+@pytest.mark.parametrize("peak", [0.0, 1e6, 5e6, 200e6])
+def test_fatigue_law_contract(settings, peak, loads):
+    given = loads(peak)
+    found = passage_damage(given, settings)
+    m, ny = given.y.shape
+    assert found.index.shape == found.index_y.shape == found.damage.shape == (m,)
+    assert found.strip_damage.shape == (m, ny)
+    width = given.fields.strip_width
+    # shared, not made: 1e-12 of the damage of the passage
+    total = found.strip_damage.sum(axis=1) * width
+    np.testing.assert_allclose(total, found.damage, rtol=1e-12, atol=1e-25)
+    assert (np.abs(found.index_y) <= np.abs(given.y).max(axis=1)).all()
+    assert "floor" not in acting_coefficients(settings).values or (found.damage >= 0.0).all()
+    may_heal = settings.law == "wlrm" and settings.branch == "net"
+    assert may_heal or (found.strip_damage >= 0.0).all()
+    assert (np.sign(found.strip_damage) * np.sign(found.damage)[:, None] >= 0.0).all()
+    mirrored = passage_damage(turned(given), settings)
+    np.testing.assert_allclose(mirrored.strip_damage[:, ::-1], found.strip_damage, rtol=1e-12)
+    np.testing.assert_allclose(mirrored.index, found.index, rtol=1e-12)
+    for k in range(m):
+        alone = passage_damage(part(given, k), settings)
+        np.testing.assert_allclose(alone.strip_damage[0], found.strip_damage[k], rtol=1e-12)
+
+
+@pytest.mark.parametrize("settings", MADE_FOR, ids=NAMES)
+def test_no_shear_no_damage(settings, loads):
+    given = loads(0.0)
+    fields = replace(given.fields, shear_x=0 * given.fields.shear_x, slip_x=given.fields.slip_x + 1e-3)
+    found = passage_damage(replace(given, force_x=np.zeros(3), fields=fields), settings)
+    assert not found.damage.any()
+    assert not found.strip_damage.any()
+
+
+@pytest.mark.parametrize("settings", MADE_FOR, ids=NAMES)
+@pytest.mark.parametrize("name", ["pressure", "shear_x", "work_density"])
+def test_fatigue_fields_that_are_not_finite_are_stopped(settings, name, loads):
+    given = loads(5e6)
+    getattr(given.fields, name)[1, 9, 9] = np.nan
+    with pytest.raises(NumericalError, match=r"in 1 of 3 patches \(first: 1\)"):
+        passage_damage(given, settings)
+
+
+def test_a_patch_without_load_is_stopped(loads):
+    given = loads(5e6)
+    with pytest.raises(NumericalError, match="carry no load"):
+        passage_damage(replace(given, normal_force=np.array([1.0, 0.0, 1.0])), FatigueSettings())
+
+
+def test_every_law_has_a_set_and_a_unit():
+    assert set(DEFAULT_COEFFICIENTS) == set(INDEX_UNITS) == set(FATIGUE_LAWS)
+    assert {each.law for each in MADE_FOR} == set(FATIGUE_LAWS)
+    for law in FATIGUE_LAWS:
+        assert acting_coefficients(default_settings(law)).name == DEFAULT_COEFFICIENTS[law]
+
+
+@pytest.mark.parametrize("name", sorted(FATIGUE_SETS))
+def test_fatigue_set_cites(name):
+    found = FATIGUE_SETS[name]
+    assert found.name == name
+    assert found.laws
+    assert set(found.laws) <= set(FATIGUE_LAWS)
+    assert found.source
+    assert found.validity
+    for value in found.values.values():
+        assert value.unit
+        assert value.place
+        assert value.certainty in set(CERTAINTIES) - {"given"}
+        if value.limits is not None:
+            assert value.limits[0] <= value.value <= value.limits[1]
+
+
+def test_wear_numbers_with_and_without_spin(loads):
+    """The fixture puts a quarter of the work into spin: 1e-12."""
+    given = loads(5e6)
+    work = given.fields.strip_work.sum(axis=1) * given.fields.strip_width
+    np.testing.assert_allclose(wear_number_with_spin(given), work, rtol=1e-12)
+    np.testing.assert_allclose(wear_number_without_spin(given), 0.75 * work, rtol=1e-12)
+    assert set(WEAR_NUMBERS) == {"with_spin", "without_spin"}
+
+
+def test_classical_wear_number_adds_magnitudes(loads):
+    """A lateral force along its creepage (spin does that) counts as work in the classical sum only."""
+    given = replace(loads(1e6), force_y=np.full(3, 1e3), creepage_y=np.full(3, 2e-3))
+    without = loads(1e6)
+    np.testing.assert_allclose(
+        wear_number_without_spin(given) - wear_number_without_spin(without), 2.0, rtol=1e-12
+    )
+    difference = wear_number_with_spin(without) - wear_number_with_spin(given)
+    assert difference[:2] == pytest.approx([2.0, 2.0])
+
+
+def test_share_is_that_of_the_work_and_of_the_load_where_nothing_slips(loads):
+    given = loads(5e6)
+    share = work_share(given)
+    np.testing.assert_allclose((share.sum(axis=1) * given.fields.strip_width), 1.0, rtol=1e-12)
+    work = given.fields.strip_work
+    np.testing.assert_allclose(share[0] / share[0].max(), work[0] / work[0].max(), rtol=1e-12)
+    load = given.fields.cell_length[2]
+    np.testing.assert_allclose(share[2] / share[2].max(), load / load.max(), rtol=1e-12)
+
+
+def refused(settings):
+    with pytest.raises(SceneError) as caught:
+        acting_coefficients(settings)
+    return str(caught.value).splitlines()
+
+
+def test_removal_of_cracks_is_never_counted_twice_nor_forgotten():
+    told = refused(default_settings("wlrm", crack_depth=5e-3))
+    assert len(told) == 1
+    assert "both would count wear twice" in told[0]
+    assert "needs the removal" in refused(default_settings("wlrm", branch="rising"))[0]
+    assert acting_coefficients(default_settings("wlrm"))
+    assert acting_coefficients(default_settings("wlrm", branch="rising", crack_depth=5e-3))
+    both = refused(default_settings("stress_index", branch="rising", crack_depth=5e-3))
+    assert both[0] == 'branch = "rising" acts with law = "wlrm" only; delete it'
+    assert "orders passages" in both[1]
+
+
+def test_all_faults_of_fatigue_settings():
+    told = refused(FatigueSettings("wlmr", "burstow", "spin", "fall", 1.0, 1.0))
+    assert [line.split(" is unknown")[0] for line in told[:4]] == [
+        'fatigue law "wlmr"',
+        'wear_number "spin"',
+        'branch "fall"',
+        'coefficient set of fatigue laws "burstow"',
+    ]
+    assert told[4] == "crack_depth = 1000 mm must be from 0.001 to 100 mm"
+    assert told[5] == "crack_width = 1000 mm must be from 0.1 to 200 mm"
+    other = refused(default_settings("wlrm", coefficients="dirks_enblom_2011"))
+    assert other == [
+        'coefficients = "dirks_enblom_2011" belong to stress_index, not to law = "wlrm"; '
+        "take burstow_2004, burstow_2004_20n"
+    ]
+    with pytest.raises(SceneError, match='did you mean "wlrm"'):
+        default_settings("wlmr")
+
+
+def test_several_fatigue_laws_on_the_same_loads(loads):
+    given = loads(20e6)
+    settings = [default_settings(law) for law in sorted(FATIGUE_LAWS)]
+    for one, found in zip(settings, passage_damages(given, settings), strict=True):
+        assert (found.strip_damage == passage_damage(given, one).strip_damage).all()
+
+
+def test_damage_at_points_counts_a_stated_width():
+    assert damage_at_points(np.array([2.0]), default_settings("wlrm", crack_width=8e-3)) == [0.016]

@@ -1,0 +1,138 @@
+r"""Wear against fatigue: the wear rate at which cracks just do not grow, and what ends a wheel's life first.
+
+A crack that grows by :math:`g` along a plane at the angle :math:`\theta` to the surface in each passage
+loses :math:`\Delta z/\sin\theta` of its length to wear of the depth :math:`\Delta z` [1]_: it does not grow
+where :math:`\Delta z = g \sin\theta`, the "magic wear rate". With damage in place of length, damage 1
+standing for a crack of a stated depth h, wear removes :math:`\Delta z/h`, and the balance is at
+:math:`\Delta z = h\,\Delta D`.
+
+References
+----------
+.. [1] B. Dirks, R. Enblom, A. Ekberg, M. Berg, FFEMS 38 (2015) 1478-1491.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wearsim.contact.patch import FloatArray, IntArray
+
+LIMITED_BY = ("nothing", "wear", "cracks")
+
+
+def crack_growth(growth: FloatArray, wear: FloatArray, angle: float) -> FloatArray:
+    r"""Net growth of a crack, :math:`g - \Delta z / \sin\theta`.
+
+    Parameters
+    ----------
+    growth : (...) array
+        Along its plane, per passage or per metre [m].
+    wear : (...) array
+        Depth in the same time [m].
+    angle : float
+        Of the plane to the surface, above 0 up to a right angle [rad].
+
+    Returns
+    -------
+    (...) array
+        Negative where wear is faster [m].
+    """
+    net: FloatArray = growth - wear / np.sin(angle)
+    return net
+
+
+def balanced_wear(growth: FloatArray, angle: float) -> FloatArray:
+    r"""Wear at which a crack just does not grow, :math:`g \sin\theta`.
+
+    Parameters
+    ----------
+    growth, angle
+        As in `crack_growth`.
+
+    Returns
+    -------
+    (...) array
+        Depth in the same time [m].
+    """
+    wear: FloatArray = growth * np.sin(angle)
+    return wear
+
+
+def damage_after(damage: FloatArray, added: FloatArray, worn: FloatArray, crack_depth: float) -> FloatArray:
+    r"""Damage after a step of constant rates, :math:`\max(D + \Delta D - \Delta z/h, 0)`.
+
+    Parameters
+    ----------
+    damage : (...) array
+        Before [-].
+    added : (...) array
+        By the rising branch of the law, without removal [-].
+    worn : (...) array
+        Wear depth of the step [m].
+    crack_depth : float
+        h, the depth of a crack of damage 1 [m].
+
+    Returns
+    -------
+    (...) array
+        Exact for constant rates: once at zero it stays there [-].
+    """
+    after: FloatArray = np.maximum(damage + added - worn / crack_depth, 0.0)
+    return after
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Wear against fatigue at each point of a profile.
+
+    Parameters
+    ----------
+    balanced_wear : (...) array
+        Wear rate at which cracks just do not grow [m/m].
+    crack_distance, wear_distance : (...) array
+        Distance to damage 1, and to the wear limit; infinite where it is never met [m].
+    limited_by : (...) int array
+        Index into `LIMITED_BY`: what is met first.
+    """
+
+    balanced_wear: FloatArray
+    crack_distance: FloatArray
+    wear_distance: FloatArray
+    limited_by: IntArray
+
+
+def balance(
+    damage_rate: FloatArray, wear_rate: FloatArray, *, crack_depth: float, wear_limit: float
+) -> Balance:
+    """Tell which of wear and cracks limits the life of each point, from new at constant rates.
+
+    Parameters
+    ----------
+    damage_rate : (...) array
+        Damage per metre run without removal by wear [1/m].
+    wear_rate : (...) array
+        Depth per metre run [m/m].
+    crack_depth : float
+        Depth of a crack of damage 1 [m].
+    wear_limit : float
+        Depth that may wear [m].
+
+    Returns
+    -------
+    Balance
+        Of equal distances wear is told.
+    """
+    grown = damage_rate - wear_rate / crack_depth
+    crack_distance = _distance(1.0, grown)
+    wear_distance = _distance(wear_limit, wear_rate)
+    first = np.where(wear_distance <= crack_distance, 1, 2)
+    limited = np.where(np.isinf(crack_distance) & np.isinf(wear_distance), 0, first)
+    return Balance(damage_rate * crack_depth, crack_distance, wear_distance, limited.astype(np.int64))
+
+
+def _distance(limit: float, rate: FloatArray) -> FloatArray:
+    grows = rate > 0.0
+    distance: FloatArray = np.where(grows, limit / np.where(grows, rate, 1.0), np.inf)
+    return distance

@@ -1,0 +1,129 @@
+"""What fatigue laws take of a contact: resultants and fields of patches, and the wear numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from wearsim.contact.patch import FloatArray, SurfaceFields
+from wearsim.contact.problem import ContactSolution
+from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total
+
+WearNumber = Literal["without_spin", "with_spin"]
+
+
+@dataclass(frozen=True)
+class PatchLoads:
+    """Loads of `m` contact patches.
+
+    Parameters
+    ----------
+    normal_force, force_x, force_y : (m,) array
+        In the contact plane [N].
+    spin_moment : (m,) array
+        About the contact normal [N m].
+    creepage_x, creepage_y : (m,) array
+        [-].
+    spin : (m,) array
+        [1/m].
+    max_pressure : (m,) array
+        [Pa].
+    area : (m,) array
+        [m2].
+    y : (m, ny) array
+        Strip centres in the contact plane, from the pressure-weighted centre to the field side [m].
+    fields : SurfaceFields
+        In the cells.
+    """
+
+    normal_force: FloatArray
+    force_x: FloatArray
+    force_y: FloatArray
+    spin_moment: FloatArray
+    creepage_x: FloatArray
+    creepage_y: FloatArray
+    spin: FloatArray
+    max_pressure: FloatArray
+    area: FloatArray
+    y: FloatArray
+    fields: SurfaceFields
+
+    @property
+    def utilised_friction(self) -> FloatArray:
+        """Shear over normal force of each patch (m,) [-]."""
+        size: FloatArray = np.hypot(self.force_x, self.force_y)
+        return mean_of(size, self.normal_force)
+
+
+def patch_loads(solution: ContactSolution) -> PatchLoads:
+    """Take the loads of all patches from a contact solution.
+
+    Parameters
+    ----------
+    solution : ContactSolution
+        With `m` patches.
+
+    Returns
+    -------
+    PatchLoads
+        Lateral positions in the axes of a right wheel, as the profiles.
+    """
+    return PatchLoads(
+        normal_force=solution.normal_force,
+        force_x=solution.force_x,
+        force_y=solution.force_y,
+        spin_moment=solution.spin_moment,
+        creepage_x=solution.creepage_x,
+        creepage_y=solution.creepage_y,
+        spin=solution.spin,
+        max_pressure=solution.max_pressure,
+        area=solution.area,
+        y=solution.patch.y,
+        fields=solution.fields,
+    )
+
+
+def wear_number_without_spin(loads: PatchLoads) -> FloatArray:
+    r"""Classical wear number :math:`T\gamma = |F_x \xi_x| + |F_y \xi_y|` (m,) [N]."""
+    total: FloatArray = np.abs(loads.force_x * loads.creepage_x) + np.abs(loads.force_y * loads.creepage_y)
+    return total
+
+
+def wear_number_with_spin(loads: PatchLoads) -> FloatArray:
+    r"""Frictional work per metre rolled :math:`-(F_x \xi_x + F_y \xi_y + M \varphi)` (m,), at least 0 [N]."""
+    work = (
+        loads.force_x * loads.creepage_x + loads.force_y * loads.creepage_y + loads.spin_moment * loads.spin
+    )
+    total: FloatArray = np.maximum(-work, 0.0)
+    return total
+
+
+WEAR_NUMBERS: dict[WearNumber, Callable[[PatchLoads], FloatArray]] = {
+    "without_spin": wear_number_without_spin,
+    "with_spin": wear_number_with_spin,
+}
+
+
+def work_share(loads: PatchLoads) -> FloatArray:
+    r"""Share of each patch's damage that falls on each strip, per width.
+
+    Parameters
+    ----------
+    loads : PatchLoads
+        Of `m` patches.
+
+    Returns
+    -------
+    (m, ny) array
+        :math:`e(y) / \int e\,dy` with the frictional work e(y) of the strips; that of the load where
+        nothing slips. Its integral over the width is 1 [1/m].
+    """
+    fields = loads.fields
+    work = np.maximum(fields.strip_work, 0.0)
+    load = along_strips(fields.pressure, fields)
+    slips = patch_total(work, fields)[:, None] > 0.0
+    chosen = np.where(slips, work, load)
+    return mean_of(chosen, patch_total(chosen, fields)[:, None])

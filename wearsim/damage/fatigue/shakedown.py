@@ -1,0 +1,148 @@
+r"""The shakedown map: what repeated rolling and sliding does to a ductile surface.
+
+Utilised friction on the abscissa, :math:`p_0/k` on the ordinate [1]_. For friction of about 0.3 and more
+the limit is :math:`p_0/k = 1/\mu`, where the surface flows; that is the zero of the surface fatigue index.
+For pure rolling the limits are landmarks of the map. Between them we draw a straight line, which is ours
+and not of the source.
+
+References
+----------
+.. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from wearsim.contact.patch import FloatArray
+from wearsim.damage.fatigue.loads import PatchLoads
+
+Contact = Literal["point", "line"]
+
+SURFACE_FLOW_FROM = 0.3
+"""Friction from which flow at the surface is the limit [-]; recalled, about."""
+
+
+@dataclass(frozen=True)
+class Landmarks:
+    """Limits of :math:`p_0/k` in rolling without friction, recalled from the map.
+
+    Parameters
+    ----------
+    first_yield : (float, float)
+        Range as quoted.
+    elastic_shakedown : float
+        Above it plastic strain accumulates.
+    """
+
+    first_yield: tuple[float, float]
+    elastic_shakedown: float
+
+
+LANDMARKS: dict[Contact, Landmarks] = {
+    "point": Landmarks((2.8, 2.8), 4.7),
+    "line": Landmarks((3.1, 3.3), 4.0),
+}
+
+
+@dataclass(frozen=True)
+class Boundary:
+    """A limit curve of the map.
+
+    Parameters
+    ----------
+    friction : (n,) array
+        Utilised friction [-].
+    ratio : (n,) array
+        p0/k [-].
+    label : str
+        What the curve is.
+    certainty : str
+        "derived", "recalled", or "join" for the line between the source's curves.
+    """
+
+    friction: FloatArray
+    ratio: FloatArray
+    label: str
+    certainty: str
+
+
+def shakedown_limit(friction: FloatArray, contact: Contact = "point") -> FloatArray:
+    r"""Limit of :math:`p_0/k` above which the surface or what lies below it ratchets.
+
+    Parameters
+    ----------
+    friction : (...) array
+        Utilised friction, not negative [-].
+    contact : {"point", "line"}
+        Ellipse, or cylinders.
+
+    Returns
+    -------
+    (...) array
+        :math:`1/\mu` from `SURFACE_FLOW_FROM` on; below, a straight line from the landmark of pure
+        rolling, and never above :math:`1/\mu` [-].
+    """
+    start = LANDMARKS[contact].elastic_shakedown
+    end = 1.0 / SURFACE_FLOW_FROM
+    join = start + (end - start) * np.asarray(friction) / SURFACE_FLOW_FROM
+    flow = 1.0 / np.maximum(friction, 1e-12)
+    limit: FloatArray = np.where(np.asarray(friction) >= SURFACE_FLOW_FROM, flow, np.minimum(join, flow))
+    return limit
+
+
+def boundaries(
+    contact: Contact = "point", most_friction: float = 0.6, count: int = 61
+) -> tuple[Boundary, ...]:
+    """Return the curves of the map, ready to draw.
+
+    Parameters
+    ----------
+    contact : {"point", "line"}
+        Ellipse, or cylinders.
+    most_friction : float
+        Right end of the map, above `SURFACE_FLOW_FROM` [-].
+    count : int
+        Points of each curve.
+
+    Returns
+    -------
+    tuple of Boundary
+        Flow at the surface, the join below it, and first yield in pure rolling.
+    """
+    flow = np.linspace(SURFACE_FLOW_FROM, most_friction, count)
+    join = np.linspace(0.0, SURFACE_FLOW_FROM, count)
+    marks = LANDMARKS[contact]
+    return (
+        Boundary(flow, 1.0 / flow, "surface flow, p0/k = 1/mu", "recalled"),
+        Boundary(join, shakedown_limit(join, contact), "elastic shakedown, a straight join", "join"),
+        Boundary(
+            np.zeros(2),
+            np.array(marks.first_yield),
+            "first yield in pure rolling",
+            "recalled",
+        ),
+    )
+
+
+def map_points(loads: PatchLoads, shear_yield: float) -> tuple[FloatArray, FloatArray]:
+    """Place patches in the map.
+
+    Parameters
+    ----------
+    loads : PatchLoads
+        Of `m` patches.
+    shear_yield : float
+        k [Pa].
+
+    Returns
+    -------
+    friction : (m,) array
+        Utilised friction [-].
+    ratio : (m,) array
+        Largest pressure over k [-].
+    """
+    return loads.utilised_friction, loads.max_pressure / shear_yield

@@ -1,0 +1,52 @@
+r"""Stress index: the largest local shear stress above the yield stress in shear.
+
+Index of the patch :math:`\max |\tau| - k` over its cells [1]_. The damage of a passage is the excess over k
+where it is positive, shared by the strips as their frictional work; it orders passages and counts no
+cycles.
+
+References
+----------
+.. [1] B. Dirks, R. Enblom, Wear 271 (2011) 210-217.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wearsim.contact.patch import FloatArray
+from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.fatigue.law import Branch, FatigueDamage
+from wearsim.damage.fatigue.loads import PatchLoads, WearNumber, work_share
+
+_MPA = 1e6
+
+
+def law(
+    loads: PatchLoads,
+    coefficients: CoefficientSet,
+    *,
+    wear_number: WearNumber = "without_spin",  # noqa: ARG001 -- the signature of every fatigue law
+    branch: Branch = "net",  # noqa: ARG001
+) -> FatigueDamage:
+    """Excess of the largest shear stress, shared by the frictional work of the strips.
+
+    Parameters
+    ----------
+    loads : PatchLoads
+        Of `m` patches.
+    coefficients : CoefficientSet
+        With `shear_yield` [MPa].
+    wear_number, branch
+        Without effect.
+
+    Returns
+    -------
+    FatigueDamage
+        Index [Pa]; damage is the index over the yield stress where positive [-].
+    """
+    shear_yield = _MPA * coefficients["shear_yield"]
+    strips = np.hypot(loads.fields.shear_x, loads.fields.shear_y).max(axis=1)
+    index = strips.max(axis=1) - shear_yield
+    damage = np.maximum(index, 0.0) / shear_yield
+    place: FloatArray = np.take_along_axis(loads.y, strips.argmax(axis=1)[:, None], axis=1)[:, 0]
+    return FatigueDamage(index, place, damage, damage[:, None] * work_share(loads))

@@ -1,0 +1,174 @@
+r"""Fatigue index of the surface: utilised friction against the shakedown limit.
+
+Above the limit :math:`\mu_u = k/p_0` of the shakedown map the surface flows a little in each passage, until
+it cracks [1]_. The index :math:`FI = \mu_u - k/p_0` [2]_ is the distance to that limit in the map's
+direction of friction; k is the yield stress in cyclic shear. Cell by cell it becomes :math:`(|\tau| -
+k)/p`, which needs no ellipse and tells where in the patch.
+
+The damage of a passage is the part of the index above zero: it orders passages, it counts no cycles to
+failure.
+
+References
+----------
+.. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163.
+.. [2] A. Ekberg, E. Kabo, H. Andersson, FFEMS 25 (2002) 899-909.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wearsim.contact.patch import FloatArray
+from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.fatigue.law import Branch, FatigueDamage
+from wearsim.damage.fatigue.loads import PatchLoads, WearNumber, work_share
+from wearsim.damage.wear.sliding import mean_of, patch_total
+
+_MPA = 1e6
+
+
+def surface_index(utilised_friction: FloatArray, max_pressure: FloatArray, shear_yield: float) -> FloatArray:
+    r"""Fatigue index of the surface, :math:`\mu_u - k/p_0`.
+
+    Parameters
+    ----------
+    utilised_friction : (...) array
+        Shear over normal force [-].
+    max_pressure : (...) array
+        p0, above 0 [Pa].
+    shear_yield : float
+        k [Pa].
+
+    Returns
+    -------
+    (...) array
+        Above 0 the surface ratchets [-].
+    """
+    return utilised_friction - shear_yield / max_pressure
+
+
+def surface_index_of_ellipse(
+    utilised_friction: FloatArray, normal_force: FloatArray, a: FloatArray, b: FloatArray, shear_yield: float
+) -> FloatArray:
+    r"""Fatigue index of the surface from the ellipse, :math:`\mu_u - 2\pi a b k/(3N)`.
+
+    Parameters
+    ----------
+    utilised_friction : (...) array
+        Shear over normal force [-].
+    normal_force : (...) array
+        N [N].
+    a, b : (...) array
+        Semi-axes [m].
+    shear_yield : float
+        k [Pa].
+
+    Returns
+    -------
+    (...) array
+        The same as `surface_index` with Hertz's :math:`p_0 = 3N/(2\pi a b)` [-].
+    """
+    return utilised_friction - 2.0 * np.pi * a * b * shear_yield / (3.0 * normal_force)
+
+
+def subsurface_index(
+    utilised_friction: FloatArray,
+    normal_force: FloatArray,
+    a: FloatArray,
+    b: FloatArray,
+    residual: float = 0.0,
+) -> FloatArray:
+    r"""Fatigue index below the surface, :math:`N (1 + \mu_u^2)/(4\pi a b)` and a residual term.
+
+    Parameters
+    ----------
+    utilised_friction : (...) array
+        Shear over normal force [-].
+    normal_force : (...) array
+        N [N].
+    a, b : (...) array
+        Semi-axes [m].
+    residual : float
+        Dang Van's coefficient times the hydrostatic part of the residual stress [Pa].
+
+    Returns
+    -------
+    (...) array
+        To be compared with the equivalent shear limit of Dang Van, which is the user's [Pa].
+
+    Notes
+    -----
+    :math:`N/(4\pi a b) = p_0/6`.
+    """
+    return normal_force / (4.0 * np.pi * a * b) * (1.0 + utilised_friction**2) + residual
+
+
+def patch(
+    loads: PatchLoads,
+    coefficients: CoefficientSet,
+    *,
+    wear_number: WearNumber = "without_spin",  # noqa: ARG001 -- the signature of every fatigue law
+    branch: Branch = "net",  # noqa: ARG001
+) -> FatigueDamage:
+    """Index of the whole patch; its damage shared by the frictional work of the strips.
+
+    Parameters
+    ----------
+    loads : PatchLoads
+        Of `m` patches.
+    coefficients : CoefficientSet
+        With `shear_yield` [MPa].
+    wear_number, branch
+        Without effect.
+
+    Returns
+    -------
+    FatigueDamage
+        Index [-], at the strip of the highest pressure.
+    """
+    index = surface_index(loads.utilised_friction, loads.max_pressure, _MPA * coefficients["shear_yield"])
+    damage = np.maximum(index, 0.0)
+    place = _at(loads.y, loads.fields.pressure.max(axis=1))
+    return FatigueDamage(index, place, damage, damage[:, None] * work_share(loads))
+
+
+def local(
+    loads: PatchLoads,
+    coefficients: CoefficientSet,
+    *,
+    wear_number: WearNumber = "without_spin",  # noqa: ARG001
+    branch: Branch = "net",  # noqa: ARG001
+) -> FatigueDamage:
+    r"""Largest index :math:`(|\tau| - k)/p` of the cells, with a damage of its own in every strip.
+
+    Parameters
+    ----------
+    loads : PatchLoads
+        Of `m` patches.
+    coefficients : CoefficientSet
+        With `shear_yield` [MPa].
+    wear_number, branch
+        Without effect.
+
+    Returns
+    -------
+    FatigueDamage
+        Index [-]; the damage of the patch is that of its worst cell, spread over the strips as their own
+        largest indices above zero.
+    """
+    fields = loads.fields
+    excess = np.hypot(fields.shear_x, fields.shear_y) - _MPA * coefficients["shear_yield"]
+    bears = ~(fields.pressure <= 0.0)
+    cells = np.where(bears, excess / np.where(bears, fields.pressure, 1.0), -np.inf)
+    strips = cells.max(axis=1)
+    index = strips.max(axis=1)
+    above = np.maximum(strips, 0.0)
+    share = mean_of(above, patch_total(above, fields)[:, None])
+    damage = np.maximum(index, 0.0)
+    return FatigueDamage(index, _at(loads.y, strips), damage, damage[:, None] * share)
+
+
+def _at(y: FloatArray, strips: FloatArray) -> FloatArray:
+    """Lateral position of the largest strip of each patch."""
+    place: FloatArray = np.take_along_axis(y, strips.argmax(axis=1)[:, None], axis=1)[:, 0]
+    return place
