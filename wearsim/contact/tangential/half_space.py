@@ -68,8 +68,8 @@ def solve(
     Returns
     -------
     TangentialSolution
-        The slip of a cell that slips is the mean of its two edges, against the traction; a cell that
-        sticks has none. Forces and moment are those of the tractions at the cell centres.
+        A cell that sticks has exactly no slip, one that slips has it against the traction; what particles
+        slide is that between the cell edges. Forces and moment are those of the tractions at the centres.
 
     Raises
     ------
@@ -186,14 +186,15 @@ def _rolled(
     operator: SlipOperator, rigid_slip: FloatArray, bound: FloatArray, guess: FloatArray, row: int
 ) -> RollingSolution:
     """Solution from a guess; if the iteration stalls, by way of smaller creepages."""
-    rolling = steady_rolling.solve(operator, rigid_slip, bound, guess)
+    most = {"most_steps": steady_rolling.MOST_STEPS}
+    rolling = steady_rolling.solve(operator, rigid_slip, bound, guess, **most)
     if rolling.residual <= steady_rolling.TOLERANCE:
         return rolling
     best, done, guess = rolling.residual, 0.0, np.zeros_like(guess)
     for share in _APPROACH:
         if done > 0.0:
             guess = rolling.traction * (share / done)
-        rolling = steady_rolling.solve(operator, share * rigid_slip, bound, guess)
+        rolling = steady_rolling.solve(operator, share * rigid_slip, bound, guess, **most)
         done = share
     if rolling.residual <= steady_rolling.TOLERANCE:
         return rolling
@@ -205,26 +206,25 @@ def _rolled(
 
 
 def _centred(rolling: RollingSolution) -> FloatArray:
-    """Slip at the centres of cells, from that at their upstream edges.
+    """Slip of whole cells, against the traction, from that at their upstream edges.
 
-    Of a cell that slips: the mean of its edges, its part against the traction. Behind the last cell of a
-    strip the slip goes on as from the edge before. The product of traction and slip then is right to second
-    order within the zone of slip, where that with the slip of the upstream edge has an error of first order.
+    Particles slide the same way as by the trapezoidal rule from edge to edge: a cell that slips has the mean
+    of its edges, the first behind a stretch of stick also the half that the rule gives the last cell of
+    stick, and behind the last cell of a strip the slip goes on in a straight line. Traction times slip then
+    adds up to the power of the resultants but for a per cent or two; the slip of the upstream edges alone
+    lacks 5 to 20 per cent, and more where little slips.
     """
     slip, slipping = rolling.slip, rolling.slipping
-    behind = np.empty_like(slip)
-    behind[:, :-1] = slip[:, 1:]
-    touches = slipping | (rolling.traction != 0.0).any(axis=0)
-    last = np.ones_like(slipping)
-    last[:-1] = ~touches[1:]
-    ahead = np.zeros_like(slip)
-    ahead[:, 1:] = slip[:, :-1]
-    alone = np.ones_like(slipping)
-    alone[1:] = ~slipping[:-1]
-    straight = np.where(alone, slip, 2.0 * slip - ahead)
-    behind = np.where(last, straight, behind)
     size = np.hypot(rolling.traction[0], rolling.traction[1])
+    touches = slipping | (size > 0.0)
+    ahead, behind = np.zeros_like(slip), np.zeros_like(slip)
+    ahead[:, 1:], behind[:, :-1] = slip[:, :-1], slip[:, 1:]
+    follows, last = np.zeros_like(slipping), np.ones_like(slipping)
+    follows[1:], last[:-1] = touches[:-1], ~touches[1:]
+    behind = np.where(last, np.where(follows, 2.0 * slip - ahead, slip), behind)
+    first = follows.copy()
+    first[1:] &= ~slipping[:-1]
+    mean = 0.5 * (slip + behind) + np.where(first, 0.5 * slip, 0.0)
     unit = np.divide(rolling.traction, size, out=np.zeros_like(slip), where=slipping & (size > 0.0))
-    against = np.minimum((unit * (slip + behind)).sum(axis=0), 0.0)
-    centred: FloatArray = 0.5 * against * unit
+    centred: FloatArray = np.minimum((unit * mean).sum(axis=0), 0.0) * unit
     return centred
