@@ -115,7 +115,7 @@ def test_limits_depend_on_the_diameter(capsys):
     assert "diameter" in sd_minimum()["reason"]
     assert sd_minimum("--diameter-mm", "900")["limit"] == pytest.approx(22e-3)
     assert sd_minimum("--wheel-radius-mm", "400")["limit"] == pytest.approx(25e-3)
-    assert "state --diameter-mm" in printed(capsys, RIGHT)
+    assert "min depends on the diameter (--diameter-mm)" in printed(capsys, RIGHT)
 
 
 def test_a_wheelset_is_judged_by_its_stated_distance(capsys):
@@ -290,9 +290,8 @@ def test_all_faults_at_once(capsys):
     faults = refused(
         capsys, "no.whl", "--against", "no.prw", "--left", "no.csv", "--rail", "61E1", "--level-mm", "ten",
         "--gauge-mm", "1,435", "--inclination", "5", "--mirror", "--no-mirror", "--units", "ft",
-        "--align", "eye", "--plot", "x.jpg", "--out", "y.whl", "--diameter-mm", "900", "--wheel-radius-mm", "450",
-        "--slice", "0",
-        "--limits", "none", "--format", "xls", "--kind", "wheel",
+        "--align", "eye", "--plot", "x.jpg", "--out", "y.whl", "--diameter-mm", "900",
+        "--wheel-radius-mm", "450", "--slice", "0", "--limits", "none", "--format", "xls", "--kind", "wheel",
     )  # fmt: skip
     text = "\n".join(faults)
     for part in ("no.whl", "no.prw", "no.csv", "61E1", "--level-mm", "--gauge-mm", "--inclination",

@@ -175,8 +175,8 @@ def _judgement(measure: str, group: Sequence[Judgement]) -> str:
         if value is None:
             told.append(f"not judged: {why}")
         elif all(each.limit is None for each in group if each.reason == why):
-            hint = "state --diameter-mm" if "not given" in why else why
-            told.append(f"{bound} depends on the diameter: {hint}")
+            hint = "depends on the diameter (--diameter-mm)" if "not given" in why else why
+            told.append(f"{bound} {hint}")
         else:
             told.append(f"{bound}: {why}")
     return f"{cells[0]:>9}{cells[1]:>8}{cells[2]:>8}  {'; '.join(told)}"

@@ -56,7 +56,7 @@ def plot_shape(dataset: xr.Dataset, ax: Axes | None = None, *, dimensions: bool 
     if not ax.yaxis_inverted():
         ax.invert_yaxis()
     ax.set_xlabel(_lateral(dataset))
-    ax.set_ylabel("Height, outward is down [mm]" if wheel else "Height, down [mm]")
+    ax.set_ylabel("Height, outward\nis down [mm]" if wheel else "Height, down [mm]")
     return ax
 
 
@@ -231,6 +231,8 @@ def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> A
     for at, value in zip(amplitude, conicity, strict=True):
         ax.annotate(f"{value:.3f}", (at, value), (0, 6), textcoords="offset points", ha="center",
                     fontsize=7.5, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
+    if amplitude.size == 0:
+        ax.text(0.5, 0.5, "undefined over all amplitudes", transform=ax.transAxes, ha="center", va="center")
     ax.set_xlim(0.5, 6.5)
     ax.set_ylim(0.0, 1.25 * highest)
     ax.set_xlabel(f"Amplitude [{NOMENCLATURE['amplitude'].shown_unit}]")

@@ -17,6 +17,7 @@ _WIDTH = 10.0  # inch
 _EDGE = (0.85, 0.25)  # left and right of the axes [inch]
 _PANEL = 2.1  # height of the lower panels [inch]
 _LINE = 125  # characters of a title's line
+_FLATTEST = 0.18  # height over width of the shape's axes at least
 _GAP = 0.85  # between rows [inch]
 
 
@@ -82,10 +83,10 @@ def _window(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
         y = np.concatenate((y, shown("profile_y", dataset["reference_y"].values)))
         z = np.concatenate((z, shown("profile_z", dataset["reference_z"].values)))
     room = (12.0, 4.0, 5.0, 9.0) if "gauge_y" in dataset else (4.0, 4.0, 3.0, 3.0)
-    return (
-        np.array([y.min() - room[0], y.max() + room[1]]),
-        np.array([z.min() - room[2], z.max() + room[3]]),
-    )
+    span = np.array([y.min() - room[0], y.max() + room[1]])
+    # a shape without a flange would be a stripe too low for its axis
+    more = 0.5 * max(_FLATTEST * float(np.ptp(span)) - float(np.ptp(z)) - room[2] - room[3], 0.0)
+    return span, np.array([z.min() - room[2] - more, z.max() + room[3] + more])
 
 
 def _title(dataset: xr.Dataset) -> str:

@@ -1,0 +1,110 @@
+"""What a user names becomes a profile with its story."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wearsim.errors import ProfileError
+from wearsim.profile import standard
+from wearsim.profile.files import load_profile, read_profile
+from wearsim.profile.measures import GaugeDistances
+from wearsim.studies.profile_examination import Circumstances, examine
+from wearsim.studies.profile_running import running
+from wearsim.studies.profile_subject import placed, read_subject
+
+MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
+
+
+@pytest.mark.parametrize("kind", ["wheel", "rail"])
+def test_every_shipped_name_tells_its_kind(kind):
+    for name in standard.shipped_names(kind):
+        subject = read_subject(name)
+        assert subject.kind == kind
+        assert not subject.measured
+        assert subject.source
+        assert subject.certainty
+
+
+@pytest.mark.parametrize("path", sorted(MEASURED.glob("*.[whbp][hra][lnw]")), ids=lambda path: path.name)
+def test_measured_files_are_those_of_the_reader(path):
+    subject = read_subject(str(path))
+    reading = read_profile(path, subject.kind)
+    np.testing.assert_array_equal(subject.profile.y, reading.profile.y)
+    assert subject.notes == reading.notes[1:]
+    assert subject.measured
+
+
+def test_rails_stand_in_the_track_as_for_all_commands():
+    for name, inclination in (("60E1", 1.0 / 40.0), ("54E2", 1.0 / 20.0), ("EN15302_rail_A", 1.0 / 40.0)):
+        own = placed(read_subject(name), inclination, 1.435, 0.75)
+        other = load_profile(name, "rail", inclination=inclination)
+        np.testing.assert_array_equal(own.y, other.y)
+        np.testing.assert_array_equal(own.z, other.z)
+
+
+def test_only_upright_shapes_lean_unless_it_is_stated():
+    measured = read_subject(str(MEASURED / "rail_worn_outer.ban"))
+    assert not measured.upright
+    stands, leans = (placed(measured, tilt, 1.435, 0.75) for tilt in (None, 1.0 / 40.0))
+    upright = placed(measured, 0.0, 1.435, 0.75)
+    np.testing.assert_array_equal(stands.z, upright.z)
+    assert np.ptp(leans.z - stands.z) > 1e-3
+
+
+def test_diameter_of_the_header():
+    subject = read_subject(str(MEASURED / "wheel_worn_right.whl"))
+    for text, diameter in (("921.4", 0.9214), ("921,4", 0.9214), ("0", None), ("-", None), ("9999", None)):
+        header = {**subject.header, "DIAMETERTAPERLINE": text}
+        again = type(subject)(**{**vars(subject), "header": header})
+        assert again.diameter == (None if diameter is None else pytest.approx(diameter))
+
+
+def test_a_definition_that_is_no_definition_is_told(tmp_path):
+    file = tmp_path / "scene.toml"
+    file.write_text("[scene]\nkind = 'rig'\n")
+    with pytest.raises(ProfileError, match=r"scene\.toml"):
+        read_subject(str(file))
+
+
+def test_wheels_with_other_tape_circles_are_compared_at_their_flange_backs(tmp_path):
+    """A header that puts the tape circle at 65 mm must not shift the wear by 5 mm."""
+    file = tmp_path / "near.whl"
+    text = (MEASURED / "wheel_worn_right.whl").read_text()
+    file.write_text(text.replace("Taperline=70.0000", "Taperline=65.0000"))
+    at, new = Circumstances(GaugeDistances(), align="none"), read_subject("S1002")
+    usual, near = (
+        examine(read_subject(str(path)), at, against=new)
+        for path in (MEASURED / "wheel_worn_right.whl", file)
+    )
+    assert near.circumstances.distances.flange_back == pytest.approx(65e-3)
+    assert near.comparison is not None
+    assert usual.comparison is not None
+    assert near.comparison.wear.worn_area == pytest.approx(usual.comparison.wear.worn_area, rel=1e-6)
+    both = near.comparison.wear.max_depth_y - 5e-3
+    assert both == pytest.approx(usual.comparison.wear.max_depth_y, abs=2e-3)  # a plateau of noise
+
+
+def test_running_of_mirrored_wheelsets_is_mirrored():
+    right, left = (
+        read_subject(str(MEASURED / f"wheel_worn_{side}.whl")).profile for side in ("right", "left")
+    )
+    rail = standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75)
+    one, other = running(right, left, rail, "", 1e-3), running(left, right, rail, "", -1e-3)
+    np.testing.assert_allclose(one.difference, -other.difference[::-1], atol=1e-12)
+    for (_, first, _), (_, second, _) in zip(one.conicity, other.conicity, strict=True):
+        assert first == pytest.approx(second, rel=1e-6)
+
+
+def test_running_tells_what_it_cannot():
+    rail = standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75)
+    cylinder = running(standard.wheel("cylinder"), None, rail, "")
+    assert all(value is None and "undefined" in why for _, value, why in cylinder.conicity[:3])
+    short = standard.wheel("S1002")
+    keep = short.y < 0.0045
+    cut = type(short)(short.name, short.kind, short.y[keep], short.z[keep])
+    lost = running(cut, None, rail, "")
+    assert lost.at[-1][1] is None
+    assert any("beyond the end" in why for _, _, why in lost.conicity)
