@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -118,7 +119,7 @@ def solve_pressure(
     ]
     ends = np.cumsum([0] + [grid.height.size for grid in grids])
     shapes = [grid.height.shape for grid in grids]
-    parts = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    parts = [slice(a, b) for a, b in pairwise(ends)]
     height = np.concatenate([grid.height.ravel() for grid in grids])
     area, cosine = np.empty(height.size), np.empty(height.size)
     for part, grid in zip(parts, grids, strict=True):
@@ -166,12 +167,13 @@ def solve_pressure(
 def _overlap(height: FloatArray, area: FloatArray, cosine: FloatArray, load: float, modulus: float) -> float:
     """Rough virtual penetration: the overlap region's size squared times its depth carries the load."""
     depth = height / cosine
-    low, high = float(depth.min()), float(depth.min()) + (load / modulus) ** (2.0 / 3.0) * 16.0
+    first = float(depth.min())
+    low, high = first, first + float(load / modulus) ** (2.0 / 3.0) * 16.0
     for _ in range(30):
         level = 0.5 * (low + high)
         region = float(area[depth < level].sum())
         # N = pi/2 E* b delta for a circle; the region of half the approach is the contact itself
-        if 2.0 * modulus * np.sqrt(region) * (level - float(depth.min())) < load:
+        if 2.0 * modulus * np.sqrt(region) * (level - first) < load:
             low = level
         else:
             high = level

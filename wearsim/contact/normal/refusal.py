@@ -7,7 +7,7 @@ import numpy as np
 from wearsim.contact.patch import IntArray
 from wearsim.errors import ContactError, NumericalError
 
-NO_TOUCH, AT_EDGE, TOO_MANY, NOT_SINGLE, NO_BALANCE = 1, 2, 3, 4, 5
+NO_TOUCH, AT_EDGE, TOO_MANY, NOT_SINGLE, NO_BALANCE, NO_CONVERGENCE = 1, 2, 3, 4, 5, 6
 MOST_PATCHES = 4  # of one wheel
 
 _CHECK = "; check shift, gauge and profiles"
@@ -17,6 +17,8 @@ _TEXT = {
     TOO_MANY: f"the wheel has more than {MOST_PATCHES} contact patches{_CHECK}",
     NOT_SINGLE: "several patches close: a normal force belongs to one; give the wheel load instead",
     NO_BALANCE: f"the load cannot be balanced by virtual penetration{_CHECK}",
+    NO_CONVERGENCE: "the pressure of the half-space has not converged; raise half_space_iterations or "
+    "half_space_tolerance, or take fewer strips and cells",
 }
 
 
@@ -33,9 +35,9 @@ def refusal(kind: int, row: int) -> ContactError | NumericalError:
     Returns
     -------
     ContactError or NumericalError
-        The latter for NO_BALANCE only.
+        The latter for NO_BALANCE and NO_CONVERGENCE.
     """
-    return (NumericalError if kind == NO_BALANCE else ContactError)(_TEXT[kind], row=row)
+    return (NumericalError if kind in (NO_BALANCE, NO_CONVERGENCE) else ContactError)(_TEXT[kind], row=row)
 
 
 def raise_first(fault: IntArray) -> None:

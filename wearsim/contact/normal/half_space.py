@@ -1,0 +1,374 @@
+r"""Elastic half-spaces under any gap: the pressure that Boussinesq's influence asks for, cell by cell.
+
+The reference among the normal models: no assumption on the shape of patch or pressure, only that the bodies
+are half-spaces behind the contact plane, equal and frictionless. The plane of a patch goes through its
+pressure-weighted centre, at the pressure-weighted mean of the counterface's angle; the gap over it is the
+exact one in three dimensions where the gap knows its bodies. All patches of a wheel share one vertical
+descent, and their loads add up vertically.
+
+Steps for each wheel, each of which fixes where the next one lays its grids: the overlap of the rigid
+surfaces under a descent found by trial, which holds every contact; lobes on coarse grids over it; grids that
+fit the patches, `half_space_regions` says which lobes share one; the same again from there until planes and
+borders stay.
+
+References
+----------
+.. [1] I. A. Polonsky, L. M. Keer, Wear 231 (1999) 206-219, doi:10.1016/S0043-1648(99)00113-1.
+.. [2] J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wearsim.contact.geometry import NO_WHEEL, Gap
+from wearsim.contact.normal.half_space_pressure import (
+    MOST_ITERATIONS,
+    TOLERANCE,
+    GridPressure,
+    solve_pressure,
+)
+from wearsim.contact.normal.half_space_regions import (
+    Region,
+    Section,
+    carried_over,
+    coupling_of,
+    gather,
+    heights,
+    holds_all,
+    lobes_of,
+    overlaps,
+    plane_of,
+    touches_border,
+)
+from wearsim.contact.normal.model import NormalSolution
+from wearsim.contact.normal.refusal import (
+    AT_EDGE,
+    MOST_PATCHES,
+    NO_CONVERGENCE,
+    NO_TOUCH,
+    NOT_SINGLE,
+    TOO_MANY,
+    refusal,
+)
+from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, from_grid
+from wearsim.errors import ContactError
+
+DEFAULTS = {
+    "half_space_cells": 0.0,  # along the rolling direction; 0: as many as strips
+    "half_space_tolerance": TOLERANCE,
+    "half_space_iterations": float(MOST_ITERATIONS),
+}
+
+_FEWEST = 8  # cells in each direction
+_COARSE = (24, 32)
+_TRIALS = 20  # of the descent
+_FITS = 12  # of grids to patches
+_STILL = 1e-5  # rad, a plane that has found its place
+_SLACK = 2e-4  # m, on the distance at which patches share a grid
+
+
+@dataclass(frozen=True)
+class WheelPressure:
+    """Patches of one wheel on their grids, a state to start neighbours from.
+
+    Parameters
+    ----------
+    regions : tuple of Region
+        Places of the grids.
+    pressure : tuple of (nx, ny) arrays
+        On them [Pa].
+    descent : float
+        From first touch [m].
+    iterations : tuple of int
+        Of conjugate gradients in each step; the first ones on coarse grids unless a start was given.
+    """
+
+    regions: tuple[Region, ...]
+    pressure: tuple[FloatArray, ...]
+    descent: float
+    iterations: tuple[int, ...]
+
+
+def solve(
+    gap: Gap,
+    load: FloatArray,
+    *,
+    vertical: bool,
+    effective_modulus: float,
+    strips: int,
+    parameters: dict[str, float],
+) -> NormalSolution:
+    """Patches and pressures of every row.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows on a grid of g points.
+    load : (n,) array
+        Vertical load of the wheel, balanced by the vertical parts of the normal forces of all its
+        patches, or (`vertical` false) the normal force of its only patch [N].
+    vertical : bool
+        Which of the two `load` is.
+    effective_modulus : float
+        E* = E / (2 (1 - nu^2)) of two equal bodies [Pa].
+    strips : int
+        Strips per patch: rows of cells, of which 1.5 on each side are left free for the patch's border.
+    parameters : dict
+        "half_space_cells": cells along the rolling direction, 0 (default) for as many as strips;
+        "half_space_tolerance": change of the pressures at which the iteration stops, 1e-5 by default [-];
+        "half_space_iterations": limit of it, 1000 by default.
+
+    Returns
+    -------
+    NormalSolution
+        The leading axis is the patch; `patch.grid` has the pressure of the cells.
+
+    Raises
+    ------
+    ContactError
+        If a wheel does not touch, its patch reaches the edge of a profile, or `vertical` is false and
+        several patches close.
+    NumericalError
+        If the iteration limit is met.
+    """
+    states = [
+        solve_wheel(
+            gap,
+            row,
+            float(load[row]),
+            vertical=vertical,
+            effective_modulus=effective_modulus,
+            strips=strips,
+            parameters=parameters,
+        )
+        for row in range(load.size)
+    ]
+    return _assembled(gap, np.arange(load.size), states, vertical)
+
+
+def _cells(strips: int, parameters: dict[str, float]) -> int:
+    """Cells along the rolling direction."""
+    cells = int({**DEFAULTS, **parameters}["half_space_cells"]) or strips
+    if min(cells, strips) < _FEWEST:
+        raise ContactError(f"half_space needs at least {_FEWEST} strips and cells along them")
+    return cells
+
+
+def solve_wheel(
+    gap: Gap,
+    row: int,
+    load: float,
+    *,
+    vertical: bool,
+    effective_modulus: float,
+    strips: int,
+    parameters: dict[str, float],
+    start: WheelPressure | None = None,
+) -> WheelPressure:
+    """Pressures of one wheel.
+
+    Parameters
+    ----------
+    gap, vertical, effective_modulus, strips, parameters
+        As of `solve`.
+    row : int
+        Which row of the gap.
+    load : float
+        Of this row [N].
+    start : WheelPressure, optional
+        Of a neighbouring state, on any grids: skips the search for patches. The result depends on it within
+        the tolerance, which is why `solve` never uses one. Where the start does not hold all overlaps, it
+        is not used.
+
+    Returns
+    -------
+    WheelPressure
+
+    Raises
+    ------
+    ContactError, NumericalError
+        As `solve`.
+    """
+    curve = gap.gap[row]
+    lowest = int(curve.argmin())
+    if curve[lowest] >= NO_WHEEL:
+        raise refusal(NO_TOUCH, row)
+    if not 0 < lowest < curve.size - 1 or max(curve[lowest - 1], curve[lowest + 1]) >= NO_WHEEL:
+        raise refusal(AT_EDGE, row)
+    task = _Task(gap, row, load, vertical, effective_modulus, {**DEFAULTS, **parameters})
+    shape = (_cells(strips, parameters), strips)
+    if start is not None:
+        # Its places are on another wheel's row, a little beside.
+        moved = tuple(replace(region, row=row) for region in start.regions)
+        found = _fit(task, replace(start, regions=moved, iterations=()), shape)
+        if holds_all(gap, found.regions, found.pressure, found.descent, effective_modulus):
+            return found
+    return _fit(task, _search(task), shape)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What is wanted of one wheel."""
+
+    gap: Gap
+    row: int
+    load: float
+    vertical: bool
+    modulus: float
+    parameters: dict[str, float]
+
+    def pressures(
+        self,
+        regions: list[Region],
+        together: FloatArray,
+        shape: tuple[int, int],
+        descent: float,
+        start: list[FloatArray] | None,
+        tolerance: float,
+    ) -> GridPressure:
+        """Pressures on grids; the descent is one from that of the heights."""
+        grids = [heights(self.gap, region, shape, descent) for region in regions]
+        load = self.load if self.vertical else self.load * grids[0].cosine
+        found = solve_pressure(
+            grids,
+            load,
+            self.modulus,
+            coupling=coupling_of(self.gap, regions, together, shape, self.modulus),
+            start=start,
+            tolerance=tolerance,
+            limit=int(self.parameters["half_space_iterations"]),
+        )
+        if not found.converged:
+            raise refusal(NO_CONVERGENCE, self.row)
+        return found
+
+
+def _search(task: _Task) -> WheelPressure:
+    """Pressures on coarse grids over the overlap of the rigid surfaces."""
+    level = (task.load / task.modulus) ** (2.0 / 3.0) * 0.8
+    counts = []
+    for _ in range(_TRIALS):
+        regions = overlaps(task.gap, task.row, level)
+        apart = np.zeros((len(regions), len(regions)))
+        found = task.pressures(regions, apart, _COARSE, 0.0, None, 1e-3)
+        counts.append(found.iterations)
+        if 0.6 * level < found.descent < level / 1.02:
+            return WheelPressure(tuple(regions), found.pressure, found.descent, tuple(counts))
+        level = 1.15 * min(max(found.descent, 0.1 * level), 10.0 * level)
+    raise refusal(NO_CONVERGENCE, task.row)
+
+
+def _fit(task: _Task, state: WheelPressure, shape: tuple[int, int]) -> WheelPressure:
+    """Lay grids around the patches of a state, and again around what is found there, until they stay."""
+    tolerance = task.parameters["half_space_tolerance"]
+    counts = list(state.iterations)
+    for fit in range(_FITS):
+        old = list(zip(state.regions, state.pressure, strict=True))
+        lobes = [lobe for region, pressure in old for lobe in lobes_of(task.gap, region, pressure)]
+        slack = _SLACK if fit > _FITS // 2 else 0.0
+        regions, together = gather(task.gap, task.row, lobes, shape, slack)
+        if fit > 1 and len(regions) == len(old):
+            turn = max(abs(new.angle - was[0].angle) for new, was in zip(regions, old, strict=True))
+            if turn < _STILL and not any(touches_border(*was) for was in old):
+                return state
+        start = [carried_over(task.gap, old, region, shape) for region in regions]
+        found = task.pressures(
+            regions, together, shape, state.descent, start, tolerance if fit > 0 else max(tolerance, 3e-4)
+        )
+        counts.append(found.iterations)
+        state = WheelPressure(tuple(regions), found.pressure, state.descent + found.descent, tuple(counts))
+    raise refusal(NO_CONVERGENCE, task.row)
+
+
+def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: bool) -> NormalSolution:
+    """Patches of all rows in their order."""
+    lines: list[_Line] = []
+    for here, state in zip(row, states, strict=True):
+        patches = [
+            _line(gap, region, pressure, state.descent)
+            for region, pressure in zip(state.regions, state.pressure, strict=True)
+            if pressure.any()
+        ]
+        if len(patches) > MOST_PATCHES:
+            raise refusal(TOO_MANY, int(here))
+        if len(patches) > 1 and not vertical:
+            raise refusal(NOT_SINGLE, int(here))
+        lines.extend(sorted(patches, key=lambda line: -line.force))
+    grid = PatchGrid(
+        np.array([line.x_lead for line in lines]),
+        np.array([line.x_trail for line in lines]),
+        np.array([line.pressure for line in lines]),
+    )
+    y = np.array([line.y for line in lines])
+    patch = from_grid(
+        np.array([line.row for line in lines], dtype=np.int64),
+        y,
+        np.array([line.width for line in lines]),
+        grid,
+        np.zeros_like(y),
+    )
+    return NormalSolution(
+        patch=patch,
+        centre_y=np.array([line.centre for line in lines]),
+        contact_angle=np.array([line.angle for line in lines]),
+        approach=np.array([line.approach for line in lines]),
+        normal_force=np.array([line.force for line in lines]),
+        max_pressure=grid.pressure.max(axis=(1, 2)),
+        edge_y=np.array([line.edges for line in lines]),
+        load_scale=np.ones(len(lines)),
+        descent=np.array([line.descent for line in lines]),
+    )
+
+
+@dataclass(frozen=True)
+class _Line:
+    """One patch; names as in `NormalSolution`, `Patch` and `PatchGrid`."""
+
+    row: int
+    centre: float
+    angle: float
+    approach: float
+    force: float
+    descent: float
+    y: FloatArray
+    width: float
+    edges: FloatArray
+    x_lead: float
+    x_trail: float
+    pressure: FloatArray
+
+
+def _line(gap: Gap, region: Region, pressure: FloatArray, descent: float) -> _Line:
+    """Patch on one grid; lengths from its pressure-weighted centre and the contact line there."""
+    nx, ny = pressure.shape
+    length, width = region.cell((nx, ny))
+    curve, grid = gap.gap[region.row], gap.contour
+    section, plane = Section(gap, region.y, region.angle), plane_of(gap, region)
+    s = region.s(ny)
+    load = pressure.sum(axis=0)
+    middle = float((load * s).sum() / load.sum())
+    centre = float(section.lateral(np.array([middle]))[0])
+    edges = section.lateral(region.s_low + width * np.arange(ny + 1))
+    under = slice(int(np.searchsorted(grid.y, edges[0])) - 1, int(np.searchsorted(grid.y, edges[-1])) + 1)
+    beyond = region.s_low < section.ends[0] or region.s_high > section.ends[1]
+    if beyond or curve[under].max() >= NO_WHEEL:
+        raise refusal(AT_EDGE, region.row)
+    ahead = float(plane.x[0]) - float(np.interp(centre, grid.y, gap.x[region.row]))
+    lowest = float(curve[under].min() - curve.min())
+    return _Line(
+        row=region.row,
+        centre=centre,
+        angle=region.angle,
+        approach=(descent - lowest) * float(np.cos(region.angle)),
+        force=float(pressure.sum()) * length * width,
+        descent=float(plane.descent[0]) + descent,
+        y=s - middle,
+        width=width,
+        edges=edges,
+        x_lead=region.x_high + ahead,
+        x_trail=region.x_low + ahead,
+        pressure=pressure,
+    )

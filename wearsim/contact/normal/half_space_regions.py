@@ -1,0 +1,554 @@
+"""Where half-space patches lie: grids in contact planes, the lobes found on them, and which share a grid.
+
+Lobes are runs of loaded strips. Two neighbours belong together by the share
+
+    t = ramp(distance; 4 mm, 8 mm) * ramp(angle between them; 0.3 rad, 0.5 rad),
+
+1 up to the first, 0 from the second value on. t = 1: one grid in one plane. t = 0: a grid and a plane each,
+and no influence on each other. In between each has its own grid, but their planes lean towards the common
+one, and their elastic influence on each other counts, in the share t: nothing jumps but the sampling.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wearsim.contact.gap_surface import ContactPlane, contact_plane, gap_surface
+from wearsim.contact.geometry import NO_WHEEL, Gap
+from wearsim.contact.normal.half_space_pressure import Coupling, HeightGrid
+from wearsim.contact.patch import FloatArray
+
+NEAR, FAR = 4e-3, 8e-3  # m, from edge to edge
+ALIKE, UNLIKE = 0.3, 0.5  # rad
+MARGIN = 1.5  # empty cells between a patch and each border of its grid
+_NODES = 8  # of the interpolation of the influence of one grid on another, in each direction
+_GROW = 0.2  # of the grid's size, where a patch touches its border
+_GRAZING = 0.1  # cosine to the contact plane below which a profile is no longer its surface
+
+
+@dataclass(frozen=True)
+class Region:
+    """A grid in a contact plane; lengths from the plane's origin on the contact line [m].
+
+    Parameters
+    ----------
+    row : int
+        Of the gap.
+    y, angle : float
+        Origin on the counterface's profile [m] and contact angle [rad].
+    x_low, x_high, s_low, s_high : float
+        Borders of the grid along and across [m].
+    y_low, y_high : float
+        Lateral positions the grid must not pass, because other grids begin there [m].
+    """
+
+    row: int
+    y: float
+    angle: float
+    x_low: float
+    x_high: float
+    s_low: float
+    s_high: float
+    y_low: float = -np.inf
+    y_high: float = np.inf
+
+    def cell(self, shape: tuple[int, int]) -> tuple[float, float]:
+        """Length and width of the cells [m]."""
+        return (self.x_high - self.x_low) / shape[0], (self.s_high - self.s_low) / shape[1]
+
+    def x(self, count: int) -> FloatArray:
+        """Cell centres along, from the leading end (count,) [m]."""
+        place: FloatArray = self.x_high - (self.x_high - self.x_low) / count * (np.arange(count) + 0.5)
+        return place
+
+    def s(self, count: int) -> FloatArray:
+        """Cell centres across (count,) [m]."""
+        place: FloatArray = self.s_low + (self.s_high - self.s_low) / count * (np.arange(count) + 0.5)
+        return place
+
+
+@dataclass(frozen=True)
+class Lobe:
+    """Connected loaded strips; positions on the counterface's profile and from the middle of the axle.
+
+    Parameters
+    ----------
+    left, right : float
+        Edges, y [m].
+    x_low, x_high : float
+        Ends along the rolling direction [m].
+    centre, angle : float
+        Pressure-weighted y [m] and contact angle [rad].
+    force : float
+        [N].
+    """
+
+    left: float
+    right: float
+    x_low: float
+    x_high: float
+    centre: float
+    angle: float
+    force: float
+
+
+class Section:
+    """The counterface's profile seen from a contact plane: s along the plane for each lateral position."""
+
+    def __init__(self, gap: Gap, y: float, angle: float) -> None:
+        contour = gap.contour
+        self._y0, self._z0 = y, float(np.interp(y, contour.y, contour.z))
+        self._cosine, self._sine = np.cos(angle), np.sin(angle)
+        middle = int(np.searchsorted(contour.y, y))
+        away = np.flatnonzero(np.cos(contour.angle - angle) < _GRAZING)
+        first = int(away[away < middle].max(initial=-1)) + 1
+        self.part = slice(first, int(away[away >= middle].min(initial=contour.y.size)))
+        self._contour = contour
+        self._y = contour.y[self.part]
+        self._s = self.across(self._y)
+        self.ends = float(self._s[0]), float(self._s[-1])
+
+    def across(self, y: FloatArray) -> FloatArray:
+        """Positions s of points of the profile [m]."""
+        z = np.interp(y, self._contour.y, self._contour.z)
+        place: FloatArray = (y - self._y0) * self._cosine + (z - self._z0) * self._sine
+        return place
+
+    def lateral(self, s: FloatArray) -> FloatArray:
+        """Lateral positions y of the profile over positions s [m]."""
+        place: FloatArray = np.interp(s, self._s, self._y)
+        return place
+
+    def height(self, y: FloatArray) -> FloatArray:
+        """Position of points of the profile above the plane, along its normal [m]."""
+        z = np.interp(y, self._contour.y, self._contour.z)
+        value: FloatArray = (z - self._z0) * self._cosine - (y - self._y0) * self._sine
+        return value
+
+
+def plane_of(gap: Gap, region: Region) -> ContactPlane:
+    """Plane of a region, with the wheel at first touch."""
+    return contact_plane(gap, np.array([region.row]), np.array([region.y]), np.array([region.angle]))
+
+
+def heights(gap: Gap, region: Region, shape: tuple[int, int], descent: float) -> HeightGrid:
+    """Heights over the cells of a region.
+
+    Parameters
+    ----------
+    gap : Gap
+        With bodies, or a curve: then the sections along x are parabolas with the curvature of wheel and
+        counterface at their lateral position.
+    region : Region
+        The grid's place.
+    shape : (int, int)
+        nx, ny cells.
+    descent : float
+        How far the wheel is pushed down from first touch [m].
+
+    Returns
+    -------
+    HeightGrid
+        Large where nothing faces the plane.
+    """
+    x, s = region.x(shape[0]), region.s(shape[1])
+    length, width = region.cell(shape)
+    cosine = float(np.cos(region.angle))
+    plane = plane_of(gap, region)
+    if gap.bodies is not None:
+        pushed = replace(plane, descent=plane.descent + descent)
+        return HeightGrid(gap_surface(gap, pushed, x[None], s[None])[0], length, width, cosine)
+    section = Section(gap, region.y, region.angle)
+    y = section.lateral(s)
+    curve = gap.gap[region.row]
+    grid = gap.contour
+    gradient = np.interp(y, grid.y, grid.slope - np.gradient(curve, grid.y))
+    here = np.interp(y, grid.y, curve)
+    across = (here - float(plane.descent[0]) - descent) / (cosine + gradient * np.sin(region.angle))
+    bend = cosine * _curvature(gap, region.row, y)
+    off = x[:, None] + float(plane.x[0]) - np.interp(y, grid.y, gap.x[region.row])
+    open_to = (here >= NO_WHEEL) | (s < section.ends[0]) | (s > section.ends[1])
+    return HeightGrid(np.where(open_to, NO_WHEEL, across + 0.5 * bend * off**2), length, width, cosine)
+
+
+def _curvature(gap: Gap, row: int, y: FloatArray) -> FloatArray:
+    """Curvature along x of wheel and counterface together, vertically [1/m]."""
+    z = np.interp(y, gap.contour.y, gap.contour.z)
+    ring = np.interp(y, gap.contour.y, gap.wheel_radius[row])
+    value: FloatArray = 1.0 / ring + gap.curvature / (1.0 - gap.curvature * z)
+    return value
+
+
+def overlaps(gap: Gap, row: int, level: float) -> list[Region]:
+    """Regions where the rigid surfaces overlap under a descent: every contact lies in one of them.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows.
+    row : int
+        Which.
+    level : float
+        Descent of the wheel from first touch [m].
+
+    Returns
+    -------
+    list of Region
+        From the flange to the field side. Overlaps are cut over the highest gap between minima whose angles
+        differ by more than a grid may hold.
+    """
+    curve, grid = gap.gap[row], gap.contour
+    limit = float(curve.min()) + level
+    inside = np.flatnonzero(curve < limit)
+    runs = np.split(inside, np.flatnonzero(np.diff(inside) > 1) + 1)
+    found: list[Region] = []
+    for run in runs:
+        part = curve[run]
+        inner = 1 + np.flatnonzero((part[1:-1] < part[:-2]) & (part[1:-1] <= part[2:]))
+        cuts: list[int] = []
+        for a, b in zip(inner[:-1], inner[1:], strict=True):
+            if abs(grid.angle[run[b]] - grid.angle[run[a]]) > ALIKE:
+                cuts.append(int(a + np.argmax(part[a:b])))
+        for piece in np.split(run, cuts):
+            found.append(_about(gap, row, piece, limit))
+    for k, cut in enumerate(found[:-1]):
+        between = 0.5 * (cut.y_high + found[k + 1].y_low)
+        found[k], found[k + 1] = replace(cut, y_high=between), replace(found[k + 1], y_low=between)
+    if found:
+        found[0], found[-1] = replace(found[0], y_low=-np.inf), replace(found[-1], y_high=np.inf)
+    return found
+
+
+def _about(gap: Gap, row: int, piece: FloatArray, limit: float) -> Region:
+    """Region around grid points where the surfaces overlap."""
+    grid = gap.contour
+    first, last = max(int(piece[0]) - 1, 0), min(int(piece[-1]) + 1, grid.y.size - 1)
+    depth = limit - gap.gap[row, piece]
+    weight = depth * np.gradient(grid.y)[piece]
+    y = float((weight * grid.y[piece]).sum() / weight.sum())
+    angle = float((weight * grid.angle[piece]).sum() / weight.sum())
+    s = Section(gap, y, angle).across(grid.y[[first, last]])
+    # 1.15: circles are longer than parabolas, and yaw bends sections.
+    half = 1.15 * np.sqrt(2.0 * depth / _curvature(gap, row, grid.y[piece]))
+    x = gap.x[row, piece] - float(np.interp(y, grid.y, gap.x[row]))
+    return Region(
+        row, y, angle, float((x - half).min()), float((x + half).max()), float(s[0]), float(s[1]),
+        float(grid.y[first]), float(grid.y[last]),
+    )  # fmt: skip
+
+
+def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
+    """Runs of loaded strips on a grid.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows.
+    region : Region
+        The grid's place.
+    pressure : (nx, ny) array
+        On it [Pa].
+
+    Returns
+    -------
+    list of Lobe
+        Their edges between the cells: near an edge the square of the pressure along a strip, and the load
+        of the strips, grow linearly with the distance from it.
+    """
+    nx, ny = pressure.shape
+    length, width = region.cell((nx, ny))
+    load = pressure.sum(axis=0) * (length * width)
+    loaded = np.flatnonzero(load > 0.0)
+    if loaded.size == 0:
+        return []
+    section = Section(gap, region.y, region.angle)
+    s, x = region.s(ny), region.x(nx)
+    y = section.lateral(s)
+    angle = np.interp(y, gap.contour.y, gap.contour.angle)
+    origin = float(plane_of(gap, region).x[0])
+    ahead = _reach(pressure**2)
+    behind = _reach(pressure[::-1] ** 2)
+    found = []
+    for run in np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1):
+        profile = load[run][:, None]
+        before, after = float(_reach(profile)[0]), float(_reach(profile[::-1])[0])
+        # Longer and wider where they touch the border of the grid.
+        if run[0] == 0 and not np.isfinite(region.y_low):
+            before = _GROW * ny
+        if run[-1] == ny - 1 and not np.isfinite(region.y_high):
+            after = _GROW * ny
+        edges = section.lateral(np.array([s[run[0]] - before * width, s[run[-1]] + after * width]))
+        top = float((x[np.argmax(pressure[:, run] > 0.0, axis=0)] + ahead[run] * length).max())
+        bottom = float(
+            (x[nx - 1 - np.argmax(pressure[::-1, run] > 0.0, axis=0)] - behind[run] * length).min()
+        )
+        top += _GROW * nx * length if pressure[0, run].any() else 0.0
+        bottom -= _GROW * nx * length if pressure[-1, run].any() else 0.0
+        total = float(load[run].sum())
+        found.append(
+            Lobe(
+                float(edges[0]),
+                float(edges[1]),
+                bottom + origin,
+                top + origin,
+                float((load[run] * y[run]).sum()) / total,
+                float((load[run] * angle[run]).sum()) / total,
+                total,
+            )
+        )
+    return found
+
+
+def _reach(value: FloatArray) -> FloatArray:
+    """How far (in cells, at most one) each column goes on before its first positive entry, linearly."""
+    count = value.shape[0]
+    first = np.argmax(value > 0.0, axis=0)
+    column = np.arange(value.shape[1])
+    here, next_ = value[first, column], value[np.minimum(first + 1, count - 1), column]
+    rise = next_ - here
+    share = np.divide(here, rise, out=np.full(here.shape, 0.5), where=(rise > here) & (here > 0.0))
+    return share
+
+
+def _ramp(value: float, full: float, none: float) -> float:
+    """1 up to `full`, 0 from `none` on."""
+    return min(max((none - value) / (none - full), 0.0), 1.0)
+
+
+def _together(gap: Gap, one: Lobe, other: Lobe, slack: float) -> float:
+    """Share t in which two neighbours belong together."""
+    z = np.interp([one.right, other.left], gap.contour.y, gap.contour.z)
+    distance = float(np.hypot(other.left - one.right, z[1] - z[0]))
+    return _ramp(distance - slack, NEAR, FAR) * _ramp(abs(other.angle - one.angle), ALIKE, UNLIKE)
+
+
+def gather(
+    gap: Gap, row: int, lobes: list[Lobe], shape: tuple[int, int], slack: float = 0.0
+) -> tuple[list[Region], FloatArray]:
+    """Regions of the lobes of a wheel, as the rule above has it.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows.
+    row : int
+        Which.
+    lobes : list of Lobe
+        Of this wheel, in any order; at least one.
+    shape : (int, int)
+        nx, ny cells of the grids to be laid.
+    slack : float
+        Added to both distances of the rule, against grids that merge and part in turn [m].
+
+    Returns
+    -------
+    regions : list of Region
+        One for each patch.
+    together : (k, k) array
+        Shares t between them, zero on the diagonal.
+    """
+    lobes = sorted(lobes, key=lambda lobe: lobe.centre)
+    groups, links = [[lobes[0]]], []
+    for one, other in zip(lobes[:-1], lobes[1:], strict=True):
+        share = _together(gap, one, other, slack)
+        if share == 1.0:
+            groups[-1].append(other)
+        else:
+            groups.append([other])
+            links.append(share)
+    count = len(groups)
+    together = np.zeros((count, count))
+    for k in range(count):
+        for j in range(k + 1, count):
+            together[k, j] = together[j, k] = min(links[k:j])
+    merged = [_merged(group) for group in groups]
+    regions = []
+    for k, lobe in enumerate(merged):
+        lean = sum(
+            together[k, j] * other.force / (lobe.force + other.force) * (other.angle - lobe.angle)
+            for j, other in enumerate(merged)
+        )
+        low = 0.5 * (merged[k - 1].right + lobe.left) if k > 0 else -np.inf
+        high = 0.5 * (lobe.right + merged[k + 1].left) if k < count - 1 else np.inf
+        regions.append(_fitted(gap, row, lobe, lobe.angle + lean, low, high, shape))
+    return regions, together
+
+
+def _merged(lobes: list[Lobe]) -> Lobe:
+    """Outline, centre and angle of several lobes."""
+    force = sum(lobe.force for lobe in lobes)
+    return Lobe(
+        lobes[0].left,
+        lobes[-1].right,
+        min(lobe.x_low for lobe in lobes),
+        max(lobe.x_high for lobe in lobes),
+        sum(lobe.force * lobe.centre for lobe in lobes) / force,
+        sum(lobe.force * lobe.angle for lobe in lobes) / force,
+        force,
+    )
+
+
+def _fitted(
+    gap: Gap, row: int, lobe: Lobe, angle: float, y_low: float, y_high: float, shape: tuple[int, int]
+) -> Region:
+    """Region that holds a lobe with the margin around it."""
+    s = Section(gap, lobe.centre, angle).across(np.array([lobe.left, lobe.right, y_low, y_high]))
+    width = float(s[1] - s[0]) / (shape[1] - 2.0 * MARGIN)
+    length = (lobe.x_high - lobe.x_low) / (shape[0] - 2.0 * MARGIN)
+    x = float(np.interp(lobe.centre, gap.contour.y, gap.x[row]))
+    low, high = float(s[0]) - MARGIN * width, float(s[1]) + MARGIN * width
+    return Region(
+        row,
+        lobe.centre,
+        angle,
+        lobe.x_low - MARGIN * length - x,
+        lobe.x_high + MARGIN * length - x,
+        max(low, float(s[2])) if np.isfinite(y_low) else low,
+        min(high, float(s[3])) if np.isfinite(y_high) else high,
+        y_low,
+        y_high,
+    )
+
+
+def touches_border(region: Region, pressure: FloatArray) -> bool:
+    """Whether a patch touches a border of its grid behind which there is no other grid."""
+    along, across = pressure.any(axis=1), pressure.any(axis=0)
+    low = across[0] and not np.isfinite(region.y_low)
+    high = across[-1] and not np.isfinite(region.y_high)
+    return bool(along[0] or along[-1] or low or high)
+
+
+def holds_all(
+    gap: Gap, regions: Sequence[Region], pressure: Sequence[FloatArray], descent: float, modulus: float
+) -> bool:
+    """Whether there is no contact outside of the grids.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows.
+    regions : sequence of Region
+        Grids of one wheel.
+    pressure : sequence of (nx, ny) arrays
+        On them [Pa].
+    descent : float
+        From first touch [m].
+    modulus : float
+        E* [Pa].
+
+    Returns
+    -------
+    bool
+        False if the rigid surfaces overlap, along the contact line beside the grids, by more than the
+        surfaces give way there.
+    """
+    grid, curve = gap.contour, gap.gap[regions[0].row]
+    inside = curve < float(curve.min()) + descent
+    for region in regions:
+        ends = Section(gap, region.y, region.angle).lateral(np.array([region.s_low, region.s_high]))
+        inside &= (grid.y < ends[0]) | (grid.y > ends[1])
+    places = np.flatnonzero(inside)[::3]
+    if places.size == 0:
+        return True
+    y, z, x = grid.y[places], grid.z[places], gap.x[regions[0].row, places]
+    left = (curve[places] - float(curve.min()) - descent) * np.cos(grid.angle[places])
+    for region, field in zip(regions, pressure, strict=True):
+        length, width = region.cell((field.shape[0], field.shape[1]))
+        force = field * (length * width)
+        s = region.s(field.shape[1])
+        along = region.x(field.shape[0]) + float(plane_of(gap, region).x[0])
+        foot = np.interp(region.y, grid.y, grid.z)
+        near = np.hypot(
+            y[:, None] - region.y - s * np.cos(region.angle), z[:, None] - foot - s * np.sin(region.angle)
+        )
+        share = np.clip((FAR - near.min(axis=1)) / (FAR - NEAR), 0.0, 1.0)
+        distance = np.sqrt(near[:, None, :] ** 2 + (x[:, None, None] - along[:, None]) ** 2)
+        left += share * (force / distance).sum(axis=(1, 2)) / (np.pi * modulus)
+    return bool(left.min() > 0.0)
+
+
+def carried_over(
+    gap: Gap, old: Sequence[tuple[Region, FloatArray]], region: Region, shape: tuple[int, int]
+) -> FloatArray:
+    """Pressures of other grids at the cells of a region, linear between their cells."""
+    pressure = np.zeros(shape)
+    y = Section(gap, region.y, region.angle).lateral(region.s(shape[1]))
+    x = region.x(shape[0]) + float(plane_of(gap, region).x[0])
+    for before, field in old:
+        s = Section(gap, before.y, before.angle).across(y)
+        along = _linear(x - float(plane_of(gap, before).x[0]), before.x_high, before.x_low, field.shape[0])
+        across = _linear(s, before.s_low, before.s_high, field.shape[1])
+        pressure += along @ field @ across.T
+    return pressure
+
+
+def _linear(place: FloatArray, start: float, stop: float, count: int) -> FloatArray:
+    """Weights (n, count) of linear interpolation between cell centres; zero outside the grid."""
+    at = (place - start) / (stop - start) * count - 0.5
+    weights: FloatArray = np.maximum(1.0 - np.abs(at[:, None] - np.arange(count)), 0.0)
+    return weights
+
+
+def coupling_of(
+    gap: Gap, regions: list[Region], together: FloatArray, shape: tuple[int, int], effective_modulus: float
+) -> Coupling | None:
+    """Influence of grids on each other, in the share in which they belong together.
+
+    Between grids that lie apart it is smooth: forces are passed on to 8 x 8 Chebyshev nodes of their grid,
+    whose displacements 1/(pi E* distance) times the cosine between the planes spread over the other grid by
+    the same polynomials, so that it stays symmetric.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows.
+    regions : list of Region
+        k grids.
+    together : (k, k) array
+        From `gather`.
+    shape : (int, int)
+        nx, ny cells.
+    effective_modulus : float
+        E* [Pa].
+
+    Returns
+    -------
+    callable or None
+        For `solve_pressure`; none if no grid feels another.
+    """
+    pairs = np.argwhere(together > 0.0)
+    if pairs.size == 0:
+        return None
+    nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
+    inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, _NODES - 1))
+
+    def weights(count: int) -> FloatArray:
+        places = (np.arange(count) + 0.5) * (2.0 / count) - 1.0
+        table: FloatArray = np.polynomial.chebyshev.chebvander(places, _NODES - 1) @ inverse
+        return table
+
+    along, across = weights(shape[0]), weights(shape[1])
+    points = []
+    for region in regions:
+        x = 0.5 * (region.x_high + region.x_low) - 0.5 * (region.x_high - region.x_low) * nodes
+        s = 0.5 * (region.s_high + region.s_low) + 0.5 * (region.s_high - region.s_low) * nodes
+        x_all, s_all = np.meshgrid(x + float(plane_of(gap, region).x[0]), s, indexing="ij")
+        z = np.interp(region.y, gap.contour.y, gap.contour.z)
+        y_all = region.y + s_all * np.cos(region.angle)
+        points.append(np.stack((x_all, y_all, z + s_all * np.sin(region.angle))).reshape(3, -1))
+    tables = {}
+    for j, k in pairs:
+        distance = np.sqrt(((points[j][:, :, None] - points[k][:, None, :]) ** 2).sum(axis=0))
+        facing = together[j, k] * max(np.cos(regions[j].angle - regions[k].angle), 0.0)
+        tables[int(j), int(k)] = facing / (np.pi * effective_modulus * distance)
+    areas = [np.prod(region.cell(shape)) for region in regions]
+
+    def add(pressures: list[FloatArray], moved: list[FloatArray]) -> None:
+        forces = [areas[k] * (along.T @ field @ across).ravel() for k, field in enumerate(pressures)]
+        for (j, k), table in tables.items():
+            moved[j] += along @ (table @ forces[k]).reshape(_NODES, _NODES) @ across.T
+
+    return add
