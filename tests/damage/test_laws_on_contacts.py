@@ -1,0 +1,123 @@
+"""All laws on solved contacts: S1002 on 60E1, 3 mm off centre, 80 kN, rail and roller of 0.5 m."""
+
+import numpy as np
+import pytest
+
+from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
+from wearsim.damage.coefficients import COEFFICIENT_SETS
+from wearsim.damage.fatigue import FATIGUE_LAWS, default_settings, passage_damages, patch_loads
+from wearsim.damage.fatigue.agreement import agreement
+from wearsim.damage.fatigue.loads import wear_number_with_spin, wear_number_without_spin
+from wearsim.damage.wear import (
+    DEFAULT_COEFFICIENTS,
+    archard,
+    energy,
+    equivalence,
+    passage_depths,
+    worn_volume,
+)
+from wearsim.damage.wear import default_settings as wear_settings
+from wearsim.damage.wear.sliding import sliding_work
+from wearsim.profile import standard
+
+MM3_KM = 1e-12  # [m3/m]
+
+
+@pytest.fixture(scope="module")
+def solved():
+    """Right wheel at shifts of 0, 1.5, 3 and 4.5 mm on rail, then on rollers; 20 m/s, friction 0.35."""
+    wheel = standard.wheel("S1002")
+    rail = standard.rail("60E1", 1 / 40, 1.435, 0.75)
+    shift = np.array([0.0, 1.5e-3, 3e-3, 4.5e-3])
+    conditions = ContactConditions(
+        shift=shift,
+        yaw=0 * shift,
+        roll=0 * shift,
+        wheel_load=0 * shift + 80e3,
+        speed=0 * shift + 20.0,
+        friction=0 * shift + 0.35,
+        track_curvature=0 * shift,
+        rotation="centred",
+    )
+    wheelset = Wheelset(wheel, wheel, 0.46, 0.75)
+    return [
+        solve(conditions, wheelset, Counterface(rail, curvature), ContactModels(), sides=(0,))
+        for curvature in (0.0, 2.0)
+    ]
+
+
+def test_wear_number_with_spin_is_the_power_over_the_speed(solved):
+    """Two forms of one number, 1e-9; without spin it is less by the work of spin."""
+    for solution in solved:
+        loads = patch_loads(solution)
+        number = wear_number_with_spin(loads)
+        np.testing.assert_allclose(number, solution.power / 20.0, rtol=1e-9)
+        work = solution.fields.strip_work.sum(axis=1) * solution.fields.strip_width
+        np.testing.assert_allclose(number, work, rtol=1e-9)
+        assert (wear_number_without_spin(loads) < number).any()
+
+
+def test_archard_and_energy_law_on_solved_contacts(solved):
+    """k_e = k / (mu H): p|s| mu over the work density is 1 in cells that slip at both ends; FASTSIM turns
+    the traction within a cell, and slip sets in at one end of a cell: 3 % of the volume on 50 cells.
+    """
+    found = COEFFICIENT_SETS["jendel_2002"]
+    for name in ("k_mild", "k_oxidative", "k_severe", "k_seizure"):
+        found = found.with_value(name, 5e-4, "test")
+    by_energy = energy.constant(equivalence.volume_per_work(5e-4, 0.35, 3e9), "test")
+    for solution in solved:
+        fields, area = solution.fields, solution.area
+        slips = fields.slip_x**2 + fields.slip_y**2 > 0.0
+        behind = slips.copy()
+        behind[:, 1:] &= slips[:, :-1]
+        behind[:, 0] = False
+        ratio = 0.35 * sliding_work(fields)[behind] / fields.work_density[behind]
+        assert np.abs(np.median(ratio) - 1.0) < 1e-3
+        sliding = archard.depth(fields, area, found).sum(axis=0)
+        work = energy.depth(fields, area, by_energy).sum(axis=0)
+        volumes = [(each.sum(axis=1) * fields.strip_width) for each in (sliding, work)]
+        np.testing.assert_allclose(volumes[0], volumes[1], rtol=0.03)
+
+
+def test_all_wear_laws_beside_each_other(solved):
+    """At 3 mm: laws within a straight branch see the ratio of the powers, 1e-9; the KTH map changes region.
+
+    Rail 23.8, 20.7, 7.0 and 17.8, roller 55.0, 38.9, 13.3 and 33.5 mm3/km by archard, brr, energy, usfd.
+    """
+    settings = [wear_settings(law) for law in sorted(DEFAULT_COEFFICIENTS) if law != "none"]
+    assert [each.law for each in settings] == ["archard", "brr", "energy", "usfd"]
+    worn, power, severe = [], [], []
+    for solution in solved:
+        at = solution.point == 2
+        depths = passage_depths(solution.fields, solution.area, settings)
+        volumes = [worn_volume(depth, solution.fields.strip_width)[:, at] for depth in depths]
+        worn.append([volume.sum() / MM3_KM for volume in volumes])
+        power.append(solution.power[at].sum())
+        severe.append(volumes[0][archard.REGIMES.index("severe")].sum() / volumes[0].sum())
+    ratio = np.divide(worn[1], worn[0])
+    np.testing.assert_allclose(ratio[[1, 3]], power[1] / power[0], rtol=1e-9)
+    assert severe[1] > severe[0] > 0.0
+    assert ratio[0] > 1.1 * ratio[1]
+    assert 3.0 < max(worn[0]) / min(worn[0]) < 5.0  # absolute levels differ more than ratios
+    np.testing.assert_allclose(worn[0], [23.8, 20.7, 7.0, 17.8], rtol=0.02)
+    np.testing.assert_allclose(worn[1], [55.0, 38.9, 13.3, 33.5], rtol=0.02)
+
+
+def test_all_fatigue_laws_beside_each_other(solved):
+    """The worst cell is never better than the patch; a roller of 0.5 m is harder on the surface than a rail.
+
+    At 3 mm from rail to roller: FI -0.024 and 0.040, local 0.084 and 0.151, T-gamma 24.9 and 45.7 N.
+    """
+    settings = [default_settings(law) for law in sorted(FATIGUE_LAWS)]
+    rail, roller = (passage_damages(patch_loads(solution), settings) for solution in solved)
+    for found in (rail, roller):
+        assert (found[2].index >= found[1].index).all()
+        assert np.array_equal(found[0].damage > 0.0, found[2].damage > 0.0)  # both ask where |tau| > k
+    for on_rail, on_roller in zip(rail, roller, strict=True):
+        assert (on_roller.index[1:] > on_rail.index[1:]).all()
+    np.testing.assert_allclose([each.index[2] for each in rail[1:]], [-0.024, 0.084, 24.9], rtol=0.02)
+    np.testing.assert_allclose([each.index[2] for each in roller[1:]], [0.040, 0.151, 45.7], rtol=0.02)
+    damage = {one.law: np.concatenate([rail[k].damage, roller[k].damage]) for k, one in enumerate(settings)}
+    overlap = agreement(damage).overlap
+    np.testing.assert_allclose(overlap, overlap.T, rtol=1e-12)
+    assert overlap[0, 2] == overlap[~np.eye(4, dtype=bool)].max()  # laws of the local shear stress agree best
