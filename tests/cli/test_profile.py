@@ -172,11 +172,20 @@ def test_wear_against_the_new_wheel(capsys):
     assert "+1.6" in text  # Sh, worn minus new
 
 
-def test_a_measured_rail_is_compared_as_it_stands_in_the_track(capsys):
-    """Gauge corner 2.4 mm and top 1.2 mm as made, noise 5 um; both overlap a little."""
-    against = told(capsys, RAIL, "--against", "60E1")["against"]
-    assert against["alignment"]["rule"] == "none"
-    assert against["max_wear_depth"] == pytest.approx(2.4e-3, abs=0.06e-3)
+def test_a_measured_rail_is_found_wherever_its_origin_is(tmp_path, capsys):
+    """The example stands in the track as it was made; noise of 5 um moves the fit by 12 um."""
+    made = told(capsys, RAIL, "--against", "60E1", "--align", "none")["against"]
+    moved = tmp_path / "moved.ban"
+    head, _, points = Path(RAIL).read_text().partition("\n\n")
+    rows = [line.split() for line in points.splitlines()]
+    moved.write_text(
+        head + "\n\n" + "\n".join(f"{float(x) + 12.3:.4f} {float(y) + 3.0:.4f}" for x, y in rows)
+    )
+    for file in (RAIL, str(moved)):
+        fitted = told(capsys, file, "--against", "60E1")["against"]
+        assert fitted["alignment"]["rule"] == "best_fit"
+        assert fitted["max_wear_depth"] == pytest.approx(made["max_wear_depth"], abs=0.02e-3)
+        assert fitted["worn_area"] == pytest.approx(made["worn_area"], abs=0.02e-3 * 0.09)
 
 
 def test_nothing_is_worn_off_itself(capsys):

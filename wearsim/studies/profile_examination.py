@@ -46,8 +46,8 @@ class Circumstances:
     smooth : float or None
         Wavelength of the noise filter on measured profiles [m].
     align : str or None
-        Rule of `wearsim.profile.alignment`; if not stated, `best_fit` for measured wheels, and `none` for
-        measured rails, which stand in the track, and for standard shapes.
+        Rule of `wearsim.profile.alignment`; if not stated, `best_fit` for measured profiles and `none` for
+        standard shapes.
     said : mapping
         Statements on files, see `read_profile`.
     """
@@ -185,8 +185,7 @@ def examine(
     if against is not None:
         against = reference = _prepared(against, at)
         reference, subject = _in_track(reference, at), _in_track(subject, at)
-        fitted = subject.measured and subject.kind == "wheel"
-        rule = at.align or ("best_fit" if fitted else "none")
+        rule = at.align or ("best_fit" if subject.measured else "none")
         alignment = align(subject.profile, reference.profile, rule)
         subject = replace(subject, profile=alignment.profile)
         wear = wear_between(reference.profile, subject.profile)
