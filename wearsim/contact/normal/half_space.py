@@ -38,6 +38,7 @@ from wearsim.contact.normal.half_space_regions import (
     gather,
     heights,
     holds_all,
+    lay,
     lobes_of,
     overlaps,
     plane_of,
@@ -67,7 +68,7 @@ _COARSE = (24, 32)
 _TRIALS = 20  # of the descent
 _FITS = 12  # of grids to patches
 _STILL = 1e-5  # rad, a plane that has found its place
-_SLACK = 2e-4  # m, on the distance at which patches share a grid
+_GATHERED = 2  # fits after which it is settled which lobes share a grid, and in which share t
 
 
 @dataclass(frozen=True)
@@ -264,13 +265,17 @@ def _search(task: _Task) -> WheelPressure:
 def _fit(task: _Task, state: WheelPressure, shape: tuple[int, int]) -> WheelPressure:
     """Lay grids around the patches of a state, and again around what is found there, until they stay."""
     tolerance = task.parameters["half_space_tolerance"]
-    counts = list(state.iterations)
+    counts, together = list(state.iterations), np.zeros((0, 0))
     for fit in range(_FITS):
         old = list(zip(state.regions, state.pressure, strict=True))
-        lobes = [lobe for region, pressure in old for lobe in lobes_of(task.gap, region, pressure)]
-        slack = _SLACK if fit > _FITS // 2 else 0.0
-        regions, together = gather(task.gap, task.row, lobes, shape, slack)
-        if fit > 1 and len(regions) == len(old):
+        groups = [lobes_of(task.gap, region, pressure) for region, pressure in old]
+        if fit < _GATHERED:
+            groups, together = gather(task.gap, [lobe for group in groups for lobe in group])
+        elif not all(groups):  # a grid without load
+            kept = [k for k, group in enumerate(groups) if group]
+            groups, together = [groups[k] for k in kept], together[np.ix_(kept, kept)]
+        regions = lay(task.gap, task.row, groups, together, shape)
+        if fit >= _GATHERED and len(regions) == len(old):
             turn = max(abs(new.angle - was[0].angle) for new, was in zip(regions, old, strict=True))
             if turn < _STILL and not any(touches_border(*was) for was in old):
                 return state

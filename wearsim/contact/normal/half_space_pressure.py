@@ -168,7 +168,7 @@ def _overlap(height: FloatArray, area: FloatArray, cosine: FloatArray, load: flo
     """Rough virtual penetration: the overlap region's size squared times its depth carries the load."""
     depth = height / cosine
     first = float(depth.min())
-    low, high = first, first + float(load / modulus) ** (2.0 / 3.0) * 16.0
+    low, high = first, first + 16.0 * float((load / modulus) ** (2.0 / 3.0))
     for _ in range(30):
         level = 0.5 * (low + high)
         region = float(area[depth < level].sum())

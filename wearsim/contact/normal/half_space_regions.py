@@ -13,13 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from wearsim.contact.gap_surface import ContactPlane, contact_plane, gap_surface
 from wearsim.contact.geometry import NO_WHEEL, Gap
 from wearsim.contact.normal.half_space_pressure import Coupling, HeightGrid
-from wearsim.contact.patch import FloatArray
+from wearsim.contact.patch import FloatArray, IntArray
 
 NEAR, FAR = 4e-3, 8e-3  # m, from edge to edge
 ALIKE, UNLIKE = 0.3, 0.5  # rad
@@ -101,7 +102,7 @@ class Section:
     def __init__(self, gap: Gap, y: float, angle: float) -> None:
         contour = gap.contour
         self._y0, self._z0 = y, float(np.interp(y, contour.y, contour.z))
-        self._cosine, self._sine = np.cos(angle), np.sin(angle)
+        self._cosine, self._sine = float(np.cos(angle)), float(np.sin(angle))
         middle = int(np.searchsorted(contour.y, y))
         away = np.flatnonzero(np.cos(contour.angle - angle) < _GRAZING)
         first = int(away[away < middle].max(initial=-1)) + 1
@@ -113,7 +114,7 @@ class Section:
 
     def across(self, y: FloatArray) -> FloatArray:
         """Positions s of points of the profile [m]."""
-        z = np.interp(y, self._contour.y, self._contour.z)
+        z: FloatArray = np.interp(y, self._contour.y, self._contour.z)
         place: FloatArray = (y - self._y0) * self._cosine + (z - self._z0) * self._sine
         return place
 
@@ -121,12 +122,6 @@ class Section:
         """Lateral positions y of the profile over positions s [m]."""
         place: FloatArray = np.interp(s, self._s, self._y)
         return place
-
-    def height(self, y: FloatArray) -> FloatArray:
-        """Position of points of the profile above the plane, along its normal [m]."""
-        z = np.interp(y, self._contour.y, self._contour.z)
-        value: FloatArray = (z - self._z0) * self._cosine - (y - self._y0) * self._sine
-        return value
 
 
 def plane_of(gap: Gap, region: Region) -> ContactPlane:
@@ -209,7 +204,7 @@ def overlaps(gap: Gap, row: int, level: float) -> list[Region]:
         part = curve[run]
         inner = 1 + np.flatnonzero((part[1:-1] < part[:-2]) & (part[1:-1] <= part[2:]))
         cuts: list[int] = []
-        for a, b in zip(inner[:-1], inner[1:], strict=True):
+        for a, b in pairwise(inner):
             if abs(grid.angle[run[b]] - grid.angle[run[a]]) > ALIKE:
                 cuts.append(int(a + np.argmax(part[a:b])))
         for piece in np.split(run, cuts):
@@ -222,7 +217,7 @@ def overlaps(gap: Gap, row: int, level: float) -> list[Region]:
     return found
 
 
-def _about(gap: Gap, row: int, piece: FloatArray, limit: float) -> Region:
+def _about(gap: Gap, row: int, piece: IntArray, limit: float) -> Region:
     """Region around grid points where the surfaces overlap."""
     grid = gap.contour
     first, last = max(int(piece[0]) - 1, 0), min(int(piece[-1]) + 1, grid.y.size - 1)
@@ -241,7 +236,7 @@ def _about(gap: Gap, row: int, piece: FloatArray, limit: float) -> Region:
 
 
 def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
-    """Runs of loaded strips on a grid.
+    """Find the runs of loaded strips on a grid.
 
     Parameters
     ----------
@@ -309,7 +304,9 @@ def _reach(value: FloatArray) -> FloatArray:
     column = np.arange(value.shape[1])
     here, next_ = value[first, column], value[np.minimum(first + 1, count - 1), column]
     rise = next_ - here
-    share = np.divide(here, rise, out=np.full(here.shape, 0.5), where=(rise > here) & (here > 0.0))
+    share: FloatArray = np.divide(
+        here, rise, out=np.full(here.shape, 0.5), where=(rise > here) & (here > 0.0)
+    )
     return share
 
 
@@ -318,42 +315,34 @@ def _ramp(value: float, full: float, none: float) -> float:
     return min(max((none - value) / (none - full), 0.0), 1.0)
 
 
-def _together(gap: Gap, one: Lobe, other: Lobe, slack: float) -> float:
+def _together(gap: Gap, one: Lobe, other: Lobe) -> float:
     """Share t in which two neighbours belong together."""
     z = np.interp([one.right, other.left], gap.contour.y, gap.contour.z)
     distance = float(np.hypot(other.left - one.right, z[1] - z[0]))
-    return _ramp(distance - slack, NEAR, FAR) * _ramp(abs(other.angle - one.angle), ALIKE, UNLIKE)
+    return _ramp(distance, NEAR, FAR) * _ramp(abs(other.angle - one.angle), ALIKE, UNLIKE)
 
 
-def gather(
-    gap: Gap, row: int, lobes: list[Lobe], shape: tuple[int, int], slack: float = 0.0
-) -> tuple[list[Region], FloatArray]:
-    """Regions of the lobes of a wheel, as the rule above has it.
+def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
+    """Group the lobes of a wheel, as the rule above has it.
 
     Parameters
     ----------
     gap : Gap
         n rows.
-    row : int
-        Which.
     lobes : list of Lobe
-        Of this wheel, in any order; at least one.
-    shape : (int, int)
-        nx, ny cells of the grids to be laid.
-    slack : float
-        Added to both distances of the rule, against grids that merge and part in turn [m].
+        Of one wheel, in any order; at least one.
 
     Returns
     -------
-    regions : list of Region
-        One for each patch.
+    groups : list of list of Lobe
+        Those that share a grid, from the flange to the field side.
     together : (k, k) array
-        Shares t between them, zero on the diagonal.
+        Shares t between the groups, zero on the diagonal.
     """
     lobes = sorted(lobes, key=lambda lobe: lobe.centre)
     groups, links = [[lobes[0]]], []
-    for one, other in zip(lobes[:-1], lobes[1:], strict=True):
-        share = _together(gap, one, other, slack)
+    for one, other in pairwise(lobes):
+        share = _together(gap, one, other)
         if share == 1.0:
             groups[-1].append(other)
         else:
@@ -364,6 +353,31 @@ def gather(
     for k in range(count):
         for j in range(k + 1, count):
             together[k, j] = together[j, k] = min(links[k:j])
+    return groups, together
+
+
+def lay(
+    gap: Gap, row: int, groups: list[list[Lobe]], together: FloatArray, shape: tuple[int, int]
+) -> list[Region]:
+    """Lay a grid around each group of lobes.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows.
+    row : int
+        Which.
+    groups, together
+        As from `gather`.
+    shape : (int, int)
+        nx, ny cells of the grids.
+
+    Returns
+    -------
+    list of Region
+        One for each group.
+    """
+    count = len(groups)
     merged = [_merged(group) for group in groups]
     regions = []
     for k, lobe in enumerate(merged):
@@ -373,8 +387,8 @@ def gather(
         )
         low = 0.5 * (merged[k - 1].right + lobe.left) if k > 0 else -np.inf
         high = 0.5 * (lobe.right + merged[k + 1].left) if k < count - 1 else np.inf
-        regions.append(_fitted(gap, row, lobe, lobe.angle + lean, low, high, shape))
-    return regions, together
+        regions.append(_fitted(gap, row, lobe, float(lobe.angle + lean), low, high, shape))
+    return regions
 
 
 def _merged(lobes: list[Lobe]) -> Lobe:
@@ -415,7 +429,7 @@ def _fitted(
 
 def touches_border(region: Region, pressure: FloatArray) -> bool:
     """Whether a patch touches a border of its grid behind which there is no other grid."""
-    along, across = pressure.any(axis=1), pressure.any(axis=0)
+    along, across = pressure.max(axis=1) > 0.0, pressure.max(axis=0) > 0.0
     low = across[0] and not np.isfinite(region.y_low)
     high = across[-1] and not np.isfinite(region.y_high)
     return bool(along[0] or along[-1] or low or high)
