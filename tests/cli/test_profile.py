@@ -335,6 +335,7 @@ FAULTS = {
     "parameter": (["S1002/h99"], "28, 30, 32"),
     "part of one": ([RIGHT, "--part", "2"], "--part"),
     "slice of one": ([RIGHT, "--slice", "2"], "--slice"),
+    "other tape circle": (["S1002", "--convert", "miniprof", "--tape-mm", "65"], "flange back"),
     "long waves": ([RIGHT, "--smooth-mm", "40"], "tenth"),
 }
 

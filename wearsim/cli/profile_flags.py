@@ -117,8 +117,8 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
         "--against", metavar="NAME|FILE", help="earlier or new profile: wear between the two"
     )
     compared.add_argument("--align", metavar="RULE", help="how NAME|FILE is laid on it: none, flange_back, "
-                          "flange_tip, tape_line, best_fit, top (default best_fit for measured profiles, else "
-                          "none)")  # fmt: skip
+                          "flange_tip, tape_line, best_fit, top (default best_fit for measured "
+                          "profiles, else none)")  # fmt: skip
     compared.add_argument(f"--{SMOOTH.name}", metavar="X", help=SMOOTH.meaning)
     output = parser.add_argument_group("output")
     output.add_argument("--convert", metavar="FORMAT", help=f"write the profile as {', '.join(WRITTEN)}")

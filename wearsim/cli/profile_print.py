@@ -26,7 +26,21 @@ _SILENT = (
     "back_to_back",
     "front_to_front",
 )  # told only if known
-_HEADER_KEYS = ("Stock", "CarNo", "AxleNo", "Side", "WheelID", "Line", "Date", "Time", "UOF1", "comment")
+_HEADER_KEYS = (
+    "Stock",
+    "CarNo",
+    "AxleNo",
+    "Side",
+    "WheelID",
+    "Sh",
+    "Sd",
+    "qR",
+    "Line",
+    "Date",
+    "Time",
+    "UOF1",
+    "comment",
+)
 
 
 def as_text(found: Examination) -> str:
@@ -219,15 +233,15 @@ def _running(found: Examination) -> list[str]:
     if found.comparison is not None and found.comparison.running is not None:
         rows.append((found.comparison.running, f", {_cut(found.comparison.reference.profile.name)}"))
     shifts = list(dict.fromkeys(shift for each, _ in rows for shift, _ in each.at))
-    lines.append(f"{'  shift, to the right [mm]':<50}" + "".join(f"{1e3 * u:>9.0f}" for u in shifts))
+    lines.append(f"{'  shift, to the right [mm]':<48}" + "".join(f"{1e3 * u:>8.0f}" for u in shifts))
     for each, title in rows:
         at = dict(each.at)
         cells = ["" if u not in at else _cell(at[u], 1e3) for u in shifts]
-        lines.append(f"  {f'rolling radius difference{title} [mm]':<48}" + "".join(f"{c:>9}" for c in cells))
-    lines.append(f"{'  amplitude [mm]':<50}" + "".join(f"{1e3 * a:>9.0f}" for a, _, _ in run.conicity))
+        lines.append(f"  {f'rolling radius difference{title} [mm]':<46}" + "".join(f"{c:>8}" for c in cells))
+    lines.append(f"{'  amplitude [mm]':<48}" + "".join(f"{1e3 * a:>8.0f}" for a, _, _ in run.conicity))
     for each, title in rows:
         values = [_cell(value, 1.0) for _, value, _ in each.conicity]
-        lines.append(f"  {f'equivalent conicity, EN 15302{title}':<48}" + "".join(f"{c:>9}" for c in values))
+        lines.append(f"  {f'equivalent conicity, EN 15302{title}':<46}" + "".join(f"{c:>8}" for c in values))
     whys = dict.fromkeys(why for each, _ in rows for _, _, why in each.conicity if why)
     lines += [f"  -: {why}" for why in whys]
     if run.left:

@@ -21,7 +21,7 @@ from wearsim.profile.limits import load_limits
 from wearsim.profile.measures import GaugeDistances
 from wearsim.profile.shape import arc_length
 from wearsim.studies.profile_examination import Circumstances, Examination, counterpart_of, examine
-from wearsim.studies.profile_subject import Subject, is_file, read_subject
+from wearsim.studies.profile_subject import TAPE, Subject, is_file, read_subject
 
 EXTENSIONS = {
     ("miniprof", "wheel"): ".whl",
@@ -97,6 +97,14 @@ def measure_one(request: Request, faults: list[str]) -> int:
         if fitting is not None:
             found.take(lambda: counterpart_of(kind, at), "--rail" if kind == "wheel" else "--wheel")
     target = _target(request, subject)
+    tape = request.numbers.get("tape_mm") or (subject.tape if subject is not None else TAPE)
+    if request.convert is not None and tape != TAPE:
+        found.faults.append(
+            Fault(
+                f"--convert writes wheels whose tape circle is {1e3 * TAPE:g} mm from the flange back, here "
+                f"it is {1e3 * tape:g} mm: nothing would tell that in the file; leave it out"
+            )
+        )
     if target is not None and target.exists() and not request.overwrite:
         found.faults.append(
             Fault(f"--out = {target} exists already; choose another name or add --overwrite")

@@ -148,6 +148,7 @@ def examine(
     left: Subject | None = None,
     against: Subject | None = None,
     amplitudes: tuple[float, ...] = AMPLITUDES,
+    measure_reference: bool = True,
 ) -> Examination:
     """Measure a profile.
 
@@ -165,6 +166,8 @@ def examine(
         Earlier or new profile of the same kind.
     amplitudes : tuple of float
         Of the conicity [m].
+    measure_reference : bool
+        Whether the other profile is measured, too.
 
     Returns
     -------
@@ -199,8 +202,8 @@ def examine(
             reference,
             alignment,
             wear,
-            _measures(reference, None, at)[0],
-            _running(before, None, at, amplitudes)[0],
+            _measures(reference, None, at)[0] if measure_reference else None,
+            _running(before, None, at, amplitudes)[0] if measure_reference else None,
         )
     return Examination(
         subject,

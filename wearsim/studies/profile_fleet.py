@@ -158,7 +158,14 @@ def _row(
         notes = (*notes, f"a {subject.kind}, not compared with the {against.kind} {against.profile.name}")
     # a rail has no measures of its own: only its wear is told
     try:
-        found = examine(subject, at, limits, against=reference, amplitudes=(JUDGED_AMPLITUDE,))
+        found = examine(
+            subject,
+            at,
+            limits,
+            against=reference,
+            amplitudes=(JUDGED_AMPLITUDE,),
+            measure_reference=False,
+        )
     except WearsimError as error:
         fault = _one_line(path, str(error))
         try:

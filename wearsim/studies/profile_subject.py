@@ -221,7 +221,7 @@ def _from_file(given: str, kind: Kind | None, said: Mapping[str, Any]) -> Subjec
         reading, notes = _either(path, said)
     else:
         reading = read_profile(path, told, **said)
-    return Subject(
+    subject = Subject(
         given,
         reading.profile,
         reading.format,
@@ -231,6 +231,10 @@ def _from_file(given: str, kind: Kind | None, said: Mapping[str, Any]) -> Subjec
         f"file {path.name}",
         "",
     )
+    if subject.diameter is None:
+        return subject
+    note = f"wheel diameter {1e3 * subject.diameter:g} mm of the header taken, if no other is stated"
+    return replace(subject, notes=(*subject.notes, note))
 
 
 def _told_kind(path: Path) -> tuple[Kind | None, tuple[str, ...]]:
