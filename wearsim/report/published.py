@@ -356,7 +356,10 @@ def _trends(dataset: xr.Dataset) -> list[str]:
             )
         )
         if any(patches[i, j] < patches[i, j - 1] for _, i, j in exceptions):
-            parts.append("Where two patches merge into one between two radii, the values of the wheel jump.")
+            parts.append(
+                "Where two patches merge into one between two radii, two flexibilities become one, and the "
+                "creep forces jump."
+            )
     totals = [dataset[f"trend_{name}"].values for name in TRENDS]
     smallest = [[f"{ratio:.3f}" for ratio in total[:, -1] / total[:, 0]] for total in totals]
     parts.append(f"Ratios of the smallest roller ({1.0 / curvatures[-1]:g} m) to the rail:")

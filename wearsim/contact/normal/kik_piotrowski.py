@@ -19,10 +19,11 @@ over a saddle of height H is separate by
    \qquad r_k = r_j + w\,(h_k + \varepsilon(\delta - h_k + h_1) - r_j) .
 
 w = 1 is a patch of its own, which shares the rigid approach less the height at which it touches; a basin
-whose saddle lies under the neighbour's rim is one patch with it; in between, plane and pressure slope are
-mixed in the share w from those of separate and of common patches. Patches with a common slope meet the
-condition of displacement in the mean over their points of first contact, each weighted by
-:math:`((H - h_k)/(H - h_j) \cdot (r_k - h_k)/(r_j - h_j))^2`, 1 for the deepest. Loads add up.
+whose saddle lies under the neighbour's rim is one patch with it; in between, the approach is
+:math:`(r_k - h_k)/\varepsilon`, and plane and pressure slope are mixed in the share w from those of separate
+and of common patches. Patches with a common slope meet the condition of displacement in the mean over their
+points of first contact, each weighted by :math:`((H - h_k)/(H - h_j) \cdot (r_k - h_k)/(r_j - h_j))^3`, 1 for
+the deepest. Loads add up. A patch appears and vanishes with no load.
 
 References
 ----------

@@ -61,7 +61,7 @@ def _spread(
             beside = joined - minima[1, p]
             if beside > 0.0 and saddle[k] > minima[1, p]:
                 share = (saddle[k] - height) / (saddle[k] - minima[1, p]) * (rim - height) / beside
-                basins[3, k] = basins[3, p] * max(share, 0.0) ** 2
+                basins[3, k] = basins[3, p] * max(share, 0.0) ** 3
             else:
                 basins[3, k] = 1.0
 
@@ -71,8 +71,8 @@ def _amplitude(
     group: IntArray,
     wanted: int,
     found: int,
-    approach: float,
-    low: float,
+    factor: float,
+    first: IntArray,
     minima: FloatArray,
     basins: FloatArray,
     lobe: IntArray,
@@ -84,6 +84,12 @@ def _amplitude(
     lines: FloatArray,
 ) -> float:
     """Find the common pressure slope of a group of patches, over pi E*: approach over displacement."""
+    # The deepest basin of the group leads; a rim lowered by a neighbour means less approach too.
+    lead = 0
+    while group[lead] != wanted:
+        lead += 1
+    height = minima[1, first[lead]]
+    bottom = height + (basins[0, first[lead]] - height) / factor
     largest = 0.0
     for k in range(found):
         if lobe[k] >= 0 and group[lobe[k]] == wanted:
@@ -98,7 +104,7 @@ def _amplitude(
         y = ground[0][cell] + share * (ground[0][cell + 1] - ground[0][cell])
         z = ground[1][cell] + share * (ground[1][cell + 1] - ground[1][cell])
         x = here[2][cell] + share * (here[2][cell + 1] - here[2][cell])
-        pushed += weight * (approach - (minima[1, k] - low)) * np.cos(lines[lobe[k], 3])
+        pushed += weight * (bottom - minima[1, k]) * np.cos(lines[lobe[k], 3])
         for j in range(lobes):
             if group[j] == wanted:
                 moved += weight * displacement_at(y, z, x, lines[j], skewed, work)
@@ -177,7 +183,7 @@ def _wheel_load(
         group[j] = j
     for j in range(lobes):
         slope[j] = _amplitude(
-            group, j, found, approach, low, minima, basins, lobe, lobes, ground, here, skewed, work, lines
+            group, j, found, factor, first, minima, basins, lobe, lobes, ground, here, skewed, work, lines
         )
     for n in range(lobes):
         other = _partner(joins[n], first, parent, lobe)
@@ -190,7 +196,7 @@ def _wheel_load(
                 group[j] = b
         if apart < 1.0:
             common = _amplitude(
-                group, b, found, approach, low, minima, basins, lobe, lobes, ground, here, skewed, work, lines
+                group, b, found, factor, first, minima, basins, lobe, lobes, ground, here, skewed, work, lines
             )
             for j in range(lobes):
                 if group[j] == b:
