@@ -22,14 +22,12 @@ from wearsim.scene.models import (
     Inclination,
     NormalName,
     SceneModel,
-    Section,
     Shift,
     TangentialName,
-    Text,
     WheelsetSection,
-    quantity,
 )
 from wearsim.scene.published import Radius
+from wearsim.scene.section import Section, Text, quantity
 
 _MOST_CASES = 20000
 

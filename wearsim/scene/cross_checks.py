@@ -8,12 +8,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from wearsim.contact.normal import NEVER_LEADS, NORMAL_MODELS
-from wearsim.damage.wear import coefficient_set
-from wearsim.errors import Fault, ProfileError, SceneError
+from wearsim.errors import Fault, ProfileError
 from wearsim.operation.field import REACH
 from wearsim.profile.measures import flange_thickness
 from wearsim.profile.shape import Profile
 from wearsim.scene.clearance import beyond_clearance
+from wearsim.scene.damage import damage_faults
 from wearsim.scene.faults import shown
 from wearsim.scene.models import (
     BlockSection,
@@ -52,7 +52,13 @@ def scene_warnings(
     found = beyond_clearance(scene, clearance)[1]
     runs = scene.operation.blocks if isinstance(scene, RigScene) else scene.operation.classes
     key = "block" if isinstance(scene, RigScene) else "class"
-    if all(run.friction == 0 for run in runs):
+    wear = scene.wear
+    unused = "is read and checked, but campaigns do not compute it yet"
+    if wear.beside:
+        found.append(fault_at(scene, ("wear", "beside"), f"beside {unused}"))
+    if scene.fatigue is not None:
+        found.append(fault_at(scene, ("fatigue",), f"[fatigue] {unused}"))
+    if all(run.friction == 0 for run in runs) and wear.law not in ("archard", "table"):  # these need none
         path = ("operation", key, 0, "friction")
         found.append(fault_at(scene, path, "friction = 0 everywhere: nothing will wear"))
     contact = scene.contact
@@ -111,10 +117,7 @@ def cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
             f"least twice point_spacing_mm = {campaign.point_spacing_mm:g}; shorter waves are not resolved"
         )
         found.append(fault_at(scene, ("campaign", "smoothing_wavelength_mm"), told))
-    try:
-        coefficient_set(scene.wear.coefficients, scene.wear.law)
-    except SceneError as error:
-        found += [fault_at(scene, ("wear", "coefficients"), fault.message) for fault in error.faults]
+    found += [fault_at(scene, path, told) for path, told in damage_faults(scene.wear, scene.fatigue)]
     return found
 
 

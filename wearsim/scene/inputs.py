@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from wearsim.errors import Fault, ProfileError
+from wearsim.damage.wear.table import WearTable
+from wearsim.damage.wear.table_file import read_wear_table
+from wearsim.errors import Fault, ProfileError, SceneError
 from wearsim.profile import standard
 from wearsim.profile.clearance import flange_clearance
 from wearsim.profile.files import read_profile
@@ -71,6 +73,8 @@ class Inputs:
         Flange clearance of the right and the left wheel [m].
     files : tuple of InputFile
         The scene file first.
+    wear_table : WearTable or None
+        Of the file that `table_file` names.
     """
 
     right: Profile
@@ -79,6 +83,7 @@ class Inputs:
     half_span: float
     clearance: tuple[float | None, float | None]
     files: tuple[InputFile, ...]
+    wear_table: WearTable | None = None
 
 
 def find_file(name: str, folders: tuple[Path, ...], shipped: str) -> Path | None:
@@ -149,6 +154,8 @@ def read_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> tuple
         right if wheelset.profile_left is None else profile("wheelset", "profile_left", wheelset.profile_left)
     )
     counterface = profile("counterface", "profile", scene.counterface.profile)
+    table, told_of_table = _wear_table(scene, kept, files)
+    faults += told_of_table
     faults += cross_faults(scene)
     if right is None or left is None or counterface is None:
         return None, _sorted(faults)
@@ -171,8 +178,30 @@ def read_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> tuple
     clearance = (free, free if left is right else flange_clearance(matched, counterface))
     told = {fault.line for fault in faults}
     faults += [fault for fault in beyond_clearance(scene, clearance)[0] if fault.line not in told]
-    inputs = Inputs(right, matched, counterface, half_span, clearance, tuple(files))
+    inputs = Inputs(right, matched, counterface, half_span, clearance, tuple(files), table)
     return (None if faults else inputs), _sorted(faults)
+
+
+def _wear_table(
+    scene: RigScene | FieldScene, kept: Mapping[str, Path], files: list[InputFile]
+) -> tuple[WearTable | None, list[Fault]]:
+    """Read the table that `table_file` names, and note its file."""
+    name, role = scene.wear.table_file, "wear.table_file"
+    if name is None:
+        return None, []
+    origin: Origin = scene.origin
+    path = kept.get(f"{origin.role}/{role}") or find_file(name, (origin.path.parent,), "profiles")
+    if path is None:
+        told = f"table_file = {shown(name)} does not exist as given or beside the scene; give a wear table"
+        return None, [fault_at(scene, ("wear", "table_file"), told)]
+    try:
+        table = replace(read_wear_table(path), name=Path(name).name)
+        files.append(InputFile(role, name, path, path.read_bytes()))
+    except OSError as error:
+        return None, [Fault(f"cannot be read ({error.strerror}); give a wear table", str(path))]
+    except SceneError as error:
+        return None, list(error.faults)
+    return table, []
 
 
 def _sorted(faults: list[Fault]) -> list[Fault]:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import importlib
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler, PrivateAttr, Strict
-from pydantic.annotated_handlers import GetJsonSchemaHandler
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, Strict
+from pydantic_core import PydanticCustomError
 
-from wearsim.scene.faults import Lines, line_of, suggestion
+from wearsim.scene.damage import FatigueSection, WearSection
+from wearsim.scene.faults import Lines, line_of
+from wearsim.scene.section import Registered, Section, Text, quantity, words
 
 SMALLEST_LOAD_KN = 0.1
 """Below this a patch is hardly wider than the 0.1 mm grid on which profiles are compared. A wheel of the
@@ -20,49 +20,6 @@ smallest radius allowed, a third of the full size, carries 3 kN where the full o
 
 SLOWEST_KM_H = 0.1
 """Slower is no service and no test; speeds near 0 would only end in rounding."""
-
-
-def quantity(meaning: str, unit: str = "", default: Any = ..., **limits: Any) -> Any:
-    """Field of a number; its limits, unit and meaning also make the message of a fault."""
-    extra: Any = {"unit": unit} if unit else None
-    return Field(default, description=meaning, json_schema_extra=extra, **limits)
-
-
-def words(meaning: str, default: Any = ...) -> Any:
-    """Field of a text of at most 200 characters."""
-    return Field(default, description=meaning, min_length=1, max_length=200)
-
-
-def _printable(text: str) -> str:
-    if not text.isprintable():  # results, reports and terminals show it
-        raise PydanticCustomError("out_of_range", "text", {"allowed": "one line of printable text"})
-    return text
-
-
-Text = Annotated[str, AfterValidator(_printable)]
-
-
-@dataclass(frozen=True)
-class _Registered:
-    """A name that must stand in a registry, which is imported only when a name is checked."""
-
-    module: str
-    registry: str
-
-    def names(self) -> list[str]:
-        return sorted(getattr(importlib.import_module(self.module), self.registry))
-
-    def check(self, name: str) -> str:
-        if name not in self.names():
-            hint = suggestion(name, self.names())
-            raise PydanticCustomError("unknown_name", "unknown name", {"hint": hint})
-        return name
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_after_validator_function(self.check, handler(source))
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> Any:
-        return {**handler(schema), "enum": self.names()}
 
 
 def _inclination(text: str) -> str:
@@ -82,20 +39,6 @@ def _curve_radius(radius: float) -> float:
 Inclination = Annotated[str, AfterValidator(_inclination)]
 CurveRadius = Annotated[float, AfterValidator(_curve_radius)]
 Shift = Annotated[float, Field(ge=-20, le=20)]
-
-
-class Section(BaseModel):
-    """A table of the scene file: immutable, exact types, no unknown keys, no infinities."""
-
-    model_config = ConfigDict(
-        frozen=True,
-        extra="forbid",
-        strict=True,
-        allow_inf_nan=False,
-        validate_by_alias=True,
-        hide_input_in_errors=True,
-    )
-    not_here: ClassVar[dict[str, str]] = {}
 
 
 class Header(Section):
@@ -166,8 +109,8 @@ class RollerSection(RailSection):
     roller_radius_mm: float = quantity("the radius of the rollers at the profile's top", "mm", ge=1, le=5000)
 
 
-NormalName = Annotated[str, _Registered("wearsim.contact.normal", "NORMAL_MODELS")]
-TangentialName = Annotated[str, _Registered("wearsim.contact.tangential", "TANGENTIAL_MODELS")]
+NormalName = Annotated[str, Registered("wearsim.contact.normal", "NORMAL_MODELS")]
+TangentialName = Annotated[str, Registered("wearsim.contact.tangential", "TANGENTIAL_MODELS")]
 
 
 class ContactSection(Section):
@@ -186,21 +129,6 @@ class ContactSection(Section):
     virtual_penetration_factor: float = quantity(
         "the share of the approach that is virtual penetration", "", 0.55, gt=0, le=1
     )
-
-
-class WearSection(Section):
-    """[wear]: the law that turns frictional work into depth."""
-
-    law: Annotated[str, _Registered("wearsim.damage.wear", "WEAR_LAWS")] = Field(
-        "usfd", description="the wear law"
-    )
-    coefficients: Annotated[str, _Registered("wearsim.damage.coefficients", "COEFFICIENT_SETS")] = Field(
-        "lewis_dwyer_joyce_2004", description="the set of wear coefficients, named after its paper"
-    )
-    form: Literal["local", "patch_mean"] = Field(
-        "local", description="whether the law acts in each strip or on the mean of the patch"
-    )
-    density_kg_m3: float = quantity("the density of the wheel", "kg/m3", 7850.0, ge=500, le=25000)
 
 
 class Running(Section):
@@ -344,6 +272,7 @@ class RigScene(SceneModel):
     counterface: RollerSection
     contact: ContactSection = Field(default_factory=lambda: ContactSection.model_validate({}))
     wear: WearSection = Field(default_factory=lambda: WearSection.model_validate({}))
+    fatigue: FatigueSection | None = None
     operation: RigOperation
     campaign: CampaignSection
 
@@ -356,6 +285,7 @@ class FieldScene(SceneModel):
     counterface: RailSection
     contact: ContactSection = Field(default_factory=lambda: ContactSection.model_validate({}))
     wear: WearSection = Field(default_factory=lambda: WearSection.model_validate({}))
+    fatigue: FatigueSection | None = None
     operation: FieldOperation
     campaign: CampaignSection
 
@@ -367,7 +297,7 @@ class CompareScene(SceneModel):
     """Two campaigns, rig against field."""
 
     not_here: ClassVar[dict[str, str]] = dict.fromkeys(
-        ("wheelset", "counterface", "contact", "wear", "operation", "campaign"), _ELSEWHERE
+        ("wheelset", "counterface", "contact", "wear", "fatigue", "operation", "campaign"), _ELSEWHERE
     )
     scene: CompareHeader
     compare: ComparedSection

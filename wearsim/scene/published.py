@@ -17,18 +17,8 @@ from wearsim.profile.files import load_profile
 from wearsim.profile.shape import Profile
 from wearsim.scene.faults import shown
 from wearsim.scene.inputs import FLANGE_BACK_TO_ORIGIN, find_file
-from wearsim.scene.models import (
-    ContactSection,
-    Header,
-    Inclination,
-    SceneModel,
-    Section,
-    Shift,
-    Text,
-    WheelsetSection,
-    quantity,
-    words,
-)
+from wearsim.scene.models import ContactSection, Header, Inclination, SceneModel, Shift, WheelsetSection
+from wearsim.scene.section import Section, Text, quantity, words
 from wearsim.scene.setup import contact_models
 
 RESULTS = {

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from wearsim.contact.solve import ContactModels, Counterface, Wheelset
+from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import Fault
 from wearsim.operation.field import TrackClass, collective
@@ -15,6 +16,7 @@ from wearsim.operation.monitor import with_monitors
 from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.operation.rig import Block, programme
 from wearsim.scene.cross_checks import scene_warnings
+from wearsim.scene.damage import beside_settings, fatigue_settings, wear_settings
 from wearsim.scene.inputs import InputFile, Inputs
 from wearsim.scene.models import ContactSection, FieldScene, RigScene
 
@@ -47,6 +49,10 @@ class CampaignSetup:
         Name and SHA-256 of the scene file and of every profile.
     warnings : tuple of str
         What deserves a second look, one line each.
+    beside : tuple of WearSettings
+        Wear laws evaluated on the same contacts beside the leading one.
+    fatigue : tuple of FatigueSettings
+        Fatigue laws.
     """
 
     kind: Literal["rig", "field"]
@@ -60,6 +66,8 @@ class CampaignSetup:
     title: str
     input_hashes: tuple[tuple[str, str], ...]
     warnings: tuple[str, ...]
+    beside: tuple[WearSettings, ...] = ()
+    fatigue: tuple[FatigueSettings, ...] = ()
 
 
 def build(scene: RigScene | FieldScene) -> CampaignSetup:
@@ -86,12 +94,7 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
             1e3 / scene.counterface.roller_radius_mm if isinstance(scene, RigScene) else 0.0,
         ),
         models=contact_models(contact),
-        wear=WearSettings(
-            law=scene.wear.law,
-            coefficients=scene.wear.coefficients,
-            form=scene.wear.form,
-            density=scene.wear.density_kg_m3,
-        ),
+        wear=wear_settings(scene.wear, inputs.wear_table),
         points=_points(scene),
         control=ControlSettings(
             distance=1e3 * campaign.distance_km,
@@ -109,6 +112,8 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
             str(replace(warning, file=scene.origin.path.name))
             for warning in warnings_of(scene)
         ),
+        beside=beside_settings(scene.wear, inputs.wear_table),
+        fatigue=fatigue_settings(scene.fatigue),
     )
 
 

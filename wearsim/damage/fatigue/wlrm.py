@@ -13,12 +13,15 @@ References
 
 from __future__ import annotations
 
+from types import MappingProxyType
+
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
-from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.coefficients import Coefficient, CoefficientSet
 from wearsim.damage.fatigue.law import Branch, FatigueDamage
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, work_share
+from wearsim.errors import Fault, SceneError
 
 
 def damage_function(
@@ -49,6 +52,62 @@ def damage_function(
     falling = top * (wear_number - peak) / (end - peak)
     net: FloatArray = np.where(wear_number > peak, top - falling, rising)
     return np.maximum(net, coefficients["floor"]) if "floor" in coefficients.values else net
+
+
+def own_function(
+    *,
+    start: float,
+    peak: float,
+    end: float,
+    peak_damage: float,
+    source: str,
+    certainty: str,
+    floor: float | None = None,
+) -> CoefficientSet:
+    """Return break points of one's own, for wheels and other steels.
+
+    Parameters
+    ----------
+    start, peak, end : float
+        Wear numbers, rising [N].
+    peak_damage : float
+        Damage of a passage at the peak [-].
+    source, certainty : str
+        Where they come from, and how sure they are.
+    floor : float, optional
+        Lowest damage beyond `end`; None: it falls on [-].
+
+    Returns
+    -------
+    CoefficientSet
+        For the law "wlrm".
+
+    Raises
+    ------
+    SceneError
+        If the break points do not rise.
+    """
+    if not 0.0 <= start < peak < end:
+        told = f"damage_function: start_N = {start:g}, peak_N = {peak:g} and end_N = {end:g} must rise"
+        raise SceneError([Fault(f"{told}; change them")])
+    numbers = {
+        "start": (start, "N"),
+        "peak": (peak, "N"),
+        "end": (end, "N"),
+        "peak_damage": (peak_damage, "-"),
+        **({} if floor is None else {"floor": (floor, "-")}),
+    }
+    return CoefficientSet(
+        name="damage_function",
+        laws=("wlrm",),
+        materials="as given",
+        source=source,
+        validity=f"As given by the user. Certainty: {certainty}.",
+        departures=(),
+        values=MappingProxyType(
+            {name: Coefficient(value, unit, source, "given") for name, (value, unit) in numbers.items()}
+        ),
+    )
 
 
 def law(

@@ -1,0 +1,225 @@
+"""[wear] and [fatigue]: which laws and numbers a scene stands for, and what is refused."""
+
+from pathlib import Path
+
+import pytest
+
+from wearsim.damage import fatigue
+from wearsim.damage.wear import DEFAULT_COEFFICIENTS, WEAR_FORMS, WEAR_LAWS, acting_coefficients
+from wearsim.scene import build, files_to_copy, load_scene, scene_schema
+
+RIG = (Path(__file__).parents[1] / "data" / "scene_rig.toml").read_text()
+FIRST = RIG.count("\n") + 1
+
+TABLE = """\
+[wear.table]
+source = "twin disc, our laboratory"
+certainty = "measured, 10 %"
+interpolation = "linear"
+beyond = "slope"
+T_gamma_A_N_mm2 = [0, 10.4, 20]
+mass_rate_ug_m_mm2 = [0, 55.0, 60]
+"""
+FILE = """\
+# source = twin disc
+# certainty = measured
+# interpolation = step
+# beyond = hold
+power_density_W_mm2, energy_coefficient_mm3_kJ
+0, 0.1
+4, 0.3
+"""
+
+
+def loaded(text):
+    Path("scene.toml").write_text(RIG + text)
+    return load_scene("scene.toml")
+
+
+@pytest.mark.parametrize("law", sorted(set(WEAR_LAWS) - {"table"}))
+def test_each_law_comes_with_its_own_set_and_form(folder, law):
+    scene = loaded(f'[wear]\nlaw = "{law}"\n')
+    wear = build(scene).wear
+    assert (wear.law, wear.coefficients, wear.form) == (law, DEFAULT_COEFFICIENTS[law], WEAR_FORMS[law][0])
+    assert scene.wear.coefficients == DEFAULT_COEFFICIENTS[law]  # told by every output of the scene
+    assert scene.wear.form == WEAR_FORMS[law][0]
+
+
+def test_wear_without_a_section_is_as_ever(folder):
+    wear = build(load_scene("rig.toml")).wear
+    assert (wear.law, wear.coefficients, wear.form) == ("usfd", "lewis_dwyer_joyce_2004", "local")
+    setup = build(load_scene("rig.toml"))
+    assert setup.beside == setup.fatigue == ()
+
+
+def test_archard_takes_the_hardness_of_the_wheel_and_a_cap(folder):
+    setup = build(loaded('[wear]\nlaw = "archard"\nhardness_GPa = 2.7\nseizure_cap = "regime"\n'))
+    assert setup.wear.seizure_cap == "regime"
+    assert acting_coefficients(setup.wear)["hardness"] == pytest.approx(2.7, rel=1e-15)
+    assert setup.warnings == ()
+
+
+def test_a_table_in_the_scene(folder):
+    setup = build(loaded('[wear]\nlaw = "table"\nform = "patch_mean"\n' + TABLE))
+    table = acting_coefficients(setup.wear)
+    assert setup.wear.form == "patch_mean"
+    assert (table.name, table.index, table.rate) == ("wear.table", ("T_gamma_A_N_mm2",), "mass_rate_ug_m_mm2")
+    assert table.axes[0].tolist() == [0.0, 10.4e6, 20e6]
+    assert "measured, 10 %" in table.validity
+
+
+def test_a_table_in_a_file_goes_with_the_scene(folder):
+    Path("own.csv").write_text(FILE)
+    scene = loaded('[wear]\nlaw = "table"\ntable_file = "own.csv"\n')
+    setup = build(scene)
+    table = acting_coefficients(setup.wear)
+    assert table.name == "own.csv"
+    assert table.rates.tolist() == pytest.approx([0.1e-12, 0.3e-12], rel=1e-15)
+    assert dict(setup.input_hashes)["wear.table_file own.csv"]
+    Path("kept").mkdir()
+    for name, content in files_to_copy(scene).items():
+        (Path("kept") / name).write_bytes(content)
+    Path("own.csv").unlink()
+    again = build(load_scene("kept/scene.toml", copied=True))
+    assert acting_coefficients(again.wear).rates.tolist() == table.rates.tolist()
+    assert again.input_hashes == setup.input_hashes
+
+
+def test_faults_of_a_table_file_have_its_lines(folder, faults_of):
+    Path("own.csv").write_text(FILE.replace("4, 0.3", "4, -0.3").replace("hold", "stop"))
+    text = RIG + '[wear]\nlaw = "table"\ntable_file = "own.csv"\n'
+    assert faults_of(text) == [
+        'own.csv:4: beyond = \'stop\' must be "hold" or "slope"',
+        "own.csv:7: energy_coefficient_mm3_kJ = -0.3 must be a number of 0 or more, at most 1e12",
+    ]
+    Path("own.csv").unlink()
+    (fault,) = faults_of(text)
+    assert fault.startswith(f'scene.toml:{FIRST + 2}: table_file = "own.csv" does not exist')
+
+
+def test_laws_beside_the_leading_one(folder):
+    Path("own.csv").write_text(FILE)
+    setup = build(
+        loaded(
+            '[wear]\nbeside = ["archard", "brr", "table"]\ntable_file = "own.csv"\n'
+            "hardness_GPa = 2.8\ndensity_kg_m3 = 7800\n"
+        )
+    )
+    assert (setup.wear.law, setup.wear.hardness) == ("usfd", None)
+    archard, brr, table = setup.beside
+    assert (archard.law, archard.coefficients, archard.hardness) == ("archard", "jendel_2002", 2.8e9)
+    assert (brr.form, brr.density) == ("patch_mean", 7800.0)
+    assert table.coefficients.name == "own.csv"
+    for settings in setup.beside:
+        acting_coefficients(settings)
+
+
+def test_all_fatigue_laws(folder):
+    setup = build(
+        loaded(
+            '[fatigue]\nlaws = ["surface_fatigue_index", "surface_fatigue_index_local", '
+            '"stress_index", "wlrm"]\n'
+            'coefficients = ["burstow_2004_20n"]\nshear_yield_MPa = 320\nwear_number = "with_spin"\n'
+            'branch = "rising"\ncrack_depth_mm = 5\ncrack_width_mm = 12\n'
+        )
+    )
+    assert [each.law for each in setup.fatigue] == [
+        "surface_fatigue_index",
+        "surface_fatigue_index_local",
+        "stress_index",
+        "wlrm",
+    ]
+    found = [fatigue.acting_coefficients(each) for each in setup.fatigue]
+    assert [each["shear_yield"] for each in found[:3]] == [320.0] * 3
+    wlrm = setup.fatigue[3]
+    assert (found[3].name, wlrm.branch, wlrm.wear_number) == ("burstow_2004_20n", "rising", "with_spin")
+    assert (wlrm.crack_depth, wlrm.crack_width) == (5e-3, 12e-3)
+    assert (setup.fatigue[0].branch, setup.fatigue[0].crack_depth) == ("net", None)
+
+
+def test_break_points_of_ones_own(folder):
+    setup = build(
+        loaded(
+            '[fatigue]\nlaws = ["wlrm"]\n[fatigue.damage_function]\nsource = "our fleet"\n'
+            'certainty = "a guess"\nstart_N = 20\npeak_N = 80\nend_N = 200\npeak_damage = 5e-6\nfloor = 0\n'
+        )
+    )
+    found = fatigue.acting_coefficients(setup.fatigue[0])
+    assert found.source == "our fleet"
+    assert [found[name] for name in ("start", "peak", "end", "peak_damage", "floor")] == [
+        20,
+        80,
+        200,
+        5e-6,
+        0,
+    ]
+
+
+def test_what_campaigns_do_not_compute_yet_is_told(folder):
+    warnings = build(loaded('[wear]\nbeside = ["archard"]\n[fatigue]\n')).warnings
+    assert [line.split(" is ")[0] for line in warnings] == [
+        f"scene.toml:{FIRST + 1}: beside",
+        f"scene.toml:{FIRST + 2}: [fatigue]",
+    ]
+
+
+WEAR = '[wear]\nlaw = "usfd"\n'
+LAWS = '[fatigue]\nlaws = ["stress_index"]\n'
+OWN = (
+    '[fatigue.damage_function]\nsource = "x"\ncertainty = "y"\n'
+    "start_N = 20\npeak_N = 10\nend_N = 30\npeak_damage = 1e-6\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "told"),
+    [
+        (WEAR + 'coefficients = "jendel_2002"\n', 2, 'coefficients = "jendel_2002" belong to archard'),
+        ('[wear]\nlaw = "brr"\nform = "local"\n', 2, 'write form = "patch_mean"'),
+        (WEAR + "hardness_GPa = 3\n", 2, "hardness_GPa acts with"),
+        (WEAR + 'seizure_cap = "regime"\n', 2, "seizure_cap acts with"),
+        (WEAR + 'seizure_cap = "load"\n', 2, 'seizure_cap = "load" is not allowed'),
+        ('[wear]\nlaw = "table"\n', 1, 'law: "table" needs its table'),
+        (WEAR + 'beside = ["table"]\n', 2, 'beside: "table" needs its table'),
+        (WEAR + 'beside = ["brr", "usfd"]\n', 2, 'beside[1] = "usfd" is the leading law'),
+        (WEAR + 'beside = ["brr", "brr"]\n', 2, 'beside[1] = "brr" is given twice'),
+        (WEAR + 'beside = ["bbr"]\n', 2, 'beside[0] = "bbr" is not known; did you mean "brr"?'),
+        (WEAR + TABLE, 2, 'table acts with law = "table" only'),
+        (WEAR + 'table_file = "x.csv"\n', 2, 'table_file acts with law = "table" only'),
+        (
+            '[wear]\nlaw = "table"\ncoefficients = "zobory_1997"\n' + TABLE,
+            2,
+            'law = "table" has its own numbers',
+        ),
+        ('[wear]\nlaw = "table"\n' + TABLE.replace("10.4", "30"), 7, "T_gamma_A_N_mm2 = 20 must be above 30"),
+        ('[wear]\nlaw = "table"\n' + TABLE.replace("0, 55.0", "55.0"), 8, "the columns must be equally long"),
+        ('[wear]\nlaw = "table"\n' + TABLE.replace('"slope"', '"stop"'), 6, 'beyond = "stop" is not allowed'),
+        ('[wear]\nlaw = "table"\n' + TABLE.replace("[0, 10.4, 20]", "3"), 7, "must be a list"),
+        (LAWS.replace("stress_index", "stress"), 1, 'laws[0] = "stress" is not known'),
+        ('[fatigue]\nlaws = ["wlrm", "wlrm"]\n', 1, 'laws[1] = "wlrm" is given twice'),
+        (LAWS + 'branch = "rising"\n', 2, 'branch acts with "wlrm" among the laws only'),
+        (LAWS + "crack_depth_mm = 5\n", 2, 'crack_depth_mm acts with "wlrm"'),
+        (LAWS + 'wear_number = "with_spin"\n', 2, 'wear_number acts with "wlrm"'),
+        (LAWS + OWN.replace("peak_N = 10", "peak_N = 25"), 2, 'damage_function acts with "wlrm"'),
+        ('[fatigue]\nlaws = ["wlrm"]\n' + OWN, 2, "must rise"),
+        ('[fatigue]\nlaws = ["wlrm"]\nshear_yield_MPa = 300\n', 2, "shear_yield_MPa acts with none"),
+        ('[fatigue]\nlaws = ["wlrm"]\nbranch = "rising"\n', 2, "give crack_depth_mm"),
+        ('[fatigue]\nlaws = ["wlrm"]\ncrack_depth_mm = 5\n', 2, "both would count wear twice"),
+        (LAWS + 'coefficients = ["burstow_2004"]\n', 2, "belongs to wlrm, of which laws has none"),
+        (
+            '[fatigue]\nlaws = ["wlrm"]\ncoefficients = ["burstow_2004", "burstow_2004_20n"]\n',
+            2,
+            'coefficients[1] = "burstow_2004_20n" and "burstow_2004" both belong to wlrm',
+        ),
+    ],
+)
+def test_what_does_not_fit_together_is_refused(folder, faults_of, text, line, told):
+    found = faults_of(RIG + text)
+    (fault,) = [each for each in found if told in each]
+    assert fault.startswith(f"scene.toml:{FIRST + line}: ")
+
+
+def test_the_schema_knows_the_laws(folder):
+    text = str(scene_schema())
+    for name in ("krause_poll_1986", "surface_fatigue_index_local", "energy_coefficient_mm3_kJ"):
+        assert name in text

@@ -1,0 +1,355 @@
+"""[wear] and [fatigue] of a scene file, and the settings of damage laws they stand for."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, Strict, model_validator
+
+from wearsim.damage import fatigue
+from wearsim.damage.coefficients import FATIGUE_SETS, CoefficientSet
+from wearsim.damage.fatigue import FatigueSettings
+from wearsim.damage.fatigue.wlrm import own_function
+from wearsim.damage.wear import DEFAULT_COEFFICIENTS, WEAR_FORMS, WearSettings, acting_coefficients
+from wearsim.damage.wear.table import WearTable
+from wearsim.damage.wear.table_file import TableFault, wear_table
+from wearsim.errors import SceneError
+from wearsim.scene.section import Registered, Section, Text, quantity, words
+
+WearLawName = Annotated[str, Registered("wearsim.damage.wear", "WEAR_LAWS")]
+WearSetName = Annotated[str, Registered("wearsim.damage.coefficients", "COEFFICIENT_SETS")]
+FatigueLawName = Annotated[str, Registered("wearsim.damage.fatigue", "FATIGUE_LAWS")]
+FatigueSetName = Annotated[str, Registered("wearsim.damage.coefficients", "FATIGUE_SETS")]
+Column = Annotated[tuple[float, ...], Strict(False)]
+
+
+def column(meaning: str, unit: str) -> Any:
+    """Field of a column of a table that may be missing."""
+    extra: Any = {"unit": unit}
+    return Field(None, min_length=1, max_length=10000, description=meaning, json_schema_extra=extra)
+
+
+class WearTableSection(Section):
+    """[wear.table]: a wear law of one's own, one index column or two and one column of the wear rate."""
+
+    source: Text = words("where the table comes from")
+    certainty: Text = words("how sure it is, in words")
+    validity: Text | None = words("what it holds for", None)
+    materials: Text | None = words("wheel and rail, and the state of their surfaces", None)
+    interpolation: Literal["linear", "step"] = Field(description="what holds between the rows")
+    beyond: Literal["hold", "slope"] = Field(description="what holds beyond the last row")
+    hardness_GPa: float | None = quantity("the hardness of the wheel", "GPa", None, ge=0.1, le=20)
+    T_gamma_A_N_mm2: Column | None = column("frictional work per area and distance", "N/mm2")
+    power_density_W_mm2: Column | None = column("frictional power per area", "W/mm2")
+    slip_speed_m_s: Column | None = column("the sliding speed", "m/s")
+    pressure_MPa: Column | None = column("the contact pressure", "MPa")
+    mass_rate_ug_m_mm2: Column | None = column("mass lost per distance and area", "ug/m/mm2")
+    energy_coefficient_mm3_kJ: Column | None = column("volume lost per frictional work", "mm3/kJ")
+    wear_coefficient: Column | None = column("Archard's coefficient", "")
+
+
+class WearSection(Section):
+    """[wear]: the law that turns frictional work into depth."""
+
+    law: WearLawName = Field("usfd", description="the wear law")
+    coefficients: Annotated[str, Registered("wearsim.damage.coefficients", "COEFFICIENT_SETS")] | None = (
+        Field(
+            None,
+            description="the set of wear coefficients, named after its paper; each law has one of its own",
+        )
+    )
+    form: Literal["local", "patch_mean"] | None = Field(
+        None, description="whether the law acts in each cell (where it can) or on the mean of the patch"
+    )
+    density_kg_m3: float = quantity("the density of the wheel", "kg/m3", 7850.0, ge=500, le=25000)
+    hardness_GPa: float | None = quantity(
+        'the hardness of the wheel, in place of that of the set (law = "archard")', "GPa", None, ge=0.5, le=10
+    )
+    seizure_cap: Literal["none", "pressure", "regime"] = Field(
+        "none", description='what keeps elastic pressures out of the seizure regime (law = "archard")'
+    )
+    table: WearTableSection | None = None
+    table_file: Text | None = words('a CSV or TOML file with the table of law = "table"', None)
+    beside: Annotated[tuple[WearLawName, ...], Strict(False)] = Field(
+        (), max_length=20, description="wear laws evaluated on the same contacts beside the leading one"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _own_of_the_law(cls, data: Any) -> Any:
+        """Write in what the law takes where nothing is given, so that every output shows what acts."""
+        if not isinstance(data, dict):
+            return data
+        law = data.get("law", "usfd")
+        if not isinstance(law, str) or law not in WEAR_FORMS:
+            return data
+        own = {"coefficients": DEFAULT_COEFFICIENTS.get(law), "form": WEAR_FORMS[law][0]}
+        return {**{key: value for key, value in own.items() if value is not None}, **data}
+
+
+class DamageFunctionSection(Section):
+    """[fatigue.damage_function]: break points of one's own for law = "wlrm"."""
+
+    source: Text = words("where the break points come from")
+    certainty: Text = words("how sure they are, in words")
+    start_N: float = quantity("the wear number at which damage begins", "N", ge=0, le=1e5)
+    peak_N: float = quantity("the wear number of the largest damage", "N", gt=0, le=1e5)
+    end_N: float = quantity("the wear number at which damage is zero again", "N", gt=0, le=1e6)
+    peak_damage: float = quantity("the largest damage of a passage", "", gt=0, le=1)
+    floor: float | None = quantity("the lowest damage beyond the end", "", None, ge=-1, le=0)
+
+
+class FatigueSection(Section):
+    """[fatigue]: rolling contact fatigue of the wheel."""
+
+    laws: Annotated[tuple[FatigueLawName, ...], Strict(False)] = Field(
+        ("surface_fatigue_index",), min_length=1, max_length=20, description="the fatigue laws"
+    )
+    coefficients: Annotated[tuple[FatigueSetName, ...], Strict(False)] = Field(
+        (), max_length=20, description="sets that replace the laws' own ones"
+    )
+    shear_yield_MPa: float | None = quantity(
+        "the yield stress of the wheel in cyclic shear",
+        "MPa",
+        None,
+        ge=50,
+        le=1500,
+    )
+    wear_number: Literal["without_spin", "with_spin"] = Field(
+        "without_spin", description="the wear number that laws of T-gamma take"
+    )
+    branch: Literal["net", "rising"] = Field(
+        "net", description='the form of law = "wlrm": with the removal of cracks by wear in it, or without'
+    )
+    crack_depth_mm: float | None = quantity(
+        "the depth of a crack of damage 1, which wear removes",
+        "mm",
+        None,
+        ge=0.001,
+        le=100,
+    )
+    crack_width_mm: float = quantity(
+        "the width of profile over which damage counts as that of one place", "mm", 10.0, ge=0.1, le=200
+    )
+    damage_function: DamageFunctionSection | None = None
+
+
+def table_of(section: WearSection) -> tuple[WearTable | None, tuple[TableFault, ...]]:
+    """Return the table of [wear.table]; None if there is none, or it has faults."""
+    if section.table is None:
+        return None, ()
+    keys = section.table.model_dump(exclude_none=True)
+    return wear_table(keys, "wear.table")
+
+
+def wear_settings(section: WearSection, table: WearTable | None = None) -> WearSettings:
+    """Return the settings of the leading wear law.
+
+    Parameters
+    ----------
+    section : WearSection
+        Without faults.
+    table : WearTable, optional
+        Of `table_file`, if it names one.
+
+    Returns
+    -------
+    WearSettings
+        In SI units.
+    """
+    return _settings(section, section.law, table or table_of(section)[0])
+
+
+def beside_settings(section: WearSection, table: WearTable | None = None) -> tuple[WearSettings, ...]:
+    """Return the settings of the wear laws beside the leading one, each with its own set and form.
+
+    Parameters
+    ----------
+    section, table
+        As for `wear_settings`.
+
+    Returns
+    -------
+    tuple of WearSettings
+        In the order of `beside`.
+    """
+    return tuple(_settings(section, law, table or table_of(section)[0]) for law in section.beside)
+
+
+def _settings(section: WearSection, law: str, table: WearTable | None) -> WearSettings:
+    leads = law == section.law
+    coefficients: str | CoefficientSet | None = (
+        section.coefficients if leads else DEFAULT_COEFFICIENTS.get(law)
+    )
+    if law == "table":
+        coefficients = table
+    form = section.form if leads or section.form in WEAR_FORMS[law] else None
+    # keys of Archard's law that no law takes are kept, so that they are refused
+    takes = law == "archard" or (leads and "archard" not in section.beside)
+    hardness = section.hardness_GPa
+    return WearSettings(
+        law=law,
+        coefficients=coefficients if coefficients is not None else "",
+        form=form if form is not None else WEAR_FORMS[law][0],
+        density=section.density_kg_m3,
+        hardness=1e9 * hardness if hardness is not None and takes else None,
+        seizure_cap=section.seizure_cap if takes else "none",
+    )
+
+
+def fatigue_settings(section: FatigueSection | None) -> tuple[FatigueSettings, ...]:
+    """Return the settings of all fatigue laws of a scene.
+
+    Parameters
+    ----------
+    section : FatigueSection or None
+        Without faults; None: no law.
+
+    Returns
+    -------
+    tuple of FatigueSettings
+        In the order of `laws`, SI units.
+    """
+    if section is None:
+        return ()
+    return tuple(_fatigue(section, law) for law in section.laws)
+
+
+def _fatigue(section: FatigueSection, law: str) -> FatigueSettings:
+    named = [name for name in section.coefficients if law in FATIGUE_SETS[name].laws]
+    coefficients: str | CoefficientSet = named[0] if named else fatigue.DEFAULT_COEFFICIENTS[law]
+    own = section.damage_function
+    contains_removal = law in fatigue.CONTAIN_REMOVAL
+    if own is not None and contains_removal:
+        coefficients = own_function(
+            start=own.start_N,
+            peak=own.peak_N,
+            end=own.end_N,
+            peak_damage=own.peak_damage,
+            floor=own.floor,
+            source=own.source,
+            certainty=own.certainty,
+        )
+    found = coefficients if isinstance(coefficients, CoefficientSet) else FATIGUE_SETS[coefficients]
+    if section.shear_yield_MPa is not None and "shear_yield" in found.values:
+        coefficients = found.with_value("shear_yield", section.shear_yield_MPa, "yield stress as given")
+    depth = section.crack_depth_mm
+    return FatigueSettings(
+        law=law,
+        coefficients=coefficients,
+        wear_number=section.wear_number,
+        branch=section.branch if contains_removal else "net",
+        crack_depth=1e-3 * depth if contains_removal and depth is not None else None,
+        crack_width=1e-3 * section.crack_width_mm,
+    )
+
+
+Told = list[tuple[tuple[str | int, ...], str]]
+
+
+def damage_faults(wear: WearSection, section: FatigueSection | None) -> Told:
+    """Tell what does not fit together within [wear] and [fatigue].
+
+    Parameters
+    ----------
+    wear : WearSection
+        With valid keys, types and ranges.
+    section : FatigueSection or None
+        Likewise.
+
+    Returns
+    -------
+    list of (path, str)
+        Path of the key and message of each fault.
+    """
+    return _wear_faults(wear) + ([] if section is None else _fatigue_faults(section))
+
+
+_KEYS = {
+    "coefficients": "coefficients",
+    "form": "form",
+    "seizure_cap": "seizure_cap",
+    "hardness": "hardness_GPa",
+}
+
+
+def _wear_faults(wear: WearSection) -> Told:
+    found: Told = []
+    for wrong in table_of(wear)[1]:
+        place = tuple(item for item in (wrong.key, wrong.row) if item is not None)
+        found.append((("wear", "table", *place), wrong.message))
+    laws = (wear.law, *wear.beside)
+    for k, law in enumerate(wear.beside):
+        if law in laws[: k + 1]:
+            what = "the leading law" if law == wear.law else "given twice"
+            found.append((("wear", "beside", k), f'beside[{k}] = "{law}" is {what}; delete it'))
+    given = [key for key in ("table", "table_file") if getattr(wear, key) is not None]
+    if len(given) == 2:
+        found.append((("wear", "table_file"), "table_file and [wear.table] are both given; delete one"))
+    if "table" in laws and not given:
+        key = "law" if wear.law == "table" else "beside"
+        found.append((("wear", key), f'{key}: "table" needs its table; give [wear.table] or table_file'))
+    if given and "table" not in laws:
+        told = f'{given[0]} acts with law = "table" only, not with "{wear.law}"; delete it, or change the law'
+        found.append((("wear", given[0]), told))
+    if wear.law == "table":
+        if wear.coefficients is not None:
+            told = f'coefficients = "{wear.coefficients}": law = "table" has its own numbers; delete it'
+            found.append((("wear", "coefficients"), told))
+        return found
+    try:
+        acting_coefficients(wear_settings(wear))
+    except SceneError as error:
+        for fault in error.faults:
+            word = fault.message.split(" ", 1)[0]
+            message = fault.message.replace("hardness acts", "hardness_GPa acts")
+            found.append((("wear", _KEYS.get(word, "law")), message))
+    return found
+
+
+def _fatigue_faults(section: FatigueSection) -> Told:
+    found: Told = []
+    laws = section.laws
+    contain = [law for law in laws if law in fatigue.CONTAIN_REMOVAL]
+    for k, law in enumerate(laws):
+        if law in laws[:k]:
+            found.append((("fatigue", "laws", k), f'laws[{k}] = "{law}" is given twice; delete it'))
+    named: dict[str, str] = {}
+    for k, name in enumerate(section.coefficients):
+        fitting = [law for law in laws if law in FATIGUE_SETS[name].laws]
+        told = ""
+        if not fitting:
+            told = f"belongs to {', '.join(FATIGUE_SETS[name].laws)}, of which laws has none; delete it"
+        elif fitting[0] in named:
+            told = f'and "{named[fitting[0]]}" both belong to {fitting[0]}; delete one'
+        elif section.damage_function is not None and fitting[0] in contain:
+            told = "and [fatigue.damage_function] both give break points; delete one"
+        if told:
+            found.append((("fatigue", "coefficients", k), f'coefficients[{k}] = "{name}" {told}'))
+        named.update(dict.fromkeys(fitting, name))
+    only = f'acts with "{", ".join(fatigue.CONTAIN_REMOVAL)}" among the laws only; delete it'
+    if not contain:
+        alone = {
+            "damage_function": section.damage_function is not None,
+            "branch": section.branch != "net",
+            "crack_depth_mm": section.crack_depth_mm is not None,
+            "wear_number": section.wear_number != "without_spin",
+        }
+        found += [(("fatigue", key), f"{key} {only}") for key, wrong in alone.items() if wrong]
+    takes_yield = [law for law in laws if law not in contain]
+    if section.shear_yield_MPa is not None and not takes_yield:
+        told = f"shear_yield_MPa acts with none of the laws ({', '.join(laws)}); delete it"
+        found.append((("fatigue", "shear_yield_MPa"), told))
+    if found:
+        return found
+    for law in laws:
+        try:
+            fatigue.acting_coefficients(_fatigue(section, law))
+        except SceneError as error:
+            for fault in error.faults:
+                points = fault.message.startswith("damage_function")
+                key = (
+                    "damage_function" if points else "crack_depth_mm" if section.crack_depth_mm else "branch"
+                )
+                found.append((("fatigue", key), fault.message.replace("crack_depth", "crack_depth_mm")))
+    return found

@@ -1,0 +1,72 @@
+"""What every table of a scene file is made of: a model of exact types, and fields that tell their meaning."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler
+from pydantic.annotated_handlers import GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from wearsim.scene.faults import suggestion
+
+
+def quantity(meaning: str, unit: str = "", default: Any = ..., **limits: Any) -> Any:
+    """Field of a number; its limits, unit and meaning also make the message of a fault."""
+    extra: Any = {"unit": unit} if unit else None
+    return Field(default, description=meaning, json_schema_extra=extra, **limits)
+
+
+def words(meaning: str, default: Any = ...) -> Any:
+    """Field of a text of at most 200 characters."""
+    return Field(default, description=meaning, min_length=1, max_length=200)
+
+
+def _printable(text: str) -> str:
+    if not text.isprintable():  # results, reports and terminals show it
+        raise PydanticCustomError("out_of_range", "text", {"allowed": "one line of printable text"})
+    return text
+
+
+Text = Annotated[str, AfterValidator(_printable)]
+
+
+@dataclass(frozen=True)
+class Registered:
+    """A name that must stand in a registry, which is imported only when a name is checked."""
+
+    module: str
+    registry: str
+
+    def names(self) -> list[str]:
+        """Return the names of the registry."""
+        return sorted(getattr(importlib.import_module(self.module), self.registry))
+
+    def check(self, name: str) -> str:
+        """Return the name, or raise what becomes a fault with the nearest name."""
+        if name not in self.names():
+            hint = suggestion(name, self.names())
+            raise PydanticCustomError("unknown_name", "unknown name", {"hint": hint})
+        return name
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_after_validator_function(self.check, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> Any:
+        return {**handler(schema), "enum": self.names()}
+
+
+class Section(BaseModel):
+    """A table of the scene file: immutable, exact types, no unknown keys, no infinities."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        strict=True,
+        allow_inf_nan=False,
+        validate_by_alias=True,
+        hide_input_in_errors=True,
+    )
+    not_here: ClassVar[dict[str, str]] = {}
