@@ -188,6 +188,24 @@ def test_a_measured_rail_is_found_wherever_its_origin_is(tmp_path, capsys):
         assert fitted["worn_area"] == pytest.approx(made["worn_area"], abs=0.02e-3 * 0.09)
 
 
+def test_measures_do_not_depend_on_what_a_wheel_is_compared_with(capsys):
+    """A worn wheel laid on a shape it never had must not get another flange thickness by that."""
+    alone = told(capsys, RIGHT)
+    for other, rule in (("S1002", "best_fit"), ("P8", "best_fit"), ("P8", "flange_tip")):
+        compared = told(capsys, RIGHT, "--against", other, "--align", rule)
+        assert compared["measures"] == alone["measures"]
+        assert compared["running"] == alone["running"]
+
+
+def test_the_aligned_profile_can_be_written(tmp_path, capsys):
+    file = tmp_path / "laid.csv"
+    flags = ("--against", "S1002", "--align", "tape_line", "--convert", "two-column", "--out", str(file))
+    assert "aligned as told" in printed(capsys, RIGHT, *flags)
+    laid = read_profile(file, "wheel").profile
+    tread = np.interp(0.0, laid.y[laid.y > -20e-3], laid.z[laid.y > -20e-3])
+    assert abs(tread) < 10e-6  # noise of 3 um, parabola over 6 mm
+
+
 def test_nothing_is_worn_off_itself(capsys):
     """As measured to rounding; the fit itself stops at steps far below the noise of 3 um."""
     for rule, depth in (("none", 1e-15), ("best_fit", 0.1e-6)):

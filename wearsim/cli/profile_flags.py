@@ -121,7 +121,11 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
                           "profiles, else none)")  # fmt: skip
     compared.add_argument(f"--{SMOOTH.name}", metavar="X", help=SMOOTH.meaning)
     output = parser.add_argument_group("output")
-    output.add_argument("--convert", metavar="FORMAT", help=f"write the profile as {', '.join(WRITTEN)}")
+    output.add_argument(
+        "--convert",
+        metavar="FORMAT",
+        help=f"write the profile (aligned, if --align is stated) as {', '.join(WRITTEN)}",
+    )
     output.add_argument("--out", metavar="FILE", help="file of --convert (default: the name with the "
                         "extension of the format, in this folder)")  # fmt: skip
     output.add_argument("--overwrite", action="store_true", help="replace existing files of --out and --csv")

@@ -107,7 +107,7 @@ def _compared(comparison: Comparison) -> list[str]:
         *_notes(comparison.reference),
         *wrapped("aligned", f"{alignment.rule}: {alignment.note}"),
         f"  {'moved by':<10} {moved}{rest}",
-        f"  {'':<10} all values below are of the profile so laid",
+        f"  {'':<10} measures and running behaviour below are of the profile as measured, not moved",
         f"  worn area  {1e6 * wear.worn_area:.2f} mm² ({zones})",
         f"  deepest    {1e3 * wear.max_depth:.3f} mm at y = {1e3 * wear.max_depth_y:.2f} mm",
         *wrapped("", wear.note),

@@ -207,8 +207,9 @@ def _convert(
     request: Request,
 ) -> str:
     """Write a profile, read it back and tell what came of it."""
-    changed = request.against is not None or request.numbers.get("smooth_mm") is not None
-    profile = examination.subject.profile if changed else subject.profile
+    laid = request.against is not None and request.align is not None
+    changed = laid or "smooth_mm" in request.numbers
+    profile = examination.laid if laid else examination.subject.profile
     write_profile(profile, target, format, overwrite=overwrite)
     try:
         again = read_profile(target, subject.kind, format=format)
@@ -217,7 +218,8 @@ def _convert(
     same = np.array_equal(again.profile.y, profile.y) and np.array_equal(again.profile.z, profile.z)
     if not same:
         return f"{target} ({format}); read back it differs: {'; '.join(again.notes[1:])}"
-    what = "smoothed or aligned as told above, " if changed else ""
+    how = [*(["aligned"] if laid else []), *(["smoothed"] if "smooth_mm" in request.numbers else [])]
+    what = f"{' and '.join(how)} as told, " if changed else ""
     return f"{target} ({format}, {len(profile.y)} points, {what}read back with the same bits)"
 
 

@@ -24,6 +24,7 @@ _BEHIND = 9.0  # material drawn behind the surface [mm]
 _ROOM = 2.2  # from a dimension line to its text [mm]
 _TREAD_SHIFT = 6.0  # shifts whose radius differences set the scale [mm]
 _TIP, _TAPE, _LOWER, _UPPER = range(4)
+_GAUGED = {"Sh": "flange_height", "Sd": "flange_thickness", "qR": "flange_gradient"}
 
 
 def plot_shape(dataset: xr.Dataset, ax: Axes | None = None, *, dimensions: bool = True) -> Axes:
@@ -77,25 +78,23 @@ def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
         float(shown("profile_z", dataset.attrs[f"{name}_distance"]))
         for name in ("level", "below_tip", "tape")
     )
-    values = {"Sh": z[_TIP] - z[_TAPE], "Sd": y[_LOWER] + tape, "qR": y[_LOWER] - y[_UPPER]}
-    look = {
-        name: EXCEEDED if row in exceeded else _DIMENSION
-        for name, row in (("Sh", "flange_height"), ("Sd", "flange_thickness"), ("qR", "flange_gradient"))
-    }
+    look = {name: EXCEEDED if row in exceeded else _DIMENSION for name, row in _GAUGED.items()}
+    values = {name: float(shown(row, dataset[row].values)) for name, row in _GAUGED.items()}
     texts = {name: f"{name} {value:.2f}".replace("-", "\N{MINUS SIGN}") for name, value in values.items()}
+    back = y[_TAPE] - tape
     texts = {name: f"{text} !" if look[name] == EXCEEDED else text for name, text in texts.items()}
     low = z[_TIP] + 7.0
     # tape circle, flange back and the two levels
-    _line(ax, (0.0, 0.0), (z[_TAPE] - 6.0, low), ls=(0, (8, 2, 2, 2)))
-    ax.text(0.8, low - 0.4, "tape circle", color="#555555", fontsize=7.5, ha="left", va="bottom")
-    _line(ax, (-tape, -tape), (z[_TAPE] - 6.0, low))
+    _line(ax, (y[_TAPE], y[_TAPE]), (z[_TAPE] - 6.0, low), ls=(0, (8, 2, 2, 2)))
+    ax.text(y[_TAPE] + 0.8, low - 0.4, "tape circle", color="#555555", fontsize=7.5, ha="left", va="bottom")
+    _line(ax, (back, back), (z[_TAPE] - 6.0, low))
     _line(ax, (y[_TIP], 24.0), (z[_TIP], z[_TIP]))
     _line(ax, (0.0, 24.0), (z[_TAPE], z[_TAPE]))
     _arrow(ax, (20.0, z[_TAPE]), (20.0, z[_TIP]), look["Sh"])
     _text(ax, 20.0 + _ROOM, 0.6 * z[_TIP] + 0.4 * z[_TAPE], texts["Sh"], look["Sh"])
     # Sd at its level, the level itself beside the root
-    _arrow(ax, (-tape, z[_LOWER]), (y[_LOWER], z[_LOWER]), look["Sd"])
-    _text(ax, 0.5 * (y[_LOWER] - tape), z[_LOWER] - 0.6, texts["Sd"], look["Sd"], "center", "bottom")
+    _arrow(ax, (back, z[_LOWER]), (y[_LOWER], z[_LOWER]), look["Sd"])
+    _text(ax, 0.5 * (y[_LOWER] + back), z[_LOWER] - 0.6, texts["Sd"], look["Sd"], "center", "bottom")
     _line(ax, (y[_LOWER], -14.0), (z[_LOWER], z[_LOWER]))
     _arrow(ax, (-17.0, z[_TAPE]), (-17.0, z[_LOWER]), "#555555", 0.8)
     _text(ax, -17.0 + 0.6 * _ROOM, z[_LOWER] - 0.35 * level, f"{level:g}", "#555555")
@@ -105,7 +104,7 @@ def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
         _line(ax, (y[k], y[k]), (z[k], low))
     _arrow(ax, (y[_UPPER], low - 1.5), (y[_LOWER], low - 1.5), look["qR"])
     _text(ax, y[_LOWER] + _ROOM, low - 1.5, texts["qR"], look["qR"])
-    left = -tape - 4.0
+    left = back - 4.0
     for k in (_UPPER, _TIP):
         _line(ax, (left - 1.0, y[k]), (z[k], z[k]))
     for k, away in ((_UPPER, -4.0), (_TIP, 4.0)):

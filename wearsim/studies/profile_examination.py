@@ -11,6 +11,7 @@ from wearsim.profile.alignment import Alignment, align
 from wearsim.profile.limits import Judgement, LimitSet, judge
 from wearsim.profile.measures import GaugeDistances, Measures, wheel_measures, wheelset_measures
 from wearsim.profile.noise import smoothed
+from wearsim.profile.shape import Profile
 from wearsim.profile.worn import WearBetween, wear_between
 from wearsim.studies.profile_running import AMPLITUDES, Running, running
 from wearsim.studies.profile_subject import INCLINATION, Kind, Subject, placed, read_subject
@@ -83,7 +84,7 @@ class Comparison:
     wear : WearBetween
         From the reference to the profile.
     measures : Measures or None
-        Of the reference, if it is a wheel.
+        Of the reference, if it is a wheel; unmoved, too.
     running : Running or None
         Of the reference.
     """
@@ -102,7 +103,7 @@ class Examination:
     Parameters
     ----------
     subject : Subject
-        With the profile as it was measured, smoothed and aligned if that was asked for.
+        With the profile as it was measured, smoothed if that was asked for; never moved.
     left : Subject or None
         Left wheel that differs.
     circumstances : Circumstances
@@ -132,6 +133,11 @@ class Examination:
     running: Running | None
     trouble: str
     comparison: Comparison | None
+
+    @property
+    def laid(self) -> Profile:
+        """Profile as it lies on the one it is compared with; as measured, if it is not compared."""
+        return self.subject.profile if self.comparison is None else self.comparison.alignment.profile
 
     @property
     def exceeded(self) -> tuple[str, ...]:
@@ -183,28 +189,18 @@ def examine(
     at = replace(at, distances=replace(at.distances, flange_back=tape))
     subject = _prepared(subject, at)
     left = None if left is None else _prepared(left, at)
-    original = subject
-    reference, alignment, wear = None, None, None
-    if against is not None:
-        against = reference = _prepared(against, at)
-        reference, subject = _in_track(reference, at), _in_track(subject, at)
-        rule = at.align or ("best_fit" if subject.measured else "none")
-        alignment = align(subject.profile, reference.profile, rule)
-        subject = replace(subject, profile=alignment.profile)
-        wear = wear_between(reference.profile, subject.profile)
     measures, left_measures = _measures(subject, left, at)
-    # a rail is placed in the track by its gauge point, wherever it was aligned
-    run, trouble = _running(subject if subject.kind == "wheel" else original, left, at, amplitudes)
+    run, trouble = _running(subject, left, at, amplitudes)
     comparison = None
-    if against is not None and reference is not None and alignment is not None and wear is not None:
-        before = reference if reference.kind == "wheel" else against
-        comparison = Comparison(
-            reference,
-            alignment,
-            wear,
-            _measures(reference, None, at)[0] if measure_reference else None,
-            _running(before, None, at, amplitudes)[0] if measure_reference else None,
-        )
+    if against is not None:
+        before = _prepared(against, at)
+        comparison = _compared(subject, before, at)
+        if measure_reference:
+            comparison = replace(
+                comparison,
+                measures=_measures(before, None, at)[0],
+                running=_running(before, None, at, amplitudes)[0],
+            )
     return Examination(
         subject,
         left,
@@ -240,6 +236,15 @@ def _in_track(subject: Subject, at: Circumstances) -> Subject:
     note = f"placed in the track for the comparison: {track_words(subject, at)}"
     profile = placed(subject, at.inclination, at.gauge or GAUGE, at.half_span)
     return replace(subject, profile=profile, notes=(*subject.notes, note))
+
+
+def _compared(subject: Subject, before: Subject, at: Circumstances) -> Comparison:
+    """Wear between two profiles, the later one laid on the earlier one."""
+    reference, after = _in_track(before, at), _in_track(subject, at)
+    rule = at.align or ("best_fit" if subject.measured else "none")
+    alignment = align(after.profile, reference.profile, rule)
+    wear = wear_between(reference.profile, alignment.profile)
+    return Comparison(reference, alignment, wear, None, None)
 
 
 def counterpart_of(kind: Kind, at: Circumstances) -> Subject:

@@ -183,7 +183,7 @@ def _row(
         notes,
         fault,
         True,
-        *_outline(found.subject.profile),
+        *_outline(found.laid),
     )
 
 

@@ -10,6 +10,7 @@ import xarray as xr
 
 from wearsim.errors import ProfileError
 from wearsim.nomenclature import NOMENCLATURE
+from wearsim.profile.alignment import Alignment
 from wearsim.profile.measures import flange_gradient, flange_height, flange_thickness
 from wearsim.profile.shape import Profile, extremum
 from wearsim.profile.worn import WearBetween
@@ -18,6 +19,10 @@ from wearsim.studies.profile_running import Running
 
 GAUGE_POINTS = ("flange tip", "tape circle", "lower point of the flank", "upper point of the flank")
 """Order along `gauge_point`."""
+
+
+GAUGED = ("flange_height", "flange_thickness", "flange_gradient")
+"""Measures between them."""
 
 
 def gauge_points(profile: Profile, level: float, below_tip: float, tape: float) -> np.ndarray | None:
@@ -56,6 +61,7 @@ def profile_state(
     left: Profile | None = None,
     points: np.ndarray | None = None,
     distances: Mapping[str, float] | None = None,
+    measures: Mapping[str, float] | None = None,
     wear: WearBetween | None = None,
     running: Running | None = None,
     reference_running: Running | None = None,
@@ -74,9 +80,11 @@ def profile_state(
     left : Profile, optional
         Left wheel of the axle, in the axes of a right one.
     points : (4, 2) array, optional
-        From `gauge_points` [m].
+        From `gauge_points`, moved like the profile [m].
     distances : mapping of str to float, optional
         `level`, `below_tip` and `tape`, needed with `points` [m].
+    measures : mapping of str to float, optional
+        Sh, Sd and qR by their names in the nomenclature, needed with `points` [m].
     wear : WearBetween, optional
         From the reference to the profile.
     running, reference_running : Running, optional
@@ -89,9 +97,10 @@ def profile_state(
     Dataset
         SI units. `profile_y, profile_z (point)`; with a reference `reference_y, reference_z`, with a left
         wheel `left_y, left_z`; with gauge points `gauge_y, gauge_z (gauge_point)` in the order of
-        `GAUGE_POINTS`; with wear `arc_length, wear_y, wear_depth (wear_point)`; with running behaviour
-        `shift`, `rolling_radius_difference (shift)`, `amplitude` and `equivalent_conicity (amplitude)`,
-        amplitudes without a conicity left out; the same with names beginning with `reference_`.
+        `GAUGE_POINTS` and the measures `GAUGED`; with wear `arc_length, wear_y, wear_depth (wear_point)`;
+        with running behaviour `shift`, `rolling_radius_difference (shift)`, `amplitude` and
+        `equivalent_conicity (amplitude)`, amplitudes without a conicity left out; the same with names
+        beginning with `reference_`.
     """
     axes = ("profile_y", "profile_z") if profile.kind == "wheel" else ("counterface_y", "counterface_z")
     data: dict[str, Any] = {
@@ -102,7 +111,8 @@ def profile_state(
         if other is not None:
             data[f"{name}_y"] = _variable(axes[0], (f"{name}_point",), other.y)
             data[f"{name}_z"] = _variable(axes[1], (f"{name}_point",), other.z)
-    if points is not None:
+    if points is not None and measures is not None:
+        data |= {name: _variable(name, (), measures[name]) for name in GAUGED}
         data["gauge_y"] = _variable(axes[0], ("gauge_point",), points[:, 0])
         data["gauge_z"] = _variable(axes[1], ("gauge_point",), points[:, 1])
     texts = {
@@ -157,6 +167,8 @@ def examination_state(found: Examination) -> xr.Dataset:
         "level": at.distances.level, "below_tip": at.distances.below_tip, "tape": at.distances.flange_back
     }  # fmt: skip
     points = gauge_points(subject.profile, **distances) if subject.kind == "wheel" else None
+    if points is not None and comparison is not None:
+        points = _moved(points, comparison.alignment)
     title = f"{subject.profile.name}: {subject.kind}, {subject.title}"
     exceeded = dict.fromkeys(each.measure for each in found.judgements if each.exceeded)
     lines = {"title": title, "exceeded": " ".join(exceeded)}
@@ -167,18 +179,26 @@ def examination_state(found: Examination) -> xr.Dataset:
     if subject.kind == "rail" and not (subject.upright and comparison is None):
         lines["origin"] = "as in the track" if subject.upright else "as measured"
     return profile_state(
-        subject.profile,
+        found.laid,
         label=subject.profile.name,
         reference=None if comparison is None else comparison.reference.profile,
         reference_label="" if comparison is None else comparison.reference.profile.name,
         left=None if found.left is None else found.left.profile,
         points=points,
         distances=distances if points is not None else None,
+        measures=found.measures.values if found.measures is not None else None,
         wear=None if comparison is None else comparison.wear,
         running=found.running,
         reference_running=None if comparison is None else comparison.running,
         attributes=lines,
     )
+
+
+def _moved(points: np.ndarray, alignment: Alignment) -> np.ndarray:
+    """Points of a profile after its alignment."""
+    c, s = np.cos(alignment.angle), np.sin(alignment.angle)
+    turned = points @ np.array([[c, s], [-s, c]])
+    return np.asarray(turned + np.array([alignment.dy, alignment.dz]))
 
 
 def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
