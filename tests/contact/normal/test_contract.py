@@ -18,6 +18,8 @@ SHIFT = 1e-3 * np.array([-5.0, -3.0, -1.0, 1.0, 3.0, 4.0, 5.0, -3.0, 3.0])
 YAW = 1e-3 * np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 10.0, -10.0])
 LOAD = np.array([80e3, 5e3, 120e3, 80e3, 80e3, 40e3, 80e3, 80e3, 80e3])
 
+SHARED = ("half_space",)  # models that put both contacts at 5 mm, whose rims are 5 mm apart, on one grid
+
 pytestmark = pytest.mark.parametrize("name", sorted(NORMAL_MODELS))
 
 
@@ -60,7 +62,7 @@ def test_arrays_fit_together_and_are_finite(name, gap_of, curvature):
     strips = 17
     result = solved(name, gap_of(curvature), strips=strips)
     patch, count = result.patch, result.patch.row.size
-    assert count == SHIFT.size + 1
+    assert count == SHIFT.size + (name not in SHARED)
     for array in flat(result).values():
         assert np.all(np.isfinite(array))
         assert array.shape[0] == count
@@ -68,9 +70,15 @@ def test_arrays_fit_together_and_are_finite(name, gap_of, curvature):
     assert patch.interpenetration.shape == (count, strips)
     assert result.edge_y.shape == (count, strips + 1)
     assert np.all(np.diff(result.edge_y) > 0.0)
-    assert np.all(patch.x_lead > patch.x_trail)
+    loaded = patch.x_lead > patch.x_trail
+    assert np.all(loaded | (patch.x_lead == patch.x_trail))
+    if patch.grid is None:
+        assert np.all(loaded)
+    else:  # with free strips at the borders of the grid
+        np.testing.assert_array_equal(loaded, patch.grid.pressure.any(axis=1))
+    assert np.all((patch.pressure_slope > 0.0) == loaded)
     assert np.all(patch.interpenetration >= 0.0)
-    for positive in (result.max_pressure, result.approach, result.normal_force, patch.pressure_slope):
+    for positive in (result.max_pressure, result.approach, result.normal_force):
         assert np.all(positive > 0.0)
     assert np.all((result.edge_y[:, 0] < result.centre_y) & (result.centre_y < result.edge_y[:, -1]))
 
@@ -93,10 +101,11 @@ def test_pressure_carries_the_normal_force(name, gap_of):
     """On the strips as they are: 1e-12."""
     result = solved(name, gap_of(1.0), strips=13)
     half = 0.5 * (result.patch.x_lead - result.patch.x_trail)
-    carried = result.patch.pressure_slope[:, 0] * 0.5 * np.pi * (half**2).sum(axis=1) * result.patch.width
+    slope = result.patch.pressure_slope
+    carried = 0.5 * np.pi * (slope * half**2).sum(axis=1) * result.patch.width
     np.testing.assert_allclose(carried, result.normal_force, rtol=1e-12)
     # Nowhere above what the model tells as its maximum, but for the strips: 2 % on 13 of them.
-    assert np.all(result.patch.pressure_slope[:, 0] * half.max(axis=1) < 1.02 * result.max_pressure)
+    assert np.all((slope * half).max(axis=1) < 1.02 * result.max_pressure)
 
 
 def test_patches_are_ordered_by_row_and_falling_force(name, gap_of):
@@ -104,7 +113,7 @@ def test_patches_are_ordered_by_row_and_falling_force(name, gap_of):
     row, force = result.patch.row, result.normal_force
     assert np.all(np.diff(row) >= 0)
     shared = np.diff(row) == 0
-    assert np.count_nonzero(shared) == 1
+    assert np.count_nonzero(shared) == (name not in SHARED)
     assert np.all(np.diff(force)[shared] < 0.0)
     # Patches of one wheel share its way down.
     assert np.ptp(result.descent[row == 6]) < 1e-15
@@ -128,7 +137,8 @@ def test_a_roller_of_infinite_radius_is_a_rail(name, gap_of):
     for key, array in rail.items():
         np.testing.assert_array_equal(array, roller[key])
     for key in ("max_pressure", "normal_force", "approach", "width"):
-        np.testing.assert_allclose(far[key], rail[key], rtol=1e-7)
+        # Cell by cell the pressure is found to 1e-5.
+        np.testing.assert_allclose(far[key], rail[key], rtol=1e-5 if name == "half_space" else 1e-7)
 
 
 def test_a_left_wheel_is_the_mirror_of_a_right_one(name, wheelset, counterface, points, coarse):
@@ -152,7 +162,7 @@ def test_more_load_presses_harder_and_deeper(name, gap_of):
 def test_area_converges_with_the_strips(name, gap_of):
     """Strips sample a known outline: its round ends limit the order to 1.5."""
     gap = rows_of(gap_of(), np.array([1]))
-    n = np.array([10, 20, 40, 80, 1280])
+    n = np.array([10, 20, 40, 80, 200 if name == "half_space" else 1280])
     area = []
     for strips in n:
         patch = solved(name, gap, LOAD[1:2], strips=strips).patch

@@ -66,8 +66,9 @@ DEFAULTS = {
 _FEWEST = 8  # cells in each direction
 _COARSE = (24, 32)
 _TRIALS = 20  # of the descent
-_FITS = 12  # of grids to patches
+_FITS = 25  # of grids to patches
 _STILL = 1e-5  # rad, a plane that has found its place
+_LAID = 4  # fits after which grids keep their borders if they hold their patches
 _GATHERED = 2  # fits after which it is settled which lobes share a grid, and in which share t
 
 
@@ -275,10 +276,13 @@ def _fit(task: _Task, state: WheelPressure, shape: tuple[int, int]) -> WheelPres
             kept = [k for k, group in enumerate(groups) if group]
             groups, together = [groups[k] for k in kept], together[np.ix_(kept, kept)]
         regions = lay(task.gap, task.row, groups, together, shape)
-        if fit >= _GATHERED and len(regions) == len(old):
-            turn = max(abs(new.angle - was[0].angle) for new, was in zip(regions, old, strict=True))
-            if turn < _STILL and not any(touches_border(*was) for was in old):
+        inside = not any(touches_border(*was) for was in old)
+        if fit >= _GATHERED and len(regions) == len(old) and inside:
+            pairs = list(zip(regions, (was[0] for was in old), strict=True))
+            if max(abs(new.angle - was.angle) for new, was in pairs) < _STILL:
                 return state
+            if fit >= _LAID:  # small changes of the borders would keep the planes moving
+                regions = [replace(was, angle=new.angle) for new, was in pairs]
         start = [carried_over(task.gap, old, region, shape) for region in regions]
         found = task.pressures(
             regions, together, shape, state.descent, start, tolerance if fit > 0 else max(tolerance, 3e-4)

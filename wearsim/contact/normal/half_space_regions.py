@@ -2,7 +2,7 @@
 
 Lobes are runs of loaded strips. Two neighbours belong together by the share
 
-    t = ramp(distance; 4 mm, 8 mm) * ramp(angle between them; 0.3 rad, 0.5 rad),
+    t = ramp(distance; 10 mm, 20 mm) * ramp(angle between them; 0.2 rad, 0.3 rad),
 
 1 up to the first, 0 from the second value on. t = 1: one grid in one plane. t = 0: a grid and a plane each,
 and no influence on each other. In between each has its own grid, but their planes lean towards the common
@@ -22,8 +22,8 @@ from wearsim.contact.geometry import NO_WHEEL, Gap
 from wearsim.contact.normal.half_space_pressure import Coupling, HeightGrid
 from wearsim.contact.patch import FloatArray, IntArray
 
-NEAR, FAR = 4e-3, 8e-3  # m, from edge to edge
-ALIKE, UNLIKE = 0.3, 0.5  # rad
+NEAR, FAR = 10e-3, 20e-3  # m, from edge to edge
+ALIKE, UNLIKE = 0.2, 0.3  # rad
 MARGIN = 1.5  # empty cells between a patch and each border of its grid
 _NODES = 8  # of the interpolation of the influence of one grid on another, in each direction
 _GROW = 0.2  # of the grid's size, where a patch touches its border
@@ -304,9 +304,8 @@ def _reach(value: FloatArray) -> FloatArray:
     column = np.arange(value.shape[1])
     here, next_ = value[first, column], value[np.minimum(first + 1, count - 1), column]
     rise = next_ - here
-    share: FloatArray = np.divide(
-        here, rise, out=np.full(here.shape, 0.5), where=(rise > here) & (here > 0.0)
-    )
+    steep = (rise > here) & (here > 0.0)
+    share: FloatArray = np.where(steep, here, 1.0) / np.where(steep, rise, 1.0)
     return share
 
 
