@@ -195,7 +195,7 @@ def made_up(gap):
         (lambda y: 1e-3 * y, True, "^the contact patch reaches the edge of a profile; check"),
         (lambda y: (y - 27e-3) ** 2, True, "^the contact patch reaches the edge of a profile; check"),
         (
-            lambda y: np.minimum((y - 1e-2) ** 2, (y + 1e-2) ** 2),
+            lambda y: np.minimum((y - 2e-2) ** 2, (y + 2e-2) ** 2),
             False,
             "^several patches close: a normal force belongs to one; give the wheel load instead$",
         ),

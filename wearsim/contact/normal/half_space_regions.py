@@ -62,12 +62,14 @@ class Region:
 
     def x(self, count: int) -> FloatArray:
         """Cell centres along, from the leading end (count,) [m]."""
-        place: FloatArray = self.x_high - (self.x_high - self.x_low) / count * (np.arange(count) + 0.5)
+        share = (np.arange(count, dtype=np.float64) + 0.5) / count
+        place: FloatArray = self.x_high - (self.x_high - self.x_low) * share
         return place
 
     def s(self, count: int) -> FloatArray:
         """Cell centres across (count,) [m]."""
-        place: FloatArray = self.s_low + (self.s_high - self.s_low) / count * (np.arange(count) + 0.5)
+        share = (np.arange(count, dtype=np.float64) + 0.5) / count
+        place: FloatArray = self.s_low + (self.s_high - self.s_low) * share
         return place
 
 
