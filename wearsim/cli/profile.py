@@ -36,15 +36,15 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.errors import Fault, SceneError
 
     request, faults = request_of(arguments)
+    if request is None or (faults and (request.name is None or request.fleet is not None)):
+        raise SceneError([Fault(fault) for fault in faults])
+    code: int
     if request.fleet is not None:
-        if faults:
-            raise SceneError([Fault(fault) for fault in faults])
         from wearsim.cli.profile_fleet import measure_fleet
 
-        code: int = measure_fleet(request)
-        return code
-    if request.name is None or not request.name.strip() or "\0" in request.name:
-        raise SceneError([Fault(fault) for fault in faults])
-    from wearsim.cli.profile_run import measure_one
+        code = measure_fleet(request)
+    else:
+        from wearsim.cli.profile_run import measure_one
 
-    return measure_one(request, faults)
+        code = measure_one(request, faults)
+    return code

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import math
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -136,9 +137,13 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
     output.add_argument("--fleet", metavar="DIR", help="every profile file of a folder as one table")
 
 
-def request_of(arguments: argparse.Namespace) -> tuple[Request, list[str]]:
-    """Return what is asked for, and all that is wrong with it, one line each."""
-    given = vars(arguments)
+def request_of(arguments: argparse.Namespace) -> tuple[Request | None, list[str]]:
+    """Return what is asked for, and all that is wrong with it, one line each; None under unusable names."""
+    given = dict(vars(arguments))
+    faults = _unusable(given)
+    if faults:
+        # nothing can be looked up under such names, and more messages would only repeat it
+        return None, faults
     faults = _subject_faults(given) + _output_faults(given)
     said, wrong = _statements(given)
     numbers, off = _numbers(given)
@@ -176,15 +181,28 @@ def _short(text: str) -> str:
     return " ".join(text.split())[:60]
 
 
+def _unusable(given: dict[str, Any]) -> list[str]:
+    """Tell names that the operating system takes for none."""
+    faults = []
+    for key in ("name", "left", "rail", "wheel", "against", "limits", "fleet", "out", "csv", "plot"):
+        text = given[key]
+        if text is None:
+            continue
+        word = "NAME|FILE" if key == "name" else f"--{key}"
+        if not text.strip() or "\0" in text:
+            faults.append(f"{word} = {_short(text)!r} must not be empty or hold zero bytes")
+            continue
+        try:
+            Path(text).stat()
+        except OSError as error:
+            if error.errno == errno.ENAMETOOLONG:
+                faults.append(f"{word} = {_short(text)}... is too long a name; give a shorter one")
+    return faults
+
+
 def _subject_faults(given: dict[str, Any]) -> list[str]:
     """Check what is looked at: one profile or a folder."""
-    faults = [
-        f"{word} = {_short(given[key])!r} must not be empty or hold zero bytes"
-        for key, word in (("name", "NAME|FILE"), ("left", "--left"), ("rail", "--rail"), ("wheel", "--wheel"),
-                          ("against", "--against"), ("limits", "--limits"), ("fleet", "--fleet"),
-                          ("out", "--out"), ("csv", "--csv"), ("plot", "--plot"))
-        if given[key] is not None and (not given[key].strip() or "\0" in given[key])
-    ]  # fmt: skip
+    faults = []
     if given["fleet"] is None:
         if given["name"] is None:
             faults.append("give a profile, NAME or FILE, or a folder with --fleet DIR")

@@ -133,9 +133,7 @@ def _measures(found: Examination) -> list[str]:
         cells = [_value(each, name) for _, each in columns]
         if difference:
             known = all(name in each.values for each in difference)
-            cells.append(
-                f"{1e3 * (difference[0].values[name] - difference[1].values[name]):+.3f}" if known else ""
-            )
+            cells.append(_difference(*(each.values[name] for each in difference)) if known else "")
         lines.append(f"  {_named(name):<36}" + "".join(f"{cell:>18}" for cell in cells))
     lines += [f"  {why}" for why in _reasons(columns)]
     at = found.circumstances.distances
@@ -199,6 +197,11 @@ def _judgement(measure: str, group: Sequence[Judgement]) -> str:
 def _named(name: str) -> str:
     symbol = f" {SYMBOLS[name]}" if name in SYMBOLS else ""
     return NOMENCLATURE[name].meaning + symbol
+
+
+def _difference(value: float, before: float) -> str:
+    """Change in mm; what rounds to nothing has no sign."""
+    return f"{round(1e3 * (value - before), 3) + 0.0:+.3f}"
 
 
 def _cut(title: str, most: int = 17) -> str:
