@@ -315,27 +315,23 @@ def test_no_solution_is_told(patch, monkeypatch):
     assert caught.value.row == 7
 
 
-def test_a_stalled_iteration_takes_smaller_creepages_first(patch, monkeypatch):
-    """From tractions against all sense and with few steps the direct way fails; the other arrives."""
-    creepage = [-1.6e-3, 1e-3, -0.2]
+@pytest.mark.parametrize("creepage", [(-1.6e-3, 1e-3, -0.2), (0.0, 0.0, 0.5), (1e-7, 0.0, 0.0)])
+def test_a_stalled_iteration_takes_smaller_creepages_first(patch, monkeypatch, creepage):
+    """No case is known that stalls; if one did, the detour arrives at the same tractions."""
     direct = solved(patch, creepage)
-    attempts = []
     solve = steady_rolling.solve
+    attempts = []
 
-    def counted(*arguments, **more):
+    def stalls_once(*arguments, **more):
         attempts.append(solve(*arguments, **more))
-        return attempts[-1]
+        return attempts[-1] if len(attempts) > 1 else replace(attempts[-1], residual=0.5)
 
-    def blind(rigid_slip, creepage, x, flexibility, bound, dx):
-        return np.stack((np.where(np.arange(len(x)) % 2, 1.0, -1.0)[:, None] * bound, 0.0 * bound))
-
-    monkeypatch.setattr(steady_rolling, "solve", counted)
-    monkeypatch.setattr(half_space, "_march", blind)
-    monkeypatch.setattr(steady_rolling, "MOST_STEPS", 4)
+    monkeypatch.setattr(steady_rolling, "solve", stalls_once)
     result = solved(patch, creepage)
     assert len(attempts) == 5
-    assert attempts[0].residual > steady_rolling.TOLERANCE
-    np.testing.assert_allclose(result.force, direct.force, rtol=1e-6)
+    assert attempts[1].steps > 0
+    np.testing.assert_allclose(result.force, direct.force, rtol=1e-6, atol=1e-9 * abs(direct.force).max())
+    np.testing.assert_array_equal(result.slip_area, direct.slip_area)
 
 
 # ---- the same answer in every way of asking
