@@ -209,5 +209,21 @@ def test_several_fatigue_laws_on_the_same_loads(loads):
         assert (found.strip_damage == passage_damage(given, one).strip_damage).all()
 
 
+@pytest.mark.parametrize("law", sorted(FATIGUE_LAWS))
+def test_fatigue_laws_take_a_few_patches_at_a_time(law, loads):
+    """51 patches, more than one part of 16: the same bits as all at once, and none lost."""
+    given = loads(50e6)
+
+    def many(values, count):
+        return {name: np.concatenate([value] * count) for name, value in values.items()}
+
+    values = dict(vars(given))
+    fields = values.pop("fields")
+    more = replace(given, **many(values, 17), fields=replace(fields, **many(vars(fields), 17)))
+    found, once = passage_damage(more, default_settings(law)), passage_damage(given, default_settings(law))
+    for name, value in vars(once).items():
+        assert (getattr(found, name) == np.concatenate([value] * 17)).all()
+
+
 def test_damage_at_points_counts_a_stated_width():
     assert damage_at_points(np.array([2.0]), default_settings("wlrm", crack_width=8e-3)) == [0.016]

@@ -226,6 +226,18 @@ def test_several_laws_on_the_same_fields(patches):
         assert (depth == passage_depth(fields, area, one)).all()
 
 
+@pytest.mark.parametrize("law", sorted(DEFAULT_COEFFICIENTS))
+def test_laws_take_a_few_patches_at_a_time(law, patches):
+    """50 patches, more than one part of 16: the same bits as all at once, and none lost."""
+    fields, area = patches(50e6)
+    many = replace(fields, **{name: np.concatenate([v] * 17)[:50] for name, v in vars(fields).items()})
+    depth = passage_depth(many, np.concatenate([area] * 17)[:50], default_settings(law))
+    once = passage_depth(fields, area, default_settings(law))
+    assert (depth == np.concatenate([once] * 17, axis=1)[:, :50]).all()
+    none = replace(fields, **{name: v[:0] for name, v in vars(fields).items()})
+    assert passage_depth(none, area[:0], default_settings(law)).shape == (len(WEAR_REGIMES[law]), 0, 16)
+
+
 def test_regime_shares_sum_to_the_whole(patches):
     """Weighted with the share of the distance; 1e-12."""
     fields, area = patches(80e6)

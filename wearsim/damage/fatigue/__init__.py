@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from dataclasses import fields as dataclass_fields
 
 import numpy as np
 
-from wearsim.contact.patch import FloatArray
+from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients import FATIGUE_SETS, CoefficientSet
 from wearsim.damage.fatigue import stress_index, surface_fatigue, wlrm
 from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
@@ -36,6 +37,8 @@ DEFAULT_COEFFICIENTS: dict[str, str] = {
     "wlrm": "burstow_2004",
 }
 """Set each law takes where none is asked for."""
+
+_CHUNK = 16  # patches; their cells fit the cache
 
 BRANCHES: tuple[Branch, ...] = ("net", "rising")
 CONTAIN_REMOVAL = ("wlrm",)
@@ -157,6 +160,23 @@ def _removal_faults(settings: FatigueSettings) -> list[Fault]:
     return faults
 
 
+def _parts(loads: PatchLoads) -> Iterator[PatchLoads]:
+    """Yield the loads of a few patches at a time: laws make several copies of the cells."""
+    for start in range(0, max(loads.area.size, 1), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        cells = {f.name: getattr(loads.fields, f.name)[part] for f in dataclass_fields(loads.fields)}
+        resultants = {
+            f.name: getattr(loads, f.name)[part] for f in dataclass_fields(loads) if f.name != "fields"
+        }
+        yield PatchLoads(**resultants, fields=SurfaceFields(**cells))
+
+
+def _joined(parts: Sequence[FatigueDamage]) -> FatigueDamage:
+    """Put the patches of several parts behind one another."""
+    names = [f.name for f in dataclass_fields(FatigueDamage)]
+    return FatigueDamage(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+
+
 def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamage:
     """Damage of one passage of each patch, by the law of the settings.
 
@@ -185,9 +205,13 @@ def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamag
     good = (loads.normal_force > 0.0) & (loads.max_pressure > 0.0)
     for field in cells:
         good &= np.isfinite(field).all(axis=(1, 2))
+    law = FATIGUE_LAWS[settings.law]
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = FATIGUE_LAWS[settings.law](
-            loads, coefficients, wear_number=settings.wear_number, branch=settings.branch
+        found = _joined(
+            [
+                law(part, coefficients, wear_number=settings.wear_number, branch=settings.branch)
+                for part in _parts(loads)
+            ]
         )
     bad = ~(good & np.isfinite(found.index) & np.isfinite(found.strip_damage).all(axis=1))
     if bad.any():

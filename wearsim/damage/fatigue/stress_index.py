@@ -45,7 +45,8 @@ def law(
         Index [Pa]; damage is the index over the yield stress where positive [-].
     """
     shear_yield = _MPA * coefficients["shear_yield"]
-    strips = np.hypot(loads.fields.shear_x, loads.fields.shear_y).max(axis=1)
+    fields = loads.fields
+    strips = np.sqrt((fields.shear_x**2 + fields.shear_y**2).max(axis=1))
     index = strips.max(axis=1) - shear_yield
     damage = np.maximum(index, 0.0) / shear_yield
     place: FloatArray = np.take_along_axis(loads.y, strips.argmax(axis=1)[:, None], axis=1)[:, 0]

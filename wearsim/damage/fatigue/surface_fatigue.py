@@ -157,7 +157,7 @@ def local(
         largest indices above zero.
     """
     fields = loads.fields
-    excess = np.hypot(fields.shear_x, fields.shear_y) - _MPA * coefficients["shear_yield"]
+    excess = np.sqrt(fields.shear_x**2 + fields.shear_y**2) - _MPA * coefficients["shear_yield"]
     bears = ~(fields.pressure <= 0.0)
     cells = np.where(bears, excess / np.where(bears, fields.pressure, 1.0), -np.inf)
     strips = cells.max(axis=1)

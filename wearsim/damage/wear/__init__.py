@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from dataclasses import fields as dataclass_fields
 
 import numpy as np
 
@@ -45,6 +46,8 @@ DEFAULT_COEFFICIENTS: dict[str, str] = {
     "usfd": "lewis_dwyer_joyce_2004",
 }
 """Set each law takes where none is asked for; a table has none."""
+
+_CHUNK = 16  # patches; their cells fit the cache
 
 
 @dataclass(frozen=True)
@@ -199,6 +202,15 @@ def regimes(law: str) -> tuple[str, ...]:
     return WEAR_REGIMES[law]
 
 
+def _parts(fields: SurfaceFields) -> Iterator[tuple[int, SurfaceFields]]:
+    """Fields of a few patches at a time: laws make several copies of the cells."""
+    count = fields.speed.size
+    names = [field.name for field in dataclass_fields(SurfaceFields)]
+    for start in range(0, max(count, 1), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        yield start, SurfaceFields(**{name: getattr(fields, name)[part] for name in names})
+
+
 def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSettings) -> FloatArray:
     """Depth removed by one passage of each patch, by the law of the settings.
 
@@ -227,7 +239,11 @@ def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSetting
     coefficients = acting_coefficients(settings)
     if settings.law == "archard":
         fields, coefficients = archard.capped(fields, coefficients, settings.seizure_cap)
-    depth = law(fields, area, coefficients, form=settings.form, density=settings.density)
+    parts = [
+        law(part, area[start : start + _CHUNK], coefficients, form=settings.form, density=settings.density)
+        for start, part in _parts(fields)
+    ]
+    depth = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
     bad = ~np.isfinite(depth).all(axis=(0, 2))
     if bad.any():
         raise NumericalError(

@@ -28,7 +28,7 @@ def relative_slip(fields: SurfaceFields) -> FloatArray:
     :math:`\mu p |s|/V` is the work density. Without friction there is no work to compare; the slip then
     is that of the model.
     """
-    size: FloatArray = np.hypot(fields.slip_x, fields.slip_y)
+    size: FloatArray = np.sqrt(fields.slip_x**2 + fields.slip_y**2)
     unscaled = -(fields.shear_x * fields.slip_x + fields.shear_y * fields.slip_y)
     local = (unscaled.sum(axis=1) * fields.cell_length).sum(axis=1)
     work = fields.strip_work.sum(axis=1)
