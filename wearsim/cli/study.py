@@ -9,7 +9,11 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 if TYPE_CHECKING:
     from wearsim.scene import StudyScene
 
-_MODULES = {"published": "wearsim.cli.published", "accuracy": "wearsim.cli.accuracy"}
+_MODULES = {
+    "published": "wearsim.cli.published",
+    "accuracy": "wearsim.cli.accuracy",
+    "location": "wearsim.cli.location",
+}
 
 
 class Study(Protocol):

@@ -10,6 +10,7 @@ from wearsim.scene.load import (
     load_scene,
     scene_schema,
 )
+from wearsim.scene.location import LocationScene
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
 from wearsim.scene.published import PublishedScene
 from wearsim.scene.setup import CampaignSetup, build
@@ -20,6 +21,7 @@ __all__ = [
     "CampaignSetup",
     "CompareScene",
     "FieldScene",
+    "LocationScene",
     "PublishedScene",
     "RigScene",
     "Scene",

@@ -15,12 +15,13 @@ from wearsim.errors import Fault, SceneError
 from wearsim.scene.accuracy import AccuracyScene, read_accuracy
 from wearsim.scene.faults import key_lines, shown, syntax_fault, validation_faults
 from wearsim.scene.inputs import find_file, read_inputs
+from wearsim.scene.location import LocationScene, read_locations
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
 from wearsim.scene.published import PublishedScene, read_published
 from wearsim.scene.setup import inputs_of
 
 CampaignScene = RigScene | FieldScene | CompareScene
-StudyScene = PublishedScene | AccuracyScene
+StudyScene = PublishedScene | AccuracyScene | LocationScene
 Scene = CampaignScene | StudyScene
 
 _MODELS: dict[str, type[Scene]] = {
@@ -29,6 +30,7 @@ _MODELS: dict[str, type[Scene]] = {
     "compare": CompareScene,
     "published": PublishedScene,
     "accuracy": AccuracyScene,
+    "location": LocationScene,
 }
 _LARGEST_FILE = 2_000_000
 _INPUTS = "inputs.json"
@@ -73,6 +75,8 @@ def load_scene(path: str | Path, *, copied: bool = False) -> Scene:
         scene._inputs, faults = read_published(scene)
     elif isinstance(scene, AccuracyScene):
         scene._inputs, faults = read_accuracy(scene)
+    elif isinstance(scene, LocationScene):
+        scene._inputs, faults = read_locations(scene)
     else:
         faults = _read_files(scene, kept)
     if faults:

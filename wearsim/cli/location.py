@@ -1,0 +1,77 @@
+"""`wearsim run` and `wearsim check` on a scene of contact locations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from wearsim.scene import LocationScene
+
+
+def run(scene: LocationScene, out: Path | None, command: str) -> int:
+    """Search the contacts and write the report.
+
+    Parameters
+    ----------
+    scene : LocationScene
+        As loaded.
+    out : Path, optional
+        Folder of the report; "reports" if not given.
+    command : str
+        Command line, for the report.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    from wearsim.report.pages_location import write_locations
+    from wearsim.scene.location import locations_of
+    from wearsim.studies.location import solve_locations
+
+    cases = locations_of(scene)
+    stem = scene.origin.path.stem
+    path = write_locations(solve_locations(cases), cases.remarks, out or Path("reports"), stem, command)
+    print(f"report: {path}")
+    return 0
+
+
+def plan(scene: LocationScene) -> dict[str, Any]:
+    """Tell what the scene would search.
+
+    Parameters
+    ----------
+    scene : LocationScene
+        As loaded.
+
+    Returns
+    -------
+    dict
+        For `wearsim check`.
+    """
+    from wearsim.scene.location import locations_of
+
+    cases = locations_of(scene)
+    return {
+        "title": cases.title,
+        "shifts": cases.shift.size,
+        "counterfaces": len(cases.curvatures),
+        "settings": scene.model_dump(by_alias=True, mode="json"),
+    }
+
+
+def text(told: dict[str, Any]) -> str:
+    """Lines for `wearsim check`.
+
+    Parameters
+    ----------
+    told : dict
+        From `plan`.
+
+    Returns
+    -------
+    str
+        Shifts and counterfaces.
+    """
+    return f"{told['title']}: {told['shifts']} shifts on {told['counterfaces']} counterfaces"
