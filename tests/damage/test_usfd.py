@@ -92,3 +92,31 @@ def test_one_severe_cell_makes_a_patch_severe_in_the_local_form_only(patches):
         depth = usfd.depth(fields, area, SET, form=form)
         assert patch_regime(depth).tolist() == [0, 0, -1]
         assert highest_regime(depth).tolist() == [highest, 0, -1]
+
+
+@pytest.mark.parametrize(
+    ("slip", "heat", "expected", "friction", "name"),
+    [
+        (0.2, 1.3, "0.22", 0.09, "mild"),
+        (0.5, 9.2, "1.5", 0.26, "mild"),
+        (1.0, 25.7, "4.3", 0.36, "mild"),
+        (3.0, 102.6, "17", 0.48, "severe"),
+        (7.5, 246.0, "41", 0.46, "severe"),
+        (10.0, 327.8, "55", 0.46, "severe"),
+        (15.0, 492.1, "82", 0.46, "catastrophic"),
+        (20.0, 728.4, "121", 0.51, "catastrophic"),
+    ],
+)
+def test_regimes_of_the_twin_disc_tests(slip, heat, expected, friction, name):
+    """Frictional heat of the programme behind the law (1500 MPa, 400 rpm, 47 mm discs of 10 mm, 6.1 mm2).
+
+    T-gamma/A = Q / (U A) to half of its last digit; each test lies in its regime.
+    """
+    speed = 0.5 * 47e-3 * 400 * 2 * np.pi / 60
+    assert speed == pytest.approx(0.984, abs=5e-4)
+    index = heat / speed / 6.1
+    decimals = len(expected.partition(".")[2])
+    assert index == pytest.approx(float(expected), abs=0.5 * 10.0**-decimals)
+    assert usfd.REGIMES[int(usfd.regime(np.array([index]), SET)[:, 0].argmax())] == name
+    load = 0.25 * np.pi * 1500e6 * 6.1e-6  # line contact: mean pressure pi/4 of the largest
+    assert heat / speed / (0.01 * slip) / load == pytest.approx(friction, abs=0.006)

@@ -43,6 +43,7 @@ def test_map_of_a_paper_written_as_a_table_is_the_law(tmp_path, form, peak, patc
     law = WEAR_LAWS["archard"](fields, area, COEFFICIENT_SETS["jendel_2002"], form=form)
     depth = WEAR_LAWS["table"](fields, area, table, form=form)
     np.testing.assert_allclose(depth[0], law.sum(axis=0), rtol=1e-12)
+    assert not depth[1].any()  # a step table holds by intention
 
 
 @pytest.mark.parametrize("form", ["local", "patch_mean"])
@@ -59,7 +60,8 @@ def test_sheffields_law_as_a_table(tmp_path, form, patches):
     fields, area = patches(250e6)
     law = WEAR_LAWS["usfd"](fields, area, COEFFICIENT_SETS["lewis_dwyer_joyce_2004"], form=form)
     depth = WEAR_LAWS["table"](fields, area, table, form=form)
-    np.testing.assert_allclose(depth[0], law.sum(axis=0), rtol=0.0022)
+    np.testing.assert_allclose(depth.sum(axis=0), law.sum(axis=0), rtol=0.0022)
+    assert depth[1].any() == (form == "local")  # cells beyond 177.2 N/mm2, no mean
 
 
 def test_two_level_law_as_a_table(patches):
@@ -113,8 +115,9 @@ def test_nothing_wears_where_nothing_slides_whatever_the_first_row_says(patches)
     table = made(T_gamma_A_N_mm2=[0], mass_rate_ug_m_mm2=[7])
     fields, area = patches(1e6)
     depth = passage_depth(fields, area, WearSettings("table", table))
-    assert depth[0, 0].all()
-    assert not depth[0, 2].any()
+    assert depth[1, 0].any()  # beyond the only row
+    assert not depth[0].any()
+    assert not depth[:, 2].any()
 
 
 def test_table_tells_its_story():

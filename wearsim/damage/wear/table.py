@@ -19,7 +19,8 @@ from wearsim.damage.coefficients import CoefficientSet
 from wearsim.damage.wear.law import Form
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, relative_slip, spread
 
-REGIMES = ("table",)
+REGIMES = ("within", "beyond")
+"""Beyond the last row of a linear table what it says is an extrapolation; a step table holds by intention."""
 
 INDEX_COLUMNS: dict[str, float] = {
     "T_gamma_A_N_mm2": 1e6,
@@ -113,6 +114,28 @@ def rate_at(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
     return total
 
 
+def beyond(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
+    """Tell where an index lies beyond the last row of a linear table.
+
+    Parameters
+    ----------
+    index : tuple of (...) arrays
+        One value array for each index of the table [SI].
+    table : WearTable
+        With one or two indices.
+
+    Returns
+    -------
+    (...) bool array
+        False throughout for a step table.
+    """
+    past = np.zeros(np.broadcast_shapes(*(value.shape for value in index)), dtype=bool)
+    if table.interpolation == "linear":
+        for axis, value in zip(table.axes, index, strict=True):
+            past = past | (value > axis[-1])
+    return past
+
+
 def _any_nan(index: tuple[FloatArray, ...]) -> FloatArray:
     bad = np.isnan(index[0])
     for value in index[1:]:
@@ -155,8 +178,8 @@ def depth(
 
     Returns
     -------
-    (1, m, ny) array
-        Depth along the surface normal in each strip [m].
+    (2, m, ny) array
+        Depth along the surface normal in each strip, by the regimes of `REGIMES` [m].
 
     Notes
     -----
@@ -175,27 +198,34 @@ def depth(
             "slip_speed_m_s": slip * fields.speed[:, None, None],
             "pressure_MPa": fields.pressure,
         }
-        rate = rate_at(tuple(index[name] for name in coefficients.index), coefficients)
+        at = tuple(index[name] for name in coefficients.index)
+        rate = rate_at(at, coefficients)
         if coefficients.rate == "mass_rate_ug_m_mm2":
             removed = np.where(work == 0.0, 0.0, rate) / density
         elif coefficients.rate == "energy_coefficient_mm3_kJ":
             removed = rate * work
         else:
             removed = rate * sliding / coefficients.hardness
-        return along_strips(removed, fields)[None]
+        past = beyond(at, coefficients)
+        return np.stack(
+            [along_strips(np.where(past, 0.0, removed), fields), along_strips(removed * past, fields)]
+        )
     strip_work, strip_sliding = along_strips(work, fields), along_strips(sliding, fields)
     load = patch_total(along_strips(fields.pressure, fields), fields)
-    total_work = patch_total(strip_work, fields)
-    mean_work = mean_of(total_work, area)
+    mean_work = mean_of(patch_total(strip_work, fields), area)
     index = {
         "T_gamma_A_N_mm2": mean_work,
         "power_density_W_mm2": mean_work * fields.speed,
         "slip_speed_m_s": mean_of(patch_total(strip_sliding, fields), load) * fields.speed,
         "pressure_MPa": mean_of(load, area),
     }
-    rate = rate_at(tuple(index[name] for name in coefficients.index), coefficients)
+    at = tuple(index[name] for name in coefficients.index)
+    rate = rate_at(at, coefficients)
     if coefficients.rate == "mass_rate_ug_m_mm2":
-        return spread(rate * area / density, strip_work, fields)[None]
-    if coefficients.rate == "energy_coefficient_mm3_kJ":
-        return (rate[:, None] * strip_work)[None]
-    return (rate[:, None] * strip_sliding / coefficients.hardness)[None]
+        strips = spread(rate * area / density, strip_work, fields)
+    elif coefficients.rate == "energy_coefficient_mm3_kJ":
+        strips = rate[:, None] * strip_work
+    else:
+        strips = rate[:, None] * strip_sliding / coefficients.hardness
+    past = beyond(at, coefficients)[:, None]
+    return np.stack([np.where(past, 0.0, strips), strips * past])
