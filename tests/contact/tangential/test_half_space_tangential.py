@@ -1,6 +1,10 @@
 """Steady rolling on the half-space against closed forms and against another half-space program."""
 
 import csv
+import json
+import os
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -189,20 +193,27 @@ def test_linear_limit_has_kalkers_coefficients():
 # ---- closed forms
 
 
+@pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
-def test_cylinders_roll_as_carter_has_it(share):
-    """One strip 2e4 times as wide as long. First order: half a cell too much contact at the trailing end."""
+def test_cylinders_roll_as_carter_has_it(share, axis):
+    """One strip 2e4 times as wide as long; across, G takes the place of E*.
+
+    First order: contact reaches about half a cell too far at the trailing end.
+    """
     a, p0 = 5e-3, 1e9
-    exact = carter(share * 2.0 * FRICTION * p0 / E_STAR, a, p0, FRICTION, E_STAR)
+    modulus = (E_STAR, SHEAR_MODULUS)[axis]
+    exact = carter(share * 2.0 * FRICTION * p0 / modulus, a, p0, FRICTION, modulus)
+    creepage = np.zeros(3)
+    creepage[axis] = exact.creepage
     n = np.array([32, 64, 128, 256, 512])
     errors, balance = [], []
     for cells in n:
         one = np.array([[a]])
         strip = Patch(np.array([0]), 0.0 * one, np.array([100.0]), one, -one, np.array([[p0 / a]]), 0.0 * one)
-        result = solved(strip, [float(exact.creepage), 0.0, 0.0], cells=int(cells))
+        result = solved(strip, creepage, cells=int(cells))
         x = a * (1.0 - (2.0 * np.arange(cells) + 1.0) / cells)
-        traction, slip = result.cells[1, 0, :, 0], result.cells[3, 0, :, 0]
-        force = result.force[0, 0] / 100.0
+        traction, slip = result.cells[1 + axis, 0, :, 0], result.cells[3 + axis, 0, :, 0]
+        force = result.force[0, axis] / 100.0
         errors.append(
             [
                 abs(force / float(exact.force_per_width) - 1.0),
@@ -441,3 +452,32 @@ def test_scaling_of_the_patch(creepage, scale):
     found = solved(large, creepage / [1.0, 1.0, scale], fields=False).force[0]
     expected = unit * scale ** np.array([2.0, 2.0, 3.0])
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-7 * abs(expected[:2]).max())
+
+
+_FOUR_BY_FOUR = """
+import json, numpy as np
+from wearsim.contact.patch import Patch
+from wearsim.contact.tangential import half_space
+y = np.array([[-3e-3, -1e-3, 1e-3, 3e-3]])
+half = np.array([[2e-3, 5e-3, 6e-3, 3e-3]])
+patch = Patch(np.array([0]), y, np.array([2e-3]), half, -half, np.array([[2e11] * 4]), 0 * y)
+r = half_space.solve(patch, np.array([[2e-3, -1e-3, 0.3]]), np.array([0.3]), shear_modulus=8e10,
+                     poisson_ratio=0.28, cells=4, fields=True)
+print(json.dumps([r.force.tolist(), r.slip_area.tolist(), r.cells.ravel().tolist()]))
+"""
+
+
+def test_kernels_are_the_same_without_compilation():
+    """Compiled and interpreted kernels on 4 x 4 cells: two forms of one iteration to 1e-8."""
+    runs = []
+    for off in ("0", "1"):
+        done = subprocess.run(
+            [sys.executable, "-c", _FOUR_BY_FOUR],
+            env=os.environ | {"NUMBA_DISABLE_JIT": off},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        runs.append(json.loads(done.stdout))
+    for compiled, interpreted in zip(*runs, strict=True):
+        np.testing.assert_allclose(compiled, interpreted, rtol=1e-6, atol=1e-12 * np.abs(compiled).max())

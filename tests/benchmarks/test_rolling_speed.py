@@ -1,0 +1,110 @@
+"""Times and iteration counts of steady rolling on the half-space, printed and never asserted."""
+
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from wearsim.contact.patch import PatchGrid, from_grid
+from wearsim.contact.tangential import half_space, steady_rolling
+
+pytestmark = pytest.mark.benchmark
+
+A, B, LOAD, FRICTION = 6.5e-3, 5e-3, 80e3, 0.35
+CREEPAGES = np.array(
+    [
+        [-1e-4, 0.0, 0.0],
+        [-1.7e-3, 0.0, -0.197],
+        [2e-3, 0.0, 0.0],
+        [0.0, 1e-3, 0.0],
+        [0.0, 2e-3, -0.3],
+        [-1e-3, 5e-3, -0.5],
+        [5e-4, -1e-3, 0.8],
+        [0.0, 0.0, -0.5],
+        [1e-2, 1e-2, 1.0],
+    ]
+)
+
+
+@pytest.fixture
+def show(capsys):
+    """Print past the capture of pytest."""
+
+    def line(text):
+        with capsys.disabled():
+            sys.stdout.write(f"\n  {text}")
+
+    return line
+
+
+def patch_of(cell):
+    nx, ny = (2 * int(np.ceil(half / cell)) for half in (A, B))
+    dx, dy = 2.0 * A / nx, 2.0 * B / ny
+    x, y = dx * (np.arange(nx) - 0.5 * (nx - 1)), dy * (np.arange(ny) - 0.5 * (ny - 1))
+    pressure = np.sqrt(np.maximum(1.0 - (x[:, None] / A) ** 2 - (y / B) ** 2, 0.0))
+    pressure *= LOAD / (pressure.sum() * dx * dy)
+    grid = PatchGrid(np.array([A]), np.array([-A]), pressure[None])
+    return from_grid(np.array([0]), y[None], np.array([dy]), grid, np.zeros((1, ny)))
+
+
+def solved(patch, creepage, **more):
+    return half_space.solve(
+        patch,
+        creepage[None],
+        np.array([FRICTION]),
+        shear_modulus=210e9 / 2.6,
+        poisson_ratio=0.3,
+        cells=1,
+        fields=True,
+        **more,
+    )
+
+
+def timed(function, repeats):
+    """Shortest of several wall times [ms]."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        function()
+        times.append(time.perf_counter() - start)
+    return 1e3 * min(times)
+
+
+def test_rolling_over_the_cells(show, monkeypatch):
+    """Targets of both problems together: 20 ms at 0.5 mm, 8 ms warm, 1 s at 0.2 mm, exponent 1.5."""
+    counts = []
+    solve = steady_rolling.solve
+
+    def counted(*arguments, **more):
+        rolling = solve(*arguments, **more)
+        counts.append((rolling.steps, rolling.products))
+        return rolling
+
+    cells, means = [], []
+    show("steady rolling on the half-space, 13 mm x 10 mm, 9 creepages from linear to full slip")
+    for cell, repeats in ((1e-3, 7), (0.5e-3, 7), (0.25e-3, 3), (0.2e-3, 3), (0.1e-3, 1)):
+        patch = patch_of(cell)
+        counts.clear()
+        with monkeypatch.context() as within:
+            within.setattr(steady_rolling, "solve", counted)
+            near = [solved(patch, 0.98 * creepage) for creepage in CREEPAGES]
+            for creepage, start in zip(CREEPAGES, near, strict=True):
+                solved(patch, creepage, start=start)
+        cold = [timed(lambda xi=xi: solved(patch, xi), repeats) for xi in CREEPAGES]  # noqa: B023
+        warm = [
+            timed(lambda xi=xi, start=start: solved(patch, xi, start=start), repeats)  # noqa: B023
+            for xi, start in zip(CREEPAGES, near, strict=True)
+        ]
+        steps, products = np.array(counts).reshape(2, -1, 2).transpose(2, 0, 1)
+        cells.append(int((patch.grid.pressure > 0.0).sum()))
+        means.append(np.mean(cold))
+        show(
+            f"{1e3 * cell:4.2f} mm, {cells[-1]:5d} cells: "
+            f"cold {np.mean(cold):6.1f} ms (most {max(cold):.1f}), "
+            f"{steps[0].mean():.1f} steps, {products[0].mean():.0f} convolutions (most {products[0].max()}); "
+            f"warm {np.mean(warm):6.1f} ms (most {max(warm):.1f}), {products[1].mean():.0f} convolutions"
+        )
+    show(
+        f"time grows with the cells to the power {np.polyfit(np.log(cells[1:]), np.log(means[1:]), 1)[0]:.2f}"
+    )
