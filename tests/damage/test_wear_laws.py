@@ -137,7 +137,7 @@ def test_fields_that_are_not_finite_are_stopped(law, name, form, patches):
 
 
 def test_every_law_has_regimes_and_a_set():
-    assert set(WEAR_REGIMES) == set(WEAR_LAWS)
+    assert set(WEAR_REGIMES) == set(WEAR_FORMS) == set(WEAR_LAWS) == {*DEFAULT_COEFFICIENTS, "table"}
     for law in WEAR_LAWS:
         assert regimes(law)
         assert any(made[0] == law for made in MADE_FOR)
