@@ -127,6 +127,18 @@ def test_a_wheelset_is_judged_by_its_stated_distance(capsys):
     assert not any(each["measure"] == "back_to_back" for each in nothing_stated["judgements"])
 
 
+def test_limits_judge_only_at_the_distances_they_are_meant_for(capsys):
+    """qR to 4 mm below the tip is short: no sign of wear."""
+    flags = (RIGHT, "--below-tip-mm", "4", "--level-mm", "14", "--diameter-mm", "900")
+    judged = {(each["measure"], each["bound"]): each for each in told(capsys, *flags)["judgements"]}
+    assert judged["flange_gradient", "min"]["exceeded"] is None
+    assert "other distances" in judged["flange_gradient", "min"]["reason"]
+    assert judged["flange_height", "min"]["exceeded"] is False
+    own = told(capsys, *flags, "--limits", str(standard.shipped_path("profiles", "limits", "TSI.toml")))
+    judged = {(each["measure"], each["bound"]): each for each in own["judgements"]}
+    assert judged["flange_gradient", "min"]["exceeded"] is True
+
+
 def test_own_limits(tmp_path, capsys):
     file = tmp_path / "strict.toml"
     file.write_text(

@@ -74,6 +74,7 @@ def circumstances(request: Request) -> Circumstances:
         smooth=numbers.get("smooth_mm"),
         align=request.align,
         said=request.said,
+        own_limits=request.limits is not None,
     )
 
 

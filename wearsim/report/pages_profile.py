@@ -61,7 +61,7 @@ def profile_figure(dataset: xr.Dataset) -> Figure:
         ax.set_ylim(limits_z[1], limits_z[0])
         ax.set_anchor("W")
         if "reference_y" in dataset or "left_y" in dataset:
-            place: Any = "lower right" if dataset.attrs["kind"] == "wheel" else "lower center"
+            place: Any = "lower right" if dataset.attrs["kind"] == "wheel" else "center"
             ax.legend(loc=place, handlelength=2.2)
         row = 1
         if wear:

@@ -51,6 +51,9 @@ class Circumstances:
         standard shapes.
     said : mapping
         Statements on files, see `read_profile`.
+    own_limits : bool
+        Whether the limits are meant for the stated distances; else only gauge values at 2, 10 and 70 mm are
+        judged.
     """
 
     distances: GaugeDistances
@@ -64,6 +67,7 @@ class Circumstances:
     smooth: float | None = None
     align: str | None = None
     said: Mapping[str, Any] | None = None
+    own_limits: bool = False
 
     @property
     def half_span(self) -> float:
@@ -208,15 +212,29 @@ def examine(
         measures,
         left_measures,
         limits if measures is not None else None,
-        _judged(measures, limits, run),
-        _judged(left_measures, limits, None),
+        _judged(measures, limits, run, at),
+        _judged(left_measures, limits, None, at),
         run,
         trouble,
         comparison,
     )
 
 
-def _judged(measures: Measures | None, limits: LimitSet | None, run: Running | None) -> tuple[Judgement, ...]:
+def _elsewhere(distances: GaugeDistances) -> set[str]:
+    """Gauge values that other than the usual distances change."""
+    usual, changed = GaugeDistances(), set()
+    if distances.below_tip != usual.below_tip:
+        changed |= {"flange_gradient"}
+    if distances.level != usual.level:
+        changed |= {"flange_thickness", "flange_gradient", "front_to_front"}
+    if distances.flange_back != usual.flange_back:
+        changed |= {"flange_height", "flange_thickness", "flange_gradient", "front_to_front"}
+    return changed
+
+
+def _judged(
+    measures: Measures | None, limits: LimitSet | None, run: Running | None, at: Circumstances
+) -> tuple[Judgement, ...]:
     """Judgements of the measures, and of the conicity at 3 mm where the wheelset runs."""
     if measures is None or limits is None:
         return ()
@@ -226,6 +244,9 @@ def _judged(measures: Measures | None, limits: LimitSet | None, run: Running | N
         values["equivalent_conicity"] = conicity
     # what nobody stated is not judged: only gauge values that should be there are told as missing
     missing = {name: why for name, why in measures.missing.items() if name not in _STATED}
+    for name in () if at.own_limits else _elsewhere(at.distances):
+        if values.pop(name, None) is not None:
+            missing[name] = "measured at other distances than those the limits are meant for"
     return tuple(judge(Measures(values, missing), limits))
 
 

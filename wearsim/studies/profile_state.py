@@ -14,8 +14,9 @@ from wearsim.profile.alignment import Alignment
 from wearsim.profile.measures import flange_gradient, flange_height, flange_thickness
 from wearsim.profile.shape import Profile, extremum
 from wearsim.profile.worn import WearBetween
-from wearsim.studies.profile_examination import Examination
+from wearsim.studies.profile_examination import Comparison, Examination
 from wearsim.studies.profile_running import Running
+from wearsim.studies.profile_subject import Subject
 
 GAUGE_POINTS = ("flange tip", "tape circle", "lower point of the flank", "upper point of the flank")
 """Order along `gauge_point`."""
@@ -176,8 +177,8 @@ def examination_state(found: Examination) -> xr.Dataset:
         alignment = comparison.alignment
         lines["subtitle"] = f"laid on {comparison.reference.profile.name}: {alignment.rule}, {alignment.note}"
         lines["wear_note"] = comparison.wear.note
-    if subject.kind == "rail" and not (subject.upright and comparison is None):
-        lines["origin"] = "as in the track" if subject.upright else "as measured"
+    if subject.kind == "rail":
+        lines["origin"] = _origin(subject, comparison)
     return profile_state(
         found.laid,
         label=subject.profile.name,
@@ -192,6 +193,13 @@ def examination_state(found: Examination) -> xr.Dataset:
         reference_running=None if comparison is None else comparison.running,
         attributes=lines,
     )
+
+
+def _origin(rail: Subject, comparison: Comparison | None) -> str:
+    """Where the lateral position of a rail is counted from."""
+    if comparison is not None:
+        return "in the track" if comparison.reference.upright else f"of {comparison.reference.profile.name}"
+    return "from the symmetry axis" if rail.upright else "as measured" if rail.measured else "in the track"
 
 
 def _moved(points: np.ndarray, alignment: Alignment) -> np.ndarray:
