@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from wearsim.contact.closed_forms import carter, full_slip, full_slip_spin_moment
 from wearsim.contact.patch import Patch, PatchGrid, from_grid
+from wearsim.contact.solve import solve as solve_contact
 from wearsim.contact.tangential import fastsim, half_space, steady_rolling
 from wearsim.errors import ContactError, NumericalError
 
@@ -403,6 +404,20 @@ def test_a_neighbouring_state_saves_work(patch, monkeypatch):
     cold, warm = solved(patch, creepage), solved(patch, creepage, start=near)
     assert products[1] < products[0]
     np.testing.assert_allclose(warm.force, cold.force, rtol=1e-6)
+
+
+def test_wheelset_finds_its_rotation_with_half_space_forces(points, wheelset, counterface, coarse):
+    """Signs of the anchors (architecture 3), and a torque balance to 1e-9 that rounding does not disturb."""
+    where = np.array([3e-3, -3e-3, 1e-3])
+    models = replace(coarse, tangential="half_space")
+    nominal = solve_contact(points(where), wheelset, counterface(), models, sides=(0,))
+    assert 14e3 < nominal.force_x[0] < 16e3
+    assert 5e3 < nominal.force_y[0] < 6e3
+    assert np.all(abs(nominal.power_balance - 1.0) < 0.1)
+    free = points(where, rotation="free")
+    speed = solve_contact(free, wheelset, counterface(), models).rotation_speed
+    simple = solve_contact(free, wheelset, counterface(), coarse).rotation_speed
+    np.testing.assert_allclose(speed, simple, rtol=5e-5)  # 3 % of the creepage
 
 
 # ---- symmetries and laws for any creepage
