@@ -7,11 +7,11 @@ the normal problem alone.
 Each cell carries a constant traction. The slip over V is :math:`s = w + (u(x) - u(x + \Delta x))/\Delta x`
 with the difference u of surface displacements, also ahead of the contact, where no traction acts: it belongs
 to the upstream edge of the cell, half a cell ahead of the centre that stands for the traction [1]_, [2]_. The
-rigid slip :math:`w = (\xi_x - \varphi y, \xi_y + \varphi x)` is taken a sixth of a cell ahead of the centre: under
-spin the lateral force errs in one direction with the centre and in the other with the edge, and this place
-leaves about the least. It is also where the program CONTACT has it, to judge by its fields: with its pressure
-tractions agree to 3e-4 of their sum. Errors of the forces are of first order in the cell length, as if the
-contact reached half a cell farther at its trailing end.
+rigid slip :math:`w = (\xi_x - \varphi y, \xi_y + \varphi x)` is taken a sixth of a cell ahead of the
+centre: under spin the lateral force errs in one direction with the centre and in the other with the edge,
+and this place leaves about the least. It is also where the program CONTACT has it, to judge by its fields:
+with its pressure tractions agree to 3e-4 of their sum. Errors of the forces are of first order in the cell
+length, as if the contact reached half a cell farther at its trailing end.
 
 References
 ----------
