@@ -204,7 +204,7 @@ def _solve_side(
             vertical=vertical,
             effective_modulus=models.effective_modulus,
             strips=models.strips,
-            parameters=dict(models.parameters),
+            parameters={"cells": models.cells, **dict(models.parameters)},
         )
     except ContactError as error:
         raise _placed(error, chunk, start, side) from None

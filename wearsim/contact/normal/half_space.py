@@ -37,12 +37,13 @@ from wearsim.contact.normal.half_space_regions import (
     coupling_of,
     gather,
     heights,
-    holds_all,
     lay,
     lobes_of,
+    missed,
     overlaps,
     plane_of,
     touches_border,
+    turned,
 )
 from wearsim.contact.normal.model import NormalSolution
 from wearsim.contact.normal.refusal import (
@@ -58,7 +59,7 @@ from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, from_grid
 from wearsim.errors import ContactError
 
 DEFAULTS = {
-    "half_space_cells": 0.0,  # along the rolling direction; 0: as many as strips
+    "cells": 0.0,  # along the rolling direction; 0: as many as strips
     "half_space_tolerance": TOLERANCE,
     "half_space_iterations": float(MOST_ITERATIONS),
 }
@@ -69,7 +70,7 @@ _TRIALS = 20  # of the descent
 _FITS = 25  # of grids to patches
 _STILL = 1e-5  # rad, a plane that has found its place
 _LAID = 4  # fits after which grids keep their borders if they hold their patches
-_GATHERED = 2  # fits after which it is settled which lobes share a grid, and in which share t
+_GATHERED = 3  # fits after which it is settled which lobes share a grid, and in which share t
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,7 @@ def solve(
     strips : int
         Strips per patch: rows of cells, of which 1.5 on each side are left free for the patch's border.
     parameters : dict
-        "half_space_cells": cells along the rolling direction, 0 (default) for as many as strips;
+        "cells": along the rolling direction, of `ContactModels`; as many as strips if it is not given;
         "half_space_tolerance": change of the pressures at which the iteration stops, 1e-5 by default [-];
         "half_space_iterations": limit of it, 1000 by default.
 
@@ -153,7 +154,7 @@ def solve(
 
 def _cells(strips: int, parameters: dict[str, float]) -> int:
     """Cells along the rolling direction."""
-    cells = int({**DEFAULTS, **parameters}["half_space_cells"]) or strips
+    cells = int({**DEFAULTS, **parameters}["cells"]) or strips
     if min(cells, strips) < _FEWEST:
         raise ContactError(f"half_space needs at least {_FEWEST} strips and cells along them")
     return cells
@@ -206,7 +207,7 @@ def solve_wheel(
         # Its places are on another wheel's row, a little beside.
         moved = tuple(replace(region, row=row) for region in start.regions)
         found = _fit(task, replace(start, regions=moved, iterations=()), shape)
-        if holds_all(gap, found.regions, found.pressure, found.descent, effective_modulus):
+        if not missed(gap, found.regions, found.pressure, found.descent, effective_modulus):
             return found
     return _fit(task, _search(task), shape)
 
@@ -252,44 +253,52 @@ def _search(task: _Task) -> WheelPressure:
     """Pressures on coarse grids over the overlap of the rigid surfaces."""
     level = (task.load / task.modulus) ** (2.0 / 3.0) * 0.8
     counts = []
-    for _ in range(_TRIALS):
+    for trial in range(_TRIALS):
         regions = overlaps(task.gap, task.row, level)
         apart = np.zeros((len(regions), len(regions)))
         found = task.pressures(regions, apart, _COARSE, 0.0, None, 1e-3)
         counts.append(found.iterations)
         if 0.6 * level < found.descent < level / 1.02:
             return WheelPressure(tuple(regions), found.pressure, found.descent, tuple(counts))
-        level = 1.15 * min(max(found.descent, 0.1 * level), 10.0 * level)
+        wanted = 1.15 * min(max(found.descent, 0.1 * level), 10.0 * level)
+        # Where surfaces conform, the plane turns with the level: half the way, so as not to go to and fro.
+        level = wanted if trial < 2 else float(np.sqrt(level * wanted))
     raise refusal(NO_CONVERGENCE, task.row)
 
 
 def _fit(task: _Task, state: WheelPressure, shape: tuple[int, int]) -> WheelPressure:
     """Lay grids around the patches of a state, and again around what is found there, until they stay."""
+    gap, row = task.gap, task.row
     tolerance = task.parameters["half_space_tolerance"]
     counts, together = list(state.iterations), np.zeros((0, 0))
     for fit in range(_FITS):
         old = list(zip(state.regions, state.pressure, strict=True))
-        groups = [lobes_of(task.gap, region, pressure) for region, pressure in old]
+        groups = [lobes_of(gap, region, pressure) for region, pressure in old]
         if fit < _GATHERED:
-            groups, together = gather(task.gap, [lobe for group in groups for lobe in group])
+            beside = missed(gap, state.regions, state.pressure, state.descent, task.modulus)
+            groups, together = gather(gap, [*(lobe for group in groups for lobe in group), *beside])
         elif not all(groups):  # a grid without load
             kept = [k for k, group in enumerate(groups) if group]
             groups, together = [groups[k] for k in kept], together[np.ix_(kept, kept)]
-        regions = lay(task.gap, task.row, groups, together, shape)
-        inside = not any(touches_border(*was) for was in old)
-        if fit >= _GATHERED and len(regions) == len(old) and inside:
-            pairs = list(zip(regions, (was[0] for was in old), strict=True))
-            if max(abs(new.angle - was.angle) for new, was in pairs) < _STILL:
+        regions = lay(gap, row, groups, together, shape)
+        if fit >= _GATHERED and len(regions) == len(old):
+            inside = [not touches_border(*was) for was in old]
+            before = np.array([was.angle for was in state.regions])
+            off = np.array([new.angle for new in regions]) - before
+            if np.abs(off).max() < _STILL and all(inside):
                 return state
-            if fit >= _LAID:  # small changes of the borders would keep the planes moving
-                regions = [replace(was, angle=new.angle) for new, was in pairs]
-        start = [carried_over(task.gap, old, region, shape) for region in regions]
+            if fit >= _LAID:  # half the way and in the same borders, so as not to go to and fro
+                regions = [
+                    turned(was, float(before[k] + 0.5 * off[k]), None if inside[k] else regions[k])
+                    for k, was in enumerate(state.regions)
+                ]
+        start = [carried_over(gap, old, region, shape) for region in regions]
         found = task.pressures(
             regions, together, shape, state.descent, start, tolerance if fit > 0 else max(tolerance, 3e-4)
         )
         counts.append(found.iterations)
         state = WheelPressure(tuple(regions), found.pressure, state.descent + found.descent, tuple(counts))
-    raise refusal(NO_CONVERGENCE, task.row)
+    raise refusal(NO_CONVERGENCE, row)
 
 
 def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: bool) -> NormalSolution:
@@ -361,12 +370,13 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, descent: float) -> _Li
     middle = float((load * s).sum() / load.sum())
     centre = float(section.lateral(np.array([middle]))[0])
     edges = section.lateral(region.s_low + width * np.arange(ny + 1))
-    under = slice(int(np.searchsorted(grid.y, edges[0])) - 1, int(np.searchsorted(grid.y, edges[-1])) + 1)
-    beyond = region.s_low < section.ends[0] or region.s_high > section.ends[1]
-    if beyond or curve[under].max() >= NO_WHEEL:
+    loaded = np.flatnonzero(load)
+    ends = edges[[loaded[0], loaded[-1] + 1]]
+    first, last = int(np.searchsorted(grid.y, ends[0])) - 2, int(np.searchsorted(grid.y, ends[1])) + 2
+    if first < 0 or last > grid.y.size or curve[first:last].max() >= NO_WHEEL:
         raise refusal(AT_EDGE, region.row)
     ahead = float(plane.x[0]) - float(np.interp(centre, grid.y, gap.x[region.row]))
-    lowest = float(curve[under].min() - curve.min())
+    lowest = float(curve[first:last].min() - curve.min())
     return _Line(
         row=region.row,
         centre=centre,

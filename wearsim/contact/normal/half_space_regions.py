@@ -2,11 +2,13 @@
 
 Lobes are runs of loaded strips. Two neighbours belong together by the share
 
-    t = ramp(distance; 10 mm, 20 mm) * ramp(angle between them; 0.2 rad, 0.3 rad),
+    t = max( ramp(distance; 10 mm, 20 mm) * ramp(angle between them; 0.2 rad, 0.3 rad),
+             ramp(distance; 2 mm, 4 mm) ),
 
-1 up to the first, 0 from the second value on. t = 1: one grid in one plane. t = 0: a grid and a plane each,
-and no influence on each other. In between each has its own grid, but their planes lean towards the common
-one, and their elastic influence on each other counts, in the share t: nothing jumps but the sampling.
+each ramp 1 up to the first, 0 from the second value on. t = 1: one grid in one plane. t = 0: a grid and a
+plane each, and no influence on each other. In between each has its own grid, but their planes lean towards
+the common one, and their elastic influence on each other counts, in the share t: nothing jumps but the
+sampling.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from wearsim.contact.patch import FloatArray, IntArray
 
 NEAR, FAR = 10e-3, 20e-3  # m, from edge to edge
 ALIKE, UNLIKE = 0.2, 0.3  # rad
+BESIDE, CLEAR = 2e-3, 4e-3  # m, whatever the angle
 MARGIN = 1.5  # empty cells between a patch and each border of its grid
 _NODES = 8  # of the interpolation of the influence of one grid on another, in each direction
 _GROW = 0.2  # of the grid's size, where a patch touches its border
@@ -121,8 +124,11 @@ class Section:
         return place
 
     def lateral(self, s: FloatArray) -> FloatArray:
-        """Lateral positions y of the profile over positions s [m]."""
+        """Lateral positions y of the profile over positions s; beyond its ends along its last slope [m]."""
         place: FloatArray = np.interp(s, self._s, self._y)
+        before, after = np.minimum(s - self._s[0], 0.0), np.maximum(s - self._s[-1], 0.0)
+        place += before * (self._y[1] - self._y[0]) / (self._s[1] - self._s[0])
+        place += after * (self._y[-1] - self._y[-2]) / (self._s[-1] - self._s[-2])
         return place
 
 
@@ -320,7 +326,8 @@ def _together(gap: Gap, one: Lobe, other: Lobe) -> float:
     """Share t in which two neighbours belong together."""
     z = np.interp([one.right, other.left], gap.contour.y, gap.contour.z)
     distance = float(np.hypot(other.left - one.right, z[1] - z[0]))
-    return _ramp(distance, NEAR, FAR) * _ramp(abs(other.angle - one.angle), ALIKE, UNLIKE)
+    alike = _ramp(abs(other.angle - one.angle), ALIKE, UNLIKE)
+    return max(_ramp(distance, NEAR, FAR) * alike, _ramp(distance, BESIDE, CLEAR))
 
 
 def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
@@ -385,6 +392,7 @@ def lay(
         lean = sum(
             together[k, j] * other.force / (lobe.force + other.force) * (other.angle - lobe.angle)
             for j, other in enumerate(merged)
+            if together[k, j] > 0.0 and other.force > 0.0
         )
         low = 0.5 * (merged[k - 1].right + lobe.left) if k > 0 else -np.inf
         high = 0.5 * (lobe.right + merged[k + 1].left) if k < count - 1 else np.inf
@@ -395,13 +403,14 @@ def lay(
 def _merged(lobes: list[Lobe]) -> Lobe:
     """Outline, centre and angle of several lobes."""
     force = sum(lobe.force for lobe in lobes)
+    weights = [lobe.force / force if force > 0.0 else 1.0 / len(lobes) for lobe in lobes]
     return Lobe(
-        lobes[0].left,
-        lobes[-1].right,
+        min(lobe.left for lobe in lobes),
+        max(lobe.right for lobe in lobes),
         min(lobe.x_low for lobe in lobes),
         max(lobe.x_high for lobe in lobes),
-        sum(lobe.force * lobe.centre for lobe in lobes) / force,
-        sum(lobe.force * lobe.angle for lobe in lobes) / force,
+        sum(weight * lobe.centre for weight, lobe in zip(weights, lobes, strict=True)),
+        sum(weight * lobe.angle for weight, lobe in zip(weights, lobes, strict=True)),
         force,
     )
 
@@ -428,6 +437,20 @@ def _fitted(
     )
 
 
+def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
+    """Put the same grid into a plane of another angle, with room for another grid too if one is given."""
+    if wider is None:
+        return replace(region, angle=angle)
+    return replace(
+        region,
+        angle=angle,
+        x_low=min(region.x_low, wider.x_low),
+        x_high=max(region.x_high, wider.x_high),
+        s_low=min(region.s_low, wider.s_low),
+        s_high=max(region.s_high, wider.s_high),
+    )
+
+
 def touches_border(region: Region, pressure: FloatArray) -> bool:
     """Whether a patch touches a border of its grid behind which there is no other grid."""
     along, across = pressure.max(axis=1) > 0.0, pressure.max(axis=0) > 0.0
@@ -436,10 +459,10 @@ def touches_border(region: Region, pressure: FloatArray) -> bool:
     return bool(along[0] or along[-1] or low or high)
 
 
-def holds_all(
+def missed(
     gap: Gap, regions: Sequence[Region], pressure: Sequence[FloatArray], descent: float, modulus: float
-) -> bool:
-    """Whether there is no contact outside of the grids.
+) -> list[Lobe]:
+    """Contacts outside of the grids.
 
     Parameters
     ----------
@@ -456,33 +479,61 @@ def holds_all(
 
     Returns
     -------
-    bool
-        False if the rigid surfaces overlap, along the contact line beside the grids, by more than the
-        surfaces give way there.
+    list of Lobe
+        Where, along the contact line beside the grids, the rigid surfaces overlap by more than they give
+        way under the pressures of the grids; a rough outline, and no force.
     """
     grid, curve = gap.contour, gap.gap[regions[0].row]
-    inside = curve < float(curve.min()) + descent
-    for region in regions:
-        ends = Section(gap, region.y, region.angle).lateral(np.array([region.s_low, region.s_high]))
-        inside &= (grid.y < ends[0]) | (grid.y > ends[1])
-    places = np.flatnonzero(inside)[::3]
+    first = float(curve.min())
+    outside = curve < first + descent
+    for region, field in zip(regions, pressure, strict=True):
+        # Next to a border that its own patch touches, the grid will grow.
+        edge = np.array([region.s_low, region.s_high])
+        edge += BESIDE * np.array([-1.0, 1.0]) * touches_border(region, field)
+        ends = Section(gap, region.y, region.angle).lateral(edge)
+        outside &= (grid.y < ends[0]) | (grid.y > ends[1])
+    places = 1 + np.flatnonzero(outside[1:-1])
     if places.size == 0:
-        return True
+        return []
     y, z, x = grid.y[places], grid.z[places], gap.x[regions[0].row, places]
-    left = (curve[places] - float(curve.min()) - descent) * np.cos(grid.angle[places])
+    depth = (first + descent - curve[places]) * np.cos(grid.angle[places])
     for region, field in zip(regions, pressure, strict=True):
         length, width = region.cell((field.shape[0], field.shape[1]))
-        force = field * (length * width)
-        s = region.s(field.shape[1])
-        along = region.x(field.shape[0]) + float(plane_of(gap, region).x[0])
+        rows, columns = np.arange(0, field.shape[0], 6), np.arange(0, field.shape[1], 3)
+        blocks = np.add.reduceat(np.add.reduceat(field, rows, axis=0), columns, axis=1) * (length * width)
+        along = _middle(region.x(field.shape[0]), rows) + float(plane_of(gap, region).x[0])
+        s = _middle(region.s(field.shape[1]), columns)
         foot = np.interp(region.y, grid.y, grid.z)
-        near = np.hypot(
+        beside = np.hypot(
             y[:, None] - region.y - s * np.cos(region.angle), z[:, None] - foot - s * np.sin(region.angle)
         )
-        share = np.clip((FAR - near.min(axis=1)) / (FAR - NEAR), 0.0, 1.0)
-        distance = np.sqrt(near[:, None, :] ** 2 + (x[:, None, None] - along[:, None]) ** 2)
-        left += share * (force / distance).sum(axis=(1, 2)) / (np.pi * modulus)
-    return bool(left.min() > 0.0)
+        share = np.clip((FAR - beside.min(axis=1)) / (FAR - NEAR), 0.0, 1.0)
+        distance = np.sqrt(beside[:, None, :] ** 2 + (x[:, None, None] - along[:, None]) ** 2)
+        depth -= share * (blocks / distance).sum(axis=(1, 2)) / (np.pi * modulus)
+    found = []
+    deep = np.flatnonzero(depth > 0.0)
+    for run in np.split(deep, np.flatnonzero(np.diff(places[deep]) > 1) + 1):
+        if run.size > 0:
+            half = float(np.sqrt(2.0 * depth[run].max() / _curvature(gap, regions[0].row, y[run]).min()))
+            middle = run[int(depth[run].argmax())]
+            found.append(
+                Lobe(
+                    left=float(grid.y[places[run[0]] - 1]),
+                    right=float(grid.y[places[run[-1]] + 1]),
+                    x_low=float(x[middle]) - half,
+                    x_high=float(x[middle]) + half,
+                    centre=float(y[middle]),
+                    angle=float(grid.angle[places[middle]]),
+                    force=0.0,
+                )
+            )
+    return found
+
+
+def _middle(place: FloatArray, starts: IntArray) -> FloatArray:
+    """Mean of the positions of each block of cells."""
+    value: FloatArray = np.add.reduceat(place, starts) / np.diff(np.append(starts, place.size))
+    return value
 
 
 def carried_over(

@@ -60,4 +60,8 @@ class NormalModel(Protocol):
         strips: int,
         parameters: dict[str, float],
     ) -> NormalSolution:
-        """Solve every row of `gap` under `load` [N], of the wheel (`vertical`) or of its single patch."""
+        """Solve every row of `gap` under `load` [N], of the wheel (`vertical`) or of its single patch.
+
+        `parameters` are those of all models, each takes its own; "cells" along a strip is for models that
+        find the pressure cell by cell.
+        """
