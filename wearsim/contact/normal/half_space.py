@@ -8,7 +8,7 @@ descent, and their loads add up vertically.
 
 Steps for each wheel, each of which fixes where the next one lays its grids: the overlap of the rigid
 surfaces under a descent found by trial, which holds every contact; lobes on coarse grids over it; grids that
-fit the patches, `half_space_regions` says which lobes share one; the same again from there until planes and
+fit the patches, `half_space_lobes` says which lobes share one; the same again from there until planes and
 borders stay.
 
 References
@@ -24,6 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL, Gap
+from wearsim.contact.normal.half_space_lobes import coupling_of, gather, lay, lobes_of, missed
 from wearsim.contact.normal.half_space_pressure import (
     MOST_ITERATIONS,
     TOLERANCE,
@@ -34,12 +35,7 @@ from wearsim.contact.normal.half_space_regions import (
     Region,
     Section,
     carried_over,
-    coupling_of,
-    gather,
     heights,
-    lay,
-    lobes_of,
-    missed,
     overlaps,
     plane_of,
     touches_border,

@@ -1,15 +1,4 @@
-"""Where half-space patches lie: grids in contact planes, the lobes found on them, and which share a grid.
-
-Lobes are runs of loaded strips. Two neighbours belong together by the share
-
-    t = max( ramp(distance; 10 mm, 20 mm) * ramp(angle between them; 0.2 rad, 0.3 rad),
-             ramp(distance; 2 mm, 4 mm) ),
-
-each ramp 1 up to the first, 0 from the second value on. t = 1: one grid in one plane. t = 0: a grid and a
-plane each, and no influence on each other. In between each has its own grid, but their planes lean towards
-the common one, and their elastic influence on each other counts, in the share t: nothing jumps but the
-sampling.
-"""
+"""Grids of half-space patches in their contact planes, and the heights of the gap over them."""
 
 from __future__ import annotations
 
@@ -21,15 +10,10 @@ import numpy as np
 
 from wearsim.contact.gap_surface import ContactPlane, contact_plane, gap_surface
 from wearsim.contact.geometry import NO_WHEEL, Gap
-from wearsim.contact.normal.half_space_pressure import Coupling, HeightGrid
+from wearsim.contact.normal.half_space_pressure import HeightGrid
 from wearsim.contact.patch import FloatArray, IntArray
 
-NEAR, FAR = 10e-3, 20e-3  # m, from edge to edge
-ALIKE, UNLIKE = 0.2, 0.3  # rad
-BESIDE, CLEAR = 2e-3, 4e-3  # m, whatever the angle
-MARGIN = 1.5  # empty cells between a patch and each border of its grid
-_NODES = 8  # of the interpolation of the influence of one grid on another, in each direction
-_GROW = 0.2  # of the grid's size, where a patch touches its border
+ALIKE = 0.2  # rad, between contacts that one grid may hold
 _GRAZING = 0.1  # cosine to the contact plane below which a profile is no longer its surface
 
 
@@ -74,31 +58,6 @@ class Region:
         share = (np.arange(count, dtype=np.float64) + 0.5) / count
         place: FloatArray = self.s_low + (self.s_high - self.s_low) * share
         return place
-
-
-@dataclass(frozen=True)
-class Lobe:
-    """Connected loaded strips; positions on the counterface's profile and from the middle of the axle.
-
-    Parameters
-    ----------
-    left, right : float
-        Edges, y [m].
-    x_low, x_high : float
-        Ends along the rolling direction [m].
-    centre, angle : float
-        Pressure-weighted y [m] and contact angle [rad].
-    force : float
-        [N].
-    """
-
-    left: float
-    right: float
-    x_low: float
-    x_high: float
-    centre: float
-    angle: float
-    force: float
 
 
 class Section:
@@ -171,13 +130,13 @@ def heights(gap: Gap, region: Region, shape: tuple[int, int], descent: float) ->
     gradient = np.interp(y, grid.y, grid.slope - np.gradient(curve, grid.y))
     here = np.interp(y, grid.y, curve)
     across = (here - float(plane.descent[0]) - descent) / (cosine + gradient * np.sin(region.angle))
-    bend = cosine * _curvature(gap, region.row, y)
+    bend = cosine * curvature_along(gap, region.row, y)
     off = x[:, None] + float(plane.x[0]) - np.interp(y, grid.y, gap.x[region.row])
     open_to = (here >= NO_WHEEL) | (s < section.ends[0]) | (s > section.ends[1])
     return HeightGrid(np.where(open_to, NO_WHEEL, across + 0.5 * bend * off**2), length, width, cosine)
 
 
-def _curvature(gap: Gap, row: int, y: FloatArray) -> FloatArray:
+def curvature_along(gap: Gap, row: int, y: FloatArray) -> FloatArray:
     """Curvature along x of wheel and counterface together, vertically [1/m]."""
     z = np.interp(y, gap.contour.y, gap.contour.z)
     ring = np.interp(y, gap.contour.y, gap.wheel_radius[row])
@@ -235,206 +194,12 @@ def _about(gap: Gap, row: int, piece: IntArray, limit: float) -> Region:
     angle = float((weight * grid.angle[piece]).sum() / weight.sum())
     s = Section(gap, y, angle).across(grid.y[[first, last]])
     # 1.15: circles are longer than parabolas, and yaw bends sections.
-    half = 1.15 * np.sqrt(2.0 * depth / _curvature(gap, row, grid.y[piece]))
+    half = 1.15 * np.sqrt(2.0 * depth / curvature_along(gap, row, grid.y[piece]))
     x = gap.x[row, piece] - float(np.interp(y, grid.y, gap.x[row]))
     return Region(
         row, y, angle, float((x - half).min()), float((x + half).max()), float(s[0]), float(s[1]),
         float(grid.y[first]), float(grid.y[last]),
     )  # fmt: skip
-
-
-def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
-    """Find the runs of loaded strips on a grid.
-
-    Parameters
-    ----------
-    gap : Gap
-        n rows.
-    region : Region
-        The grid's place.
-    pressure : (nx, ny) array
-        On it [Pa].
-
-    Returns
-    -------
-    list of Lobe
-        Their edges between the cells: near an edge the square of the pressure along a strip, and the load
-        of the strips, grow linearly with the distance from it.
-    """
-    nx, ny = pressure.shape
-    length, width = region.cell((nx, ny))
-    load = pressure.sum(axis=0) * (length * width)
-    loaded = np.flatnonzero(load > 0.0)
-    if loaded.size == 0:
-        return []
-    section = Section(gap, region.y, region.angle)
-    s, x = region.s(ny), region.x(nx)
-    y = section.lateral(s)
-    angle = np.interp(y, gap.contour.y, gap.contour.angle)
-    origin = float(plane_of(gap, region).x[0])
-    ahead = _reach(pressure**2)
-    behind = _reach(pressure[::-1] ** 2)
-    found = []
-    for run in np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1):
-        profile = load[run][:, None]
-        before, after = float(_reach(profile)[0]), float(_reach(profile[::-1])[0])
-        # Longer and wider where they touch the border of the grid.
-        if run[0] == 0 and not np.isfinite(region.y_low):
-            before = _GROW * ny
-        if run[-1] == ny - 1 and not np.isfinite(region.y_high):
-            after = _GROW * ny
-        edges = section.lateral(np.array([s[run[0]] - before * width, s[run[-1]] + after * width]))
-        top = float((x[np.argmax(pressure[:, run] > 0.0, axis=0)] + ahead[run] * length).max())
-        bottom = float(
-            (x[nx - 1 - np.argmax(pressure[::-1, run] > 0.0, axis=0)] - behind[run] * length).min()
-        )
-        top += _GROW * nx * length if pressure[0, run].any() else 0.0
-        bottom -= _GROW * nx * length if pressure[-1, run].any() else 0.0
-        total = float(load[run].sum())
-        found.append(
-            Lobe(
-                float(edges[0]),
-                float(edges[1]),
-                bottom + origin,
-                top + origin,
-                float((load[run] * y[run]).sum()) / total,
-                float((load[run] * angle[run]).sum()) / total,
-                total,
-            )
-        )
-    return found
-
-
-def _reach(value: FloatArray) -> FloatArray:
-    """How far (in cells, at most one) each column goes on before its first positive entry, linearly."""
-    count = value.shape[0]
-    first = np.argmax(value > 0.0, axis=0)
-    column = np.arange(value.shape[1])
-    here, next_ = value[first, column], value[np.minimum(first + 1, count - 1), column]
-    rise = next_ - here
-    steep = (rise > here) & (here > 0.0)
-    share: FloatArray = np.where(steep, here, 1.0) / np.where(steep, rise, 1.0)
-    return share
-
-
-def _ramp(value: float, full: float, none: float) -> float:
-    """1 up to `full`, 0 from `none` on."""
-    return min(max((none - value) / (none - full), 0.0), 1.0)
-
-
-def _together(gap: Gap, one: Lobe, other: Lobe) -> float:
-    """Share t in which two neighbours belong together."""
-    z = np.interp([one.right, other.left], gap.contour.y, gap.contour.z)
-    distance = float(np.hypot(other.left - one.right, z[1] - z[0]))
-    alike = _ramp(abs(other.angle - one.angle), ALIKE, UNLIKE)
-    return max(_ramp(distance, NEAR, FAR) * alike, _ramp(distance, BESIDE, CLEAR))
-
-
-def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
-    """Group the lobes of a wheel, as the rule above has it.
-
-    Parameters
-    ----------
-    gap : Gap
-        n rows.
-    lobes : list of Lobe
-        Of one wheel, in any order; at least one.
-
-    Returns
-    -------
-    groups : list of list of Lobe
-        Those that share a grid, from the flange to the field side.
-    together : (k, k) array
-        Shares t between the groups, zero on the diagonal.
-    """
-    lobes = sorted(lobes, key=lambda lobe: lobe.centre)
-    groups, links = [[lobes[0]]], []
-    for one, other in pairwise(lobes):
-        share = _together(gap, one, other)
-        if share == 1.0:
-            groups[-1].append(other)
-        else:
-            groups.append([other])
-            links.append(share)
-    count = len(groups)
-    together = np.zeros((count, count))
-    for k in range(count):
-        for j in range(k + 1, count):
-            together[k, j] = together[j, k] = min(links[k:j])
-    return groups, together
-
-
-def lay(
-    gap: Gap, row: int, groups: list[list[Lobe]], together: FloatArray, shape: tuple[int, int]
-) -> list[Region]:
-    """Lay a grid around each group of lobes.
-
-    Parameters
-    ----------
-    gap : Gap
-        n rows.
-    row : int
-        Which.
-    groups, together
-        As from `gather`.
-    shape : (int, int)
-        nx, ny cells of the grids.
-
-    Returns
-    -------
-    list of Region
-        One for each group.
-    """
-    count = len(groups)
-    merged = [_merged(group) for group in groups]
-    regions = []
-    for k, lobe in enumerate(merged):
-        lean = sum(
-            together[k, j] * other.force / (lobe.force + other.force) * (other.angle - lobe.angle)
-            for j, other in enumerate(merged)
-            if together[k, j] > 0.0 and other.force > 0.0
-        )
-        low = 0.5 * (merged[k - 1].right + lobe.left) if k > 0 else -np.inf
-        high = 0.5 * (lobe.right + merged[k + 1].left) if k < count - 1 else np.inf
-        regions.append(_fitted(gap, row, lobe, float(lobe.angle + lean), low, high, shape))
-    return regions
-
-
-def _merged(lobes: list[Lobe]) -> Lobe:
-    """Outline, centre and angle of several lobes."""
-    force = sum(lobe.force for lobe in lobes)
-    weights = [lobe.force / force if force > 0.0 else 1.0 / len(lobes) for lobe in lobes]
-    return Lobe(
-        min(lobe.left for lobe in lobes),
-        max(lobe.right for lobe in lobes),
-        min(lobe.x_low for lobe in lobes),
-        max(lobe.x_high for lobe in lobes),
-        sum(weight * lobe.centre for weight, lobe in zip(weights, lobes, strict=True)),
-        sum(weight * lobe.angle for weight, lobe in zip(weights, lobes, strict=True)),
-        force,
-    )
-
-
-def _fitted(
-    gap: Gap, row: int, lobe: Lobe, angle: float, y_low: float, y_high: float, shape: tuple[int, int]
-) -> Region:
-    """Region that holds a lobe with the margin around it."""
-    s = Section(gap, lobe.centre, angle).across(np.array([lobe.left, lobe.right, y_low, y_high]))
-    width = float(s[1] - s[0]) / (shape[1] - 2.0 * MARGIN)
-    length = (lobe.x_high - lobe.x_low) / (shape[0] - 2.0 * MARGIN)
-    x = float(np.interp(lobe.centre, gap.contour.y, gap.x[row]))
-    low, high = float(s[0]) - MARGIN * width, float(s[1]) + MARGIN * width
-    return Region(
-        row,
-        lobe.centre,
-        angle,
-        lobe.x_low - MARGIN * length - x,
-        lobe.x_high + MARGIN * length - x,
-        max(low, float(s[2])) if np.isfinite(y_low) else low,
-        min(high, float(s[3])) if np.isfinite(y_high) else high,
-        y_low,
-        y_high,
-    )
 
 
 def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
@@ -459,83 +224,6 @@ def touches_border(region: Region, pressure: FloatArray) -> bool:
     return bool(along[0] or along[-1] or low or high)
 
 
-def missed(
-    gap: Gap, regions: Sequence[Region], pressure: Sequence[FloatArray], descent: float, modulus: float
-) -> list[Lobe]:
-    """Contacts outside of the grids.
-
-    Parameters
-    ----------
-    gap : Gap
-        n rows.
-    regions : sequence of Region
-        Grids of one wheel.
-    pressure : sequence of (nx, ny) arrays
-        On them [Pa].
-    descent : float
-        From first touch [m].
-    modulus : float
-        E* [Pa].
-
-    Returns
-    -------
-    list of Lobe
-        Where, along the contact line beside the grids, the rigid surfaces overlap by more than they give
-        way under the pressures of the grids; a rough outline, and no force.
-    """
-    grid, curve = gap.contour, gap.gap[regions[0].row]
-    first = float(curve.min())
-    outside = curve < first + descent
-    for region, field in zip(regions, pressure, strict=True):
-        # Next to a border that its own patch touches, the grid will grow.
-        edge = np.array([region.s_low, region.s_high])
-        edge += BESIDE * np.array([-1.0, 1.0]) * touches_border(region, field)
-        ends = Section(gap, region.y, region.angle).lateral(edge)
-        outside &= (grid.y < ends[0]) | (grid.y > ends[1])
-    places = 1 + np.flatnonzero(outside[1:-1])
-    if places.size == 0:
-        return []
-    y, z, x = grid.y[places], grid.z[places], gap.x[regions[0].row, places]
-    depth = (first + descent - curve[places]) * np.cos(grid.angle[places])
-    for region, field in zip(regions, pressure, strict=True):
-        length, width = region.cell((field.shape[0], field.shape[1]))
-        rows, columns = np.arange(0, field.shape[0], 6), np.arange(0, field.shape[1], 3)
-        blocks = np.add.reduceat(np.add.reduceat(field, rows, axis=0), columns, axis=1) * (length * width)
-        along = _middle(region.x(field.shape[0]), rows) + float(plane_of(gap, region).x[0])
-        s = _middle(region.s(field.shape[1]), columns)
-        foot = np.interp(region.y, grid.y, grid.z)
-        beside = np.hypot(
-            y[:, None] - region.y - s * np.cos(region.angle), z[:, None] - foot - s * np.sin(region.angle)
-        )
-        share = np.clip((FAR - beside.min(axis=1)) / (FAR - NEAR), 0.0, 1.0)
-        distance = np.sqrt(beside[:, None, :] ** 2 + (x[:, None, None] - along[:, None]) ** 2)
-        depth -= share * (blocks / distance).sum(axis=(1, 2)) / (np.pi * modulus)
-    found = []
-    deep = np.flatnonzero(depth > 0.0)
-    for run in np.split(deep, np.flatnonzero(np.diff(places[deep]) > 1) + 1):
-        if run.size > 0:
-            half = float(np.sqrt(2.0 * depth[run].max() / _curvature(gap, regions[0].row, y[run]).min()))
-            middle = run[int(depth[run].argmax())]
-            found.append(
-                Lobe(
-                    left=float(grid.y[places[run[0]] - 1]),
-                    right=float(grid.y[places[run[-1]] + 1]),
-                    x_low=float(x[middle]) - half,
-                    x_high=float(x[middle]) + half,
-                    centre=float(y[middle]),
-                    angle=float(grid.angle[places[middle]]),
-                    force=0.0,
-                )
-            )
-    return found
-
-
-def _middle(place: FloatArray, starts: IntArray) -> FloatArray:
-    """Mean of the positions of each block of cells."""
-    value: FloatArray = np.add.reduceat(place, starts) / np.diff(np.append(starts, place.size))
-    return value
-
-
 def carried_over(
     gap: Gap, old: Sequence[tuple[Region, FloatArray]], region: Region, shape: tuple[int, int]
 ) -> FloatArray:
@@ -556,65 +244,3 @@ def _linear(place: FloatArray, start: float, stop: float, count: int) -> FloatAr
     at = (place - start) / (stop - start) * count - 0.5
     weights: FloatArray = np.maximum(1.0 - np.abs(at[:, None] - np.arange(count)), 0.0)
     return weights
-
-
-def coupling_of(
-    gap: Gap, regions: list[Region], together: FloatArray, shape: tuple[int, int], effective_modulus: float
-) -> Coupling | None:
-    """Influence of grids on each other, in the share in which they belong together.
-
-    Between grids that lie apart it is smooth: forces are passed on to 8 x 8 Chebyshev nodes of their grid,
-    whose displacements 1/(pi E* distance) times the cosine between the planes spread over the other grid by
-    the same polynomials, so that it stays symmetric.
-
-    Parameters
-    ----------
-    gap : Gap
-        n rows.
-    regions : list of Region
-        k grids.
-    together : (k, k) array
-        From `gather`.
-    shape : (int, int)
-        nx, ny cells.
-    effective_modulus : float
-        E* [Pa].
-
-    Returns
-    -------
-    callable or None
-        For `solve_pressure`; none if no grid feels another.
-    """
-    pairs = np.argwhere(together > 0.0)
-    if pairs.size == 0:
-        return None
-    nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
-    inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, _NODES - 1))
-
-    def weights(count: int) -> FloatArray:
-        places = (np.arange(count) + 0.5) * (2.0 / count) - 1.0
-        table: FloatArray = np.polynomial.chebyshev.chebvander(places, _NODES - 1) @ inverse
-        return table
-
-    along, across = weights(shape[0]), weights(shape[1])
-    points = []
-    for region in regions:
-        x = 0.5 * (region.x_high + region.x_low) - 0.5 * (region.x_high - region.x_low) * nodes
-        s = 0.5 * (region.s_high + region.s_low) + 0.5 * (region.s_high - region.s_low) * nodes
-        x_all, s_all = np.meshgrid(x + float(plane_of(gap, region).x[0]), s, indexing="ij")
-        z = np.interp(region.y, gap.contour.y, gap.contour.z)
-        y_all = region.y + s_all * np.cos(region.angle)
-        points.append(np.stack((x_all, y_all, z + s_all * np.sin(region.angle))).reshape(3, -1))
-    tables = {}
-    for j, k in pairs:
-        distance = np.sqrt(((points[j][:, :, None] - points[k][:, None, :]) ** 2).sum(axis=0))
-        facing = together[j, k] * max(np.cos(regions[j].angle - regions[k].angle), 0.0)
-        tables[int(j), int(k)] = facing / (np.pi * effective_modulus * distance)
-    areas = [np.prod(region.cell(shape)) for region in regions]
-
-    def add(pressures: list[FloatArray], moved: list[FloatArray]) -> None:
-        forces = [areas[k] * (along.T @ field @ across).ravel() for k, field in enumerate(pressures)]
-        for (j, k), table in tables.items():
-            moved[j] += along @ (table @ forces[k]).reshape(_NODES, _NODES) @ across.T
-
-    return add
