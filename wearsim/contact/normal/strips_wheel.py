@@ -17,7 +17,8 @@ from wearsim.contact.patch import FloatArray, IntArray
 
 _STAGES = 12  # of fitting the strips to the patch
 _MARGIN = 0.3  # strips' widths laid beyond the end of the patch
-_CLOSE = 0.01  # change of q, over the largest, from which Newton's method takes over
+_CLOSE = 0.1  # change of q, over the largest, from which Newton's method takes over
+_DONE = 2e-5  # change in Newton's method, over the largest, after which the next one is rounding
 _APART = 0.3e-3  # m, between parts of the profile that have strips of their own
 _OVERLAP = 2e-3  # of the descent, that counts as contact
 
@@ -191,7 +192,7 @@ def solve_wheel(
             for j in range(total):
                 before[0, j], before[1, j] = strips[LOAD, j], strips[SQUARE, j]
             descent, steps, done = newton(
-                strips, lobe, total, descent, load, vertical, influence, 1e-9, active, edges, matrix, right
+                strips, lobe, total, descent, load, vertical, influence, _DONE, active, edges, matrix, right
             )
             info[5] += steps
             if not done:
