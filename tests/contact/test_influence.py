@@ -1,0 +1,137 @@
+"""Influence of rectangular cells: closed forms, quadrature, symmetries, and the convolution."""
+
+import numpy as np
+import pytest
+
+from wearsim.contact.closed_forms import hertz
+from wearsim.contact.influence import (
+    corner_functions,
+    doubled_shape,
+    grid_influence,
+    normal_influence,
+    tangential_influence,
+)
+
+E_STAR, G, NU = 115e9, 80e9, 0.28
+
+
+@pytest.mark.parametrize(("length", "width"), [(1e-3, 1e-3), (2e-4, 1e-3), (5e-4, 1e-5)])
+def test_uniform_pressure_on_a_rectangle(length, width):
+    """Love: at the middle 4/(pi E*) (a arsinh(b/a) + b arsinh(a/b)) with half sides; half at a corner."""
+
+    def middle(a, b):
+        return 4.0 / (np.pi * E_STAR) * (a * np.arcsinh(b / a) + b * np.arcsinh(a / b))
+
+    own = normal_influence(length, width, (1, 1), E_STAR)[0, 0]
+    assert own == pytest.approx(middle(0.5 * length, 0.5 * width), rel=1e-14)
+    along, across, _ = corner_functions(length, width)
+    assert (along + across) / (np.pi * E_STAR) == pytest.approx(0.5 * middle(length, width) / 2.0, rel=1e-14)
+    # Cells of a grid add up to the whole rectangle; its middle is a corner of four cells of half the size.
+    grid = normal_influence(length, width, (9, 7), E_STAR)
+    whole = grid[np.abs(np.arange(-8, 9))[:, None], np.abs(np.arange(-6, 7))].sum()
+    assert whole == pytest.approx(middle(8.5 * length, 6.5 * width), rel=1e-12)
+
+
+def integral(weight, x, y, length, width):
+    """Gauss quadrature over a cell centred on the origin, seen from (x, y) outside of it."""
+    node, share = np.polynomial.legendre.leggauss(40)
+    u, v = x - 0.5 * length * node[:, None], y - 0.5 * width * node
+    return 0.25 * length * width * share @ weight(u, v, np.hypot(u, v)) @ share
+
+
+@pytest.mark.parametrize(("back", "beside"), [(3, 0), (0, -1), (-2, 1), (1, 2)])
+@pytest.mark.parametrize("ahead", [0.0, 1.0])
+def test_tangential_influence_against_quadrature(back, beside, ahead):
+    """Cerruti's kernels over a cell; x index from the leading end, so that a higher one lies behind."""
+    length, width, shape = 3e-4, 5e-4, (4, 4)
+    tables = tangential_influence(length, width, shape, G, NU, ahead=ahead)
+    ours = [table[3 + back, 3 + beside] for table in tables]
+    x, y = (ahead - back) * length, beside * width
+    weights = (
+        lambda u, v, r: (1.0 - NU) / r + NU * u * u / r**3,
+        lambda u, v, r: (1.0 - NU) / r + NU * v * v / r**3,
+        lambda u, v, r: NU * u * v / r**3,
+    )
+    expected = [integral(weight, x, y, length, width) / (np.pi * G) for weight in weights]
+    np.testing.assert_allclose(ours, expected, rtol=1e-9, atol=1e-9 * expected[0])
+
+
+def test_tangential_influence_without_lateral_contraction_is_the_normal_one():
+    """Poisson's ratio 0: 1/(pi G) over the distance in both directions, and nothing mixed."""
+    along, across, mixed = tangential_influence(2e-4, 3e-4, (5, 6), G, 0.0)
+    normal = normal_influence(2e-4, 3e-4, (5, 6), G)
+    np.testing.assert_allclose(along[4:, 5:], normal, rtol=1e-12)
+    np.testing.assert_allclose(across[4:, 5:], normal, rtol=1e-12)
+    assert np.all(mixed == 0.0)
+
+
+def test_a_step_ahead_is_the_next_cell():
+    """Influence one cell ahead is that of the cell in front, bit for bit where both are in the table."""
+    here = tangential_influence(2e-4, 3e-4, (6, 5), G, NU)
+    ahead = tangential_influence(2e-4, 3e-4, (6, 5), G, NU, ahead=1.0)
+    for one, other in zip(here, ahead, strict=True):
+        np.testing.assert_allclose(other[1:], one[:-1], rtol=0.0, atol=1e-15 * np.abs(one).max())
+
+
+def test_no_digits_are_lost_beside_the_axes():
+    """Far along the negative axis: a point load with the second moments of the cell."""
+    length, width, cells = 1e-4, 1e-4, 400
+    along, _, _ = tangential_influence(length, width, (cells, 2), G, 0.0)
+    distance = (cells - 1) * length
+    series = (
+        length * width / (np.pi * G * distance) * (1.0 + (2.0 * length**2 - width**2) / (24.0 * distance**2))
+    )
+    # Each of four corners of about x ln(x) cancels to a cell's share: 1e-16 times cells squared.
+    np.testing.assert_allclose(along[[0, -1], 1], series, rtol=1e-9)
+
+
+def directly(table, field, even):
+    """Double sum over all pairs of cells."""
+    nx, ny = field.shape
+    out = np.zeros_like(field)
+    for i in range(nx):
+        for j in range(ny):
+            for k in range(nx):
+                for m in range(ny):
+                    at = (abs(i - k), abs(j - m)) if even else (nx - 1 + i - k, ny - 1 + j - m)
+                    out[i, j] += table[at] * field[k, m]
+    return out
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (5, 7), (8, 6), (2, 11)])
+def test_convolution_is_the_sum_over_all_cells(shape):
+    field = np.random.default_rng(1).random(shape)
+    normal = normal_influence(1e-4, 3e-4, shape, E_STAR)
+    _, _, mixed = tangential_influence(1e-4, 3e-4, shape, G, NU)
+    for table, even in ((normal, True), (mixed, False)):
+        whole = directly(table, field, even)
+        size = np.abs(table).max() * field.sum()
+        np.testing.assert_allclose(grid_influence(table, shape)(field), whole, rtol=0.0, atol=1e-14 * size)
+    assert all(doubled >= 2 * cells - 1 for doubled, cells in zip(doubled_shape(shape), shape, strict=True))
+
+
+def test_patches_of_different_cells_at_once():
+    length, width = np.array([1e-4, 3e-4]), np.array([2e-4, 1e-4])
+    fields = np.random.default_rng(2).random((2, 6, 9))
+    both = grid_influence(normal_influence(length, width, (6, 9), E_STAR), (6, 9))(fields)
+    for k in range(2):
+        one = grid_influence(normal_influence(length[k], width[k], (6, 9), E_STAR), (6, 9))(fields[k])
+        np.testing.assert_allclose(both[k], one, rtol=1e-13)
+
+
+@pytest.mark.parametrize(("along", "across"), [(1.0, 1.0), (0.4, 3.0)])
+def test_pressure_of_hertz_presses_the_parabola(along, across):
+    """Inside the ellipse u = approach - A x^2 - B y^2; the staircase at its border costs order 1.5."""
+    ellipse = hertz(along, across, 80e3, E_STAR)
+    a, b = float(ellipse.semi_axis_x), float(ellipse.semi_axis_y)
+    counts, errors = np.array([17, 33, 65, 129]), []
+    for n in counts:
+        length, width = 2.0 * a / n, 2.0 * b / n
+        x, y = ((np.arange(n) - 0.5 * (n - 1)) * size for size in (length, width))
+        pressure = ellipse.pressure(x[:, None], y)
+        ours = grid_influence(normal_influence(length, width, (n, n), E_STAR), (n, n))(pressure)
+        expected = float(ellipse.approach) - along * x[:, None] ** 2 - across * y**2
+        inside = (x[:, None] / a) ** 2 + (y / b) ** 2 < 0.8
+        errors.append(np.abs(ours - expected)[inside].max() / float(ellipse.approach))
+    assert errors[-1] < 5e-4
+    assert np.polyfit(np.log(counts), np.log(errors), 1)[0] < -1.3
