@@ -30,8 +30,8 @@ class NormalSolution:
     edge_y : (m, ny + 1) array
         Strip edges on the counterface profile [m].
     load_scale : (m,) array
-        What the forces of the wheel's patches were multiplied with to carry the load exactly: 1, except
-        where patches merge and the model's load jumps past the wanted one [-].
+        What the forces of the wheel's patches were multiplied with to carry the load exactly: 1 to the
+        tolerance of the balance; more where a model's load jumps past the wanted one [-].
     descent : (m,) array
         How far the load pushes the wheel down from its design height, alike for its patches [m].
     """
