@@ -1,0 +1,201 @@
+"""Speed against accuracy: time per contact solution and error of the wear increment, for every model and grid."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearsim import __version__
+from wearsim.campaign import choose
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.rate import solve_contact
+from wearsim.campaign.state import State
+from wearsim.contact.normal import NEVER_LEADS, NORMAL_MODELS
+from wearsim.contact.patch import FloatArray
+from wearsim.contact.problem import ContactModels
+from wearsim.contact.tangential import TANGENTIAL_MODELS
+from wearsim.errors import ContactError, NumericalError
+from wearsim.operation.points import OperatingPoints
+from wearsim.scene import CampaignSetup
+
+_ENOUGH = 0.3  # seconds of repeats after which a time is taken as known
+_MOST_REPEATS = 20
+
+
+def combinations(base: ContactModels, grids: Sequence[int]) -> tuple[ContactModels, ...]:
+    """Every registered normal model with every tangential one, on every grid.
+
+    Parameters
+    ----------
+    base : ContactModels
+        Material and parameters.
+    grids : sequence of int
+        Strips, and cells along each strip.
+
+    Returns
+    -------
+    tuple of ContactModels
+        By normal model, tangential model, grid.
+    """
+    return tuple(
+        replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid)
+        for normal, tangential, grid in product(sorted(NORMAL_MODELS), sorted(TANGENTIAL_MODELS), grids)
+    )
+
+
+def speed_and_accuracy(
+    setups: Sequence[CampaignSetup],
+    grids: Sequence[int],
+    reference_grid: int,
+    *,
+    points: int = choose.SAMPLE,
+    told: Callable[[str], None] = lambda line: None,
+) -> xr.Dataset:
+    """Time every combination of models and judge its wear increment on new profiles.
+
+    Parameters
+    ----------
+    setups : sequence of CampaignSetup
+        Scenes: their operating points, wear law and smoothing count.
+    grids : sequence of int
+        Strips, and cells along each strip.
+    reference_grid : int
+        Of the half-space solution that all are judged by.
+    points : int
+        Operating points that stand for each scene, at most.
+    told : callable
+        Takes a line of progress for each combination.
+
+    Returns
+    -------
+    Dataset
+        Over `model`: normal, tangential, grid, time per solution of one wheel at one operating point on one
+        thread (mean over the scenes), whether it may lead a profile update, whether it lies on the
+        Pareto front of time and largest depth error. Over `scene` and `model`: `depth_error`,
+        `work_error` and time. Where a combination refuses a point of a scene its values are missing, with the
+        message in `refusal`.
+
+    Raises
+    ------
+    ContactError, NumericalError
+        If the reference does not solve a scene.
+    """
+    models = combinations(setups[0].models, grids)
+    shape = (len(setups), len(models))
+    depth, work, seconds = (np.full(shape, np.nan) for _ in range(3))
+    refusal = np.full(shape, "", dtype=object)
+    for row, setup in enumerate(setups):
+        state, chosen = sample_of(setup, points)
+        truth = replace(
+            setup.models, normal="half_space", tangential="half_space", strips=reference_grid,
+            cells=reference_grid,
+        )  # fmt: skip
+        own = combinations(setup.models, grids)
+        evidence = choose.judge(
+            own, truth, state, chosen, setup.wheelset, setup.counterface, setup.wear,
+            smoothing_wavelength=setup.control.smoothing_wavelength,
+        )  # fmt: skip
+        for column, one in enumerate(evidence):
+            refusal[row, column] = one.refusal
+            if one.refusal:
+                continue
+            depth[row, column], work[row, column] = one.depth_error, one.work_error
+            seconds[row, column] = time_per_solution(setup, state, chosen, one.models)
+            told(
+                f"{setup.kind}: {one.models.normal} + {one.models.tangential}, {one.models.strips}: "
+                f"{1e3 * seconds[row, column]:.3g} ms, depth error {100.0 * one.depth_error:.2g} %"
+            )
+    solved = np.isfinite(seconds).all(axis=0)
+    per_solution = np.where(solved, seconds.mean(axis=0), np.nan)
+    worst = np.where(solved, depth.max(axis=0), np.nan)
+    data: dict[str, Any] = {
+        "normal": ("model", [one.normal for one in models]),
+        "tangential": ("model", [one.tangential for one in models]),
+        "grid": ("model", [one.strips for one in models]),
+        "leads": ("model", [one.normal not in NEVER_LEADS for one in models]),
+        "time": ("model", per_solution),
+        "worst_depth_error": ("model", worst),
+        "pareto": ("model", pareto(per_solution, worst)),
+        "scene_time": (("scene", "model"), seconds),
+        "depth_error": (("scene", "model"), depth),
+        "work_error": (("scene", "model"), work),
+        "refusal": (("scene", "model"), refusal),
+    }
+    return xr.Dataset(
+        data,
+        coords={"scene": [setup.title or setup.kind for setup in setups]},
+        attrs={
+            "wearsim_version": __version__,
+            "reference": f"half_space + half_space, {reference_grid} x {reference_grid}",
+        },
+    )
+
+
+def sample_of(setup: CampaignSetup, count: int) -> tuple[State, OperatingPoints]:
+    """Return the new wheelset of a scene and operating points that stand for its collective.
+
+    Parameters
+    ----------
+    setup : CampaignSetup
+        The scene.
+    count : int
+        Operating points, at most.
+
+    Returns
+    -------
+    state : State
+        New profiles.
+    points : OperatingPoints
+        Chosen by the frictional work the scene's own models, or the cheapest that solve all points, find.
+    """
+    state, _ = WheelsetEvolution(setup).start()
+    fast = replace(setup.models, normal="kik_piotrowski", tangential="fastsim", strips=20, cells=20)
+    solution = solve_contact(state, setup.points, setup.wheelset, setup.counterface, fast)
+    work = np.zeros(len(setup.points.label))
+    np.add.at(work, solution.point, solution.power / setup.points.conditions.speed[solution.point])
+    return state, choose.weighted(setup.points, choose.sample(work, setup.points.weight, count))
+
+
+def time_per_solution(
+    setup: CampaignSetup, state: State, points: OperatingPoints, models: ContactModels
+) -> float:
+    """Shortest of several wall times of a batch over the number of solutions, on one thread [s]."""
+    best, spent = np.inf, 0.0
+    for _ in range(_MOST_REPEATS):
+        start = time.perf_counter()
+        try:
+            solve_contact(state, points, setup.wheelset, setup.counterface, models)
+        except (ContactError, NumericalError):  # judged before; cannot happen for the same points
+            return float("nan")
+        took = time.perf_counter() - start
+        best, spent = min(best, took), spent + took
+        if spent > _ENOUGH:
+            break
+    return best / (2 * len(points.label))
+
+
+def pareto(cost: FloatArray, error: FloatArray) -> np.ndarray:
+    """Tell which combinations are beaten by none in both cost and error.
+
+    Parameters
+    ----------
+    cost, error : (n,) array
+        Missing values are never on the front.
+
+    Returns
+    -------
+    (n,) bool array
+        True where no other is at most as dear and at most as wrong, and better in one.
+    """
+    known = np.isfinite(cost) & np.isfinite(error)
+    front = known.copy()
+    for k in np.flatnonzero(known):
+        better = (cost <= cost[k]) & (error <= error[k]) & ((cost < cost[k]) | (error < error[k]))
+        front[k] = not np.any(better & known)
+    return front
