@@ -34,6 +34,8 @@ class Evidence:
         the reference, over the reference's largest depth [-]; inf where it refuses.
     work_error : float
         Integral of the absolute difference of the strip work over that of the reference's [-].
+    power_error : float
+        Largest relative error of the frictional power of both wheels at an operating point [-].
     refusal : str
         Why it gives no answer; empty if it does.
     """
@@ -41,6 +43,7 @@ class Evidence:
     models: ContactModels
     depth_error: float
     work_error: float
+    power_error: float
     refusal: str = ""
 
 
@@ -48,6 +51,7 @@ class Evidence:
 class _Increment:
     depth: FloatArray  # (2, n) after smoothing, per metre
     work: FloatArray  # (2, n) of strip work times length
+    power: FloatArray  # (k,) of both wheels at each point
 
 
 def sample(work: FloatArray, weight: FloatArray, count: int = SAMPLE) -> IntArray:
@@ -135,7 +139,9 @@ def judge(
             total = rate.regime_depth[wheel].sum(axis=0)
             depth[wheel] = smooth(arc_length(y, z), total, length, smoothing_wavelength)
             work[wheel] = rate.friction_work[wheel] * length
-        return _Increment(depth, work)
+        power = np.zeros(len(points.label))
+        np.add.at(power, solution.point, solution.power)
+        return _Increment(depth, work, power)
 
     truth = increment(reference)
     found = []
@@ -143,13 +149,14 @@ def judge(
         try:
             answer = increment(models)
         except (ContactError, NumericalError) as error:
-            found.append(Evidence(models, np.inf, np.inf, str(error)))
+            found.append(Evidence(models, np.inf, np.inf, np.inf, str(error)))
             continue
         found.append(
             Evidence(
                 models,
                 _share(np.abs(answer.depth - truth.depth).max(), truth.depth.max()),
                 _share(np.abs(answer.work - truth.work).sum(), truth.work.sum()),
+                max(_share(abs(a - b), b) for a, b in zip(answer.power, truth.power, strict=True)),
             )
         )
     return tuple(found)

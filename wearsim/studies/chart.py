@@ -1,4 +1,4 @@
-"""Speed against accuracy: time per contact solution and error of the wear increment, for every model and grid."""
+"""Speed against accuracy: time per solution and error of the wear increment of every model and grid."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def speed_and_accuracy(
     reference_grid: int,
     *,
     points: int = choose.SAMPLE,
-    told: Callable[[str], None] = lambda line: None,
+    told: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
     """Time every combination of models and judge its wear increment on new profiles.
 
@@ -78,8 +78,8 @@ def speed_and_accuracy(
         Over `model`: normal, tangential, grid, time per solution of one wheel at one operating point on one
         thread (mean over the scenes), whether it may lead a profile update, whether it lies on the
         Pareto front of time and largest depth error. Over `scene` and `model`: `depth_error`,
-        `work_error` and time. Where a combination refuses a point of a scene its values are missing, with the
-        message in `refusal`.
+        `work_error`, `power_error` and time. Where a combination refuses a point of a scene its values are
+        missing, with the message in `refusal`.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def speed_and_accuracy(
     """
     models = combinations(setups[0].models, grids)
     shape = (len(setups), len(models))
-    depth, work, seconds = (np.full(shape, np.nan) for _ in range(3))
+    depth, work, power, seconds = (np.full(shape, np.nan) for _ in range(4))
     refusal = np.full(shape, "", dtype=object)
     for row, setup in enumerate(setups):
         state, chosen = sample_of(setup, points)
@@ -106,11 +106,13 @@ def speed_and_accuracy(
             if one.refusal:
                 continue
             depth[row, column], work[row, column] = one.depth_error, one.work_error
+            power[row, column] = one.power_error
             seconds[row, column] = time_per_solution(setup, state, chosen, one.models)
-            told(
-                f"{setup.kind}: {one.models.normal} + {one.models.tangential}, {one.models.strips}: "
-                f"{1e3 * seconds[row, column]:.3g} ms, depth error {100.0 * one.depth_error:.2g} %"
-            )
+            if told is not None:
+                told(
+                    f"{setup.kind}: {one.models.normal} + {one.models.tangential}, {one.models.strips}: "
+                    f"{1e3 * seconds[row, column]:.3g} ms, depth error {100.0 * one.depth_error:.2g} %"
+                )
     solved = np.isfinite(seconds).all(axis=0)
     per_solution = np.where(solved, seconds.mean(axis=0), np.nan)
     worst = np.where(solved, depth.max(axis=0), np.nan)
@@ -125,6 +127,7 @@ def speed_and_accuracy(
         "scene_time": (("scene", "model"), seconds),
         "depth_error": (("scene", "model"), depth),
         "work_error": (("scene", "model"), work),
+        "power_error": (("scene", "model"), power),
         "refusal": (("scene", "model"), refusal),
     }
     return xr.Dataset(

@@ -1,0 +1,110 @@
+"""`wearsim chart`: speed against accuracy of the contact models."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import TYPE_CHECKING, Any
+
+from wearsim.cli import Commands, add_command
+
+if TYPE_CHECKING:
+    from wearsim.scene import FieldScene, RigScene
+
+
+def add_parser(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "chart",
+        "time every combination of contact models here and compare its wear with a half-space solution",
+        "wearsim chart\nwearsim chart my_scene.toml --grids 20,40 --json",
+    )
+    parser.add_argument(
+        "scene", metavar="SCENE", nargs="?", default="workflows/rig_vs_field.toml",
+        help="scene file of a campaign or comparison (default workflows/rig_vs_field.toml)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--grids", metavar="N,N,...", default="20,30,50", help="strips and cells (default 20,30,50)"
+    )
+    parser.add_argument("--reference-grid", metavar="N", default="60", help="of the half-space (default 60)")
+    parser.add_argument("--points", metavar="N", default="10", help="operating points per scene (default 10)")
+    parser.add_argument(
+        "--out", metavar="DIR", default="reports", help="folder of the report (default reports)"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of writing a report")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Measure and write."""
+    import json
+    import sys
+    from pathlib import Path
+
+    from wearsim.errors import Fault, SceneError
+
+    grids, reference, points, faults = _numbers(arguments)
+    if faults:
+        raise SceneError([Fault(fault) for fault in faults])
+    from wearsim.report.chart import write_chart
+    from wearsim.scene import CompareScene, build
+    from wearsim.scene.load import load_campaign
+    from wearsim.studies.chart import speed_and_accuracy
+
+    scene = load_campaign(arguments.scene)
+    parts: list[RigScene | FieldScene]
+    parts = [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
+    dataset = speed_and_accuracy(
+        [build(part) for part in parts], grids, reference, points=points,
+        told=lambda line: print(line, file=sys.stderr),
+    )  # fmt: skip
+    if arguments.json:
+        print(json.dumps(_json(dataset), indent=2))
+        return 0
+    print(f"report: {write_chart(dataset, Path(arguments.out), 'speed_accuracy', arguments.command_line)}")
+    return 0
+
+
+def _numbers(arguments: argparse.Namespace) -> tuple[list[int], int, int, list[str]]:
+    """Numbers of the flags, and all that is wrong with them."""
+    faults: list[str] = []
+
+    def whole(flag: str, text: str, low: int, high: int) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = low - 1
+        if not low <= value <= high:
+            faults.append(f"--{flag} = {text} must be a whole number in {low} .. {high}")
+        return value
+
+    grids = [whole("grids", text.strip(), 5, 200) for text in arguments.grids.split(",")]
+    reference = whole("reference-grid", arguments.reference_grid, 10, 400)
+    if not faults and reference < max(grids):
+        faults.append(f"--reference-grid = {reference} must be at least the finest of --grids, {max(grids)}")
+    points = whole("points", arguments.points, 1, 500)
+    return sorted(set(grids)), reference, points, faults
+
+
+def _json(dataset: Any) -> dict[str, Any]:
+    """JSON value, SI units; what has no answer is null."""
+
+    def plain(value: Any) -> Any:
+        value = value.item() if hasattr(value, "item") else value
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    models = []
+    for k in range(dataset.sizes["model"]):
+        one = dataset.isel(model=k)
+        names = ("normal", "tangential", "grid", "leads", "time", "worst_depth_error", "pareto")
+        entry = {name: plain(one[name]) for name in names}
+        entry["scenes"] = [
+            {"scene": str(scene)}
+            | {
+                name: plain(one[name][row])
+                for name in ("depth_error", "work_error", "power_error", "refusal")
+            }
+            for row, scene in enumerate(dataset["scene"].values)
+        ]
+        models.append(entry)
+    return {"reference": dataset.attrs["reference"], "models": models}
