@@ -15,7 +15,7 @@ from wearsim.campaign.rate import accumulate, patch_wear, rate, solve_contact
 from wearsim.campaign.row import StepTaken, build_row, no_step
 from wearsim.campaign.state import State, WearRate
 from wearsim.contact.solve import ContactSolution
-from wearsim.damage.wear import coefficient_set, passage_depth, regimes
+from wearsim.damage.wear import acting_coefficients, passage_depth, regimes
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
 
@@ -224,7 +224,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "counterface_z": setup.counterface.profile.z,
     }
     wear, models, limits = setup.wear, setup.models, setup.control
-    coefficients = coefficient_set(wear.coefficients, wear.law)
+    coefficients = acting_coefficients(wear)
     worn_by_law = wear.law != "none"
     rotation = conditions.rotation
     attributes: dict[str, str | int | float] = {
@@ -238,11 +238,13 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "wheel_profile_left": setup.wheelset.left.name,
         "counterface_profile": setup.counterface.profile.name,
         "wear_law": wear.law,
-        "wear_coefficients": wear.coefficients if worn_by_law else "",
+        "wear_coefficients": coefficients.name if worn_by_law else "",
         "wear_coefficients_source": coefficients.source if worn_by_law else "",
         "wear_coefficients_validity": coefficients.validity if worn_by_law else "",
         "wear_coefficients_departures": " ".join(coefficients.departures) if worn_by_law else "",
+        "wear_coefficients_doubts": " ".join(coefficients.doubts) if worn_by_law else "",
         "wear_form": wear.form if worn_by_law else "",
+        "seizure_cap": wear.seizure_cap if worn_by_law else "",
         "wheel_density": wear.density,
         "contact_normal": models.normal,
         "contact_tangential": models.tangential,

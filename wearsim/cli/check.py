@@ -82,7 +82,7 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
     dict
         JSON values, SI units; `settings` holds every value that would act, defaults included.
     """
-    from wearsim.damage.wear import regimes
+    from wearsim.damage.wear import acting_coefficients, regimes
     from wearsim.scene import build
 
     setup = build(scene)
@@ -107,6 +107,8 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
         "profile_points": vertices,
         "bytes_per_step": 8 * values,
         "inputs": [{"name": name, "sha256": digest} for name, digest in setup.input_hashes],
+        "wear_coefficients": acting_coefficients(setup.wear).name,
+        "wear_form": setup.wear.form,
         "settings": scene.model_dump(by_alias=True, mode="json"),
         "warnings": [str(warning) for warning in warnings],
     }
@@ -117,12 +119,12 @@ def _text(item: dict[str, Any]) -> str:
     environment = ", ".join(f"{value:g}" for value in item["environment"])
     rows = [
         ("distance", f"{item['distance'] / 1e3:g} km"),
-        ("wheel, counterface", ", ".join(entry["name"].split(" ", 1)[1] for entry in item["inputs"][1:])),
+        ("wheel, counterface", ", ".join(entry["name"].split(" ", 1)[1] for entry in item["inputs"][1:3])),
         ("operating points", f"{item['points']}, of which {item['monitoring_points']} only monitor"),
         ("environment factor", environment),
         ("contact models", f"{contact['normal']}, {contact['tangential']}; rotation {contact['rotation']}"),
         ("cells", f"{contact['strips']} strips x {contact['cells']} cells per patch"),
-        ("wear law", f"{wear['law']} ({wear['form']}), {wear['coefficients']}"),
+        ("wear law", f"{wear['law']} ({item['wear_form']}), {item['wear_coefficients']}"),
         (
             "solutions per step",
             f"{item['points']} points x 2 wheels x {item['evaluations_per_step']} evaluations "

@@ -38,6 +38,7 @@ _PROVENANCE = (
     ("wear_coefficients_source", "Source of the coefficients"),
     ("wear_coefficients_validity", "Validity of the coefficients"),
     ("wear_coefficients_departures", "Departures from the source"),
+    ("wear_coefficients_doubts", "Uncertain coefficients"),
     ("finished", "Finished"),
 )
 
