@@ -160,4 +160,4 @@ def test_a_normal_model_that_must_not_lead_a_campaign_is_told(folder, faults_of,
     assert fault.startswith(
         f'scene.toml:{text.count(chr(10)) + 2}: normal = "{name}" cannot lead a campaign: '
     )
-    assert 'write normal = "kik_piotrowski"' in fault
+    assert 'normal = "kik_piotrowski"' in fault

@@ -18,7 +18,7 @@ def add_parser(commands: Commands) -> None:
         commands,
         "chart",
         "time every combination of contact models here and compare its wear with a half-space solution",
-        "wearsim chart\nwearsim chart my_scene.toml --grids 20,40 --json",
+        "wearsim chart --out reports\nwearsim chart my_scene.toml --grids 20,40 --json",
     )
     parser.add_argument(
         "scene", metavar="SCENE", nargs="?", default="workflows/rig_vs_field.toml",

@@ -87,10 +87,10 @@ def markdown(dataset: xr.Dataset, command: str, picture: tuple[str, str]) -> str
         "# Speed against accuracy of the contact models",
         f"Scenes: {', '.join(scenes)}; new profiles. Reference: {dataset.attrs['reference']}. Time: of one "
         "wheel at one operating point on one thread, as a ratio to the fastest combination in the same run. "
-        "Errors in per cent: of the smoothed wear increment, its largest difference over the largest depth, by the "
-        "scene's wear law; of the strip work, the integral of the difference over that of the reference; of "
-        "the power, the largest of all points. A combination is on the Pareto front if no other is both "
-        f"faster and closer in depth.\n\nWritten by `{command}`.",
+        "Errors in per cent: of the smoothed wear increment, its largest difference over the largest depth, "
+        "by the scene's wear law; of the strip work, the integral of the difference over that of the "
+        "reference; of the power, the largest of all points. A combination is on the Pareto front if no "
+        f"other is both faster and closer in depth.\n\nWritten by `{command}`.",
         f"![{picture[1]}]({picture[0]})\n\n*{picture[1]}*",
         "\n".join(rows),
         *_refusals(dataset),

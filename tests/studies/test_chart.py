@@ -1,0 +1,74 @@
+"""The chart of speed against accuracy: Pareto front, dataset, report, command."""
+
+import json
+
+import numpy as np
+import pytest
+
+from wearsim.cli import main
+from wearsim.report.chart import markdown, peers, write_chart
+from wearsim.scene import build, load_scene
+from wearsim.studies.chart import pareto, speed_and_accuracy
+
+
+def test_the_front_holds_what_none_beats():
+    cost = np.array([1.0, 2.0, 3.0, 2.5, np.nan, 1.0])
+    error = np.array([0.5, 0.2, 0.1, 0.3, 0.0, 0.5])
+    assert pareto(cost, error).tolist() == [True, True, True, False, False, True]
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    return speed_and_accuracy([build(load_scene("workflows/rig.toml"))], [12], 16, points=4)
+
+
+def test_every_combination_has_a_time_and_errors_or_a_refusal(dataset):
+    refused = (dataset["refusal"].values != "")[0]
+    assert refused.any()  # hertz, at zero shift
+    for name in ("time", "worst_depth_error"):
+        assert np.array_equal(np.isnan(dataset[name].values), refused)
+    assert np.all(dataset["time"].values[~refused] > 0.0)
+    names = dataset["normal"].values
+    assert np.array_equal(dataset["leads"].values, names != "hertz")
+    assert not dataset["pareto"].values[refused].any()
+    # the finer half-space solution is the truth: nothing is as close as the coarser one
+    half = (names == "half_space") & (dataset["tangential"].values == "half_space")
+    assert dataset["work_error"].values[0][half] == np.nanmin(dataset["work_error"].values)
+
+
+def test_report_holds_what_has_an_answer_and_what_has_not(dataset, tmp_path):
+    text = markdown(dataset, "wearsim chart", ("chart.svg", "Chart"))
+    assert "| kik_piotrowski | fastsim | 12 |" in text
+    assert "- hertz + fastsim, 12: " in text
+    path = write_chart(dataset, tmp_path / "new", "chart", "wearsim chart")
+    assert (tmp_path / "new" / "chart.svg").is_file()
+    assert path.read_text().startswith("# Speed against accuracy")
+
+
+def test_peers_have_times_and_errors():
+    for row in peers():
+        assert float(row["time"]) > 0.0
+        assert row["power_error"] == "" or 0.0 <= float(row["power_error"]) < 1.0
+
+
+def test_json_of_the_command(capsys):
+    flags = ["--grids", "8", "--reference-grid", "10", "--points", "1", "--json"]
+    assert main(["chart", "workflows/rig.toml", *flags]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["reference"] == "half_space + half_space, 10 x 10"
+    assert {model["grid"] for model in told["models"]} == {8}
+    assert all(model["scenes"][0]["refusal"] or model["time"] > 0.0 for model in told["models"])
+
+
+@pytest.mark.parametrize(
+    ("flags", "told"),
+    [
+        (["--grids", "3,x"], ["--grids = 3 must be a whole number in 5 .. 200", "--grids = x must be"]),
+        (["--grids", "50", "--reference-grid", "40"], ["--reference-grid = 40 must be at least the finest"]),
+        (["--points", "0"], ["--points = 0 must be a whole number in 1 .. 500"]),
+    ],
+)
+def test_wrong_flags_are_told_all_at_once(flags, told, capsys):
+    assert main(["chart", *flags]) == 2
+    error = capsys.readouterr().err
+    assert all(part in error for part in told)
