@@ -193,8 +193,10 @@ def solve_wheel(
     """
     curve = gap.gap[row]
     lowest = int(curve.argmin())
-    if curve[lowest] >= NO_WHEEL:
+    if not curve[lowest] < NO_WHEEL:  # or not a number
         raise refusal(NO_TOUCH, row)
+    if not 0.0 < load < np.inf:
+        raise ContactError(f"load = {load:g} N must be above 0 and finite", row=row)
     if not 0 < lowest < curve.size - 1 or max(curve[lowest - 1], curve[lowest + 1]) >= NO_WHEEL:
         raise refusal(AT_EDGE, row)
     task = _Task(gap, row, load, vertical, effective_modulus, {**DEFAULTS, **parameters})

@@ -1,6 +1,6 @@
 """Which contacts of a wheel share a grid.
 
-Lobes are runs of loaded strips. Two neighbours belong together by the share
+Lobes are runs of loaded strips. Two of them belong together by the share
 
     t = max( ramp(distance; 10 mm, 20 mm) * ramp(angle between them; 0.2 rad, 0.3 rad),
              ramp(distance; 2 mm, 4 mm) ),
@@ -8,14 +8,14 @@ Lobes are runs of loaded strips. Two neighbours belong together by the share
 each ramp 1 up to the first, 0 from the second value on. t = 1: one grid in one plane. t = 0: a grid and a
 plane each, and no influence on each other. In between each has its own grid, but their planes lean towards
 the common one, and their elastic influence on each other counts, in the share t: nothing jumps but the
-sampling.
+sampling. Of three lobes and more, those share a grid who all belong together with t = 1; between grids t is
+the mean over the pairs of their lobes, weighted by both forces.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -144,7 +144,7 @@ def _ramp(value: float, full: float, none: float) -> float:
 
 
 def _together(gap: Gap, one: Lobe, other: Lobe) -> float:
-    """Share t in which two neighbours belong together."""
+    """Share t in which two lobes, the one on the flange's side first, belong together."""
     z = np.interp([one.right, other.left], gap.contour.y, gap.contour.z)
     distance = float(np.hypot(other.left - one.right, z[1] - z[0]))
     alike = _ramp(abs(other.angle - one.angle), ALIKE, UNLIKE)
@@ -169,19 +169,20 @@ def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
         Shares t between the groups, zero on the diagonal.
     """
     lobes = sorted(lobes, key=lambda lobe: lobe.centre)
-    groups, links = [[lobes[0]]], []
-    for one, other in pairwise(lobes):
-        share = _together(gap, one, other)
-        if share == 1.0:
-            groups[-1].append(other)
+    groups: list[list[Lobe]] = []
+    for lobe in lobes:
+        if groups and all(_together(gap, other, lobe) == 1.0 for other in groups[-1]):
+            groups[-1].append(lobe)
         else:
-            groups.append([other])
-            links.append(share)
-    count = len(groups)
-    together = np.zeros((count, count))
-    for k in range(count):
-        for j in range(k + 1, count):
-            together[k, j] = together[j, k] = min(links[k:j])
+            groups.append([lobe])
+    together = np.zeros((len(groups), len(groups)))
+    for k, group in enumerate(groups):
+        for j in range(k + 1, len(groups)):
+            pairs = [(one, other) for one in group for other in groups[j]]
+            shares = np.array([_together(gap, one, other) for one, other in pairs])
+            weights = np.array([one.force * other.force for one, other in pairs])
+            weights = weights if weights.any() else np.ones(weights.size)
+            together[k, j] = together[j, k] = (weights * shares).sum() / weights.sum()
     return groups, together
 
 

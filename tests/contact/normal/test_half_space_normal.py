@@ -1,0 +1,371 @@
+"""Pressure of half-spaces: closed forms, orders, symmetries, lobes and patches, refusals, warm start."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from wearsim.contact import geometry
+from wearsim.contact.closed_forms import hertz
+from wearsim.contact.geometry import Attitude, Contour, Gap
+from wearsim.contact.influence import grid_influence, normal_influence
+from wearsim.contact.normal import half_space
+from wearsim.contact.normal.half_space_lobes import Lobe, gather
+from wearsim.contact.normal.half_space_pressure import HeightGrid, solve_pressure
+from wearsim.errors import ContactError, NumericalError
+
+E_STAR, LOAD = 210e9 / (2.0 * (1.0 - 0.3**2)), 80e3
+
+
+def paraboloid(along, across, cells, load=LOAD):
+    """Grid that fits the Hertz ellipse as the model's grids fit patches, and the ellipse."""
+    ellipse = hertz(along, across, load, E_STAR)
+    a, b = float(ellipse.semi_axis_x), float(ellipse.semi_axis_y)
+    length, width = 2.0 * a / (cells - 3), 2.0 * b / (cells - 3)
+    step = np.arange(cells) - 0.5 * (cells - 1)
+    x, y = step[:, None] * length, step * width
+    return HeightGrid(along * x**2 + across * y**2, length, width), ellipse, ellipse.pressure(x, y)
+
+
+# A and B [1/m]: circle, a/b = 0.21, 1.9, 4.8; 1/50 is a line contact almost.
+PARABOLOIDS = [(1.0, 1.0), (1.0, 0.09), (0.4, 1.0), (0.09, 1.0), (600.0, 1.0)]
+
+
+@pytest.mark.parametrize(("along", "across"), PARABOLOIDS)
+def test_hertz(along, across):
+    """64 x 64 cells: maximum 0.1 %, approach 1e-4, field 0.2 %; area by its staircase 1 %."""
+    grid, ellipse, expected = paraboloid(along, across, 64)
+    found = solve_pressure([grid], LOAD, E_STAR)
+    pressure, cell = found.pressure[0], grid.cell_length * grid.cell_width
+    assert found.converged
+    assert pressure.max() == pytest.approx(float(ellipse.max_pressure), rel=1e-3)
+    assert found.descent == pytest.approx(float(ellipse.approach), rel=1e-4)
+    assert np.abs(pressure - expected).sum() * cell < 2e-3 * LOAD
+    assert np.count_nonzero(pressure) * cell == pytest.approx(float(ellipse.area), rel=1e-2)
+    assert pressure.sum() * cell == pytest.approx(LOAD, rel=1e-12)
+
+
+@pytest.mark.parametrize(("along", "across"), PARABOLOIDS)
+def test_order_of_convergence(along, across):
+    """Border cells cost the field order 1.5 and more, the maximum order 2; the area's staircase order 1."""
+    counts, maximum, field, area, iterations = np.array([16, 24, 32, 48, 64, 96, 128]), [], [], [], []
+    for cells in counts:
+        grid, ellipse, expected = paraboloid(along, across, int(cells))
+        found = solve_pressure([grid], LOAD, E_STAR)
+        pressure, cell = found.pressure[0], grid.cell_length * grid.cell_width
+        maximum.append(abs(pressure.max() / float(ellipse.max_pressure) - 1.0))
+        field.append(np.abs(pressure - expected).sum() * cell / LOAD)
+        area.append(abs(np.count_nonzero(pressure) * cell / float(ellipse.area) - 1.0))
+        iterations.append(found.iterations)
+    orders = [np.polyfit(np.log(counts), np.log(error), 1)[0] for error in (maximum, field, area)]
+    assert orders[0] < -1.8
+    assert orders[1] < -1.6
+    assert orders[2] < -1.0
+    # With n log n in each, 0.5 in cells per side keeps the total exponent below 1.25 in their number.
+    assert np.polyfit(np.log(counts), np.log(iterations), 1)[0] < 0.5
+
+
+@pytest.mark.parametrize("cells", [32, 64])
+@pytest.mark.parametrize(("along", "across"), PARABOLOIDS)
+def test_tolerance_holds_the_maximum(along, across, cells):
+    """What the default tolerance leaves: 1e-4 of the maximum pressure, 1e-3 in a border cell."""
+    grid, ellipse, _ = paraboloid(along, across, cells)
+    found = solve_pressure([grid], LOAD, E_STAR).pressure[0]
+    tight = solve_pressure([grid], LOAD, E_STAR, tolerance=1e-12).pressure[0]
+    assert found.max() == pytest.approx(tight.max(), rel=1e-4)
+    np.testing.assert_allclose(found, tight, rtol=0.0, atol=1e-3 * float(ellipse.max_pressure))
+
+
+def test_conditions_of_contact_hold():
+    """No pressure beside, no overlap; the gap under pressure is zero to 1e-4 of the approach."""
+    grid, _, _ = paraboloid(1.0, 0.3, 48)
+    found = solve_pressure([grid], LOAD, E_STAR, tolerance=1e-10)
+    shape = grid.height.shape
+    influence = normal_influence(grid.cell_length, grid.cell_width, shape, E_STAR)
+    left = grid.height + grid_influence(influence, shape)(found.pressure[0]) - found.descent
+    loaded = found.pressure[0] > 0.0
+    assert np.all(found.pressure[0] >= 0.0)
+    assert np.abs(left[loaded]).max() < 1e-6 * found.descent
+    assert left[~loaded].min() > -1e-6 * found.descent
+
+
+def test_pressure_scales_as_hertz():
+    """Eight times the load on a grid twice as large: twice the pressure, four times the approach."""
+    small, large = paraboloid(1.0, 0.3, 40)[0], paraboloid(1.0, 0.3, 40, 8.0 * LOAD)[0]
+    one, other = solve_pressure([small], LOAD, E_STAR), solve_pressure([large], 8.0 * LOAD, E_STAR)
+    np.testing.assert_allclose(other.pressure[0], 2.0 * one.pressure[0], rtol=1e-9, atol=1.0)
+    assert other.descent == pytest.approx(4.0 * one.descent, rel=1e-9)
+
+
+def test_two_grids_share_the_descent():
+    """Grids that do not feel each other: the loads of each are those of Hertz at the common approach."""
+    one, first, _ = paraboloid(1.0, 0.3, 48)
+    other, second, _ = paraboloid(4.0, 2.0, 48, 20e3)
+    lift = float(first.approach - second.approach)  # the second touches later
+    found = solve_pressure([one, replace(other, height=other.height + lift)], LOAD + 20e3, E_STAR)
+    loads = [
+        p.sum() * g.cell_length * g.cell_width for p, g in zip(found.pressure, (one, other), strict=True)
+    ]
+    np.testing.assert_allclose(loads, [LOAD, 20e3], rtol=1e-3)
+
+
+def test_a_start_nearby_saves_iterations_and_leaves_the_answer():
+    """Warm start from a load 2 % off: the answer is that of the cold start to the tolerance."""
+    grid, _, _ = paraboloid(1.0, 0.3, 64)
+    cold = solve_pressure([grid], LOAD, E_STAR)
+    near = solve_pressure([grid], 0.98 * LOAD, E_STAR)
+    warm = solve_pressure([grid], LOAD, E_STAR, start=near.pressure)
+    assert warm.iterations < cold.iterations
+    assert warm.pressure[0].max() == pytest.approx(cold.pressure[0].max(), rel=1e-4)
+    assert warm.descent == pytest.approx(cold.descent, rel=1e-6)
+
+
+def curve(height, angle=0.0, radius=0.46, curvature=0.0):
+    """Gap of a wheel over a plane counterface of some inclination, 40 mm to each side, as a bare curve."""
+    y = np.linspace(-40e-3, 40e-3, 8001)
+    zero = np.zeros_like(y)
+    ground = Contour(y, y * np.tan(angle), zero + np.tan(angle), zero + angle)
+    return Gap(ground, curvature, height(y)[None], y[None], zero[None], radius + zero[None], zero[None])
+
+
+def solved(gap, load=LOAD, strips=40, vertical=True, **parameters):
+    rows = gap.gap.shape[0]
+    return half_space.solve(
+        gap,
+        np.full(rows, load),
+        vertical=vertical,
+        effective_modulus=E_STAR,
+        strips=strips,
+        parameters=parameters,
+    )
+
+
+@pytest.mark.parametrize("bend", [0.05, 1.0, 30.0])
+@pytest.mark.parametrize("curvature", [0.0, 2.0])
+def test_model_is_hertz_on_a_parabola(bend, curvature):
+    """Search and fit of the grid included; a/b from 0.16 to 18."""
+    found = solved(curve(lambda y: bend * (y - 3e-3) ** 2, curvature=curvature))
+    ellipse = hertz(0.5 * (1.0 / 0.46 + curvature), bend, LOAD, E_STAR)
+    assert found.patch.row.tolist() == [0]
+    assert found.max_pressure[0] == pytest.approx(float(ellipse.max_pressure), rel=2e-3)
+    assert found.approach[0] == pytest.approx(float(ellipse.approach), rel=5e-4)
+    assert found.descent[0] == pytest.approx(float(ellipse.approach), rel=5e-4)
+    assert found.patch.area[0] == pytest.approx(float(ellipse.area), rel=2e-2)
+    assert found.centre_y[0] == pytest.approx(3e-3, abs=1e-6)
+    assert found.patch.length[0] == pytest.approx(2.0 * float(ellipse.semi_axis_x), rel=1.5 / 40)
+    assert found.patch.lateral_extent[0] == pytest.approx(2.0 * float(ellipse.semi_axis_y), rel=1.5 / 40)
+
+
+def test_model_on_an_inclined_plane():
+    """The parabola seen along the normal: curvatures and load turn with the plane."""
+    tilt = 0.4
+    found = solved(curve(lambda y: (y / np.cos(tilt)) ** 2 / np.cos(tilt), angle=tilt))
+    ellipse = hertz(0.5 * np.cos(tilt) / 0.46, 1.0, LOAD / np.cos(tilt), E_STAR)
+    assert found.contact_angle[0] == pytest.approx(tilt, abs=1e-12)
+    assert found.normal_force[0] == pytest.approx(LOAD / np.cos(tilt), rel=1e-9)
+    # The wheel's parabola turns by 2 B y sin(tilt) over the patch: 1 %.
+    assert found.max_pressure[0] == pytest.approx(float(ellipse.max_pressure), rel=1e-2)
+    assert found.approach[0] == pytest.approx(float(ellipse.approach), rel=1e-2)
+    assert found.descent[0] == pytest.approx(float(ellipse.approach) / np.cos(tilt), rel=1e-2)
+
+
+def test_moved_and_mirrored():
+    """A gap 10 mm beside, and its mirror image: the same patch, to the iteration's tolerance."""
+
+    def lopsided(y):
+        return np.where(y < 0.0, 0.3 * y**2, 3.0 * y**2) + 4.0 * y**3
+
+    plain, moved = solved(curve(lopsided)), solved(curve(lambda y: lopsided(y - 10e-3)))
+    mirror = solved(curve(lambda y: lopsided(-y)))
+    for name in ("max_pressure", "approach", "normal_force"):
+        np.testing.assert_allclose(getattr(moved, name), getattr(plain, name), rtol=1e-4)
+        np.testing.assert_allclose(getattr(mirror, name), getattr(plain, name), rtol=1e-4)
+    assert moved.centre_y[0] - plain.centre_y[0] == pytest.approx(10e-3, abs=1e-6)
+    assert mirror.centre_y[0] == pytest.approx(-plain.centre_y[0], abs=1e-6)
+    np.testing.assert_allclose(
+        mirror.patch.grid.pressure[0],
+        plain.patch.grid.pressure[0, :, ::-1],
+        atol=5e-3 * plain.max_pressure[0],
+    )
+
+
+def lobes(distance):
+    """Two parabolas of one height, a distance apart."""
+    return lambda y: np.minimum((y - 0.5 * distance) ** 2, (y + 0.5 * distance) ** 2) * 4.0
+
+
+def test_lobes_on_one_grid_are_symmetric_and_feel_each_other():
+    """Each presses on the other like a point load: approach = that of half the load + N/2 / (pi E* d)."""
+    distance = 14e-3
+    found = solved(curve(lobes(distance)), strips=120)
+    pressure = found.patch.grid.pressure
+    assert pressure.shape[0] == 1
+    across = pressure[0].sum(axis=0)
+    np.testing.assert_allclose(across, across[::-1], rtol=0.0, atol=1e-3 * across.max())
+    assert np.count_nonzero(across == 0.0) > 30  # between them
+    alone = float(hertz(0.5 / 0.46, 4.0, 0.5 * LOAD, E_STAR).approach)
+    beside = 0.5 * LOAD / (np.pi * E_STAR * distance)
+    assert beside > 0.1 * alone
+    assert found.descent[0] == pytest.approx(alone + beside, rel=5e-3)
+
+
+def test_patches_far_apart_do_not_feel_each_other():
+    found = solved(curve(lobes(40e-3)))
+    alone = hertz(0.5 / 0.46, 4.0, 0.5 * LOAD, E_STAR)
+    assert found.patch.row.tolist() == [0, 0]
+    np.testing.assert_allclose(found.normal_force, 0.5 * LOAD, rtol=1e-4)
+    np.testing.assert_allclose(np.sort(found.centre_y), [-20e-3, 20e-3], atol=1e-5)
+    np.testing.assert_allclose(found.descent, float(alone.approach), rtol=5e-4)
+
+
+def test_grids_part_without_a_jump():
+    """From one grid to two that feel each other less and less: steps of 0.25 mm move the descent evenly."""
+    distance = 1e-3 * np.arange(12.0, 34.0, 0.5)
+    found = [solved(curve(lobes(d)), strips=60) for d in distance]
+    assert {f.patch.row.size for f in found} == {1, 2}
+    descent = np.array([f.descent[0] for f in found])
+    steps = np.diff(descent) / descent[:-1]
+    assert np.all(steps < 1e-3)
+    assert np.abs(steps).max() < 0.03
+    assert np.abs(np.diff(steps)).max() < 0.02  # the ramp begins and ends
+
+
+def test_a_third_lobe_is_found_though_it_is_small():
+    """0.2 um below the surface that is pressed down between two lobes nothing is missed or invented."""
+
+    def gap(depth):
+        return curve(lambda y: np.minimum(lobes(24e-3)(y), 30.0 * y**2 + depth))
+
+    pressed = solved(gap(1.0)).descent[0]
+    touching = solved(gap(0.5 * pressed))
+    assert touching.descent[0] < pressed
+    middle = np.abs(touching.patch.y + touching.centre_y[:, None]) < 1e-3
+    load = touching.patch.grid.pressure.sum(axis=1)
+    assert load[middle].max() > 0.0
+    free = solved(gap(1.05 * pressed))
+    assert free.descent[0] == pytest.approx(pressed, rel=1e-6)
+
+
+def lobe(left, right, angle):
+    return Lobe(1e-3 * left, 1e-3 * right, -1e-3, 1e-3, 0.5e-3 * (left + right), angle, 1e3)
+
+
+@pytest.mark.parametrize(
+    ("apart", "turn", "share"),
+    [(1.9, 1.0, 1.0), (3.0, 1.0, 0.5), (4.1, 1.0, 0.0), (9.9, 0.1, 1.0), (15.0, 0.1, 0.5), (20.1, 0.1, 0.0),
+     (9.0, 0.25, 0.5), (15.0, 0.25, 0.25), (9.0, 0.31, 0.0)],
+)  # fmt: skip
+def test_rule_of_sharing(apart, turn, share):
+    """Distance [mm], angle [rad]: the numbers of the docstring."""
+    groups, together = gather(
+        curve(lambda y: y**2), [lobe(0.0, 2.0, 0.0), lobe(2.0 + apart, 9.0 + apart, turn)]
+    )
+    assert len(groups) == (1 if share == 1.0 else 2)
+    assert together.sum() == pytest.approx(0.0 if share == 1.0 else 2.0 * share)
+
+
+def test_refusals_of_its_own():
+    gap = curve(lambda y: y**2)
+    with pytest.raises(NumericalError, match="has not converged; raise half_space_iterations") as caught:
+        solved(gap, half_space_iterations=3.0)
+    assert caught.value.row == 0
+    with pytest.raises(ContactError, match="at least 8 strips and cells"):
+        solved(gap, strips=7)
+    with pytest.raises(ContactError, match="at least 8"):
+        solved(gap, cells=4.0)
+    for load in (0.0, -1.0, np.nan, np.inf):
+        with pytest.raises(ContactError, match="must be above 0 and finite"):
+            solved(gap, load)
+    with pytest.raises(ContactError, match="does not touch"):
+        solved(curve(lambda y: y**2 + np.nan))
+
+
+def test_cells_of_the_models_are_those_of_the_grid():
+    found = solved(curve(lambda y: y**2), strips=20, cells=33.0)
+    assert found.patch.grid.pressure.shape == (1, 33, 20)
+
+
+@pytest.fixture(scope="module")
+def searched(s1002, rail_60e1):
+    """Factory of exact gaps of S1002 on 60E1 1:40."""
+
+    def gap(shift, yaw=0.0, curvature=0.0):
+        shift, yaw = np.broadcast_arrays(np.atleast_1d(np.asarray(shift, float)), yaw)
+        attitude = Attitude(shift, yaw.astype(float), np.zeros_like(shift))
+        wheel, ground = geometry.rings(s1002, 0.46), geometry.contour(rail_60e1)
+        return geometry.gap(wheel, ground, attitude, half_span=0.75, nominal_radius=0.46, curvature=curvature)
+
+    return gap
+
+
+def test_bare_curve_and_bodies_agree_without_yaw(searched):
+    """Parabolas and the small-angle opening against the exact surface: 0.5 % of the pressure."""
+    gap = searched([-4e-3, 0.0, 3e-3])
+    exact, bare = solved(gap), solved(replace(gap, bodies=None))
+    np.testing.assert_allclose(bare.max_pressure, exact.max_pressure, rtol=5e-3)
+    np.testing.assert_allclose(
+        bare.descent - gap.gap.min(axis=1), exact.descent - gap.gap.min(axis=1), rtol=2e-3
+    )
+
+
+@pytest.mark.parametrize("curvature", [0.0, 1.0])
+def test_the_sign_of_yaw_mirrors_the_patch(searched, curvature):
+    """Grids may differ by a tenth of a cell, as the path to them does: 0.5 % of the load, cell by cell."""
+    ahead, behind = solved(searched(3e-3, 0.02, curvature)), solved(searched(3e-3, -0.02, curvature))
+    one, other = ahead.patch.grid.pressure[0], behind.patch.grid.pressure[0, ::-1]
+    assert np.abs(one - other).sum() < 5e-3 * one.sum()
+    np.testing.assert_allclose(ahead.patch.grid.x_lead, -behind.patch.grid.x_trail, rtol=5e-3)
+    skew = (ahead.patch.grid.pressure[0].sum(axis=1) * ahead.patch.grid.x[0]).sum()
+    assert abs(skew) > 1e-6 * ahead.patch.grid.pressure[0].sum()  # 1 um: yaw does act
+    assert ahead.max_pressure[0] == pytest.approx(behind.max_pressure[0], rel=1e-4)
+
+
+def test_a_start_from_the_neighbouring_state(searched):
+    """Along shifts 0.1 mm apart: half the iterations, the same answer to 5e-4."""
+    shift = 1e-3 * np.arange(2.5, 4.01, 0.1)
+    gap = searched(shift)
+    arguments = {"vertical": True, "effective_modulus": E_STAR, "strips": 40, "parameters": {}}
+    cold = [half_space.solve_wheel(gap, row, LOAD, **arguments) for row in range(shift.size)]
+    warm = cold[:1]
+    for row in range(1, shift.size):
+        warm.append(half_space.solve_wheel(gap, row, LOAD, start=warm[-1], **arguments))
+    one, other = (sum(sum(state.iterations) for state in states[1:]) for states in (warm, cold))
+    assert one < 0.8 * other
+    for a, b in zip(warm, cold, strict=True):
+        assert a.descent == pytest.approx(b.descent, rel=1e-4)
+        assert a.pressure[0].max() == pytest.approx(b.pressure[0].max(), rel=5e-4)
+
+
+def test_a_start_that_misses_a_patch_is_not_used(searched):
+    """From one patch at 3 mm to two lobes at 5 mm."""
+    gap = searched([3e-3, 5e-3])
+    arguments = {"vertical": True, "effective_modulus": E_STAR, "strips": 80, "parameters": {}}
+    state = half_space.solve_wheel(gap, 0, LOAD, **arguments)
+    cold = half_space.solve_wheel(gap, 1, LOAD, **arguments)
+    warm = half_space.solve_wheel(gap, 1, LOAD, start=state, **arguments)
+    assert warm.descent == pytest.approx(cold.descent, rel=1e-3)
+    assert max(p.max() for p in warm.pressure) == pytest.approx(max(p.max() for p in cold.pressure), rel=1e-2)
+
+
+@pytest.mark.parametrize(("curvature", "yaw"), [(0.0, 0.0), (1.0, 0.01)])
+def test_continuous_when_the_wheel_moves_by_a_micrometre(searched, curvature, yaw):
+    """From the field side over two lobes to the flange's root; 1.6 mm of the narrow lobe are five strips."""
+    shift = 1e-3 * np.array([-7.3, -4.1, -1.2, 0.0, 0.4, 2.7, 4.6, 4.9, 5.1, 5.4, 5.7, 5.9])
+    here, there = (solved(searched(s, yaw, curvature), strips=50) for s in (shift, shift + 1e-6))
+    assert here.patch.row.tolist() == there.patch.row.tolist()
+    np.testing.assert_allclose(there.max_pressure, here.max_pressure, rtol=6e-3)
+    np.testing.assert_allclose(there.normal_force, here.normal_force, rtol=1e-3)
+    np.testing.assert_allclose(there.contact_angle, here.contact_angle, atol=5e-4)
+    np.testing.assert_allclose(there.centre_y, here.centre_y, atol=2e-5)
+    np.testing.assert_allclose(there.descent, here.descent, atol=1e-6)
+
+
+def test_stripes_follow_the_profile(searched):
+    """Strip edges rise, and the pressure-weighted centre is the origin of the strips."""
+    found = solved(searched([-3e-3, 0.0, 3e-3, 6.5e-3], 0.01))
+    assert all(np.all(np.diff(edges) > 0.0) for edges in found.edge_y)
+    load = found.patch.grid.pressure.sum(axis=1)
+    np.testing.assert_allclose((load * found.patch.y).sum(axis=1) / load.sum(axis=1), 0.0, atol=1e-15)
+    for one, other in pairwise(found.patch.row):
+        assert one < other
