@@ -82,7 +82,7 @@ def lay_patches(
     `values` (n, most, 8): centre y, angle, approach, normal force, largest pressure, load scale, descent,
     width of the strips.
     """
-    most = (LOBES // 2) * count
+    most = 4 * count
     strips, lobe = np.zeros((FIELDS, most)), np.zeros(most, np.int64)
     spans, info = np.zeros((LOBES, 5)), np.zeros(6)
     first, last = np.zeros(most, np.int64), np.zeros(most, np.int64)

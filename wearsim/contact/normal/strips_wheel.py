@@ -19,6 +19,7 @@ _STAGES = 12  # of fitting the strips to the patch
 _MARGIN = 0.3  # strips' widths laid beyond the end of the patch
 _CLOSE = 0.1  # change of q, over the largest, from which Newton's method takes over
 _DONE = 2e-5  # change in Newton's method, over the largest, after which the next one is rounding
+_WIDEST = 0.65e-3  # m, of a strip: profiles change their radius within wide patches
 _APART = 0.3e-3  # m, between parts of the profile that have strips of their own
 _OVERLAP = 2e-3  # of the descent, that counts as contact
 
@@ -111,6 +112,8 @@ def solve_wheel(
         for k in range(found):
             # Strips much narrower than long make Newton's method fail.
             each = coarse if stage == 0 else count
+            if stage > 0:
+                each = max(count, min(2 * count, int((spans[k, 1] - spans[k, 0]) / _WIDEST)))
             longest = 0.0
             for j in range(old_total):
                 if spans[k, 0] <= old[0, j] <= spans[k, 1]:

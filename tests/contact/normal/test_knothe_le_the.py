@@ -1,0 +1,195 @@
+"""The strip model: ellipses of Hertz, a half-space program's patches, and what must not depend on strips."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from wearsim.contact import geometry
+from wearsim.contact.closed_forms import axis_ratio, hertz
+from wearsim.contact.geometry import Attitude, Contour, Gap
+from wearsim.contact.normal.knothe_le_the import solve
+from wearsim.contact.normal.strips_influence import averages, influence_table
+
+DATA = Path(__file__).parents[2] / "data"
+E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))
+RADIUS = 0.46
+
+# Right wheel, S1002 on 60E1 1:40, yaw 0: curvature of the counterface [1/m], shift [m], normal force times
+# cosine of the contact angle [N], area [m2] and maximum pressure [Pa]. Two humps, or two parts a few
+# millimetres apart; made by the program and settings of tests/data/contact_half_space.csv.
+SPLIT = np.array(
+    [
+        [0, 0, 79921.7, 0.00016744, 8.98622e08],
+        [1, 0, 79920.9, 0.00014244, 1.01293e09],
+        [1, 0.005, 79147.6, 9.372e-05, 2.05406e09],
+        [1, 0.0055, 78292.9, 7.912e-05, 3.04951e09],
+        [2, 0, 79919.5, 0.0001264, 1.10972e09],
+    ]
+)
+
+
+def solved(gap, load, strips=50, vertical=True, **parameters):
+    return solve(
+        gap,
+        np.atleast_1d(np.asarray(load, dtype=float)),
+        vertical=vertical,
+        effective_modulus=E_STAR,
+        strips=strips,
+        parameters=parameters,
+    )
+
+
+def parabola(curvature, offset=0.0, reach=30e-3):
+    """Wheel of constant radius over a flat counterface: gap `curvature` (y - offset)^2 across."""
+    y = np.linspace(-reach, reach, 3001)
+    zero = np.zeros_like(y)
+    return Gap(
+        Contour(y, zero, zero, zero),
+        0.0,
+        (curvature * (y - offset) ** 2)[None],
+        y[None],
+        zero[None],
+        RADIUS + zero[None],
+        zero[None],
+    )
+
+
+def ellipse_of(ratio, middle=6e-3):
+    """Curvature across [1/m], load [N] and Hertz's ellipse with a/b = ratio and sqrt(ab) = middle."""
+    along = 0.5 / RADIUS
+    quotient = np.exp(np.linspace(12.0, -12.0, 4801))  # a/b rises as A/B falls
+    across = along / np.exp(np.interp(np.log(ratio), np.log(axis_ratio(quotient)), np.log(quotient)))
+    unit = hertz(along, across, 1.0, E_STAR)
+    load = middle**3 / float(unit.semi_axis_x * unit.semi_axis_y) ** 1.5
+    return across, load, hertz(along, across, load, E_STAR)
+
+
+@pytest.fixture(scope="module")
+def gap_of(s1002, rail_60e1):
+    """Factory of gaps of S1002 on 60E1."""
+    wheel, ground = geometry.rings(s1002, RADIUS), geometry.contour(rail_60e1)
+
+    def gap(shift, yaw=0.0, curvature=0.0):
+        shift = np.atleast_1d(shift).astype(float)
+        attitude = Attitude(shift, yaw + np.zeros_like(shift), np.zeros_like(shift))
+        return geometry.gap(
+            wheel, ground, attitude, half_span=0.75, nominal_radius=RADIUS, curvature=curvature
+        )
+
+    return gap
+
+
+def test_influence_of_a_long_narrow_strip():
+    """Far out along its line F is pi/2 ln 2Y less the potential of a semicircle; the table's steps: 1e-4."""
+    distance = 200.0
+    # Mean over the strip of t^2 - 1/2 - ln 2 with both weights: t^2 is 1/4 and 3/4.
+    for k, square in enumerate((0.25, 0.75)):
+        expected = 0.5 * np.pi * (np.log(2.0 * distance) - square + 0.5 + np.log(2.0))
+        assert averages(influence_table(), 0.0, np.log(distance))[k] == pytest.approx(expected, rel=1e-4)
+
+
+def test_influence_under_the_middle_of_a_strip():
+    """A target much shorter than the strip sees F(0, Y), here by quadrature in the angle."""
+    angle = (np.arange(200000) + 0.5) * 0.5 * np.pi / 200000
+    for distance in (0.03, 1.0, 30.0):
+        reference = np.pi / 200000 * np.sum(np.cos(angle) ** 2 * np.arcsinh(distance / np.sin(angle)))
+        first, second, *_ = averages(influence_table(), -5.0, np.log(distance))
+        assert first == pytest.approx(reference, rel=3e-4)
+        assert second == pytest.approx(reference, rel=3e-4)
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.3, 1.0, 3.0, 10.0])
+@pytest.mark.parametrize("offset", [0.0, 0.37e-3])
+def test_ellipses_of_hertz(ratio, offset):
+    """Twenty strips: 0.4 % of everything, but for the width and the area of very long patches, 1 %."""
+    across, load, exact = ellipse_of(ratio)
+    got = solved(parabola(across, offset), load, 200, vertical=False)
+    assert got.max_pressure[0] == pytest.approx(float(exact.max_pressure), rel=4e-3)
+    assert got.approach[0] == pytest.approx(float(exact.approach), rel=2e-3)
+    assert 0.5 * got.patch.length[0] == pytest.approx(float(exact.semi_axis_x), rel=4e-3)
+    assert 0.5 * got.patch.lateral_extent[0] == pytest.approx(float(exact.semi_axis_y), rel=1e-2)
+    assert got.patch.area[0] == pytest.approx(float(exact.area), rel=4e-3 if ratio < 2.0 else 1e-2)
+    assert got.centre_y[0] == pytest.approx(offset, abs=1e-6)
+
+
+def test_ellipse_converges_with_the_strips_solved_for():
+    across, load, exact = ellipse_of(1.0, 2e-3)  # so small that strips are no narrower than asked for
+    error = [
+        abs(
+            solved(parabola(across), load, 400, vertical=False, solved_strips=n).patch.area[0] / exact.area
+            - 1
+        )
+        for n in (10.0, 20.0, 40.0)
+    ]
+    assert error[1] < 0.7 * error[0]
+    assert error[2] < 0.7 * error[1]
+
+
+@pytest.fixture(scope="module")
+def single():
+    return pd.read_csv(DATA / "contact_half_space.csv", comment="#")
+
+
+def test_single_patches_of_a_half_space_program(single, gap_of):
+    """65 patches, no factor fitted; that program counts cells of 0.2 mm, which makes areas 1 % larger."""
+    area, pressure = [], []
+    for curvature, rows in single.groupby("curvature"):
+        gap = gap_of(rows["shift"].to_numpy(), rows.yaw.to_numpy(), curvature)
+        got = solved(gap, rows.normal_force.to_numpy(), vertical=False)
+        area.append(got.patch.area / rows.area.to_numpy() - 1.0)
+        pressure.append(got.max_pressure / rows.max_pressure.to_numpy() - 1.0)
+    area, pressure = np.concatenate(area), np.concatenate(pressure)
+    assert area.size == 65
+    assert np.abs(area).max() < 0.025
+    assert -0.015 < np.median(area) < 0.0
+    assert np.abs(pressure).max() < 0.008
+
+
+def test_split_patches_of_a_half_space_program(gap_of):
+    """Parts of one patch press each other apart: 2.5 % in the area, 3.5 % in the pressure."""
+    assert len(SPLIT) > 4
+    for curvature, shift, load, area, pressure in SPLIT:
+        got = solved(gap_of(shift, 0.0, curvature), load)
+        assert got.patch.area.sum() == pytest.approx(area, rel=0.025)
+        assert got.max_pressure.max() == pytest.approx(pressure, rel=0.035)
+
+
+def test_parts_feel_each_other():
+    """Two like contacts 12 mm apart sink in further than each alone with half the load."""
+    across, load, exact = ellipse_of(1.0, 2e-3)
+    y = np.linspace(-30e-3, 30e-3, 3001)
+    zero = np.zeros_like(y)
+    heights = across * np.minimum((y - 6e-3) ** 2, (y + 6e-3) ** 2)
+    gap = Gap(
+        Contour(y, zero, zero, zero), 0.0, heights[None], y[None], zero[None], RADIUS + zero[None], zero[None]
+    )
+    got = solved(gap, 2.0 * load)
+    # The other's load from 12 mm away, as a point's: N / (pi E* d), less the growth of the patch by it.
+    further = load / (np.pi * E_STAR * 12e-3)
+    np.testing.assert_allclose(got.normal_force, load, rtol=1e-6)
+    np.testing.assert_allclose(got.approach, float(exact.approach) + further, rtol=3e-3)
+
+
+def test_pressure_follows_the_shift_without_jumps(gap_of):
+    """From one part through a split to the other in steps of 20 um: pressure and area, 12 % each."""
+    shift = np.arange(4.4e-3, 5.8e-3, 20e-6)
+    got = solved(gap_of(shift), np.full(shift.size, 80e3))
+    pressure = np.array([got.max_pressure[got.patch.row == k].max() for k in range(shift.size)])
+    area = np.bincount(got.patch.row, got.patch.area)
+    assert np.abs(np.diff(np.log(pressure))).max() < 0.12
+    assert np.abs(np.diff(np.log(area))).max() < 0.12
+    first = np.flatnonzero(np.diff(got.patch.row, prepend=-1))
+    assert np.abs(np.diff(got.descent[first])).max() < 12e-6
+
+
+def test_a_load_from_nothing_to_three_hundred_kilonewton(gap_of):
+    """Always an answer; within one part of the profile between the powers of Hertz."""
+    load = np.geomspace(1.0, 300e3, 40)
+    got = solved(gap_of(np.full(40, -4e-3)), load)
+    assert got.patch.row.size == 40
+    growth = np.diff(np.log(got.max_pressure)) / np.diff(np.log(load))
+    # Below a newton or two the patch is as small as the profile's points are apart.
+    assert np.all((growth > 0.1) & (growth < 0.5))
+    assert np.all(np.abs(growth[load[1:] > 1e3] - 1.0 / 3.0) < 0.02)
