@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL, Gap
-from wearsim.contact.normal.half_space_lobes import coupling_of, gather, lay, lobes_of, missed
+from wearsim.contact.normal.half_space_lobes import gather, lay, lobes_of, missed
 from wearsim.contact.normal.half_space_pressure import (
     MOST_ITERATIONS,
     TOLERANCE,
@@ -35,6 +35,7 @@ from wearsim.contact.normal.half_space_regions import (
     Region,
     Section,
     carried_over,
+    coupling_of,
     heights,
     overlaps,
     plane_of,

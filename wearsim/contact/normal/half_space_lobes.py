@@ -8,8 +8,8 @@ Lobes are runs of loaded strips. Two of them belong together by the share
 each ramp 1 up to the first, 0 from the second value on. t = 1: one grid in one plane. t = 0: a grid and a
 plane each, and no influence on each other. In between each has its own grid, but their planes lean towards
 the common one, and their elastic influence on each other counts, in the share t: nothing jumps but the
-sampling. Of three lobes and more, those share a grid who all belong together with t = 1; between grids t is
-the mean over the pairs of their lobes, weighted by both forces.
+sampling. Of three lobes and more, those share a grid who all belong together with t = 1 (less than 2 mm
+apart: in any case); between grids t is the mean over the pairs of their lobes, weighted by both forces.
 """
 
 from __future__ import annotations
@@ -20,14 +20,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from wearsim.contact.geometry import Gap
-from wearsim.contact.normal.half_space_pressure import Coupling
 from wearsim.contact.normal.half_space_regions import (
     ALIKE,
     Region,
     Section,
     curvature_along,
     plane_of,
-    touches_border,
 )
 from wearsim.contact.patch import FloatArray, IntArray
 
@@ -35,8 +33,8 @@ NEAR, FAR = 10e-3, 20e-3  # m, from edge to edge
 UNLIKE = 0.3  # rad
 BESIDE, CLEAR = 2e-3, 4e-3  # m, whatever the angle
 MARGIN = 1.5  # empty cells between a patch and each border of its grid
+_NEXT = 1e-3  # m, beside a grid, where no other contact begins
 _GROW = 0.2  # of the grid's size, where a patch touches its border
-_NODES = 8  # of the interpolation of the influence of one grid on another, in each direction
 
 
 @dataclass(frozen=True)
@@ -143,10 +141,15 @@ def _ramp(value: float, full: float, none: float) -> float:
     return min(max((none - value) / (none - full), 0.0), 1.0)
 
 
+def _distance(gap: Gap, one: Lobe, other: Lobe) -> float:
+    """From edge to edge [m]; `one` is on the flange's side."""
+    z = np.interp([one.right, other.left], gap.contour.y, gap.contour.z)
+    return float(np.hypot(max(other.left - one.right, 0.0), z[1] - z[0]))
+
+
 def _together(gap: Gap, one: Lobe, other: Lobe) -> float:
     """Share t in which two lobes, the one on the flange's side first, belong together."""
-    z = np.interp([one.right, other.left], gap.contour.y, gap.contour.z)
-    distance = float(np.hypot(other.left - one.right, z[1] - z[0]))
+    distance = _distance(gap, one, other)
     alike = _ramp(abs(other.angle - one.angle), ALIKE, UNLIKE)
     return max(_ramp(distance, NEAR, FAR) * alike, _ramp(distance, BESIDE, CLEAR))
 
@@ -168,17 +171,24 @@ def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
     together : (k, k) array
         Shares t between the groups, zero on the diagonal.
     """
-    lobes = sorted(lobes, key=lambda lobe: lobe.centre)
-    groups: list[list[Lobe]] = []
-    for lobe in lobes:
-        if groups and all(_together(gap, other, lobe) == 1.0 for other in groups[-1]):
-            groups[-1].append(lobe)
+    runs: list[list[Lobe]] = []
+    for lobe in sorted(lobes, key=lambda lobe: lobe.centre):
+        if runs and _distance(gap, _merged(runs[-1]), lobe) <= BESIDE:
+            runs[-1].append(lobe)
         else:
-            groups.append([lobe])
+            runs.append([lobe])
+    whole = [_merged(run) for run in runs]
+    joined: list[list[int]] = []
+    for k, lobe in enumerate(whole):
+        if joined and all(_together(gap, whole[j], lobe) == 1.0 for j in joined[-1]):
+            joined[-1].append(k)
+        else:
+            joined.append([k])
+    groups = [[lobe for k in group for lobe in runs[k]] for group in joined]
     together = np.zeros((len(groups), len(groups)))
-    for k, group in enumerate(groups):
-        for j in range(k + 1, len(groups)):
-            pairs = [(one, other) for one in group for other in groups[j]]
+    for k, group in enumerate(joined):
+        for j in range(k + 1, len(joined)):
+            pairs = [(whole[one], whole[other]) for one in group for other in joined[j]]
             shares = np.array([_together(gap, one, other) for one, other in pairs])
             weights = np.array([one.force * other.force for one, other in pairs])
             weights = weights if weights.any() else np.ones(weights.size)
@@ -286,10 +296,9 @@ def missed(
     grid, curve = gap.contour, gap.gap[regions[0].row]
     first = float(curve.min())
     outside = curve < first + descent
-    for region, field in zip(regions, pressure, strict=True):
-        # Next to a border that its own patch touches, the grid will grow.
-        edge = np.array([region.s_low, region.s_high])
-        edge += BESIDE * np.array([-1.0, 1.0]) * touches_border(region, field)
+    for region in regions:
+        # Right next to a grid, contact would be that of its own patch, and the grid grow.
+        edge = np.array([region.s_low - _NEXT, region.s_high + _NEXT])
         ends = Section(gap, region.y, region.angle).lateral(edge)
         outside &= (grid.y < ends[0]) | (grid.y > ends[1])
     places = 1 + np.flatnonzero(outside[1:-1])
@@ -334,65 +343,3 @@ def _middle(place: FloatArray, starts: IntArray) -> FloatArray:
     """Mean of the positions of each block of cells."""
     value: FloatArray = np.add.reduceat(place, starts) / np.diff(np.append(starts, place.size))
     return value
-
-
-def coupling_of(
-    gap: Gap, regions: list[Region], together: FloatArray, shape: tuple[int, int], effective_modulus: float
-) -> Coupling | None:
-    """Influence of grids on each other, in the share in which they belong together.
-
-    Between grids that lie apart it is smooth: forces are passed on to 8 x 8 Chebyshev nodes of their grid,
-    whose displacements 1/(pi E* distance) times the cosine between the planes spread over the other grid by
-    the same polynomials, so that it stays symmetric.
-
-    Parameters
-    ----------
-    gap : Gap
-        n rows.
-    regions : list of Region
-        k grids.
-    together : (k, k) array
-        From `gather`.
-    shape : (int, int)
-        nx, ny cells.
-    effective_modulus : float
-        E* [Pa].
-
-    Returns
-    -------
-    callable or None
-        For `solve_pressure`; none if no grid feels another.
-    """
-    pairs = np.argwhere(together > 0.0)
-    if pairs.size == 0:
-        return None
-    nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
-    inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, _NODES - 1))
-
-    def weights(count: int) -> FloatArray:
-        places = (np.arange(count) + 0.5) * (2.0 / count) - 1.0
-        table: FloatArray = np.polynomial.chebyshev.chebvander(places, _NODES - 1) @ inverse
-        return table
-
-    along, across = weights(shape[0]), weights(shape[1])
-    points = []
-    for region in regions:
-        x = 0.5 * (region.x_high + region.x_low) - 0.5 * (region.x_high - region.x_low) * nodes
-        s = 0.5 * (region.s_high + region.s_low) + 0.5 * (region.s_high - region.s_low) * nodes
-        x_all, s_all = np.meshgrid(x + float(plane_of(gap, region).x[0]), s, indexing="ij")
-        z = np.interp(region.y, gap.contour.y, gap.contour.z)
-        y_all = region.y + s_all * np.cos(region.angle)
-        points.append(np.stack((x_all, y_all, z + s_all * np.sin(region.angle))).reshape(3, -1))
-    tables = {}
-    for j, k in pairs:
-        distance = np.sqrt(((points[j][:, :, None] - points[k][:, None, :]) ** 2).sum(axis=0))
-        facing = together[j, k] * max(np.cos(regions[j].angle - regions[k].angle), 0.0)
-        tables[int(j), int(k)] = facing / (np.pi * effective_modulus * distance)
-    areas = [np.prod(region.cell(shape)) for region in regions]
-
-    def add(pressures: list[FloatArray], moved: list[FloatArray]) -> None:
-        forces = [areas[k] * (along.T @ field @ across).ravel() for k, field in enumerate(pressures)]
-        for (j, k), table in tables.items():
-            moved[j] += along @ (table @ forces[k]).reshape(_NODES, _NODES) @ across.T
-
-    return add

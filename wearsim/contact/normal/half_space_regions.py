@@ -1,4 +1,4 @@
-"""Grids of half-space patches in their contact planes, and the heights of the gap over them."""
+"""Grids of half-space patches in their contact planes: heights of the gap, influence on each other."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import numpy as np
 
 from wearsim.contact.gap_surface import ContactPlane, contact_plane, gap_surface
 from wearsim.contact.geometry import NO_WHEEL, Gap
-from wearsim.contact.normal.half_space_pressure import HeightGrid
+from wearsim.contact.normal.half_space_pressure import Coupling, HeightGrid
 from wearsim.contact.patch import FloatArray, IntArray
 
 ALIKE = 0.2  # rad, between contacts that one grid may hold
+_NODES = 8  # of the interpolation of the influence of one grid on another, in each direction
 _GRAZING = 0.1  # cosine to the contact plane below which a profile is no longer its surface
 
 
@@ -244,3 +245,65 @@ def _linear(place: FloatArray, start: float, stop: float, count: int) -> FloatAr
     at = (place - start) / (stop - start) * count - 0.5
     weights: FloatArray = np.maximum(1.0 - np.abs(at[:, None] - np.arange(count)), 0.0)
     return weights
+
+
+def coupling_of(
+    gap: Gap, regions: list[Region], together: FloatArray, shape: tuple[int, int], effective_modulus: float
+) -> Coupling | None:
+    """Influence of grids on each other, in the share in which they belong together.
+
+    Between grids that lie apart it is smooth: forces are passed on to 8 x 8 Chebyshev nodes of their grid,
+    whose displacements 1/(pi E* distance) times the cosine between the planes spread over the other grid by
+    the same polynomials, so that it stays symmetric.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows.
+    regions : list of Region
+        k grids.
+    together : (k, k) array
+        From `gather`.
+    shape : (int, int)
+        nx, ny cells.
+    effective_modulus : float
+        E* [Pa].
+
+    Returns
+    -------
+    callable or None
+        For `solve_pressure`; none if no grid feels another.
+    """
+    pairs = np.argwhere(together > 0.0)
+    if pairs.size == 0:
+        return None
+    nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
+    inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, _NODES - 1))
+
+    def weights(count: int) -> FloatArray:
+        places = (np.arange(count) + 0.5) * (2.0 / count) - 1.0
+        table: FloatArray = np.polynomial.chebyshev.chebvander(places, _NODES - 1) @ inverse
+        return table
+
+    along, across = weights(shape[0]), weights(shape[1])
+    points = []
+    for region in regions:
+        x = 0.5 * (region.x_high + region.x_low) - 0.5 * (region.x_high - region.x_low) * nodes
+        s = 0.5 * (region.s_high + region.s_low) + 0.5 * (region.s_high - region.s_low) * nodes
+        x_all, s_all = np.meshgrid(x + float(plane_of(gap, region).x[0]), s, indexing="ij")
+        z = np.interp(region.y, gap.contour.y, gap.contour.z)
+        y_all = region.y + s_all * np.cos(region.angle)
+        points.append(np.stack((x_all, y_all, z + s_all * np.sin(region.angle))).reshape(3, -1))
+    tables = {}
+    for j, k in pairs:
+        distance = np.sqrt(((points[j][:, :, None] - points[k][:, None, :]) ** 2).sum(axis=0))
+        facing = together[j, k] * max(np.cos(regions[j].angle - regions[k].angle), 0.0)
+        tables[int(j), int(k)] = facing / (np.pi * effective_modulus * distance)
+    areas = [np.prod(region.cell(shape)) for region in regions]
+
+    def add(pressures: list[FloatArray], moved: list[FloatArray]) -> None:
+        forces = [areas[k] * (along.T @ field @ across).ravel() for k, field in enumerate(pressures)]
+        for (j, k), table in tables.items():
+            moved[j] += along @ (table @ forces[k]).reshape(_NODES, _NODES) @ across.T
+
+    return add
