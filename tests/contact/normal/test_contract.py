@@ -137,8 +137,8 @@ def test_a_roller_of_infinite_radius_is_a_rail(name, gap_of):
     for key, array in rail.items():
         np.testing.assert_array_equal(array, roller[key])
     for key in ("max_pressure", "normal_force", "approach", "width"):
-        # Cell by cell the pressure is found to 1e-5.
-        np.testing.assert_allclose(far[key], rail[key], rtol=1e-5 if name == "half_space" else 1e-7)
+        # Cell by cell the pressure is found to 3e-5.
+        np.testing.assert_allclose(far[key], rail[key], rtol=3e-5 if name == "half_space" else 1e-7)
 
 
 def test_a_left_wheel_is_the_mirror_of_a_right_one(name, wheelset, counterface, points, coarse):

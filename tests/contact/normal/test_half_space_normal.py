@@ -52,7 +52,7 @@ def test_order_of_convergence(along, across):
     counts, maximum, field, area, iterations = np.array([16, 24, 32, 48, 64, 96, 128]), [], [], [], []
     for cells in counts:
         grid, ellipse, expected = paraboloid(along, across, int(cells))
-        found = solve_pressure([grid], LOAD, E_STAR)
+        found = solve_pressure([grid], LOAD, E_STAR, tolerance=1e-6)
         pressure, cell = found.pressure[0], grid.cell_length * grid.cell_width
         maximum.append(abs(pressure.max() / float(ellipse.max_pressure) - 1.0))
         field.append(np.abs(pressure - expected).sum() * cell / LOAD)

@@ -37,6 +37,7 @@ from wearsim.contact.normal.half_space_regions import (
     carried_over,
     coupling_of,
     heights,
+    origin_x,
     overlaps,
     plane_of,
     touches_border,
@@ -64,10 +65,11 @@ DEFAULTS = {
 _FEWEST = 8  # cells in each direction
 _COARSE = (24, 32)
 _TRIALS = 20  # of the descent
+_NEAR = 1e-3  # m, by which patches move from one state to the next at most
 _FITS = 25  # of grids to patches
 _STILL = 1e-5  # rad, a plane that has found its place
 _LAID = 4  # fits after which grids keep their borders if they hold their patches
-_GATHERED = 3  # fits after which it is settled which lobes share a grid, and in which share t
+_GATHERED = 2  # fits after which it is settled which lobes share a grid, and in which share t
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,8 @@ class WheelPressure:
         On them [Pa].
     descent : float
         From first touch [m].
+    touch : float
+        Lateral position of first touch [m].
     iterations : tuple of int
         Of conjugate gradients in each step; the first ones on coarse grids unless a start was given.
     """
@@ -89,6 +93,7 @@ class WheelPressure:
     regions: tuple[Region, ...]
     pressure: tuple[FloatArray, ...]
     descent: float
+    touch: float
     iterations: tuple[int, ...]
 
 
@@ -118,7 +123,7 @@ def solve(
         Strips per patch: rows of cells, of which 1.5 on each side are left free for the patch's border.
     parameters : dict
         "cells": along the rolling direction, of `ContactModels`; as many as strips if it is not given;
-        "half_space_tolerance": change of the pressures at which the iteration stops, 1e-5 by default [-];
+        "half_space_tolerance": change of the pressures at which the iteration stops, 3e-5 by default [-];
         "half_space_iterations": limit of it, 1000 by default.
 
     Returns
@@ -203,9 +208,12 @@ def solve_wheel(
     task = _Task(gap, row, load, vertical, effective_modulus, {**DEFAULTS, **parameters})
     shape = (_cells(strips, parameters), strips)
     if start is not None:
-        # Its places are on another wheel's row, a little beside.
-        moved = tuple(replace(region, row=row) for region in start.regions)
-        found = _fit(task, replace(start, regions=moved, iterations=()), shape)
+        # Patches move along with the point of first touch, unless it jumps to another lobe.
+        touch = float(gap.contour.y[lowest])
+        move = touch - start.touch
+        move = move if abs(move) < _NEAR else 0.0
+        moved = tuple(replace(region, row=row, y=region.y + move) for region in start.regions)
+        found = _fit(task, replace(start, regions=moved, touch=touch, iterations=()), shape)
         if not missed(gap, found.regions, found.pressure, found.descent, effective_modulus):
             return found
     return _fit(task, _search(task), shape)
@@ -250,15 +258,16 @@ class _Task:
 
 def _search(task: _Task) -> WheelPressure:
     """Pressures on coarse grids over the overlap of the rigid surfaces."""
-    level = (task.load / task.modulus) ** (2.0 / 3.0) * 0.8
+    level = (task.load / task.modulus) ** (2.0 / 3.0) * 1.5
     counts = []
     for trial in range(_TRIALS):
         regions = overlaps(task.gap, task.row, level)
         apart = np.zeros((len(regions), len(regions)))
         found = task.pressures(regions, apart, _COARSE, 0.0, None, 1e-3)
         counts.append(found.iterations)
-        if 0.6 * level < found.descent < level / 1.02:
-            return WheelPressure(tuple(regions), found.pressure, found.descent, tuple(counts))
+        if 0.5 * level < found.descent < level / 1.02:
+            touch = float(task.gap.contour.y[task.gap.gap[task.row].argmin()])
+            return WheelPressure(tuple(regions), found.pressure, found.descent, touch, tuple(counts))
         wanted = 1.15 * min(max(found.descent, 0.1 * level), 10.0 * level)
         # Where surfaces conform, the plane turns with the level: half the way, so as not to go to and fro.
         level = wanted if trial < 2 else float(np.sqrt(level * wanted))
@@ -269,22 +278,24 @@ def _fit(task: _Task, state: WheelPressure, shape: tuple[int, int]) -> WheelPres
     """Lay grids around the patches of a state, and again around what is found there, until they stay."""
     gap, row = task.gap, task.row
     tolerance = task.parameters["half_space_tolerance"]
-    counts, together = list(state.iterations), np.zeros((0, 0))
+    counts, together, settled = list(state.iterations), np.zeros((0, 0)), 0
     for fit in range(_FITS):
         old = list(zip(state.regions, state.pressure, strict=True))
         groups = [lobes_of(gap, region, pressure) for region, pressure in old]
-        if fit < _GATHERED:
+        if not settled:
             beside = missed(gap, state.regions, state.pressure, state.descent, task.modulus)
             groups, together = gather(gap, [*(lobe for group in groups for lobe in group), *beside])
+            single = len(groups) == 1 and len(old) == 1 and not beside
+            settled = fit if fit >= _GATHERED or (fit > 0 and single) else 0
         elif not all(groups):  # a grid without load
             kept = [k for k, group in enumerate(groups) if group]
             groups, together = [groups[k] for k in kept], together[np.ix_(kept, kept)]
         regions = lay(gap, row, groups, together, shape)
-        if fit >= _GATHERED and len(regions) == len(old):
+        if settled and len(regions) == len(old):
             inside = [not touches_border(*was) for was in old]
             before = np.array([was.angle for was in state.regions])
             off = np.array([new.angle for new in regions]) - before
-            if np.abs(off).max() < _STILL and all(inside):
+            if np.abs(off).max() < _STILL and all(inside) and fit > 1:
                 return state
             if fit >= _LAID:  # half the way and in the same borders, so as not to go to and fro
                 regions = [
@@ -292,11 +303,11 @@ def _fit(task: _Task, state: WheelPressure, shape: tuple[int, int]) -> WheelPres
                     for k, was in enumerate(state.regions)
                 ]
         start = [carried_over(gap, old, region, shape) for region in regions]
-        found = task.pressures(
-            regions, together, shape, state.descent, start, tolerance if fit > 0 else max(tolerance, 3e-4)
-        )
+        near = tolerance if fit > 0 else max(tolerance, 3e-4)
+        found = task.pressures(regions, together, shape, state.descent, start, near)
         counts.append(found.iterations)
-        state = WheelPressure(tuple(regions), found.pressure, state.descent + found.descent, tuple(counts))
+        descent = state.descent + found.descent
+        state = WheelPressure(tuple(regions), found.pressure, descent, state.touch, tuple(counts))
     raise refusal(NO_CONVERGENCE, row)
 
 
@@ -363,7 +374,7 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, descent: float) -> _Li
     nx, ny = pressure.shape
     length, width = region.cell((nx, ny))
     curve, grid = gap.gap[region.row], gap.contour
-    section, plane = Section(gap, region.y, region.angle), plane_of(gap, region)
+    section = Section(gap, region.y, region.angle)
     s = region.s(ny)
     load = pressure.sum(axis=0)
     middle = float((load * s).sum() / load.sum())
@@ -374,7 +385,7 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, descent: float) -> _Li
     first, last = int(np.searchsorted(grid.y, ends[0])) - 2, int(np.searchsorted(grid.y, ends[1])) + 2
     if first < 0 or last > grid.y.size or curve[first:last].max() >= NO_WHEEL:
         raise refusal(AT_EDGE, region.row)
-    ahead = float(plane.x[0]) - float(np.interp(centre, grid.y, gap.x[region.row]))
+    ahead = origin_x(gap, region) - float(np.interp(centre, grid.y, gap.x[region.row]))
     lowest = float(curve[first:last].min() - curve.min())
     return _Line(
         row=region.row,
@@ -382,7 +393,7 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, descent: float) -> _Li
         angle=region.angle,
         approach=(descent - lowest) * float(np.cos(region.angle)),
         force=float(pressure.sum()) * length * width,
-        descent=float(plane.descent[0]) + descent,
+        descent=float(plane_of(gap, region).descent[0]) + descent,
         y=s - middle,
         width=width,
         edges=edges,

@@ -25,7 +25,7 @@ from wearsim.contact.normal.half_space_regions import (
     Region,
     Section,
     curvature_along,
-    plane_of,
+    origin_x,
 )
 from wearsim.contact.patch import FloatArray, IntArray
 
@@ -90,7 +90,7 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
     s, x = region.s(ny), region.x(nx)
     y = section.lateral(s)
     angle = np.interp(y, gap.contour.y, gap.contour.angle)
-    origin = float(plane_of(gap, region).x[0])
+    origin = origin_x(gap, region)
     ahead = _reach(pressure**2)
     behind = _reach(pressure[::-1] ** 2)
     found = []
@@ -310,7 +310,7 @@ def missed(
         length, width = region.cell((field.shape[0], field.shape[1]))
         rows, columns = np.arange(0, field.shape[0], 6), np.arange(0, field.shape[1], 3)
         blocks = np.add.reduceat(np.add.reduceat(field, rows, axis=0), columns, axis=1) * (length * width)
-        along = _middle(region.x(field.shape[0]), rows) + float(plane_of(gap, region).x[0])
+        along = _middle(region.x(field.shape[0]), rows) + origin_x(gap, region)
         s = _middle(region.s(field.shape[1]), columns)
         foot = np.interp(region.y, grid.y, grid.z)
         beside = np.hypot(

@@ -15,7 +15,7 @@ from wearsim.contact.patch import FloatArray, IntArray
 
 ALIKE = 0.2  # rad, between contacts that one grid may hold
 _NODES = 8  # of the interpolation of the influence of one grid on another, in each direction
-_GRAZING = 0.1  # cosine to the contact plane below which a profile is no longer its surface
+_GRAZING = 1.47  # rad to the contact plane, above which a profile is no longer its surface
 
 
 @dataclass(frozen=True)
@@ -69,12 +69,12 @@ class Section:
         self._y0, self._z0 = y, float(np.interp(y, contour.y, contour.z))
         self._cosine, self._sine = float(np.cos(angle)), float(np.sin(angle))
         middle = int(np.searchsorted(contour.y, y))
-        away = np.flatnonzero(np.cos(contour.angle - angle) < _GRAZING)
+        away = np.flatnonzero(np.abs(contour.angle - angle) > _GRAZING)
         first = int(away[away < middle].max(initial=-1)) + 1
         self.part = slice(first, int(away[away >= middle].min(initial=contour.y.size)))
         self._contour = contour
         self._y = contour.y[self.part]
-        self._s = self.across(self._y)
+        self._s = (self._y - y) * self._cosine + (contour.z[self.part] - self._z0) * self._sine
         self.ends = float(self._s[0]), float(self._s[-1])
 
     def across(self, y: FloatArray) -> FloatArray:
@@ -95,6 +95,11 @@ class Section:
 def plane_of(gap: Gap, region: Region) -> ContactPlane:
     """Plane of a region, with the wheel at first touch."""
     return contact_plane(gap, np.array([region.row]), np.array([region.y]), np.array([region.angle]))
+
+
+def origin_x(gap: Gap, region: Region) -> float:
+    """Longitudinal position of a plane's origin, on the contact line, from the middle of the axle [m]."""
+    return float(np.interp(region.y, gap.contour.y, gap.x[region.row]))
 
 
 def heights(gap: Gap, region: Region, shape: tuple[int, int], descent: float) -> HeightGrid:
@@ -132,7 +137,7 @@ def heights(gap: Gap, region: Region, shape: tuple[int, int], descent: float) ->
     here = np.interp(y, grid.y, curve)
     across = (here - float(plane.descent[0]) - descent) / (cosine + gradient * np.sin(region.angle))
     bend = cosine * curvature_along(gap, region.row, y)
-    off = x[:, None] + float(plane.x[0]) - np.interp(y, grid.y, gap.x[region.row])
+    off = x[:, None] + origin_x(gap, region) - np.interp(y, grid.y, gap.x[region.row])
     open_to = (here >= NO_WHEEL) | (s < section.ends[0]) | (s > section.ends[1])
     return HeightGrid(np.where(open_to, NO_WHEEL, across + 0.5 * bend * off**2), length, width, cosine)
 
@@ -231,10 +236,10 @@ def carried_over(
     """Pressures of other grids at the cells of a region, linear between their cells."""
     pressure = np.zeros(shape)
     y = Section(gap, region.y, region.angle).lateral(region.s(shape[1]))
-    x = region.x(shape[0]) + float(plane_of(gap, region).x[0])
+    x = region.x(shape[0]) + origin_x(gap, region)
     for before, field in old:
         s = Section(gap, before.y, before.angle).across(y)
-        along = _linear(x - float(plane_of(gap, before).x[0]), before.x_high, before.x_low, field.shape[0])
+        along = _linear(x - origin_x(gap, before), before.x_high, before.x_low, field.shape[0])
         across = _linear(s, before.s_low, before.s_high, field.shape[1])
         pressure += along @ field @ across.T
     return pressure
@@ -290,7 +295,7 @@ def coupling_of(
     for region in regions:
         x = 0.5 * (region.x_high + region.x_low) - 0.5 * (region.x_high - region.x_low) * nodes
         s = 0.5 * (region.s_high + region.s_low) + 0.5 * (region.s_high - region.s_low) * nodes
-        x_all, s_all = np.meshgrid(x + float(plane_of(gap, region).x[0]), s, indexing="ij")
+        x_all, s_all = np.meshgrid(x + origin_x(gap, region), s, indexing="ij")
         z = np.interp(region.y, gap.contour.y, gap.contour.z)
         y_all = region.y + s_all * np.cos(region.angle)
         points.append(np.stack((x_all, y_all, z + s_all * np.sin(region.angle))).reshape(3, -1))

@@ -1,0 +1,91 @@
+"""Times and iterations of the half-space's normal problem, printed beside their targets, never asserted."""
+
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from wearsim.contact import geometry
+from wearsim.contact.closed_forms import hertz
+from wearsim.contact.geometry import Attitude
+from wearsim.contact.normal import half_space
+from wearsim.contact.normal.half_space_pressure import HeightGrid, solve_pressure
+from wearsim.profile import standard
+
+pytestmark = pytest.mark.benchmark
+E_STAR, LOAD = 210e9 / (2.0 * (1.0 - 0.3**2)), 80e3
+
+
+@pytest.fixture
+def show(capsys):
+    """Print past the capture of pytest."""
+
+    def line(text):
+        with capsys.disabled():
+            sys.stdout.write(f"\n  {text}")
+
+    return line
+
+
+def best(function, repeats=9):
+    """Shortest of several wall times [s]."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        function()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def test_pressure_on_an_ellipse(show):
+    """Load given, non-periodic, from nothing, influence included; exponents of iterations and time."""
+    along, across = 0.5 / 0.46, 0.5 / 0.3
+    ellipse = hertz(along, across, LOAD, E_STAR)
+    a, b = float(ellipse.semi_axis_x), float(ellipse.semi_axis_y)
+    sizes, times, counts = [], [], []
+    target = {(32, 64): "at most 7 ms", (64, 128): "at most 30 ms"}
+    for nx, ny in ((16, 32), (32, 64), (64, 128), (128, 256)):
+        length, width = 2.0 * a / (nx - 3), 2.0 * b / (ny - 3)
+        x, y = (np.arange(nx) - 0.5 * (nx - 1)) * length, (np.arange(ny) - 0.5 * (ny - 1)) * width
+        grid = HeightGrid(along * x[:, None] ** 2 + across * y**2, length, width)
+        found = solve_pressure([grid], LOAD, E_STAR)
+        sizes.append(nx * ny)
+        times.append(best(lambda grid=grid: solve_pressure([grid], LOAD, E_STAR)))
+        counts.append(found.iterations)
+        off = found.pressure[0].max() / float(ellipse.max_pressure) - 1.0
+        show(
+            f"normal problem {nx} x {ny}: {1e3 * times[-1]:.1f} ms {target.get((nx, ny), '')}, "
+            f"{found.iterations} iterations, maximum pressure {1e2 * off:+.3f} %"
+        )
+    for name, values in (("iterations", counts), ("time", times)):
+        exponent = np.polyfit(np.log(sizes), np.log(values), 1)[0]
+        show(f"exponent of {name} in the number of cells: {exponent:.2f}")
+
+
+def test_wheel_on_rail(show):
+    """Search, planes and pressures of S1002 on 60E1 at cells of 0.5, 0.2 mm and 50 x 50; cold and warm."""
+    shift = 1e-3 * np.array([3.0, 3.1])
+    rings = geometry.rings(standard.wheel("S1002"), 0.46)
+    ground = geometry.contour(standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75))
+    attitude = Attitude(shift, 0.0 * shift, 0.0 * shift)
+    gap = geometry.gap(rings, ground, attitude, half_span=0.75, nominal_radius=0.46, curvature=0.0)
+    for name, strips, cells in (("0.5 mm", 20, 32), ("0.2 mm", 44, 76), ("50 x 50", 50, 50)):
+        arguments = {
+            "vertical": True,
+            "effective_modulus": E_STAR,
+            "strips": strips,
+            "parameters": {"cells": float(cells)},
+        }
+        before = half_space.solve_wheel(gap, 0, LOAD, **arguments)
+        cold = half_space.solve_wheel(gap, 1, LOAD, **arguments)
+        warm = half_space.solve_wheel(gap, 1, LOAD, start=before, **arguments)
+        times = [
+            best(lambda a=arguments: half_space.solve_wheel(gap, 1, LOAD, **a)),
+            best(lambda a=arguments, b=before: half_space.solve_wheel(gap, 1, LOAD, start=b, **a)),
+        ]
+        counts = ["+".join(map(str, state.iterations)) for state in (cold, warm)]
+        show(
+            f"wheel on rail, {name}: {1e3 * times[0]:.1f} ms ({counts[0]} iterations), "
+            f"from the state 0.1 mm beside {1e3 * times[1]:.1f} ms ({counts[1]})"
+        )
