@@ -97,6 +97,22 @@ _CAMPAIGN: tuple[_Row, ...] = (
         None,
     ),
     (
+        "step_error",
+        "ε",
+        "m",
+        "estimated error of the depth of the step that led to this state, where it is largest",
+        "difference between the rules of first and second order, after smoothing",
+        _MICRON,
+    ),
+    (
+        "rejected_steps",
+        "n",
+        "1",
+        "longer steps that were tried before and failed the tolerance of the error",
+        "",
+        None,
+    ),
+    (
         "active_weight",
         "w",
         "1",

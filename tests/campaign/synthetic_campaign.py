@@ -67,7 +67,8 @@ class SyntheticEvolution:
 
     def evaluate(self, state: State) -> np.ndarray:
         time.sleep(self.pause)
-        return 1e-9 * (1.0 + np.sin(1e3 * state.z + state.step) ** 2)
+        memory = (state.step_error or 0.0) + 1e-12 * state.step_length
+        return 1e-9 * (1.0 + np.sin(1e3 * state.z + state.step) ** 2) + 1e-3 * memory
 
     def row(self, state: State, evaluation: np.ndarray, taken: StepTaken) -> dict[str, np.ndarray]:
         sizes = self.header.sizes
@@ -86,6 +87,8 @@ class SyntheticEvolution:
             distance=np.asarray(state.distance),
             step_length=np.asarray(taken.length),
             stability_number=np.asarray(taken.stability),
+            step_error=np.asarray(FILL_FLOAT if state.step_error is None else state.step_error),
+            rejected_steps=np.asarray(taken.rejected, dtype=np.int32),
             active_weight=taken.weight,
             profile_y=state.y,
             profile_z=state.z,
@@ -113,8 +116,10 @@ class SyntheticEvolution:
             regime_depth=state.regime_depth + depth[:, None] * np.array([0.7, 0.2, 0.1])[:, None],
             worn_area=state.worn_area + depth.sum(axis=1),
             worn_mass=state.worn_mass + depth.sum(axis=1) * 3.0,
+            step_length=STEP,
+            step_error=float(depth.max()) / 7.0,
         )
-        return after, StepTaken(STEP, 0.3, np.full(N_OPERATING, 0.25))
+        return after, StepTaken(STEP, 0.3, np.full(N_OPERATING, 0.25), state.step % 3)
 
 
 if __name__ == "__main__":

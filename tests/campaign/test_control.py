@@ -5,6 +5,7 @@ import pytest
 
 from wearsim.campaign.control import (
     choose,
+    error_limit,
     finished,
     half_space_depth_limit,
     largest_step,
@@ -85,6 +86,22 @@ def test_half_space_limit_is_a_depth_per_step(rate_of, state, solution):
     assert limit == pytest.approx(1e9 / 115.3846e9 * 0.25e-3, rel=1e-6)
     assert half_space_depth_limit(rate_of(1e-10), np.ones(3), ContactModels(), 0.25e-3) == np.inf
     assert largest_step(rate, state, SETTINGS, limit) == (pytest.approx(limit / 1e-10), "stability")
+
+
+def test_error_limits_the_step(rate_of, state, made_points):
+    """Imposed: 0.9 of the length at which an error that grows with its square keeps the tolerance."""
+    limit = error_limit(4e3, 1e-6, 0.25e-6)
+    assert limit == pytest.approx(0.9 * 2e3, rel=1e-12)
+    _, step, reason = choose(
+        state, made_points([1.0]), lambda w: rate_of(1e-12), SETTINGS, length_limit=limit
+    )
+    assert (step, reason) == (limit, "error")
+    for nothing in (
+        error_limit(4e3, None, 1e-6),
+        error_limit(4e3, 0.0, 1e-6),
+        error_limit(4e3, 1e-6, np.inf),
+    ):
+        assert nothing == np.inf
 
 
 def test_impossible_step_is_told(rate_of, state):

@@ -151,6 +151,31 @@ def test_order_of_convergence(state, solution, integrator, order):
     assert error[-1] < {1: 2e-2, 2: 5e-4}[order]
 
 
+@pytest.mark.parametrize("integrator", ["euler", "heun"])
+def test_error_estimate_is_the_error_of_the_first_order_rule(state, solution, integrator):
+    """Against the closed form of one step of a fading rate; what is left is a sixth of depth over fade."""
+    fade, depth = 100e-6, 3e-6
+    pattern = np.zeros_like(state.regime_depth)
+    pattern[0, 1] = np.exp(-((state.y[0] / 5e-3) ** 2))
+
+    def rate_at(s):
+        regime = 1e-9 * pattern * np.exp(-s.wear_depth / fade)[:, None]
+        return WearRate(regime.sum(axis=1), regime, s.z, s.z, solution)
+
+    options = OPTIONS | {"integrator": integrator, "smoothing_wavelength": 0.0, "estimate": True}
+    after = advance(state, rate_at(state), depth / 1e-9, rate_at=rate_at, **options)
+    exact = fade * np.log1p(depth / fade)
+    assert after.step_error == pytest.approx(depth * pattern.max() - exact, rel=1.1 / 6.0 * depth / fade)
+    error = abs(after.wear_depth.max() - exact)
+    assert error == pytest.approx(after.step_error, rel=0.01) if integrator == "euler" else error < 0.05e-6
+
+
+def test_error_of_euler_is_not_looked_at_unless_asked_for(rate_at, state):
+    after = advance(state, rate_at(state), 1e3, rate_at=None, **(OPTIONS | {"integrator": "euler"}))
+    assert after.step_error is None
+    assert after.step_length == 1e3
+
+
 @pytest.mark.parametrize("worn", [slice(100, 102), slice(60, 140)])
 def test_folded_profile_is_refused(state, worn):
     """Normals of a ridge of 2 mm radius meet in its centre: points moved 2.5 mm pass each other."""

@@ -20,6 +20,9 @@ from wearsim.profile.shape import arc_length, vertex_lengths
 # distance run, far below any step.
 _SAME_PLACE = 1e-9
 
+# A step made so much shorter than its predecessor's error asks for rarely has to be repeated.
+_SAFETY = 0.9
+
 DepthLimit = Callable[[WearRate, FloatArray], float]
 
 
@@ -33,7 +36,7 @@ class StepChoice(NamedTuple):
     step_length : float
         Distance to run [m].
     reason : str
-        What limits it: "stability", "depth cap", "max step", "block border", "whole loops" or
+        What limits it: "stability", "depth cap", "error", "max step", "block border", "whole loops" or
         "remaining distance".
     """
 
@@ -77,10 +80,41 @@ def half_space_depth_limit(
     return float(solution.max_pressure[acts].min()) / modulus * spacing
 
 
+def error_limit(step_length: float, step_error: float | None, tolerance: float) -> float:
+    r"""Length of a step whose error is expected to keep the tolerance.
+
+    Parameters
+    ----------
+    step_length : float
+        Of a step taken or tried [m].
+    step_error : float or None
+        Its error estimate [m].
+    tolerance : float
+        Largest error of a step [m].
+
+    Returns
+    -------
+    float
+        :math:`0.9\,\Delta s \sqrt{\epsilon_{tol} / \epsilon}`, infinite where nothing limits it [m].
+
+    Notes
+    -----
+    The estimate is the error of one step of first order, which grows with the square of the length. Where
+    it grows more slowly, at a change of contact or of regime, a step may fail twice.
+    """
+    if not step_error or math.isinf(tolerance):
+        return math.inf
+    return _SAFETY * step_length * math.sqrt(tolerance / step_error)
+
+
 def largest_step(
-    rate: WearRate, state: State, settings: ControlSettings, depth_limit: float = math.inf
+    rate: WearRate,
+    state: State,
+    settings: ControlSettings,
+    depth_limit: float = math.inf,
+    length_limit: float = math.inf,
 ) -> tuple[float, str]:
-    """Longest step that stability, depth cap, the user's longest step and the distance allow.
+    """Longest step that stability, depth cap, error, the user's longest step and the distance allow.
 
     Parameters
     ----------
@@ -92,6 +126,8 @@ def largest_step(
         The limits.
     depth_limit : float
         A further limit of the depth per step, such as `half_space_depth_limit` [m].
+    length_limit : float
+        The limit by the error, such as `error_limit` [m].
 
     Returns
     -------
@@ -115,6 +151,7 @@ def largest_step(
             settings.stability / steepest if steepest > 0.0 else math.inf,
             depth_limit / deepest if deepest > 0.0 else math.inf,
         ),
+        "error": length_limit,
     }
     reason = min(limits, key=limits.__getitem__)
     if not 0.0 < limits[reason] < math.inf:
@@ -132,6 +169,7 @@ def choose(
     settings: ControlSettings,
     *,
     depth_limit: DepthLimit | None = None,
+    length_limit: float = math.inf,
 ) -> StepChoice:
     """Choose which points act in the next step, and how far it goes.
 
@@ -147,6 +185,8 @@ def choose(
         Limits of the step.
     depth_limit : callable, optional
         Gives a further limit of the depth per step for a rate and its weights [m].
+    length_limit : float
+        The limit by the error, such as `error_limit` [m].
 
     Returns
     -------
@@ -164,7 +204,7 @@ def choose(
     def largest(weight: FloatArray) -> tuple[float, str]:
         rate = rate_for_weights(weight)
         limit = math.inf if depth_limit is None else depth_limit(rate, weight)
-        return largest_step(rate, state, settings, limit)
+        return largest_step(rate, state, settings, limit, length_limit)
 
     remaining = settings.distance - state.distance
     loop = float(points.block_length.sum())

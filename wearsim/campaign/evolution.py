@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import platform
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,6 +17,7 @@ from wearsim.campaign.row import StepTaken, build_row, no_step
 from wearsim.campaign.state import State, WearRate
 from wearsim.contact.solve import ContactSolution
 from wearsim.damage.wear import acting_coefficients, passage_depth, regimes
+from wearsim.errors import NumericalError
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
 
@@ -23,6 +25,9 @@ if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
 EvaluationT = TypeVar("EvaluationT")
+
+_ATTEMPTS = 30
+"""Tries of one step: the error falls at least in proportion to the length, so a few are enough."""
 
 
 class Evolution(Protocol, Generic[EvaluationT]):
@@ -174,20 +179,33 @@ class WheelsetEvolution:
             spacing = float(np.diff(arc_length(state.y[0], state.z[0])).min())
             return control.half_space_depth_limit(now, weight, setup.models, spacing)
 
-        choice = control.choose(state, setup.points, rate_for, setup.control, depth_limit=depth_limit)
-        now = rate_for(choice.weight)
-        after = step.advance(
-            state,
-            now,
-            choice.step_length,
-            radius=setup.wheelset.radius,
-            density=setup.wear.density,
-            smoothing_wavelength=setup.control.smoothing_wavelength,
-            integrator=setup.control.integrator,
-            rate_at=rate_at,
+        tolerance = setup.control.error_tolerance
+        limit = control.error_limit(state.step_length, state.step_error, tolerance)
+        for rejected in range(_ATTEMPTS):
+            choice = control.choose(
+                state, setup.points, rate_for, setup.control, depth_limit=depth_limit, length_limit=limit
+            )
+            now = rate_for(choice.weight)
+            after = step.advance(
+                state,
+                now,
+                choice.step_length,
+                radius=setup.wheelset.radius,
+                density=setup.wear.density,
+                smoothing_wavelength=setup.control.smoothing_wavelength,
+                integrator=setup.control.integrator,
+                rate_at=rate_at,
+                estimate=tolerance < math.inf,
+            )
+            if after.step_error is None or after.step_error <= tolerance:
+                stability = float(now.stability.max(initial=0.0)) * choice.step_length
+                return after, StepTaken(choice.step_length, stability, choice.weight, rejected)
+            limit = control.error_limit(choice.step_length, after.step_error, tolerance)
+        raise NumericalError(
+            f"after {state.distance / 1e3:.6g} km no wear step keeps the tolerance of "
+            f"{1e6 * tolerance:.4g} um: one of {choice.step_length:.4g} m still has an error of "
+            f"{1e6 * (after.step_error or 0.0):.4g} um; raise error_tolerance_um in [campaign]"
         )
-        stability = float(now.stability.max(initial=0.0)) * choice.step_length
-        return after, StepTaken(choice.step_length, stability, choice.weight)
 
 
 def versions() -> str:
@@ -259,6 +277,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "stability_limit": limits.stability,
         "depth_cap": limits.depth_cap,
         "integrator": limits.integrator,
+        "error_tolerance": limits.error_tolerance if limits.error_tolerance < math.inf else "",
         "target_distance": limits.distance,
         "counterface_curvature": setup.counterface.curvature,
         "wheel_radius": setup.wheelset.radius,

@@ -23,7 +23,7 @@ import numpy as np
 
 from wearsim.campaign.state import State
 from wearsim.errors import ResultError
-from wearsim.results import ROW
+from wearsim.results import FILL_FLOAT, ROW
 
 
 def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> None:
@@ -213,4 +213,6 @@ def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
         regime_depth=row["wear_depth_by_regime"],
         worn_area=row["worn_area"],
         worn_mass=row["worn_mass"],
+        step_length=float(row["step_length"]),
+        step_error=None if row["step_error"] == FILL_FLOAT else float(row["step_error"]),
     )

@@ -55,11 +55,14 @@ class StepTaken:
         Stability number S [-].
     weight : (n,) array
         Share of each operating point [-].
+    rejected : int
+        How many longer steps were tried before, and failed the tolerance of the error.
     """
 
     length: float
     stability: float
     weight: np.ndarray
+    rejected: int = 0
 
 
 def no_step(count: int) -> StepTaken:
@@ -94,6 +97,8 @@ def build_row(
         "distance": np.asarray(state.distance),
         "step_length": np.asarray(taken.length),
         "stability_number": np.asarray(taken.stability),
+        "step_error": np.asarray(FILL_FLOAT if state.step_error is None else state.step_error),
+        "rejected_steps": np.asarray(taken.rejected, dtype=np.int32),
         "active_weight": np.asarray(taken.weight, dtype=np.float64),
         "profile_y": state.y,
         "profile_z": state.z,

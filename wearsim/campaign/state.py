@@ -28,6 +28,10 @@ class State:
         Area of the cross-section removed, time integral of the law [m2].
     worn_mass : (2,) array
         Mass removed from the whole circumference [kg].
+    step_length : float
+        Of the step that led here [m]; 0 at the start.
+    step_error : float or None
+        Estimated error of that step's depth, where it is largest [m]; None where it was not estimated.
     """
 
     step: int
@@ -38,6 +42,8 @@ class State:
     regime_depth: FloatArray
     worn_area: FloatArray
     worn_mass: FloatArray
+    step_length: float = 0.0
+    step_error: float | None = None
 
 
 @dataclass(frozen=True)

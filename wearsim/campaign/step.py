@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,40 +16,63 @@ from wearsim.profile.shape import arc_length, offset_distance, vertex_lengths, v
 
 RateAt = Callable[[State], WearRate]
 Predict = Callable[[FloatArray], State]
-Integrator = Callable[[State, WearRate, float, RateAt, Predict], FloatArray]
+
+
+class Outcome(NamedTuple):
+    """What an integrator makes of a step.
+
+    Parameters
+    ----------
+    after : State
+        At the end of the step.
+    companion : State or None
+        The same step by the rule of the other order: the difference in depth estimates the error of the
+        one of lower order. None where it was not asked for.
+    """
+
+    after: State
+    companion: State | None
+
+
+Integrator = Callable[[State, WearRate, float, RateAt, Predict, bool], Outcome]
 
 
 def euler(
-    state: State,  # noqa: ARG001 -- the signature of every integrator
+    state: State, rate: WearRate, step_length: float, rate_at: RateAt, predict: Predict, estimate: bool
+) -> Outcome:
+    """Wear at the rate of the step's beginning, first order; its error is estimated by Heun's rule."""
+    after = predict(rate.regime_depth * step_length)
+    mean = _mean_of_rates(state, rate, step_length, rate_at, after) if estimate else None
+    return Outcome(after, None if mean is None else predict(mean))
+
+
+def heun(
+    state: State,
     rate: WearRate,
     step_length: float,
-    rate_at: RateAt,  # noqa: ARG001
-    predict: Predict,  # noqa: ARG001
-) -> FloatArray:
-    """Depth of one step at the rate of its beginning, first order.
-
-    Returns
-    -------
-    (2, n_regimes, n) array
-        Wear depth by regime, before smoothing [m].
-    """
-    return rate.regime_depth * step_length
-
-
-def heun(state: State, rate: WearRate, step_length: float, rate_at: RateAt, predict: Predict) -> FloatArray:
-    """Depth of one step at the mean of the rates at its beginning and its predicted end, second order.
-
-    Returns
-    -------
-    (2, n_regimes, n) array
-        Wear depth by regime, before smoothing [m].
+    rate_at: RateAt,
+    predict: Predict,
+    estimate: bool,  # noqa: ARG001 -- Euler's step is made anyway
+) -> Outcome:
+    """Wear at the mean of the rates at the step's beginning and predicted end, second order.
 
     Notes
     -----
-    The vertices move, so the stretch each stands for changes a little: the predicted depth is scaled to
-    the present stretch and the area worn is the mean of both areas.
+    The prediction is Euler's step, and the difference of both is the leading error of Euler's: an upper
+    estimate of the error of this one, which is of the next order.
     """
     ahead = predict(rate.regime_depth * step_length)
+    return Outcome(predict(_mean_of_rates(state, rate, step_length, rate_at, ahead)), ahead)
+
+
+def _mean_of_rates(
+    state: State, rate: WearRate, step_length: float, rate_at: RateAt, ahead: State
+) -> FloatArray:
+    """Depth by regime at the mean of the rates in two states [m].
+
+    The vertices move, so the stretch each stands for changes a little: the depth ahead is scaled to the
+    present stretch and the area worn is the mean of both areas.
+    """
     predicted = rate_at(ahead).regime_depth
     stretch = np.stack(
         [vertex_lengths(ahead.y[w], ahead.z[w]) / vertex_lengths(state.y[w], state.z[w]) for w in (0, 1)]
@@ -69,6 +94,7 @@ def advance(
     smoothing_wavelength: float,
     integrator: str,
     rate_at: RateAt,
+    estimate: bool = False,
 ) -> State:
     """Wear both wheels over a distance.
 
@@ -90,11 +116,14 @@ def advance(
         Name in `INTEGRATORS`.
     rate_at : callable
         Gives the wear rate of the same points in another state.
+    estimate : bool
+        Whether to estimate the error also where that costs another look at the contact.
 
     Returns
     -------
     State
-        At the end of the step.
+        At the end of the step, with its error: the largest difference in depth between the rules of first
+        and second order, after smoothing.
 
     Raises
     ------
@@ -105,7 +134,10 @@ def advance(
     def wear_off(depth: FloatArray) -> State:
         return remove(state, depth, step_length, radius, density, smoothing_wavelength)
 
-    return wear_off(INTEGRATORS[integrator](state, rate, step_length, rate_at, wear_off))
+    after, companion = INTEGRATORS[integrator](state, rate, step_length, rate_at, wear_off, estimate)
+    if companion is None:
+        return after
+    return replace(after, step_error=float(np.abs(after.wear_depth - companion.wear_depth).max()))
 
 
 def remove(
@@ -170,4 +202,5 @@ def remove(
         regime_depth=state.regime_depth + depth,
         worn_area=area,
         worn_mass=mass,
+        step_length=step_length,
     )

@@ -89,7 +89,7 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
     points = setup.points
     count = len(points.label)
     vertices = len(setup.wheelset.right.y)
-    evaluations = 2 if setup.control.integrator == "heun" else 1
+    evaluations = 2  # at both ends of a step: for the mean of both rates, or for the error of Euler's rule
     # two wheels: y, z, depth, work, depth by regime; eight patch slots per point
     values = 2 * vertices * (4 + len(regimes(setup.wear.law))) + count * (8 * _PATCH_VALUES + 2)
     return {
@@ -132,8 +132,8 @@ def _text(item: dict[str, Any]) -> str:
         ),
         (
             "steps",
-            f"not known before the run: depth below {campaign['max_step_depth_um']:g} um and "
-            f"S below {campaign['stability']:g} set each",
+            f"not known before the run: depth below {campaign['max_step_depth_um']:g} um, S below "
+            f"{campaign['stability']:g} and error below {campaign['error_tolerance_um']:g} um set each",
         ),
         ("result file", f"about {item['bytes_per_step'] / 1e6:.2g} MB per step before compression"),
     ]

@@ -55,6 +55,9 @@ class ControlSettings:
         Name in the registry of `campaign.step`.
     max_step : float
         Longest step [m].
+    error_tolerance : float
+        Largest estimated error of the depth of one step, after smoothing; steps above it are repeated
+        shorter. Infinite = not looked at [m].
     """
 
     distance: float
@@ -63,3 +66,4 @@ class ControlSettings:
     smoothing_wavelength: float
     integrator: str
     max_step: float = math.inf
+    error_tolerance: float = math.inf

@@ -251,14 +251,16 @@ def plot_wear_by_regime(
 
 
 def plot_steps(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
-    """Draw a quantity of the wear steps (step_length, stability_number) over the distance run."""
+    """Draw a quantity of the wear steps (step_length, stability_number, step_error) over the distance."""
     ax = own_axes(ax)
     role = role_of(dataset)
     x = shown("distance", dataset["distance"].values[1:])
     ax.plot(x, shown(name, dataset[name].values[1:]), ".-", lw=0.8, color=COLOURS[role], label=role)
-    limit = dataset.attrs.get("stability_limit")
-    if name == "stability_number" and limit is not None:
-        ax.axhline(float(limit), color=COLOURS[role], lw=0.8, ls=":", label=f"limit, {role}")
+    limit = dataset.attrs.get(
+        {"stability_number": "stability_limit", "step_error": "error_tolerance"}.get(name)
+    )
+    if limit is not None:
+        ax.axhline(float(shown(name, limit)), color=COLOURS[role], lw=0.8, ls=":", label=f"limit, {role}")
     ax.set_xlabel(label(dataset, "distance"))
     ax.set_ylabel(wrapped(label(dataset, name)))
     ax.set_ylim(bottom=0.0, auto=None)

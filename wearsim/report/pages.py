@@ -330,16 +330,23 @@ def _factors_at_points(translation: xr.Dataset) -> Plate:
 
 
 def steps(datasets: list[xr.Dataset]) -> Plate:
-    """Step length and stability number over the distance."""
+    """Step length, stability number and error estimate over the distance."""
     with style():
-        figure, axes = grid(2, len(datasets), height=1.6, between=0.2, sharex="col")
+        names = ["step_length", "stability_number"]
+        if any(bool(data["step_error"].notnull().any()) for data in datasets):
+            names.append("step_error")
+        figure, axes = grid(len(names), len(datasets), height=1.6, between=0.2, sharex="col")
         for column, data in enumerate(datasets):
-            for row, name in enumerate(("step_length", "stability_number")):
+            for row, name in enumerate(names):
                 figures.plot_steps(data, name, axes[row, column])
             axes[0, column].set_title(role_of(data).capitalize())
-            axes[0, column].set_xlabel("")
+            for ax in axes[:-1, column]:
+                ax.set_xlabel("")
         legend(figure)
-    text = "Length of each wear step and its stability number S, with the limit the campaign set for it."
+    text = (
+        "Length of each wear step, its stability number S and the estimated error of its depth, with the "
+        "limits the campaign set. The estimate is the difference between rules of first and second order."
+    )
     return Plate("steps", "quality", figure, text)
 
 

@@ -232,6 +232,7 @@ _SETTINGS: tuple[tuple[str, str, str, float], ...] = (
     ("integrator", "Integrator", "", 1.0),
     ("depth_cap", "Largest depth per step", "µm", 1e6),
     ("stability_limit", "Limit of the stability number", "", 1.0),
+    ("error_tolerance", "Tolerance of the error of a step", "µm", 1e6),
     ("smoothing_wavelength", "Smoothing wavelength", "mm", 1e3),
 )
 
@@ -281,6 +282,11 @@ def quality(dataset: xr.Dataset) -> list[tuple[str, Cell]]:
     if count:
         rows.append(("Largest stability number S", number(dataset["stability_number"].values[1:].max())))
         rows.append(("Largest depth in one step [µm]", number(1e6 * np.diff(depth, axis=0).max())))
+        error = shown("step_error", dataset["step_error"].values[1:])
+        if np.isfinite(error).any():
+            rows.append(("Largest estimated error of one step [µm]", number(np.nanmax(error), 2)))
+        rejected = int(dataset["rejected_steps"].values.sum())
+        rows.append(("Steps repeated because of their error", Cell(str(rejected), float(rejected))))
         length = shown("distance", dataset["step_length"].values[1:])
         rows.append(
             (

@@ -11,7 +11,7 @@ import numpy as np
 
 from wearsim.errors import NumericalError, ResultError
 
-SCHEMA = 2
+SCHEMA = 3
 PATCH_SLOTS = 8
 REGIME_FLAGS = ("wear_regime", "wear_regime_highest")
 
@@ -65,6 +65,8 @@ def _layout() -> dict[str, Variable]:
         layout[f"op_{name}"] = Variable(("operating_point",))
     for name in ("distance", "step_length", "stability_number"):
         layout[name] = Variable(("step",))
+    layout["step_error"] = Variable(("step",), missing=True)
+    layout["rejected_steps"] = Variable(("step",), "i4")
     layout["active_weight"] = Variable(("step", "operating_point"))
     for name in ("profile_y", "profile_z", "wear_depth", "friction_work"):
         layout[name] = Variable(along)

@@ -102,6 +102,7 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
             stability=campaign.stability,
             smoothing_wavelength=1e-3 * campaign.smoothing_wavelength_mm,
             integrator=campaign.integrator,
+            error_tolerance=1e-6 * campaign.error_tolerance_um,
             **({} if campaign.max_step_km is None else {"max_step": 1e3 * campaign.max_step_km}),
         ),
         scene_text=scene.origin.content.decode("utf-8-sig"),

@@ -1,0 +1,125 @@
+"""Steps under the tolerance of their error: real physics, coarse and short."""
+
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+
+import netCDF4
+import numpy as np
+import pytest
+
+from wearsim.campaign.run import resume, run_scene
+from wearsim.errors import NumericalError
+from wearsim.results import LAYOUT, open_results
+
+SCENE = """
+[scene]
+kind = "rig"
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+gauge_mm = 1435
+roller_radius_mm = 1000
+[contact]
+strips = 12
+cells = 12
+[[operation.block]]
+name = "left"
+shift_mm = -3
+load_kN = 80
+speed_km_h = 72
+friction = 0.35
+distance_km = 2
+[[operation.block]]
+name = "right"
+shift_mm = 3
+yaw_mrad = 1
+load_kN = 80
+speed_km_h = 72
+friction = 0.35
+distance_km = 3
+[campaign]
+distance_km = {distance}
+point_spacing_mm = 0.5
+max_step_depth_um = 20
+stability = 1.0
+integrator = "{integrator}"
+error_tolerance_um = {tolerance}
+"""
+KILLED = """
+import os, signal
+from wearsim.campaign.run import run_scene
+def kill(event):
+    if event.kind == "step" and event.step == {step}:
+        os.kill(os.getpid(), signal.SIGKILL)
+run_scene({scene!r}, {out!r}, observer=kill)
+"""
+
+
+def write(folder, *, tolerance, integrator="heun", distance=30):
+    path = folder / "rig.toml"
+    path.write_text(SCENE.format(tolerance=tolerance, integrator=integrator, distance=distance))
+    return path
+
+
+@pytest.fixture(scope="module")
+def strict(tmp_path_factory):
+    """A campaign whose steps the error limits: scene and result file."""
+    folder = tmp_path_factory.mktemp("strict")
+    scene = write(folder, tolerance=0.05)
+    return scene, run_scene(scene, folder / "out")[0]
+
+
+def test_steps_that_fail_the_tolerance_are_repeated_shorter(strict):
+    with open_results(strict[1]) as data:
+        error, rejected = data["step_error"].values, data["rejected_steps"].values
+        assert np.isnan(error[0])
+        assert error[1:].max() <= 0.05e-6
+        assert rejected[0] == 0
+        # the first step does not know the error yet; the later ones learn from their predecessor
+        assert rejected[1] >= 1
+        assert rejected[2:].mean() < 0.5
+        assert data.attrs["error_tolerance"] == pytest.approx(0.05e-6)
+        # the error limits them, not the 20 um or S = 1
+        assert float(data["stability_number"].max()) < 0.7
+        assert float(data["distance"][-1]) == pytest.approx(30e3, rel=1e-12)
+
+
+def test_a_killed_campaign_tries_the_same_steps(strict, tmp_path):
+    """What limits the next step by the error is in the record: same bits."""
+    scene, reference = strict
+    code = KILLED.format(step=3, scene=str(scene), out=str(tmp_path / "out"))
+    process = subprocess.run([sys.executable, "-c", code], check=False, env=dict(os.environ))
+    assert process.returncode == -signal.SIGKILL
+    (path,) = resume(tmp_path / "out")
+    with netCDF4.Dataset(path) as one, netCDF4.Dataset(reference) as other:
+        for file in (one, other):
+            file.set_auto_maskandscale(False)
+        for name in LAYOUT:
+            assert np.array_equal(one[name][:], other[name][:]), name
+
+
+def test_euler_under_the_same_tolerance_agrees(strict, tmp_path):
+    """Two rules, each step within 0.05 um: the profiles differ by no more than the sum of the estimates."""
+    (path,) = run_scene(write(tmp_path, tolerance=0.05, integrator="euler"), tmp_path / "out")
+    with open_results(path) as euler, open_results(strict[1]) as heun:
+        difference = np.abs(euler["wear_depth"][-1] - heun["wear_depth"][-1]).max()
+        assert 0.0 < difference < float(euler["step_error"].sum())
+        assert float(euler["step_error"].max()) <= 0.05e-6
+
+
+def test_an_error_that_does_not_fall_is_told(tmp_path, monkeypatch):
+    from wearsim.campaign import evolution
+
+    def hopeless(*arguments, **options):
+        return replace(advance(*arguments, **options), step_error=1e-3)
+
+    advance = evolution.step.advance
+    monkeypatch.setattr(evolution.step, "advance", hopeless)
+    with pytest.raises(NumericalError, match=r"no wear step keeps .* raise error_tolerance_um") as caught:
+        run_scene(write(tmp_path, tolerance=0.05), tmp_path / "out")
+    assert "\n" not in str(caught.value)
