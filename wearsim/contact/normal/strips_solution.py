@@ -26,6 +26,8 @@ from wearsim.contact.normal.strips_laid import (
 )
 from wearsim.contact.patch import FloatArray, IntArray
 
+_SWEEPS = 100  # of lengths and pressures in turn, at most
+
 
 @kernel
 def _eliminate(matrix: FloatArray, right: FloatArray, n: int) -> bool:
@@ -71,7 +73,6 @@ def relax(
     load: float,
     vertical: bool,
     table: FloatArray,
-    sweeps: int,
     tolerance: float,
     active: IntArray,
     edges: FloatArray,
@@ -82,7 +83,7 @@ def relax(
 ) -> tuple[float, int, bool]:
     """Pressures that never pull on strips of given lengths, and lengths from them, in turn."""
     bow = np.empty(total)
-    for sweep in range(sweeps):
+    for sweep in range(_SWEEPS):
         for i in range(total):
             log_i = 0.5 * np.log(strips[SQUARE, i])
             bow[i] = bow_of(0.25 * strips[SQUARE, i], strips[RADIUS, i], strips[SIGMA, i])
@@ -190,7 +191,7 @@ def relax(
                 strips[SQUARE, i] = min(max(q, 0.001 * strips[SQUARE, nearest]), strips[SQUARE, nearest])
         if change < tolerance:
             return descent, sweep + 1, True
-    return descent, sweeps, True
+    return descent, _SWEEPS, True
 
 
 @kernel

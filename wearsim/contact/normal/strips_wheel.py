@@ -108,7 +108,7 @@ def solve_wheel(
                 found -= 1
             else:
                 k += 1
-        total = 0
+        total = int(np.int64(0))  # numba would compile the kernels for a literal 0 once more
         for k in range(found):
             # Strips much narrower than long make Newton's method fail.
             each = coarse if stage == 0 else count
@@ -186,7 +186,7 @@ def solve_wheel(
         for j in range(total):
             strips[SQUARE, j] = max(strips[SQUARE, j], 1e-10)
         descent, steps, done = relax(
-            strips, lobe, total, descent, load, vertical, influence, 12, _CLOSE, active, edges, near, far,
+            strips, lobe, total, descent, load, vertical, influence, _CLOSE, active, edges, near, far,
             matrix, right,
         )  # fmt: skip
         info[4] += steps
@@ -202,7 +202,7 @@ def solve_wheel(
                 for j in range(total):
                     strips[LOAD, j], strips[SQUARE, j] = before[0, j], before[1, j]
                 descent, steps, done = relax(
-                    strips, lobe, total, kept_descent, load, vertical, influence, 100, 1e-9, active, edges,
+                    strips, lobe, total, kept_descent, load, vertical, influence, 1e-9, active, edges,
                     near, far, matrix, right,
                 )  # fmt: skip
                 info[4] += steps
@@ -272,14 +272,15 @@ def solve_wheel(
             kept += 1
             base += each
         found = kept
-        spans[:found] = fresh[:found]
+        for k in range(found):
+            spans[k] = fresh[k]
         old_total = total
         for j in range(total):
             old[0, j], old[1, j], old[2, j], old[3, j] = (
                 strips[Y, j], strips[LOAD, j], strips[SQUARE, j], strips[WIDTH, j],
             )  # fmt: skip
         # Parts that touch now, at most one more each time.
-        i = 3
+        i = int(np.int64(3))
         while stage > 0 and i < gap.size - 3 and found < spans.shape[0]:
             if gap[i] - low < descent:
                 free = True
