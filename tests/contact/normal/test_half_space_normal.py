@@ -369,3 +369,17 @@ def test_stripes_follow_the_profile(searched):
     np.testing.assert_allclose((load * found.patch.y).sum(axis=1) / load.sum(axis=1), 0.0, atol=1e-15)
     for one, other in pairwise(found.patch.row):
         assert one < other
+
+
+@pytest.mark.parametrize("curvature", [0.0, 2.0])
+@pytest.mark.parametrize("yaw", [0.0, -0.03, 0.1])
+def test_every_state_has_an_answer(searched, curvature, yaw):
+    """Tread, two lobes, flange root, climbing flange, yaw up to 100 mrad: none refused, all loads carried."""
+    shift = 1e-3 * np.arange(-8.0, 8.1, 1.0)
+    found = solved(searched(shift, yaw, curvature), strips=20)
+    assert set(found.patch.row.tolist()) == set(range(shift.size))
+    lift = np.bincount(found.patch.row, found.normal_force * np.cos(found.contact_angle))
+    np.testing.assert_allclose(lift, LOAD, rtol=1e-9)
+    assert np.all(found.approach > 0.0)
+    assert np.all(np.diff(found.edge_y, axis=1) > 0.0)
+    assert found.max_pressure.max() < 1e10
