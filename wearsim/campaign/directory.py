@@ -147,20 +147,7 @@ def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
     folder = out / SCENE_FOLDER
     if (folder / MANIFEST).is_file():
         manifest = read_manifest(out)
-        differing = [
-            name
-            for name in sorted({*manifest.hashes, *scene.hashes})
-            if manifest.hashes.get(name) != scene.hashes.get(name)
-        ]
-        if differing or manifest.main != scene.main:
-            if manifest.main != scene.main:
-                what = f"it was started with {manifest.main}, not {scene.main}"
-            else:
-                what = f"not the same as in {folder}: {', '.join(differing)}"
-            raise ResultError(
-                f"{out} belongs to another campaign: {what}; nothing was touched, "
-                f"choose another --out, or continue that one: `wearsim resume {out}`"
-            )
+        refuse_other(out, manifest, scene)
         return manifest
     manifest = Manifest(scene.main, scene.hashes, command)
     temporary = out / f".{SCENE_FOLDER}.tmp"
@@ -177,6 +164,46 @@ def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
     except OSError as error:
         raise ResultError(f"{folder} cannot be written: {error.strerror}; choose another --out") from error
     return manifest
+
+
+def refuse_other(out: Path, manifest: Manifest, scene: SceneFiles) -> None:
+    """Raise unless a run directory belongs to a scene.
+
+    Parameters
+    ----------
+    out : Path
+        Run directory.
+    manifest : Manifest
+        What it says about itself.
+    scene : SceneFiles
+        The scene to run.
+    """
+    if manifest.main != scene.main:
+        what = f"it was started with {manifest.main}, not {scene.main}"
+    else:
+        differing = [
+            name
+            for name in sorted({*manifest.hashes, *scene.hashes})
+            if manifest.hashes.get(name) != scene.hashes.get(name)
+        ]
+        if not differing:
+            return
+        what = f"not the same as in {out / SCENE_FOLDER}: {', '.join(differing)}"
+    raise ResultError(
+        f"{out} belongs to another campaign: {what}; nothing was touched, "
+        f"choose another --out, or continue that one: `wearsim resume {out}`"
+    )
+
+
+def is_claimed(out: Path) -> bool:
+    """Tell whether a directory is a run directory.
+
+    Parameters
+    ----------
+    out : Path
+        Need not exist.
+    """
+    return (out / SCENE_FOLDER / MANIFEST).is_file()
 
 
 def read_manifest(out: Path) -> Manifest:

@@ -11,7 +11,7 @@ import contextlib
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from wearsim.campaign.directory import (
@@ -30,11 +30,25 @@ from wearsim.campaign.row import StepTaken
 from wearsim.campaign.writer import Writer
 from wearsim.errors import NumericalError, WearsimError
 from wearsim.results import check_row
-from wearsim.scene import CampaignSetup, CompareScene, build, files_to_copy, load_campaign
+from wearsim.scene import (
+    CampaignScene,
+    CampaignSetup,
+    CompareScene,
+    build,
+    files_to_copy,
+    load_campaign,
+)
+from wearsim.scene.changes import Change
 
 
 def run_scene(
-    path: str | Path, out: str | Path, *, command: str = "", observer: Observer | None = None
+    path: str | Path,
+    out: str | Path,
+    *,
+    command: str = "",
+    observer: Observer | None = None,
+    changes: Sequence[Change] = (),
+    threads: int | None = None,
 ) -> tuple[Path, ...]:
     """Run the scene of a file in a run directory, or continue it if it was begun there.
 
@@ -48,6 +62,10 @@ def run_scene(
         Command line, for the history of the results.
     observer : callable, optional
         Called with an `Event` at each step.
+    changes : sequence of Change
+        Values that replace those in the scene file.
+    threads : int, optional
+        Of the contact solver, by default all the process may use; they do not change a bit.
 
     Returns
     -------
@@ -62,11 +80,21 @@ def run_scene(
         If `out` cannot be used; nothing in it is touched then.
     """
     out = Path(out)
-    scene = load_campaign(path)
-    files = SceneFiles(scene.origin.path.name, files_to_copy(scene))
+    files = scene_files(load_campaign(path, changes=changes))
     refuse_foreign(out)
     with locked(out):
-        return _run_claimed(out, claim(out, files, command), observer)
+        return _run_claimed(out, claim(out, files, command), observer, threads)
+
+
+def scene_files(scene: CampaignScene) -> SceneFiles:
+    """Return the files that make up a scene, as a run directory keeps them.
+
+    Parameters
+    ----------
+    scene : RigScene, FieldScene or CompareScene
+        As loaded.
+    """
+    return SceneFiles(scene.origin.path.name, files_to_copy(scene))
 
 
 def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, ...]:
@@ -90,12 +118,17 @@ def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, 
         return _run_claimed(out, read_manifest(out), observer)
 
 
-def _run_claimed(out: Path, manifest: Manifest, observer: Observer | None) -> tuple[Path, ...]:
+def _run_claimed(
+    out: Path, manifest: Manifest, observer: Observer | None, threads: int | None = None
+) -> tuple[Path, ...]:
     # from the copy also at the first start, so that run and resume cannot differ
     scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
     parts = (scene.rig, scene.field) if isinstance(scene, CompareScene) else (scene,)
     setups = [build(part) for part in parts]
-    paths = [run_campaign(setup, out, setup.kind, observer, command=manifest.command) for setup in setups]
+    paths = [
+        run_campaign(setup, out, setup.kind, observer, command=manifest.command, threads=threads)
+        for setup in setups
+    ]
     if isinstance(scene, CompareScene):
         from wearsim.translation.translate import translate_files
 
@@ -134,7 +167,7 @@ def run_campaign(
     Path
         The finished, verified result file.
     """
-    evolution = WheelsetEvolution(setup, command, threads or _available_cores())
+    evolution = WheelsetEvolution(setup, command, threads or available_cores())
     return run_evolution(evolution, Path(directory), name, observer)
 
 
@@ -217,7 +250,8 @@ def _loop(evolution: Evolution[EvaluationT], writer: Writer, progress: Progress)
             )
 
 
-def _available_cores() -> int:
+def available_cores() -> int:
+    """Return how many cores this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 from wearsim import __version__
 
 COMMANDS = (
-    "contact", "profile", "check", "run", "resume", "status", "inspect", "translate", "report",
+    "contact", "profile", "check", "run", "sweep", "resume", "status", "inspect", "translate", "report",
     "chart", "schema",
 )  # fmt: skip
 """Modules of this package, in the order of the help; each has `add_parser` and `execute`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 from wearsim.cli import Commands, add_command
@@ -12,20 +13,24 @@ from wearsim.cli.progress import duration
 def add_parser(commands: Commands) -> None:
     """Add the command."""
     parser = add_command(
-        commands, "status", "show how far the campaigns of a run directory are", "wearsim status out"
+        commands,
+        "status",
+        "show how far the campaigns of a run directory or a sweep are",
+        "wearsim status out",
     )
-    parser.add_argument("directory", metavar="DIR", help="run directory")
+    parser.add_argument("directory", metavar="DIR", help="run directory, or that of a sweep")
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the status."""
     import json
-    from pathlib import Path
 
     from wearsim.campaign.directory import read_manifest, read_status
 
     out = Path(arguments.directory)
+    if (out / "sweep.json").is_file():
+        return _sweep(out, arguments.json)
     read_manifest(out)  # a clear fault where there is no campaign
     status = read_status(out)
     if arguments.json:
@@ -36,6 +41,28 @@ def execute(arguments: argparse.Namespace) -> int:
         print(f"{out}: no step finished yet")
     for name, item in campaigns.items():
         print(line(name, item))
+    return 0
+
+
+def _sweep(out: Path, as_json: bool) -> int:
+    import json
+    from dataclasses import asdict
+
+    from wearsim.campaign.directory import read_status
+    from wearsim.cli.sweep import status_lines
+    from wearsim.studies.sweep_directory import outcomes_of, read_plan
+
+    if not as_json:
+        print("\n".join(status_lines(out)))
+        return 0
+    plan = read_plan(out)
+    cases = [
+        {**entry, **asdict(outcome), **read_status(out / entry["directory"])}
+        for entry, outcome in zip(plan["cases"], outcomes_of(out), strict=True)
+    ]
+    for case in cases:
+        del case["number"], case["exit_code"]
+    print(json.dumps({"title": plan["title"], "cases": cases}, indent=2, ensure_ascii=False))
     return 0
 
 

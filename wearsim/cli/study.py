@@ -13,6 +13,7 @@ _MODULES = {
     "published": "wearsim.cli.published",
     "accuracy": "wearsim.cli.accuracy",
     "location": "wearsim.cli.location",
+    "sweep": "wearsim.cli.sweep",
 }
 
 

@@ -14,6 +14,7 @@ from wearsim.scene.location import LocationScene
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
 from wearsim.scene.published import PublishedScene
 from wearsim.scene.setup import CampaignSetup, build
+from wearsim.scene.sweep import SweepScene
 
 __all__ = [
     "AccuracyScene",
@@ -26,6 +27,7 @@ __all__ = [
     "RigScene",
     "Scene",
     "StudyScene",
+    "SweepScene",
     "build",
     "files_to_copy",
     "load_campaign",

@@ -46,7 +46,7 @@ def key_lines(text: str) -> Lines:
             _locate_pair(node, (), lines)
         elif node.type in ("table", "table_array_element"):
             header = next(child for child in node.named_children if child.type.endswith("key"))
-            keys = _keys(header)
+            keys = header_keys(header)
             path: KeyPath = ()
             for key in keys[:-1]:
                 path = (*path, key)
@@ -81,7 +81,7 @@ def _text(node: Node) -> str:
     return (node.text or b"").decode()
 
 
-def _keys(node: Node) -> list[str]:
+def header_keys(node: Node) -> list[str]:
     """Names in a bare, quoted or dotted key, escapes resolved by the TOML reader itself."""
     value: Any = tomllib.loads(f"{_text(node)} = 0")
     keys = []
@@ -97,7 +97,7 @@ def _locate_pair(pair: Node, table: KeyPath, lines: Lines) -> None:
         return
     key, value = parts
     path = table
-    for name in _keys(key):
+    for name in header_keys(key):
         path = (*path, name)
         lines.setdefault(path, _line(key))
     _locate_value(value, path, lines)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +13,17 @@ from pydantic import TypeAdapter, ValidationError
 
 from wearsim.errors import Fault, SceneError
 from wearsim.scene.accuracy import AccuracyScene, read_accuracy
-from wearsim.scene.faults import key_lines, shown, syntax_fault, validation_faults
+from wearsim.scene.changes import Change, changed_text
+from wearsim.scene.faults import Lines, key_lines, shown, syntax_fault, validation_faults
 from wearsim.scene.inputs import find_file, read_inputs
 from wearsim.scene.location import LocationScene, read_locations
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
 from wearsim.scene.published import PublishedScene, read_published
 from wearsim.scene.setup import inputs_of
+from wearsim.scene.sweep import SweepScene, read_sweep
 
 CampaignScene = RigScene | FieldScene | CompareScene
-StudyScene = PublishedScene | AccuracyScene | LocationScene
+StudyScene = PublishedScene | AccuracyScene | LocationScene | SweepScene
 Scene = CampaignScene | StudyScene
 
 _MODELS: dict[str, type[Scene]] = {
@@ -31,13 +33,14 @@ _MODELS: dict[str, type[Scene]] = {
     "published": PublishedScene,
     "accuracy": AccuracyScene,
     "location": LocationScene,
+    "sweep": SweepScene,
 }
 _LARGEST_FILE = 2_000_000
 _INPUTS = "inputs.json"
 _RESERVED = (_INPUTS, "manifest.json")
 
 
-def load_scene(path: str | Path, *, copied: bool = False) -> Scene:
+def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Change] = ()) -> Scene:
     """Read a scene file, and those it names, and check everything that can be checked before a run.
 
     Parameters
@@ -47,6 +50,9 @@ def load_scene(path: str | Path, *, copied: bool = False) -> Scene:
     copied : bool
         Whether the file stands in a folder written from `files_to_copy`; the files it names are then
         those beside it, whatever happened to the originals.
+    changes : sequence of Change
+        Values to read in place of those in the file, as a sweep varies them. In a compare scene, keys act
+        on both scenes it names, those that begin with rig or field on the one only.
 
     Returns
     -------
@@ -66,17 +72,19 @@ def load_scene(path: str | Path, *, copied: bool = False) -> Scene:
         told = f"the scene file {what}, neither as given nor among the shipped workflows ({known})"
         raise SceneError([Fault(told, str(path))])
     kept = _kept_files(found) if copied else {}
-    scene = _read(found, "scene")
+    scene = _read(found, "scene", changes)
     faults: list[Fault] = []
     if isinstance(scene, CompareScene):
         for role in ("rig", "field"):
-            faults += _read_compared(scene, role, kept)
+            faults += _read_compared(scene, role, kept, changes)
     elif isinstance(scene, PublishedScene):
         scene._inputs, faults = read_published(scene)
     elif isinstance(scene, AccuracyScene):
         scene._inputs, faults = read_accuracy(scene)
     elif isinstance(scene, LocationScene):
         scene._inputs, faults = read_locations(scene)
+    elif isinstance(scene, SweepScene):
+        scene._inputs, faults = read_sweep(scene)
     else:
         faults = _read_files(scene, kept)
     if faults:
@@ -84,12 +92,12 @@ def load_scene(path: str | Path, *, copied: bool = False) -> Scene:
     return scene
 
 
-def load_campaign(path: str | Path, *, copied: bool = False) -> CampaignScene:
+def load_campaign(path: str | Path, *, copied: bool = False, changes: Sequence[Change] = ()) -> CampaignScene:
     """Read the scene of a campaign, or of two to compare; see `load_scene`.
 
     Parameters
     ----------
-    path, copied
+    path, copied, changes
         As for `load_scene`.
 
     Returns
@@ -102,7 +110,7 @@ def load_campaign(path: str | Path, *, copied: bool = False) -> CampaignScene:
     SceneError
         With all faults, or if the scene is no campaign.
     """
-    scene = load_scene(path, copied=copied)
+    scene = load_scene(path, copied=copied, changes=changes)
     if isinstance(scene, StudyScene):
         told = f"kind = {scene.scene.kind!r} is no campaign; run it with `wearsim run`"
         raise SceneError([Fault(told, str(scene.origin.path), scene.line("scene", "kind"))])
@@ -163,7 +171,7 @@ def scene_schema() -> dict[str, Any]:
     }
 
 
-def _read(path: Path, role: str) -> Scene:
+def _read(path: Path, role: str, changes: Sequence[Change] = ()) -> Scene:
     """Stages 1 and 2 of one file: syntax; keys, types and ranges."""
     file = str(path)
     try:
@@ -176,7 +184,7 @@ def _read(path: Path, role: str) -> Scene:
     try:
         text = content.decode("utf-8-sig")
         data = tomllib.loads(text)
-        lines = key_lines(text)
+        lines: Lines = key_lines(text)
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
         raise SceneError([Fault("not UTF-8 text; save the scene file as UTF-8", file, line)]) from error
@@ -186,6 +194,12 @@ def _read(path: Path, role: str) -> Scene:
         raise SceneError([Fault("tables or lists are nested too deeply for a scene file", file)]) from None
     header = data.get("scene")
     kind = header.get("kind") if isinstance(header, dict) else None
+    acting = _acting(changes, kind, role)
+    if acting:
+        changed = changed_text(text, acting)
+        if changed.faults:
+            raise SceneError(changed.faults)
+        data, lines, content = tomllib.loads(changed.text), changed.lines, changed.text.encode()
     model = _MODELS.get(kind) if isinstance(kind, str) else None
     try:
         if model is None:
@@ -199,7 +213,22 @@ def _read(path: Path, role: str) -> Scene:
     return scene
 
 
-def _read_compared(scene: CompareScene, role: str, kept: Mapping[str, Path]) -> list[Fault]:
+def _acting(changes: Sequence[Change], kind: Any, role: str) -> list[Change]:
+    """Pick the changes of one file, without the leading rig or field."""
+    if kind == "compare":
+        return [change for change in changes if change.keys[0] in ("scene", "compare")]
+    acting = []
+    for change in changes:
+        if change.keys[0] == kind and len(change.keys) > 1:
+            acting.append(change.below(change.keys[1:]))
+        elif role == "scene" or change.keys[0] not in ("rig", "field", "scene", "compare"):
+            acting.append(change)
+    return acting
+
+
+def _read_compared(
+    scene: CompareScene, role: str, kept: Mapping[str, Path], changes: Sequence[Change]
+) -> list[Fault]:
     """Read one of the scenes that a compare scene names, all stages."""
     name = getattr(scene.compare, role)
     place = (str(scene.origin.path), scene.line("compare", role))
@@ -210,7 +239,7 @@ def _read_compared(scene: CompareScene, role: str, kept: Mapping[str, Path]) -> 
         )
         return [Fault(told, *place)]
     try:
-        part = _read(path, role)
+        part = _read(path, role, changes)
     except SceneError as error:
         return list(error.faults)
     if role == "rig" and isinstance(part, RigScene):

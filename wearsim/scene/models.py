@@ -70,7 +70,7 @@ class AnyHeader(Section):
     """[scene] while the kind is not known; it decides which other keys are right."""
 
     model_config = ConfigDict(extra="ignore")
-    kind: Literal["rig", "field", "compare", "published", "accuracy", "location"] = Field(
+    kind: Literal["rig", "field", "compare", "published", "accuracy", "location", "sweep"] = Field(
         description="what the scene describes"
     )
 

@@ -1,0 +1,256 @@
+"""Sweeps: through any executor, continued by themselves, with a row for every case."""
+
+import csv
+import json
+from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+import filelock
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+from wearsim.campaign.run import run_scene
+from wearsim.errors import NumericalError, ResultError, SceneError
+from wearsim.results import ROW, open_results
+from wearsim.scene.sweep import sweep_of_flags
+from wearsim.studies import sweep as sweep_module
+from wearsim.studies.sweep import check_cases, run_case, run_sweep
+from wearsim.studies.sweep_directory import outcomes_of
+from wearsim.studies.sweep_table import sweep_dataset, sweep_rows
+
+DATA = Path(__file__).parents[1] / "data"
+COARSE = '[contact]\nstrips = 8\ncells = 8\n[wear]\nlaw = "usfd"\ncoefficients = "lewis_dwyer_joyce_2004"\n'
+VARY = ["wheelset.radius_mm=420,460", "operation.block.friction=0.2,0.35"]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Working directory with a coarse rig of three steps."""
+    text = (DATA / "scene_rig.toml").read_text().replace("distance_km = 100", "distance_km = 6")
+    head, operation = text.split("[[operation.block]]", 1)
+    text = f"{head}{COARSE}[[operation.block]]{operation}"
+    text += "\nintegrator = 'euler'\npoint_spacing_mm = 0.5\nmax_step_km = 2\n"
+    (tmp_path / "rig.toml").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def sweep(folder):
+    return sweep_of_flags("rig.toml", VARY, None)
+
+
+def same_bits(one, other):
+    with netCDF4.Dataset(one) as first, netCDF4.Dataset(other) as second:
+        for file in (first, second):
+            file.set_auto_maskandscale(False)
+        assert {name for name in ROW if not np.array_equal(first[name][:], second[name][:])} == set()
+
+
+class AtOnce:
+    """The least of an executor."""
+
+    def submit(self, task, *given):
+        future = Future()
+        future.set_result(task(*given))
+        return future
+
+
+def contents(out):
+    return {path.name: path.read_bytes() for path in out.glob("*/*.nc")}
+
+
+def test_processes_give_the_bits_of_a_single_run_and_are_found_finished(sweep, folder):
+    told = []
+    outcomes = run_sweep(sweep, "out", jobs=2, command="a command", told=told.append)
+    assert [(outcome.number, outcome.state) for outcome in outcomes] == [
+        (k, "finished") for k in (1, 2, 3, 4)
+    ]
+    assert sorted(outcome.number for outcome in told if outcome.state == "finished") == [1, 2, 3, 4]
+    changed = (folder / "rig.toml").read_text().replace("friction = 0.35", "friction = 0.2", 1)
+    changed = changed.replace("friction = 0.3\n", "friction = 0.2\n", 1)
+    changed = changed.replace('profile = "S1002"', 'profile = "S1002"\nradius_mm = 460')
+    Path("single.toml").write_text(changed)
+    (single,) = run_scene("single.toml", "single")
+    same_bits(single, folder / "out" / "case_0003" / "rig.nc")
+    with open_results(folder / "out" / "case_0003" / "rig.nc") as result:
+        assert result.attrs["history"] == "a command"
+        assert "radius_mm = 460" in result.attrs["scene_text"]
+    before = contents(folder / "out")
+    again = run_sweep(sweep, "out", executor=AtOnce())
+    assert again == outcomes
+    assert contents(folder / "out") == before
+
+
+def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(sweep, folder):
+    run_sweep(sweep, "out", executor=ThreadPoolExecutor(2))
+    with xr.open_dataset("out/sweep.nc") as table:
+        assert table["wheelset_radius_mm"].values.tolist() == [420, 420, 460, 460]
+        assert table["operation_block_friction"].values.tolist() == [0.2, 0.35, 0.2, 0.35]
+        assert table["campaign"].values.tolist() == ["rig"]
+        assert table["worn_area"].dims == ("case", "campaign", "wheel")
+        assert table["worn_area"].units == "m2"
+        for at, case in enumerate(sweep.cases):
+            with open_results(f"out/{case.name}/rig.nc") as result:
+                for name in ("worn_area", "max_wear_depth", "flange_height", "distance"):
+                    assert np.array_equal(table[name][at, 0], result[name][-1])
+    with open("out/sweep.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["case"] for row in rows] == ["1", "2", "3", "4"]
+    assert {row["state"] for row in rows} == {"finished"}
+    assert [float(row["wheelset.radius_mm"]) for row in rows] == [420, 420, 460, 460]
+    depth = [[float(row[f"max_wear_depth_mm_{wheel}"]) for wheel in ("right", "left")] for row in rows]
+    np.testing.assert_allclose(depth, 1e3 * sweep_dataset("out")["max_wear_depth"][:, 0], rtol=1e-8)
+    assert all(float(row["distance_km"]) == 6.0 for row in rows)
+
+
+def test_a_case_that_fails_is_a_row_and_the_others_run(sweep, folder, monkeypatch):
+    def run(path, out, **named):
+        if out.name == "case_0002":
+            raise NumericalError("the iteration of a test did not end")
+        if out.name == "case_0003":
+            raise ZeroDivisionError("a fault")
+        return run_scene(path, out, **named)
+
+    monkeypatch.setattr(sweep_module, "run_scene", run)
+    outcomes = run_sweep(sweep, "out", jobs=1)
+    assert [outcome.state for outcome in outcomes] == ["finished", "failed", "failed", "finished"]
+    assert [outcome.exit_code for outcome in outcomes] == [0, 3, 3, 0]
+    rows = sweep_rows(sweep_dataset("out"))
+    assert [row["fault"] for row in rows[:2]] == ["", "the iteration of a test did not end"]
+    assert "ZeroDivisionError: a fault" in rows[2]["fault"]
+    assert [row["worn_area_mm2_right"] is None for row in rows] == [False, True, True, False]
+    monkeypatch.undo()
+    monkeypatch.chdir(folder)
+    assert {outcome.state for outcome in run_sweep(sweep, "out", jobs=1)} == {"finished"}
+    assert {outcome.state for outcome in outcomes_of(folder / "out")} == {"finished"}
+
+
+def test_a_case_another_process_works_in_is_told_and_left(sweep, folder):
+    (folder / "out" / "case_0002").mkdir(parents=True)
+    with filelock.FileLock(folder / "out" / "case_0002" / ".lock"):
+        outcomes = run_sweep(sweep, "out", jobs=1)
+    assert [outcome.exit_code for outcome in outcomes] == [0, 2, 0, 0]
+    assert "another wearsim run works in" in outcomes[1].fault
+
+
+def test_single_cases_make_up_the_sweep(sweep, folder):
+    for number in (3, 1, 4):
+        assert run_case(sweep, number, "out").state == "finished"
+    assert [item.state for item in outcomes_of(folder / "out")] == [
+        "finished",
+        "not started",
+        "finished",
+        "finished",
+    ]
+    before = contents(folder / "out")
+    told = []
+    run_sweep(sweep, "out", jobs=1, told=told.append)
+    after = contents(folder / "out")
+    assert {name: after[name] for name in before} == before
+    assert len(sweep_rows(sweep_dataset("out"))) == 4
+
+
+@pytest.mark.parametrize("number", [0, 5, -1])
+def test_a_case_that_is_not_there_is_refused(sweep, number):
+    with pytest.raises(SceneError, match=f"there is no case {number}; give --case 1 to 4"):
+        check_cases(sweep, only=number)
+
+
+def test_faults_of_all_cases_are_told_once_each_before_anything_is_written(folder):
+    vary = ["wheelset.radius_mm=420,-1,460", "wear.law=usfd,usdf"]
+    with pytest.raises(SceneError) as caught:
+        check_cases(sweep_of_flags("rig.toml", vary, None), folder / "out")
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 2
+    assert any("cases 3-4: radius_mm = -1 must be at least 150" in line for line in lines)
+    assert any('cases 2, 4, 6: law = "usdf" is not' in line for line in lines)
+    assert not (folder / "out").exists()
+
+
+def test_a_changed_sweep_keeps_out_of_the_directories_of_the_old_one(sweep, folder):
+    run_case(sweep, 1, "out")
+    before = contents(folder / "out")
+    other = sweep_of_flags("rig.toml", ["wheelset.radius_mm=430,460"], None)
+    with pytest.raises(ResultError, match=r"case 1: .*belongs to another campaign"):
+        check_cases(other, folder / "out")
+    longer = sweep_of_flags("rig.toml", [VARY[0] + ",500", VARY[1]], None)
+    check_cases(longer, folder / "out")
+    assert contents(folder / "out") == before
+
+
+def test_a_second_sweep_in_the_same_directory_is_refused(sweep, folder):
+    (folder / "out").mkdir()
+    with (
+        filelock.FileLock(folder / "out" / ".sweep.lock"),
+        pytest.raises(ResultError, match=r"another wearsim sweep runs in .*wearsim status"),
+    ):
+        run_sweep(sweep, "out", jobs=1)
+
+
+def test_a_run_directory_is_no_directory_for_a_sweep(sweep, folder):
+    run_scene("rig.toml", "out")
+    with pytest.raises(ResultError, match="is the run directory of a campaign"):
+        run_sweep(sweep, "out", jobs=1)
+
+
+def test_ctrl_c_stops_after_the_running_case_and_the_rest_follows(sweep, folder, monkeypatch):
+    steps = []
+
+    def obey(event):
+        steps.append(event.step)
+        if event.kind == "step" and event.step == 2 and steps.count(2) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(sweep_module, "_obey", obey)
+    with pytest.raises(KeyboardInterrupt):
+        run_sweep(sweep, "out", jobs=1)
+    states = [item.state for item in outcomes_of(folder / "out")]
+    assert states == ["finished", "interrupted", "not started", "not started"]
+    assert [row["state"] for row in sweep_rows(sweep_dataset("out"))] == states
+    assert {outcome.state for outcome in run_sweep(sweep, "out", jobs=1)} == {"finished"}
+
+
+class Dying(AtOnce):
+    """An executor whose workers die under one of the cases."""
+
+    def submit(self, task, case):
+        if case.number != 2:
+            return super().submit(task, case)
+        future = Future()
+        future.set_exception(BrokenProcessPool("a process was killed"))
+        return future
+
+
+def test_a_case_whose_process_died_is_told(sweep, folder):
+    outcomes = run_sweep(sweep, "out", executor=Dying())
+    assert [outcome.exit_code for outcome in outcomes] == [0, 3, 0, 0]
+    assert "its process died" in outcomes[1].fault
+
+
+def test_a_comparison_has_a_row_for_each_of_its_campaigns(folder):
+    field = (DATA / "scene_field.toml").read_text()
+    (folder / "field.toml").write_text(field)
+    (folder / "compare.toml").write_text((DATA / "scene_compare.toml").read_text())
+    coarse = ["contact.strips=8", "contact.cells=8", "campaign.distance_km=6", "campaign.integrator=euler"]
+    sweep = sweep_of_flags("compare.toml", [*coarse, "wheelset.radius_mm=460"], None)
+    (outcome,) = run_sweep(sweep, "out", jobs=1)
+    assert outcome.state == "finished", outcome.fault
+    assert [row["campaign"] for row in sweep_rows(sweep_dataset("out"))] == ["rig", "field"]
+    assert (folder / "out" / "case_0001" / "translation.nc").is_file()
+
+
+@pytest.mark.cf
+def test_the_table_of_a_sweep_is_cf(sweep, folder, assert_cf):
+    run_sweep(sweep, "out", jobs=1)
+    assert_cf("out/sweep.nc")
+
+
+def test_the_plan_of_another_program_is_refused(sweep, folder):
+    (folder / "out").mkdir()
+    (folder / "out" / "sweep.json").write_text(json.dumps({"cases": 3}))
+    with pytest.raises(ResultError, match="is not that of a wearsim sweep"):
+        outcomes_of(folder / "out")
