@@ -20,6 +20,7 @@ References
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -139,16 +140,9 @@ def solve(
     NumericalError
         If the iteration limit is met.
     """
+    options: dict[str, Any] = {"vertical": vertical, "effective_modulus": effective_modulus}
     states = [
-        solve_wheel(
-            gap,
-            row,
-            float(load[row]),
-            vertical=vertical,
-            effective_modulus=effective_modulus,
-            strips=strips,
-            parameters=parameters,
-        )
+        solve_wheel(gap, row, float(load[row]), strips=strips, parameters=parameters, **options)
         for row in range(load.size)
     ]
     return _assembled(gap, np.arange(load.size), states, vertical)
