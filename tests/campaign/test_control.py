@@ -78,6 +78,29 @@ def test_depth_cap_acts_after_smoothing(rate_of, state):
     assert smooth > 3 * sharp
 
 
+def test_first_steps_are_small_and_double(rate_of, state):
+    """Start at 1 um and double up to the cap of 8 um."""
+    settings = replace(SETTINGS, first_depth=1e-6)
+    depths = [
+        8e-10 * largest_step(rate_of(8e-10), replace(state, step=k), settings)[0]
+        for k in (0, 1, 2, 3, 4, 2000)
+    ]
+    np.testing.assert_allclose(depths, [1e-6, 2e-6, 4e-6, 8e-6, 8e-6, 8e-6], rtol=1e-12)
+
+
+@pytest.mark.parametrize("stability", [0.0, 5e-5, 1e-3])
+def test_depth_cap_of_a_damped_step(rate_of, state, stability):
+    """Closed form: a step of d / (1 + S) reaches 8 um at L = 8 um / (rate - 8 um x stability), or never."""
+    settings = replace(SETTINGS, integrator="semi_implicit", stability=1e9, distance=1e7, max_step=1e9)
+    rate = rate_of(8e-10)
+    rate = replace(rate, stability=np.zeros_like(state.y), damping=np.full_like(state.y, stability))
+    step, reason = largest_step(rate, state, settings)
+    reached = 8e-10 - 8e-6 * stability
+    expected = (8e-6 / reached, "depth cap") if reached > 0.0 else (1e7, "remaining distance")
+    assert (step, reason) == (pytest.approx(expected[0], rel=1e-3), expected[1])
+    assert 8e-10 * step / (1.0 + stability * step) <= 8e-6 * (1 + 1e-12)
+
+
 def test_half_space_limit_is_a_depth_per_step(rate_of, state, solution):
     """Closed form: p0/E* dy with p0 = 1 GPa, E* = 115.4 GPa, 0.25 mm."""
     flat = replace(solution.patch, interpenetration=np.zeros_like(solution.patch.interpenetration))

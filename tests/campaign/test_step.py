@@ -125,7 +125,7 @@ def test_without_wear_nothing_moves(state, solution):
     assert not after.worn_mass.any()
 
 
-@pytest.mark.parametrize(("integrator", "order"), [("euler", 1), ("heun", 2)])
+@pytest.mark.parametrize(("integrator", "order"), [("euler", 1), ("heun", 2), ("semi_implicit", 1)])
 def test_order_of_convergence(state, solution, integrator, order):
     """Error of the worn depth against the closed form of a rate that fades with the depth worn so far."""
     fade = 20e-6
@@ -134,7 +134,8 @@ def test_order_of_convergence(state, solution, integrator, order):
 
     def rate_at(s):
         regime = 1e-9 * pattern * np.exp(-s.wear_depth / fade)[:, None]
-        return WearRate(regime.sum(axis=1), regime, s.z, s.z, solution)
+        depth = regime.sum(axis=1)
+        return WearRate(depth, regime, s.z, s.z, solution, damping=depth / fade)
 
     distance = 20e3
     at = int(np.argmax(pattern[0, 0]))
@@ -149,6 +150,26 @@ def test_order_of_convergence(state, solution, integrator, order):
         error.append(abs(s.wear_depth[0, at] / exact - 1.0))
     assert -np.polyfit(np.log(n), np.log(error), 1)[0] == pytest.approx(order, abs=0.15)
     assert error[-1] < {1: 2e-2, 2: 5e-4}[order]
+
+
+@pytest.mark.parametrize("stability", [0.4, 1.9, 5.0, 50.0])
+def test_semi_implicit_step_of_a_strip_with_virtual_penetration(state, solution, stability):
+    """Imposed: what is left of the interpenetration is divided by 1 + S, however long the step is."""
+    gap = 50e-6
+    band = np.abs(state.y) < 4e-3
+
+    def rate_at(s):
+        regime = np.zeros_like(s.regime_depth)
+        regime[:, 1] = 1e-6 * np.where(band, gap - s.wear_depth, 0.0)
+        damping = np.where(band, 1e-6, 0.0)
+        return WearRate(regime.sum(axis=1), regime, s.z, damping, solution, damping=damping)
+
+    options = OPTIONS | {"integrator": "semi_implicit", "smoothing_wavelength": 0.0}
+    after = state
+    for count in range(1, 5):
+        after = advance(after, rate_at(after), stability / 1e-6, rate_at=rate_at, **options)
+        left = gap - after.wear_depth[band]
+        np.testing.assert_allclose(left, gap / (1.0 + stability) ** count, rtol=1e-9, atol=1e-12 * gap)
 
 
 @pytest.mark.parametrize("integrator", ["euler", "heun"])

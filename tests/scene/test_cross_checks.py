@@ -40,6 +40,7 @@ COMPARE = (DATA / "scene_compare.toml").read_text()
             "smoothing_wavelength_mm = 0.4",
             "at least twice point_spacing_mm = 0.25",
         ),
+        (FIELD, "max_step_km = 20", "stability = 2.0", 'must be below 2 with integrator = "heun"'),
     ],
 )
 def test_files_and_cross_checks_are_told_with_their_line(
@@ -48,6 +49,18 @@ def test_files_and_cross_checks_are_told_with_their_line(
     (fault,) = faults_of(changed(text, (old, new)))
     assert fault.startswith(f"scene.toml:{line_with(text, old)}: ")
     assert told in fault
+
+
+def test_semi_implicit_steps_need_a_model_with_interpenetration(folder, changed, faults_of, line_with):
+    steps = 'integrator = "semi_implicit"\nstability = 4'
+    (folder / "scene.toml").write_text(changed(FIELD, ("max_step_km = 20", steps)))
+    assert build(load_scene("scene.toml")).control.stability == 4.0
+    text = changed(
+        FIELD, ("max_step_km = 20", steps), ("[campaign]", '[contact]\nnormal = "half_space"\n[campaign]')
+    )
+    (fault,) = faults_of(text)
+    assert fault.startswith(f"scene.toml:{line_with(text, 'integrator = ')}: ")
+    assert 'write integrator = "heun", or normal = "kik_piotrowski"' in fault
 
 
 def test_all_faults_of_the_last_stage_are_told_at_once(folder, changed, faults_of):

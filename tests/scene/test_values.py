@@ -54,14 +54,20 @@ FIELD = (DATA / "scene_field.toml").read_text()
         (FIELD, "share = 0.75", "positions = 9", "positions = 9 must be at least 10 and at most 200"),
         (FIELD, "share = 0.75", "positions = 15.0", "positions = 15.0 must be a whole number"),
         (FIELD, "gauge_mm = 1435", "roller_radius_mm = 1000", "a rail has no radius"),
-        (FIELD, "max_step_km = 20", "stability = 2", "stability = 2 must be above 0 and below 2"),
+        (FIELD, "max_step_km = 20", "stability = 11", "stability = 11 must be above 0 and at most 10"),
+        (FIELD, "max_step_km = 20", "error_tolerance_um = 0", "error_tolerance_um = 0 must be"),
         (
             FIELD,
             "max_step_km = 20",
             "gauge_mm = 1",
             "unknown key gauge_mm in [campaign]; it belongs to [counterface]",
         ),
-        (FIELD, "max_step_km = 20", 'integrator = "rk4"', "is not allowed; known: heun, euler"),
+        (
+            FIELD,
+            "max_step_km = 20",
+            'integrator = "rk4"',
+            "is not allowed; known: heun, euler, semi_implicit",
+        ),
     ],
 )
 def test_a_bad_value_is_one_fault_with_its_line(folder, text, old, new, told, changed, faults_of, line_with):

@@ -14,6 +14,7 @@ from wearsim.campaign.state import State
 from wearsim.campaign.step import advance
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
+from wearsim.errors import WearsimError
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile import standard
 
@@ -30,7 +31,7 @@ def collective():
     return OperatingPoints(conditions, one / n, one, zero, ("",) * n)
 
 
-def worn(wave, stability, steps, smoothing=0.0):
+def worn(wave, stability, steps, smoothing=0.0, integrator="euler"):
     """Heights of the right wheel after each step of the given S, started with a waviness of `wave` [m]."""
     smooth = standard.wheel("S1002", spacing=0.25e-3)
     height = smooth.z + wave * np.sin(2.0 * np.pi * smooth.y / WAVELENGTH)
@@ -50,17 +51,17 @@ def worn(wave, stability, steps, smoothing=0.0):
             radius=0.46,
             density=7850.0,
             smoothing_wavelength=smoothing,
-            integrator="euler",
-            rate_at=lambda ahead: NotImplemented,  # Euler looks at no other state
+            integrator=integrator,
+            rate_at=lambda ahead: NotImplemented,  # rules of first order look at no other state
         )
         heights.append(state.z[0])
     return smooth.y, np.array(heights), state.wear_depth[0]
 
 
-def waviness(stability, steps, smoothing=0.0):
+def waviness(stability, steps, smoothing=0.0, integrator="euler"):
     """RMS of what the waviness leaves of itself in the worn band, step by step, over its first value."""
-    y, wavy, depth = worn(AMPLITUDE, stability, steps, smoothing)
-    _, plain, _ = worn(0.0, stability, steps, smoothing)
+    y, wavy, depth = worn(AMPLITUDE, stability, steps, smoothing, integrator)
+    _, plain, _ = worn(0.0, stability, steps, smoothing, integrator)
     band = depth > 0.5 * depth.max()
     assert np.ptp(y[band]) > 2.0 * WAVELENGTH
     left = (wavy - plain)[:, band]
@@ -81,3 +82,17 @@ def test_waviness_wears_off_below_the_limit(smoothing):
 def test_waviness_grows_beyond_the_limit(stability):
     """One step multiplies by about 1 - S in the band where S is near its largest: the limit is not idle."""
     assert waviness(stability, 1)[-1] == pytest.approx(stability - 1.0, rel=0.15)
+
+
+@pytest.mark.parametrize("stability", [2.5, 5.0])
+def test_semi_implicit_steps_damp_where_explicit_ones_fail(stability):
+    """With the smoothing campaigns run with: each step leaves less, eight of them less than a fifth."""
+    left = waviness(stability, 8, smoothing=2.5e-3, integrator="semi_implicit")
+    assert np.all(np.diff(left) < 0.0)
+    assert left[-1] < 0.2
+
+
+def test_explicit_steps_of_that_length_break_the_contact_up():
+    """S = 5: within a few steps the wheel stands on ripples, smoothed or not."""
+    with pytest.raises(WearsimError, match="more than 4 contact"):
+        waviness(5.0, 8, smoothing=2.5e-3)

@@ -10,6 +10,7 @@ import numpy as np
 
 from wearsim.campaign.smoothing import smooth
 from wearsim.campaign.state import State, WearRate
+from wearsim.campaign.step import damped
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import ContactModels
 from wearsim.errors import NumericalError
@@ -22,6 +23,8 @@ _SAME_PLACE = 1e-9
 
 # A step made so much shorter than its predecessor's error asks for rarely has to be repeated.
 _SAFETY = 0.9
+
+_BISECTIONS = 20
 
 DepthLimit = Callable[[WearRate, FloatArray], float]
 
@@ -137,22 +140,21 @@ def largest_step(
         The limit that acts, as in `StepChoice`.
     """
     steepest = float(rate.stability.max(initial=0.0))
-    deepest = 0.0
-    for wheel in (0, 1):
-        arc = arc_length(state.y[wheel], state.z[wheel])
-        length = vertex_lengths(state.y[wheel], state.z[wheel])
-        smoothed = smooth(arc, rate.regime_depth[wheel], length, settings.smoothing_wavelength)
-        deepest = max(deepest, float(smoothed.sum(axis=0).max()))
+    deepest = _deepest(rate.regime_depth, state, settings.smoothing_wavelength)
+    depth_cap = min(settings.depth_cap, settings.first_depth * 2.0 ** min(state.step, 60))
     limits = {
         "remaining distance": settings.distance - state.distance,
         "max step": settings.max_step,
-        "depth cap": settings.depth_cap / deepest if deepest > 0.0 else math.inf,
+        "depth cap": depth_cap / deepest if deepest > 0.0 else math.inf,
         "stability": min(
             settings.stability / steepest if steepest > 0.0 else math.inf,
             depth_limit / deepest if deepest > 0.0 else math.inf,
         ),
         "error": length_limit,
     }
+    if settings.integrator == "semi_implicit":
+        longest = min(length for name, length in limits.items() if name != "depth cap")
+        limits["depth cap"] = _damped_cap(rate, state, settings, depth_cap, limits["depth cap"], longest)
     reason = min(limits, key=limits.__getitem__)
     if not 0.0 < limits[reason] < math.inf:
         raise NumericalError(
@@ -230,6 +232,34 @@ def choose(
     if remaining <= rest * (1.0 + _SAME_PLACE):
         rest, border = remaining, "remaining distance"
     return StepChoice(weight, *_without_sliver(allowed, reason, rest, border))
+
+
+def _deepest(regime_depth: FloatArray, state: State, wavelength: float) -> float:
+    """Largest depth after smoothing of a depth by regime (2, n_regimes, n)."""
+    deepest = 0.0
+    for wheel in (0, 1):
+        arc = arc_length(state.y[wheel], state.z[wheel])
+        length = vertex_lengths(state.y[wheel], state.z[wheel])
+        smoothed = smooth(arc, regime_depth[wheel], length, wavelength)
+        deepest = max(deepest, float(smoothed.sum(axis=0).max()))
+    return deepest
+
+
+def _damped_cap(
+    rate: WearRate, state: State, settings: ControlSettings, cap: float, explicit: float, longest: float
+) -> float:
+    """Length at which a semi-implicit step reaches the cap: between that of an explicit one and `longest`."""
+
+    def within(length: float) -> bool:
+        return _deepest(damped(rate, length), state, settings.smoothing_wavelength) <= cap
+
+    if explicit >= longest or within(longest):
+        return math.inf
+    low, high = explicit, longest
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if within(middle) else (low, middle)
+    return low
 
 
 def finished(state: State, settings: ControlSettings) -> bool:

@@ -276,6 +276,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "smoothing_wavelength": limits.smoothing_wavelength,
         "stability_limit": limits.stability,
         "depth_cap": limits.depth_cap,
+        "first_depth": limits.first_depth if limits.first_depth < math.inf else "",
         "integrator": limits.integrator,
         "error_tolerance": limits.error_tolerance if limits.error_tolerance < math.inf else "",
         "target_distance": limits.distance,

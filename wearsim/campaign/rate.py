@@ -107,13 +107,18 @@ def accumulate(
         passage = passage_depth(solution.fields, solution.area, wear)
     strip_work = solution.fields.strip_work
     gap = solution.patch.interpenetration
-    load_bearing = gap > _RIM * gap.max(axis=1, keepdims=True, initial=0.0)
+    rim = _RIM * gap.max(axis=1, keepdims=True, initial=0.0)
+    load_bearing = gap > rim
+    # at the rim as if it had the least interpenetration that counts: without a jump there
+    floor = np.maximum(gap, rim)
+    floor[floor == 0.0] = np.inf
     active = weight[solution.point] > 0.0
 
     n_regimes, n = passage.shape[0], state.y.shape[1]
     depth = np.zeros((2, n_regimes, n))
     work = np.zeros((2, n))
     stability = np.zeros((2, n))
+    damping = np.zeros((2, n))
     for wheel in (0, 1):
         arc = arc_length(state.y[wheel], state.z[wheel])
         cell_edges = np.concatenate([arc[:1], 0.5 * (arc[1:] + arc[:-1]), arc[-1:]])
@@ -126,12 +131,13 @@ def accumulate(
 
         law_depth = passage[:, at] * share
         width = solution.fields.strip_width[at][:, None]
-        carried = np.concatenate([law_depth, (strip_work[at] * weight[point][:, None])[None]]) * width
-        area = np.zeros((n_regimes + 1, n))
+        over_gap = law_depth.sum(axis=0) / floor[at]
+        carried = np.stack([*law_depth, strip_work[at] * weight[point][:, None], over_gap]) * width
+        area = np.zeros((n_regimes + 2, n))
         _share_out(strip_edges, cell_edges, carried, area)
         per_metre = 1.0 / (2.0 * np.pi * (wheelset.radius + state.z[wheel]))
         per_vertex = area * (per_metre / vertex_lengths(state.y[wheel], state.z[wheel]))
-        depth[wheel], work[wheel] = per_vertex[:-1], per_vertex[-1]
+        depth[wheel], work[wheel], damping[wheel] = per_vertex[:-2], per_vertex[-2], per_vertex[-1]
 
         bears = load_bearing[at]
         ratio = np.where(bears, law_depth.sum(axis=0) / np.where(bears, gap[at], 1.0), 0.0)
@@ -142,6 +148,7 @@ def accumulate(
         regime_depth=depth,
         friction_work=work,
         stability=stability,
+        damping=damping,
         solution=solution,
     )
 

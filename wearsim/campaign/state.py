@@ -63,6 +63,9 @@ class WearRate:
         S = stability * ds.
     solution : ContactSolution
         The contact solutions behind it.
+    damping : (2, n) array or None
+        The same sum averaged over the stretch of each vertex as the depth is, rims of the patches included:
+        what a semi-implicit step divides by [1/m]; None where no such step is made.
     """
 
     depth: FloatArray
@@ -70,6 +73,7 @@ class WearRate:
     friction_work: FloatArray
     stability: FloatArray
     solution: ContactSolution
+    damping: FloatArray | None = None
 
 
 @dataclass(frozen=True)

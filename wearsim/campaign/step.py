@@ -65,6 +65,48 @@ def heun(
     return Outcome(predict(_mean_of_rates(state, rate, step_length, rate_at, ahead)), ahead)
 
 
+def semi_implicit(
+    state: State, rate: WearRate, step_length: float, rate_at: RateAt, predict: Predict, estimate: bool
+) -> Outcome:
+    r"""Wear at the rate the step's end has by its own wear, first order, damped for any length.
+
+    Notes
+    -----
+    With virtual penetration a strip carries less the more is taken off it: its rate falls with
+    :math:`1 - d/g`. Solved for the depth at the end of the step, a wave is multiplied by
+    :math:`1/(1 + S)` instead of :math:`1 - S`.
+    """
+    after = predict(damped(rate, step_length))
+    mean = _mean_of_rates(state, rate, step_length, rate_at, after) if estimate else None
+    return Outcome(after, None if mean is None else predict(mean))
+
+
+def damped(rate: WearRate, step_length: float) -> FloatArray:
+    r"""Depth of a semi-implicit step, :math:`\sum d / (1 + \sum d/g)` over the operating points.
+
+    Parameters
+    ----------
+    rate : WearRate
+        At its beginning.
+    step_length : float
+        [m]
+
+    Returns
+    -------
+    (2, n_regimes, n) array
+        Depth by regime [m].
+
+    Notes
+    -----
+    Spec 3.2 (b). Depth and sum of depth over interpenetration are averaged over the stretch of each vertex
+    in the same way; sampled at the vertices, the sum would print the strips of the patches on the profile.
+    """
+    if rate.damping is None:
+        raise ValueError("a semi-implicit step needs a wear rate with its damping")
+    depth: FloatArray = rate.regime_depth * step_length / (1.0 + rate.damping * step_length)[:, None]
+    return depth
+
+
 def _mean_of_rates(
     state: State, rate: WearRate, step_length: float, rate_at: RateAt, ahead: State
 ) -> FloatArray:
@@ -81,7 +123,7 @@ def _mean_of_rates(
     return mean
 
 
-INTEGRATORS: dict[str, Integrator] = {"euler": euler, "heun": heun}
+INTEGRATORS: dict[str, Integrator] = {"euler": euler, "heun": heun, "semi_implicit": semi_implicit}
 
 
 def advance(

@@ -58,6 +58,9 @@ class ControlSettings:
     error_tolerance : float
         Largest estimated error of the depth of one step, after smoothing; steps above it are repeated
         shorter. Infinite = not looked at [m].
+    first_depth : float
+        Largest wear depth of the first step; it may double from step to step up to `depth_cap`. A new
+        profile changes its contact fastest [m].
     """
 
     distance: float
@@ -67,3 +70,4 @@ class ControlSettings:
     integrator: str
     max_step: float = math.inf
     error_tolerance: float = math.inf
+    first_depth: float = math.inf

@@ -231,6 +231,7 @@ _SETTINGS: tuple[tuple[str, str, str, float], ...] = (
     ("wear_coefficients", "Wear coefficients", "", 1.0),
     ("integrator", "Integrator", "", 1.0),
     ("depth_cap", "Largest depth per step", "µm", 1e6),
+    ("first_depth", "Largest depth of the first step", "µm", 1e6),
     ("stability_limit", "Limit of the stability number", "", 1.0),
     ("error_tolerance", "Tolerance of the error of a step", "µm", 1e6),
     ("smoothing_wavelength", "Smoothing wavelength", "mm", 1e3),

@@ -12,6 +12,7 @@ from wearsim.errors import Fault, ProfileError
 from wearsim.operation.field import REACH
 from wearsim.profile.measures import flange_thickness
 from wearsim.profile.shape import Profile
+from wearsim.scene.campaign import campaign_faults
 from wearsim.scene.clearance import beyond_clearance
 from wearsim.scene.damage import damage_faults
 from wearsim.scene.faults import shown
@@ -110,13 +111,9 @@ def cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
                 )
                 found.append(fault_at(scene, ("operation", "class", index, "shift_std_mm"), told))
     found += _contact_faults(scene)
-    campaign = scene.campaign
-    if 0 < campaign.smoothing_wavelength_mm < 2.0 * campaign.point_spacing_mm:
-        told = (
-            f"smoothing_wavelength_mm = {campaign.smoothing_wavelength_mm:g} must be 0 (no smoothing) or at "
-            f"least twice point_spacing_mm = {campaign.point_spacing_mm:g}; shorter waves are not resolved"
-        )
-        found.append(fault_at(scene, ("campaign", "smoothing_wavelength_mm"), told))
+    found += [
+        fault_at(scene, path, told) for path, told in campaign_faults(scene.campaign, scene.contact.normal)
+    ]
     found += [fault_at(scene, path, told) for path, told in damage_faults(scene.wear, scene.fatigue)]
     return found
 

@@ -10,6 +10,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, Strict
 from pydantic_core import PydanticCustomError
 
+from wearsim.scene.campaign import CampaignSection
 from wearsim.scene.damage import FatigueSection, WearSection
 from wearsim.scene.faults import Lines, line_of
 from wearsim.scene.section import Registered, Section, Text, quantity, words
@@ -203,23 +204,6 @@ class FieldOperation(Section):
         alias="class", min_length=1, max_length=1000, description="the classes of track"
     )
     monitor: MonitorSection | None = None
-
-
-class CampaignSection(Section):
-    """[campaign]: how far, and in which steps."""
-
-    distance_km: float = quantity("the distance of the campaign", "km", gt=0, le=1e7)
-    max_step_depth_um: float = quantity("the largest wear depth of one step", "um", 8.0, ge=0.1, le=200)
-    stability: float = quantity("the limit of the stability number S", "", 0.4, gt=0, lt=2)
-    smoothing_wavelength_mm: float = quantity(
-        "the wavelength that smoothing halves, 0 for none", "mm", 2.5, ge=0, le=50
-    )
-    integrator: Literal["heun", "euler"] = Field("heun", description="the rule that combines wear rates")
-    error_tolerance_um: float = quantity(
-        "the largest estimated error of the depth of one step", "um", 1.0, ge=0.001, le=1000
-    )
-    point_spacing_mm: float = quantity("the spacing of the profile's points", "mm", 0.25, ge=0.05, le=2)
-    max_step_km: float | None = quantity("the longest step", "km", None, gt=0, le=1e7)
 
 
 class ComparedSection(Section):

@@ -15,6 +15,7 @@ from wearsim.operation.field import TrackClass, collective
 from wearsim.operation.monitor import with_monitors
 from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.operation.rig import Block, programme
+from wearsim.scene.campaign import control_settings
 from wearsim.scene.cross_checks import scene_warnings
 from wearsim.scene.damage import beside_settings, fatigue_settings, wear_settings
 from wearsim.scene.inputs import InputFile, Inputs
@@ -96,15 +97,7 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
         models=contact_models(contact),
         wear=wear_settings(scene.wear, inputs.wear_table),
         points=_points(scene),
-        control=ControlSettings(
-            distance=1e3 * campaign.distance_km,
-            depth_cap=1e-6 * campaign.max_step_depth_um,
-            stability=campaign.stability,
-            smoothing_wavelength=1e-3 * campaign.smoothing_wavelength_mm,
-            integrator=campaign.integrator,
-            error_tolerance=1e-6 * campaign.error_tolerance_um,
-            **({} if campaign.max_step_km is None else {"max_step": 1e3 * campaign.max_step_km}),
-        ),
+        control=control_settings(campaign),
         scene_text=scene.origin.content.decode("utf-8-sig"),
         title=header.title or scene.origin.path.stem,
         input_hashes=tuple((_hash_name(file), file.sha256) for file in inputs.files),

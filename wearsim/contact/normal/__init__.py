@@ -18,4 +18,11 @@ of a small bump is that of the smooth profile around it, and what a step adds to
 noise in the profile would grow or freeze instead of being worn away.
 """
 
-__all__ = ["NEVER_LEADS", "NORMAL_MODELS", "NormalModel", "NormalSolution"]
+ANSWERS_BY_STRIP: frozenset[str] = frozenset({"kik_piotrowski"})
+"""Normal models in which each strip answers to its own depth only.
+
+Their stability number S, the sum of depth over interpenetration, tells how a step acts on a wave of any
+length, so that it can be damped by it.
+"""
+
+__all__ = ["ANSWERS_BY_STRIP", "NEVER_LEADS", "NORMAL_MODELS", "NormalModel", "NormalSolution"]

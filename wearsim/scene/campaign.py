@@ -1,0 +1,98 @@
+"""[campaign] of a scene: how far, in which steps; its faults beside the rest of the scene, and SI values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Literal
+
+from pydantic import Field
+
+from wearsim.contact.normal import ANSWERS_BY_STRIP
+from wearsim.operation.points import ControlSettings
+from wearsim.scene.faults import shown
+from wearsim.scene.section import Section, quantity
+
+_EXPLICIT_LIMIT = 2.0
+"""From this stability number on an explicit step makes every wave larger (spec 3.2)."""
+
+
+class CampaignSection(Section):
+    """[campaign]: how far, and in which steps."""
+
+    distance_km: float = quantity("the distance of the campaign", "km", gt=0, le=1e7)
+    max_step_depth_um: float = quantity("the largest wear depth of one step", "um", 8.0, ge=0.1, le=200)
+    first_step_depth_um: float | None = quantity(
+        "the largest wear depth of the first step, doubled from step to step", "um", None, ge=0.01, le=200
+    )
+    stability: float = quantity("the limit of the stability number S", "", 0.4, gt=0, le=10)
+    smoothing_wavelength_mm: float = quantity(
+        "the wavelength that smoothing halves, 0 for none", "mm", 2.5, ge=0, le=50
+    )
+    integrator: Literal["heun", "euler", "semi_implicit"] = Field(
+        "heun", description="the rule that combines wear rates"
+    )
+    error_tolerance_um: float = quantity(
+        "the largest estimated error of the depth of one step", "um", 1.0, ge=0.001, le=1000
+    )
+    point_spacing_mm: float = quantity("the spacing of the profile's points", "mm", 0.25, ge=0.05, le=2)
+    max_step_km: float | None = quantity("the longest step", "km", None, gt=0, le=1e7)
+
+
+def campaign_faults(campaign: CampaignSection, normal: str) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Tell what in [campaign] does not go together, or not with the contact model.
+
+    Parameters
+    ----------
+    campaign : CampaignSection
+        As read.
+    normal : str
+        Name of the normal contact model.
+
+    Yields
+    ------
+    tuple of (key, message)
+        The key as a path from the top of the scene.
+    """
+    if 0 < campaign.smoothing_wavelength_mm < 2.0 * campaign.point_spacing_mm:
+        yield (
+            ("campaign", "smoothing_wavelength_mm"),
+            f"smoothing_wavelength_mm = {campaign.smoothing_wavelength_mm:g} must be 0 (no smoothing) or at "
+            f"least twice point_spacing_mm = {campaign.point_spacing_mm:g}; shorter waves are not resolved",
+        )
+    implicit = campaign.integrator == "semi_implicit"
+    if implicit and normal not in ANSWERS_BY_STRIP:
+        others = " or ".join(f"normal = {shown(name)}" for name in sorted(ANSWERS_BY_STRIP))
+        yield (
+            ("campaign", "integrator"),
+            f'integrator = "semi_implicit" damps a step by depth over interpenetration, which '
+            f'normal = {shown(normal)} does not have; write integrator = "heun", or {others}',
+        )
+    if campaign.stability >= _EXPLICIT_LIMIT and not implicit:
+        yield (
+            ("campaign", "stability"),
+            f"stability = {campaign.stability:g} must be below {_EXPLICIT_LIMIT:g} with integrator = "
+            f"{shown(campaign.integrator)}: longer steps make every wave grow; lower it, or write "
+            f'integrator = "semi_implicit"',
+        )
+
+
+def control_settings(campaign: CampaignSection) -> ControlSettings:
+    """Return the settings of the steps in SI units.
+
+    Parameters
+    ----------
+    campaign : CampaignSection
+        As read.
+    """
+    first, longest = campaign.first_step_depth_um, campaign.max_step_km
+    return ControlSettings(
+        distance=1e3 * campaign.distance_km,
+        depth_cap=1e-6 * campaign.max_step_depth_um,
+        stability=campaign.stability,
+        smoothing_wavelength=1e-3 * campaign.smoothing_wavelength_mm,
+        integrator=campaign.integrator,
+        max_step=math.inf if longest is None else 1e3 * longest,
+        error_tolerance=1e-6 * campaign.error_tolerance_um,
+        first_depth=math.inf if first is None else 1e-6 * first,
+    )
