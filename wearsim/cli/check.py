@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from wearsim.cli import Commands, add_command
+from wearsim.cli.changes import add_change_flags, load_changed
 from wearsim.cli.study import study
 
 if TYPE_CHECKING:
@@ -27,16 +28,17 @@ def add_parser(commands: Commands) -> None:
     )
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument("--json", action="store_true", help="print JSON, with every value that would act")
+    add_change_flags(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Check the scene and print what it would run."""
     import json
 
-    from wearsim.scene import CompareScene, StudyScene, load_scene
+    from wearsim.scene import CompareScene, StudyScene
     from wearsim.scene.touch import check_contact
 
-    scene = load_scene(arguments.scene)
+    scene, _ = load_changed(arguments)
     if isinstance(scene, StudyScene):
         return _check_study(scene, arguments.json)
     warnings = check_contact(scene)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from wearsim.cli import Commands, add_command
+from wearsim.cli.changes import add_change_flags, load_changed
 from wearsim.cli.study import study
 
 
@@ -17,7 +18,8 @@ def add_parser(commands: Commands) -> None:
         commands,
         "run",
         "run the campaign or comparison of a scene file and write its report",
-        "wearsim run workflows/rig_vs_field.toml --out out",
+        "wearsim run workflows/rig_vs_field.toml --out out\n"
+        "wearsim run workflows/rig.toml --smoothing half --set campaign.stability=0.2 --out half",
     )
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument(
@@ -25,6 +27,7 @@ def add_parser(commands: Commands) -> None:
         metavar="DIR",
         help="run directory (default: the scene file's name without .toml; reports, if it is no campaign)",
     )
+    add_change_flags(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -32,10 +35,10 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.campaign.run import run_scene
     from wearsim.cli.progress import observer
     from wearsim.report.html import write_report
-    from wearsim.scene import StudyScene, load_scene
+    from wearsim.scene import StudyScene
     from wearsim.scene.touch import check_contact
 
-    scene = load_scene(arguments.scene)
+    scene, changes = load_changed(arguments)
     given = Path(arguments.out) if arguments.out else None
     if isinstance(scene, StudyScene):
         return study(scene).run(scene, given, arguments.command_line)
@@ -43,7 +46,9 @@ def execute(arguments: argparse.Namespace) -> int:
     for warning in check_contact(scene):
         print(f"warning: {warning}", file=sys.stderr)
     with observer() as observe:
-        results = run_scene(arguments.scene, out, command=arguments.command_line, observer=observe)
+        results = run_scene(
+            arguments.scene, out, command=arguments.command_line, observer=observe, changes=changes
+        )
     tell_doubts(results)
     print(f"report: {write_report(out)}")
     return 0
