@@ -40,7 +40,10 @@ EXTREMES = [
 
 
 def pressures(wheel_profile, counterface, curvature):
-    """Largest pressure of the right wheel in the middle of the track and shifted by 3 mm [Pa]."""
+    """Largest pressure of the patch that carries most, in the middle of the track and 3 mm aside [Pa].
+
+    A patch that has just appeared carries next to nothing, at any pressure down to zero.
+    """
     shift = np.array([0.0, 3e-3])
     same = np.ones(2)
     points = ContactConditions(
@@ -53,7 +56,9 @@ def pressures(wheel_profile, counterface, curvature):
         ContactModels(strips=16, cells=12),
         sides=(0,),
     )
-    return solution.fields.pressure.max(axis=(1, 2))
+    _, main = np.unique(solution.point, return_index=True)  # patches are in falling order of their loads
+    assert len(main) == 2
+    return solution.fields.pressure[main].max(axis=(1, 2))
 
 
 @pytest.fixture(scope="module")
