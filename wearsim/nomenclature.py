@@ -105,6 +105,22 @@ _CAMPAIGN: tuple[_Row, ...] = (
         _MICRON,
     ),
     (
+        "contact_models",
+        "k",
+        "1",
+        "place of the contact models in the attribute contact_candidates",
+        "0 where the models are given",
+        None,
+    ),
+    (
+        "contact_models_error",
+        "ε",
+        "1",
+        "error of the wear increment of the contact models when they were chosen",
+        "largest difference from a half-space solution over the largest depth",
+        None,
+    ),
+    (
         "rejected_steps",
         "n",
         "1",

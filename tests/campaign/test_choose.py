@@ -1,15 +1,18 @@
 """Judging contact models by the wear increment they give."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from wearsim import open_results
 from wearsim.campaign import choose
-from wearsim.campaign.choose import Evidence
-from wearsim.contact.problem import ContactModels
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.run import resume, run_scene
+from wearsim.errors import SceneError
 from wearsim.scene import build, load_scene
-from wearsim.studies.chart import sample_of
 
 
 def test_a_small_collective_is_its_own_sample():
@@ -28,15 +31,6 @@ def test_a_sample_stands_for_the_work_in_equal_parts():
     assert choose.sample(np.zeros(100), np.full(100, 0.01), 10).size == 10
 
 
-def test_the_cheapest_is_the_first_that_keeps_the_tolerance():
-    models = ContactModels()
-    one, two, three = (Evidence(models, error, 0.0, 0.0) for error in (0.3, 0.04, 0.01))
-    assert choose.cheapest([one, two, three], 0.05) is two
-    assert choose.cheapest([one, two, three], 0.02) is three
-    assert choose.cheapest([one, two, three], 1e-3) is None
-    assert choose.cheapest([Evidence(models, np.inf, np.inf, np.inf, "refused")], 10.0) is None
-
-
 @pytest.fixture(scope="module")
 def rig():
     return build(load_scene("workflows/rig.toml"))
@@ -44,15 +38,82 @@ def rig():
 
 def test_evidence_is_zero_against_itself_and_the_size_of_the_difference_otherwise(rig):
     """30 against 60 strips: below 2 % in strip work; twice the friction wears far more than twice as much."""
-    state, points = sample_of(rig, 4)
+    state, _ = WheelsetEvolution(rig).start()
+    points = choose.sample_of(rig, state, 4)
     fine = replace(rig.models, strips=60, cells=60)
     stiff = replace(rig.models, normal="hertz")
-    evidence = choose.judge(
+    evidence = tuple(choose.judge(
         [fine, replace(fine, strips=30, cells=30), stiff], fine, state, points, rig.wheelset, rig.counterface,
         rig.wear, smoothing_wavelength=rig.control.smoothing_wavelength,
-    )  # fmt: skip
+    ))  # fmt: skip
     assert (evidence[0].depth_error, evidence[0].work_error, evidence[0].power_error) == (0.0, 0.0, 0.0)
     assert 0.0 < evidence[1].work_error < 0.02
     assert 0.0 < evidence[1].power_error < 0.02
     assert evidence[2].depth_error == np.inf
     assert "no contact ellipse" in evidence[2].refusal
+
+
+def test_a_campaign_with_chosen_models_runs_resumes_and_keeps_its_choice(tmp_path, monkeypatch):
+    """A short rig campaign; the choice is in the result file, and a resumed run has the same bits."""
+    text = Path("workflows/rig.toml").read_text()
+    start, stop = text.index("[contact]"), text.index("[wear]")
+    text = text[:start] + '[contact]\nmodel = "auto"\ntolerance = 0.5\n\n' + text[stop:]
+    scene = tmp_path / "auto.toml"
+    scene.write_text(re.sub(r"distance_km = 1260(\.0)?", "distance_km = 40.0", text))
+    setup = build(load_scene(scene))
+    assert setup.tolerance == 0.5
+    assert setup.control.distance < 100e3
+    (whole,) = run_scene(scene, tmp_path / "whole")
+    with open_results(whole) as result:
+        assert result.attrs["contact_normal"] == "auto"
+        names = result.attrs["contact_candidates"].split("; ")
+        assert names == [choose.named(one) for one in choose.candidates(setup.models)]
+        chosen = result["contact_models"].values
+        assert np.all(np.isin(np.unique(chosen), range(len(names))))
+        assert np.all((result["contact_models_error"] > 0.0) & (result["contact_models_error"] <= 0.5))
+        depth, distance = result["max_wear_depth"].values, result["distance"].values
+    stop_after = 2
+    real = WheelsetEvolution.advance
+
+    def interrupted(self, state, evaluation):
+        if state.step == stop_after:
+            raise KeyboardInterrupt
+        return real(self, state, evaluation)
+
+    monkeypatch.setattr(WheelsetEvolution, "advance", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run_scene(scene, tmp_path / "part")
+    monkeypatch.setattr(WheelsetEvolution, "advance", real)
+    asked, real_choice = [], choose.choice
+    monkeypatch.setattr(
+        choose, "choice", lambda *given, **named: asked.append(1) or real_choice(*given, **named)
+    )
+    (resumed,) = resume(tmp_path / "part")
+    # not once more at the place of the interruption
+    assert len(asked) == sum(share * setup.control.distance > distance[stop_after] for share in choose.CHECKS)
+    with open_results(resumed) as result:
+        np.testing.assert_array_equal(result["max_wear_depth"].values, depth)
+        np.testing.assert_array_equal(result["contact_models"].values, chosen)
+
+
+def test_choice_and_given_models_exclude_each_other(tmp_path):
+    text = Path("workflows/rig.toml").read_text().replace("[contact]\n", '[contact]\nmodel = "auto"\n')
+    (tmp_path / "both.toml").write_text(text)
+    with pytest.raises(SceneError) as refused:
+        load_scene(tmp_path / "both.toml")
+    told = str(refused.value)
+    for key in ("normal", "tangential", "strips", "cells"):
+        assert f'{key} and model = "auto" exclude each other' in told
+    (tmp_path / "alone.toml").write_text(text.replace('model = "auto"', "tolerance = 0.1"))
+    with pytest.raises(SceneError, match=r'tolerance = 0\.1 is for model = "auto"'):
+        load_scene(tmp_path / "alone.toml")
+
+
+def test_virtual_penetration_is_rejected_where_it_is_wrong(rig):
+    """At zero shift and 5 %: its pressure is a third too small there (issue 6)."""
+    auto = replace(rig, tolerance=0.05)
+    evidence = choose.choice(auto, WheelsetEvolution(rig).start()[0])
+    assert evidence[0].models.normal == "kik_piotrowski"
+    assert evidence[0].depth_error > 0.2
+    assert evidence[-1].depth_error <= 0.05
+    assert all(one.depth_error > 0.05 for one in evidence[:-1])

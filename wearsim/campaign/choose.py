@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,8 +18,30 @@ from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import arc_length, vertex_lengths
 
+if TYPE_CHECKING:
+    from wearsim.scene import CampaignSetup
+
 SAMPLE = 10
 """Operating points that are solved with the reference, at most."""
+
+REFERENCE_GRID = 40
+"""Strips, and cells along each, of the half-space solution that judges."""
+
+COST_ORDER = (
+    ("kik_piotrowski", "fastsim", 20),
+    ("knothe_le_the", "fastsim", 30),
+    ("knothe_le_the", "fastsim", 50),
+    ("half_space", "fastsim", 20),
+    ("half_space", "fastsim", 40),
+    ("half_space", "half_space", 20),
+    ("half_space", "half_space", 30),
+    ("half_space", "half_space", REFERENCE_GRID),
+)
+"""Normal model, tangential model and grid by rising time per solution in reports/speed_accuracy.md, without
+those that another is both faster and closer than. The last one is the reference: it is always good enough."""
+
+CHECKS = (0.25, 0.5, 0.75)
+"""Shares of a campaign's distance at which the choice is looked at again."""
 
 
 @dataclass(frozen=True)
@@ -97,8 +120,8 @@ def judge(
     *,
     smoothing_wavelength: float,
     threads: int = 1,
-) -> tuple[Evidence, ...]:
-    """Compare the wear increments of models with that of a reference.
+) -> Iterator[Evidence]:
+    """Compare the wear increments of models with that of a reference, one after the other as asked for.
 
     Parameters
     ----------
@@ -117,10 +140,10 @@ def judge(
     threads : int
         They do not change the bits of the result.
 
-    Returns
-    -------
-    tuple of Evidence
-        One for each candidate.
+    Yields
+    ------
+    Evidence
+        Of each candidate, in their order.
 
     Raises
     ------
@@ -144,22 +167,18 @@ def judge(
         return _Increment(depth, work, power)
 
     truth = increment(reference)
-    found = []
     for models in candidates:
         try:
-            answer = increment(models)
+            answer = truth if models == reference else increment(models)
         except (ContactError, NumericalError) as error:
-            found.append(Evidence(models, np.inf, np.inf, np.inf, str(error)))
+            yield Evidence(models, np.inf, np.inf, np.inf, str(error))
             continue
-        found.append(
-            Evidence(
-                models,
-                _share(np.abs(answer.depth - truth.depth).max(), truth.depth.max()),
-                _share(np.abs(answer.work - truth.work).sum(), truth.work.sum()),
-                max(_share(abs(a - b), b) for a, b in zip(answer.power, truth.power, strict=True)),
-            )
+        yield Evidence(
+            models,
+            _share(np.abs(answer.depth - truth.depth).max(), truth.depth.max()),
+            _share(np.abs(answer.work - truth.work).sum(), truth.work.sum()),
+            max(_share(abs(a - b), b) for a, b in zip(answer.power, truth.power, strict=True)),
         )
-    return tuple(found)
 
 
 def _share(difference: float, whole: float) -> float:
@@ -167,24 +186,6 @@ def _share(difference: float, whole: float) -> float:
     if whole > 0.0:
         return float(difference / whole)
     return 0.0 if difference == 0.0 else float("inf")
-
-
-def cheapest(evidence: Sequence[Evidence], tolerance: float) -> Evidence | None:
-    """Return the first of the candidates, which come in the order of their cost, that keeps the tolerance.
-
-    Parameters
-    ----------
-    evidence : sequence of Evidence
-        From `judge`, by rising cost.
-    tolerance : float
-        On the depth error [-].
-
-    Returns
-    -------
-    Evidence or None
-        None if no candidate keeps it.
-    """
-    return next((one for one in evidence if one.depth_error <= tolerance), None)
 
 
 def weighted(points: OperatingPoints, index: IntArray) -> OperatingPoints:
@@ -204,3 +205,106 @@ def weighted(points: OperatingPoints, index: IntArray) -> OperatingPoints:
     """
     chosen = select(points, index)
     return replace(chosen, weight=chosen.weight / chosen.weight.sum())
+
+
+def sample_of(setup: CampaignSetup, state: State, count: int = SAMPLE) -> OperatingPoints:
+    """Operating points that stand for the collective of a campaign, by the work that a fast model finds.
+
+    Parameters
+    ----------
+    setup : CampaignSetup
+        The campaign.
+    state : State
+        Profiles of both wheels.
+    count : int
+        Operating points, at most.
+
+    Returns
+    -------
+    OperatingPoints
+        Their weights add up to 1.
+    """
+    fast = _models(setup.models, COST_ORDER[0])
+    solution = solve_contact(state, setup.points, setup.wheelset, setup.counterface, fast)
+    work = np.zeros(len(setup.points.label))
+    np.add.at(work, solution.point, solution.power / setup.points.conditions.speed[solution.point])
+    return weighted(setup.points, sample(work, setup.points.weight, count))
+
+
+def candidates(base: ContactModels) -> tuple[ContactModels, ...]:
+    """Return the combinations that may be chosen, by rising cost.
+
+    Parameters
+    ----------
+    base : ContactModels
+        Material and parameters.
+
+    Returns
+    -------
+    tuple of ContactModels
+        As of `COST_ORDER`; the last one is the reference.
+    """
+    return tuple(_models(base, one) for one in COST_ORDER)
+
+
+def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> tuple[Evidence, ...]:
+    """Look for the cheapest contact models whose wear increment keeps the tolerance of a campaign.
+
+    Parameters
+    ----------
+    setup : CampaignSetup
+        With a tolerance.
+    state : State
+        Profiles of both wheels.
+    threads : int
+        They do not change the bits of the result.
+
+    Returns
+    -------
+    tuple of Evidence
+        Of the candidates by rising cost; the last one is chosen.
+
+    Raises
+    ------
+    ContactError, NumericalError
+        If the reference does not solve a point.
+    """
+    assert setup.tolerance is not None  # the models are given otherwise
+    models = candidates(setup.models)
+    evidence = []
+    for one in judge(
+        models,
+        models[-1],
+        state,
+        sample_of(setup, state),
+        setup.wheelset,
+        setup.counterface,
+        setup.wear,
+        smoothing_wavelength=setup.control.smoothing_wavelength,
+        threads=threads,
+    ):
+        evidence.append(one)
+        if one.depth_error <= setup.tolerance:
+            break
+    return tuple(evidence)
+
+
+def named(models: ContactModels) -> str:
+    """Name a combination of models with its grid.
+
+    Parameters
+    ----------
+    models : ContactModels
+        Any.
+
+    Returns
+    -------
+    str
+        Normal model, tangential model, strips x cells.
+    """
+    return f"{models.normal} + {models.tangential}, {models.strips} x {models.cells}"
+
+
+def _models(base: ContactModels, one: tuple[str, str, int]) -> ContactModels:
+    normal, tangential, grid = one
+    return replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid)

@@ -49,7 +49,7 @@ class StepChoice(NamedTuple):
 
 
 def half_space_depth_limit(
-    rate: WearRate, weight: FloatArray, models: ContactModels, spacing: float
+    rate: WearRate, weight: FloatArray, models: ContactModels, spacing: float, wavelength: float = 0.0
 ) -> float:
     r"""Largest stable depth of a step for normal models without interpenetration.
 
@@ -63,24 +63,29 @@ def half_space_depth_limit(
         For the elastic constants.
     spacing : float
         Distance of the profile vertices, the shortest half wave the profile can carry [m].
+    wavelength : float
+        Of the smoothing, whose amplitude is halved; 0 = no smoothing [m].
 
     Returns
     -------
     float
-        :math:`(p_0/E^*)\,\Delta y` with the smallest maximum pressure of all acting patches [m]; infinite
-        for models with interpenetration, which S bounds, and where nothing acts.
+        :math:`(p_0/E^*) \max(\Delta y, \Lambda/2)` with the smallest maximum pressure of all acting patches
+        [m]; infinite for models with interpenetration, which S bounds, and where nothing acts.
 
     Notes
     -----
     Spec 3.2 (a): explicit steps on a half-space start to oscillate at the grid wavelength at about 1.5
-    times this depth. :math:`E^* = E / (2 (1 - \nu^2))` for two equal bodies.
+    times :math:`(p_0/E^*)\,\Delta y`; the bound of a wave is :math:`4 \bar p/(E^* q)`. Smoothing passes the
+    share :math:`1/(1 + (\Lambda/\lambda)^4)` of a wave, and wave number times share is at most
+    :math:`0.57 \cdot 2\pi/\Lambda`: the bound becomes :math:`0.88\,(p_0/E^*)\,\Lambda`, of which a half of
+    :math:`\Lambda` is taken. :math:`E^* = E / (2 (1 - \nu^2))` for two equal bodies.
     """
     solution = rate.solution
     acts = weight[solution.point] > 0.0
     if not acts.any() or solution.patch.interpenetration[acts].any():
         return math.inf
     modulus = models.youngs_modulus / (2.0 * (1.0 - models.poisson_ratio**2))
-    return float(solution.max_pressure[acts].min()) / modulus * spacing
+    return float(solution.max_pressure[acts].min()) / modulus * max(spacing, 0.5 * wavelength)
 
 
 def error_limit(step_length: float, step_error: float | None, tolerance: float) -> float:

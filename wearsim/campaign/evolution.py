@@ -5,17 +5,17 @@ from __future__ import annotations
 import hashlib
 import math
 import platform
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from wearsim.campaign import control, step
+from wearsim.campaign import choose, control, step
 from wearsim.campaign.rate import accumulate, patch_wear, rate, solve_contact
 from wearsim.campaign.row import StepTaken, build_row, no_step
 from wearsim.campaign.state import State, WearRate
-from wearsim.contact.solve import ContactSolution
+from wearsim.contact.solve import ContactModels, ContactSolution
 from wearsim.damage.wear import acting_coefficients, passage_depth, regimes
 from wearsim.errors import NumericalError
 from wearsim.profile.shape import arc_length
@@ -127,13 +127,25 @@ class WheelsetEvolution:
             worn_area=np.zeros(2),
             worn_mass=np.zeros(2),
         )
-        return state, no_step(len(self.setup.points.label))
+        return self._chosen(state), no_step(len(self.setup.points.label))
+
+    def _chosen(self, state: State) -> State:
+        """Return the state with the contact models that are good enough in it."""
+        if self.setup.tolerance is None:
+            return state
+        evidence = choose.choice(self.setup, state, threads=self.threads)
+        return replace(state, models=len(evidence) - 1, models_error=evidence[-1].depth_error)
+
+    def _models(self, state: State) -> ContactModels:
+        if self.setup.tolerance is None:
+            return self.setup.models
+        return choose.candidates(self.setup.models)[state.models]
 
     def evaluate(self, state: State) -> Evaluation:
         """Solve the contact of a state for all operating points."""
         setup = self.setup
         solution = solve_contact(
-            state, setup.points, setup.wheelset, setup.counterface, setup.models, threads=self.threads
+            state, setup.points, setup.wheelset, setup.counterface, self._models(state), threads=self.threads
         )
         passage = passage_depth(solution.fields, solution.area, setup.wear)
         collective = accumulate(
@@ -170,14 +182,15 @@ class WheelsetEvolution:
                 choice.weight,
                 setup.wheelset,
                 setup.counterface,
-                setup.models,
+                self._models(state),
                 setup.wear,
                 threads=self.threads,
             )
 
         def depth_limit(now: WearRate, weight: np.ndarray) -> float:
             spacing = float(np.diff(arc_length(state.y[0], state.z[0])).min())
-            return control.half_space_depth_limit(now, weight, setup.models, spacing)
+            wave = setup.control.smoothing_wavelength
+            return control.half_space_depth_limit(now, weight, self._models(state), spacing, wave)
 
         tolerance = setup.control.error_tolerance
         limit = control.error_limit(state.step_length, state.step_error, tolerance)
@@ -199,6 +212,10 @@ class WheelsetEvolution:
             )
             if after.step_error is None or after.step_error <= tolerance:
                 stability = float(now.stability.max(initial=0.0)) * choice.step_length
+                after = replace(after, models=state.models, models_error=state.models_error)
+                passed = [share * setup.control.distance for share in choose.CHECKS]
+                if any(state.distance < place <= after.distance for place in passed):
+                    after = self._chosen(after)
                 return after, StepTaken(choice.step_length, stability, choice.weight, rejected)
             limit = control.error_limit(choice.step_length, after.step_error, tolerance)
         raise NumericalError(
@@ -244,6 +261,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
     wear, models, limits = setup.wear, setup.models, setup.control
     coefficients = acting_coefficients(wear)
     worn_by_law = wear.law != "none"
+    auto = setup.tolerance is not None
     rotation = conditions.rotation
     attributes: dict[str, str | int | float] = {
         "title": setup.title or f"wear campaign, {setup.kind}",
@@ -264,13 +282,17 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "wear_form": wear.form if worn_by_law else "",
         "seizure_cap": wear.seizure_cap if worn_by_law else "",
         "wheel_density": wear.density,
-        "contact_normal": models.normal,
-        "contact_tangential": models.tangential,
+        "contact_normal": "auto" if auto else models.normal,
+        "contact_tangential": "auto" if auto else models.tangential,
+        "contact_candidates": "; ".join(choose.named(one) for one in choose.candidates(models))
+        if auto
+        else "",
+        "contact_tolerance": setup.tolerance if setup.tolerance is not None else "",
         "contact_parameters": ", ".join(f"{name} = {value:g}" for name, value in models.parameters),
         "youngs_modulus": models.youngs_modulus,
         "poisson_ratio": models.poisson_ratio,
-        "strips": models.strips,
-        "cells": models.cells,
+        "strips": 0 if auto else models.strips,
+        "cells": 0 if auto else models.cells,
         "rotation_rule": rotation if isinstance(rotation, str) else "given",
         "axle_torque": float(conditions.torque),
         "smoothing_wavelength": limits.smoothing_wavelength,

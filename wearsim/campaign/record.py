@@ -214,5 +214,13 @@ def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
         worn_area=row["worn_area"],
         worn_mass=row["worn_mass"],
         step_length=float(row["step_length"]),
-        step_error=None if row["step_error"] == FILL_FLOAT else float(row["step_error"]),
+        step_error=_known(row["step_error"]),
+        models=int(row["contact_models"]),
+        models_error=None
+        if row["contact_models_error"] == FILL_FLOAT
+        else float(row["contact_models_error"]),
     )
+
+
+def _known(value: np.ndarray) -> float | None:
+    return None if value == FILL_FLOAT else float(value)

@@ -99,6 +99,8 @@ def build_row(
         "stability_number": np.asarray(taken.stability),
         "step_error": np.asarray(FILL_FLOAT if state.step_error is None else state.step_error),
         "rejected_steps": np.asarray(taken.rejected, dtype=np.int32),
+        "contact_models": np.asarray(state.models, dtype=np.int32),
+        "contact_models_error": np.asarray(FILL_FLOAT if state.models_error is None else state.models_error),
         "active_weight": np.asarray(taken.weight, dtype=np.float64),
         "profile_y": state.y,
         "profile_z": state.z,

@@ -32,6 +32,10 @@ class State:
         Of the step that led here [m]; 0 at the start.
     step_error : float or None
         Estimated error of that step's depth, where it is largest [m]; None where it was not estimated.
+    models : int
+        Place of the contact models in `campaign.choose.candidates`, where they are chosen.
+    models_error : float or None
+        Error of their wear increment when they were chosen [-]; None where they are given.
     """
 
     step: int
@@ -44,6 +48,8 @@ class State:
     worn_mass: FloatArray
     step_length: float = 0.0
     step_error: float | None = None
+    models: int = 0
+    models_error: float | None = None
 
 
 @dataclass(frozen=True)

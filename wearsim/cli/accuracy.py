@@ -48,15 +48,15 @@ def plan(scene: AccuracyScene) -> dict[str, Any]:
     dict
         For `wearsim check`.
     """
+    from wearsim.campaign.choose import named
     from wearsim.scene.accuracy import matrix_of
-    from wearsim.studies.accuracy import model_name
 
     matrix = matrix_of(scene)
     return {
         "title": matrix.title,
         "cases": matrix.count,
-        "reference": model_name(matrix.reference),
-        "models": [model_name(models) for models in matrix.models],
+        "reference": named(matrix.reference),
+        "models": [named(models) for models in matrix.models],
         "contact_solutions": matrix.count * (1 + len(matrix.models)),
         "settings": scene.model_dump(by_alias=True, mode="json"),
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from wearsim.cli import Commands, add_command
@@ -12,7 +13,7 @@ from wearsim.cli.study import study
 
 if TYPE_CHECKING:
     from wearsim.errors import Fault
-    from wearsim.scene import FieldScene, RigScene, StudyScene
+    from wearsim.scene import CampaignSetup, FieldScene, RigScene, StudyScene
 
 _PATCH_VALUES = 25
 """Values stored per patch slot: positions, forces, creepages, wear index and the like."""
@@ -112,8 +113,48 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
         "wear_coefficients": acting_coefficients(setup.wear).name,
         "wear_form": setup.wear.form,
         "settings": scene.model_dump(by_alias=True, mode="json"),
+        "choice": _choice(setup),
         "warnings": [str(warning) for warning in warnings],
     }
+
+
+def _choice(setup: CampaignSetup) -> list[dict[str, Any]] | None:
+    """Evidence on the contact models of the new wheelset, the chosen ones last; None if they are given."""
+    import math
+
+    from wearsim.campaign import choose
+    from wearsim.campaign.evolution import WheelsetEvolution
+
+    if setup.tolerance is None:
+        return None
+    state, _ = WheelsetEvolution(replace(setup, tolerance=None)).start()
+    return [
+        {
+            "models": choose.named(one.models),
+            "depth_error": one.depth_error if math.isfinite(one.depth_error) else None,
+            "strip_work_error": one.work_error if math.isfinite(one.work_error) else None,
+            "refusal": one.refusal,
+        }
+        for one in choose.choice(setup, state)
+    ]
+
+
+def _models(choice: list[dict[str, Any]] | None, contact: dict[str, Any]) -> list[tuple[str, str]]:
+    """Lines on the contact models: as given, or the choice and why."""
+    if choice is None:
+        return [
+            (
+                "contact models",
+                f"{contact['normal']}, {contact['tangential']}; rotation {contact['rotation']}",
+            ),
+            ("cells", f"{contact['strips']} strips x {contact['cells']} cells per patch"),
+        ]
+    lines = [("contact models", f"{choice[-1]['models']}, chosen; rotation {contact['rotation']}")]
+    for one in choice:
+        error = one["depth_error"]
+        told = f"depth error {100.0 * error:.2g} %" if error is not None else f"no answer: {one['refusal']}"
+        lines.append(("", f"{one['models']}: {told}"))
+    return lines
 
 
 def _text(item: dict[str, Any]) -> str:
@@ -124,8 +165,7 @@ def _text(item: dict[str, Any]) -> str:
         ("wheel, counterface", ", ".join(entry["name"].split(" ", 1)[1] for entry in item["inputs"][1:3])),
         ("operating points", f"{item['points']}, of which {item['monitoring_points']} only monitor"),
         ("environment factor", environment),
-        ("contact models", f"{contact['normal']}, {contact['tangential']}; rotation {contact['rotation']}"),
-        ("cells", f"{contact['strips']} strips x {contact['cells']} cells per patch"),
+        *_models(item["choice"], contact),
         ("wear law", f"{wear['law']} ({item['wear_form']}), {item['wear_coefficients']}"),
         (
             "solutions per step",

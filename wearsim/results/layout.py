@@ -67,6 +67,8 @@ def _layout() -> dict[str, Variable]:
         layout[name] = Variable(("step",))
     layout["step_error"] = Variable(("step",), missing=True)
     layout["rejected_steps"] = Variable(("step",), "i4")
+    layout["contact_models"] = Variable(("step",), "i4")
+    layout["contact_models_error"] = Variable(("step",), missing=True)
     layout["active_weight"] = Variable(("step", "operating_point"))
     for name in ("profile_y", "profile_z", "wear_depth", "friction_work"):
         layout[name] = Variable(along)

@@ -122,6 +122,13 @@ def _contact_faults(scene: RigScene | FieldScene) -> list[Fault]:
     """Faults of [contact] that show only beside the rest of the scene."""
     found = []
     contact = scene.contact
+    if contact.model == "auto":
+        for key in sorted(contact.model_fields_set & {"normal", "tangential", "strips", "cells"}):
+            told = f'{key} and model = "auto" exclude each other: auto chooses it; delete one of them'
+            found.append(fault_at(scene, ("contact", key), told))
+    elif contact.tolerance is not None:
+        told = f'tolerance = {contact.tolerance:g} is for model = "auto"; write that, too, or delete it'
+        found.append(fault_at(scene, ("contact", "tolerance"), told))
     if contact.normal in NEVER_LEADS:
         others = " or ".join(f"normal = {shown(name)}" for name in sorted(set(NORMAL_MODELS) - NEVER_LEADS))
         told = (

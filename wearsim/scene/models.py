@@ -117,6 +117,17 @@ TangentialName = Annotated[str, Registered("wearsim.contact.tangential", "TANGEN
 class ContactSection(Section):
     """[contact]: the models of the contact and how finely they are solved."""
 
+    model: Literal["auto"] | None = Field(
+        None,
+        description="auto: the cheapest models whose wear is close enough to that of a half-space",
+    )
+    tolerance: float | None = quantity(
+        "with model = auto, the largest error of the wear increment over its largest depth",
+        "",
+        None,
+        gt=0,
+        le=1,
+    )
     normal: NormalName = Field("kik_piotrowski", description="the model of the normal contact")
     tangential: TangentialName = Field("fastsim", description="the model of the tangential contact")
     strips: int = quantity("the number of strips across a patch", "", 50, ge=5, le=400)

@@ -54,6 +54,8 @@ class CampaignSetup:
         Wear laws evaluated on the same contacts beside the leading one.
     fatigue : tuple of FatigueSettings
         Fatigue laws.
+    tolerance : float, optional
+        Of the wear increment, if the models are chosen by `campaign.choose` instead of given [-].
     """
 
     kind: Literal["rig", "field"]
@@ -69,6 +71,7 @@ class CampaignSetup:
     warnings: tuple[str, ...]
     beside: tuple[WearSettings, ...] = ()
     fatigue: tuple[FatigueSettings, ...] = ()
+    tolerance: float | None = None
 
 
 def build(scene: RigScene | FieldScene) -> CampaignSetup:
@@ -88,6 +91,7 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
     contact, campaign, header = scene.contact, scene.campaign, scene.scene
     rig = isinstance(scene, RigScene)
     return CampaignSetup(
+        tolerance=_tolerance(contact),
         kind="rig" if rig else "field",
         wheelset=Wheelset(inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span),
         counterface=Counterface(
@@ -125,6 +129,13 @@ def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
         In the order of the file; `wearsim.scene.touch.check_contact` adds what only the contact tells.
     """
     return scene_warnings(scene, inputs_of(scene).clearance)
+
+
+def _tolerance(contact: ContactSection) -> float | None:
+    """Tolerance of the wear increment where models are chosen, 5 % unless the scene says otherwise."""
+    if contact.model is None:
+        return None
+    return 0.05 if contact.tolerance is None else contact.tolerance
 
 
 def contact_models(contact: ContactSection) -> ContactModels:

@@ -11,6 +11,7 @@ import xarray as xr
 from scipy import ndimage
 
 from wearsim import __version__
+from wearsim.campaign.choose import named
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import CHUNK, ContactConditions, ContactModels, ContactSolution, solve_each
 from wearsim.errors import ContactError, NumericalError
@@ -97,31 +98,15 @@ def solve_accuracy(matrix: Matrix, cases: Sequence[int] | None = None) -> xr.Dat
         data[name] = (("model", "case"), np.stack([column[name] for column in columns]))
     return xr.Dataset(
         data,
-        coords={"case": chosen, "model": [model_name(models) for models in matrix.models]},
+        coords={"case": chosen, "model": [named(models) for models in matrix.models]},
         attrs={
             "title": matrix.title,
             "wearsim_version": __version__,
             "scene": matrix.scene_text,
-            "reference": model_name(matrix.reference),
+            "reference": named(matrix.reference),
             "wheel_profile": matrix.wheelset.right.name,
         },
     )
-
-
-def model_name(models: ContactModels) -> str:
-    """Name a combination of models with its grid.
-
-    Parameters
-    ----------
-    models : ContactModels
-        Any.
-
-    Returns
-    -------
-    str
-        Normal model, tangential model, strips x cells.
-    """
-    return f"{models.normal} + {models.tangential}, {models.strips} x {models.cells}"
 
 
 def _rows(conditions: ContactConditions, rows: Any) -> ContactConditions:

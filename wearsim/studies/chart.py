@@ -91,7 +91,8 @@ def speed_and_accuracy(
     depth, work, power, seconds = (np.full(shape, np.nan) for _ in range(4))
     refusal = np.full(shape, "", dtype=object)
     for row, setup in enumerate(setups):
-        state, chosen = sample_of(setup, points)
+        state, _ = WheelsetEvolution(replace(setup, tolerance=None)).start()
+        chosen = choose.sample_of(setup, state, points)
         truth = replace(
             setup.models, normal="half_space", tangential="half_space", strips=reference_grid,
             cells=reference_grid,
@@ -138,31 +139,6 @@ def speed_and_accuracy(
             "reference": f"half_space + half_space, {reference_grid} x {reference_grid}",
         },
     )
-
-
-def sample_of(setup: CampaignSetup, count: int) -> tuple[State, OperatingPoints]:
-    """Return the new wheelset of a scene and operating points that stand for its collective.
-
-    Parameters
-    ----------
-    setup : CampaignSetup
-        The scene.
-    count : int
-        Operating points, at most.
-
-    Returns
-    -------
-    state : State
-        New profiles.
-    points : OperatingPoints
-        Chosen by the frictional work the scene's own models, or the cheapest that solve all points, find.
-    """
-    state, _ = WheelsetEvolution(setup).start()
-    fast = replace(setup.models, normal="kik_piotrowski", tangential="fastsim", strips=20, cells=20)
-    solution = solve_contact(state, setup.points, setup.wheelset, setup.counterface, fast)
-    work = np.zeros(len(setup.points.label))
-    np.add.at(work, solution.point, solution.power / setup.points.conditions.speed[solution.point])
-    return state, choose.weighted(setup.points, choose.sample(work, setup.points.weight, count))
 
 
 def time_per_solution(
