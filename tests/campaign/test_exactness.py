@@ -1,0 +1,189 @@
+"""What a campaign must give exactly, or within the tolerance it was asked for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wearsim.campaign.control import choose, error_limit, finished
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.state import WearRate
+from wearsim.campaign.step import advance
+from wearsim.operation.points import ControlSettings
+from wearsim.profile.shape import polygon_area_between, vertex_lengths, vertex_normals
+from wearsim.scene import build, load_scene
+
+SCENE = """
+[scene]
+kind = "rig"
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+gauge_mm = 1435
+roller_radius_mm = 1000
+[contact]
+strips = 20
+cells = 16
+[campaign]
+distance_km = {distance}
+{campaign}
+{blocks}
+"""
+BLOCK = """
+[[operation.block]]
+name = "{shift}"
+shift_mm = {shift}
+yaw_mrad = {yaw}
+roll_mrad = {roll}
+load_kN = 80
+speed_km_h = 72
+friction = 0.35
+distance_km = {distance}
+"""
+
+
+def evolution(folder, campaign="", mirrored=False, distance=42):
+    """Two blocks on a rig, tread and flange root; mirrored: shift, yaw and roll with the other sign."""
+    sign = -1 if mirrored else 1
+    blocks = "".join(
+        BLOCK.format(shift=sign * shift, yaw=sign * yaw, roll=sign * roll, distance=distance)
+        for shift, yaw, roll, distance in ((-2.0, -1.0, 0.0, 2), (4.5, 2.0, 0.5, 1))
+    )
+    path = folder / "rig.toml"
+    path.write_text(SCENE.format(campaign=campaign, blocks=blocks, distance=distance))
+    return WheelsetEvolution(build(load_scene(path)), threads=1)
+
+
+def run(of):
+    """All states of a campaign, and the rate of the collective in each."""
+    state, _ = of.start()
+    states, rates = [state], []
+    while not finished(state, of.setup.control):
+        evaluation = of.evaluate(state)
+        rates.append(evaluation.collective)
+        state, _ = of.advance(state, evaluation)
+        states.append(state)
+    return states, rates
+
+
+def test_mirrored_scene_gives_mirrored_wear(tmp_path):
+    """Right and left change places; 1e-9 of the depth."""
+    one, other = (run(evolution(tmp_path, mirrored=mirrored))[0] for mirrored in (False, True))
+    assert len(one) == len(other)
+    depth = one[-1].wear_depth
+    assert abs(depth[0].max() / depth[1].max() - 1.0) > 0.05  # the wheels themselves differ
+    np.testing.assert_allclose(other[-1].wear_depth[::-1], depth, rtol=0, atol=1e-9 * depth.max())
+    np.testing.assert_allclose(other[-1].worn_mass[::-1], one[-1].worn_mass, rtol=1e-9)
+
+
+@pytest.mark.parametrize("smoothing", [0.0, 2.5])
+def test_removed_area_is_the_time_integral_of_the_law(tmp_path, smoothing):
+    """Euler's sum of law areas, the sum the state keeps, and the polygons: 1e-9 over the whole campaign."""
+    campaign = f'integrator = "euler"\nsmoothing_wavelength_mm = {smoothing}'
+    states, rates = run(evolution(tmp_path, campaign))
+    first, last = states[0], states[-1]
+    for wheel in (0, 1):
+        law = 0.0
+        for before, after, rate in zip(states, states[1:], rates, strict=False):
+            cells = vertex_lengths(before.y[wheel], before.z[wheel])
+            law += (after.distance - before.distance) * (rate.depth[wheel] * cells).sum()
+        polygon = polygon_area_between(first.y[wheel], first.z[wheel], last.y[wheel], last.z[wheel])
+        assert last.worn_area[wheel] == pytest.approx(law, rel=1e-9)
+        assert polygon == pytest.approx(law, rel=1e-9)
+
+
+def test_result_does_not_hang_on_the_first_step(tmp_path):
+    """First steps of up to 2 um, 0.05, 0.1 and 0.2 mm over 0.12 mm of wear: within half a tolerance.
+
+    Without the tolerance a first step of 0.05 mm ends 4 um off, one of 0.1 mm 6 um.
+    """
+    found, rejected = {}, {}
+    for first in (2, 50, 100, 200):
+        campaign = (
+            f"max_step_depth_um = 200\nfirst_step_depth_um = {first}\nstability = 1.9\nerror_tolerance_um = 1"
+        )
+        of = evolution(tmp_path, campaign, distance=240)
+        found[first] = run(of)[0][-1].wear_depth
+        state, _ = of.start()
+        rejected[first] = of.advance(state, of.evaluate(state))[1].rejected
+    assert found[2].max() > 100e-6
+    assert rejected[2] == 0
+    assert min(rejected[first] for first in (50, 100, 200)) >= 1
+    for first in (50, 100, 200):
+        assert np.abs(found[first] - found[2]).max() < 0.5e-6
+
+
+SETTINGS = ControlSettings(
+    distance=100e3, depth_cap=50e-6, stability=1.0, smoothing_wavelength=0.0, integrator="heun"
+)
+
+
+def controlled(state, points, rate_at, settings):
+    """Steps of a campaign with a rate of one's own, repeated where they fail the tolerance."""
+    options = {"radius": 0.46, "density": 7850.0, "smoothing_wavelength": 0.0, "rate_at": rate_at}
+    errors = []
+    while not finished(state, settings):
+        limit = error_limit(state.step_length, state.step_error, settings.error_tolerance)
+        while True:
+            rate = rate_at(state)
+            choice = choose(state, points, lambda weight: rate, settings, length_limit=limit)  # noqa: B023
+            after = advance(
+                state, rate, choice.step_length, integrator=settings.integrator, estimate=True, **options
+            )
+            if after.step_error <= settings.error_tolerance:
+                break
+            limit = error_limit(choice.step_length, after.step_error, settings.error_tolerance)
+        state = after
+        errors.append(after.step_error)
+    return state, errors
+
+
+@pytest.mark.parametrize("integrator", ["euler", "heun"])
+def test_analytic_case(state, solution, made_points, integrator):
+    """A strip with virtual penetration under one state: d = g (1 - exp(-c s)), g its interpenetration.
+
+    Euler is off by no more than the sum of its error estimates, Heun by a tenth of that.
+    """
+    gap = np.where(np.abs(state.y) < 8e-3, 60e-6 * (1.0 - (state.y / 8e-3) ** 2), 0.0)
+
+    def rate_at(s):
+        regime = np.zeros_like(s.regime_depth)
+        regime[:, 0] = 1.5e-5 * np.maximum(gap - s.wear_depth, 0.0)
+        return WearRate(regime.sum(axis=1), regime, s.z, np.where(gap > 0.0, 1.5e-5, 0.0), solution)
+
+    exact = gap * (1.0 - np.exp(-1.5e-5 * 100e3))
+    off = []
+    for tolerance in (0.4e-6, 0.1e-6):
+        settings = replace(SETTINGS, integrator=integrator, error_tolerance=tolerance)
+        last, errors = controlled(state, made_points([1.0]), rate_at, settings)
+        off.append(np.abs(last.wear_depth - exact).max())
+        assert off[-1] < sum(errors) * (1.0 if integrator == "euler" else 0.1)
+    # a quarter of the tolerance halves the steps: half the error at first order, a quarter at second
+    assert off[1] < off[0] * (0.6 if integrator == "euler" else 0.35)
+
+
+def test_uniform_wear_keeps_the_shape(state, solution, made_points):
+    """Every vertex 0.4 mm inwards: the parallel curve, on the root of 13 mm radius to 1e-3 of the depth.
+
+    Straight parts stay straight with their slope; where they meet the root, one vertex turns half way.
+    """
+
+    def rate_at(s):
+        regime = np.full_like(s.regime_depth, 0.0)
+        regime[:, 0] = 4e-9
+        return WearRate(regime.sum(axis=1), regime, s.z, np.zeros_like(s.y), solution)
+
+    settings = replace(SETTINGS, depth_cap=8e-6)
+    last, _ = controlled(state, made_points([1.0]), rate_at, settings)
+    normal_y, normal_z = vertex_normals(state.y[0], state.z[0])
+    along = slice(3, -3)  # the ends of the profile have a neighbour on one side only
+    moved = np.stack([last.y[0] - state.y[0], last.z[0] - state.z[0]])
+    inwards = (moved * np.stack([normal_y, normal_z])).sum(axis=0)[along]
+    assert np.abs(np.abs(inwards) / 0.4e-3 - 1.0).max() < 2e-3
+    sideways = (moved * np.stack([-normal_z, normal_y])).sum(axis=0)[along]
+    assert np.abs(sideways).max() < 2e-3 * 0.4e-3
+    tread = state.y[0] > 0.0
+    slope = np.diff(last.z[0][tread]) / np.diff(last.y[0][tread])
+    np.testing.assert_allclose(slope[:-3], -0.05, rtol=1e-9)
