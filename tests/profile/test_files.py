@@ -255,7 +255,7 @@ def test_load_profile_by_name_or_file(tmp_path):
     # gauge and top are found on chords of 0.25 mm, to 0.001 um
     assert from_file.y == pytest.approx(by_name.y, abs=1e-9)
     assert from_file.z == pytest.approx(by_name.z, abs=1e-9)
-    assert from_file.source == "file head.csv"
+    assert from_file.source == "file head.csv (head stands upright)"
     assert np.array_equal(load_profile("S1002", "wheel", spacing=1e-3).y, WHEEL.y)
 
 

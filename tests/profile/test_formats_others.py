@@ -341,4 +341,11 @@ def test_load_profile_takes_every_format_and_places_rails(tmp_path):
     # gauge and top are found on chords of 0.25 mm, to 0.001 um
     assert from_file.y == pytest.approx(by_name.y, abs=1e-9)
     assert from_file.z == pytest.approx(by_name.z, abs=1e-9)
-    assert from_file.source == "file head.ban (format MiniProf; z up, sign changed)"
+    assert from_file.source == "file head.ban (format MiniProf; z up, sign changed; head stands upright)"
+
+
+def test_load_profile_does_not_tilt_a_head_that_leans_already(tmp_path):
+    path = tmp_path / "head.ban"
+    write_profile(RAIL, path, "miniprof")
+    leaning, again = (load_profile(path, "rail", inclination=tilt) for tilt in (0.0, 1 / 40))
+    assert np.array_equal(leaning.z, again.z)

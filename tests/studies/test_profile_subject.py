@@ -9,7 +9,7 @@ import pytest
 
 from wearsim.errors import ProfileError
 from wearsim.profile import standard
-from wearsim.profile.files import load_profile, read_profile
+from wearsim.profile.files import load_profile, read_profile, write_profile
 from wearsim.profile.measures import GaugeDistances
 from wearsim.studies.profile_examination import Circumstances, examine
 from wearsim.studies.profile_running import running
@@ -54,6 +54,64 @@ def test_only_upright_shapes_lean_unless_it_is_stated():
     assert np.ptp(leans.z - stands.z) > 1e-3
 
 
+def at(inclination=None):
+    return Circumstances(GaugeDistances(), inclination=inclination)
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Write 60E1 as it stands and read it back."""
+
+    def write(inclination, name="60E1.ban"):
+        path = tmp_path / name
+        shape = read_subject("60E1").profile
+        if inclination:
+            shape = standard.rail("60E1", inclination, 1.435, 0.75)
+        write_profile(shape, path, "miniprof")
+        return read_subject(str(path))
+
+    return write
+
+
+@pytest.mark.parametrize("inclination", [None, 1.0 / 40.0, 1.0 / 20.0])
+def test_an_upright_file_is_what_its_definition_is(written, inclination):
+    """To 0.01 mm2 over 85 mm, a tenth of a micrometre of the best fit."""
+    subject = written(0.0)
+    assert subject.upright
+    assert "head stands upright" in subject.notes
+    found = examine(subject, at(inclination), against=read_subject("60E1"), amplitudes=(3e-3,))
+    assert abs(found.comparison.wear.worn_area) < 0.02e-6
+    conicity = found.running.conicity[0][1]
+    assert conicity == pytest.approx(found.comparison.running.conicity[0][1], abs=1e-6)
+    assert conicity == pytest.approx(0.010 if inclination == 1.0 / 20.0 else 0.174, abs=1e-3)
+
+
+@pytest.mark.parametrize("lean", [1.0 / 40.0, 1.0 / 20.0])
+@pytest.mark.parametrize("stated", [False, True])
+def test_a_file_that_leans_is_not_tilted_again(written, lean, stated):
+    subject = written(lean)
+    assert subject.lean == pytest.approx(lean, abs=1e-5)
+    if not stated:
+        found = examine(subject, at(), amplitudes=(3e-3,))
+    else:
+        found = examine(subject, at(lean), against=read_subject("60E1"), amplitudes=(3e-3,))
+        assert abs(found.comparison.wear.worn_area) < 0.02e-6
+        assert any("leans 1:" in note and "is not tilted again" in note for note in found.subject.notes)
+    assert found.running.conicity[0][1] == pytest.approx(0.174 if lean == 1.0 / 40.0 else 0.010, abs=1e-3)
+
+
+def test_a_worn_head_is_tilted_only_if_that_is_stated_and_so_is_its_reference():
+    """A tilt of both leaves the wear between the two as it is."""
+    worn = read_subject(str(MEASURED / "rail_worn_outer.ban"))
+    assert worn.lean is None
+    alone = examine(worn, at(), against=worn, amplitudes=(3e-3,))
+    assert any("if it was measured upright, state --inclination" in note for note in alone.subject.notes)
+    tilted = examine(worn, at(1.0 / 40.0), against=worn, amplitudes=(3e-3,))
+    assert any("inclined 1:40 by --inclination" in note for note in tilted.subject.notes)
+    assert abs(tilted.comparison.wear.worn_area) < 0.02e-6
+    assert abs(tilted.running.conicity[0][1] - alone.running.conicity[0][1]) > 0.05
+
+
 def test_diameter_of_the_header():
     subject = read_subject(str(MEASURED / "wheel_worn_right.whl"))
     for text, diameter in (("921.4", 0.9214), ("921,4", 0.9214), ("0", None), ("-", None), ("9999", None)):
@@ -74,9 +132,9 @@ def test_wheels_with_other_tape_circles_are_compared_at_their_flange_backs(tmp_p
     file = tmp_path / "near.whl"
     text = (MEASURED / "wheel_worn_right.whl").read_text()
     file.write_text(text.replace("Taperline=70.0000", "Taperline=65.0000"))
-    at, new = Circumstances(GaugeDistances(), align="none"), read_subject("S1002")
+    unmoved, new = Circumstances(GaugeDistances(), align="none"), read_subject("S1002")
     usual, near = (
-        examine(read_subject(str(path)), at, against=new)
+        examine(read_subject(str(path)), unmoved, against=new)
         for path in (MEASURED / "wheel_worn_right.whl", file)
     )
     assert near.circumstances.distances.flange_back == pytest.approx(65e-3)

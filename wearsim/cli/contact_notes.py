@@ -24,6 +24,15 @@ def _clearance_of(settings: Settings) -> float | None:
     return _clearance(settings.wheel, settings.rail, settings.inclination, settings.gauge, settings.half_span)
 
 
+@lru_cache(maxsize=64)
+def _stand(rail: str, inclination: float) -> str | None:
+    """Tell how a measured rail is put into the track, None for standard shapes."""
+    from wearsim.studies.profile_subject import is_file, read_subject, told_stand
+
+    told = told_stand(read_subject(rail, "rail"), inclination) if is_file(rail) else ()
+    return told[0] if told else None
+
+
 def notes(result: PointResult) -> list[str]:
     """Tell what deserves a second look in one solved point, one line each.
 
@@ -35,7 +44,8 @@ def notes(result: PointResult) -> list[str]:
     Returns
     -------
     list of str
-        On a wheel that climbs its flange, pressures no steel carries, and a roller that runs in a curve.
+        On a measured rail, a wheel that climbs its flange, pressures no steel carries, and a roller that
+        runs in a curve.
     """
     return list(_kinds(result).values())
 
@@ -44,6 +54,9 @@ def _kinds(result: PointResult) -> dict[str, str]:
     """Return the notes by kind, so that those of many rows can be put together."""
     point = result.point
     found = {}
+    stand = _stand(point.settings.rail, point.settings.inclination)
+    if stand is not None:
+        found["measured rail"] = f"{point.settings.rail}: {stand}"
     free = _clearance_of(point.settings)
     towards = {"right": point.shift, "left": -point.shift}
     climbing = [side for side in dict.fromkeys(p.side for p in result.patches) if free is not None

@@ -15,7 +15,7 @@ from wearsim.profile.formats import FORMATS, Choice, format_of, suffix_kind, two
 from wearsim.profile.formats.axes import UNITS, Said, to_our_axes
 from wearsim.profile.formats.points import Elsewhere, Points, scaled
 from wearsim.profile.formats.text import MAX_BYTES, Faults, read_text
-from wearsim.profile.placement import place_rail
+from wearsim.profile.placement import head_lean, lean_words, place_rail, tilt_to_add
 from wearsim.profile.shape import Profile
 
 __all__ = [
@@ -45,6 +45,8 @@ class ProfileReading:
         What was detected, changed or left out.
     files : tuple of Path
         The files read: the one given, and that of the slice.
+    lean : float or None
+        Of a rail head towards the track centre, see `placement.head_lean` [-].
     """
 
     profile: Profile
@@ -52,6 +54,7 @@ class ProfileReading:
     header: Mapping[str, str] = field(repr=False)
     notes: tuple[str, ...]
     files: tuple[Path, ...]
+    lean: float | None = None
 
 
 def read_profile(
@@ -130,8 +133,10 @@ def read_profile(
     assert isinstance(found, Points)
     y, z, detected = to_our_axes(found, kind, said, faults)
     notes += [*found.notes, *detected]
+    lean = None if kind == "wheel" else head_lean(y, z)
+    notes += [] if lean is None else [f"head {lean_words(lean)}"]
     profile = Profile(path.stem, kind, y, z, _source(path, name, notes))
-    return ProfileReading(profile, name, {**header, **found.header}, tuple(notes), tuple(files))
+    return ProfileReading(profile, name, {**header, **found.header}, tuple(notes), tuple(files), lean)
 
 
 def _check_statement(path: Path, key: str, value: str | None, known: tuple[str, ...]) -> None:
@@ -282,8 +287,8 @@ def load_profile(
     units, mirror, z_up, format, origin, part, slice
         Statements on a file, see `read_profile`.
     inclination : float
-        Tilt of a rail towards the track centre, also of one from a file (0: its points are inclined
-        already, or it stands upright) [-].
+        Of a rail towards the track centre [-]. One from a file is tilted, too, unless its head is seen to
+        lean already, see `placement.tilt_to_add` (0: it stands as measured).
     gauge, half_span : float
         Placement of a rail, see `place_rail` [m].
     spacing : float
@@ -297,7 +302,7 @@ def load_profile(
     path = Path(name_or_path)
     named = standard.is_designation(str(name_or_path))
     if path.is_file() or (not named and (path.suffix or len(path.parts) != 1)):
-        profile = read_profile(
+        reading = read_profile(
             path,
             kind,
             format=format,
@@ -307,8 +312,11 @@ def load_profile(
             origin=origin,
             part=part,
             slice=slice,
-        ).profile
-        return profile if kind == "wheel" else _placed(profile, path, inclination, gauge, half_span)
+        )
+        if kind == "wheel":
+            return reading.profile
+        tilt = tilt_to_add(reading.lean, inclination)
+        return _placed(reading.profile, path, tilt, gauge, half_span)
     if kind == "wheel":
         return standard.wheel(str(name_or_path), spacing)
     return standard.rail(str(name_or_path), inclination, gauge, half_span, spacing)

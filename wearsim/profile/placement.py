@@ -13,6 +13,14 @@ from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 # Gauge is taken between the innermost points of both heads down to here (EN 13848-1) [m].
 GAUGE_DEPTH = 14e-3
 
+UPRIGHT = 1.0 / 200.0
+"""A head that leans less stands upright [-]; rails are laid at 1:40 to 1:20, or upright in switches."""
+
+_MOST_LEAN = 0.1  # leans looked for [-]
+_SIDE_DEPTH = 10e-3  # the axis is midway between the sides of a head down here [m]
+_MIRRORED = 0.1e-3  # halves further from being mirror images do not tell the lean [m]
+_HEAD_POINTS = 2000  # taken of a long list
+
 
 @dataclass(frozen=True)
 class Placement:
@@ -86,6 +94,74 @@ def _innermost(y: FloatArray, z: FloatArray) -> float:
         )
     last = int(below[-1])
     return min(crossing(y, z, last, GAUGE_DEPTH), float(y[last + 1 :].min()))
+
+
+def head_lean(y: FloatArray, z: FloatArray) -> float | None:
+    """Lean of a rail head, told by the tilt at which its halves are mirror images of each other.
+
+    Parameters
+    ----------
+    y, z : (n,) array
+        Rail head from the gauge side to the field side, z down [m].
+
+    Returns
+    -------
+    float or None
+        Tangent of the lean towards the track centre [-]; None for a head that is worn or measured so that
+        no tilt makes its halves alike.
+    """
+    near = np.flatnonzero(z - float(z.min()) < 2.0 * _SIDE_DEPTH)
+    near = near[:: 1 + len(near) // _HEAD_POINTS]
+    y, z = y[near], z[near]
+    low, high, count = -_MOST_LEAN, _MOST_LEAN, 81
+    lean, off = 0.0, math.inf
+    for _ in range(4):  # ever finer, down to 1e-6
+        tried = np.linspace(low, high, count)
+        apart = [_halves_apart(y, z, float(each)) for each in tried]
+        best = int(np.argmin(apart))
+        lean, off = float(tried[best]), apart[best]
+        step = (high - low) / (count - 1)
+        low, high, count = lean - step, lean + step, 21
+    return lean if off < _MIRRORED else None
+
+
+def lean_words(lean: float) -> str:
+    """Tell how a head leans [-]."""
+    if abs(lean) <= UPRIGHT:
+        return "stands upright"
+    if lean < 0.0:
+        return f"leans 1:{-1.0 / lean:.3g} away from the track centre: is --mirror right?"
+    return f"leans 1:{1.0 / lean:.3g} towards the track centre"
+
+
+def tilt_to_add(lean: float | None, inclination: float) -> float:
+    """Tilt that brings a measured rail to its inclination in the track.
+
+    Parameters
+    ----------
+    lean : float or None
+        See `head_lean` [-].
+    inclination : float
+        Stated [-].
+
+    Returns
+    -------
+    float
+        The inclination; 0 if the head leans towards the track centre already, for it stands as measured [-].
+    """
+    return 0.0 if lean is not None and lean > UPRIGHT else inclination
+
+
+def _halves_apart(y: FloatArray, z: FloatArray, lean: float) -> float:
+    """Largest difference in z of the halves of a head set upright [m]."""
+    y, z = Placement(-math.atan(lean), 0.0, 0.0).apply(y, z)
+    head = z - float(z.min()) < _SIDE_DEPTH
+    y, z = y[head], z[head]
+    left, right = float(y.min()), float(y.max())
+    axis, at = 0.5 * (left + right), np.linspace(0.0, 0.45 * (right - left), 100)
+    order = np.argsort(y, kind="stable")
+    y, z = y[order], z[order]
+    return float(np.max(np.abs(np.interp(axis - at, y, z) - np.interp(axis + at, y, z))))
 
 
 def place_rail(profile: Profile, inclination: float, gauge: float, half_span: float) -> Profile:

@@ -14,7 +14,7 @@ from wearsim.profile.noise import smoothed
 from wearsim.profile.shape import Profile
 from wearsim.profile.worn import WearBetween, wear_between
 from wearsim.studies.profile_running import AMPLITUDES, Running, running
-from wearsim.studies.profile_subject import INCLINATION, Kind, Subject, placed, read_subject
+from wearsim.studies.profile_subject import Kind, Subject, placed, read_subject, tilt_of, told_stand
 
 BACK_TO_BACK = 1.360
 GAUGE = 1.435
@@ -251,8 +251,8 @@ def _judged(
 
 
 def _in_track(subject: Subject, at: Circumstances) -> Subject:
-    """Place an upright rail in the track, where measured ones stand already."""
-    if not subject.upright:
+    """Place a rail in the track that does not stand there already."""
+    if subject.kind == "wheel" or not (subject.upright or tilt_of(subject, at.inclination)):
         return subject
     note = f"placed in the track for the comparison: {track_words(subject, at)}"
     profile = placed(subject, at.inclination, at.gauge or GAUGE, at.half_span)
@@ -278,6 +278,7 @@ def counterpart_of(kind: Kind, at: Circumstances) -> Subject:
 def _prepared(subject: Subject, at: Circumstances) -> Subject:
     """Profile with y from the tape circle that acts, and, if measured, without its noise."""
     tape, wavelength = at.distances.flange_back, at.smooth
+    subject = replace(subject, notes=(*subject.notes, *told_stand(subject, at.inclination)))
     if subject.kind == "wheel" and subject.tape != tape:
         moved = replace(subject.profile, y=subject.profile.y + (subject.tape - tape))
         note = f"y from a tape circle {tape * 1e3:g} mm from the flange back, {subject.tape * 1e3:g} before"
@@ -344,7 +345,7 @@ def _diameter_difference(subject: Subject, left: Subject | None, at: Circumstanc
 
 def track_words(rail: Subject, at: Circumstances) -> str:
     """Rail, inclination, gauge and distance of the flange backs in words."""
-    tilt = at.inclination if at.inclination is not None else INCLINATION if rail.upright else 0.0
+    tilt = tilt_of(rail, at.inclination)
     stands = "upright" if rail.upright else "as measured" if rail.measured else "as defined"
     leans = f"1:{1.0 / tilt:g}" if tilt else stands
     back = "assumed" if at.back_to_back is None else "stated"

@@ -199,7 +199,7 @@ def _origin(rail: Subject, comparison: Comparison | None) -> str:
     """Where the lateral position of a rail is counted from."""
     if comparison is not None:
         return "in the track" if comparison.reference.upright else f"of {comparison.reference.profile.name}"
-    return "from the symmetry axis" if rail.upright else "as measured" if rail.measured else "in the track"
+    return "as measured" if rail.measured else "from the symmetry axis" if rail.upright else "in the track"
 
 
 def _moved(points: np.ndarray, alignment: Alignment) -> np.ndarray:

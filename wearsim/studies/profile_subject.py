@@ -16,7 +16,7 @@ from wearsim.profile import measures, standard
 from wearsim.profile.definition import Definition
 from wearsim.profile.files import ProfileReading, read_profile
 from wearsim.profile.formats import FORMATS
-from wearsim.profile.placement import place_rail
+from wearsim.profile.placement import UPRIGHT, place_rail, tilt_to_add
 from wearsim.profile.shape import Profile
 
 Kind = Literal["wheel", "rail"]
@@ -60,6 +60,8 @@ class Subject:
         Where the shape comes from and how sure it is; no certainty is known of a file.
     upright : bool
         Whether it is a rail that stands upright, so that it needs an inclination in the track.
+    lean : float or None
+        Of a measured rail head, see `wearsim.profile.placement.head_lean` [-].
     """
 
     given: str
@@ -71,6 +73,7 @@ class Subject:
     source: str
     certainty: str
     upright: bool = False
+    lean: float | None = None
 
     @property
     def kind(self) -> Kind:
@@ -131,7 +134,8 @@ def read_subject(
     Returns
     -------
     Subject
-        A rail is upright if it comes from a definition, and as it was measured if it comes from a file.
+        A rail is upright if it comes from a definition, and as it was measured if it comes from a file,
+        upright or not.
 
     Raises
     ------
@@ -149,6 +153,57 @@ def read_subject(
     return _defined(given, _named(given, kind), kind, spacing)
 
 
+def tilt_of(rail: Subject, inclination: float | None) -> float:
+    """Tilt that brings a rail into the track.
+
+    Parameters
+    ----------
+    rail : Subject
+        Standard or measured.
+    inclination : float or None
+        As stated; None: `INCLINATION` for a rail that stands upright, else 0, for measured points stand as
+        they were measured.
+
+    Returns
+    -------
+    float
+        Towards the track centre [-]; 0 for a head that leans already.
+    """
+    if inclination is None:
+        return INCLINATION if rail.upright else 0.0
+    return tilt_to_add(rail.lean, inclination)
+
+
+def told_stand(rail: Subject, inclination: float | None) -> tuple[str, ...]:
+    """Tell how a measured rail is put into the track.
+
+    Parameters
+    ----------
+    rail : Subject
+        Any profile.
+    inclination : float or None
+        As stated [-].
+
+    Returns
+    -------
+    tuple of str
+        One sentence; none on wheels and standard shapes.
+    """
+    if rail.kind == "wheel" or not rail.measured:
+        return ()
+    tilt = tilt_of(rail, inclination)
+    if tilt:
+        why = " by --inclination" if inclination is not None else ", for it stands upright"
+        other = " (--inclination none leaves it so)" if inclination is None else ""
+        already = "" if rail.upright else "; state none for points that lean already"
+        return (f"in the track inclined 1:{1.0 / tilt:.4g}{why}{other}{already}",)
+    if rail.lean is not None and rail.lean > UPRIGHT:
+        again = " and is not tilted again" if inclination else ""
+        return (f"in the track as measured: the head leans 1:{1.0 / rail.lean:.3g} already{again}",)
+    way = "" if inclination is not None else "; if it was measured upright, state --inclination 1:40"
+    return (f"in the track as measured{way}",)
+
+
 def placed(subject: Subject, inclination: float | None, gauge: float, half_span: float) -> Profile:
     """Rail profile in the track.
 
@@ -157,12 +212,11 @@ def placed(subject: Subject, inclination: float | None, gauge: float, half_span:
     subject : Subject
         A rail.
     inclination : float or None
-        Tilt towards the track centre [-]; None: `INCLINATION` for an upright shape, else none, for measured
-        points stand as they were measured.
+        Of the rail, see `tilt_of` [-].
     gauge, half_span : float
         See `wearsim.profile.placement.place_rail` [m].
     """
-    tilt = (INCLINATION if subject.upright else 0.0) if inclination is None else inclination
+    tilt = tilt_of(subject, inclination)
     if not subject.measured and not is_file(subject.given):
         return standard.rail(subject.given, tilt, gauge, half_span)
     try:
@@ -230,6 +284,8 @@ def _from_file(given: str, kind: Kind | None, said: Mapping[str, Any]) -> Subjec
         reading.header,
         f"file {path.name}",
         "",
+        reading.lean is not None and abs(reading.lean) <= UPRIGHT,
+        reading.lean,
     )
     if subject.diameter is None:
         return subject
