@@ -1,0 +1,110 @@
+"""Long campaigns: time, growth with points and steps, memory; printed by targets, never asserted."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.benchmark
+ROOT = Path(__file__).parents[2]
+FAST = ("kik_piotrowski", "fastsim")
+OTHERS = (("knothe_le_the", "fastsim"), ("half_space", "half_space"))
+"""The other models that may lead, on few steps; hertz never leads."""
+
+RUN = """
+import json, resource, sys, time
+from wearsim.campaign.run import run_scene
+from wearsim.scene import load_scene
+from wearsim.scene.touch import check_contact
+import wearsim.campaign.rate as rate
+check_contact(load_scene(sys.argv[1]))
+solve, solved, steps = rate.solve, [0], [0]
+def counted(conditions, *given, **named):
+    solution = solve(conditions, *given, **named)
+    solved[0] += 2 * len(conditions.shift)
+    return solution
+rate.solve = counted
+def told(event):
+    steps[0] = event.step
+start, cpu = time.perf_counter(), time.process_time()
+run_scene(sys.argv[1], sys.argv[2], observer=told)
+print(json.dumps(dict(wall=time.perf_counter() - start, cpu=time.process_time() - cpu, steps=steps[0],
+                      solutions=solved[0], memory=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3)))
+"""
+
+
+@pytest.fixture
+def show(capsys):
+    """Print past the capture of pytest."""
+
+    def line(text):
+        with capsys.disabled():
+            sys.stdout.write(f"\n  {text}")
+
+    return line
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    """Function that runs the field scene with other points, models and steps in a process of its own."""
+
+    def run(points, distance, models=FAST, grid=20, step=None, integrator="heun"):
+        text = (ROOT / "workflows" / "field.toml").read_text()
+        head, _, rest = text.partition("[operation.monitor]")
+        counts = iter([round(0.4 * points), round(0.3 * points), round(0.3 * points)])
+        head = re.sub(r"positions = \d+", lambda _: f"positions = {next(counts)}", head)
+        head = head.replace("strips = 50", f"strips = {grid}").replace("cells = 50", f"cells = {grid}")
+        head = head.replace('"kik_piotrowski"', f'"{models[0]}"').replace('"fastsim"', f'"{models[1]}"')
+        end = rest[rest.index("[campaign]") :].replace("distance_km = 35000", f"distance_km = {distance}")
+        end = end.replace('"heun"', f'"{integrator}"') + (f"\nmax_step_km = {step}\n" if step else "\n")
+        number = len(list(tmp_path.glob("*.toml")))
+        scene = tmp_path / f"field_{number}.toml"
+        scene.write_text(head + end)
+        command = [sys.executable, "-c", RUN, str(scene), str(tmp_path / f"out_{number}")]
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        return json.loads(done.stdout.splitlines()[-1])
+
+    return run
+
+
+def speed(told):
+    return (
+        f"{told['steps']} steps, {told['solutions']} solutions in {told['wall']:.1f} s "
+        f"(CPU {told['cpu']:.1f} s): {told['solutions'] / told['wall']:.0f} solutions/s, "
+        f"{told['memory']:.0f} MB"
+    )
+
+
+@pytest.mark.parametrize("grid", [20, 50])
+def test_100_000_km_in_the_field(show, campaign, grid):
+    told = campaign(500, 100_000, grid=grid)
+    target = " (target < 60 s on two cores)" if grid == 20 else ""
+    show(f"100 000 km, 500 points, both wheels, {' + '.join(FAST)} {grid} x {grid}: {speed(told)}{target}")
+
+
+@pytest.mark.parametrize("models", OTHERS)
+def test_a_step_of_the_other_models_that_may_lead(show, campaign, models):
+    told = campaign(100 if models[0] == "half_space" else 500, 10, models, step=10, integrator="euler")
+    show(f"{' + '.join(models)} 20 x 20: {speed(told)}")
+
+
+def test_cost_is_linear_in_points_and_steps(show, campaign):
+    points, steps = [125, 250, 500], [10, 20, 40]
+    by_points = [campaign(n, 500, step=50)["cpu"] for n in points]
+    by_steps = [campaign(125, 50 * n, step=50)["cpu"] for n in steps]
+    for name, size, times in (("points", points, by_points), ("steps", steps, by_steps)):
+        slope = np.polyfit(np.log(size), np.log(times), 1)[0]
+        told = ", ".join(f"{n}: {time:.1f} s" for n, time in zip(size, times, strict=True))
+        show(f"CPU time by {name}: {told}; slope {slope:.2f} (target 1)")
+
+
+def test_memory_does_not_grow_with_the_steps(show, campaign):
+    few, many = (campaign(500, 50 * n, grid=5, step=50, integrator="euler") for n in (40, 160))
+    show(
+        f"peak memory, 500 points: {few['memory']:.0f} MB for {few['steps']} steps, "
+        f"{many['memory']:.0f} MB for {many['steps']} (target: below 1000 and the same)"
+    )
