@@ -358,3 +358,83 @@ def test_status_tells_distance_depth_and_time_left(synthetic, tmp_path):
     np.testing.assert_allclose(middle["time_left"], middle["elapsed"], rtol=1e-9)
     assert seen[0]["time_left"] is None
     assert (seen[-1]["state"], seen[-1]["time_left"]) == ("finished", 0.0)
+
+
+@pytest.mark.parametrize("room", [20_000, 100_000, 280_000])
+def test_writes_that_fail_keep_the_finished_steps_and_tell_what_to_do(
+    synthetic, tmp_path, uninterrupted, room
+):
+    """Files cannot grow beyond a limit, which the record, the new file and the appended file meet first."""
+    code = (
+        f"import resource, runpy, sys; sys.argv = ['', {str(tmp_path)!r}, '{STEPS}', '0']\n"
+        f"resource.setrlimit(resource.RLIMIT_FSIZE, ({room}, resource.RLIM_INFINITY))\n"
+        f"import wearsim.campaign.writer\nwearsim.campaign.writer.APPEND_INTERVAL = 0.0\n"
+        f"runpy.run_path({str(PROGRAM)!r}, run_name='__main__')"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    told = [line for line in done.stderr.splitlines() if "ResultError: " in line][-1]
+    assert "cannot be written" in told
+    assert "finished steps are safe, make room" in told
+    assert "run the same command again" in told
+    last = max([-1, *(int(line.split()[1]) for line in done.stdout.splitlines() if line.startswith("step"))])
+    events = []
+    path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
+    assert (events[0].step if events[0].kind == "resumed" else -1) >= last
+    assert_same_bits(path, uninterrupted)
+    assert_tidy(tmp_path)
+
+
+def test_full_disk_is_told_before_the_result_file_is_touched(
+    synthetic, tmp_path, uninterrupted, monkeypatch, each_step_is_appended
+):
+    path = stopped(synthetic, tmp_path, after=3)
+    before = path.read_bytes()
+    with monkeypatch.context() as patched:
+        usage = type("usage", (), {"free": 1_000_001})
+        patched.setattr("wearsim.results.file.shutil.disk_usage", lambda place: usage)
+        with pytest.raises(ResultError, match=r"the disk is full, 1.0 MB left; .*make room"):
+            run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
+    assert path.read_bytes() == before
+    status = read_status(tmp_path)["campaigns"]["rig"]
+    assert status["state"] == "failed"
+    assert "the disk is full" in status["message"]
+    events = []
+    run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
+    assert events[0].step == 4  # its record was written, its row was not
+    assert_same_bits(path, uninterrupted)
+
+
+def test_rows_a_reader_kept_waiting_are_read_few_at_a_time(
+    synthetic, tmp_path, uninterrupted, each_step_is_appended, monkeypatch
+):
+    """Else each step would read all of them again, and a long campaign would not fit in memory."""
+    monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
+    monkeypatch.setattr("wearsim.campaign.writer.APPEND_AT_MOST", 2)
+    path = stopped(synthetic, tmp_path, after=1)
+    code = (
+        f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); sys.stdout.write('open\\n'); "
+        "sys.stdout.flush(); sys.stdin.read()"
+    )
+    held, rows = [], []
+    append = run_module.Writer.flush.__globals__["append"]
+
+    def counted(path, header, rows_, first, patience=None):
+        rows.append(len(rows_))
+        append(path, header, rows_, first, patience)
+
+    monkeypatch.setattr("wearsim.campaign.writer.append", counted)
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as reader:
+        assert reader.stdout.readline() == "open\n"
+
+        def let_go(event):
+            held.append(event.kind)
+            if event.kind == "step" and event.step == STEPS - 2:
+                reader.communicate()
+
+        run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", let_go)
+    assert held.count("deferred") == STEPS - 3
+    assert max(rows) == 2
+    assert_same_bits(path, uninterrupted)

@@ -229,3 +229,21 @@ def test_copy_elsewhere_opens_too(path, tmp_path):
     copy = shutil.copy(path, tmp_path / "elsewhere")
     with open_results(str(copy)) as dataset:
         assert dataset.sizes["step"] == 4
+
+
+def test_an_open_file_keeps_little_in_memory(tmp_path, monkeypatch, header, rows):
+    """HDF5 by itself keeps up to 16 MB of each of the fifty variables, which long campaigns would fill."""
+    kept = []
+    file_module = sys.modules[create.__module__]
+    write = file_module._write_rows
+
+    def measured(opened, first, written):
+        kept.append(sum(opened[name].get_var_chunk_cache()[0] for name in ROW))
+        write(opened, first, written)
+
+    monkeypatch.setattr(file_module, "_write_rows", measured)
+    path = tmp_path / "rig.nc"
+    create(path, header, rows[:1])
+    append(path, header, rows[1:], 1)
+    assert len(kept) == 2
+    assert max(kept) <= 20e6

@@ -19,6 +19,9 @@ from wearsim.results import Header, append, create, read_row, row_count, verify
 APPEND_INTERVAL = 0.5
 """Rows of steps faster than this are appended together: opening the file costs more than a short step [s]."""
 
+APPEND_AT_MOST = 16
+"""So many rows are held in memory to be appended."""
+
 
 class Writer:
     """Keeps records and result file of one campaign in step.
@@ -43,6 +46,7 @@ class Writer:
         self._mark = directory / f".{name}.finished.json"
         self._rows_in_file = 0
         self._patience: float | None = None
+        self._failed = False
         self._count = 0
         self._appended = 0.0
 
@@ -109,13 +113,20 @@ class Writer:
 
     def flush(self) -> bool:
         """Append the rows that are recorded only; return True if they have to wait for a reader."""
-        pending = range(self._rows_in_file, self._count)
-        if not pending:
+        if self._rows_in_file == self._count or self._failed:
             return False
-        rows = [self.records.row(index) for index in pending]
         try:
-            # the first time a reader is met it gets its second; as long as it stays, each step only asks once
-            append(self.path, self.header, rows, self._rows_in_file, patience=self._patience)
+            while self._rows_in_file < self._count:
+                first = self._rows_in_file
+                # of the rows that a reader kept waiting, few at a time: they may be a whole campaign
+                until = min(self._count, first + APPEND_AT_MOST)
+                rows = [self.records.row(index) for index in range(first, until)]
+                # met for the first time, a reader gets its second; as long as it stays, each step asks once
+                append(self.path, self.header, rows, first, patience=self._patience)
+                self._rows_in_file = until
+        except ResultError:
+            self._failed = True  # the steps are in their records: the next start looks at the file
+            raise
         except (OSError, RuntimeError):
             try:
                 row_count(self.path)

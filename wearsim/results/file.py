@@ -8,8 +8,10 @@ file can be read at any time between steps.  Quantities, units and long names co
 
 from __future__ import annotations
 
+import errno
 import itertools
 import os
+import shutil
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
@@ -41,7 +43,13 @@ if TYPE_CHECKING:
 RETRY_SECONDS = 1.5
 """Reader and writer of one file wait for each other about so long [s]."""
 
-_BATCH = 32
+_BATCH = 8
+
+_RESERVE = 1_000_000
+"""Left on the disk beside the rows themselves, for what HDF5 writes about them [B]."""
+
+_CACHE = 2**18
+"""Chunks that HDF5 keeps of each variable of an open file [B]: its own 16 MB would be 1 GB for all."""
 
 _T = TypeVar("_T")
 
@@ -63,17 +71,19 @@ def create(path: Path, header: Header, rows: Iterable[Row] = ()) -> None:
         temporary.unlink(missing_ok=True)
         with netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
             _define(file, header)
+            _keep_little(file)
             first = 0
             for batch in _batched(rows):
                 for row in batch:
                     check_row(header, row)
+                _need_room(path, batch)
                 _write_rows(file, first, batch)
                 first += len(batch)
         with open(temporary, "rb") as written:
             os.fsync(written.fileno())
         os.replace(temporary, path)
-    except OSError as error:
-        raise ResultError(f"{path} cannot be written: {_reason(error)}; choose another --out") from error
+    except (OSError, RuntimeError) as error:  # the netCDF library knows a failed write as RuntimeError
+        raise ResultError(_not_written(path, _reason(error))) from error
 
 
 def append(
@@ -98,14 +108,24 @@ def append(
     ------
     OSError
         If a reader holds the file longer than that, or the file is damaged; nothing was written then.
+    ResultError
+        If the disk has no room for the rows, or a write failed; the file may be damaged then.
     """
 
     def write() -> None:
-        with netCDF4.Dataset(path, "a") as file:
-            _write_rows(file, first, rows)
+        file = netCDF4.Dataset(path, "a")  # an OSError: a reader holds it, or it is damaged
+        try:
+            with file:
+                _keep_little(file)
+                _write_rows(file, first, rows)
+        except (OSError, RuntimeError) as error:  # written in part: HDF5 may crash if it goes on with it
+            raise ResultError(_not_written(path, _reason(error))) from error
 
     for row in rows:
         check_row(header, row)
+    _need_room(path, rows)
+    if not path.is_file():  # the netCDF library would make an empty one
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     _with_retries(write, patience)
 
 
@@ -122,8 +142,11 @@ def row_count(path: Path) -> int:
     ResultError
         If it is missing, damaged or not a result of wearsim.
     """
-    with _open(path) as file:
-        return len(file.dimensions["step"])
+    try:
+        with _open(path) as file:
+            return len(file.dimensions["step"])
+    except RuntimeError as error:  # on closing: a write before has failed
+        raise ResultError(f"{path} is damaged: {_reason(error)}") from error
 
 
 def read_row(path: Path, index: int) -> dict[str, np.ndarray]:
@@ -160,6 +183,7 @@ def verify(path: Path, rows: Sequence[Callable[[], Row]]) -> int | None:
             count = len(file.dimensions["step"])
             if count > len(rows):
                 return None
+            _keep_little(file)
             first = 0
             for batch in _batched(read() for read in rows[:count]):
                 for name in ROW:
@@ -263,7 +287,7 @@ def _define_variable(file: netCDF4.Dataset, name: str, variable: Variable, heade
             variable.kind,
             variable.dimensions,
             zlib=bool(chunks),
-            complevel=4,
+            complevel=1,  # 4 takes half as long again for 3 % of the size
             shuffle=True,
             chunksizes=chunks,
             fill_value=fill,
@@ -284,6 +308,30 @@ def _define_variable(file: netCDF4.Dataset, name: str, variable: Variable, heade
         regimes = [str(text).replace(" ", "_") for text in header.static["regime_name"]]
         made.flag_values = np.arange(-1, len(regimes), dtype=np.int32)
         made.flag_meanings = " ".join(["none", *regimes])
+
+
+def _need_room(path: Path, rows: Sequence[Row]) -> None:
+    """Raise before a write that the disk has no room for: HDF5 would leave a damaged file, or crash."""
+    needed = _RESERVE + sum(np.asarray(value).nbytes for row in rows for value in row.values())
+    try:
+        free = shutil.disk_usage(path.parent).free
+    except OSError:  # a file system that does not tell
+        return
+    if free < needed:
+        raise ResultError(_not_written(path, f"the disk is full, {free / 1e6:.1f} MB left"))
+
+
+def _not_written(path: Path, reason: str) -> str:
+    return (
+        f"{path} cannot be written: {reason}; finished steps are safe, make room or give write access and "
+        f"run the same command again, or choose another --out"
+    )
+
+
+def _keep_little(file: netCDF4.Dataset) -> None:
+    """Bound the memory of an open file, however many rows are written or read."""
+    for name in ROW:
+        file.variables[name].set_var_chunk_cache(size=_CACHE)
 
 
 def _write_rows(file: netCDF4.Dataset, first: int, rows: Sequence[Row]) -> None:
