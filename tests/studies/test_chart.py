@@ -1,14 +1,21 @@
 """The chart of speed against accuracy: Pareto front, dataset, report, command."""
 
 import json
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from wearsim.campaign import choose
+from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.cli import main
 from wearsim.report.chart import markdown, peers, write_chart
 from wearsim.scene import build, load_scene
 from wearsim.studies.chart import pareto, speed_and_accuracy
+
+REPOSITORY = Path(__file__).parents[2]
 
 
 def test_the_front_holds_what_none_beats():
@@ -72,3 +79,24 @@ def test_wrong_flags_are_told_all_at_once(flags, told, capsys):
     assert main(["chart", *flags]) == 2
     error = capsys.readouterr().err
     assert all(part in error for part in told)
+
+
+def test_errors_of_the_committed_chart_are_found_again():
+    """Fast combinations on the rig: iterations of the half-space, and a wear law that magnifies them where it
+    has steps."""
+    told = pd.read_csv(REPOSITORY / "reports/speed_accuracy.csv")
+    rig = build(load_scene("workflows/rig.toml"))
+    state, _ = WheelsetEvolution(rig).start()
+    truth = replace(rig.models, normal="half_space", tangential="half_space", strips=60, cells=60)
+    rows = told[(told["scene"] == rig.title) & (told["tangential"] == "fastsim") & (told["grid"] == 30)]
+    rows = rows[rows["refusal"].isna()]
+    assert len(rows) >= 3
+    models = [replace(rig.models, normal=name, strips=30, cells=30) for name in rows["normal"]]
+    evidence = choose.judge(
+        models, truth, state, choose.sample_of(rig, state), rig.wheelset, rig.counterface, rig.wear,
+        smoothing_wavelength=rig.control.smoothing_wavelength,
+    )  # fmt: skip
+    for one, (_, row) in zip(evidence, rows.iterrows(), strict=True):
+        assert one.depth_error == pytest.approx(row["depth_error"], abs=2e-3)
+        assert one.work_error == pytest.approx(row["work_error"], abs=5e-4)
+        assert one.power_error == pytest.approx(row["power_error"], abs=5e-4)

@@ -34,7 +34,7 @@ def write_chart(dataset: xr.Dataset, out: Path, stem: str, command: str) -> Path
     Returns
     -------
     Path
-        The Markdown file.
+        The Markdown file; beside it the figure, and a CSV file of the errors.
 
     Raises
     ------
@@ -45,6 +45,9 @@ def write_chart(dataset: xr.Dataset, out: Path, stem: str, command: str) -> Path
         out.mkdir(parents=True, exist_ok=True)
         figure, caption = chart_figure(dataset)
         save_svg(figure, out / f"{stem}.svg")
+        names = ["normal", "tangential", "grid", "depth_error", "work_error", "power_error", "refusal"]
+        table = dataset[names].to_dataframe().reset_index()[["scene", *names]]
+        table.to_csv(out / f"{stem}.csv", index=False, float_format="%.6g", lineterminator="\n")
         path = out / f"{stem}.md"
         path.write_text(markdown(dataset, command, (f"{stem}.svg", caption)), encoding="utf-8")
     except OSError as error:

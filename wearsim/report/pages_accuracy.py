@@ -129,7 +129,7 @@ def errors_figure(dataset: xr.Dataset) -> tuple[Figure, str]:
             ax.axhline(0.0, color="#555555", linewidth=0.8)
             ax.set_xlabel("Shift, to the right [mm]")
             ax.set_ylabel(label)
-        legend(figure, columns=2 if part.sizes["model"] < 5 else 3)
+        legend(figure, columns=4)
     kappa = float(part["counterface_curvature"].values[0])
     against = "rail" if kappa == 0.0 else f"roller of {1e3 / kappa:g} mm"
     caption = (

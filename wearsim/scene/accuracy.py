@@ -85,6 +85,7 @@ class ModelsSection(Section):
 class AccuracyScene(SceneModel):
     """Contact models measured against a reference."""
 
+    remarks: str = Field("", description="a paragraph for the report", max_length=5000)
     scene: AccuracyHeader
     wheelset: WheelsetSection
     matrix: MatrixSection
@@ -120,8 +121,8 @@ class Matrix:
 
     Parameters
     ----------
-    title, scene_text : str
-        Of the scene; the scene file.
+    title, remarks, scene_text : str
+        Of the scene; a paragraph for the report; the scene file.
     wheelset : Wheelset
         Both wheels.
     groups : tuple of CaseGroup
@@ -133,6 +134,7 @@ class Matrix:
     """
 
     title: str
+    remarks: str
     scene_text: str
     wheelset: Wheelset
     groups: tuple[CaseGroup, ...]
@@ -209,6 +211,7 @@ def read_accuracy(scene: AccuracyScene) -> tuple[Matrix | None, list[Fault]]:
         return None, sorted(dict.fromkeys(faults), key=lambda fault: fault.line or 0)
     return Matrix(
         title=scene.scene.title or scene.origin.path.stem,
+        remarks=scene.remarks,
         scene_text=scene.origin.content.decode("utf-8-sig"),
         wheelset=Wheelset(right, left, 1e-3 * scene.wheelset.radius_mm, half_span),
         groups=tuple(groups),

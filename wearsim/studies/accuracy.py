@@ -101,6 +101,7 @@ def solve_accuracy(matrix: Matrix, cases: Sequence[int] | None = None) -> xr.Dat
         coords={"case": chosen, "model": [named(models) for models in matrix.models]},
         attrs={
             "title": matrix.title,
+            "remarks": matrix.remarks.strip(),
             "wearsim_version": __version__,
             "scene": matrix.scene_text,
             "reference": named(matrix.reference),
