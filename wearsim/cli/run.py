@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from wearsim.cli import Commands, add_command
 from wearsim.cli.changes import add_change_flags, load_changed
 from wearsim.cli.study import study
+
+if TYPE_CHECKING:
+    from wearsim.scene.changes import Change
 
 
 def add_parser(commands: Commands) -> None:
@@ -28,12 +33,32 @@ def add_parser(commands: Commands) -> None:
         help="run directory (default: the scene file's name without .toml; reports, if it is no campaign)",
     )
     add_change_flags(parser)
+    parser.add_argument(
+        "--converge",
+        metavar="KM",
+        nargs="?",
+        const="all",
+        type=_kilometres,
+        help="also run with refined step, grid, smoothing and operating points, one at a time and together, "
+        "over the whole distance or over KM of it; the table goes into the report",
+    )
+
+
+def _kilometres(text: str) -> float | str:
+    try:
+        distance = float(text)
+    except ValueError:
+        distance = math.nan
+    if text != "all" and not 0.0 < distance <= 1e7:
+        raise argparse.ArgumentTypeError(f"{text} must be a distance above 0 and at most 10000000 km")
+    return text if text == "all" else distance
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run the scene; a directory in which it runs already is continued."""
     from wearsim.campaign.run import run_scene
     from wearsim.cli.progress import observer
+    from wearsim.errors import Fault, SceneError
     from wearsim.report.html import write_report
     from wearsim.scene import StudyScene
     from wearsim.scene.touch import check_contact
@@ -41,6 +66,9 @@ def execute(arguments: argparse.Namespace) -> int:
     scene, changes = load_changed(arguments)
     given = Path(arguments.out) if arguments.out else None
     if isinstance(scene, StudyScene):
+        if arguments.converge:
+            told = f"--converge is for campaigns; this scene is of kind {scene.scene.kind}"
+            raise SceneError([Fault(told, str(scene.origin.path))])
         return study(scene).run(scene, given, arguments.command_line)
     out = given or Path(Path(arguments.scene).stem)
     for warning in check_contact(scene):
@@ -50,8 +78,30 @@ def execute(arguments: argparse.Namespace) -> int:
             arguments.scene, out, command=arguments.command_line, observer=observe, changes=changes
         )
     tell_doubts(results)
+    if arguments.converge:
+        _converge(arguments, out, changes)
     print(f"report: {write_report(out)}")
     return 0
+
+
+def _converge(arguments: argparse.Namespace, out: Path, changes: Sequence[Change]) -> None:
+    from wearsim.cli.progress import observer
+    from wearsim.report.convergence import markdown, read_convergence
+    from wearsim.studies.converge import converge
+
+    distance = None if arguments.converge == "all" else 1e3 * arguments.converge
+    with observer() as observe:
+        converge(
+            arguments.scene,
+            out,
+            changes=changes,
+            distance=distance,
+            command=arguments.command_line,
+            observer=observe,
+        )
+    text = markdown(read_convergence(out))
+    (out / "convergence.md").write_text(text, encoding="utf-8")
+    print(text)
 
 
 def tell_doubts(results: Sequence[Path]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.report import pages, tables
+from wearsim.report.convergence import CAPTION, Convergence, read_convergence
 from wearsim.report.style import plain, role_of, shown, to_svg
 from wearsim.results import doubts, open_results
 from wearsim.translation.translate import content_hash, table, translate
@@ -72,16 +74,18 @@ def write_report(directory: str | Path) -> Path:
     for path in found:
         with open_results(path) as data:
             datasets.append(data.load())
-    return _write(render(datasets), directory / "report.html")
+    return _write(render(datasets, read_convergence(directory)), directory / "report.html")
 
 
-def render(datasets: list[xr.Dataset]) -> str:
+def render(datasets: list[xr.Dataset], convergence: Sequence[Convergence] = ()) -> str:
     """Make the text of a report.
 
     Parameters
     ----------
     datasets : list of Dataset
         One result, or rig and field in this order.
+    convergence : sequence of Convergence
+        What `wearsim run --converge` found.
 
     Returns
     -------
@@ -103,6 +107,8 @@ def render(datasets: list[xr.Dataset]) -> str:
         "points": [tables.operating_points(data) for data in datasets],
         "quality": [dict(rows) for rows in quality],
         "quality_names": list(dict.fromkeys(text for rows in quality for text, _ in rows)),
+        "convergence": convergence,
+        "convergence_caption": CAPTION,
         "provenance": [_provenance(data) for data in datasets],
         "scenes": [str(data.attrs.get("scene_text", "")) for data in datasets],
     }

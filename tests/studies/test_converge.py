@@ -1,0 +1,151 @@
+"""The same campaign computed otherwise: what is refined, what the table tells, what it costs to ask again."""
+
+import json
+import tomllib
+
+import pytest
+
+from wearsim import cli
+from wearsim.profile.standard import shipped_path
+from wearsim.report.convergence import markdown, read_convergence
+from wearsim.results import open_results
+from wearsim.scene import load_campaign
+from wearsim.studies.converge import TABLE, converge, refinements
+
+SCENE = """
+[scene]
+kind = "rig"
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+gauge_mm = 1435
+roller_radius_mm = 1000
+[contact]
+strips = 12
+cells = 12
+[[operation.block]]
+name = "right"
+shift_mm = 3
+load_kN = 80
+speed_km_h = 72
+friction = 0.35
+distance_km = 2
+[campaign]
+distance_km = 8
+point_spacing_mm = 0.5
+"""
+ROWS = ["step", "grid", "smoothing-half", "smoothing-double", "points", "together"]
+
+
+def changes(scene):
+    return {item.name: {c.key: c.value for c in item.changes} for item in refinements(scene)}
+
+
+def test_what_is_refined_in_the_field():
+    found = changes(load_campaign(shipped_path("workflows", "field.toml")))
+    assert list(found) == ROWS
+    assert found["step"] == {
+        "campaign.max_step_depth_um": 4.0,
+        "campaign.stability": 0.2,
+        "campaign.error_tolerance_um": 0.25,
+    }
+    assert found["grid"] == {"campaign.point_spacing_mm": 0.125, "contact.strips": 100, "contact.cells": 100}
+    assert found["smoothing-half"] == {"campaign.smoothing_wavelength_mm": 1.25}
+    assert found["smoothing-double"] == {"campaign.smoothing_wavelength_mm": 5.0}
+    assert found["points"]["operation.class.1.positions"] == 2 * 15
+    assert found["points"]["operation.class.2.positions"] == 2 * 11
+    together = found["step"] | found["grid"] | found["smoothing-half"] | found["points"]
+    assert found["together"] == together
+
+
+def test_in_a_comparison_both_scenes_are_refined():
+    found = changes(load_campaign(shipped_path("workflows", "rig_vs_field.toml")))
+    assert {key.split(".")[0] for key in found["together"]} == {"rig", "field"}
+    assert {key.split(".")[0] for key in found["points"]} == {"field"}  # a programme gives its points
+
+
+@pytest.fixture(scope="module")
+def converged(tmp_path_factory):
+    """A few steps on a rig, coarse, with all their refinements; scene and run directory."""
+    folder = tmp_path_factory.mktemp("converged")
+    scene, out = folder / "rig.toml", folder / "out"
+    scene.write_text(SCENE)
+    assert cli.main(["run", str(scene), "--out", str(out), "--converge"]) == 0
+    return scene, out
+
+
+def test_table_tells_how_the_end_moves(converged):
+    _, out = converged
+    table = json.loads((out / "convergence.json").read_text())
+    assert [row["name"] for row in table["rows"]] == ROWS
+    given = table["given"]["rig"]
+    rows = {row["name"]: row for row in table["rows"]}
+    assert rows["points"]["told"].startswith("a rig programme gives")
+    assert rows["step"]["ends"]["rig"]["steps"] > given["steps"]
+    for name in ("step", "grid", "together"):
+        with open_results(out / "converge" / name / "rig.nc") as data:
+            depth = data["max_wear_depth"].values[-1]
+        assert rows[name]["ends"]["rig"]["end"]["max_wear_depth"] == depth.tolist()
+    refined = tomllib.loads((out / "converge" / "together" / "scene" / "rig.toml").read_text())
+    assert refined["contact"]["strips"] == 24
+    assert refined["campaign"]["smoothing_wavelength_mm"] == 1.25
+
+
+def test_the_table_stands_in_report_and_markdown(converged):
+    """Numbers of the table are differences of the results: largest of both wheels, and its share."""
+    _, out = converged
+    table = json.loads((out / "convergence.json").read_text())
+    row = next(item for item in table["rows"] if item["name"] == "grid")
+    end, given = row["ends"]["rig"]["end"]["max_wear_depth"], table["given"]["rig"]["end"]["max_wear_depth"]
+    difference = max((b - a for a, b in zip(given, end, strict=True)), key=abs)
+    share = max(abs(b / a - 1.0) for a, b in zip(given, end, strict=True))
+    html, text = (out / "report.html").read_text(), (out / "convergence.md").read_text()
+    assert 'id="table-convergence-rig"' in html
+    cell = f"({100.0 * share:.2g} %)"
+    line = next(line for line in text.splitlines() if "twice as fine" in line)
+    assert cell in line
+    assert cell in html
+    assert f'data-value="{1e6 * difference!r}"' in html
+
+
+def test_asked_again_nothing_is_computed(converged):
+    scene, out = converged
+    before = (out / TABLE).read_bytes()
+    command = json.loads(before)["command"]
+    seen = []
+    converge(scene, out, command=command, observer=lambda event: seen.append((event.kind, event.name)))
+    assert seen == [("found", "rig")] + [("found", f"rig, {name}") for name in ROWS if name != "points"]
+    assert (out / TABLE).read_bytes() == before
+
+
+def test_a_shorter_distance_bounds_the_cost(converged, tmp_path):
+    scene, _ = converged
+    table = json.loads(converge(scene, tmp_path / "out", distance=2e3).read_text())
+    assert table["shortened"]
+    assert table["given"]["rig"]["distance"] == pytest.approx(2e3)
+    assert all(row["ends"]["rig"]["distance"] == pytest.approx(2e3) for row in table["rows"] if "ends" in row)
+    assert (tmp_path / "out" / "converge-2km" / "as-given" / "rig.nc").exists()
+    assert not (tmp_path / "out" / "rig.nc").exists()
+    assert "2 km, shortened for this comparison" in markdown(read_convergence(tmp_path / "out"))
+
+
+@pytest.mark.parametrize("text", ["0", "-3", "nan", "far"])
+def test_a_distance_that_is_none_is_told(text, capsys):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(["run", "rig.toml", f"--converge={text}"])
+    assert caught.value.code == 2
+    assert "must be a distance above 0" in capsys.readouterr().err
+
+
+def test_a_study_does_not_converge(capsys, tmp_path):
+    assert cli.main(["run", "seed_tables.toml", "--out", str(tmp_path), "--converge"]) == 2
+    assert "--converge is for campaigns" in capsys.readouterr().err
+
+
+def test_a_spoiled_table_is_told(tmp_path, capsys, converged):
+    (tmp_path / "rig.nc").write_bytes((converged[1] / "rig.nc").read_bytes())
+    (tmp_path / "convergence.json").write_text("{}")
+    assert cli.main(["report", str(tmp_path)]) == 2
+    assert "is no table of `wearsim run --converge`" in capsys.readouterr().err

@@ -1,0 +1,202 @@
+"""How far a campaign's result hangs on its numerical settings: one refined at a time, then all together."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from wearsim.campaign.progress import Event, Observer
+from wearsim.campaign.record import write_atomically
+from wearsim.campaign.run import run_scene
+from wearsim.errors import NumericalError
+from wearsim.results import open_results
+from wearsim.scene import CompareScene, FieldScene, RigScene, load_campaign
+from wearsim.scene.changes import Change
+
+FOLDER = "converge"
+TABLE = "convergence.json"
+MEASURES = ("flange_thickness", "flange_height", "max_wear_depth", "worn_area", "equivalent_conicity")
+
+_FINEST_SPACING_MM, _MOST_CELLS, _MOST_POSITIONS, _LONGEST_WAVE_MM = 0.05, 400, 200, 50.0
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """One way to compute the same campaign otherwise.
+
+    Parameters
+    ----------
+    name : str
+        Of its run directory.
+    text : str
+        What is refined.
+    changes : tuple of Change
+        To the scene; empty where there is nothing to refine.
+    reason : str
+        Why there is nothing.
+    """
+
+    name: str
+    text: str
+    changes: tuple[Change, ...]
+    reason: str = ""
+
+
+def refinements(scene: RigScene | FieldScene | CompareScene) -> tuple[Refinement, ...]:
+    """Make the refinements of a scene.
+
+    Parameters
+    ----------
+    scene : RigScene, FieldScene or CompareScene
+        As loaded.
+
+    Returns
+    -------
+    tuple of Refinement
+        Step, grid, smoothing (half and double), operating points, and all but double smoothing together.
+    """
+    parts: dict[str, RigScene | FieldScene]
+    parts = {"rig.": scene.rig, "field.": scene.field} if isinstance(scene, CompareScene) else {"": scene}
+
+    def changes(of: Any) -> tuple[Change, ...]:
+        return tuple(Change(role + key, value) for role, part in parts.items() for key, value in of(part))
+
+    step, grid, points = changes(_step), changes(_grid), changes(_points)
+    half, double = (changes(lambda part, f=factor: _smoothing(part, f)) for factor in (0.5, 2.0))
+    no_wave = "the increments are not smoothed, or half the wavelength is below two points of the profile"
+    given = "a rig programme gives its operating points one by one"
+    return (
+        Refinement("step", "steps half as long", step),
+        Refinement("grid", "profile points, strips and cells twice as fine", grid),
+        Refinement("smoothing-half", "smoothing wavelength halved", half, no_wave),
+        Refinement("smoothing-double", "smoothing wavelength doubled", double, no_wave),
+        Refinement("points", "twice as many lateral positions", points, given),
+        Refinement("together", "all of these, with the wavelength halved", (*step, *grid, *half, *points)),
+    )
+
+
+def converge(
+    path: str | Path,
+    out: str | Path,
+    *,
+    changes: Sequence[Change] = (),
+    distance: float | None = None,
+    command: str = "",
+    observer: Observer | None = None,
+) -> Path:
+    """Run a scene and its refinements, each in a run directory of its own, and compare the ends.
+
+    Parameters
+    ----------
+    path : str or Path
+        Scene file of a campaign.
+    out : str or Path
+        Run directory of the campaign itself; it is run there unless it is finished.
+    changes : sequence of Change
+        Values that replace those in the scene file, in all of them.
+    distance : float, optional
+        Run all of them, the scene as it is too, for this distance only [m].
+    command : str
+        Command line.
+    observer : callable, optional
+        Called with an `Event` at each step.
+
+    Returns
+    -------
+    Path
+        The table, JSON; what was finished before is not run again.
+    """
+    out = Path(out)
+    shortened = () if distance is None else (Change("campaign.distance_km", 1e-3 * distance),)
+    common = (*changes, *shortened)
+    scene = load_campaign(path, changes=common)
+    runs = out / FOLDER if distance is None else out / f"{FOLDER}-{1e-3 * distance:g}km"
+    base = out if distance is None else runs / "as-given"
+
+    def run(directory: Path, more: Sequence[Change] = ()) -> dict[str, dict[str, Any]]:
+        def observe(event: Event) -> None:
+            if observer is not None:
+                observer(
+                    replace(event, name=f"{event.name}, {directory.name}" if directory != out else event.name)
+                )
+
+        paths = run_scene(path, directory, changes=(*common, *more), command=command, observer=observe)
+        return {item.stem: _end(item) for item in paths if item.stem in ("rig", "field")}
+
+    out.mkdir(parents=True, exist_ok=True)
+    given = run(base)
+    runs.mkdir(exist_ok=True)
+    rows = []
+    for item in refinements(scene):
+        row: dict[str, Any] = {"name": item.name, "text": item.text, "told": item.reason}
+        if item.changes:
+            try:
+                row["ends"], row["told"] = run(runs / item.name, item.changes), ""
+            except NumericalError as error:
+                row["told"] = f"failed: {error}"
+        rows.append(row)
+    table = {"command": command, "shortened": distance is not None, "given": given, "rows": rows}
+    write_atomically(out / TABLE, json.dumps(table, indent=2, allow_nan=False).encode())
+    return out / TABLE
+
+
+def _end(path: Path) -> dict[str, Any]:
+    """Measures at the end of a campaign, and how far they moved; None where a profile has none."""
+    with open_results(path) as data:
+        last = {name: data[name].values[-1].reshape(-1).tolist() for name in MEASURES}
+        first = {name: data[name].values[0].reshape(-1).tolist() for name in MEASURES}
+        return {
+            "distance": float(data["distance"][-1]),
+            "steps": data.sizes["step"] - 1,
+            "points": data.sizes["operating_point"],
+            "end": {name: [_known(value) for value in last[name]] for name in MEASURES},
+            "moved": {
+                name: [_known(b - a) for a, b in zip(first[name], last[name], strict=True)]
+                for name in MEASURES
+            },
+        }
+
+
+def _known(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _step(part: RigScene | FieldScene) -> list[tuple[str, float]]:
+    campaign = part.campaign
+    halved = [
+        ("campaign.max_step_depth_um", max(0.5 * campaign.max_step_depth_um, 0.1)),
+        ("campaign.stability", 0.5 * campaign.stability),
+        # the error of a step grows with the square of its length
+        ("campaign.error_tolerance_um", max(0.25 * campaign.error_tolerance_um, 0.001)),
+    ]
+    if campaign.max_step_km is not None:
+        halved.append(("campaign.max_step_km", 0.5 * campaign.max_step_km))
+    return halved
+
+
+def _grid(part: RigScene | FieldScene) -> list[tuple[str, float]]:
+    return [
+        ("campaign.point_spacing_mm", max(0.5 * part.campaign.point_spacing_mm, _FINEST_SPACING_MM)),
+        ("contact.strips", min(2 * part.contact.strips, _MOST_CELLS)),
+        ("contact.cells", min(2 * part.contact.cells, _MOST_CELLS)),
+    ]
+
+
+def _smoothing(part: RigScene | FieldScene, factor: float) -> list[tuple[str, float]]:
+    wavelength = factor * part.campaign.smoothing_wavelength_mm
+    if wavelength == 0.0 or wavelength < 2.0 * part.campaign.point_spacing_mm:
+        return []
+    return [("campaign.smoothing_wavelength_mm", min(wavelength, _LONGEST_WAVE_MM))]
+
+
+def _points(part: RigScene | FieldScene) -> list[tuple[str, float]]:
+    if isinstance(part, RigScene):
+        return []
+    return [
+        (f"operation.class.{number}.positions", min(2 * run.positions, _MOST_POSITIONS))
+        for number, run in enumerate(part.operation.classes, start=1)
+    ]
