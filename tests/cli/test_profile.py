@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -111,11 +112,60 @@ def test_limits_depend_on_the_diameter(capsys):
         found = told(capsys, RIGHT, *flags)["judgements"]
         return next(each for each in found if (each["measure"], each["bound"]) == ("flange_thickness", "min"))
 
-    assert sd_minimum()["limit"] is None
-    assert "diameter" in sd_minimum()["reason"]
+    assert sd_minimum()["limit"] == pytest.approx(27.5e-3)  # the strictest, which it fulfils
+    assert sd_minimum()["exceeded"] is False
     assert sd_minimum("--diameter-mm", "900")["limit"] == pytest.approx(22e-3)
     assert sd_minimum("--wheel-radius-mm", "400")["limit"] == pytest.approx(25e-3)
-    assert "min depends on the diameter (--diameter-mm)" in printed(capsys, RIGHT)
+    assert "min not judged: depends on the wheel diameter, which is not given (--diameter-mm)" in printed(
+        capsys, RIGHT
+    )
+
+
+@pytest.fixture
+def thin(tmp_path):
+    """New S1002 but for a flange 12 mm too thin: Sd = 20.5 mm."""
+    shape = standard.wheel("S1002")
+    y = shape.y - np.where(shape.y < -36e-3, 12e-3, 12e-3 * np.clip((-20e-3 - shape.y) / 16e-3, 0.0, 1.0))
+    file = tmp_path / "thin.csv"
+    file.write_text("# wheel profile, mm\ny,z\n" + "".join(f"{1e3 * a:.6f},{1e3 * b:.6f}\n" for a, b in
+                    zip(y, shape.z, strict=True)))  # fmt: skip
+    return str(file)
+
+
+def test_a_condemned_wheel_is_condemned_without_its_diameter(thin, capsys):
+    flags = (thin, "--flange-back-mm", "1340")
+    value = told(capsys, *flags)
+    assert value["measures"]["flange_thickness"] == pytest.approx(20.5e-3, abs=0.01e-3)
+    # 1340 + 2 * 20.5 = 1381 mm, less than 1410
+    assert set(value["exceeded"]) == {"flange_thickness", "back_to_back", "front_to_front"}
+    assert value["not_judged"] == ["flange_height"]  # 28 mm: too low below D = 760 mm only
+    text = printed(capsys, *flags)
+    for name, by in (
+        ("flange thickness Sd", "1.5"),
+        ("flange backs AR", "17.0"),
+        ("active flanks SR", "29.0"),
+    ):
+        (line,) = [line for line in text.splitlines() if name in line and "EXCEEDED" in line]
+        assert f"EXCEEDED by {by}" in line
+        assert "for any diameter listed" in line
+    assert len(re.findall("not judged", text)) == 1
+
+
+def test_the_axle_is_judged_by_its_smaller_wheel(capsys):
+    for right, left in (("842", "838"), ("838", "842")):
+        flags = ("--diameter-mm", right, "--left-diameter-mm", left, "--flange-back-mm", "1357.5")
+        judged = {
+            (each["wheel"], each["measure"], each["bound"]): each
+            for each in told(capsys, "S1002", *flags)["judgements"]
+        }
+        back = judged["axle", "back_to_back", "min"]
+        assert back["exceeded"] is True
+        assert back["limit"] == pytest.approx(1.358)
+        assert judged["right", "flange_thickness", "min"]["condition"] == (
+            "D > 840 mm" if right == "842" else "760 < D <= 840 mm"
+        )
+        assert ("right", "back_to_back", "min") not in judged
+    assert "EXCEEDED by 0.500" in printed(capsys, "S1002", *flags)
 
 
 def test_a_wheelset_is_judged_by_its_stated_distance(capsys):
@@ -156,7 +206,7 @@ def test_left_and_right_that_differ(capsys):
     right, left = value["measures"], value["left_measures"]
     assert left["flange_height"] - right["flange_height"] == pytest.approx(0.5e-3, abs=0.01e-3)  # as made
     front = 1.360 + right["flange_thickness"] + left["flange_thickness"]
-    assert right["front_to_front"] == pytest.approx(front, abs=1e-12)
+    assert value["axle_measures"]["front_to_front"] == pytest.approx(front, abs=1e-12)
     shifts = [each["shift"] for each in value["running"]["rolling_radius_difference"]]
     assert min(shifts) == pytest.approx(-6e-3)
 
@@ -168,7 +218,7 @@ def test_a_diameter_difference_shifts_the_radius_difference(capsys):
     more = {round(each["shift"], 6): each["value"] for each in other["running"]["rolling_radius_difference"]}
     for each in usual:
         assert more[round(each["shift"], 6)] == pytest.approx(each["value"] + 0.5e-3, abs=1e-9)
-    assert other["measures"]["wheel_diameter_difference"] == pytest.approx(1e-3)
+    assert other["axle_measures"]["wheel_diameter_difference"] == pytest.approx(1e-3)
 
 
 def test_wear_against_the_new_wheel(capsys):

@@ -70,6 +70,20 @@ def test_each_file_is_a_row_sorted_by_name(folder, capsys):
     assert "hidden" not in captured.err + captured.out
 
 
+def test_what_cannot_be_judged_without_a_diameter_is_told(folder, capsys):
+    """Sh = 29.6 mm is below the least height of wheels up to 630 mm only."""
+    rows = rows_of(measured(capsys, folder, "--csv", "-").out)
+    right = rows["wheel_worn_right.whl"]
+    assert (right["exceeded"], right["not_judged"]) == ("", "Sh")
+    assert rows["rail_worn_outer.ban"]["not_judged"] == ""
+    assert rows_of(measured(capsys, folder, "--csv", "-", "--diameter-mm", "900").out)[
+        "wheel_worn_right.whl"
+    ]["not_judged"] == ""  # fmt: skip
+    text = measured(capsys, folder).out
+    assert "not judged: Sh" in text
+    assert "(--diameter-mm)" in text
+
+
 def test_a_row_has_the_values_of_the_file_alone(folder, capsys):
     (row,) = (
         each

@@ -16,7 +16,7 @@ from wearsim.profile.limits import (
     judge_wheelset,
     load_limits,
 )
-from wearsim.profile.measures import Measures, wheel_measures, wheelset_measures
+from wearsim.profile.measures import Measures, WheelsetMeasures, wheel_measures, wheelset_measures
 from wearsim.profile.standard import wheel
 
 NEW = wheel("S1002")
@@ -102,10 +102,57 @@ def test_exceeded_is_the_sign_of_the_margin(value, diameter):
 
 def test_without_a_diameter_only_what_all_limits_agree_on_is_judged():
     found = {(each.measure, each.bound): each for each in judge(wheel_measures(NEW), TSI)}
-    low, high = found["flange_thickness", "min"], found["flange_thickness", "max"]
+    low, high = found["flange_height", "min"], found["flange_height", "max"]  # 28 mm of 27.5, 29.5, 31.5
     assert (low.limit, low.margin, low.exceeded) == (None, None, None)
     assert low.reason == "depends on the wheel diameter, which is not given"
-    assert (high.limit, high.exceeded, high.condition) == (33e-3, False, "any diameter listed")
+    assert (high.limit, high.exceeded, high.condition) == (36e-3, False, "any diameter listed")
+    low = found["flange_thickness", "min"]  # 32.5 mm, more than the strictest
+    assert (low.limit, low.exceeded, low.condition) == (27.5e-3, False, "any diameter listed")
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(
+    values=st.fixed_dictionaries(
+        {
+            "flange_thickness": st.floats(20e-3, 35e-3),
+            "flange_height": st.floats(26e-3, 37e-3),
+            "back_to_back": st.floats(1.355, 1.365),
+            "front_to_front": st.floats(1.405, 1.430),
+        }
+    )
+)
+def test_without_a_diameter_what_is_told_holds_for_every_listed_one(values):
+    """The diameters are the ends of all ranges of the file, and one within each."""
+    diameters = [0.33, 0.63, 0.6301, 0.7, 0.76, 0.7601, 0.8, 0.84, 0.8401, 0.92, 1.2]
+    told = [
+        {(j.measure, j.bound): j.exceeded for j in judge(values, TSI, diameter=each)} for each in diameters
+    ]
+    for each in judge(values, TSI):
+        by_diameter = {found[each.measure, each.bound] for found in told}
+        if each.exceeded is None:
+            assert by_diameter == {True, False}
+            assert (each.limit, each.margin) == (None, None)
+            assert each.reason
+        else:
+            assert by_diameter == {each.exceeded}
+            assert each.margin == pytest.approx(
+                (each.value - each.limit) * (1 if each.bound == "min" else -1), abs=1e-15
+            )
+
+
+def test_a_bound_that_some_diameters_lack_condemns_nothing_without_a_diameter():
+    (first, *_) = [limit for limit in TSI.limits if limit.measure == "flange_thickness"]
+    small = replace(first, least=None, diameters=DiameterRange(0.0, 0.84))
+    found = {each.bound: each for each in judge({"flange_thickness": 20e-3}, [first, small])}
+    assert found["min"].exceeded is None
+    assert found["max"].exceeded is False
+
+
+def test_an_axle_with_a_wheel_of_unknown_size_is_judged_as_without_a_diameter():
+    right = Measures({"wheel_diameter": 0.9}, {})
+    axle = Measures({"back_to_back": 1.3575}, {})
+    (low, _) = judge_wheelset(WheelsetMeasures(right, Measures({}, {}), axle), TSI)["axle"]
+    assert low.exceeded is None
 
 
 def test_a_diameter_without_limits_is_told():

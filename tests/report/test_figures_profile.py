@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from wearsim.errors import ResultError
 from wearsim.profile.limits import load_limits
 from wearsim.profile.measures import GaugeDistances
-from wearsim.report import figures_profile, pages_fleet, pages_profile
+from wearsim.report import figures_fleet, figures_profile, pages_fleet, pages_profile
 from wearsim.report.figures_fleet import plot_member
 from wearsim.report.style import COLOURS
 from wearsim.studies.profile_examination import Circumstances, examine
@@ -197,7 +197,9 @@ def test_small_figures_show_profile_reference_and_what_is_beyond(fleet):
         np.testing.assert_allclose(ax.lines[0].get_ydata(), 1e3 * fleet["reference_z"].values)
         np.testing.assert_allclose(ax.lines[1].get_ydata(), 1e3 * fleet["profile_z"].values[member])
     assert left.lines[1].get_color() == figures_profile.EXCEEDED
-    assert right.lines[1].get_color() != figures_profile.EXCEEDED
+    assert right.lines[1].get_color() == figures_fleet.NOT_JUDGED  # Sh, without a diameter
+    assert right.lines[1].get_label() == "not judged, or not in all"
+    assert any(text.get_text().startswith("Sh") and text.get_text().endswith("?") for text in right.texts)
     assert any(text.get_text().startswith("Sd") and text.get_text().endswith("!") for text in left.texts)
 
 

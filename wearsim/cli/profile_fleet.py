@@ -36,7 +36,8 @@ _IDENTITY = ("wheel", "kind", "format", "stock", "car", "axle", "side")
 _SHOWN = {"Sh_mm": "Sh", "Sd_mm": "Sd", "qR_mm": "qR", "hollowing_mm": "hollow", "diameter_mm": "D",
           "conicity_3mm": "conicity", "worn_area_mm2": "area mm²", "max_wear_depth_mm": "depth"}  # fmt: skip
 _SHORT = {"flange_height": "Sh", "flange_thickness": "Sd", "flange_gradient": "qR", "hollowing": "hollow",
-          "rim_width": "rim", "wheel_diameter": "D", "equivalent_conicity": "conicity"}  # fmt: skip
+          "rim_width": "rim", "wheel_diameter": "D", "equivalent_conicity": "conicity",
+          "back_to_back": "AR", "front_to_front": "SR"}  # fmt: skip
 
 
 def measure_fleet(request: Request) -> int:
@@ -126,6 +127,7 @@ def _cells(row: FleetRow) -> dict[str, str]:
         factor = NOMENCLATURE[name].shown_factor
         cells[column] = "" if value is None else f"{value * factor:.{digits}f}"
     cells["exceeded"] = " ".join(_SHORT.get(name, name) for name in row.exceeded)
+    cells["not_judged"] = " ".join(_SHORT.get(name, name) for name in row.not_judged)
     cells["notes"] = "; ".join(row.notes)
     cells["fault"] = row.fault
     return cells
@@ -133,7 +135,7 @@ def _cells(row: FleetRow) -> dict[str, str]:
 
 def _csv(rows: Iterable[FleetRow]) -> str:
     text = io.StringIO()
-    columns = ["file", *_IDENTITY, *COLUMNS, "exceeded", "notes", "fault"]
+    columns = ["file", *_IDENTITY, *COLUMNS, "exceeded", "not_judged", "notes", "fault"]
     writer = csv.DictWriter(text, columns, lineterminator="\n")
     writer.writeheader()
     writer.writerows(_cells(row) for row in rows)
@@ -148,6 +150,7 @@ def _json(row: FleetRow) -> dict[str, object]:
         **row.identity,
         **{name: row.values.get(name) for name, _ in COLUMNS.values()},
         "exceeded": list(row.exceeded),
+        "not_judged": list(row.not_judged),
         "notes": list(row.notes),
         "fault": row.fault or None,
     }
@@ -171,9 +174,14 @@ def _text(rows: list[FleetRow]) -> str:
         name, wheel = (_cut(cell[key], width[key]) for key in ("file", "wheel"))
         start = f"{name:<{width['file']}}  {wheel if row.measured else '':<{width['wheel']}}"
         told = [cell["exceeded"]] if cell["exceeded"] else []
+        told += [f"not judged: {cell['not_judged']}"] if cell["not_judged"] else []
         told += [f"FAULT {cell['fault']}"] if cell["fault"] else []
         numbers = "".join(f"{cell[column] or '-':>10}" for column in used) if row.measured else ""
         lines.append(f"{start}{numbers}  {'; '.join(told)}".rstrip())
+    if any(row.not_judged and "wheel_diameter" not in row.values for row in rows):
+        lines.append(
+            "not judged: some limits depend on the wheel diameter, which is not given (--diameter-mm)"
+        )
     lines.append("lengths in mm" + ("" if "conicity_3mm" not in used else "; conicity at 3 mm, EN 15302"))
     return "\n".join(lines)
 

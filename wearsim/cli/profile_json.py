@@ -23,13 +23,21 @@ def as_json(found: Examination) -> dict[str, Any]:
     value["measures"] = _measures_json(found.measures)
     if found.left_measures is not None:
         value["left_measures"] = _measures_json(found.left_measures)
+    if found.axle_measures is not None:
+        value["axle_measures"] = _measures_json(found.axle_measures)
     if found.limits is not None:
         value["limits"] = {"name": found.limits.name, "title": found.limits.title}
         value["judgements"] = [
             {"wheel": wheel, **asdict(each)}
-            for wheel, judgements in (("right", found.judgements), ("left", found.left_judgements))
+            for wheel, judgements in (
+                ("right", found.judgements),
+                ("left", found.left_judgements),
+                ("axle", found.axle_judgements),
+            )
             for each in judgements
         ]
+        value["exceeded"] = list(found.exceeded)
+        value["not_judged"] = list(found.not_judged)
     value["track"] = {
         "gauge": at.gauge or GAUGE,
         "back_to_back": at.back_to_back or BACK_TO_BACK,

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Iterable, Sequence
 
 from wearsim.nomenclature import NOMENCLATURE
-from wearsim.profile.limits import Judgement
+from wearsim.profile.limits import NO_DIAMETER, Judgement
 from wearsim.profile.measures import Measures
 from wearsim.profile.shape import arc_length
 from wearsim.studies.profile_examination import Comparison, Examination
@@ -121,6 +121,8 @@ def _measures(found: Examination) -> list[str]:
     columns = [("right" if found.left_measures else found.subject.profile.name, found.measures)]
     if found.left_measures is not None:
         columns.append(("left", found.left_measures))
+    if found.axle_measures is not None:
+        columns.append(("axle", found.axle_measures))
     difference = None
     if found.comparison is not None and found.comparison.measures is not None:
         columns.append((found.comparison.reference.profile.name, found.comparison.measures))
@@ -150,7 +152,11 @@ def _limits(found: Examination) -> list[str]:
         return ["no limits for these measures"]
     several = bool(found.left_judgements)
     lines = [f"{f'limits [mm] ({found.limits.name})':<42}{'value':>9}{'min':>8}{'max':>8}  margin"]
-    for whose, judgements in (("right ", found.judgements), ("left ", found.left_judgements)):
+    for whose, judgements in (
+        ("right ", found.judgements),
+        ("left ", found.left_judgements),
+        ("", found.axle_judgements),
+    ):
         rows: dict[tuple[str, str], list[Judgement]] = {}
         for each in judgements:
             rows.setdefault((each.measure, each.source), []).append(each)
@@ -181,16 +187,12 @@ def _judgement(measure: str, group: Sequence[Judgement]) -> str:
         told.append(f"EXCEEDED by {text}" if least.exceeded else f"{text} left to the {least.bound}")
         conditions = dict.fromkeys(each.condition for _, each in margins if each.condition)
         told += [f"for {condition}" for condition in conditions]
-    whys = dict.fromkeys(each.reason for each in group if each.reason)
-    for why in whys:
-        bound = " and ".join(each.bound for each in group if each.reason == why)
-        if value is None:
-            told.append(f"not judged: {why}")
-        elif all(each.limit is None for each in group if each.reason == why):
-            hint = "depends on the diameter (--diameter-mm)" if "not given" in why else why
-            told.append(f"{bound} {hint}")
-        else:
-            told.append(f"{bound}: {why}")
+    for why in dict.fromkeys(each.reason for each in group if each.reason):
+        of = [each.bound for each in group if each.reason == why]
+        # of one bound it matters which, of all bounds it does not
+        which = f"{of[0]} " if len(group) > len(of) else ""
+        hint = f"{why} (--diameter-mm)" if why == NO_DIAMETER else why
+        told.append(f"{which}not judged: {hint}")
     return f"{cells[0]:>9}{cells[1]:>8}{cells[2]:>8}  {'; '.join(told)}"
 
 

@@ -11,6 +11,7 @@ from wearsim.profile.measures import Measures, WheelsetMeasures
 
 __all__ = [
     "LIMITED",
+    "NO_DIAMETER",
     "DiameterRange",
     "Judgement",
     "Limit",
@@ -21,6 +22,11 @@ __all__ = [
 ]
 
 _ROUNDING = 1e-9  # what is no transgression [m]: far below what can be measured
+NO_DIAMETER = "depends on the wheel diameter, which is not given"
+"""Reason of what cannot be told without a diameter."""
+
+_ANY_DIAMETER = "any diameter listed"
+_NOT_MEASURED = "not measured"
 _BOUNDS: tuple[Literal["min", "max"], ...] = ("min", "max")
 
 
@@ -83,7 +89,9 @@ def judge(
     -------
     list of Judgement
         In the order of the limits, one for each bound of each measure that is measured or was tried.
-        Without a diameter, limits that depend on it are told as such unless all agree.
+        Without a diameter, a value beyond the limits of all diameters is exceeded (with the margin to the
+        most lenient one), one within all of them is within (to the strictest one); anything else cannot be
+        told.
     """
     values = measures.values if isinstance(measures, Measures) else measures
     missing = measures.missing if isinstance(measures, Measures) else {}
@@ -113,7 +121,8 @@ def judge_wheelset(
     limits : LimitSet or sequence of Limit
         From `load_limits`.
     diameter : float, optional
-        That chooses among the limits; if not given that of each wheel, of the axle the smaller one [m].
+        That chooses among the limits; if not given that of each wheel, of the axle the smaller one, if both
+        are known [m].
 
     Returns
     -------
@@ -123,7 +132,8 @@ def judge_wheelset(
     known = [
         m.values["wheel_diameter"] for m in (wheelset.right, wheelset.left) if "wheel_diameter" in m.values
     ]
-    of_axle = diameter if diameter is not None else min(known, default=None)
+    smaller = min(known) if len(known) == 2 else None  # a wheel of unknown size may be the smaller one
+    of_axle = diameter if diameter is not None else smaller
     return {
         "right": judge(wheelset.right, limits, diameter=diameter),
         "left": judge(wheelset.left, limits, diameter=diameter),
@@ -140,37 +150,82 @@ def _judged(
     diameter: float | None,
 ) -> list[Judgement]:
     """Judgements on one bound by the limits of one source."""
+    if diameter is None:
+        always = [limit for limit in group if not limit.diameters.text]
+        result = [
+            _by_number(measure, bound, value, why_missing, limit, number)
+            for limit in always
+            if (number := _number(limit, bound)) is not None
+        ]
+        return result + _by_all(measure, bound, value, why_missing, [x for x in group if x not in always])
     bounded = [(limit, number) for limit in group if (number := _number(limit, bound)) is not None]
+    chosen = [(limit, number) for limit, number in bounded if diameter in limit.diameters]
+    if bounded and not chosen:
+        first = bounded[0][0]
+        reason = f"no limit is given for a wheel diameter of {diameter * 1e3:.6g} mm"
+        if value is None:
+            reason = why_missing or _NOT_MEASURED
+        return [Judgement(measure, value, bound, None, None, None, "", first.source, first.certainty, reason)]
+    return [_by_number(measure, bound, value, why_missing, limit, number) for limit, number in chosen]
+
+
+def _by_number(
+    measure: str,
+    bound: Literal["min", "max"],
+    value: float | None,
+    why_missing: str,
+    limit: Limit,
+    number: float,
+    condition: str | None = None,
+) -> Judgement:
+    """Judgement by one number; the condition is that of the limit if no other is told."""
+    margin = None if value is None else _margin(measure, bound, value, number)
+    return Judgement(
+        measure,
+        value,
+        bound,
+        number,
+        margin,
+        None if margin is None else margin < -_ROUNDING,
+        limit.diameters.text if condition is None else condition,
+        limit.source,
+        limit.certainty,
+        "" if value is not None else why_missing or _NOT_MEASURED,
+    )
+
+
+def _by_all(
+    measure: str, bound: Literal["min", "max"], value: float | None, why_missing: str, ranges: list[Limit]
+) -> list[Judgement]:
+    """Judge by limits of which one holds, but nobody knows which: beyond all of them, within all, or open."""
+    bounded = [(limit, number) for limit in ranges if (number := _number(limit, bound)) is not None]
     if not bounded:
         return []
-    first = bounded[0][0]
-    chosen = bounded
-    condition: str | None = None
-    if diameter is not None:
-        chosen = [(limit, number) for limit, number in bounded if diameter in limit.diameters]
-        reason = f"no limit is given for a wheel diameter of {diameter * 1e3:.6g} mm"
-    elif len({number for _, number in bounded}) == 1:
-        chosen, condition = bounded[:1], "any diameter listed" if len(bounded) > 1 else None
-    elif len(bounded) > 1:
-        chosen = [(limit, number) for limit, number in bounded if not limit.diameters.text]
-        reason = "depends on the wheel diameter, which is not given"
-    if not chosen:
-        return [Judgement(measure, value, bound, None, None, None, "", first.source, first.certainty, reason)]
-    result = []
-    for limit, number in chosen:
-        margin = exceeded = None
-        if value is not None:
-            size = abs(value) if measure == "wheel_diameter_difference" else value
-            margin = size - number if bound == "min" else number - size
-            exceeded = margin < -_ROUNDING
-        text = limit.diameters.text if condition is None else condition
-        reason = "" if value is not None else why_missing or "not measured"
-        result.append(
-            Judgement(
-                measure, value, bound, number, margin, exceeded, text, limit.source, limit.certainty, reason
-            )
-        )
-    return result
+    bounded.sort(key=lambda pair: pair[1], reverse=bound == "max")
+    (lenient, loose), (strict, tight) = bounded[0], bounded[-1]
+    if len(ranges) == 1:
+        return [_by_number(measure, bound, value, why_missing, lenient, loose)]
+    if value is None:
+        number = loose if loose == tight else None
+        reason = why_missing or _NOT_MEASURED
+        return [
+            Judgement(measure, None, bound, number, None, None, "", strict.source, strict.certainty, reason)
+        ]
+    # diameters for which this bound is not given do not condemn a value
+    everywhere = len(bounded) == len(ranges)
+    if everywhere and _margin(measure, bound, value, loose) < -_ROUNDING:
+        return [_by_number(measure, bound, value, "", lenient, loose, _ANY_DIAMETER)]
+    if _margin(measure, bound, value, tight) >= -_ROUNDING:
+        return [_by_number(measure, bound, value, "", strict, tight, _ANY_DIAMETER)]
+    return [
+        Judgement(measure, value, bound, None, None, None, "", strict.source, strict.certainty, NO_DIAMETER)
+    ]
+
+
+def _margin(measure: str, bound: str, value: float, number: float) -> float:
+    """Return what is left to a limit, negative beyond it."""
+    size = abs(value) if measure == "wheel_diameter_difference" else value
+    return size - number if bound == "min" else number - size
 
 
 def _number(limit: Limit, bound: str) -> float | None:

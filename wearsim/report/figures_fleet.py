@@ -13,6 +13,9 @@ from wearsim.report.figures_profile import EXCEEDED
 from wearsim.report.style import COLOURS, own_axes, shown
 
 _BODY = "#1a1a1a"
+NOT_JUDGED = "#b07a1e"
+"""Colour of profiles that no limits were applied to, or that are open in some."""
+
 _SHORT = {"flange_height": "Sh", "flange_thickness": "Sd", "flange_gradient": "qR", "hollowing": "hollow"}
 _LONGEST = 26  # characters of a title
 
@@ -38,9 +41,12 @@ def plot_member(dataset: xr.Dataset, member: int, ax: Axes | None = None) -> Axe
             color=COLOURS["new"], lw=0.9, label=dataset.attrs["reference_label"],
         )  # fmt: skip
     exceeded = str(dataset["exceeded"].values[member]).split()
-    colour = EXCEEDED if exceeded else _BODY
+    open_measures = str(dataset["not_judged"].values[member]).split()
+    judged = bool(dataset["judged"].values[member]) and not open_measures
+    colour = EXCEEDED if exceeded else _BODY if judged else NOT_JUDGED
+    label = "beyond a limit" if exceeded else "within the limits" if judged else "not judged, or not in all"
     y, z = (shown(f"profile_{axis}", dataset[f"profile_{axis}"].values[member]) for axis in "yz")
-    ax.plot(y, z, color=colour, lw=1.1, label="beyond a limit" if exceeded else "within the limits")
+    ax.plot(y, z, color=colour, lw=1.1, label=label)
     name = str(dataset["wheel_name"].values[member])
     ax.set_title(
         name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…",
@@ -50,10 +56,11 @@ def plot_member(dataset: xr.Dataset, member: int, ax: Axes | None = None) -> Axe
     for measure, short in _SHORT.items():
         if measure in dataset and dataset[f"known_{measure}"].values[member]:
             value = float(shown(measure, dataset[measure].values[member]))
-            texts.append((f"{short} {value:.2f}", measure in exceeded))
+            mark = " !" if measure in exceeded else " ?" if measure in open_measures else ""
+            texts.append((f"{short} {value + 0.0:.2f}{mark}", measure in exceeded))
     for k, (text, beyond) in enumerate(texts):
         ax.text(
-            0.66 if k % 2 == 0 else 0.98, 0.22 - 0.17 * (k // 2), f"{text} !" if beyond else text,
+            0.66 if k % 2 == 0 else 0.98, 0.22 - 0.17 * (k // 2), text,
             transform=ax.transAxes, ha="right", va="bottom", fontsize=6.5,
             color=EXCEEDED if beyond else "#444444", fontweight="bold" if beyond else "normal",
         )  # fmt: skip

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from wearsim.errors import ProfileError
 from wearsim.profile.alignment import Alignment, align
-from wearsim.profile.limits import Judgement, LimitSet, judge
-from wearsim.profile.measures import GaugeDistances, Measures, wheel_measures, wheelset_measures
+from wearsim.profile.limits import Judgement, LimitSet, judge, judge_wheelset
+from wearsim.profile.measures import (
+    GaugeDistances,
+    Measures,
+    WheelsetMeasures,
+    wheel_measures,
+    wheelset_measures,
+)
 from wearsim.profile.noise import smoothed
 from wearsim.profile.shape import Profile
 from wearsim.profile.worn import WearBetween, wear_between
@@ -112,12 +118,14 @@ class Examination:
         Left wheel that differs.
     circumstances : Circumstances
         What was stated.
-    measures, left_measures : Measures or None
-        Of the wheels; None of rails or of a left wheel like the right one.
+    measures, left_measures, axle_measures : Measures or None
+        Of the wheels and of the axle; None of rails. If both wheels are alike, `measures` holds those of the
+        axle, too, and the others are None.
     limits : LimitSet or None
         What the measures were judged by.
-    judgements, left_judgements : tuple of Judgement
-        Of the measures, axle and conicity included with the right wheel.
+    judgements, left_judgements, axle_judgements : tuple of Judgement
+        Of the measures; the conicity is with the axle, or with the wheel if both are alike. The axle is
+        judged by its smaller wheel.
     running : Running or None
         On the counterpart; None where it cannot run there.
     trouble : str
@@ -131,9 +139,11 @@ class Examination:
     circumstances: Circumstances
     measures: Measures | None
     left_measures: Measures | None
+    axle_measures: Measures | None
     limits: LimitSet | None
     judgements: tuple[Judgement, ...]
     left_judgements: tuple[Judgement, ...]
+    axle_judgements: tuple[Judgement, ...]
     running: Running | None
     trouble: str
     comparison: Comparison | None
@@ -146,8 +156,20 @@ class Examination:
     @property
     def exceeded(self) -> tuple[str, ...]:
         """Names of the measures beyond a limit."""
-        both = (*self.judgements, *self.left_judgements)
-        return tuple(dict.fromkeys(each.measure for each in both if each.exceeded))
+        return _names_of(each for each in self._all_judgements if each.exceeded)
+
+    @property
+    def not_judged(self) -> tuple[str, ...]:
+        """Names of the measures that have limits, of which it cannot be told whether they are beyond."""
+        return _names_of(each for each in self._all_judgements if each.exceeded is None)
+
+    @property
+    def _all_judgements(self) -> tuple[Judgement, ...]:
+        return (*self.judgements, *self.left_judgements, *self.axle_judgements)
+
+
+def _names_of(judgements: Iterable[Judgement]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(each.measure for each in judgements))
 
 
 def examine(
@@ -193,7 +215,7 @@ def examine(
     at = replace(at, distances=replace(at.distances, flange_back=tape))
     subject = _prepared(subject, at)
     left = None if left is None else _prepared(left, at)
-    measures, left_measures = _measures(subject, left, at)
+    measures, left_measures, axle = _measures(subject, left, at)
     run, trouble = _running(subject, left, at, amplitudes)
     comparison = None
     if against is not None:
@@ -205,15 +227,18 @@ def examine(
                 measures=_measures(before, None, at)[0],
                 running=_running(before, None, at, amplitudes)[0],
             )
+    judged = _judged(measures, left_measures, axle, limits, run, at)
     return Examination(
         subject,
         left,
         at,
         measures,
         left_measures,
+        axle,
         limits if measures is not None else None,
-        _judged(measures, limits, run, at),
-        _judged(left_measures, limits, None, at),
+        tuple(judged.get("right", ())),
+        tuple(judged.get("left", ())),
+        tuple(judged.get("axle", ())),
         run,
         trouble,
         comparison,
@@ -233,11 +258,26 @@ def _elsewhere(distances: GaugeDistances) -> set[str]:
 
 
 def _judged(
-    measures: Measures | None, limits: LimitSet | None, run: Running | None, at: Circumstances
-) -> tuple[Judgement, ...]:
-    """Judgements of the measures, and of the conicity at 3 mm where the wheelset runs."""
+    measures: Measures | None,
+    left: Measures | None,
+    axle: Measures | None,
+    limits: LimitSet | None,
+    run: Running | None,
+    at: Circumstances,
+) -> dict[str, list[Judgement]]:
+    """Judgements of "right", "left" and "axle"; of all with "right" if both wheels are alike."""
     if measures is None or limits is None:
-        return ()
+        return {}
+    if left is None or axle is None:
+        return {"right": judge(_judgeable(measures, run, at), limits)}
+    wheelset = WheelsetMeasures(
+        _judgeable(measures, None, at), _judgeable(left, None, at), _judgeable(axle, run, at)
+    )
+    return judge_wheelset(wheelset, limits)
+
+
+def _judgeable(measures: Measures, run: Running | None, at: Circumstances) -> Measures:
+    """Measures that limits apply to, and the conicity at 3 mm where the wheelset runs."""
     values = dict(measures.values)
     conicity = next((value for a, value, _ in run.conicity if a == JUDGED_AMPLITUDE), None) if run else None
     if conicity is not None:
@@ -247,7 +287,7 @@ def _judged(
     for name in () if at.own_limits else _elsewhere(at.distances):
         if values.pop(name, None) is not None:
             missing[name] = "measured at other distances than those the limits are meant for"
-    return tuple(judge(Measures(values, missing), limits))
+    return Measures(values, missing)
 
 
 def _in_track(subject: Subject, at: Circumstances) -> Subject:
@@ -291,25 +331,29 @@ def _prepared(subject: Subject, at: Circumstances) -> Subject:
 
 def _measures(
     subject: Subject, left: Subject | None, at: Circumstances
-) -> tuple[Measures | None, Measures | None]:
-    """Gauge values of the right wheel with those of the axle, and of a left wheel that differs."""
+) -> tuple[Measures | None, Measures | None, Measures | None]:
+    """Gauge values of the right wheel, of a left wheel that differs and of their axle.
+
+    Of wheels that are alike there is one, with the values of the axle.
+    """
     if subject.kind != "wheel":
-        return None, None
-    alone = wheel_measures(subject.profile, at.distances, back_to_back=at.back_to_back)
+        return None, None, None
     diameter = at.diameter or subject.diameter
     if left is None and at.left_diameter is None:
-        return _with_diameter(alone, diameter), None
+        alone = wheel_measures(subject.profile, at.distances, back_to_back=at.back_to_back)
+        return _with_diameter(alone, diameter), None, None
     other = subject if left is None else left
     both = wheelset_measures(subject.profile, other.profile, at.distances, back_to_back=at.back_to_back)
     left_diameter = at.left_diameter or (None if left is None else left.diameter) or at.diameter
-    axle = dict(both.axle.values)
-    missing = dict(both.axle.missing)
+    axle, missing = dict(both.axle.values), dict(both.axle.missing)
     if diameter is not None and left_diameter is not None:
         axle["wheel_diameter_difference"] = diameter - left_diameter
         missing.pop("wheel_diameter_difference", None)
-    right = _with_diameter(both.right, diameter)
-    right = Measures({**right.values, **axle}, {**right.missing, **missing})
-    return right, _with_diameter(both.left, left_diameter)
+    return (
+        _with_diameter(both.right, diameter),
+        _with_diameter(both.left, left_diameter),
+        Measures(axle, missing),
+    )
 
 
 def _with_diameter(measures: Measures, diameter: float | None) -> Measures:

@@ -43,6 +43,10 @@ class FleetRow:
         By their names in `wearsim.nomenclature`, SI; what could not be measured is left out.
     exceeded : tuple of str
         Names of measures beyond a limit.
+    not_judged : tuple of str
+        Names of measures that have limits, of which it cannot be told whether they are beyond.
+    judged : bool
+        Whether there was anything to be judged by limits; False for rails.
     notes : tuple of str
         What was detected on reading, and what could not be told.
     fault : str
@@ -57,6 +61,8 @@ class FleetRow:
     identity: Mapping[str, str]
     values: Mapping[str, float]
     exceeded: tuple[str, ...]
+    not_judged: tuple[str, ...]
+    judged: bool
     notes: tuple[str, ...]
     fault: str
     measured: bool
@@ -137,7 +143,7 @@ def fleet_rows(
 
 def _faulty(path: Path, fault: str) -> FleetRow:
     none: FloatArray = np.empty(0)
-    return FleetRow(path.name, {}, {}, (), (), _one_line(path, fault), False, none, none)
+    return FleetRow(path.name, {}, {}, (), (), False, (), _one_line(path, fault), False, none, none)
 
 
 def _one_line(path: Path, text: str) -> str:
@@ -180,6 +186,8 @@ def _row(
         _identity(subject),
         _values(found),
         found.exceeded,
+        found.not_judged,
+        bool(found.judgements),
         notes,
         fault,
         True,
@@ -238,8 +246,8 @@ def fleet_state(rows: list[FleetRow], reference: Subject | None, limits: LimitSe
     -------
     Dataset
         `profile_y, profile_z (wheel, point)`, the last point repeated on shorter outlines; `wheel_name`,
-        `file`, `exceeded`, `kind (wheel)`; measures `(wheel)`, NaN-free: `known_<name> (wheel)` tells where
-        a measure is there, it is 0 elsewhere.
+        `file`, `exceeded`, `not_judged`, `judged`, `kind (wheel)`; measures `(wheel)`, NaN-free:
+        `known_<name> (wheel)` tells where a measure is there, it is 0 elsewhere.
     """
     good = [row for row in rows if row.measured]
     longest = max((len(row.y) for row in good), default=0)
@@ -252,6 +260,8 @@ def fleet_state(rows: list[FleetRow], reference: Subject | None, limits: LimitSe
         "file": ("wheel", [row.file for row in good]),
         "kind": ("wheel", [row.identity["kind"] for row in good]),
         "exceeded": ("wheel", [" ".join(row.exceeded) for row in good]),
+        "not_judged": ("wheel", [" ".join(row.not_judged) for row in good]),
+        "judged": ("wheel", np.array([row.judged for row in good], dtype=np.int8)),
     }
     data: dict[str, Any] = {}
     for name in ("profile_y", "profile_z"):
