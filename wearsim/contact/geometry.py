@@ -21,6 +21,7 @@ from wearsim.profile.shape import Profile
 
 # Steeper parts of a profile (flange back, rail sides) cannot carry a wheel.
 _STEEPEST = np.tan(np.radians(86.0))
+_NEAREST_AXIS = 0.9  # share of a roller's radius below its top, beyond which there is nothing to run on
 NO_WHEEL = 1.0  # gap [m] at lateral positions where there is no wheel above the counterface
 
 
@@ -226,7 +227,8 @@ def gap(
     Returns
     -------
     Gap
-        Where several parts of the wheel hide each other, that of the lowest one.
+        Where several parts of the wheel hide each other, that of the lowest one. A roller smaller than its
+        profile is deep ends before its axle.
     """
     rows, points = attitude.shift.size, counterface.y.size
     shape = (rows, points)
@@ -263,6 +265,7 @@ def gap(
         result.wheel_radius,
         result.x,
     )
+    result.gap[:, curvature * counterface.z > _NEAREST_AXIS] = NO_WHEEL
     return result
 
 

@@ -1,13 +1,14 @@
 """Normal contact models by name: from gap and load to patch, pressure and approach."""
 
 from wearsim.contact.normal import half_space, hertz, kik_piotrowski, knothe_le_the
+from wearsim.contact.normal.border import guarded
 from wearsim.contact.normal.model import NormalModel, NormalSolution
 
 NORMAL_MODELS: dict[str, NormalModel] = {
-    "half_space": half_space.solve,
-    "hertz": hertz.solve,
-    "kik_piotrowski": kik_piotrowski.solve,
-    "knothe_le_the": knothe_le_the.solve,
+    "half_space": guarded(half_space.solve),
+    "hertz": guarded(hertz.solve),
+    "kik_piotrowski": guarded(kik_piotrowski.solve),
+    "knothe_le_the": guarded(knothe_le_the.solve),
 }
 
 NEVER_LEADS: frozenset[str] = frozenset({"hertz"})

@@ -152,7 +152,7 @@ def _cells(strips: int, parameters: dict[str, float]) -> int:
     """Cells along the rolling direction."""
     cells = int({**DEFAULTS, **parameters}["cells"]) or strips
     if min(cells, strips) < _FEWEST:
-        raise ContactError(f"half_space needs at least {_FEWEST} strips and cells along them")
+        raise ContactError(f"half_space needs at least {_FEWEST} strips and cells along them; take more")
     return cells
 
 

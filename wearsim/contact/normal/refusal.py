@@ -16,7 +16,8 @@ _TEXT = {
     AT_EDGE: f"the contact patch reaches the edge of a profile{_CHECK}",
     TOO_MANY: f"the wheel has more than {MOST_PATCHES} contact patches{_CHECK}",
     NOT_SINGLE: "several patches close: a normal force belongs to one; give the wheel load instead",
-    NO_BALANCE: f"the load cannot be balanced by virtual penetration{_CHECK}",
+    NO_BALANCE: "no descent of the wheel was found that carries the load; check load and profiles, smooth "
+    "measured ones, or take the normal model half_space",
     NO_CONVERGENCE: "the pressure of the half-space has not converged; raise half_space_iterations or "
     "half_space_tolerance, or take fewer strips and cells",
 }

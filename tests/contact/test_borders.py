@@ -1,0 +1,101 @@
+"""What every model refuses before and after it is called: coarse grids, loads, answers beyond elasticity."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.normal.border import LONGEST, STRONGEST, guarded
+from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
+from wearsim.contact.tangential import TANGENTIAL_MODELS
+from wearsim.errors import ContactError, NumericalError
+from wearsim.profile import standard
+
+ONE = np.ones(1)
+
+
+def solved(load=80e3, roller=None, youngs_modulus=210e9, **models):
+    wheel = standard.wheel("S1002")
+    conditions = ContactConditions(
+        3e-3 * ONE, 0.0 * ONE, 0.0 * ONE, load * ONE, 20.0 * ONE, 0.35 * ONE, 0.0 * ONE, rotation="nominal"
+    )
+    return solve(
+        conditions,
+        Wheelset(wheel, wheel, 0.46, 0.75),
+        Counterface(standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75), 0.0 if roller is None else 1.0 / roller),
+        ContactModels(youngs_modulus=youngs_modulus, **models),
+        sides=(0,),
+    )
+
+
+@pytest.mark.parametrize("normal", sorted(NORMAL_MODELS))
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"strips": 1}, "strips = 1 must be at least 5"),
+        ({"cells": 4}, "cells = 4 must be at least 5"),
+        ({"load": 0.0}, "wheel load = 0 N must be above 0 N"),
+        ({"load": -1.0}, "wheel load = -1 N must be above 0 N"),
+        ({"load": np.nan}, "wheel load = nan N must be above 0 N"),
+        ({"load": np.inf}, "wheel load = inf N must be above 0 N"),
+        ({"roller": 1e-3}, "edge of a profile"),
+    ],
+)
+def test_every_normal_model_refuses(normal, changes, told):
+    with pytest.raises(ContactError) as refused:
+        solved(normal=normal, **changes)
+    assert told in str(refused.value)
+
+
+@pytest.mark.parametrize("tangential", sorted(TANGENTIAL_MODELS))
+def test_every_tangential_model_answers_on_the_coarsest_grid_it_allows_and_not_below(tangential):
+    """Power within 20 % of that on 50 x 50: what a grid of eight cells may cost."""
+    fine = solved(tangential=tangential).power[0]
+    answered = []
+    for count in (5, 8):
+        try:
+            answered.append(solved(tangential=tangential, strips=count, cells=count).power[0])
+        except ContactError as error:
+            told = str(error)
+            answered.append(fine if told.startswith(f"{tangential} needs at least") else np.nan)
+    np.testing.assert_allclose(answered, fine, rtol=0.2)
+
+
+def test_half_space_rolling_names_what_it_needs():
+    with pytest.raises(
+        ContactError, match="half_space needs at least 8 strips and cells along them; take more"
+    ):
+        solved(tangential="half_space", strips=7, cells=50)
+
+
+def test_a_patch_as_long_as_the_wheel_is_round_is_no_half_space():
+    with pytest.raises(ContactError, match=r"mm long on a rolling radius of 460 mm, more than 0\.6 of it"):
+        solved(normal="half_space", strips=20, youngs_modulus=1e7)
+    patch = solved(normal="half_space", strips=20, youngs_modulus=1e9)
+    assert patch.length[0] < 2.0 * LONGEST * 0.46
+
+
+def test_pressures_beyond_a_tenth_of_the_modulus_are_not_elastic():
+    """Hertz: the pressure grows with the cube root of the load, so the limit is known beforehand."""
+    found = solved(normal="hertz", roller=20e-3)
+    largest = 80e3 * (STRONGEST * ContactModels().effective_modulus / found.max_pressure[0]) ** 3
+    assert solved(normal="hertz", roller=20e-3, load=0.99 * largest).max_pressure[0] > 11e9
+    with pytest.raises(ContactError, match=r"MPa, more than 0\.1 of E"):
+        solved(normal="hertz", roller=20e-3, load=1.01 * largest)
+
+
+@pytest.mark.parametrize("name", ["max_pressure", "descent", "approach"])
+def test_an_answer_that_is_not_finite_never_leaves_a_normal_model(name):
+    def broken(gap, load, **others):
+        found = NORMAL_MODELS["hertz"](gap, load, **others)
+        return replace(found, **{name: np.full_like(getattr(found, name), np.nan)})
+
+    before = NORMAL_MODELS["hertz"]
+    NORMAL_MODELS["broken"] = guarded(broken)
+    try:
+        with pytest.raises(NumericalError, match="no finite answer; check profiles"):
+            solved(normal="broken")
+    finally:
+        del NORMAL_MODELS["broken"]
+    assert NORMAL_MODELS["hertz"] is before
