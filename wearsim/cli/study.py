@@ -14,6 +14,7 @@ _MODULES = {
     "accuracy": "wearsim.cli.accuracy",
     "location": "wearsim.cli.location",
     "sweep": "wearsim.cli.sweep",
+    "robustness": "wearsim.cli.robustness",
 }
 
 

@@ -13,6 +13,7 @@ from wearsim.scene.load import (
 from wearsim.scene.location import LocationScene
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
 from wearsim.scene.published import PublishedScene
+from wearsim.scene.robustness import RobustnessScene
 from wearsim.scene.setup import CampaignSetup, build
 from wearsim.scene.sweep import SweepScene
 
@@ -25,6 +26,7 @@ __all__ = [
     "LocationScene",
     "PublishedScene",
     "RigScene",
+    "RobustnessScene",
     "Scene",
     "StudyScene",
     "SweepScene",

@@ -19,11 +19,12 @@ from wearsim.scene.inputs import find_file, read_inputs
 from wearsim.scene.location import LocationScene, read_locations
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
 from wearsim.scene.published import PublishedScene, read_published
+from wearsim.scene.robustness import RobustnessScene
 from wearsim.scene.setup import inputs_of
 from wearsim.scene.sweep import SweepScene, read_sweep
 
 CampaignScene = RigScene | FieldScene | CompareScene
-StudyScene = PublishedScene | AccuracyScene | LocationScene | SweepScene
+StudyScene = PublishedScene | AccuracyScene | LocationScene | SweepScene | RobustnessScene
 Scene = CampaignScene | StudyScene
 
 _MODELS: dict[str, type[Scene]] = {
@@ -34,6 +35,7 @@ _MODELS: dict[str, type[Scene]] = {
     "accuracy": AccuracyScene,
     "location": LocationScene,
     "sweep": SweepScene,
+    "robustness": RobustnessScene,
 }
 _LARGEST_FILE = 2_000_000
 _INPUTS = "inputs.json"
@@ -85,6 +87,8 @@ def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Chan
         scene._inputs, faults = read_locations(scene)
     elif isinstance(scene, SweepScene):
         scene._inputs, faults = read_sweep(scene)
+    elif isinstance(scene, RobustnessScene):
+        pass  # names no files
     else:
         faults = _read_files(scene, kept)
     if faults:

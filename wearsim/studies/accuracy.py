@@ -29,7 +29,7 @@ patch, and a few points of a wheel profile."""
 
 
 @dataclass(frozen=True)
-class _Wheel:
+class WheelAnswer:
     """What a solution gives for one wheel: sums over its patches, and strip work on its profile.
 
     Forces are the creep forces in the rolling direction and across it in the contact planes [N].
@@ -72,8 +72,8 @@ def solve_accuracy(matrix: Matrix, cases: Sequence[int] | None = None) -> xr.Dat
     """
     chosen = np.arange(matrix.count) if cases is None else np.asarray(cases)
     told: dict[str, list[Any]] = {}
-    reference: list[_Wheel] = []
-    found: list[list[_Wheel | str]] = [[] for _ in matrix.models]
+    reference: list[WheelAnswer] = []
+    found: list[list[WheelAnswer | str]] = [[] for _ in matrix.models]
     first = 0
     for group in matrix.groups:
         count = group.conditions.shift.size
@@ -84,16 +84,16 @@ def solve_accuracy(matrix: Matrix, cases: Sequence[int] | None = None) -> xr.Dat
         conditions = _rows(group.conditions, rows)
         for name, values in _described(group, conditions).items():
             told.setdefault(name, []).append(values)
-        for answer in _wheels(matrix, group, conditions, matrix.reference):
+        for answer in _answers(matrix, group, conditions, matrix.reference):
             if isinstance(answer, str):
                 raise ContactError(f"the reference: {answer}")
             reference.append(answer)
         for k, models in enumerate(matrix.models):
-            found[k] += _wheels(matrix, group, conditions, models)
+            found[k] += _answers(matrix, group, conditions, models)
     data: dict[str, Any] = {name: ("case", np.concatenate(parts)) for name, parts in told.items()}
     limit = data["friction"][1] * data["wheel_load"][1]
     data |= _of_reference(reference)
-    columns = [_against(answers, reference, limit) for answers in found]
+    columns = [errors_against(answers, reference, limit) for answers in found]
     for name in columns[0]:
         data[name] = (("model", "case"), np.stack([column[name] for column in columns]))
     return xr.Dataset(
@@ -132,18 +132,18 @@ def _described(group: CaseGroup, conditions: ContactConditions) -> dict[str, Any
     }
 
 
-def _wheels(
+def _answers(
     matrix: Matrix, group: CaseGroup, conditions: ContactConditions, models: ContactModels
-) -> list[_Wheel | str]:
+) -> list[WheelAnswer | str]:
     """Answer or refusal of each case; a case that is refused does not keep the others from being solved."""
 
-    def solved(rows: Any) -> list[_Wheel | str]:
+    def solved(rows: Any) -> list[WheelAnswer | str]:
         parts = solve_each(
-            _rows(conditions, rows), matrix.wheelset, group.counterface, models, _by_point, sides=(0,)
+            _rows(conditions, rows), matrix.wheelset, group.counterface, models, answers_of, sides=(0,)
         )
         return [wheel for part in parts for wheel in part]
 
-    answers: list[_Wheel | str] = []
+    answers: list[WheelAnswer | str] = []
     for start in range(0, conditions.shift.size, CHUNK):
         rows = np.arange(start, min(start + CHUNK, conditions.shift.size))
         try:
@@ -157,14 +157,26 @@ def _wheels(
     return answers
 
 
-def _by_point(solution: ContactSolution) -> list[_Wheel | str]:
-    wheels: list[_Wheel | str] = []
+def answers_of(solution: ContactSolution) -> list[WheelAnswer | str]:
+    """Sum up the patches of each operating point; one side must have been solved.
+
+    Parameters
+    ----------
+    solution : ContactSolution
+        Of any points.
+
+    Returns
+    -------
+    list of WheelAnswer
+        One for each point, in their order.
+    """
+    wheels: list[WheelAnswer | str] = []
     lobes = _lobes(solution)
     for point in np.unique(solution.point):
         rows = np.flatnonzero(solution.point == point)
         work = solution.fields.strip_work[rows] * solution.fields.strip_width[rows, None]
         wheels.append(
-            _Wheel(
+            WheelAnswer(
                 area=float(solution.area[rows].sum()),
                 max_pressure=float(solution.max_pressure[rows].max()),
                 force=(float(solution.force_x[rows].sum()), float(solution.force_y[rows].sum())),
@@ -187,7 +199,7 @@ def _lobes(solution: ContactSolution) -> FloatArray:
     return np.array([float(ndimage.label(pressure > 0.0)[1]) for pressure in grid.pressure])
 
 
-def _of_reference(wheels: Sequence[_Wheel]) -> dict[str, Any]:
+def _of_reference(wheels: Sequence[WheelAnswer]) -> dict[str, Any]:
     values = {
         "area": [wheel.area for wheel in wheels],
         "max_pressure": [wheel.max_pressure for wheel in wheels],
@@ -200,10 +212,25 @@ def _of_reference(wheels: Sequence[_Wheel]) -> dict[str, Any]:
     return {f"reference_{name}": ("case", np.array(column)) for name, column in values.items()}
 
 
-def _against(
-    answers: Sequence[_Wheel | str], reference: Sequence[_Wheel], limit: FloatArray
+def errors_against(
+    answers: Sequence[WheelAnswer | str], reference: Sequence[WheelAnswer], limit: FloatArray
 ) -> dict[str, Any]:
-    """Results and errors of one model over the cases."""
+    """Results and errors of one model over the cases.
+
+    Parameters
+    ----------
+    answers : sequence of WheelAnswer or str
+        Of the model; a text is the message of a refusal.
+    reference : sequence of WheelAnswer
+        Of the reference.
+    limit : (n,) array
+        Friction coefficient times wheel load, which errors of the force are divided by [N].
+
+    Returns
+    -------
+    dict
+        Columns (n,): results, `error_*` for `ERRORS`, missing where refused; `refusal`.
+    """
     names = ("area", "max_pressure", "force_x", "force_y", "power", *(f"error_{name}" for name in ERRORS))
     columns: dict[str, Any] = {name: np.full(len(answers), np.nan) for name in names}
     columns["refusal"] = np.array([answer if isinstance(answer, str) else "" for answer in answers], object)
@@ -233,7 +260,7 @@ def _relative(value: float, truth: float) -> float:
     return value / truth - 1.0 if truth > 0.0 else float(value > 0.0)
 
 
-def _work_error(answer: _Wheel, truth: _Wheel) -> float:
+def _work_error(answer: WheelAnswer, truth: WheelAnswer) -> float:
     """Integral of the absolute difference of strip work over that of the reference's strip work."""
     ends = [float(edge) for wheel in (answer, truth) for edges in wheel.edges for edge in edges[[0, -1]]]
     grid = np.arange(min(ends) - _CELL, max(ends) + 2.0 * _CELL, _CELL)
@@ -242,7 +269,7 @@ def _work_error(answer: _Wheel, truth: _Wheel) -> float:
     return float(np.abs(mine - other).sum() / total) if total > 0.0 else float(mine.sum() > 0.0)
 
 
-def _cumulative(wheel: _Wheel, y: FloatArray) -> FloatArray:
+def _cumulative(wheel: WheelAnswer, y: FloatArray) -> FloatArray:
     """Strip work of all patches up to each place on the wheel profile [J/m per passage and width]."""
     total = np.zeros_like(y)
     for edges, work in zip(wheel.edges, wheel.work, strict=True):

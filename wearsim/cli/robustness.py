@@ -1,0 +1,89 @@
+"""`wearsim run` and `wearsim check` on a scene that looks for where contact models fail."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from wearsim.scene import RobustnessScene
+
+
+def run(scene: RobustnessScene, out: Path | None, command: str) -> int:
+    """Put every combination of models into every situation and write the report.
+
+    Parameters
+    ----------
+    scene : RobustnessScene
+        As loaded.
+    out : Path, optional
+        Folder of the report; "reports" if not given.
+    command : str
+        Command line, for the report.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    from wearsim.report.robustness import write_robustness
+    from wearsim.studies.robustness import Limits, assess
+    from wearsim.studies.step_limits import step_limits
+
+    limits = scene.limits
+    found = assess(
+        scene.grids.models,
+        scene.grids.reference,
+        Limits(1e-2 * limits.right_percent, 1e-2 * limits.wrong_percent, limits.seconds),
+    )
+    stem = scene.origin.path.stem
+    title = scene.scene.title or stem
+    path = write_robustness(
+        found, step_limits(), (title, scene.remarks), out or Path("reports"), stem, command
+    )
+    print(f"report: {path}")
+    return 0
+
+
+def plan(scene: RobustnessScene) -> dict[str, Any]:
+    """Tell what the scene would solve.
+
+    Parameters
+    ----------
+    scene : RobustnessScene
+        As loaded.
+
+    Returns
+    -------
+    dict
+        For `wearsim check`.
+    """
+    from wearsim.studies.robustness import COMBINATIONS
+    from wearsim.studies.situations import SITUATIONS
+
+    return {
+        "title": scene.scene.title or scene.origin.path.stem,
+        "situations": len(SITUATIONS),
+        "combinations": len(COMBINATIONS),
+        "contact_solutions": len(SITUATIONS) * (1 + len(COMBINATIONS)),
+        "settings": scene.model_dump(by_alias=True, mode="json"),
+    }
+
+
+def text(told: dict[str, Any]) -> str:
+    """Lines for `wearsim check`.
+
+    Parameters
+    ----------
+    told : dict
+        From `plan`.
+
+    Returns
+    -------
+    str
+        Situations, combinations of models, solutions.
+    """
+    return (
+        f"{told['title']}: {told['situations']} situations, {told['combinations']} combinations of models\n"
+        f"{told['contact_solutions']} contact solutions"
+    )
