@@ -300,7 +300,7 @@ def _steps(steps: xr.Dataset) -> str:
     lines = [
         f"What one explicit step leaves of a waviness of 0.2 um, without smoothing, points "
         f"{1e3 * steps.attrs['spacing']:g} mm apart: 1 is all of it, more is growth. Steps in units of the "
-        "longest one the limit in force allows; campaigns never take a longer one.\n",
+        "longest one the limit in force allows; campaigns take none that is longer.\n",
         "| normal model | limit in force | depth at the limit [um] | wave | "
         + " | ".join(f"{factor:g} x" for factor in factors) + " |",
         "|---|---|---|---|" + "---|" * factors.size,
