@@ -194,8 +194,11 @@ def test_lines_and_numbers_without_end(tmp_path):
 
 def test_a_hopeless_file_stops_early(tmp_path):
     told = refusal(tmp_path / "p.csv", b"1,a,b\n" * 3_000_000).splitlines()
-    assert len(told) == 21
-    assert told[-1] == "p.csv: 981 more faults of this file are not shown"
+    columns = "3 columns separated by commas, two are read, y and z: delete the other"
+    assert told == [
+        f"p.csv:1: {columns} (and 999 more lines)",
+        "p.csv:1000: reading stopped after 1000 faults",
+    ]
 
 
 def text(profile=WHEEL, digits=4):
@@ -224,7 +227,60 @@ def test_left_and_right_wheel_in_one_file(tmp_path):
     left = [f"{-float(a):.4f} {b}" for a, b in (line.split() for line in text()[::-1])]
     moved = [f"{float(a) + 1500.0:.4f} {b}" for a, b in (line.split() for line in text())]
     told = refusal(tmp_path / "p.csv", "\n".join([*left, *moved]).encode())
-    assert "p.csv: " in told
+    jump = 1500.0 + 1e3 * (WHEEL.y[0] - abs(WHEEL.y[0]))
+    place = f"the points jump by {jump:.4g} mm at point {len(left) + 1}"
+    assert told == f"p.csv:{len(left) + 1}: {place}: 2 profiles in one list; give one"
+
+
+def test_left_wheel_that_goes_on_as_the_right_one(tmp_path):
+    right = text()
+    left = [f"{-float(a):.4f} {b}" for a, b in (line.split() for line in right)]
+    # from the flange back of the left to that of the right: the list turns at the field side
+    for lines in ([*right, *right[-2::-1]], [*left, *right[::-1]]):
+        told = refusal(tmp_path / "p.csv", "\n".join(lines).encode())
+        assert "point" in told
+        assert ("two profiles are joined" in told) or ("2 profiles in one list" in told)
+        assert len(told.splitlines()) == 1
+
+
+def test_two_files_joined_name_the_line_of_the_second_header(tmp_path):
+    for name in ("miniprof", "two-column"):
+        path = tmp_path / ("w.whl" if name == "miniprof" else "w.csv")
+        write_profile(WHEEL, path, name)
+        content = path.read_text() if name == "miniprof" else "\n".join(["y;z", *text()]).replace(" ", ";")
+        content = content.rstrip() + "\n"
+        second = content.count("\n") + 1
+        told = refusal(path, (content * 2).encode())
+        assert told.startswith(f"{path.name}:{second}: a header")
+        assert told.endswith("two files are joined here; give one")
+        assert len(told.splitlines()) == 1
+
+
+def test_one_nan_does_not_cut_a_file_off(tmp_path):
+    path = tmp_path / "w.whl"
+    lines = ["ProgramVer=1", "MPTypeNo=1", f"XYPoints={len(WHEEL.y)}", "", *text()]
+    lines[30] = "1.0 NaN"
+    told = refusal(path, "\n".join(lines).encode())
+    assert told == "w.whl:31: Y = 'NaN' is not a finite number; delete the line or repeat the measurement"
+
+
+def test_many_faults_of_one_kind_are_one_line(tmp_path):
+    path = tmp_path / "p.csv"
+    told = refusal(path, "\n".join(f"{line} 0.1" for line in text()).encode())
+    more = len(text()) - 1
+    columns = "3 columns separated by blanks, two are read, y and z: delete the other"
+    assert told == f"p.csv:1: {columns} (and {more} more lines)"
+    told = refusal(path, "\n".join(line.split()[0] + " x" for line in text()).encode())
+    assert told == f"p.csv:1: z = 'x' is not a number (and {more} more lines)"
+
+
+@pytest.mark.parametrize("name", ["p.csv", "w.whl"])
+def test_commas_for_two_things(tmp_path, name):
+    head = "ColumnDef=X,Y\nProgramVer=1\n\n" if name == "w.whl" else ""
+    told = refusal(tmp_path / name, (head + "\n".join(text()).replace(".", ",").replace(" ", ",")).encode())
+    first = 4 if name == "w.whl" else 1
+    assert told.startswith(f"{name}:{first}: commas stand between the columns and for the decimal mark")
+    assert len(told.splitlines()) == 1
 
 
 def test_not_finite(tmp_path):
@@ -239,7 +295,9 @@ def test_encodings_that_are_wrong(tmp_path):
     assert "zero bytes" in refusal(path, "\n".join(text()).encode("utf-16-le"))
     assert "is not UTF-16, as its first bytes say" in refusal(path, b"\xff\xfe1\x00\x00\xd8")
     assert "the control character '\\x07'" in refusal(path, b"\x07 1\n")
-    assert refusal(path, b"\n\xe4 1\n" * 30).startswith("p.csv")
+    lines = [*text()[:30], "\xe4 1", *text()[30:]]
+    told = refusal(path, "\n".join(lines).encode("latin-1"))
+    assert told == "p.csv:31: y = 'ä' is not a number"
 
 
 def test_a_million_points(tmp_path):

@@ -338,3 +338,24 @@ def test_multi_part_file_without_points(refused):
 
 def test_part_of_a_file_with_one_profile(refused):
     assert "--part 2 is stated, but the file holds one profile" in refused(wheel_rows(), part=2)
+
+
+def test_tape_line_with_decimal_comma(read):
+    reading = read([*head(WheelDiameterTaperline="73,0"), "", *wheel_rows()])
+    assert reading.tape == pytest.approx(73e-3)
+    assert np.max(np.abs(reading.profile.y + 3e-3 - WHEEL.y)) < ROUNDING
+
+
+@pytest.mark.parametrize("value", ["7,3", "920.5", "73 mm"])
+def test_tape_line_that_cannot_be_is_told(read, value):
+    reading = read([*head(WheelDiameterTaperline=value), "", *wheel_rows()])
+    assert reading.tape is None
+    (note,) = (note for note in reading.notes if "WheelDiameterTaperline" in note)
+    assert "is not within 60 .. 80 mm and not used: state --tape-mm, and --origin" in note
+    assert_is_wheel(reading)
+
+
+@pytest.mark.parametrize("value", ["0", "0.0000", "", "-"])
+def test_tape_line_that_is_not_set_is_not_told(read, value):
+    reading = read([*head(WheelDiameterTaperline=value), "", *wheel_rows()])
+    assert not any("WheelDiameterTaperline" in note for note in reading.notes)

@@ -303,7 +303,7 @@ def test_wheel_measured_from_the_flange_tip_on(read, side, up):
 def test_size_of_which_only_the_width_fits(refused):
     lines = rows(WHEEL.y, 0.1 * WHEEL.z, "{y:.7f} {z:.7f}")
     assert "which fits no unit" in refused(lines)
-    assert "its width alone would fit m: check the columns" in refused(lines)
+    assert "the width alone would fit metres: check the columns" in refused(lines)
 
 
 def test_wheel_with_the_tip_in_its_middle(refused):

@@ -166,3 +166,38 @@ def test_running_tells_what_it_cannot():
     lost = running(cut, None, rail, "")
     assert lost.at[-1][1] is None
     assert any("beyond the end" in why for _, _, why in lost.conicity)
+
+
+def refusal(tmp_path, y, z):
+    path = tmp_path / "p.txt"
+    path.write_text("\n".join(f"{1e3 * a:.4f} {1e3 * b:.4f}" for a, b in zip(y, z, strict=True)))
+    with pytest.raises(ProfileError) as caught:
+        read_subject(str(path))
+    told = str(caught.value)
+    assert len(told.splitlines()) == 1
+    assert len(told.replace(str(path), "")) < 330
+    return told
+
+
+@pytest.mark.parametrize("name", ["S1002", "EPS", "P8", "1in40"])
+def test_wheels_that_are_none_are_not_rails(tmp_path, name):
+    shape = read_subject(name).profile
+    y, z = shape.y, shape.z
+    for sign in (1.0, -1.0):
+        assert "swapped" in refusal(tmp_path, sign * z, y) or "order of the columns" in refusal(
+            tmp_path, z, y
+        )
+        for inner in (-0.039, -0.033, -0.025):  # the flange cut off, more and more
+            tread = y > inner
+            assert "--kind" in refusal(tmp_path, y[tread], sign * z[tread])
+
+
+@pytest.mark.parametrize("name", standard.shipped_names("rail"))
+def test_every_rail_head_tells_its_kind(tmp_path, name):
+    path = tmp_path / "p.txt"
+    for inclination in (0.0, 1.0 / 20.0):
+        shape = standard.rail(name, inclination, 1.435, 0.75)
+        path.write_text(
+            "\n".join(f"{1e3 * a:.4f} {1e3 * b:.4f}" for a, b in zip(shape.y, shape.z, strict=True))
+        )
+        assert read_subject(str(path)).kind == "rail"

@@ -28,7 +28,9 @@ _TIP_RANGE = (-0.080, -0.030)  # lateral position of flange tips, from the tape 
 _TAPE_LIMIT = 0.015  # |z| at the tape circle of a worn wheel measured from the new one [m]
 
 
-def points_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
+def points_faults(
+    kind: Kind, y: FloatArray, z: FloatArray, units: str = "state the right units"
+) -> list[tuple[str, int | None]]:
     """All faults of the points of a profile.
 
     Parameters
@@ -37,6 +39,8 @@ def points_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, i
         What they should be.
     y, z : (n,) array
         Points [m].
+    units : str
+        Way out if another unit would fit.
 
     Returns
     -------
@@ -44,13 +48,15 @@ def points_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, i
         Message and index of the point (None: the profile as a whole); empty if there is none. Later
         checks need the earlier ones passed: number and finiteness, size, order, orientation and origin.
     """
-    faults = shape_faults(kind, y, z)
+    faults = shape_faults(kind, y, z, units)
     if not faults:
         faults = _wheel_faults(y, z) if kind == "wheel" else head_faults(y, z)
     return faults
 
 
-def shape_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
+def shape_faults(
+    kind: Kind, y: FloatArray, z: FloatArray, units: str = "state the right units"
+) -> list[tuple[str, int | None]]:
     """Faults that do not depend on orientation and origin.
 
     Parameters
@@ -59,6 +65,8 @@ def shape_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, in
         What the points should be.
     y, z : (n,) array
         Points [m].
+    units : str
+        Way out if another unit would fit.
 
     Returns
     -------
@@ -73,7 +81,7 @@ def shape_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, in
     for j in np.flatnonzero(~(np.isfinite(y) & np.isfinite(z))):
         faults.append((f"point {j + 1} is not finite; delete or repeat the measurement of it", int(j)))
     if not faults:
-        faults = _unit_faults(kind, y, z)
+        faults = _unit_faults(kind, y, z, units)
     if not faults:
         faults = _order_faults(y, z)
     return faults
@@ -97,7 +105,7 @@ def check_profile(profile: Profile) -> None:
         raise ProfileError("\n".join(str(Fault(f"{profile.name}: {message}")) for message, _ in faults))
 
 
-def _unit_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
+def _unit_faults(kind: Kind, y: FloatArray, z: FloatArray, units: str) -> list[tuple[str, int | None]]:
     """Mixed units within the list, single wild points, then the size of the whole."""
     step = np.hypot(np.diff(y), np.diff(z))
     usual = float(np.median(step))
@@ -118,30 +126,31 @@ def _unit_faults(kind: Kind, y: FloatArray, z: FloatArray) -> list[tuple[str, in
     joined = _joined(y, step, usual)
     if joined is not None:
         return [joined]
-    found = [_size_fault(kind, "wide", float(np.ptp(y)), WIDTH_RANGE[kind])]
+    found = [_size_fault(kind, "wide", float(np.ptp(y)), WIDTH_RANGE[kind], units)]
     if found == [None]:
-        found = [_size_fault(kind, "high", float(np.ptp(z)), HEIGHT_RANGE[kind])]
+        found = [_size_fault(kind, "high", float(np.ptp(z)), HEIGHT_RANGE[kind], units)]
     return [(message, None) for message in found if message is not None]
 
 
 def _joined(y: FloatArray, step: FloatArray, usual: float) -> tuple[str, int] | None:
-    """Jump from the end of one profile back to the beginning of another."""
+    """Jump from the end of one profile to the beginning of another."""
     dy = np.diff(y)
-    forward = float(np.sign(np.median(dy)))
-    jumps = np.flatnonzero((-forward * dy > 0.3 * float(np.ptp(y))) & (step > 10.0 * usual))
+    back = -float(np.sign(np.median(dy))) * dy
+    width = float(np.ptp(y))
+    jumps = np.flatnonzero(((back > 0.3 * width) | (back < -0.5 * width)) & (step > 10.0 * usual))
     if not 0 < len(jumps) <= 20:
         return None
     j = int(jumps[0]) + 1
     if min(j, len(y) - int(jumps[-1]) - 1) < MIN_POINTS:
         return None
     return (
-        f"the points jump back by {step[j - 1] * 1e3:.4g} mm at point {j + 1}: {len(jumps) + 1} profiles in "
-        "one list; give one",
+        f"the points jump {'back ' if back[j - 1] > 0.0 else ''}by {step[j - 1] * 1e3:.4g} mm at point "
+        f"{j + 1}: {len(jumps) + 1} profiles in one list; give one",
         j,
     )
 
 
-def _size_fault(kind: Kind, word: str, size: float, limits: tuple[float, float]) -> str | None:
+def _size_fault(kind: Kind, word: str, size: float, limits: tuple[float, float], units: str) -> str | None:
     """Return what is wrong with the size of the whole."""
     low, high = limits
     if low <= size <= high:
@@ -153,7 +162,7 @@ def _size_fault(kind: Kind, word: str, size: float, limits: tuple[float, float])
     for factor, words in _SCALES:
         if low <= size * factor <= high:
             column = " in z only, mixed units" if word == "high" else ""
-            return f"{message}; it would fit if the numbers were {words}{column}: state the right units"
+            return f"{message}; it would fit if the numbers were {words}{column}: {units}"
     return f"{message}; check units and columns"
 
 
@@ -174,6 +183,15 @@ def _mixed_units(y: FloatArray, z: FloatArray, step: FloatArray, usual: float) -
 
 def _order_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
     """Repeated points, and points that do not follow each other along the profile."""
+    turn = _there_and_back(y)
+    if turn is not None:
+        return [
+            (
+                f"the points go across and from point {turn + 1} on back again: two profiles are joined "
+                "(left and right?), or one is listed twice; give one",
+                turn,
+            )
+        ]
     order = np.lexsort((z, y))
     same = (np.diff(y[order]) == 0.0) & (np.diff(z[order]) == 0.0)
     if np.any(same):
@@ -202,6 +220,19 @@ def _order_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
         (f"{step[j - 1] * 1e3:.4g} mm without a point before point {j + 1}; add the missing points", int(j))
         for j in gaps
     ]
+
+
+def _there_and_back(y: FloatArray) -> int | None:
+    """Point at which a list that has gone across turns and goes across again."""
+    for turn in (int(np.argmax(y)), int(np.argmin(y))):
+        if not MIN_POINTS <= turn < len(y) - MIN_POINTS:
+            continue
+        ways = np.diff(y[: turn + 1]), np.diff(y[turn:])
+        across = [abs(float(way.sum())) for way in ways]
+        straight = [far > 0.9 * float(np.abs(way).sum()) for far, way in zip(across, ways, strict=True)]
+        if all(straight) and min(across) > 0.6 * float(np.ptp(y)):
+            return turn
+    return None
 
 
 def _wheel_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:

@@ -47,6 +47,8 @@ class ProfileReading:
         The files read: the one given, and that of the slice.
     lean : float or None
         Of a rail head towards the track centre, see `placement.head_lean` [-].
+    tape : float or None
+        Distance of the tape circle from the flange back, if the header told it and y counts from there [m].
     """
 
     profile: Profile
@@ -55,6 +57,7 @@ class ProfileReading:
     notes: tuple[str, ...]
     files: tuple[Path, ...]
     lean: float | None = None
+    tape: float | None = None
 
 
 def read_profile(
@@ -131,12 +134,15 @@ def read_profile(
         notes += found.notes
         files.append(_slice_file(path, found))
     assert isinstance(found, Points)
-    y, z, detected = to_our_axes(found, kind, said, faults)
-    notes += [*found.notes, *detected]
+    ours = to_our_axes(found, kind, said, faults)
+    y, z = ours.y, ours.z
+    notes += [*found.notes, *ours.notes]
     lean = None if kind == "wheel" else head_lean(y, z)
     notes += [] if lean is None else [f"head {lean_words(lean)}"]
     profile = Profile(path.stem, kind, y, z, _source(path, name, notes))
-    return ProfileReading(profile, name, {**header, **found.header}, tuple(notes), tuple(files), lean)
+    return ProfileReading(
+        profile, name, {**header, **found.header}, tuple(notes), tuple(files), lean, ours.tape
+    )
 
 
 def _check_statement(path: Path, key: str, value: str | None, known: tuple[str, ...]) -> None:
@@ -200,11 +206,9 @@ def read_two_column(path: str | Path, kind: Literal["wheel", "rail"], units: str
     kept = [k for k in range(len(y)) if k == 0 or y[k] != y[k - 1] or z[k] != z[k - 1]]
     y, z = y[kept], z[kept]
     other = "m" if units == "mm" else "mm"
-    for message, point in points_faults(kind, y, z):
-        told = message.replace(
-            "state the right units", f"points are read as {units}: convert them if they are in {other}"
-        )
-        faults.add(told, None if point is None else found.lines[kept[point]])
+    way_out = f"points are read as {units}: convert them if they are in {other}"
+    for message, point in points_faults(kind, y, z, way_out):
+        faults.add(message, None if point is None else found.lines[kept[point]])
     faults.refuse()
     if y[0] > y[-1]:
         y, z = y[::-1].copy(), z[::-1].copy()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -33,7 +34,12 @@ SPACING = 0.25e-3
 _WRITTEN = re.compile(r"\s*[#!]\s*(wheel|rail) profile\b")
 _FLANGE_HEIGHT = (20e-3, 45e-3)  # what tells a wheel from a rail head of the same size [m]
 _WIDEST_HEAD = 0.1  # wider points without a flange might be a tread [m]
+_HIGHEST_HEAD = 0.06  # higher points may be a wheel with its columns swapped [m]
+_BOTH_SIDES = 8e-3  # a head falls off by this on both sides of its top [m]
+_ONE_SIDE = 10e-3  # or by this on one side, and steeper there than a flange [m]
+_STEEPEST_FLANGE = 78.0  # degrees
 _HEADER_LINES = 5  # lines looked at for a word on the kind
+_MOST_SHOWN = 90  # characters
 _NUMBER = re.compile(r"\d{2,4}(\.\d+)?")
 _DIAMETER_RANGE = (0.3, 1.5)  # plausible diameters of a header [m]
 
@@ -62,6 +68,8 @@ class Subject:
         Whether it is a rail that stands upright, so that it needs an inclination in the track.
     lean : float or None
         Of a measured rail head, see `wearsim.profile.placement.head_lean` [-].
+    header_tape : float or None
+        Distance of the tape circle from the flange back that the header told and that acted [m].
     """
 
     given: str
@@ -74,6 +82,7 @@ class Subject:
     certainty: str
     upright: bool = False
     lean: float | None = None
+    header_tape: float | None = None
 
     @property
     def kind(self) -> Kind:
@@ -93,9 +102,7 @@ class Subject:
     @property
     def tape(self) -> float:
         """Distance of the tape circle, y = 0, from the flange back: that of the header, else `TAPE` [m]."""
-        text = self.key("WheelDiameterTaperline")
-        counted = any("subtracted (header)" in note for note in self.notes)
-        return 1e-3 * float(text) if counted and text else TAPE
+        return TAPE if self.header_tape is None else self.header_tape
 
     @property
     def diameter(self) -> float | None:
@@ -286,6 +293,7 @@ def _from_file(given: str, kind: Kind | None, said: Mapping[str, Any]) -> Subjec
         "",
         reading.lean is not None and abs(reading.lean) <= UPRIGHT,
         reading.lean,
+        reading.tape,
     )
     if subject.diameter is None:
         return subject
@@ -322,16 +330,48 @@ def _either(path: Path, said: Mapping[str, Any]) -> tuple[ProfileReading, tuple[
     if len(errors) == 2:
         if errors["wheel"] == errors["rail"]:
             raise ProfileError(errors["wheel"])
-        first = {kind: text.splitlines()[0].removeprefix(f"{path}:").strip() for kind, text in errors.items()}
+        both = [line for line in errors["wheel"].splitlines() if line in errors["rail"].splitlines()]
+        if both:
+            raise ProfileError("\n".join(both))
+        why = {kind: _short(text.splitlines()[0].removeprefix(f"{path}:")) for kind, text in errors.items()}
         raise ProfileError(
-            f"{path}: can be read neither as a wheel ({first['wheel']}) nor as a rail ({first['rail']}); "
-            "state which it is with --kind wheel or --kind rail to see all faults"
+            f"{path}: neither a wheel ({why['wheel']}) nor a rail ({why['rail']}): check units and order of "
+            "the columns, or see all faults with --kind wheel or --kind rail"
         )
     if "wheel" in readings and ("rail" not in readings or _has_flange(readings["wheel"].profile)):
         return readings["wheel"], ("a wheel, told by its flange",)
-    if "wheel" not in readings and float(np.ptp(readings["rail"].profile.y)) <= _WIDEST_HEAD:
+    if "wheel" not in readings and _has_head(readings["rail"].profile):
         return readings["rail"], ("a rail, told by the shape of its head",)
-    raise ProfileError(f"{path}: could be a wheel or a rail; state --kind wheel or --kind rail")
+    raise ProfileError(
+        f"{path}: has neither the flange of a wheel nor crown and sides of a rail head; state --kind wheel "
+        "or --kind rail, or check that the columns y and z are not swapped"
+    )
+
+
+def _short(fault: str) -> str:
+    """Beginning of a fault, for a message that holds two."""
+    first = re.split(r"; |: | \(|, so |, which ", fault.strip(), maxsplit=1)[0]
+    return first if len(first) <= _MOST_SHOWN else f"{first[: _MOST_SHOWN - 3]}..."
+
+
+def _has_head(profile: Profile) -> bool:
+    """Tell whether a profile has the crown and the sides of a rail head."""
+    y, z = profile.y, profile.z
+    if np.ptp(y) > _WIDEST_HEAD or np.ptp(z) > _HIGHEST_HEAD:
+        return False
+    top = int(np.argmin(z))
+    depths = [float(np.ptp(side)) for side in (z[: top + 1], z[top:])]
+    if min(depths) >= _BOTH_SIDES:
+        return True
+    deep = slice(0, top + 1) if depths[0] > depths[1] else slice(top, len(z))
+    side = z[deep] - z[top] >= 0.5 * _ONE_SIDE
+    y_side, z_side = y[deep][side], z[deep][side]
+    if max(depths) < _ONE_SIDE or len(y_side) < 2:
+        return False
+    # over the lower half of the side, which noise of single points does not turn
+    lower = z_side >= 0.5 * (z_side.min() + z_side.max())
+    across, down = float(np.ptp(y_side[lower])), float(np.ptp(z_side[lower]))
+    return down > 0.0 and math.degrees(math.atan2(down, across)) > _STEEPEST_FLANGE
 
 
 def _has_flange(profile: Profile) -> bool:

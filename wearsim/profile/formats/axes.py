@@ -30,6 +30,8 @@ UNITS: dict[str, Decimal] = {
     "in": Decimal("0.0254"),
 }
 _TOLD_APART = ("mm", "m", "in")  # cm are read on request only: rails in cm and in inches overlap
+_SPOKEN = {"mm": "mm", "m": "metres", "cm": "cm", "in": "inches"}
+_UNITS_WAY = "state them with --units"
 _MOST_STUTTER = 50  # points left out of a list of any length
 _MOST_BACK = 1e-3  # a longer step back is no stutter of the instrument [m]
 
@@ -56,9 +58,27 @@ class Said:
     origin: Literal["tape", "back"] | None = None
 
 
-def to_our_axes(
-    points: Points, kind: Literal["wheel", "rail"], said: Said, faults: Faults
-) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
+@dataclass(frozen=True)
+class OurAxes:
+    """Points of a file in the axes of `Profile`.
+
+    Parameters
+    ----------
+    y, z : (n,) array
+        Points in metres, from the flange back or gauge side to the field side.
+    notes : tuple of str
+        What was detected and done, one sentence each.
+    tape : float or None
+        Distance of the tape circle from the flange back that the header told, if y counts from there [m].
+    """
+
+    y: FloatArray
+    z: FloatArray
+    notes: tuple[str, ...]
+    tape: float | None
+
+
+def to_our_axes(points: Points, kind: Literal["wheel", "rail"], said: Said, faults: Faults) -> OurAxes:
     """Points of a file in the axes of `Profile`.
 
     Parameters
@@ -74,10 +94,8 @@ def to_our_axes(
 
     Returns
     -------
-    y, z : (n,) array
-        Points in metres, from the flange back or gauge side to the field side.
-    notes : tuple of str
-        What was detected and done, one sentence each.
+    OurAxes
+        Points and what was found out on them.
 
     Notes
     -----
@@ -96,11 +114,10 @@ def to_our_axes(
 
     def refuse(found: list[tuple[str, int | None]]) -> None:
         for message, point in found:
-            told = message.replace("state the right units", "state them with --units")
-            faults.add(told, None if point is None else lines[point])
+            faults.add(message, None if point is None else lines[point])
         faults.refuse()
 
-    refuse(shape_faults(kind, y, z))
+    refuse(shape_faults(kind, y, z, _UNITS_WAY))
     longest = float(np.max(np.hypot(np.diff(y), np.diff(z))))
     if longest > 5e-3:
         notes.append(f"straight piece of {longest * 1e3:.3g} mm without points near an end taken as it is")
@@ -108,7 +125,7 @@ def to_our_axes(
     faults.refuse()
     z = -z if upside else z
     if kind == "wheel":
-        flip_y = wheel_flip_y(y, z, said.mirror, faults, notes)
+        flip_y = wheel_flip_y(y, z, points.y_axis, said.mirror, faults, notes)
         offset = Decimal(0)
         if not faults.found:
             offset = wheel_offset(-y if flip_y else y, z, points, said.origin, notes)
@@ -120,12 +137,13 @@ def to_our_axes(
     factor_z = EXACT.multiply(unit, Decimal(-1 if upside != points.mirror_z else 1))
     y = scaled([points.y[int(k)] for k in kept], points.shift_y, factor_y, offset)
     z = scaled([points.z[int(k)] for k in kept], points.shift_z, factor_z, Decimal(0))
-    refuse(points_faults(kind, y, z))
+    refuse(points_faults(kind, y, z, _UNITS_WAY))
     if y[0] > y[-1]:
         # some formats prescribe this order; it is told all the same, for it is a frequent doubt
         notes.append("points listed from the field side, order reversed")
         y, z = y[::-1].copy(), z[::-1].copy()
-    return y, z, tuple(notes)
+    counted = points.tape is not None and offset != 0
+    return OurAxes(y, z, tuple(notes), 1e-3 * float(points.tape) if points.tape and counted else None)
 
 
 def _rough(cells: list[str], shift: Decimal, mirror: bool) -> FloatArray:
@@ -163,8 +181,8 @@ def _unit(
     low, high = WIDTH_RANGE[kind]
     if low <= float(np.ptp(y)) * 1e-3 <= high:
         return UNITS["mm"]  # only the height is wrong, which the checks of the shape tell better
-    wide = [name for name in _TOLD_APART if low <= float(np.ptp(y)) * float(UNITS[name]) <= high]
-    hint = f"; its width alone would fit {' or '.join(wide)}" if wide and not fits else ""
+    wide = [_SPOKEN[name] for name in UNITS if low <= float(np.ptp(y)) * float(UNITS[name]) <= high]
+    hint = f"; the width alone would fit {' or '.join(wide)}" if wide and not fits else ""
     faults.add(
         f"the {kind} profile is {np.ptp(y):.4g} wide and {np.ptp(z):.4g} high, which fits "
         f"{'several units' if fits else 'no unit'} (a {kind} is {low * 1e3:g} .. {high * 1e3:g} mm wide and "

@@ -7,7 +7,9 @@ from collections.abc import Iterable
 from decimal import Decimal
 from typing import Literal
 
+from wearsim.profile.checks import MIN_POINTS
 from wearsim.profile.formats.points import (
+    COMMA_TWICE,
     Columns,
     Points,
     is_number,
@@ -28,6 +30,8 @@ _KNOWN_KEY = re.compile(
     r"^\s*(xypoints|columndef|mptypeno|mpserno|mpcaldate|programver|xoffset)\s*=",
     re.IGNORECASE | re.MULTILINE,
 )
+_KEY = re.compile(r"\s*[A-Za-z]\w*\s*=")
+_LEAST_TAPE, _MOST_TAPE = 60.0, 80.0  # tape line from the flange back [mm]
 _COLUMNS = {"x", "y", "a", "c", "k", "n"}
 _OLD_STYLE = "(sd/sh/qr)"
 _SECTION = re.compile(r"\[(.+)\]")
@@ -199,7 +203,8 @@ def _points(
 ) -> Points:
     """Points of the lines behind a header."""
     notes: list[str] = []
-    column_x, column_y = _column_definition(header, faults, notes)
+    column_x, column_y, names = _column_definition(header, faults, notes)
+    joined = False
     needed = max(column_x, column_y) + 1
     found, off, short = Columns(faults), 0, 0
     separator: str | None = None
@@ -209,15 +214,24 @@ def _points(
         if not line:
             off += raw.lstrip()[:1] == '"' and _is_data(raw.lstrip()[1:])
             continue
+        if len(found.lines) >= MIN_POINTS and _begins_a_file(raw):
+            faults.add("a header after the points: two files are joined here; give one", number)
+            joined = True
+            break
         if separator is None:
             separator = separator_of(line)
         cells = split_cells(line, separator)
+        if separator == "," and names and len(cells) == 2 * len(names):
+            faults.add(COMMA_TWICE, number)
+            short += 1
+            continue
         if len(cells) < needed:
             faults.add(f"{len(cells)} columns, {needed} are needed to find X and Y", number)
             short += 1
             continue
         found.add(number, cells[column_x], cells[column_y], separator, "XY")
-    _check_count(header, len(found.lines), off, short, last, faults, notes)
+    if not joined:
+        _check_count(header, len(found.lines), off, short + found.refused, last, faults, notes)
     if off:
         notes.append(f"{off} switched-off points left out")
     for key in ("xoffset", "yoffset"):
@@ -231,25 +245,32 @@ def _points(
         found.z,
         y_axis="field" if axis == AXIS_FIELD else "unknown",
         z_axis="down" if kind == "wheel" else "up",
-        tape=_tape(header),
+        tape=_tape(header, notes) if kind == "wheel" else None,
         header=header,
         notes=tuple(notes),
     )
 
 
-def _column_definition(header: dict[str, str], faults: Faults, notes: list[str]) -> tuple[int, int]:
-    """Columns of X and Y."""
+def _begins_a_file(line: str) -> bool:
+    """Tell the first line of a header."""
+    return _KEY.match(line) is not None or ("=" not in line and "MINIPROF" in line.upper())
+
+
+def _column_definition(
+    header: dict[str, str], faults: Faults, notes: list[str]
+) -> tuple[int, int, list[str]]:
+    """Columns of X and Y, and the names of all if there are any."""
     definition = _value(header, "columndef")
     if not definition:
-        return 0, 1
+        return 0, 1, []
     names = [name for name in re.split(r"[,;\s]+", definition.lower()) if name]
     if "x" not in names or "y" not in names:
         faults.add(f"ColumnDef = {definition[:40]!r} does not name X and Y")
-        return 0, 1
+        return 0, 1, []
     unknown = sorted(set(names) - _COLUMNS)
     if unknown:
         notes.append(f"columns {', '.join(unknown)[:60]} of ColumnDef are not known and left out")
-    return names.index("x"), names.index("y")
+    return names.index("x"), names.index("y"), names
 
 
 def _check_count(
@@ -270,9 +291,18 @@ def _check_count(
         notes.append(f"XYPoints = {promised}, but {found} points are there: all are taken")
 
 
-def _tape(header: dict[str, str]) -> Decimal | None:
+def _tape(header: dict[str, str], notes: list[str]) -> Decimal | None:
     """Distance of the tape line from the flange back, if the header tells a plausible one [mm]."""
-    value = _value(header, "wheeldiametertaperline")
-    if value and number_fault(value) is None and 60.0 <= float(value) <= 80.0:
-        return Decimal(value)
+    value = (_value(header, "wheeldiametertaperline") or "").replace(",", ".")
+    if number_fault(value) is None:
+        if _LEAST_TAPE <= float(value) <= _MOST_TAPE:
+            return Decimal(value)
+        if float(value) == 0.0:
+            return None  # not set
+    if value.strip("-?"):
+        notes.append(
+            f"WheelDiameterTaperline = {value[:40]} of the header is not within {_LEAST_TAPE:g} .. "
+            f"{_MOST_TAPE:g} mm and not used: state --tape-mm, and --origin if y does not count from the "
+            "flange back"
+        )
     return None

@@ -104,13 +104,17 @@ def _rail_points_up(y: FloatArray, z: FloatArray) -> bool | None:
     return None if abs(fall) < 0.05 * float(np.ptp(z)) else fall < 0.0
 
 
-def wheel_flip_y(y: FloatArray, z: FloatArray, mirror: bool | None, faults: Faults, notes: list[str]) -> bool:
+def wheel_flip_y(
+    y: FloatArray, z: FloatArray, axis: str, mirror: bool | None, faults: Faults, notes: list[str]
+) -> bool:
     """Tell whether y of a wheel is to change its sign: the flange belongs to the end of smaller y.
 
     Parameters
     ----------
     y, z : (n,) array
         Points [m], z towards the flange tip.
+    axis : {"field", "centre", "unknown"}
+        Whither y grows by the rule of the format.
     mirror : bool or None
         What the user states.
     faults : Faults
@@ -135,6 +139,8 @@ def wheel_flip_y(y: FloatArray, z: FloatArray, mirror: bool | None, faults: Faul
         return False
     if place > 0.5:
         notes.append("flange at the end of larger y, y mirrored")
+    elif axis == "centre":
+        notes.append("y towards the field side, although the rule of the format is the track centre")
     return place > 0.5
 
 

@@ -18,6 +18,10 @@ _LARGEST = 1e6  # in any unit; keeps sums and products of points finite
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity|1\.#\w*)", re.IGNORECASE)
 _ALMOST_NUMBER = re.compile(r"[+-]?\.?\d")
+COMMA_TWICE = (
+    "commas stand between the columns and for the decimal mark: separate the columns by semicolons, or write "
+    "decimal points"
+)
 # Digits enough to add 70 mm to any double without rounding.
 EXACT = Context(prec=400)
 
@@ -96,6 +100,7 @@ class Columns:
         self.lines: list[int] = []
         self.y: list[str] = []
         self.z: list[str] = []
+        self.refused = 0  # lines that are there, but hold no point
 
     def add(self, line: int, y: str, z: str, separator: str, names: str = "yz") -> None:
         """Take the cells of one line, or note what is wrong with them."""
@@ -103,9 +108,10 @@ class Columns:
             y, z = y.replace(",", "."), z.replace(",", ".")
         wrong = number_fault(y), number_fault(z)
         if wrong != (None, None):
+            self.refused += 1
             for name, cell, fault in zip(names, (y, z), wrong, strict=True):
                 if fault is not None:
-                    self.faults.add(f"{name} = {cell[:40]!r} {fault}", line)
+                    self.faults.add(f"{name} = {cell[:40]!r} {fault}", line, f"{name} {fault}")
             return
         self.lines.append(line)
         self.y.append(y)

@@ -166,6 +166,9 @@ def _applied(
     if per_metre <= 0:
         faults.add(f"units.len.f = {per_metre} must be above 0 (1000 for mm)", at.get("units.len.f"))
         per_metre = Decimal(1000)
+    if per_metre != Decimal(1000):
+        unit = "m" if per_metre == 1 else f"1/{per_metre} m"
+        notes.append(f"units.len.f = {per_metre}: lengths in {unit}")
     if not header.get("units.len.f"):
         notes.append("units.len.f is not given: lengths are taken as mm")
     metres = EXACT.divide(Decimal(1), per_metre).normalize()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import re
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from wearsim.errors import Fault, ProfileError
 MAX_BYTES = 20_000_000
 MAX_LINE = 100_000  # characters; a longer line is no text of a profile
 _SHOWN_FAULTS = 20  # lines of one message; a wrong separator would fault every line of a long file
+_MOST_ALIKE = 3  # faults of the same kind; more are told once
 _MOST_FAULTS = 1000  # then reading stops
 # All control characters but tab, line ends and form feed.
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f\x7f]")
@@ -42,21 +44,35 @@ class Faults:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.found: list[tuple[str, int | None]] = []
+        self._like: list[str] = []
 
-    def add(self, message: str, line: int | None = None) -> None:
-        """Note a fault; so many that the file is hopeless are told at once."""
+    def add(self, message: str, line: int | None = None, like: str | None = None) -> None:
+        """Note a fault; so many that the file is hopeless are told at once.
+
+        Faults of many lines that are alike, by `like` or by their message, are told by the first of them.
+        """
         self.found.append((message, line))
+        self._like.append(message if like is None else like)
         if len(self.found) >= _MOST_FAULTS:
             self.found.append((f"reading stopped after {_MOST_FAULTS} faults", line))
+            self._like.append("")
             self.refuse()
 
     def refuse(self) -> None:
         """Raise `ProfileError` if there are faults, the first of them only if there are very many."""
         if not self.found:
             return
-        lines = [str(Fault(message, str(self.path), line)) for message, line in self.found[:_SHOWN_FAULTS]]
-        if len(self.found) > _SHOWN_FAULTS:
-            more = len(self.found) - _SHOWN_FAULTS
+        count, collapsed = Counter(self._like), set[str]()
+        told: list[tuple[str, int | None]] = []
+        for like, (message, line) in zip(self._like, self.found, strict=True):
+            if count[like] <= _MOST_ALIKE:
+                told.append((message, line))
+            elif like not in collapsed:
+                told.append((f"{message} (and {count[like] - 1} more lines)", line))
+                collapsed.add(like)
+        lines = [str(Fault(message, str(self.path), line)) for message, line in told[:_SHOWN_FAULTS]]
+        if len(told) > _SHOWN_FAULTS:
+            more = len(told) - _SHOWN_FAULTS
             lines.append(f"{self.path}: {more} more faults of this file are not shown")
         raise ProfileError("\n".join(lines))
 

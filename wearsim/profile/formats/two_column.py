@@ -10,6 +10,7 @@ import re
 from typing import Literal
 
 from wearsim.profile.formats.points import (
+    COMMA_TWICE,
     Columns,
     Points,
     looks_like_number,
@@ -19,6 +20,7 @@ from wearsim.profile.formats.points import (
 from wearsim.profile.formats.text import Faults, Text
 
 _COMMENT = re.compile(r"[#!%].*")
+_WHOLE = re.compile(r"[+-]?[0-9]+([eE][+-]?[0-9]+)?")
 _NAMED = {"": "blanks", ",": "commas", ";": "semicolons"}
 
 GENSYS_SUFFIXES = {".wheel": "wheel", ".rail": "rail", ".kpf_rotr": "rail"}
@@ -56,13 +58,30 @@ def columns(text: Text, faults: Faults) -> tuple[Columns, str]:
                 continue
             separator = separator_of(line)
         cells = split_cells(line, separator)
-        if len(cells) == 2:
+        if len(cells) == 2 and not (found.lines and _is_heading(line)):
             found.add(number, cells[0], cells[1], separator)
+        elif found.lines and (line == heading or (_is_heading(line) and _goes_on(text, number))):
+            faults.add("a header line after points: two files are joined here; give one", number)
+            break
         else:
-            faults.add(
-                f"{len(cells)} columns separated by {_NAMED[separator]}, two are needed: y and z", number
-            )
+            faults.add(_columns_fault(cells, separator, first=not found.lines), number)
     return found, heading
+
+
+def _columns_fault(cells: list[str], separator: str, *, first: bool) -> str:
+    """Tell what is wrong with a line that has not two columns."""
+    if first and separator == "," and len(cells) in (3, 4) and all(_WHOLE.fullmatch(cell) for cell in cells):
+        return COMMA_TWICE
+    columns = f"{len(cells)} column{'' if len(cells) == 1 else 's'} separated by {_NAMED[separator]}"
+    if len(cells) < 2:
+        return f"{columns}, two are needed: y and z"
+    return f"{columns}, two are read, y and z: delete the other{'s' if len(cells) > 3 else ''}"
+
+
+def _goes_on(text: Text, number: int) -> bool:
+    """Tell whether numbers follow a line."""
+    following = (line.strip() for line in text.lines[number : number + 5])
+    return any(looks_like_number(line) for line in following if line)
 
 
 def _is_heading(line: str) -> bool:
