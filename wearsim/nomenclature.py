@@ -381,6 +381,8 @@ _FIELD: tuple[_Row, ...] = (
     ),
     ("x_lead", "x", "m", "leading end of the strip", _FORWARD, None),
     ("x_trail", "x", "m", "trailing end of the strip", _FORWARD, None),
+    ("cells_lead", "x", "m", "leading end of the strip's row of cells", _FORWARD, None),
+    ("cells_trail", "x", "m", "trailing end of the strip's row of cells", _FORWARD, None),
     ("pressure", "p", "Pa", "contact pressure", "", None),
     ("shear_x", "τx", "Pa", "longitudinal shear stress", _ON_WHEEL, None),
     ("shear_y", "τy", "Pa", "lateral shear stress", f"acting on the wheel, {_TRACK}", None),

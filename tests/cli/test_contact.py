@@ -232,6 +232,16 @@ def test_plots_are_files_of_their_kind(ending, tmp_path, capsys):
     assert path.read_bytes().startswith(start)
 
 
+@pytest.mark.parametrize("tangential", ["fastsim", "half_space"])
+def test_a_half_space_of_two_lobes_is_drawn(tangential, tmp_path, capsys):
+    """Strips without contact between the lobes; cells beside the patch carry nothing."""
+    path = tmp_path / "contact.svg"
+    flags = ("--shift-mm", "5", "--roller-radius-mm", "1000", "--strips", "40", "--cells", "40")
+    point = solved(capsys, *flags, "--normal", "half_space", "--tangential", tangential, "--plot", str(path))
+    assert len(point["patches"]) == 1
+    assert path.read_text().count("<svg") == 1
+
+
 def test_a_negative_number_of_any_form_is_a_value_and_no_flag(capsys):
     """argparse by itself takes -1e-3 and -0.001,0,-0.2 for flags."""
     joined = solved(capsys, "--shift-mm=3", "--creepage=-1e-3,0,-0.2")

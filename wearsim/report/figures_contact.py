@@ -43,7 +43,9 @@ def _colour(dataset: xr.Dataset) -> str:
     return COLOURS["rail" if dataset.attrs["counterface"] == "rail" else "rig"]
 
 
-def _ends(dataset: xr.Dataset, patch: int, across: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _ends(
+    dataset: xr.Dataset, patch: int, across: str, of: tuple[str, str] = ("x_lead", "x_trail")
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Lateral positions of strip edges and centres in turn, leading and trailing ends there, shown units.
 
     At their centres strips end where they end; in between, neighbours are joined half-way.
@@ -52,7 +54,7 @@ def _ends(dataset: xr.Dataset, patch: int, across: str) -> tuple[np.ndarray, np.
     half = 0.5 * (y[1] - y[0])
     place = np.empty(2 * y.size + 1)
     place[0], place[1::2], place[2::2] = y[0] - half, y, y + half
-    ends = [shown_values(dataset, name, patch=patch) for name in ("x_lead", "x_trail")]
+    ends = [shown_values(dataset, name, patch=patch) for name in of]
     middle = 0.5 * (ends[0] + ends[1])
     lines = []
     for end in ends:
@@ -65,17 +67,27 @@ def _ends(dataset: xr.Dataset, patch: int, across: str) -> tuple[np.ndarray, np.
 
 
 def outline(dataset: xr.Dataset, patch: int, across: str = "lateral") -> tuple[np.ndarray, np.ndarray]:
-    """Return the closed line around a patch: lateral and longitudinal positions in shown units."""
+    """Return the line around a patch: lateral and longitudinal positions in shown units.
+
+    NaN between the parts of a patch that do not touch each other.
+    """
     place, lead, trail = _ends(dataset, patch, across)
+    # models that find the contact on a grid have strips without contact beside it
+    touching = np.flatnonzero(dataset["x_lead"].values[patch] > dataset["x_trail"].values[patch])
+    part = slice(2 * int(touching[0]), 2 * int(touching[-1]) + 3)
+    place, lead, trail = place[part], lead[part], trail[part]
+    apart = np.concatenate(([False], (lead == trail)[1:-1], [False]))
+    lead, trail = np.where(apart, np.nan, lead), np.where(apart, np.nan, trail)
     return np.concatenate((place, place[::-1])), np.concatenate((lead, trail[::-1]))
 
 
 def _cells(dataset: xr.Dataset, patch: int, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Corners of the cells, each of two halves across, and their values."""
-    place, lead, trail = _ends(dataset, patch, "lateral")
+    place, lead, trail = _ends(dataset, patch, "lateral", ("cells_lead", "cells_trail"))
+    values = np.ma.masked_where(dataset["pressure"].values[patch] == 0.0, values)
     share = np.linspace(0.0, 1.0, dataset.sizes["cell"] + 1)[:, None]
     x = lead - share * (lead - trail)
-    return np.broadcast_to(place, x.shape), x, np.repeat(values, 2, axis=1)
+    return np.broadcast_to(place, x.shape), x, np.ma.repeat(values, 2, axis=1)
 
 
 def _plane(dataset: xr.Dataset, ax: Axes, across: str = "lateral") -> None:

@@ -122,7 +122,7 @@ def _patch_titles(dataset: xr.Dataset, patch: int, side: int, number: int) -> tu
 def _box(dataset: xr.Dataset, patch: int) -> tuple[float, float, float, float]:
     """Return the limits of a patch, lateral and longitudinal, in shown units."""
     y, x = figures_contact.outline(dataset, patch)
-    return float(y.min()), float(y.max()), float(x.min()), float(x.max())
+    return float(y.min()), float(y.max()), float(np.nanmin(x)), float(np.nanmax(x))
 
 
 def write_contact_figure(dataset: xr.Dataset, path: Path) -> Path:

@@ -81,7 +81,7 @@ def _by_shift(states: Sequence[xr.Dataset]) -> dict[float, list[xr.Dataset]]:
 def _frame(ax: Axes, states: Sequence[xr.Dataset]) -> None:
     """Give axes limits in which the patches of all states fit, so that their sizes can be compared."""
     outlines = [figures_contact.outline(state, 0) for state in states]
-    across, along = (1.08 * max(float(np.abs(line[k]).max()) for line in outlines) for k in (0, 1))
+    across, along = (1.08 * max(float(np.nanmax(np.abs(line[k]))) for line in outlines) for k in (0, 1))
     box = ax.get_window_extent()
     shape = box.width / box.height
     half = max(along, across / shape)

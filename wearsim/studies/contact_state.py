@@ -90,8 +90,10 @@ def contact_state(
         "lateral": _variable("lateral", strip, sign[:, None] * patch.y[rows]),
         "strip_wheel_y": _variable("strip_wheel_y", strip, 0.5 * (edges[:, 1:] + edges[:, :-1])),
         "strip_width": _variable("strip_width", ("patch",), patch.width[rows]),
-        "x_lead": _variable("x_lead", strip, lead),
-        "x_trail": _variable("x_trail", strip, trail),
+        "x_lead": _variable("x_lead", strip, patch.x_lead[rows]),
+        "x_trail": _variable("x_trail", strip, patch.x_trail[rows]),
+        "cells_lead": _variable("cells_lead", strip, lead),
+        "cells_trail": _variable("cells_trail", strip, trail),
         "longitudinal": _variable(
             "longitudinal", cell, lead[:, None, :] - along[:, None] * (lead - trail)[:, None, :]
         ),

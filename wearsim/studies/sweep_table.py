@@ -24,7 +24,7 @@ MEASURES = tuple(
     for name, variable in LAYOUT.items()
     if variable.dimensions in (("step",), ("step", "wheel"))
     and variable.kind == "f8"
-    and name not in ("step_length", "stability_number")
+    and name not in ("step_length", "stability_number", "step_error", "contact_models_error")
 )
 """Variables of a result file that have one value per campaign or per wheel; the table has their last ones."""
 
