@@ -19,6 +19,7 @@ from wearsim.profile.checks import (
 from wearsim.profile.formats.orientation import flip_z, rail_flip_y, wheel_flip_y, wheel_offset
 from wearsim.profile.formats.points import EXACT, Points, as_floats, scaled
 from wearsim.profile.formats.text import Faults
+from wearsim.profile.formats.thinning import thinned
 from wearsim.profile.shape import FloatArray
 
 IndexArray = NDArray[np.intp]
@@ -142,6 +143,13 @@ def to_our_axes(points: Points, kind: Literal["wheel", "rail"], said: Said, faul
         # some formats prescribe this order; it is told all the same, for it is a frequent doubt
         notes.append("points listed from the field side, order reversed")
         y, z = y[::-1].copy(), z[::-1].copy()
+    thin, deviation = thinned(y, z)
+    if len(thin) < len(y):
+        notes.append(
+            f"{len(thin)} of {len(y)} points taken, the others lie within {deviation * 1e6:.2g} um of the "
+            "lines between them"
+        )
+        y, z = y[thin], z[thin]
     counted = points.tape is not None and offset != 0
     return OurAxes(y, z, tuple(notes), 1e-3 * float(points.tape) if points.tape and counted else None)
 
