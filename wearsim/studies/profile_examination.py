@@ -19,6 +19,7 @@ from wearsim.profile.measures import (
 from wearsim.profile.noise import smoothed
 from wearsim.profile.shape import Profile
 from wearsim.profile.worn import WearBetween, wear_between
+from wearsim.studies.profile_identity import axle_notes, comparison_notes
 from wearsim.studies.profile_running import AMPLITUDES, Running, running
 from wearsim.studies.profile_subject import Kind, Subject, placed, read_subject, tilt_of, told_stand
 
@@ -214,7 +215,11 @@ def examine(
     tape = at.tape or subject.tape
     at = replace(at, distances=replace(at.distances, flange_back=tape))
     subject = _prepared(subject, at)
-    left = None if left is None else _prepared(left, at)
+    if left is not None:
+        left = _prepared(left, at)
+        subject = replace(subject, notes=(*subject.notes, *axle_notes(subject, left)))
+    if against is not None:
+        subject = replace(subject, notes=(*subject.notes, *comparison_notes(subject, against)))
     measures, left_measures, axle = _measures(subject, left, at)
     run, trouble = _running(subject, left, at, amplitudes)
     comparison = None
