@@ -13,6 +13,7 @@ _MODULES = {
     "published": "wearsim.cli.published",
     "accuracy": "wearsim.cli.accuracy",
     "location": "wearsim.cli.location",
+    "wear_steps": "wearsim.cli.wear_steps",
     "sweep": "wearsim.cli.sweep",
     "robustness": "wearsim.cli.robustness",
 }

@@ -94,8 +94,7 @@ def _introduction(dataset: xr.Dataset, command: str) -> str:
         "wheel load; of the strip work, the integral over the wheel profile of the absolute difference over "
         "that of the reference, in pieces of 0.2 mm: what decides the shape of worn profiles. Each cell "
         "holds the median and the 95 % quantile of the absolute errors in per cent.\n\n"
-        f"Written by `{command}`."
-        + (f"\n\n{dataset.attrs['remarks']}" if dataset.attrs["remarks"] else "")
+        f"Written by `{command}`." + (f"\n\n{dataset.attrs['remarks']}" if dataset.attrs["remarks"] else "")
     )
 
 

@@ -94,14 +94,20 @@ def _of_role(table: dict[str, Any], role: str) -> Convergence:
         _largest([None if value is None else factor * value for value in given["moved"][name]])
         for name, _, factor in COLUMNS
     ]
-    rows = [[Cell("what wear changed, as given"), number(given["steps"]), *map(_plain, moved)]]
+    rows = [
+        [
+            Cell("what wear changed, as given"),
+            Cell(str(given["steps"]), float(given["steps"])),
+            *map(_plain, moved),
+        ]
+    ]
     for row in table["rows"]:
         if "ends" not in row:
             rows.append([Cell(row["text"]), Cell(row["told"] or "not run"), *[Cell("") for _ in COLUMNS]])
             continue
         found = row["ends"][role]
         cells = [_difference(given, found, name, factor) for name, _, factor in COLUMNS]
-        rows.append([Cell(row["text"]), number(found["steps"]), *cells])
+        rows.append([Cell(row["text"]), Cell(str(found["steps"]), float(found["steps"])), *cells])
     short = ", shortened for this comparison" if table["shortened"] else ""
     return Convergence(role, f"{given['distance'] / 1e3:.6g} km{short}", head, rows)
 

@@ -16,6 +16,7 @@ from wearsim.scene.published import PublishedScene
 from wearsim.scene.robustness import RobustnessScene
 from wearsim.scene.setup import CampaignSetup, build
 from wearsim.scene.sweep import SweepScene
+from wearsim.scene.wear_steps import WearStepsScene
 
 __all__ = [
     "AccuracyScene",
@@ -30,6 +31,7 @@ __all__ = [
     "Scene",
     "StudyScene",
     "SweepScene",
+    "WearStepsScene",
     "build",
     "files_to_copy",
     "load_campaign",

@@ -22,9 +22,10 @@ from wearsim.scene.published import PublishedScene, read_published
 from wearsim.scene.robustness import RobustnessScene
 from wearsim.scene.setup import inputs_of
 from wearsim.scene.sweep import SweepScene, read_sweep
+from wearsim.scene.wear_steps import WearStepsScene
 
 CampaignScene = RigScene | FieldScene | CompareScene
-StudyScene = PublishedScene | AccuracyScene | LocationScene | SweepScene | RobustnessScene
+StudyScene = PublishedScene | AccuracyScene | LocationScene | SweepScene | RobustnessScene | WearStepsScene
 Scene = CampaignScene | StudyScene
 
 _MODELS: dict[str, type[Scene]] = {
@@ -36,6 +37,7 @@ _MODELS: dict[str, type[Scene]] = {
     "location": LocationScene,
     "sweep": SweepScene,
     "robustness": RobustnessScene,
+    "wear_steps": WearStepsScene,
 }
 _LARGEST_FILE = 2_000_000
 _INPUTS = "inputs.json"
@@ -87,7 +89,7 @@ def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Chan
         scene._inputs, faults = read_locations(scene)
     elif isinstance(scene, SweepScene):
         scene._inputs, faults = read_sweep(scene)
-    elif isinstance(scene, RobustnessScene):
+    elif isinstance(scene, RobustnessScene | WearStepsScene):
         pass  # names no files
     else:
         faults = _read_files(scene, kept)

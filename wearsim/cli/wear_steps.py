@@ -1,0 +1,89 @@
+"""`wearsim run` and `wearsim check` on a scene of wear steps with control on and off."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from wearsim.scene import WearStepsScene
+
+
+def run(scene: WearStepsScene, out: Path | None, command: str) -> int:
+    """Wear the wheel in every way and write the report.
+
+    Parameters
+    ----------
+    scene : WearStepsScene
+        As loaded.
+    out : Path, optional
+        Folder of the report; "reports" if not given.
+    command : str
+        Command line, for the report.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    from wearsim.report.pages_wear_steps import write_wear_steps
+    from wearsim.studies.wear_steps import cases_of, solve_wear_steps
+
+    datasets = [
+        solve_wear_steps(
+            cases_of(model.normal, model.beyond),
+            1e-6 * model.depth_um,
+            1e-6 * scene.noise_um,
+            scene.strips,
+            scene.cells,
+        )
+        for model in scene.models
+    ]
+    title = scene.scene.title or scene.origin.path.stem
+    path = write_wear_steps(
+        datasets, title, scene.remarks, out or Path("reports"), scene.origin.path.stem, command
+    )
+    print(f"report: {path}")
+    return 0
+
+
+def plan(scene: WearStepsScene) -> dict[str, Any]:
+    """Tell what the scene would run.
+
+    Parameters
+    ----------
+    scene : WearStepsScene
+        As loaded.
+
+    Returns
+    -------
+    dict
+        For `wearsim check`.
+    """
+    from wearsim.studies.wear_steps import cases_of
+
+    return {
+        "title": scene.scene.title or scene.origin.path.stem,
+        "cases": [
+            f"{case.normal}: {case.text} ({model.beyond:g} times), to {model.depth_um:g} um"
+            for model in scene.models
+            for case in cases_of(model.normal, model.beyond)
+        ],
+        "settings": scene.model_dump(by_alias=True, mode="json"),
+    }
+
+
+def text(told: dict[str, Any]) -> str:
+    """Lines for `wearsim check`.
+
+    Parameters
+    ----------
+    told : dict
+        From `plan`.
+
+    Returns
+    -------
+    str
+        Title and cases.
+    """
+    return "\n".join([told["title"], *told["cases"]])
