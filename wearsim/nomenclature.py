@@ -425,6 +425,7 @@ _PROFILE: tuple[_Row, ...] = (
     ("front_to_front", "SR", "m", "distance of the active flanks", "back to back and both Sd", None),
     ("wheel_diameter_difference", "ΔD", "m", "difference of the wheel diameters", "right minus left", None),
     ("rim_width", "BR", "m", "width of the rim", "from the flange back to the outer face", None),
+    ("alignment_rms", "", "m", "rms distance left by the alignment on unworn parts", "", _MICRON),
 )
 
 

@@ -7,6 +7,7 @@ import io
 import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -232,6 +233,37 @@ def test_wear_against_the_new_wheel(capsys):
     text = printed(capsys, RIGHT, "--against", "S1002", "--align", "flange_tip")
     assert "flange_tip:" in text
     assert "+1.6" in text  # Sh, worn minus new
+
+
+def test_impossible_wear_is_told(capsys):
+    flags = (RIGHT, "--against", "S1002", "--align")
+    hidden = told(capsys, *flags, "flange_back")["against"]
+    assert hidden["worn_area"] < 0.0
+    assert any("negative" in each for each in hidden["doubts"])
+    assert any("tape circles" in each for each in hidden["doubts"])
+    assert "negative" in printed(capsys, *flags, "flange_back")
+    held = told(capsys, *flags, "back_and_tip")["against"]
+    fitted = told(capsys, *flags, "best_fit")["against"]
+    assert held["doubts"] == fitted["doubts"] == []
+    # best fit and flange agree within the noise and the zones used: 0.1 mm over 130 mm of profile
+    assert held["worn_area"] == pytest.approx(fitted["worn_area"], abs=13e-6)
+
+
+def test_a_tilted_wheel_is_told_and_turned_back(tmp_path, capsys):
+    shape = read_profile(RIGHT, "wheel").profile
+    c, s = np.cos(0.01), np.sin(0.01)
+    tilted = tmp_path / "tilted.csv"
+    y, z = c * shape.y - s * shape.z, s * shape.y + c * shape.z
+    write_profile(replace(shape, y=y, z=z), tilted, "two-column")
+    flags = (str(tilted), "--kind", "wheel", "--against", "S1002")
+    left = told(capsys, *flags)["against"]
+    assert left["alignment"]["rms"] > 50e-6
+    assert any("--rotate" in each for each in left["doubts"])
+    turned = told(capsys, *flags, "--rotate")["against"]
+    assert turned["doubts"] == []
+    assert turned["alignment"]["angle"] == pytest.approx(-0.01, abs=1e-3)  # noise of the points
+    (fault,) = refused(capsys, *flags, "--align", "flange_tip", "--rotate")
+    assert "--rotate belongs to --align best_fit" in fault
 
 
 def test_a_measured_rail_is_found_wherever_its_origin_is(tmp_path, capsys):

@@ -66,6 +66,7 @@ class Request(NamedTuple):
     inclination: float | None
     against: str | None
     align: str | None
+    rotate: bool
     limits: str | None
     convert: str | None
     out: Path | None
@@ -118,8 +119,10 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
         "--against", metavar="NAME|FILE", help="earlier or new profile: wear between the two"
     )
     compared.add_argument("--align", metavar="RULE", help="how NAME|FILE is laid on it: none, flange_back, "
-                          "flange_tip, tape_line, best_fit, top (default best_fit for measured "
+                          "back_and_tip, flange_tip, tape_line, best_fit, top (default best_fit for measured "
                           "profiles, else none)")  # fmt: skip
+    compared.add_argument("--rotate", action="store_true",
+                          help="best_fit may turn it, too: for profiles measured at a tilt")  # fmt: skip
     compared.add_argument(f"--{SMOOTH.name}", metavar="X", help=SMOOTH.meaning)
     output = parser.add_argument_group("output")
     output.add_argument(
@@ -151,6 +154,10 @@ def request_of(arguments: argparse.Namespace) -> tuple[Request | None, list[str]
     faults += [*wrong, *off, *([slanted] if slanted else [])]
     if given["align"] is not None and given["against"] is None:
         faults.append("--align needs --against: it says how the profile is laid on the other")
+    if given["rotate"] and given["against"] is None:
+        faults.append("--rotate needs --against: it says how the profile is laid on the other")
+    elif given["rotate"] and given["align"] not in (None, "best_fit"):
+        faults.append(f"--rotate belongs to --align best_fit, not to {_short(given['align'])}; leave one out")
     if given["kind"] not in (None, "wheel", "rail"):
         faults.append(f"--kind = {_short(given['kind'])} must be wheel or rail")
     if {"diameter_mm", "wheel_radius_mm"} <= numbers.keys():
@@ -170,6 +177,7 @@ def request_of(arguments: argparse.Namespace) -> tuple[Request | None, list[str]
         numbers=numbers,
         inclination=inclination,
         overwrite=given["overwrite"],
+        rotate=given["rotate"],
         csv=given["csv"],
         json=given["json"],
         **kept,

@@ -29,12 +29,14 @@ COLUMNS = {
     "conicity_3mm": ("equivalent_conicity", 4),
     "worn_area_mm2": ("worn_area", 3),
     "max_wear_depth_mm": ("max_wear_depth", 4),
+    "rms_um": ("alignment_rms", 1),
 }
 """Measures of the table."""
 
-_IDENTITY = ("wheel", "kind", "format", "stock", "car", "axle", "side")
+_IDENTITY = ("wheel", "kind", "format", "stock", "car", "axle", "side", "align")
 _SHOWN = {"Sh_mm": "Sh", "Sd_mm": "Sd", "qR_mm": "qR", "hollowing_mm": "hollow", "diameter_mm": "D",
-          "conicity_3mm": "conicity", "worn_area_mm2": "area mm²", "max_wear_depth_mm": "depth"}  # fmt: skip
+          "conicity_3mm": "conicity", "worn_area_mm2": "area mm²", "max_wear_depth_mm": "depth",
+          "rms_um": "rms µm"}  # fmt: skip
 _SHORT = {"flange_height": "Sh", "flange_thickness": "Sd", "flange_gradient": "qR", "hollowing": "hollow",
           "rim_width": "rim", "wheel_diameter": "D", "equivalent_conicity": "conicity",
           "back_to_back": "AR", "front_to_front": "SR"}  # fmt: skip

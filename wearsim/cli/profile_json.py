@@ -114,6 +114,7 @@ def _comparison_json(comparison: Comparison) -> dict[str, Any]:
         "max_wear_depth_y": wear.max_depth_y,
         "compared_length": wear.compared_length,
         "note": wear.note,
+        "doubts": list(comparison.doubts),
         "measures": _measures_json(comparison.measures),
         **_running_json(comparison.running, ""),
     }  # fmt: skip

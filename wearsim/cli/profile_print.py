@@ -111,6 +111,7 @@ def _compared(comparison: Comparison) -> list[str]:
         f"  worn area  {1e6 * wear.worn_area:.2f} mm² ({zones})",
         f"  deepest    {1e3 * wear.max_depth:.3f} mm at y = {1e3 * wear.max_depth_y:.2f} mm",
         *wrapped("", wear.note),
+        *(line for doubt in comparison.doubts for line in wrapped("NOTE", doubt)),
     ]
     return lines
 

@@ -72,7 +72,8 @@ def circumstances(request: Request) -> Circumstances:
         inclination=request.inclination,
         counterpart=request.rail or request.wheel,
         smooth=numbers.get("smooth_mm"),
-        align=request.align,
+        align=request.align or ("best_fit" if request.rotate else None),
+        rotate=request.rotate,
         said=request.said,
         own_limits=request.limits is not None,
     )

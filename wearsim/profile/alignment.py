@@ -210,7 +210,20 @@ def _by_flange_tip(profile: Profile, reference: Profile, *, lateral: bool = Fals
 
 
 def _by_flange_back(profile: Profile, reference: Profile) -> Move:
-    """Compare at equal depth below the tip, which wears as little as the back; the tread does wear."""
+    dy, held = _back_shift(profile, reference)
+    return Move(dy=dy, dz=-_tape_level(profile, dy), note=f"{held}; z = 0 on the tread at y = 0")
+
+
+def _by_back_and_tip(profile: Profile, reference: Profile) -> Move:
+    dy, held = _back_shift(profile, reference)
+    return Move(dy=dy, dz=_tip(reference)[1] - _tip(profile)[1], note=f"{held}; z of the flange tip, too")
+
+
+def _back_shift(profile: Profile, reference: Profile) -> tuple[float, str]:
+    """Shift that lays the flange backs on each other [m], and what was held.
+
+    Compared at equal depth below the tip, which wears as little as the back; the tread does wear.
+    """
     tip_z, ref_tip_z = _tip(profile)[1], _tip(reference)[1]
     ref = prolonged(reference)
     end = int(np.argmax(ref.z)) + 1
@@ -233,13 +246,9 @@ def _by_flange_back(profile: Profile, reference: Profile) -> Move:
             f"flange tip behind it, {FEWEST} are needed"
         )
     dy = float(np.median(np.interp(depth[use], ref_depth[part], ref_y[part]) - y[use]))
-    return Move(
-        dy=dy,
-        dz=-_tape_level(profile, dy),
-        note=(
-            f"y of the flange back ({count} points {shallow * 1e3:.3g} mm or more below the tip) as on "
-            f"{reference.name}; z = 0 on the tread at y = 0"
-        ),
+    return dy, (
+        f"y of the flange back ({count} points {shallow * 1e3:.3g} mm or more below the tip) as on "
+        f"{reference.name}"
     )
 
 
@@ -265,6 +274,9 @@ ALIGNMENTS: Mapping[str, AlignmentRule] = MappingProxyType(
         "flange_back": AlignmentRule(
             _by_flange_back, ("wheel",), "y by the flange back, z = 0 on the tread 70 mm from it"
         ),
+        "back_and_tip": AlignmentRule(
+            _by_back_and_tip, ("wheel",), "y by the flange back, z by the flange tip"
+        ),
         "flange_tip": AlignmentRule(_by_flange_tip, ("wheel",), "z by the flange tip, y as measured"),
         "tape_line": AlignmentRule(_by_tape_line, ("wheel",), "z = 0 on the tread at y = 0, y as measured"),
         "best_fit": AlignmentRule(
@@ -274,3 +286,6 @@ ALIGNMENTS: Mapping[str, AlignmentRule] = MappingProxyType(
     }
 )
 """Rules of alignment by name."""
+
+HOLD_TREAD = ("flange_back", "tape_line")
+"""Rules that lay the tape circles on each other: what is worn there does not show."""

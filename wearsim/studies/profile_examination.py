@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from wearsim.errors import ProfileError
-from wearsim.profile.alignment import Alignment, align
+from wearsim.profile.alignment import HOLD_TREAD, Alignment, align
 from wearsim.profile.limits import Judgement, LimitSet, judge, judge_wheelset
 from wearsim.profile.measures import (
     GaugeDistances,
@@ -27,6 +27,9 @@ BACK_TO_BACK = 1.360
 GAUGE = 1.435
 JUDGED_AMPLITUDE = 3e-3
 """Amplitude of the conicity that limits speak of [m]."""
+
+LARGE_REST = 50e-6
+"""Distance left on the zones of a best fit that noise of an instrument does not explain [m]."""
 
 _STATED = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "front_to_front")
 COUNTERPART = {"wheel": "60E1", "rail": "S1002"}
@@ -56,6 +59,8 @@ class Circumstances:
     align : str or None
         Rule of `wearsim.profile.alignment`; if not stated, `best_fit` for measured profiles and `none` for
         standard shapes.
+    rotate : bool
+        Whether the best fit may turn the profile, too.
     said : mapping
         Statements on files, see `read_profile`.
     own_limits : bool
@@ -73,6 +78,7 @@ class Circumstances:
     counterpart: str | None = None
     smooth: float | None = None
     align: str | None = None
+    rotate: bool = False
     said: Mapping[str, Any] | None = None
     own_limits: bool = False
 
@@ -105,6 +111,29 @@ class Comparison:
     wear: WearBetween
     measures: Measures | None
     running: Running | None
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What speaks against the wear that was found, or is hidden in it; a sentence each."""
+        told = []
+        rule, rms = self.alignment.rule, self.alignment.rms
+        if self.wear.worn_area < 0.0:
+            told.append(
+                f"the net worn area is negative, which no wear is: {rule} does not fit these profiles, or "
+                "they are not of one wheel; try another rule with --align"
+            )
+        if rms is not None and rms > LARGE_REST:
+            way = "" if self.alignment.angle else "; a profile measured at a tilt needs --rotate"
+            told.append(
+                f"{1e6 * rms:.0f} µm rms are left on parts that do not wear, more than "
+                f"{1e6 * LARGE_REST:.0f}: wear of this size is doubtful{way}"
+            )
+        if rule in HOLD_TREAD:
+            told.append(
+                f"{rule} lays the tape circles on each other: wear there counts as none, the flange seems to "
+                "grow; back_and_tip or best_fit tell the wear of the tread"
+            )
+        return tuple(told)
 
 
 @dataclass(frozen=True)
@@ -308,7 +337,8 @@ def _compared(subject: Subject, before: Subject, at: Circumstances) -> Compariso
     """Wear between two profiles, the later one laid on the earlier one."""
     reference, after = _in_track(before, at), _in_track(subject, at)
     rule = at.align or ("best_fit" if subject.measured else "none")
-    alignment = align(after.profile, reference.profile, rule)
+    options = {"rotation": True} if at.rotate else {}
+    alignment = align(after.profile, reference.profile, rule, **options)
     wear = wear_between(reference.profile, alignment.profile)
     return Comparison(reference, alignment, wear, None, None)
 

@@ -38,7 +38,8 @@ class FleetRow:
     file : str
         Its name in the folder.
     identity : mapping of str to str
-        stock, car, axle and side of the header, as far as they are there, and kind and format.
+        stock, car, axle and side of the header, as far as they are there, kind and format, and with a
+        comparison the rule of alignment.
     values : mapping of str to float
         By their names in `wearsim.nomenclature`, SI; what could not be measured is left out.
     exceeded : tuple of str
@@ -181,9 +182,13 @@ def _row(
     if found.measures is not None:
         # of what every wheel has; a diameter that nobody stated is no fault
         notes += tuple(why for name, why in found.measures.missing.items() if name in _EXPECTED)
+    identity = _identity(subject)
+    if found.comparison is not None:
+        notes += found.comparison.doubts
+        identity["align"] = found.comparison.alignment.rule
     return FleetRow(
         path.name,
-        _identity(subject),
+        identity,
         _values(found),
         found.exceeded,
         found.not_judged,
@@ -218,6 +223,8 @@ def _values(found: Examination) -> dict[str, float]:
     if found.comparison is not None:
         wear = found.comparison.wear
         values |= {"worn_area": wear.worn_area, "max_wear_depth": wear.max_depth}
+        if found.comparison.alignment.rms is not None:
+            values["alignment_rms"] = found.comparison.alignment.rms
     return values
 
 
