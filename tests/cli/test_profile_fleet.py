@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 import shutil
 from pathlib import Path
 
@@ -106,6 +107,23 @@ def test_the_table_for_people(folder, capsys):
     assert "FAULT" in lines["cut.whl"]
     assert "29.601" in lines["wheel_worn_right.whl"]
     assert "FAULT" not in lines["wheel_worn_right.whl"]
+
+
+def test_links_to_nothing_and_pipes_are_rows_and_folders_are_told(folder, capsys):
+    (folder / "gone.whl").symlink_to(folder / "nowhere.whl")
+    os.mkfifo(folder / "pipe.prw")
+    captured = measured(capsys, folder, "--csv", "-")
+    rows = rows_of(captured.out)
+    assert "link to nothing" in rows["gone.whl"]["fault"]
+    assert "no regular file" in rows["pipe.prw"]["fault"]
+    assert "8 files: 4 measured, 4 with faults" in captured.err
+    assert "sub/" in captured.err
+
+
+def test_the_table_is_not_written_among_the_profiles(folder, capsys):
+    assert main(["profile", "--fleet", str(folder), "--csv", str(folder / "table.csv")]) == 2
+    assert "lies in the folder of --fleet" in capsys.readouterr().err
+    assert not (folder / "table.csv").exists()
 
 
 def test_a_folder_of_faults_is_a_fault_but_still_a_table(tmp_path, capsys):

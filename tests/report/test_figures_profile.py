@@ -212,6 +212,23 @@ def test_pages_hold_all_profiles_on_the_same_axes(fleet):
     assert overlaps(pages[1]) == []
 
 
+def test_a_misread_profile_does_not_shrink_the_others(fleet):
+    usual = figures_fleet.limits_of(fleet)
+    wrong = fleet.copy(deep=True)
+    wrong["profile_y"].values[3] *= 25.4
+    wrong["profile_z"].values[3] *= 25.4
+    assert figures_fleet.limits_of(wrong) == usual
+
+
+def test_titles_keep_what_tells_the_wheels_of_an_axle_apart(fleet):
+    fleet = fleet.copy(deep=True)
+    names = [f"A very long name of a coach car 1 axle 2 {side}" for side in "LR"]
+    fleet["wheel_name"] = ("wheel", names * (fleet.sizes["wheel"] // 2))
+    left, right = (plot_member(fleet, member).get_title() for member in (0, 1))
+    assert left.endswith("axle 2 L")
+    assert right.endswith("axle 2 R")
+
+
 def test_more_pages_than_are_drawn_are_told(fleet, tmp_path, monkeypatch):
     monkeypatch.setattr(pages_fleet, "MOST_PAGES", 1)
     files, drawn = pages_fleet.write_fleet(fleet, tmp_path / "fleet.svg")

@@ -225,6 +225,12 @@ def _subject_faults(given: dict[str, Any]) -> list[str]:
         for key in _SINGLE
         if given[key] is not None
     ]
+    table = given["csv"]
+    if table not in (None, "-") and Path(table).resolve().parent == Path(given["fleet"]).resolve():
+        faults.append(
+            f"--csv = {_short(table)} lies in the folder of --fleet, whose next run would take the table for "
+            "a profile; choose another folder"
+        )
     if not faults and not Path(given["fleet"]).is_dir():
         exists = Path(given["fleet"]).exists()
         faults.append(f"--fleet = {given['fleet']} {'is no folder' if exists else 'does not exist'}; give a "

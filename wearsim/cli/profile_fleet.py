@@ -80,7 +80,7 @@ def measure_fleet(request: Request) -> int:
     doubtful = sum(1 for row in rows if row.measured and row.fault)
     told = [f"{len(rows)} files: {len(rows) - faulty} measured, {faulty} with faults"]
     told += [f"{doubtful} not compared"] if doubtful else []
-    told += [f"{len(listed[1])} other files left out ({_some(listed[1])})"] if listed[1] else []
+    told += [f"{len(listed[1])} other files or folders left out ({_some(listed[1])})"] if listed[1] else []
     print("; ".join(told), file=sys.stderr)
     return 0 if faulty < len(rows) else 2
 

@@ -17,6 +17,7 @@ NOT_JUDGED = "#b07a1e"
 """Colour of profiles that no limits were applied to, or that are open in some."""
 
 _SHORT = {"flange_height": "Sh", "flange_thickness": "Sd", "flange_gradient": "qR", "hollowing": "hollow"}
+_REACH = 40.0  # how far beyond the median a profile widens the axes [mm]
 _LONGEST = 26  # characters of a title
 
 
@@ -49,7 +50,7 @@ def plot_member(dataset: xr.Dataset, member: int, ax: Axes | None = None) -> Axe
     ax.plot(y, z, color=colour, lw=1.1, label=label)
     name = str(dataset["wheel_name"].values[member])
     ax.set_title(
-        name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…",
+        name if len(name) <= _LONGEST else f"…{name[1 - _LONGEST :]}",  # the end tells the side
         fontsize=7.5, color=colour, pad=2.5, fontweight="bold" if exceeded else "normal",
     )  # fmt: skip
     texts = []
@@ -70,12 +71,20 @@ def plot_member(dataset: xr.Dataset, member: int, ax: Axes | None = None) -> Axe
 
 
 def limits_of(dataset: xr.Dataset) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Limits of lateral position and height that hold every profile and the reference [mm]."""
+    """Limits of lateral position and height: medians of the profiles' ends, and the reference [mm].
+
+    Profiles that reach at most `_REACH` further widen them; one that was misread does not.
+    """
     spans = []
     for axis in "yz":
-        parts = [dataset[f"profile_{axis}"].values.ravel()]
+        values = shown(f"profile_{axis}", dataset[f"profile_{axis}"].values)
+        low, high = values.min(axis=1), values.max(axis=1)
+        ends = [
+            float(low[low >= np.median(low) - _REACH].min()),
+            float(high[high <= np.median(high) + _REACH].max()),
+        ]
         if f"reference_{axis}" in dataset:
-            parts.append(dataset[f"reference_{axis}"].values)
-        values = shown(f"profile_{axis}", np.concatenate(parts))
-        spans.append((float(values.min()) - 3.0, float(values.max()) + 3.0))
+            reference = shown(f"profile_{axis}", dataset[f"reference_{axis}"].values)
+            ends += [float(reference.min()), float(reference.max())]
+        spans.append((min(ends) - 3.0, max(ends) + 3.0))
     return spans[0], spans[1]

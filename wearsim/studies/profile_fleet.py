@@ -93,16 +93,19 @@ def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[s
     files : list of Path
         Sorted by name, hidden ones left out.
     skipped : list of str
-        Names of the others.
+        Names of the others; folders end with "/".
     """
     known = {suffix for each in FORMATS.values() for suffix in each.suffixes} | set(PLAIN_SUFFIXES)
     try:
-        found = sorted((path for path in folder.iterdir() if path.is_file()), key=lambda path: path.name)
+        # links to nothing and pipes are listed, too: their rows tell what they are
+        found = sorted((path for path in folder.iterdir() if not path.is_dir()), key=lambda path: path.name)
+        folders = [path for path in folder.iterdir() if path.is_dir()]
     except OSError as error:
         raise ProfileError(f"{folder}: cannot be read ({error.strerror}); check its permissions") from error
     visible = [path for path in found if not path.name.startswith(".")]
     taken = [path for path in visible if every or path.suffix.lower() in known]
-    return taken, [path.name for path in visible if path not in set(taken)]
+    others = [path.name for path in visible if path not in set(taken)]
+    return taken, others + sorted(f"{path.name}/" for path in folders if not path.name.startswith("."))
 
 
 def fleet_rows(
@@ -134,6 +137,10 @@ def fleet_rows(
         Of each file.
     """
     for path in files:
+        if not path.is_file():
+            what = "is a link to nothing" if path.is_symlink() else "is no regular file"
+            yield _faulty(path, f"{what}; it was not read")
+            continue
         try:
             subject = read_subject(str(path), kind, at.said)
         except WearsimError as error:
