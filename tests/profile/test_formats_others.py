@@ -349,3 +349,21 @@ def test_load_profile_does_not_tilt_a_head_that_leans_already(tmp_path):
     write_profile(RAIL, path, "miniprof")
     leaning, again = (load_profile(path, "rail", inclination=tilt) for tilt in (0.0, 1 / 40))
     assert np.array_equal(leaning.z, again.z)
+
+
+def test_wheel_against_the_axis_of_its_format_is_told(read):
+    reading = read(ours("wheel"), name="w.wheel")
+    assert_is(reading, WHEEL)
+    assert "y towards the field side, although the rule of the format is the track centre" in reading.notes
+
+
+def test_simpack_file_in_metres_tells_so(read):
+    points = rows(WHEEL.y, WHEEL.z, "{y:.7f} {z:.7f}")
+    block = ["spline.begin", "units.len.f = 1", "point.begin", *points, "point.end", "spline.end"]
+    reading = read(block, name="w.prw")
+    assert_is(reading, WHEEL)
+    assert "units.len.f = 1: lengths in m" in reading.notes
+
+
+def test_width_of_a_file_in_cm_names_cm(refused):
+    assert "fit cm or inches" in refused(rows(1e2 * RAIL.y, 1e2 * RAIL.z), "rail")
