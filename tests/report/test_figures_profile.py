@@ -42,7 +42,7 @@ def rail():
 
 
 def line_of(ax, label):
-    (line,) = [line for line in ax.lines if line.get_label() == label]
+    (line,) = [line for line in ax.lines if line.get_label().startswith(label)]
     return line
 
 
@@ -76,7 +76,7 @@ def overlaps(figure):
 def test_the_shape_is_drawn_in_mm_flange_down_with_equal_aspect(worn):
     ax = figures_profile.plot_shape(worn)
     for name, label in (("profile", "wheel_worn_right"), ("reference", "S1002"),
-                        ("left", "wheel_worn_left (left wheel)")):  # fmt: skip
+                        ("left", "wheel_worn_left (left wheel), beyond")):  # fmt: skip
         y, z = line_of(ax, label).get_data()
         np.testing.assert_allclose(y, 1e3 * worn[f"{name}_y"].values, rtol=1e-15)
         np.testing.assert_allclose(z, 1e3 * worn[f"{name}_z"].values, rtol=1e-15)
@@ -127,6 +127,11 @@ def test_a_measure_beyond_its_limit_stands_out():
     )
     (text,) = [text for text in ax.texts if text.get_text().startswith("Sd")]
     assert not text.get_text().endswith("!")  # the left one is beyond, the right one is drawn
+
+
+def test_a_left_wheel_beyond_a_limit_is_told_in_its_label():
+    state = state_of("S1002", left=MEASURED / "wheel_worn_left.whl")
+    assert state.attrs["left_label"].endswith("(left wheel), beyond: flange thickness !")
 
 
 def test_depth_over_arc_length_with_the_lateral_position_above(worn):

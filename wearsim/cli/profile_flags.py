@@ -8,6 +8,8 @@ import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from wearsim.profile.measures import DISTANCE_RANGES
+
 PICTURES = ("png", "svg", "pdf")
 WRITTEN = ("two-column", "miniprof", "simpack")
 """Formats of `--convert`."""
@@ -29,12 +31,20 @@ class Number(NamedTuple):
 
 
 BELOW_TIP = Number(
-    "below-tip-mm", "depth of the upper point of qR below the flange tip (default 2)", 0.1, 10.0
+    "below-tip-mm",
+    "depth of the upper point of qR below the flange tip (default 2)",
+    *DISTANCE_RANGES["below_tip"],
 )
 LEVEL = Number(
-    "level-mm", "height of Sd and of the lower point of qR above the tape circle (default 10)", 2.0, 25.0
+    "level-mm",
+    "height of Sd and of the lower point of qR above the tape circle (default 10)",
+    *DISTANCE_RANGES["level"],
 )
-TAPE = Number("tape-mm", "distance of the tape circle from the flange back (default 70)", 50.0, 90.0)
+TAPE = Number(
+    "tape-mm",
+    "distance of the tape circle from the flange back (default 70)",
+    *DISTANCE_RANGES["flange_back"],
+)
 GAUGE = Number("gauge-mm", "gauge, 14 mm below the top (default 1435)", 1000.0, 1700.0)
 FLANGE_BACK = Number(
     "flange-back-mm", "distance of the flange backs; stated, it is judged, too (default 1360)", 900.0, 1600.0

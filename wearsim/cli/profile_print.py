@@ -213,7 +213,7 @@ def _cut(title: str, most: int = 17) -> str:
 
 def _value(measures: Measures, name: str) -> str:
     if name in measures.values:
-        return f"{1e3 * measures.values[name]:.3f}"
+        return f"{round(1e3 * measures.values[name], 3) + 0.0:.3f}"
     return "-" if name in measures.missing else ""
 
 
@@ -256,4 +256,4 @@ def _running(found: Examination) -> list[str]:
 
 
 def _cell(value: float | None, factor: float) -> str:
-    return "-" if value is None else f"{value * factor:.3f}"
+    return "-" if value is None else f"{round(value * factor, 3) + 0.0:.3f}"

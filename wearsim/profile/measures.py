@@ -13,7 +13,8 @@ from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 
 # Smallest and largest value that can be meant, in mm
-_DISTANCE_RANGES = {"below_tip": (0.5, 10.0), "level": (2.0, 25.0), "flange_back": (50.0, 100.0)}
+DISTANCE_RANGES = {"below_tip": (0.5, 10.0), "level": (2.0, 25.0), "flange_back": (50.0, 100.0)}
+"""Of `GaugeDistances` [mm]."""
 _RADIUS_RANGE = (100.0, 1000.0)
 _BACK_TO_BACK_RANGE = (500.0, 2000.0)
 
@@ -160,7 +161,7 @@ class GaugeDistances:
 
     def __post_init__(self) -> None:
         for each in fields(self):
-            value, (low, high) = 1e3 * getattr(self, each.name), _DISTANCE_RANGES[each.name]
+            value, (low, high) = 1e3 * getattr(self, each.name), DISTANCE_RANGES[each.name]
             _check(f"gauge distance {each.name}", value, low, high)
 
 

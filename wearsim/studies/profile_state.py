@@ -173,6 +173,11 @@ def examination_state(found: Examination) -> xr.Dataset:
     title = f"{subject.profile.name}: {subject.kind}, {subject.title}"
     exceeded = dict.fromkeys(each.measure for each in found.judgements if each.exceeded)
     lines = {"title": title, "exceeded": " ".join(exceeded)}
+    beyond = [NOMENCLATURE[each.measure].meaning for each in found.left_judgements if each.exceeded]
+    if found.left is not None and beyond:
+        # its measures have no dimension lines: its label tells them
+        told = ", ".join(dict.fromkeys(beyond))
+        lines["left_label"] = f"{found.left.profile.name} (left wheel), beyond: {told} !"
     if comparison is not None:
         alignment = comparison.alignment
         lines["subtitle"] = f"laid on {comparison.reference.profile.name}: {alignment.rule}, {alignment.note}"

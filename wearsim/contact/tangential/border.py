@@ -11,7 +11,9 @@ from wearsim.contact.tangential.model import TangentialModel, TangentialSolution
 from wearsim.errors import ContactError, NumericalError
 
 
-def guarded(name: str, model: TangentialModel, fewest: int) -> TangentialModel:
+def guarded(
+    name: str, model: TangentialModel, fewest: int, most_strips: int | None = None
+) -> TangentialModel:
     """Put the checks around a model.
 
     Parameters
@@ -22,11 +24,13 @@ def guarded(name: str, model: TangentialModel, fewest: int) -> TangentialModel:
         Any.
     fewest : int
         Strips, and cells along each, that it needs.
+    most_strips : int, optional
+        That it has room for.
 
     Returns
     -------
     TangentialModel
-        Raises ContactError on coarser grids, and NumericalError for an answer that is not finite; else the
+        Raises ContactError on other grids, and NumericalError for an answer that is not finite; else the
         same.
     """
 
@@ -46,6 +50,8 @@ def guarded(name: str, model: TangentialModel, fewest: int) -> TangentialModel:
                 f"{name} needs at least {fewest} strips and cells along them; take more, or another "
                 "tangential model"
             )
+        if most_strips is not None and patch.y.shape[1] > most_strips:
+            raise ContactError(f"{name} has room for {most_strips} strips at most; take fewer")
         solution = model(
             patch,
             creepage,
