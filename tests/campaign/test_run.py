@@ -266,7 +266,7 @@ def test_killed_comparison_resumes_to_the_same_bits(scenes, finished, tmp_path, 
     assert read_status(out)["campaigns"][name]["state"] == expected
     events = []
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("wearsim.campaign.run._available_cores", lambda: 1)
+    monkeypatch.setattr("wearsim.campaign.run.available_cores", lambda: 1)
     paths = resume("out", observer=events.append)
     first = next(event for event in events if event.name == name)
     assert (first.kind, first.step) == ("resumed", step)

@@ -33,8 +33,8 @@ def solved(load=80e3, roller=None, youngs_modulus=210e9, **models):
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"strips": 1}, "strips = 1 must be at least 4"),
-        ({"cells": 3}, "cells = 3 must be at least 4"),
+        ({"strips": 1}, "strips = 1 must be at least 5"),
+        ({"cells": 4}, "cells = 4 must be at least 5"),
         ({"load": 0.0}, "wheel load = 0 N must be above 0 N"),
         ({"load": -1.0}, "wheel load = -1 N must be above 0 N"),
         ({"load": np.nan}, "wheel load = nan N must be above 0 N"),

@@ -8,7 +8,7 @@ import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from wearsim.profile.measures import DISTANCE_RANGES
+from wearsim.profile.distance_ranges import DISTANCE_RANGES
 
 PICTURES = ("png", "svg", "pdf")
 WRITTEN = ("two-column", "miniprof", "simpack")

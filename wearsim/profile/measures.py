@@ -10,11 +10,10 @@ from types import MappingProxyType
 import numpy as np
 
 from wearsim.errors import ProfileError
+from wearsim.profile.distance_ranges import DISTANCE_RANGES
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 
 # Smallest and largest value that can be meant, in mm
-DISTANCE_RANGES = {"below_tip": (0.5, 10.0), "level": (2.0, 25.0), "flange_back": (50.0, 100.0)}
-"""Of `GaugeDistances` [mm]."""
 _RADIUS_RANGE = (100.0, 1000.0)
 _BACK_TO_BACK_RANGE = (500.0, 2000.0)
 

@@ -12,7 +12,7 @@ from wearsim.contact.normal.model import NormalModel, NormalSolution
 from wearsim.contact.patch import FloatArray
 from wearsim.errors import ContactError, NumericalError
 
-FEWEST = 4
+FEWEST = 5
 """Strips across a patch and cells along each, at least: with 5 the power is 5 % low, with 2 40 %."""
 STRONGEST = 0.1
 """Pressure over E*, at most: strains of a tenth, four times what hardened steel bears before it yields."""
@@ -32,7 +32,7 @@ def guarded(model: NormalModel) -> NormalModel:
     Returns
     -------
     NormalModel
-        Raises ContactError for loads that are not above 0, fewer than four strips or cells, and patches or
+        Raises ContactError for loads that are not above 0, fewer than five strips or cells, and patches or
         pressures beyond an elastic half-space, and NumericalError for an answer that is not finite; else
         the same.
     """

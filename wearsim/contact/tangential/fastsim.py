@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.patch import FloatArray, Patch, load_factor
 from wearsim.contact.tangential.kalker_coefficients import coefficients
 from wearsim.contact.tangential.model import TangentialSolution
@@ -103,15 +103,15 @@ def solve(
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     slope = patch.pressure_slope * load_factor(cells)
     _march(
-        patch.y,
-        patch.width,
-        patch.x_lead,
-        patch.x_trail,
-        friction,
-        slope,
-        np.ascontiguousarray(creepage),
+        plain(patch.y),
+        plain(patch.width),
+        plain(patch.x_lead),
+        plain(patch.x_trail),
+        plain(friction),
+        plain(slope),
+        plain(creepage),
         flexibility,
-        _mean_flexibility(creepage, flexibility),
+        plain(_mean_flexibility(creepage, flexibility)),
         cells,
         fields,
         np.empty(14 * _ROW),
@@ -129,7 +129,7 @@ def _mean_flexibility(creepage: FloatArray, flexibility: FloatArray) -> FloatArr
     return mean
 
 
-@kernel
+@leaf_kernel
 def _march(
     y: FloatArray,
     width: FloatArray,

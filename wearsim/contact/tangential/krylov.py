@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import leaf_kernel
 from wearsim.contact.patch import FloatArray
 
 
@@ -51,7 +51,7 @@ def least_residual(
     return vector, count
 
 
-@kernel
+@leaf_kernel
 def _begin(right: FloatArray, basis: FloatArray, rotation: FloatArray) -> float:
     """First vector of the basis; returns the length of the right-hand side."""
     total = 0.0
@@ -64,7 +64,7 @@ def _begin(right: FloatArray, basis: FloatArray, rotation: FloatArray) -> float:
     return float(length)
 
 
-@kernel
+@leaf_kernel
 def _orthogonalise(
     basis: FloatArray, count: int, product: FloatArray, triangle: FloatArray, rotation: FloatArray
 ) -> float:
@@ -100,7 +100,7 @@ def _orthogonalise(
     return float(abs(rotation[2, count + 1]))
 
 
-@kernel
+@leaf_kernel
 def _combine(
     basis: FloatArray, count: int, triangle: FloatArray, rotation: FloatArray, out: FloatArray
 ) -> None:

@@ -31,7 +31,7 @@ from wearsim.contact.influence import (
     tangential_influence,
     transform,
 )
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.tangential import krylov
 
@@ -136,7 +136,7 @@ def elastic_slip(operator: SlipOperator, traction: FloatArray) -> FloatArray:
     """Slip (2, nx, ny) that tractions (2, nx, ny) [Pa] add to the rigid one [-]."""
     wave = transform(traction, operator.doubled)
     _multiply(operator.spectrum, wave)
-    return back(wave, operator.shape, operator.doubled)
+    return plain(back(wave, operator.shape, operator.doubled))
 
 
 def solve(
@@ -167,6 +167,7 @@ def solve(
     RollingSolution
         The caller judges its residual: at most `TOLERANCE` unless the steps ran out.
     """
+    bound = plain(bound)
     marks, direction = np.empty(operator.shape), np.zeros((2, *operator.shape))
     rest = np.empty((2, *operator.shape))
     reach = 1.0 / operator.stiffest
@@ -222,7 +223,7 @@ def _linear_step(
     return undone(weights), count
 
 
-@kernel
+@leaf_kernel
 def _multiply(spectrum: ComplexArray, wave: ComplexArray) -> None:
     """Two components by the symmetric two by two matrix of each wave, in place."""
     for i in range(wave.shape[1]):
@@ -232,7 +233,7 @@ def _multiply(spectrum: ComplexArray, wave: ComplexArray) -> None:
             wave[1, i, j] = spectrum[2, i, j] * along + spectrum[1, i, j] * across
 
 
-@kernel
+@leaf_kernel
 def _split(strip: FloatArray) -> None:
     """Triangles of both matrices in place; no pivots: their symmetric part is positive."""
     n = strip.shape[1]
@@ -245,7 +246,7 @@ def _split(strip: FloatArray) -> None:
                     strip[c, i, j] -= factor * strip[c, k, j]
 
 
-@kernel
+@leaf_kernel
 def _cut_back(traction: FloatArray, bound: FloatArray) -> None:
     """Shorten tractions above the bound."""
     for i in range(bound.shape[0]):
@@ -256,7 +257,7 @@ def _cut_back(traction: FloatArray, bound: FloatArray) -> None:
                 traction[1, i, j] *= bound[i, j] / size
 
 
-@kernel
+@leaf_kernel
 def _residual(
     traction: FloatArray,
     slip: FloatArray,
@@ -294,7 +295,7 @@ def _residual(
     return error, size
 
 
-@kernel
+@leaf_kernel
 def _derivative(
     change: FloatArray,
     slip: FloatArray,
@@ -319,7 +320,7 @@ def _derivative(
                 out[1, i, j] = change[1, i, j] - mark * (v_y - along * d_y)
 
 
-@kernel
+@leaf_kernel
 def _precondition(
     given: FloatArray,
     marks: FloatArray,

@@ -1,0 +1,87 @@
+"""Results hang neither on what was compiled when nor on what was called before."""
+
+import importlib
+import os
+import pkgutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import wearsim.contact
+from wearsim.contact.kernel import kernel, leaf_kernel, plain
+
+
+def kernels():
+    """Kernels of the contact rooms, by the module that defines them."""
+    modules = [
+        importlib.import_module(info.name)
+        for info in pkgutil.walk_packages(wearsim.contact.__path__, "wearsim.contact.")
+    ]
+    return [
+        value
+        for module in modules
+        for value in vars(module).values()
+        if hasattr(value, "py_func") and value.py_func.__module__ == module.__name__
+    ]
+
+
+def test_leaf_kernels_call_no_kernel_and_are_called_by_none():
+    every = kernels()
+    leaves = [each for each in every if each.targetoptions.get("fastmath")]
+    assert 0 < len(leaves) < len(every)
+    for caller in every:
+        code, known = caller.py_func.__code__, caller.py_func.__globals__
+        called = [known[name] for name in code.co_names if hasattr(known.get(name), "py_func")]
+        assert caller not in leaves or not called, caller
+        assert not [each for each in called if each in leaves], caller
+
+
+@kernel
+def _sum(values):
+    total = 0.0
+    for value in values:
+        total += value * value
+    return total
+
+
+@leaf_kernel
+def _sum_in_any_order(values):
+    total = 0.0
+    for value in values:
+        total += value * value
+    return total
+
+
+def test_the_order_of_sums_is_kept_except_in_leaf_kernels():
+    given = np.random.default_rng(1).normal(size=(20, 1001))
+    totals = [_sum.py_func(values) for values in given]
+    assert [_sum(values) for values in given] == totals
+    assert [_sum(values) for values in np.repeat(given, 2, axis=1)[:, ::2]] == totals
+    reordered = [_sum_in_any_order(values) for values in given]
+    assert reordered != totals
+    assert reordered == pytest.approx(totals, rel=1e-14)
+
+
+def test_plain_arrays_are_contiguous_and_writeable():
+    given = np.broadcast_to(np.arange(3), (2, 3))
+    array = plain(given)
+    assert array.flags.c_contiguous
+    assert array.flags.writeable
+    assert array.dtype == np.float64
+    np.testing.assert_array_equal(array, given)
+    assert plain(array) is array
+
+
+@pytest.mark.slow
+def test_a_first_run_that_compiles_gives_the_bits_of_a_second_one(tmp_path):
+    command = [sys.executable, "-m", "wearsim", "contact", "--wheel", "S1002", "--rail", "60E1"]
+    command += ["--inclination", "1:40", "--shift-mm", "3", "--yaw-mrad", "5", "--wheel-load-kN", "80", "--json"]
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    first, second = (
+        subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
+        for _ in range(2)
+    )
+    assert list(tmp_path.rglob("*.nbc"))
+    assert first == second
