@@ -1,6 +1,7 @@
 """Long campaigns: time, growth with points and steps, memory; printed by targets, never asserted."""
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -11,6 +12,8 @@ import pytest
 
 pytestmark = pytest.mark.benchmark
 ROOT = Path(__file__).parents[2]
+SHARE = float(os.environ.get("WEARSIM_LONG_RUNS", "1"))
+"""Of the distances and points: CI sets 0.2, which keeps the runs alive but tells no speed."""
 FAST = ("kik_piotrowski", "fastsim")
 OTHERS = (("knothe_le_the", "fastsim"), ("half_space", "half_space"))
 """The other models that may lead, on few steps; hertz never leads."""
@@ -81,21 +84,24 @@ def speed(told):
 
 @pytest.mark.parametrize("grid", [20, 50])
 def test_100_000_km_in_the_field(show, campaign, grid):
-    told = campaign(500, 100_000, grid=grid)
+    told = campaign(500, 100_000 * SHARE, grid=grid)
     target = " (target < 60 s on two cores)" if grid == 20 else ""
-    show(f"100 000 km, 500 points, both wheels, {' + '.join(FAST)} {grid} x {grid}: {speed(told)}{target}")
+    models = " + ".join(FAST)
+    show(f"{100 * SHARE:g} 000 km, 500 points, both wheels, {models} {grid} x {grid}: {speed(told)}{target}")
 
 
 @pytest.mark.parametrize("models", OTHERS)
 def test_a_step_of_the_other_models_that_may_lead(show, campaign, models):
-    told = campaign(100 if models[0] == "half_space" else 500, 10, models, step=10, integrator="euler")
+    told = campaign(
+        round(SHARE * (100 if models[0] == "half_space" else 500)), 10, models, step=10, integrator="euler"
+    )
     show(f"{' + '.join(models)} 20 x 20: {speed(told)}")
 
 
 def test_cost_is_linear_in_points_and_steps(show, campaign):
-    points, steps = [125, 250, 500], [10, 20, 40]
+    points, steps = [round(SHARE * n) for n in (120, 250, 500)], [10, 20, 40]
     by_points = [campaign(n, 500, step=50)["cpu"] for n in points]
-    by_steps = [campaign(125, 50 * n, step=50)["cpu"] for n in steps]
+    by_steps = [campaign(points[0], 50 * n, step=50)["cpu"] for n in steps]
     for name, size, times in (("points", points, by_points), ("steps", steps, by_steps)):
         slope = np.polyfit(np.log(size), np.log(times), 1)[0]
         told = ", ".join(f"{n}: {time:.1f} s" for n, time in zip(size, times, strict=True))
@@ -103,8 +109,8 @@ def test_cost_is_linear_in_points_and_steps(show, campaign):
 
 
 def test_memory_does_not_grow_with_the_steps(show, campaign):
-    few, many = (campaign(500, 50 * n, grid=5, step=50, integrator="euler") for n in (40, 160))
+    few, many = (campaign(round(500 * SHARE), 50 * n, grid=5, step=50, integrator="euler") for n in (40, 160))
     show(
-        f"peak memory, 500 points: {few['memory']:.0f} MB for {few['steps']} steps, "
+        f"peak memory, {500 * SHARE:g} points: {few['memory']:.0f} MB for {few['steps']} steps, "
         f"{many['memory']:.0f} MB for {many['steps']} (target: below 1000 and the same)"
     )

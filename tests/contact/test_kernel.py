@@ -76,8 +76,8 @@ def test_plain_arrays_are_contiguous_and_writeable():
 
 @pytest.mark.slow
 def test_a_first_run_that_compiles_gives_the_bits_of_a_second_one(tmp_path):
-    command = [sys.executable, "-m", "wearsim", "contact", "--wheel", "S1002", "--rail", "60E1"]
-    command += ["--inclination", "1:40", "--shift-mm", "3", "--yaw-mrad", "5", "--wheel-load-kN", "80", "--json"]
+    scene = "--wheel S1002 --rail 60E1 --shift-mm 3 --yaw-mrad 5 --wheel-load-kN 80"
+    command = [sys.executable, "-m", "wearsim", "contact", *scene.split(), "--json"]
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     first, second = (
         subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout

@@ -90,7 +90,7 @@ def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(sweep, fo
     with xr.open_dataset("out/sweep.nc") as table:
         assert table["wheelset_radius_mm"].values.tolist() == [420, 420, 460, 460]
         assert table["operation_block_friction"].values.tolist() == [0.2, 0.35, 0.2, 0.35]
-        assert table["campaign"].values.tolist() == ["rig"]
+        assert table["campaign_name"].values.tolist() == ["rig"]
         assert table["worn_area"].dims == ("case", "campaign", "wheel")
         assert table["worn_area"].units == "m2"
         for at, case in enumerate(sweep.cases):

@@ -34,9 +34,9 @@ def kernel(function: _Function) -> _Function:
 def leaf_kernel(function: _Function) -> _Function:
     """Compile as `kernel` does, free to reorder sums: three times as fast where a sum is the loop.
 
-    Only for kernels that call no kernel and are called by none, always with the same types, floats and `plain`
-    arrays: numba picks among the variants compiled so far, and the last bit would hang on what was called
-    before. After all tests it is checked that none has a second variant.
+    Only for kernels that call no kernel and are called by none, always with the same types, floats and
+    `plain` arrays: numba picks among the variants compiled so far, and the last bit would hang on what was
+    called before. After all tests it is checked that none has a second variant.
     """
     return _compiled(function, _REASSOCIATED)
 

@@ -90,7 +90,8 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         coordinates["campaign"] = ("campaign", _texts(campaigns), {"long_name": "campaign"})
         coordinates["wheel"] = ("wheel", _texts(list(WHEELS)), {"long_name": "wheel"})
     title = str(plan.get("title") or "sweep")
-    return xr.Dataset(variables, coordinates, {"Conventions": "CF-1.11", "title": title})
+    about_all = {"Conventions": "CF-1.11", "title": title, "history": "gathered by wearsim sweep"}
+    return xr.Dataset(variables, coordinates, about_all)
 
 
 def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
@@ -144,6 +145,9 @@ def write_tables(out: Path) -> None:
     write_atomically(out / "sweep.csv", text.getvalue().encode())
     path = out / "sweep.nc"
     part = out / ".sweep.nc.tmp"
+    # as in result files: texts beside the dimension they name, since coordinates of CF are numbers
+    texts = {name: f"{name}_name" for name in ("campaign", "wheel") if name in dataset.coords}
+    dataset = dataset.reset_index(list(texts)).rename_vars(texts)
     encoding = {name: {"_FillValue": None} for name in dataset.coords}
     try:
         part.unlink(missing_ok=True)
