@@ -59,7 +59,7 @@ def test_a_campaign_with_chosen_models_runs_resumes_and_keeps_its_choice(tmp_pat
     start, stop = text.index("[contact]"), text.index("[wear]")
     text = text[:start] + '[contact]\nmodel = "auto"\ntolerance = 0.5\n\n' + text[stop:]
     scene = tmp_path / "auto.toml"
-    scene.write_text(re.sub(r"distance_km = 1260(\.0)?", "distance_km = 40.0", text))
+    scene.write_text(re.sub(r"distance_km = 1260(\.0)?", "distance_km = 16.0", text))
     setup = build(load_scene(scene))
     assert setup.tolerance == 0.5
     assert setup.control.distance < 100e3

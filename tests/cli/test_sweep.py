@@ -115,7 +115,7 @@ def test_faults_are_one_line_and_nothing_is_written(folder, capsys, words, told)
 def test_ctrl_c_leaves_all_valid_and_the_same_command_goes_on_to_the_same_bits(folder, capsys):
     """The signal reaches the parent only, as from a scheduler; its workers stop after a step."""
     text = Path("sweep_rig.toml").read_text()
-    Path("sweep_rig.toml").write_text(text.replace("max_step_km = [2]", "max_step_km = [0.1]"))
+    Path("sweep_rig.toml").write_text(text.replace("max_step_km = [2]", "max_step_km = [0.3]"))
     command = [sys.executable, "-m", "wearsim", "sweep", "sweep_rig.toml", "--jobs", "2", "--out", "out"]
     status = folder / "out" / "case_0001" / "status.json"
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
