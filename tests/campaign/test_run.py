@@ -253,9 +253,7 @@ run_scene({scene!r}, {out!r}, command="wearsim run compare.toml --out out", obse
 """
 
 
-@pytest.mark.parametrize(
-    ("name", "step", "how"), [("rig", 2, "SIGKILL"), ("field", 1, "SIGINT")]
-)
+@pytest.mark.parametrize(("name", "step", "how"), [("rig", 2, "SIGKILL"), ("field", 1, "SIGINT")])
 def test_killed_comparison_resumes_to_the_same_bits(scenes, finished, tmp_path, name, step, how, monkeypatch):
     """Also from another working directory, with another number of threads."""
     out = tmp_path / "out"

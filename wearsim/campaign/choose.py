@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 SAMPLE = 10
 """Operating points that are solved with the reference, at most."""
 
+MARGIN = 0.8
+"""Share of the tolerance that the error on a sample may take; the rest is for the points that it leaves out. On
+24 made-up collectives of 24 points the error on all was up to 1.25 times that on the sample where it was large."""
+
 REFERENCE_GRID = 40
 """Strips, and cells along each, of the half-space solution that judges."""
 
@@ -262,7 +266,8 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> tuple[Evi
     Returns
     -------
     tuple of Evidence
-        Of the candidates by rising cost; the last one is chosen.
+        Of the candidates by rising cost; the last one is chosen. On a sample it keeps `MARGIN` times the
+        tolerance.
 
     Raises
     ------
@@ -271,12 +276,15 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> tuple[Evi
     """
     assert setup.tolerance is not None  # the models are given otherwise
     models = candidates(setup.models)
+    points = sample_of(setup, state)
+    whole = len(points.label) == np.count_nonzero(setup.points.weight)
+    bound = setup.tolerance if whole else MARGIN * setup.tolerance
     evidence = []
     for one in judge(
         models,
         models[-1],
         state,
-        sample_of(setup, state),
+        points,
         setup.wheelset,
         setup.counterface,
         setup.wear,
@@ -284,7 +292,7 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> tuple[Evi
         threads=threads,
     ):
         evidence.append(one)
-        if one.depth_error <= setup.tolerance:
+        if one.depth_error <= bound:
             break
     return tuple(evidence)
 

@@ -1,0 +1,91 @@
+"""Made-up rigs on which `model = "auto"` has to keep its tolerance; as a program it writes the table of a test.
+
+Run `python tests/campaign/auto_scenes.py` (minutes). The seed differs from that of the collectives on which the margin
+of the choice was found.
+"""
+
+import csv
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from wearsim.campaign import choose
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.scene import build, load_scene
+
+TABLE = Path(__file__).parents[1] / "data" / "auto_tolerance.csv"
+SCENES, POINTS, TOLERANCE = 30, 24, 0.1
+
+
+def scene(number):
+    """Text of a rig scene: any standard wheel and rail, roller, and a collective around some mean shift."""
+    random = np.random.default_rng([2026, number])
+    mean, spread = random.uniform(-2.0, 2.0), random.uniform(0.5, 2.0)
+    text = f"""[scene]
+kind = "rig"
+[wheelset]
+profile = "{random.choice(["S1002", "EPS", "P8", "1in40"])}"
+radius_mm = {random.uniform(350.0, 500.0):.0f}
+[counterface]
+profile = "{random.choice(["60E1", "54E1", "60E2"])}"
+inclination = "{random.choice(["1:20", "1:40"])}"
+gauge_mm = {random.uniform(1430.0, 1440.0):.0f}
+roller_radius_mm = {10.0 ** random.uniform(2.6, 3.6):.0f}
+[contact]
+model = "auto"
+tolerance = {TOLERANCE}
+[campaign]
+distance_km = 10
+"""
+    for point in range(POINTS):
+        text += f"""[[operation.block]]
+name = "{point}"
+shift_mm = {np.clip(random.normal(mean, spread), -5.0, 5.0):.3f}
+yaw_mrad = {random.normal(0.0, 2.0):.3f}
+load_kN = {random.uniform(50.0, 120.0):.1f}
+speed_km_h = 72
+friction = {random.uniform(0.1, 0.5):.2f}
+distance_km = 1
+"""
+    return text
+
+
+def outcome(number, folder):
+    """Row of the table: what is chosen, its error on the sample and on the whole collective."""
+    path = Path(folder) / "rig.toml"
+    path.write_text(scene(number))
+    setup = build(load_scene(path))
+    state, _ = WheelsetEvolution(setup).start()
+    chosen = choose.choice(setup, state, threads=2)[-1]
+    (whole,) = choose.judge(
+        [chosen.models],
+        choose.candidates(setup.models)[-1],
+        state,
+        setup.points,
+        setup.wheelset,
+        setup.counterface,
+        setup.wear,
+        smoothing_wavelength=setup.control.smoothing_wavelength,
+        threads=2,
+    )
+    return {
+        "scene": number,
+        "chosen": choose.named(chosen.models),
+        "sample": f"{chosen.depth_error:.4f}",
+        "whole": f"{whole.depth_error:.4f}",
+    }
+
+
+if __name__ == "__main__":
+    import tempfile
+
+    with open(TABLE, "w", newline="") as file:
+        writer = csv.DictWriter(file, ["scene", "chosen", "sample", "whole"], lineterminator="\n")
+        writer.writeheader()
+        for scene_number in range(SCENES):
+            with tempfile.TemporaryDirectory() as scratch:
+                row = outcome(scene_number, scratch)
+            writer.writerow(row)
+            file.flush()
+            sys.stderr.write(f"{row}\n")
