@@ -1,7 +1,7 @@
-"""Made-up rigs on which `model = "auto"` has to keep its tolerance; as a program it writes the table of a test.
+"""Made-up rigs on which `model = "auto"` has to keep its tolerance; as a program it writes a test's table.
 
-Run `python tests/campaign/auto_scenes.py` (minutes). The seed differs from that of the collectives on which the margin
-of the choice was found.
+Run `python tests/campaign/auto_scenes.py` (minutes). The seed is not that of the collectives on which the
+margin of the choice was found.
 """
 
 import csv
