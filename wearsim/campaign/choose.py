@@ -26,7 +26,7 @@ SAMPLE = 10
 
 MARGIN = 0.8
 """Share of the tolerance that the error on a sample may take; the rest is for the points that it leaves out.
-On 24 made-up collectives the error on all points was up to 1.25 times that on the sample, where it was large."""
+On 24 made-up collectives the error on all points was up to 1.25 times that on the sample, if it was large."""
 
 REFERENCE_GRID = 40
 """Strips, and cells along each, of the half-space solution that judges."""
