@@ -7,7 +7,7 @@ import pytest
 
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.normal.border import LONGEST, STRONGEST, guarded
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
+from wearsim.contact.solve import CHUNK, ContactConditions, ContactModels, Counterface, Wheelset, solve
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError, NumericalError
 from wearsim.profile import standard
@@ -114,3 +114,30 @@ def test_an_answer_that_is_not_finite_never_leaves_a_normal_model(monkeypatch, n
     registered(monkeypatch, **{name: lambda values: np.full_like(values, np.nan)})
     with pytest.raises(NumericalError, match="no finite answer; check profiles"):
         solved(normal="made_up")
+
+
+@pytest.mark.parametrize("rotation", ["nominal", "free"])
+def test_a_tangential_failure_names_its_operating_point(monkeypatch, wheelset, counterface, points, rotation):
+    """Also behind the first chunk of points, whose rows are counted anew."""
+    shift = np.linspace(-3e-3, 3e-3, CHUNK + 6)
+    fails = CHUNK + 3
+
+    def model(patch, creepage, friction, **others):
+        found = np.flatnonzero((patch.row == fails - CHUNK) & (friction == 0.25))
+        if found.size > 0:
+            raise NumericalError("does not converge", row=int(patch.row[found[0]]))
+        return TANGENTIAL_MODELS["fastsim"](patch, creepage, friction, **others)
+
+    monkeypatch.setitem(TANGENTIAL_MODELS, "made_up", model)
+    friction = np.where(np.arange(shift.size) == fails, 0.25, 0.35)
+    with pytest.raises(
+        NumericalError,
+        match=rf"^point {fails}, shift {1e3 * shift[fails]:g} mm, yaw 4 mrad: does not converge",
+    ) as caught:
+        solve(
+            points(shift, 4e-3, friction=friction, rotation=rotation),
+            wheelset,
+            counterface(),
+            ContactModels(tangential="made_up", strips=10, cells=10),
+        )
+    assert caught.value.row == fails

@@ -308,7 +308,13 @@ def _solve_chunk(
         except ContactError as error:
             raise _placed(error, chunk, start, None) from None
     wanted = both if needed == sides else _by_point([solved[side] for side in sides])
-    return _finish(wanted, tangential(wanted, speed, True), chunk.roll, speed, start)
+    try:
+        contact = tangential(wanted, speed, True)
+    except ContactError as error:
+        if error.row is None:  # the grid: a fault of no point
+            raise
+        raise _placed(error, chunk, start, None) from None
+    return _finish(wanted, contact, chunk.roll, speed, start)
 
 
 def _resting(
