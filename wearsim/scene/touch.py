@@ -110,7 +110,7 @@ def _descent(
             vertical=True,
             effective_modulus=models.effective_modulus,
             strips=models.strips,
-            parameters=dict(models.parameters),
+            parameters={"cells": models.cells, **dict(models.parameters)},
         )
     except NumericalError:
         return None  # no fault of the scene; the run tells it
