@@ -1,0 +1,109 @@
+"""Both half-space models together against another half-space program: forces, power, slip of 103 cases.
+
+With the creepages of that program all is left to the two problems; with our own the place where creepages are
+taken comes in. That program has them in one plane, under the deepest point of the overlap; ours are those of
+the wheel's profile at the centre of pressure. Where a patch is bent the two differ by 1 to 6 um of rolling
+radius, 0.3 to 1.4e-5 of longitudinal creepage, which counts only where there is hardly any.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, solve
+from wearsim.profile import standard
+
+DATA = Path(__file__).parents[1] / "data"
+RAILS = {"s1002_60e1": "60E1", "mbench": "60E1_benchmark"}
+MODELS = ContactModels("half_space", "half_space", strips=50, cells=50)
+FRICTION, SPEED = 0.35, 20.0
+
+
+@pytest.fixture(scope="module")
+def table():
+    return pd.read_csv(DATA / "contact_rolling_matrix.csv", comment="#")
+
+
+def solved(table, wheelset, of):
+    """Errors of each row; `of` makes its creepages from the row, or None."""
+    errors = []
+    for (name, inclination, curvature), group in table.groupby(["geometry", "inclination", "curvature"]):
+        one = np.ones(len(group))
+        given = of(group)
+        solution = solve(
+            ContactConditions(
+                group["shift"].to_numpy(),
+                group.yaw.to_numpy(),
+                0.0 * one,
+                group.normal_force.to_numpy(),
+                SPEED * one,
+                FRICTION * one,
+                0.0 * one,
+                "nominal",
+                creepage=given,
+            ),
+            wheelset,
+            Counterface(standard.rail(RAILS[name], 1.0 / inclination, 1.435, 0.75), curvature),
+            MODELS,
+            sides=(0,),
+            vertical=False,
+        )
+        assert solution.point.tolist() == list(range(len(group)))  # one patch each
+        limit = FRICTION * group.normal_force
+        force = np.hypot(solution.force_x + group.force_x, solution.force_y + group.force_y) / limit
+        found = {
+            "force": force,
+            "power": abs(solution.power / group.power - 1.0),
+            "slip": abs(solution.slip_area / solution.area - group.slip_share),
+            "creepage_x": abs(solution.creepage_x - their_creepage(group)[:, 0]),
+        }
+        errors.append(pd.DataFrame(found, index=group.index))
+    return pd.concat(errors).loc[table.index]
+
+
+def their_creepage(rows):
+    """(n, 3), in our signs, moved from the contact reference to the centre of pressure."""
+    spin = -rows.spin
+    along = -rows.xi - spin * rows.s_pressure_centre
+    across = -rows.eta + spin * rows.x_pressure_centre
+    scale = rows.speed / SPEED
+    return np.stack([along * scale, across * scale, spin * scale], axis=1)
+
+
+def test_rows_reach_over_the_cases(table):
+    """Rail and both rollers, both rails, both inclinations, yaw of both signs, little slip to full slip."""
+    assert len(table) == 103
+    assert set(table.curvature) == {0.0, 1.0, 2.0}
+    assert set(table.inclination) == {20, 40}
+    assert set(table.yaw) == {0.0, 0.01, -0.01}
+    assert (table["shift"].min(), table["shift"].max()) == (-8e-3, 6e-3)
+    assert (table.slip_share.min(), table.slip_share.max()) == (pytest.approx(0.052, abs=1e-3), 1.0)
+
+
+def test_forces_and_power_with_the_creepages_of_the_other_program(table, wheelset):
+    """1 % of friction x load and 3 % of the power hold in every case; 0.4 % and 0.9 % measured."""
+    error = solved(table, wheelset, their_creepage)
+    assert error.force.max() < 5e-3
+    assert error.force.quantile(0.9) < 2.5e-3
+    assert error.power.max() < 1e-2
+    assert error.power.quantile(0.9) < 6e-3
+    assert error.slip.max() < 2.5e-2
+
+
+def test_forces_and_power_with_our_own_creepages(table, wheelset):
+    """Forces 1 % (one of 103: 1.3 %), power 3 % but in little slip.
+
+    In 8 cases with slip in less than 0.13 of the patch, 20 to 60 W, the creepage is up to 5.4 % of the power.
+    """
+    error = solved(table, wheelset, lambda _: None)
+    assert (error.force > 0.01).sum() <= 1
+    assert error.force.max() < 1.35e-2
+    little = table.slip_share < 0.13
+    assert error.power[~little].max() < 0.03
+    assert (error.power[little] > 0.03).sum() <= 8
+    assert error.power.max() < 0.055
+    near = table["shift"] < 5.4e-3  # before the flange the planes differ
+    assert error.creepage_x[near & little].max() < 1.5e-5
+    assert error.creepage_x[near].max() < 3.6e-5
