@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from wearsim.campaign.rate import select
+from wearsim.contact.solve import solve
 from wearsim.errors import SceneError
-from wearsim.scene import load_scene
+from wearsim.scene import build, load_scene
 from wearsim.scene.touch import check_contact
 
 RIG = (Path(__file__).parents[1] / "data/scene_rig.toml").read_text()
@@ -24,3 +27,50 @@ def test_the_grid_of_the_scene_is_the_one_that_is_tried(folder, changed):
             else:
                 with pytest.raises(SceneError, match="at least 8 strips and cells"):
                     check_contact(scene)
+
+
+def rig(changed, *changes):
+    return changed(RIG, ("roll_mrad = 0.5\n", ""), *changes) + '[contact]\nroll = "free"\n'
+
+
+def test_a_wheelset_of_free_roll_rests_on_both_wheels_and_needs_no_warning(folder, changed):
+    """At 6.5 mm a level wheelset would be warned of (test_flange_climbing)."""
+    Path("scene.toml").write_text(rig(changed, ("shift_mm = 4", "shift_mm = 6.5")))
+    scene = load_scene("scene.toml")
+    assert check_contact(scene) == ()
+    setup = build(scene)
+    conditions = setup.points.conditions
+    assert conditions.free_roll
+    assert conditions.shift.size == 5  # two blocks, three watched shifts
+    solution = solve(conditions, setup.wheelset, setup.counterface, setup.models)
+    at = np.searchsorted(solution.point, np.arange(5))
+    assert -2e-3 < solution.roll[at[1]] < -1e-3
+    assert abs(solution.roll[at[3]]) < 1e-10  # watched at zero shift
+    # what campaigns solve are parts of these points
+    part = select(setup.points, np.array([1]))
+    again = solve(part.conditions, setup.wheelset, setup.counterface, setup.models)
+    assert again.roll[0] == solution.roll[at[1]]
+
+
+def test_a_wheelset_that_finds_no_rest_is_refused(folder, changed, line_with, monkeypatch):
+    """No shift that the clearance allows is known to have none: the search is made to fail."""
+    text = rig(changed)
+    Path("scene.toml").write_text(text)
+    monkeypatch.setattr("wearsim.scene.touch.resting", lambda *_: (np.zeros(1), np.zeros(1, bool)))
+    with pytest.raises(SceneError) as refused:
+        check_contact(load_scene("scene.toml"))
+    assert len(refused.value.faults) == 5
+    first = str(refused.value).splitlines()[0]
+    assert first.startswith(f"scene.toml:{line_with(text, 'shift_mm = -3')}: shift_mm: at a shift of -3 mm")
+    assert "the wheelset has no contact to solve: no roll of the wheelset lets both wheels carry" in first
+
+
+def test_free_and_given_roll_exclude_each_other(folder, faults_of):
+    (fault,) = faults_of(RIG + '[contact]\nroll = "free"\n')
+    assert fault.startswith("scene.toml:14: roll_mrad = 0.5 and roll =")
+
+
+@pytest.mark.parametrize("key", ["youngs_wheel_GPa = 200", "poisson_rail = 0.25", "youngs_roller_GPa = 190"])
+def test_unequal_elastic_constants_are_refused_with_the_reason(folder, faults_of, key):
+    (fault,) = faults_of(RIG + f"[contact]\n{key}\n")
+    assert f"unknown key {key.split()[0]} in [contact]: wheel and counterface share one" in fault

@@ -294,6 +294,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "strips": 0 if auto else models.strips,
         "cells": 0 if auto else models.cells,
         "rotation_rule": rotation if isinstance(rotation, str) else "given",
+        "roll_rule": "free" if conditions.free_roll else "given",
         "axle_torque": float(conditions.torque),
         "smoothing_wavelength": limits.smoothing_wavelength,
         "stability_limit": limits.stability,

@@ -246,6 +246,7 @@ def select(points: OperatingPoints, index: np.ndarray) -> OperatingPoints:
             track_curvature=conditions.track_curvature[index],
             rotation=rotation if isinstance(rotation, str) else rotation[index],
             torque=conditions.torque,
+            free_roll=conditions.free_roll,
         ),
         weight=points.weight[index],
         environment=points.environment[index],

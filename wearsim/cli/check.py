@@ -141,15 +141,13 @@ def _choice(setup: CampaignSetup) -> list[dict[str, Any]] | None:
 
 def _models(choice: list[dict[str, Any]] | None, contact: dict[str, Any]) -> list[tuple[str, str]]:
     """Lines on the contact models: as given, or the choice and why."""
+    motion = f"rotation {contact['rotation']}, roll {contact['roll']}"
     if choice is None:
         return [
-            (
-                "contact models",
-                f"{contact['normal']}, {contact['tangential']}; rotation {contact['rotation']}",
-            ),
+            ("contact models", f"{contact['normal']}, {contact['tangential']}; {motion}"),
             ("cells", f"{contact['strips']} strips x {contact['cells']} cells per patch"),
         ]
-    lines = [("contact models", f"{choice[-1]['models']}, chosen; rotation {contact['rotation']}")]
+    lines = [("contact models", f"{choice[-1]['models']}, chosen; {motion}")]
     for one in choice:
         error = one["depth_error"]
         told = f"depth error {100.0 * error:.2g} %" if error is not None else f"no answer: {one['refusal']}"

@@ -92,7 +92,7 @@ def normal_positions(mean: float, std: float, count: int) -> tuple[FloatArray, F
 
 
 def collective(
-    classes: Sequence[TrackClass], *, rotation: str = "free", torque: float = 0.0
+    classes: Sequence[TrackClass], *, rotation: str = "free", torque: float = 0.0, free_roll: bool = False
 ) -> OperatingPoints:
     """Stationary load collective of all classes and their lateral positions.
 
@@ -104,6 +104,8 @@ def collective(
         Rule of the wheels' rotation speed.
     torque : float
         On the axle [N m].
+    free_roll : bool
+        Whether the wheelset rests on both wheels; its roll is then the first guess only.
 
     Returns
     -------
@@ -131,6 +133,7 @@ def collective(
         track_curvature=each([item.track_curvature for item in classes]),
         rotation=rotation,
         torque=torque,
+        free_roll=free_roll,
     )
     return OperatingPoints(
         conditions=conditions,

@@ -41,7 +41,7 @@ def with_monitors(
     OperatingPoints
         Of `n + k` points; the new ones have weight 0, block length 0, environment factor 1, no roll
         and tangent track, so that two campaigns watch the same states. The rotation rule is that of
-        `points`.
+        `points`, and so is whether the roll is free.
     """
     shift = np.asarray(shift, dtype=np.float64)
     old = points.conditions

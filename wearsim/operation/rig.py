@@ -46,7 +46,9 @@ class Block:
     environment: float = 1.0
 
 
-def programme(blocks: Sequence[Block], *, rotation: str = "free", torque: float = 0.0) -> OperatingPoints:
+def programme(
+    blocks: Sequence[Block], *, rotation: str = "free", torque: float = 0.0, free_roll: bool = False
+) -> OperatingPoints:
     """Operating points of a programme whose blocks are looped until the campaign's distance is run.
 
     Parameters
@@ -57,6 +59,8 @@ def programme(blocks: Sequence[Block], *, rotation: str = "free", torque: float 
         Rule of the wheels' rotation speed.
     torque : float
         On the axle [N m].
+    free_roll : bool
+        Whether the wheelset rests on both wheels; its roll is then the first guess only.
 
     Returns
     -------
@@ -76,6 +80,7 @@ def programme(blocks: Sequence[Block], *, rotation: str = "free", torque: float 
         track_curvature=np.zeros(distance.size),
         rotation=rotation,
         torque=torque,
+        free_roll=free_roll,
     )
     return OperatingPoints(
         conditions=conditions,

@@ -217,6 +217,7 @@ _SETTINGS: tuple[tuple[str, str, str, float], ...] = (
     ("wheel_radius", "Wheel radius", "mm", 1e3),
     ("half_span", "Half span of the wheel profiles", "mm", 1e3),
     ("rotation_rule", "Rule of the wheel rotation", "", 1.0),
+    ("roll_rule", "Roll of the wheelset", "", 1.0),
     ("contact_normal", "Normal contact model", "", 1.0),
     ("contact_tangential", "Tangential contact model", "", 1.0),
     ("contact_parameters", "Parameters of the contact models", "", 1.0),

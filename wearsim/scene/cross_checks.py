@@ -137,6 +137,16 @@ def _contact_faults(scene: RigScene | FieldScene) -> list[Fault]:
             f"grow; write {others}"
         )
         found.append(fault_at(scene, ("contact", "normal"), told))
+    if contact.roll == "free":
+        runs = scene.operation.blocks if isinstance(scene, RigScene) else scene.operation.classes
+        key = "block" if isinstance(scene, RigScene) else "class"
+        for index, run in enumerate(runs):
+            if "roll_mrad" in run.model_fields_set:
+                told = (
+                    f'roll_mrad = {run.roll_mrad:g} and roll = "free" of [contact] exclude each other: a '
+                    f"wheelset free to roll rests on both wheels; delete one of them"
+                )
+                found.append(fault_at(scene, ("operation", key, index, "roll_mrad"), told))
     if contact.rotation == "free":
         weakest, place = min(_friction_torques(scene), key=lambda entry: entry[0])
         if abs(contact.torque_Nm) > weakest:

@@ -114,9 +114,20 @@ NormalName = Annotated[str, Registered("wearsim.contact.normal", "NORMAL_MODELS"
 TangentialName = Annotated[str, Registered("wearsim.contact.tangential", "TANGENTIAL_MODELS")]
 
 
+_ONE_MATERIAL = (
+    "wheel and counterface share one youngs_GPa and one poisson: with unequal ones shear would act back on "
+    "the pressure, which no contact model here knows"
+)
+
+
 class ContactSection(Section):
     """[contact]: the models of the contact and how finely they are solved."""
 
+    not_here: ClassVar[dict[str, str]] = {
+        f"{name}_{body}{unit}": _ONE_MATERIAL
+        for name, unit in (("youngs", "_GPa"), ("poisson", ""))
+        for body in ("wheel", "rail", "roller", "counterface")
+    }
     model: Literal["auto"] | None = Field(
         None,
         description="auto: the cheapest models whose wear is close enough to that of a half-space",
@@ -136,6 +147,11 @@ class ContactSection(Section):
     poisson: float = quantity("Poisson's ratio of both bodies", "", 0.3, ge=0, le=0.49)
     rotation: Literal["free", "centred", "nominal"] = Field(
         "free", description="the rule that gives the wheels' rotation speed"
+    )
+    roll: Literal["given", "free"] = Field(
+        "given",
+        description="given: the roll of blocks and classes is roll_mrad; free: the wheelset rests on both "
+        "wheels, whatever their wear",
     )
     torque_Nm: float = quantity("the torque on the axle, driving forward", "N m", 0.0, ge=-50000, le=50000)
     virtual_penetration_factor: float = quantity(

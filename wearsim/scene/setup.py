@@ -182,6 +182,7 @@ def _points(scene: RigScene | FieldScene) -> OperatingPoints:
             ],
             rotation=rotation,
             torque=torque,
+            free_roll=scene.contact.roll == "free",
         )
     else:
         points = collective(
@@ -204,6 +205,7 @@ def _points(scene: RigScene | FieldScene) -> OperatingPoints:
             ],
             rotation=rotation,
             torque=torque,
+            free_roll=scene.contact.roll == "free",
         )
     monitor = scene.operation.monitor
     if monitor is None:

@@ -70,6 +70,12 @@ def _touching(
     """Faults of points without contact, and by how much the wheelset would roll further at each [rad]."""
     found: dict[Place, Fault] = {}
     tilt = np.zeros(len(places))
+    if setup.points.conditions.free_roll:
+        for number, place in enumerate(places):
+            fault = None if place in found else _without_rest(setup, number)
+            if fault is not None:
+                found[place] = _fault(scene, setup, place, number, *fault)
+        return _sorted(list(found.values())), tilt
     for start in range(0, len(places), _BATCH):
         rows = np.arange(start, min(start + _BATCH, len(places)))
         for side in (0, 1):
@@ -119,6 +125,16 @@ def _descent(
     return solution.descent[np.searchsorted(solution.patch.row, np.arange(rows.size))]
 
 
+def _without_rest(setup: CampaignSetup, row: int) -> tuple[int | None, str] | None:
+    """Tell what keeps a wheelset from resting on both wheels, and which wheel; None if nothing does."""
+    level = [_descent(setup, side, np.array([row])) for side in (0, 1)]
+    if any(descent is None for descent in level) or _resting_roll(setup, row) is not None:
+        return None
+    side = next((side for side, told in enumerate(level) if isinstance(told, str)), None)
+    told = "no roll of the wheelset lets both wheels carry their loads" if side is None else str(level[side])
+    return side, told
+
+
 def _roll_warnings(
     scene: RigScene | FieldScene, setup: CampaignSetup, places: list[Place], tilt: FloatArray
 ) -> list[Fault]:
@@ -137,7 +153,8 @@ def _roll_warnings(
         given, shift = 1e3 * setup.points.conditions.roll[row], 1e3 * setup.points.conditions.shift[row]
         told = (
             f"roll_mrad = {given:.4g}: at a shift of {shift:.3g} mm the wheelset rests on both wheels at a "
-            f"roll of {given + 1e3 * left_out:.2g} mrad; give that roll, or smaller shifts"
+            f'roll of {given + 1e3 * left_out:.2g} mrad; give that roll, or roll = "free" in [contact], or '
+            "smaller shifts"
         )
         found.append(Fault(told, str(scene.origin.path), scene.line(*place[:3], "roll_mrad")))
     return found
@@ -179,15 +196,15 @@ def _fault(
     setup: CampaignSetup,
     place: Place,
     row: int,
-    side: int,
+    side: int | None,
     told: str,
 ) -> Fault:
     key = place[-1] if isinstance(place[-1], str) else place[-2]
     conditions = setup.points.conditions
     shift, yaw = 1e3 * conditions.shift[row], 1e3 * conditions.yaw[row]
-    wheel = "left" if side else "right"
+    who = "wheelset" if side is None else "left wheel" if side else "right wheel"
     message = (
-        f"{key}: at a shift of {shift:.4g} mm and a yaw of {yaw:.4g} mrad the {wheel} wheel "
+        f"{key}: at a shift of {shift:.4g} mm and a yaw of {yaw:.4g} mrad the {who} "
         f"has no contact to solve: {told}; check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and "
         f"how far both profiles reach"
     )

@@ -166,7 +166,7 @@ def zero_share(name: str) -> float:
 
 
 def rotation_matches(rig: xr.Dataset, field: xr.Dataset) -> bool:
-    """Whether the wheelsets of two campaigns turn by the same rule under the same axle torque.
+    """Whether the wheelsets of two campaigns turn and roll by the same rules, under the same axle torque.
 
     Parameters
     ----------
@@ -181,7 +181,10 @@ def rotation_matches(rig: xr.Dataset, field: xr.Dataset) -> bool:
     for data in (rig, field):
         if any(key not in data.attrs for key in ROTATION_KEYS) or data.attrs["rotation_rule"] == "given":
             return False
-    return all(bool(rig.attrs[key] == field.attrs[key]) for key in ROTATION_KEYS)
+    if not all(bool(rig.attrs[key] == field.attrs[key]) for key in ROTATION_KEYS):
+        return False
+    one, other = (data.attrs.get("roll_rule", "given") for data in (rig, field))  # older files: given
+    return bool(one == other)
 
 
 def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:

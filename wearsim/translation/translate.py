@@ -310,8 +310,8 @@ def _attributes(rig: xr.Dataset, field: xr.Dataset, matched: int, notes: list[st
     if not factors.rotation_matches(rig, field):
         notes = [
             *notes,
-            "no operating point counts as equal: the rotation rule and the axle torque are part of it, and "
-            "they differ or are unknown",
+            "no operating point counts as equal: the rules of rotation and roll and the axle torque are part "
+            "of it, and they differ or are unknown",
         ]
     elif not matched:
         notes = [
