@@ -65,6 +65,14 @@ def test_content_tells_the_format_whatever_the_extension(read, name):
     assert read([*head(), "", *wheel_rows()], name).format == "miniprof"
 
 
+@pytest.mark.parametrize("comment", ["# wheel profile w; file w.whl (format MiniProf)", "! from MINIPROF"])
+def test_the_word_in_a_comment_is_no_miniprof_file(read, comment):
+    lines = [comment, *rows(1e3 * WHEEL.y, 1e3 * WHEEL.z, "{x:.4f},{y:.4f}")]
+    reading = read(lines, name="w.csv")
+    assert reading.format == "two-column"
+    assert_is_wheel(reading)
+
+
 def test_missing_empty_line(read):
     assert_is_wheel(read([*head(), *wheel_rows()]))
 
@@ -214,9 +222,9 @@ def test_more_points_than_promised_are_told(read):
 
 def test_cut_in_the_middle_of_a_line(refused):
     lines = [*head(XYPoints=400), "", *wheel_rows()[:-1], "133.1"]
-    message = refused(lines).splitlines()
-    assert message[0] == f"w.whl:{len(lines)}: 1 columns, 2 are needed to find X and Y"
-    assert "the file is cut off" in message[1]
+    (message,) = refused(lines).splitlines()
+    assert message.startswith(f"w.whl:{len(lines)}: XYPoints = 400, but {len(WHEEL.y)} points are there")
+    assert "the file is cut off" in message
 
 
 def test_text_among_the_points(refused):

@@ -366,4 +366,4 @@ def test_simpack_file_in_metres_tells_so(read):
 
 
 def test_width_of_a_file_in_cm_names_cm(refused):
-    assert "fit cm or inches" in refused(rows(1e2 * RAIL.y, 1e2 * RAIL.z), "rail")
+    assert "the size of one in cm or inches" in refused(rows(1e2 * RAIL.y, 1e2 * RAIL.z), "rail")

@@ -77,7 +77,8 @@ def shape_faults(
         return [(f"y and z must be two lists of equal length, not of shapes {y.shape} and {z.shape}", None)]
     faults: list[tuple[str, int | None]] = []
     if len(y) < MIN_POINTS:
-        faults.append((f"{len(y)} points are too few for a profile; give at least {MIN_POINTS}", None))
+        are = "point is" if len(y) == 1 else "points are"
+        faults.append((f"{len(y)} {are} too few for a profile; give at least {MIN_POINTS}", None))
     for j in np.flatnonzero(~(np.isfinite(y) & np.isfinite(z))):
         faults.append((f"point {j + 1} is not finite; delete or repeat the measurement of it", int(j)))
     if not faults:

@@ -17,6 +17,7 @@ from wearsim.profile import measures, standard
 from wearsim.profile.definition import Definition
 from wearsim.profile.files import ProfileReading, read_profile
 from wearsim.profile.formats import FORMATS
+from wearsim.profile.formats.axes import IN_CM
 from wearsim.profile.placement import UPRIGHT, place_rail, tilt_to_add
 from wearsim.profile.shape import Profile
 
@@ -334,9 +335,11 @@ def _either(path: Path, said: Mapping[str, Any]) -> tuple[ProfileReading, tuple[
         if both:
             raise ProfileError("\n".join(both))
         why = {kind: _short(text.splitlines()[0].removeprefix(f"{path}:")) for kind, text in errors.items()}
+        sized = [kind for kind, text in errors.items() if IN_CM in text]
+        hint = f"; if it is a {' or '.join(sized)} in cm, state --units cm" if sized else ""
         raise ProfileError(
             f"{path}: neither a wheel ({why['wheel']}) nor a rail ({why['rail']}): check units and order of "
-            "the columns, or see all faults with --kind wheel or --kind rail"
+            f"the columns, or see all faults with --kind wheel or --kind rail{hint}"
         )
     if "wheel" in readings and ("rail" not in readings or _has_flange(readings["wheel"].profile)):
         return readings["wheel"], ("a wheel, told by its flange",)

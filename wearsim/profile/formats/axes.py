@@ -33,6 +33,8 @@ UNITS: dict[str, Decimal] = {
 _TOLD_APART = ("mm", "m", "in")  # cm are read on request only: rails in cm and in inches overlap
 _SPOKEN = {"mm": "mm", "m": "metres", "cm": "cm", "in": "inches"}
 _UNITS_WAY = "state them with --units"
+IN_CM = "it has the size of one in cm"
+"""In the message on a size that fits no unit but this one."""
 _MOST_STUTTER = 50  # points left out of a list of any length
 _MOST_BACK = 1e-3  # a longer step back is no stutter of the instrument [m]
 
@@ -191,6 +193,8 @@ def _unit(
         return UNITS["mm"]  # only the height is wrong, which the checks of the shape tell better
     wide = [_SPOKEN[name] for name in UNITS if low <= float(np.ptp(y)) * float(UNITS[name]) <= high]
     hint = f"; the width alone would fit {' or '.join(wide)}" if wide and not fits else ""
+    if not fits and _plausible(kind, y, z, float(UNITS["cm"]), "cm"):
+        hint = f"; {IN_CM}{' or inches' if 'inches' in wide else ''}"
     faults.add(
         f"the {kind} profile is {np.ptp(y):.4g} wide and {np.ptp(z):.4g} high, which fits "
         f"{'several units' if fits else 'no unit'} (a {kind} is {low * 1e3:g} .. {high * 1e3:g} mm wide and "

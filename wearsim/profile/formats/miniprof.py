@@ -34,6 +34,8 @@ _KEY = re.compile(r"\s*[A-Za-z]\w*\s*=")
 _LEAST_TAPE, _MOST_TAPE = 60.0, 80.0  # tape line from the flange back [mm]
 _COLUMNS = {"x", "y", "a", "c", "k", "n"}
 _OLD_STYLE = "(sd/sh/qr)"
+# The word in a comment of another format tells only where its points come from.
+_OLD_TITLE = re.compile(r"[^#!%=,;]*\bMINI[ _-]?PROF[^=]*$", re.IGNORECASE)
 _SECTION = re.compile(r"\[(.+)\]")
 _PART = re.compile(r"profile(\d+)(info|points)", re.IGNORECASE)
 _ELEMENT = re.compile(r"mpd\d+", re.IGNORECASE)
@@ -42,7 +44,7 @@ _ELEMENT = re.compile(r"mpd\d+", re.IGNORECASE)
 def recognises(text: Text, suffix: str) -> bool:
     """Tell a MiniProf file by its header, or by its extension."""
     head = "\n".join(text.lines[:200])[:20_000]
-    if any("PROF" in line.upper() and "MINI" in line.upper() for line in text.lines[:3] if "=" not in line):
+    if any(_OLD_TITLE.match(line) for line in text.lines[:3]):
         return True
     return len({key.lower() for key in _KNOWN_KEY.findall(head)}) >= 2 or suffix in SUFFIXES
 
@@ -204,11 +206,11 @@ def _points(
     """Points of the lines behind a header."""
     notes: list[str] = []
     column_x, column_y, names = _column_definition(header, faults, notes)
-    joined = False
+    joined = cut = False
     needed = max(column_x, column_y) + 1
     found, off, short = Columns(faults), 0, 0
     separator: str | None = None
-    last = numbered[-1][0] if numbered else 0
+    last = next((number for number, raw in reversed(numbered) if raw.strip()), 0)
     for number, raw in numbered:
         line = _bare(raw)
         if not line:
@@ -225,13 +227,21 @@ def _points(
             faults.add(COMMA_TWICE, number)
             short += 1
             continue
+        if len(cells) < needed and number == last and len(found.lines) >= MIN_POINTS:
+            cut = True  # in the middle of a line
+            short += 1
+            continue
         if len(cells) < needed:
-            faults.add(f"{len(cells)} columns, {needed} are needed to find X and Y", number)
+            columns = f"{len(cells)} column{'' if len(cells) == 1 else 's'}"
+            faults.add(f"{columns}, {needed} are needed to find X and Y", number)
             short += 1
             continue
         found.add(number, cells[column_x], cells[column_y], separator, "XY")
+    before = len(faults.found)
     if not joined:
         _check_count(header, len(found.lines), off, short + found.refused, last, faults, notes)
+    if cut and len(faults.found) == before:
+        faults.add("ends in the middle of a line: the file is cut off; copy it again", last)
     if off:
         notes.append(f"{off} switched-off points left out")
     for key in ("xoffset", "yoffset"):

@@ -23,6 +23,13 @@ _COMMENT = re.compile(r"[#!%].*")
 _WHOLE = re.compile(r"[+-]?[0-9]+([eE][+-]?[0-9]+)?")
 _NAMED = {"": "blanks", ",": "commas", ";": "semicolons"}
 
+OWN_TABLES = {
+    # beginning of the heading: what is written under it
+    "arc_length_mm,y_mm,z_mm": "points or depths that wearsim profile --csv wrote",
+    "file,wheel,kind,format": "the measures of many profiles that wearsim profile --fleet wrote",
+}
+"""Tables of this program that are no profiles."""
+
 GENSYS_SUFFIXES = {".wheel": "wheel", ".rail": "rail", ".kpf_rotr": "rail"}
 UIC_SUFFIXES = (".dat",)
 
@@ -55,6 +62,9 @@ def columns(text: Text, faults: Faults) -> tuple[Columns, str]:
         if separator is None:
             if not heading and _is_heading(line):
                 heading = line
+                if own := next((what for start, what in OWN_TABLES.items() if line.startswith(start)), ""):
+                    faults.add(f"a table of {own}, no profile; write one with --convert", number)
+                    break
                 continue
             separator = separator_of(line)
         cells = split_cells(line, separator)
