@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from wearsim.cli import main
+from wearsim.report import pages_fleet
 
 MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
 
@@ -101,6 +102,27 @@ def test_a_row_has_the_values_of_the_file_alone(folder, capsys):
     assert row["equivalent_conicity"] == conicity[3]
 
 
+def test_doubts_of_the_comparison_are_told_in_table_and_notes(folder, capsys):
+    flags = ["--against", "S1002", "--align", "tape_line"]
+    lines = measured(capsys, folder, *flags).out.splitlines()
+    assert sum("wear doubtful" in line for line in lines if ".whl" in line or ".prw" in line) == 3
+    assert sum(line.startswith("wear doubtful: ") for line in lines) == 2
+    row = rows_of(measured(capsys, folder, "--csv", "-", *flags).out)["wheel_worn_right.whl"]
+    assert "the net worn area is negative" in row["notes"]
+    assert "doubtful" not in measured(capsys, folder, "--against", "S1002").out
+
+
+def test_notes_of_a_row_are_those_of_the_file_alone(folder, capsys):
+    """What is found out beside reading is told, too: headers that differ, a stale Sd."""
+    text = (folder / "wheel_worn_right.whl").read_text()
+    (folder / "old.whl").write_text(text.replace("CarNo=1", "CarNo=7\nSd=25.1"))
+    row = rows_of(
+        measured(capsys, folder, "--csv", "-", "--against", str(folder / "wheel_worn_left.whl")).out
+    )
+    assert "is it the same wheel? The headers differ: CarNo '7' against '1'" in row["old.whl"]["notes"]
+    assert "the header says Sd = 25.1 mm, the points give 32.35 mm" in row["old.whl"]["notes"]
+
+
 def test_the_table_for_people(folder, capsys):
     out = measured(capsys, folder).out
     lines = {line.split()[0]: line for line in out.splitlines()}
@@ -150,13 +172,13 @@ def test_a_file_that_cannot_be_aligned_keeps_its_measures(folder, capsys):
     assert row["Sh_mm"] == "29.601"
 
 
-def test_pages_of_small_figures(folder, tmp_path, capsys):
+def test_pages_of_small_figures(folder, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(pages_fleet, "ROWS", 1)  # four on a page
     text = (MEASURED / "wheel_worn_right.whl").read_text()
-    for k in range(28):
-        (folder / f"more{k:02d}.whl").write_text(text.replace("CarNo=1", f"CarNo={k}"))
+    (folder / "more.whl").write_text(text.replace("CarNo=1", "CarNo=2"))
     figure = tmp_path / "fleet.png"
     captured = measured(capsys, folder, "--plot", str(figure), "--against", "S1002")
-    assert "32 profiles drawn" in captured.err
+    assert "5 profiles drawn" in captured.err
     assert sorted(path.name for path in tmp_path.glob("*.png")) == ["fleet-2.png", "fleet.png"]
     book = tmp_path / "fleet.pdf"
     measured(capsys, folder, "--plot", str(book))

@@ -145,6 +145,16 @@ def test_what_cannot_be_measured_is_missing_with_its_reason():
     assert set(found.values) == {"flange_height", "flange_thickness", "flange_gradient"}
 
 
+def test_a_shape_without_a_flange_has_no_measures_of_one():
+    """A disc bulges by a few hundredths of a millimetre: that is no flange to be judged."""
+    found = wheel_measures(wheel("disc"))
+    assert set(found.values) == {"hollowing"}
+    for name in ("flange_height", "flange_thickness", "flange_gradient", "rim_width"):
+        assert (
+            found.missing[name] == "there is no flange: the highest point lies 0.04 mm above the tape circle"
+        )
+
+
 def test_a_wheelset_whose_wheels_differ():
     """Thinner left flange by 2 mm, right tread worn by 1 mm, and other radii at z = 0."""
     left = wheel("S1002/e30.5")

@@ -217,6 +217,17 @@ def test_pages_hold_all_profiles_on_the_same_axes(fleet):
     assert overlaps(pages[1]) == []
 
 
+def test_several_files_of_one_wheel_are_told_apart_by_their_names(fleet):
+    names = [str(name) for name in fleet["wheel_name"].values]
+    assert names == ["wheel_worn_left.whl", "wheel_worn_right.whl"] * 20
+
+
+def test_the_lowest_figure_of_each_column_has_numbers(fleet):
+    page = next(pages_fleet.fleet_pages(fleet.isel(wheel=slice(6))))
+    numbered = [ax.xaxis.get_tick_params()["labelbottom"] for ax in page.axes if ax.lines]
+    assert numbered == [False, False, True, True, True, True]
+
+
 def test_a_misread_profile_does_not_shrink_the_others(fleet):
     usual = figures_fleet.limits_of(fleet)
     wrong = fleet.copy(deep=True)

@@ -35,6 +35,14 @@ def test_wheels_on_the_wrong_side_are_told(wheels):
     assert axle_notes(read_subject("S1002"), left) == ()
 
 
+def test_one_file_for_both_wheels_is_told(wheels):
+    plain = replace(wheels[0], header={})
+    (note,) = axle_notes(plain, plain)
+    assert note == f"{plain.given} is given for both wheels"
+    new = read_subject("S1002")
+    assert axle_notes(new, new) == ()
+
+
 def test_another_wheel_is_told_in_a_comparison(wheels):
     right = wheels[0]
     assert comparison_notes(right, right) == comparison_notes(right, read_subject("S1002")) == ()

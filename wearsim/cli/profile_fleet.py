@@ -177,6 +177,7 @@ def _text(rows: list[FleetRow]) -> str:
         start = f"{name:<{width['file']}}  {wheel if row.measured else '':<{width['wheel']}}"
         told = [cell["exceeded"]] if cell["exceeded"] else []
         told += [f"not judged: {cell['not_judged']}"] if cell["not_judged"] else []
+        told += ["wear doubtful"] if row.doubts else []
         told += [f"FAULT {cell['fault']}"] if cell["fault"] else []
         numbers = "".join(f"{cell[column] or '-':>10}" for column in used) if row.measured else ""
         lines.append(f"{start}{numbers}  {'; '.join(told)}".rstrip())
@@ -184,8 +185,23 @@ def _text(rows: list[FleetRow]) -> str:
         lines.append(
             "not judged: some limits depend on the wheel diameter, which is not given (--diameter-mm)"
         )
+    if any(row.doubts for row in rows):
+        lines += [f"wear doubtful: {doubt}" for doubt in _doubts(rows)]
     lines.append("lengths in mm" + ("" if "conicity_3mm" not in used else "; conicity at 3 mm, EN 15302"))
     return "\n".join(lines)
+
+
+def _doubts(rows: list[FleetRow]) -> list[str]:
+    """Tell doubts that all rows with doubts share; else where they are told."""
+    each = [set(row.doubts) for row in rows if row.doubts]
+    shared = set.intersection(*each)
+    told = [doubt for row in rows for doubt in row.doubts if doubt in shared]
+    more = (
+        []
+        if all(doubts == shared for doubts in each)
+        else ["the reasons are in the notes of --csv and --json"]
+    )
+    return [*dict.fromkeys(told), *more]
 
 
 def _cut(text: str, most: int) -> str:

@@ -98,8 +98,8 @@ def _one_line(text: str) -> str:
 def _compared(comparison: Comparison) -> list[str]:
     """Alignment and wear."""
     alignment, wear = comparison.alignment, comparison.wear
-    moved = f"y {1e3 * alignment.dy:+.3f} mm, z {1e3 * alignment.dz:+.3f} mm"
-    moved += f", turned {1e3 * alignment.angle:+.3f} mrad"
+    dy, dz, angle = (round(1e3 * each, 3) + 0.0 for each in (alignment.dy, alignment.dz, alignment.angle))
+    moved = f"y {dy:+.3f} mm, z {dz:+.3f} mm, turned {angle:+.3f} mrad"
     rest = "" if alignment.rms is None else f"; {1e6 * alignment.rms:.1f} µm rms left"
     zones = ", ".join(f"{name} {1e6 * area:.2f}" for name, area in wear.zone_areas.items())
     lines = [
@@ -219,13 +219,16 @@ def _value(measures: Measures, name: str) -> str:
 
 def _reasons(columns: Sequence[tuple[str, Measures]]) -> Iterable[str]:
     """Why measures are missing, each reason once."""
+    missing: dict[tuple[str, str], list[str]] = {}
     for name in MEASURES:
         if name in _SILENT:
             continue
         for title, measures in columns:
             if name in measures.missing:
                 whose = f" of {title}" if len(columns) > 1 else ""
-                yield f"no {NOMENCLATURE[name].meaning}{whose}: {measures.missing[name]}"
+                missing.setdefault((whose, measures.missing[name]), []).append(NOMENCLATURE[name].meaning)
+    for (whose, why), names in missing.items():
+        yield f"no {', '.join(names)}{whose}: {why}"
 
 
 def _running(found: Examination) -> list[str]:

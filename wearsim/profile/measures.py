@@ -20,6 +20,9 @@ _BACK_TO_BACK_RANGE = (500.0, 2000.0)
 HOLLOWING_REACH = 50e-3
 """y up to which the tread must be measured to tell its hollowing [m]: no contact band reaches so far."""
 
+_LEAST_FLANGE = 5e-3
+"""Lower ones are none: a disc or a roller, or a profile without its flange [m]."""
+
 _FACE_SLOPE = math.radians(30.0)  # from which on the end of a profile is rim chamfer or outer face, not tread
 
 
@@ -243,12 +246,14 @@ def wheel_measures(
     values, missing = _collected(
         {
             "flange_height": lambda: flange_height(*_with_tip(y, z)),
-            "flange_thickness": lambda: flange_thickness(y, z, level=at.level, flange_back=at.flange_back),
+            "flange_thickness": lambda: flange_thickness(
+                *_flanged(y, z), level=at.level, flange_back=at.flange_back
+            ),
             "flange_gradient": lambda: flange_gradient(
                 *_with_tip(y, z), level=at.level, below_tip=at.below_tip
             ),
             "hollowing": lambda: _whole_hollowing(y, z),
-            "rim_width": lambda: _rim_width(y, z, at.flange_back),
+            "rim_width": lambda: _rim_width(*_flanged(y, z), at.flange_back),
             "wheel_diameter": lambda: _diameter(y, z, radius),
         }
     )
@@ -334,8 +339,19 @@ def _axle(right: Mapping[str, float], left: Mapping[str, float], back_to_back: f
     return Measures(values, {})
 
 
+def _flanged(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Pass on a profile with a flange."""
+    height = flange_height(y, z)
+    if height < _LEAST_FLANGE:
+        raise ProfileError(
+            f"there is no flange: the highest point lies {height * 1e3:.2f} mm above the tape circle"
+        )
+    return y, z
+
+
 def _with_tip(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Pass on a profile that has points on both sides of its flange tip."""
+    """Pass on a profile with a flange that has points on both sides of its tip."""
+    _flanged(y, z)
     if int(np.argmax(z)) == 0:
         raise ProfileError(
             f"the profile begins at its highest point (y = {y[0] * 1e3:.4g} mm): no flange tip is measured"

@@ -86,7 +86,8 @@ def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
     low = z[_TIP] + 7.0
     # tape circle, flange back and the two levels
     _line(ax, (y[_TAPE], y[_TAPE]), (z[_TAPE] - 6.0, low), ls=(0, (8, 2, 2, 2)))
-    ax.text(y[_TAPE] + 0.8, low - 0.4, "tape circle", color="#555555", fontsize=7.5, ha="left", va="bottom")
+    # left of its line, for the legend stands on the right
+    ax.text(y[_TAPE] - 0.8, low - 0.4, "tape circle", color="#555555", fontsize=7.5, ha="right", va="bottom")
     _line(ax, (back, back), (z[_TAPE] - 6.0, low))
     _line(ax, (y[_TIP], 24.0), (z[_TIP], z[_TIP]))
     _line(ax, (0.0, 24.0), (z[_TAPE], z[_TAPE]))

@@ -61,6 +61,8 @@ def fleet_pages(dataset: xr.Dataset) -> Iterator[Figure]:
             for ax, member in zip(axes.ravel(), members, strict=False):
                 figures_fleet.plot_member(dataset, member, ax)
                 ax.set_aspect("equal", adjustable="box")
+                if member + columns not in members:
+                    ax.tick_params(labelbottom=True)  # the lowest of its column
             axes[0, 0].set_xlim(*span_y)
             axes[0, 0].set_ylim(span_z[1], span_z[0])
             figure.supxlabel("Lateral position [mm]", fontsize=8.0, y=0.12 / whole)

@@ -19,6 +19,7 @@ from wearsim.profile.measures import (
 from wearsim.profile.noise import smoothed
 from wearsim.profile.shape import Profile
 from wearsim.profile.worn import WearBetween, wear_between
+from wearsim.studies.profile_doubts import header_notes, hollowing_notes
 from wearsim.studies.profile_identity import axle_notes, comparison_notes
 from wearsim.studies.profile_running import AMPLITUDES, Running, running
 from wearsim.studies.profile_subject import Kind, Subject, placed, read_subject, tilt_of, told_stand
@@ -120,7 +121,7 @@ class Comparison:
         if self.wear.worn_area < 0.0:
             told.append(
                 f"the net worn area is negative, which no wear is: {rule} does not fit these profiles, or "
-                "they are not of one wheel; try another rule with --align"
+                f"they are not of one {self.reference.kind}; try another rule with --align"
             )
         if rms is not None and rms > LARGE_REST:
             way = "" if self.alignment.angle else "; a profile measured at a tilt needs --rotate"
@@ -132,6 +133,11 @@ class Comparison:
             told.append(
                 f"{rule} lays the tape circles on each other: wear there counts as none, the flange seems to "
                 "grow; back_and_tip or best_fit tell the wear of the tread"
+            )
+        if rule == "top":
+            told.append(
+                "top lays the tops on each other: wear there counts as none, the sides of the head seem to "
+                "grow; best_fit tells the wear of the top"
             )
         return tuple(told)
 
@@ -250,6 +256,8 @@ def examine(
     if against is not None:
         subject = replace(subject, notes=(*subject.notes, *comparison_notes(subject, against)))
     measures, left_measures, axle = _measures(subject, left, at)
+    subject = _doubted(subject, measures, at)
+    left = None if left is None else _doubted(left, left_measures, at)
     run, trouble = _running(subject, left, at, amplitudes)
     comparison = None
     if against is not None:
@@ -277,6 +285,14 @@ def examine(
         trouble,
         comparison,
     )
+
+
+def _doubted(subject: Subject, measures: Measures | None, at: Circumstances) -> Subject:
+    """Subject with notes on measures that are doubtful."""
+    if measures is None:
+        return subject
+    notes = header_notes(subject, measures.values, _elsewhere(at.distances))
+    return replace(subject, notes=(*subject.notes, *notes, *hollowing_notes(subject, measures.values)))
 
 
 def _elsewhere(distances: GaugeDistances) -> set[str]:
@@ -410,6 +426,9 @@ def _running(
         rail = placed(rail_subject, at.inclination, gauge, at.half_span)
         other = None if left is None else left.profile
         words, more = track_words(rail_subject, at), _diameter_difference(subject, left, at)
+        # of standard shapes that goes without saying
+        words += ", both rails alike" if rail_subject.measured else ""
+        words += ", both wheels alike" if wheel.measured and left is None and not more else ""
         return running(wheel.profile, other, rail, words, more, amplitudes), ""
     except ProfileError as error:
         return None, str(error)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -49,7 +50,9 @@ class FleetRow:
     judged : bool
         Whether there was anything to be judged by limits; False for rails.
     notes : tuple of str
-        What was detected on reading, and what could not be told.
+        What was detected on reading, what could not be told, and the doubts.
+    doubts : tuple of str
+        What speaks against the wear.
     fault : str
         Why it was not measured or not compared; empty if nothing is wrong.
     measured : bool
@@ -65,6 +68,7 @@ class FleetRow:
     not_judged: tuple[str, ...]
     judged: bool
     notes: tuple[str, ...]
+    doubts: tuple[str, ...]
     fault: str
     measured: bool
     y: FloatArray = field(repr=False)
@@ -151,7 +155,7 @@ def fleet_rows(
 
 def _faulty(path: Path, fault: str) -> FleetRow:
     none: FloatArray = np.empty(0)
-    return FleetRow(path.name, {}, {}, (), (), False, (), _one_line(path, fault), False, none, none)
+    return FleetRow(path.name, {}, {}, (), (), False, (), (), _one_line(path, fault), False, none, none)
 
 
 def _one_line(path: Path, text: str) -> str:
@@ -166,10 +170,10 @@ def _row(
     path: Path, subject: Subject, at: Circumstances, limits: LimitSet | None, against: Subject | None
 ) -> FleetRow:
     """Row of a file that could be read."""
-    fault, notes = "", subject.notes
+    fault, apart = "", tuple[str, ...]()
     reference = against if against is not None and against.kind == subject.kind else None
     if against is not None and reference is None:
-        notes = (*notes, f"a {subject.kind}, not compared with the {against.kind} {against.profile.name}")
+        apart = (f"a {subject.kind}, not compared with the {against.kind} {against.profile.name}",)
     # a rail has no measures of its own: only its wear is told
     try:
         found = examine(
@@ -185,13 +189,16 @@ def _row(
         try:
             found = examine(subject, at, limits, amplitudes=(JUDGED_AMPLITUDE,))
         except WearsimError as again:
+            notes = (*subject.notes, *apart)
             return replace(_faulty(path, str(again)), identity=_identity(subject), notes=notes)
+    notes = (*found.subject.notes, *apart)
     if found.measures is not None:
         # of what every wheel has; a diameter that nobody stated is no fault
-        notes += tuple(why for name, why in found.measures.missing.items() if name in _EXPECTED)
-    identity = _identity(subject)
+        missing = found.measures.missing
+        notes += tuple(dict.fromkeys(missing[name] for name in _EXPECTED if name in missing))
+    identity, doubts = _identity(subject), tuple[str, ...]()
     if found.comparison is not None:
-        notes += found.comparison.doubts
+        doubts = found.comparison.doubts
         identity["align"] = found.comparison.alignment.rule
     return FleetRow(
         path.name,
@@ -200,7 +207,8 @@ def _row(
         found.exceeded,
         found.not_judged,
         bool(found.judgements),
-        notes,
+        (*notes, *doubts),
+        doubts,
         fault,
         True,
         *_outline(found.laid),
@@ -259,8 +267,8 @@ def fleet_state(rows: list[FleetRow], reference: Subject | None, limits: LimitSe
     Returns
     -------
     Dataset
-        `profile_y, profile_z (wheel, point)`, the last point repeated on shorter outlines; `wheel_name`,
-        `file`, `exceeded`, `not_judged`, `judged`, `kind (wheel)`; measures `(wheel)`, NaN-free:
+        `profile_y, profile_z (wheel, point)`, the last point repeated on shorter outlines; `wheel_name`
+        (that of the file where several say to be one wheel), `file`, `exceeded`, `not_judged`, `judged`, `kind (wheel)`; measures `(wheel)`, NaN-free:
         `known_<name> (wheel)` tells where a measure is there, it is 0 elsewhere.
     """
     good = [row for row in rows if row.measured]
@@ -269,8 +277,9 @@ def fleet_state(rows: list[FleetRow], reference: Subject | None, limits: LimitSe
     def padded(values: FloatArray) -> FloatArray:
         return np.concatenate((values, np.repeat(values[-1:], longest - len(values))))
 
+    often = Counter(row.wheel for row in good)
     texts: dict[str, Any] = {
-        "wheel_name": ("wheel", [row.wheel for row in good]),
+        "wheel_name": ("wheel", [row.file if often[row.wheel] > 1 else row.wheel for row in good]),
         "file": ("wheel", [row.file for row in good]),
         "kind": ("wheel", [row.identity["kind"] for row in good]),
         "exceeded": ("wheel", [" ".join(row.exceeded) for row in good]),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from wearsim.studies.profile_subject import Subject
 
 _SAME = ("Stock", "CarNo", "AxleNo", "Side", "WheelID")
@@ -40,10 +42,12 @@ def axle_notes(right: Subject, left: Subject) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        One sentence for each file that says the other side.
+        One sentence for each file that says the other side, and one if both are the same file.
     """
     roles = (("right", right), ("left", left))
-    return tuple(
+    same = right.measured and left.measured and Path(right.given).resolve() == Path(left.given).resolve()
+    one = (f"{right.given} is given for both wheels",) if same else ()
+    return one + tuple(
         f"used as the {role} wheel, but the header of {subject.given} says Side = "
         f"{subject.key('Side')[:_SHOWN]}"
         for role, subject in roles
