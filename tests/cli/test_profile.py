@@ -523,7 +523,7 @@ def spoilt(draw):
 @pytest.mark.parametrize("flags", [[], ["--kind", "wheel", "--against", "S1002"], ["--kind", "rail"]])
 @given(text=st.one_of(st.text(max_size=300), POINTS, spoilt()))
 @settings(
-    max_examples=60,
+    max_examples=30,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture],

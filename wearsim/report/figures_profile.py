@@ -171,7 +171,7 @@ def _lateral_ticks(dataset: xr.Dataset, ax: Axes, s: np.ndarray) -> None:
     top = ax.secondary_xaxis("top")
     top.set_xticks(np.interp(marks, y[rising], s[rising]), [plain(mark, 3).split(".")[0] for mark in marks])
     top.tick_params(labelsize=7.5, colors="#555555", length=2.5, pad=1.5)
-    top.set_xlabel("Lateral position [mm]", fontsize=7.5, color="#555555", labelpad=2.0)
+    top.set_xlabel("Lateral position [mm]", fontsize=7.5, color="#555555", labelpad=3.5)
 
 
 def plot_radius_difference(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes:

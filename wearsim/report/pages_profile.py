@@ -83,6 +83,8 @@ def _window(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
         y = np.concatenate((y, shown("profile_y", dataset["reference_y"].values)))
         z = np.concatenate((z, shown("profile_z", dataset["reference_z"].values)))
     room = (12.0, 4.0, 5.0, 9.0) if "gauge_y" in dataset else (4.0, 4.0, 3.0, 3.0)
+    if "gauge_y" in dataset and {"reference_y", "left_y"} <= set(dataset.variables):
+        room = (*room[:3], room[3] + 4.0)  # three lines of the legend below the tip
     span = np.array([y.min() - room[0], y.max() + room[1]])
     # a shape without a flange would be a stripe too low for its axis
     more = 0.5 * max(_FLATTEST * float(np.ptp(span)) - float(np.ptp(z)) - room[2] - room[3], 0.0)

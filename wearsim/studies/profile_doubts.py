@@ -55,8 +55,8 @@ def header_notes(
         return ()
     keys, said_so, measured = (", ".join(words) for words in zip(*told, strict=True))
     return (
-        f"the header says {keys} = {said_so} mm, the points give {measured} mm: it is old, of another wheel or "
-        "taken at other distances",
+        f"the header says {keys} = {said_so} mm, the points give {measured} mm: it is old, of another wheel "
+        "or taken at other distances",
     )
 
 

@@ -268,7 +268,8 @@ def fleet_state(rows: list[FleetRow], reference: Subject | None, limits: LimitSe
     -------
     Dataset
         `profile_y, profile_z (wheel, point)`, the last point repeated on shorter outlines; `wheel_name`
-        (that of the file where several say to be one wheel), `file`, `exceeded`, `not_judged`, `judged`, `kind (wheel)`; measures `(wheel)`, NaN-free:
+        (that of the file where several say to be one wheel), `file`, `exceeded`, `not_judged`, `judged`,
+        `kind (wheel)`; measures `(wheel)`, NaN-free:
         `known_<name> (wheel)` tells where a measure is there, it is 0 elsewhere.
     """
     good = [row for row in rows if row.measured]

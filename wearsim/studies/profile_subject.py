@@ -328,6 +328,9 @@ def _either(path: Path, said: Mapping[str, Any]) -> tuple[ProfileReading, tuple[
             readings[kind] = read_profile(path, kind, **said)
         except ProfileError as error:
             errors[kind] = str(error)
+            continue
+        if kind == "wheel" and _has_flange(readings[kind].profile):
+            return readings[kind], ("a wheel, told by its flange",)
     if len(errors) == 2:
         if errors["wheel"] == errors["rail"]:
             raise ProfileError(errors["wheel"])
@@ -341,8 +344,8 @@ def _either(path: Path, said: Mapping[str, Any]) -> tuple[ProfileReading, tuple[
             f"{path}: neither a wheel ({why['wheel']}) nor a rail ({why['rail']}): check units and order of "
             f"the columns, or see all faults with --kind wheel or --kind rail{hint}"
         )
-    if "wheel" in readings and ("rail" not in readings or _has_flange(readings["wheel"].profile)):
-        return readings["wheel"], ("a wheel, told by its flange",)
+    if "wheel" in readings and "rail" not in readings:
+        return readings["wheel"], ("a wheel, for it is no rail",)
     if "wheel" not in readings and _has_head(readings["rail"].profile):
         return readings["rail"], ("a rail, told by the shape of its head",)
     raise ProfileError(

@@ -11,6 +11,7 @@ from pathlib import Path
 from wearsim.errors import Fault, ProfileError
 
 MAX_BYTES = 20_000_000
+MAX_LINES = 1_100_000  # 10^6 points and what may stand around them
 MAX_LINE = 100_000  # characters; a longer line is no text of a profile
 _SHOWN_FAULTS = 20  # lines of one message; a wrong separator would fault every line of a long file
 _MOST_ALIKE = 3  # faults of the same kind; more are told once
@@ -152,4 +153,6 @@ def _bytes(path: Path) -> bytes:
         raise ProfileError(
             f"{path}: larger than {MAX_BYTES // 10**6} MB, hardly one profile; give one cross-section"
         )
+    if max(data.count(b"\n"), data.count(b"\r")) > MAX_LINES:
+        raise ProfileError(f"{path}: more than {MAX_LINES} lines, hardly one profile; give one cross-section")
     return data

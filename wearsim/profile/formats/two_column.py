@@ -68,7 +68,8 @@ def columns(text: Text, faults: Faults) -> tuple[Columns, str]:
                 continue
             separator = separator_of(line)
         cells = split_cells(line, separator)
-        if len(cells) == 2 and not (found.lines and _is_heading(line)):
+        # asked in the order of their time, for long files
+        if len(cells) == 2 and (looks_like_number(cells[0]) or not found.lines or not _is_heading(line)):
             found.add(number, cells[0], cells[1], separator)
         elif found.lines and (line == heading or (_is_heading(line) and _goes_on(text, number))):
             faults.add("a header line after points: two files are joined here; give one", number)
