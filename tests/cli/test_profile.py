@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 import re
 import shutil
 from dataclasses import replace
@@ -541,6 +542,15 @@ def test_any_text_ends_in_a_line_or_an_answer(flags, text, tmp_path, capsys):
         json.loads(captured.out)
     else:
         assert captured.err.strip()
+
+
+@pytest.mark.parametrize("name", ["p.csv", "p.whl", "p.toml"])
+def test_a_pipe_is_not_waited_for(name, tmp_path, capsys):
+    os.mkfifo(tmp_path / name)
+    (told,) = refused(capsys, str(tmp_path / name))
+    assert told.endswith("is not a regular file; give the path of a profile file")
+    (told,) = refused(capsys, "S1002", "--limits", str(tmp_path / name))
+    assert told.endswith("no such file of limits")
 
 
 def test_a_definition_of_the_user_is_a_profile(tmp_path, capsys):

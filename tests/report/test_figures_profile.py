@@ -193,7 +193,7 @@ def fleet():
     files = sorted(MEASURED.glob("*.whl"))
     reference = read_subject("S1002")
     rows = list(fleet_rows(files, Circumstances(GaugeDistances()), load_limits("TSI"), against=reference))
-    return fleet_state(rows * 20, reference, load_limits("TSI"))
+    return fleet_state(rows * 15, reference, load_limits("TSI"))
 
 
 def test_small_figures_show_profile_reference_and_what_is_beyond(fleet):
@@ -212,14 +212,14 @@ def test_pages_hold_all_profiles_on_the_same_axes(fleet):
     pages = list(pages_fleet.fleet_pages(fleet))
     assert len(pages) == 2
     drawn = [ax for page in pages for ax in page.axes if ax.lines]
-    assert len(drawn) == fleet.sizes["wheel"] == 40
+    assert len(drawn) == fleet.sizes["wheel"] == 30
     assert len({(ax.get_xlim(), ax.get_ylim()) for ax in drawn}) == 1
     assert overlaps(pages[1]) == []
 
 
 def test_several_files_of_one_wheel_are_told_apart_by_their_names(fleet):
     names = [str(name) for name in fleet["wheel_name"].values]
-    assert names == ["wheel_worn_left.whl", "wheel_worn_right.whl"] * 20
+    assert names == ["wheel_worn_left.whl", "wheel_worn_right.whl"] * 15
 
 
 def test_the_lowest_figure_of_each_column_has_numbers(fleet):
@@ -247,5 +247,6 @@ def test_titles_keep_what_tells_the_wheels_of_an_axle_apart(fleet):
 
 def test_more_pages_than_are_drawn_are_told(fleet, tmp_path, monkeypatch):
     monkeypatch.setattr(pages_fleet, "MOST_PAGES", 1)
+    monkeypatch.setattr(pages_fleet, "ROWS", 1)
     files, drawn = pages_fleet.write_fleet(fleet, tmp_path / "fleet.svg")
     assert (len(files), drawn) == (1, pages_fleet.COLUMNS * pages_fleet.ROWS)

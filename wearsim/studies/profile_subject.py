@@ -307,6 +307,8 @@ def _told_kind(path: Path) -> tuple[Kind | None, tuple[str, ...]]:
     by_suffix = {kind for each in FORMATS.values() if (kind := each.suffixes.get(path.suffix.lower(), ""))}
     if len(by_suffix) == 1:
         return "wheel" if by_suffix == {"wheel"} else "rail", ()
+    if not path.is_file():
+        return None, ()  # a pipe would be waited for
     try:
         with path.open("rb") as file:
             head = file.read(2000).decode("utf-8", "replace").splitlines()[:_HEADER_LINES]
