@@ -40,11 +40,11 @@ from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import kernel
 from wearsim.contact.normal.model import NormalSolution
 from wearsim.contact.normal.refusal import MOST_PATCHES, raise_first
-from wearsim.contact.normal.strip_ends import on_the_wheel
+from wearsim.contact.normal.strip_ends import end_of_strip, on_the_wheel
 from wearsim.contact.normal.virtual_penetration import (
+    SECTION,
     WORK_ROWS,
     cell_of,
-    skewed_ends,
     strip_half_length_squared,
 )
 from wearsim.contact.normal.wheel_load import LINE, balance
@@ -111,7 +111,8 @@ def solve(
         vertical,
         factor,
         effective_modulus,
-        np.zeros((WORK_ROWS, points)),
+        np.empty((WORK_ROWS, points)),
+        np.zeros((points, SECTION)),
         count,
         fault,
         patches,
@@ -204,7 +205,7 @@ def _lay_strips(
     """Cut patches into strips of equal width in their contact planes and make the pressure fit the load."""
     strips = strip_y.shape[1]
     grid_y, grid_z, slope = ground[0], ground[1], ground[2]
-    section = np.zeros(12)
+    section = np.zeros(SECTION)
     for m in range(rows.size):
         line = lines[m]
         skewed = rings[0].size > 0 and poses[rows[m], 0] != 0.0
@@ -220,6 +221,7 @@ def _lay_strips(
         i = start - 1
         s_here = (grid_y[i] - centre) * cosine + (grid_z[i] - centre_z) * sine
         s_next = (grid_y[i + 1] - centre) * cosine + (grid_z[i + 1] - centre_z) * sine
+        section[13] = section[14] = 1.0
         volume, moment = 0.0, 0.0
         for j in range(2 * strips + 1):  # strip edges and centres in turn
             s = left + 0.5 * j * width
@@ -244,7 +246,11 @@ def _lay_strips(
             if skewed:
                 place = grid_y[i] + share * (grid_y[i + 1] - grid_y[i])
                 on_the_wheel(place, height, here, middle, poses[rows[m]], rings, section)
-                lead, trail = skewed_ends(limit - here, half, ring, section, rings)
+                if section[10] > 0.0 and depth > 0.0:
+                    circle = np.sqrt(strip_half_length_squared(limit - here, ring, section[9]))
+                    section[13] = end_of_strip(limit - here, circle, section[13], section, rings)
+                    section[14] = end_of_strip(limit - here, -circle, section[14], section, rings)
+                    lead, trail = half * section[13], -half * section[14]
             strip_y[m, j // 2] = s
             strip_lead[m, j // 2] = middle + lead
             strip_trail[m, j // 2] = middle + trail

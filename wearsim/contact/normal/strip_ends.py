@@ -10,7 +10,7 @@ from wearsim.contact.patch import FloatArray
 
 _STEPS = 12  # of Newton's method, at most
 _DONE = 1e-4  # a last step, over the length: what it leaves is the half of its square, 5e-9
-_STILL = 1e-12  # m
+_STILL = 1e-8  # m, likewise: its square over a radius of 10 mm is 1e-14 m
 
 
 @kernel
@@ -66,17 +66,20 @@ def on_the_wheel(
 @kernel
 def end_of_strip(
     depth: float,
-    guess: float,
+    circle: float,
+    factor: float,
     point: FloatArray,
     rings: tuple[FloatArray, FloatArray, FloatArray],
 ) -> float:
     """Where the section through `point` leaves the counterface when the wheel is pushed in by `depth`.
 
-    Searched from `guess`, whose sign tells the end; `guess` itself if there is none within twice as far.
+    As a multiple of `circle`, the end for circles, whose sign tells which end. Searched from the multiple
+    `factor` and, if that leads nowhere, from 1; 1 if there is no end up to five times as far.
     """
-    x = guess
+    start = factor * circle
+    x = start
     ring = int(point[11])
-    for _ in range(_STEPS):
+    for _ in range(2 * _STEPS):
         root = np.sqrt(1.0 - (point[9] * x) ** 2)
         n = point[9] * x * x / (1.0 + root) - depth
         tilt = point[9] * x / root
@@ -84,19 +87,20 @@ def end_of_strip(
         a = point[1] + x * point[4] + n * point[7]
         d = point[2] + x * point[5] + n * point[8]
         ring = place_in(rings[0], a, ring)
-        if ring < 0:
-            return guess
-        radius, slope = smooth_at(rings[0], rings[1], rings[2], ring, a)
-        length = np.sqrt(f * f + d * d)
-        opening = (f * (point[3] + tilt * point[6]) + d * (point[5] + tilt * point[8])) / length - slope * (
-            point[4] + tilt * point[7]
-        )
-        if opening * guess <= 0.0:
-            return guess
-        move = (radius - length) / opening
+        opening, move = 0.0, 0.0
+        if ring >= 0:
+            radius, slope = smooth_at(rings[0], rings[1], rings[2], ring, a)
+            length = np.sqrt(f * f + d * d)
+            opening = (f * (point[3] + tilt * point[6]) + d * (point[5] + tilt * point[8])) / length
+            opening -= slope * (point[4] + tilt * point[7])
+            move = (radius - length) / opening
+        if opening * circle <= 0.0 or (x + move) / circle < 0.2 or (x + move) / circle > 5.0:
+            if start == circle:
+                return 1.0
+            x = start = circle
+            ring = int(point[11])
+            continue
         x += move
-        if x / guess < 0.2 or x / guess > 5.0:
-            return guess
         if abs(move) < _DONE * abs(x):
             break
-    return x
+    return x / circle

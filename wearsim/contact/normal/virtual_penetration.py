@@ -11,13 +11,18 @@ from wearsim.contact.kernel import kernel
 from wearsim.contact.normal.strip_ends import end_of_strip, on_the_wheel
 from wearsim.contact.patch import FloatArray
 
-# Nodes of the quadrature of skewed strips: 1e-9 for distances beyond 0.3 of the half length, 2e-5 at 0.001.
-_NODES = 6
-_TURN = np.pi * np.arange(1, _NODES + 1) / (_NODES + 1)
+# Nodes of the quadrature of skewed strips, pairs about the middle: together they reach 1e-9 for distances
+# beyond 0.3 of the half length, 2e-5 at 0.001.
+_PAIRS = 3
+_TURN = np.pi * np.arange(1, _PAIRS + 1) / (2 * _PAIRS + 1)
 _COSINE, _SINE = np.cos(_TURN), np.sin(_TURN)
 
-WORK_ROWS = 21
+WORK_ROWS = 6
 """Rows of the working array of `fill_strips`, one column per grid point."""
+
+SECTION = 16
+"""What is kept of the wheel's section at a grid point: 12 numbers of `on_the_wheel`, the row of the batch they
+belong to (counted from 1) and both ends as multiples of those of circles; one place is free."""
 
 
 @kernel
@@ -44,14 +49,20 @@ def displacement_integral(
     a, b = 1.0, np.sqrt(distance_squared / total)
     c_squared = half_squared / total
     power, weighted = 0.5, 0.5 * c_squared
-    # Quadratic convergence: seven steps reach rounding for y/a down to 1e-5, finer than any grid point's
-    # share. A fixed number of them lets the loop over the strips use vector instructions.
-    for _ in range(7):
+    # A fixed number of steps lets the loop over the strips use vector instructions.
+    for _ in range(4):
         c = 0.5 * (a - b)
         a, b = 0.5 * (a + b), np.sqrt(a * b)
         power *= 2.0
         weighted += power * c * c
-    integral: float = np.pi * np.sqrt(total) * weighted / a
+    # The rest as power series of c / a, which is below 0.01 for y/a down to 1e-5, finer than any grid
+    # point's share: the next steps change the mean by x^2 / 4 + ... and the sum by x^4 / 16 + ...
+    c = 0.5 * (a - b)
+    a = 0.5 * (a + b)
+    x = (c / a) ** 2
+    weighted += 16.0 * c * c * (1.0 + x * (0.125 + x * 0.0625))
+    mean = 1.0 + x * (0.25 + x * (9.0 / 64.0 + x * (25.0 / 256.0)))
+    integral: float = np.pi * np.sqrt(total) * weighted * mean / a
     return integral
 
 
@@ -70,15 +81,26 @@ def skewed_displacement_integral(half: float, middle: float, distance: float) ->
 
     With x = y sinh(u) the integrand in u has no pole, only roots at both ends: Gauss-Chebyshev quadrature.
     """
-    first = np.arcsinh((middle - half) / distance)
-    last = np.arcsinh((middle + half) / distance)
-    centre, reach = 0.5 * (first + last), 0.5 * (last - first)
+    # exp(u) at both ends, without cancellation: t + sqrt(1 + t^2), or one over that of -t.
+    left, right = (middle - half) / distance, (middle + half) / distance
+    first, last = abs(left) + np.sqrt(1.0 + left * left), abs(right) + np.sqrt(1.0 + right * right)
+    if left < 0.0:
+        first = 1.0 / first
+    if right < 0.0:
+        last = 1.0 / last
+    reach = 0.5 * np.log(last / first)
+    rising = 0.5 * distance * np.sqrt(first * last)  # of sinh at the middle of the range in u
+    falling = 0.25 * distance * distance / rising
     total = 0.0
-    for k in range(_NODES):
-        power = np.exp(centre + reach * _COSINE[k])
-        off = 0.5 * distance * (power - 1.0 / power) - middle
-        total += _SINE[k] * np.sqrt(max(half * half - off * off, 0.0))
-    integral: float = np.pi * reach / (_NODES + 1) * total
+    for k in range(_PAIRS):
+        power = np.exp(reach * _COSINE[k])
+        inverse = 1.0 / power
+        ahead = rising * power - falling * inverse - middle
+        behind = rising * inverse - falling * power - middle
+        total += _SINE[k] * (
+            np.sqrt(max(half * half - ahead * ahead, 0.0)) + np.sqrt(max(half * half - behind * behind, 0.0))
+        )
+    integral: float = np.pi * reach / (2 * _PAIRS + 1) * total
     return integral
 
 
@@ -130,13 +152,14 @@ def fill_strips(
     skewed: bool,
     kappa: float,
     work: FloatArray,
+    sections: FloatArray,
 ) -> None:
     """Lay strips of a patch into its contact plane, at the grid points of `line`.
 
     Fills `work` with position s in the contact plane, interpenetration g, width of the strip, squared
-    half-length and the longitudinal position of its middle; from row 5 on it keeps the section of the wheel
-    at each grid point (last row: for which row of the batch). `line` gets the sum of x_l^2 widths, s of the
-    left and right end and the deepest x_l^2.
+    half-length and the longitudinal position of its middle; `sections` keeps the section of the wheel at each
+    grid point from one approach to the next. `line` gets the sum of x_l^2 widths, s of the left and right end
+    and the deepest x_l^2.
     """
     grid_y, grid_z, slope = ground[0], ground[1], ground[2]
     gap, radius, along = here[0], here[1], here[2]
@@ -153,60 +176,65 @@ def fill_strips(
         wheel_slope = slope[i] - (gap[i + 1] - gap[i - 1]) / (grid_y[i + 1] - grid_y[i - 1])
         # No interpenetration where the wheel's edge makes a step of the gap: such a patch is refused later.
         work[1, i] = max((limit - gap[i]) / (cosine + wheel_slope * sine), 0.0)
+        bend = kappa / (1.0 - kappa * grid_z[i])
+        work[3, i] = strip_half_length_squared(work[1, i], radius[i] / cosine, bend * cosine)
+        work[4, i] = 0.0
+    if skewed:
+        _skew_strips(row, start, stop, limit, ground, here, pose, rings, work, sections)
     # Ends of the patch: where the interpenetration falls to zero.
     share = (limit - gap[start]) / (gap[start - 1] - gap[start])
     left = work[0, start] + share * (work[0, start - 1] - work[0, start])
     share = (limit - gap[stop]) / (gap[stop + 1] - gap[stop])
     right = work[0, stop] + share * (work[0, stop + 1] - work[0, stop])
     volume, deepest = 0.0, 0.0
+    before = left
     for i in range(start, stop + 1):
-        before = 0.5 * (work[0, i] + (work[0, i - 1] if i > start else left))
-        after = 0.5 * (work[0, i] + (work[0, i + 1] if i < stop else right))
-        bend = kappa / (1.0 - kappa * grid_z[i])
-        half = strip_half_length_squared(work[1, i], radius[i] / cosine, bend * cosine)
+        after = 0.5 * (work[0, i] + work[0, i + 1]) if i < stop else 0.5 * (work[0, i] + right)
+        if i == start:
+            before = 0.5 * (work[0, i] + left)
         work[2, i] = after - before
-        work[4, i] = 0.0
-        if skewed:
-            section = work[5:17, i]
-            if work[17, i] != row + 1.0:
-                on_the_wheel(grid_y[i], grid_z[i], gap[i], along[i], pose, rings, section)
-                work[17, i] = row + 1.0
-                work[19, i] = work[20, i] = 1.0
-            circle = np.sqrt(strip_half_length_squared(limit - gap[i], radius[i], section[9]))
-            half = np.sqrt(half)
-            lead, trail = half, -half
-            if section[10] > 0.0:
-                # Ends as multiples of those of circles; they start from the last approach's.
-                work[19, i] = end_of_strip(limit - gap[i], work[19, i] * circle, section, rings) / circle
-                work[20, i] = end_of_strip(limit - gap[i], -work[20, i] * circle, section, rings) / -circle
-                lead, trail = half * work[19, i], -half * work[20, i]
-            half = 0.25 * (lead - trail) ** 2
-            work[4, i] = along[i] + 0.5 * (lead + trail)
-        work[3, i] = half
-        volume += half * work[2, i]
-        deepest = max(deepest, half)
+        before = after
+        volume += work[3, i] * work[2, i]
+        deepest = max(deepest, work[3, i])
     line[5], line[6], line[7], line[8] = volume, left, right, deepest
 
 
 @kernel
-def skewed_ends(
-    depth: float,
-    half: float,
-    radius: float,
-    section: FloatArray,
+def _skew_strips(
+    row: int,
+    start: int,
+    stop: int,
+    limit: float,
+    ground: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    here: tuple[FloatArray, FloatArray, FloatArray],
+    pose: FloatArray,
     rings: tuple[FloatArray, FloatArray, FloatArray],
-) -> tuple[float, float]:
-    """Find both ends of a strip from its middle under a yawed wheel; `half` is its half length for circles.
-
-    The section at constant y gives by which factors both ends differ from those of circles there; without
-    yaw they are 1.
-    """
-    if depth <= 0.0 or section[10] < 0.0:
-        return half, -half
-    circle = np.sqrt(strip_half_length_squared(depth, radius, section[9]))
-    lead = end_of_strip(depth, circle, section, rings)
-    trail = end_of_strip(depth, -circle, section, rings)
-    return half * lead / circle, half * trail / circle
+    work: FloatArray,
+    sections: FloatArray,
+) -> None:
+    """Half lengths and middles of the strips of `fill_strips` under a yawed wheel."""
+    gap, radius, along = here[0], here[1], here[2]
+    for i in range(start, stop + 1):
+        section = sections[i]
+        if section[12] != row + 1.0:
+            # The neighbour's ring and ends are near.
+            beside = sections[i - 1] if sections[i - 1, 12] == row + 1.0 else sections[i + 1]
+            near = beside[12] == row + 1.0
+            if near:
+                section[11] = beside[11]
+            on_the_wheel(ground[0][i], ground[1][i], gap[i], along[i], pose, rings, section)
+            section[12] = row + 1.0
+            section[13] = beside[13] if near else 1.0
+            section[14] = beside[14] if near else 1.0
+        half = np.sqrt(work[3, i])
+        lead, trail = half, -half
+        if section[10] > 0.0:
+            circle = np.sqrt(strip_half_length_squared(limit - gap[i], radius[i], section[9]))
+            section[13] = end_of_strip(limit - gap[i], circle, section[13], section, rings)
+            section[14] = end_of_strip(limit - gap[i], -circle, section[14], section, rings)
+            lead, trail = half * section[13], -half * section[14]
+        work[3, i] = 0.25 * (lead - trail) ** 2
+        work[4, i] = along[i] + 0.5 * (lead + trail)
 
 
 @kernel
@@ -220,15 +248,13 @@ def displacement_at(
 ) -> float:
     """Surface displacement at a point, over 1 / (pi E*) and the pressure slope, by the strips of a patch."""
     start, stop = int(line[0]), int(line[1])
-    left, right = line[6], line[7]
     origin = (touch_y - line[2]) * np.cos(line[3]) + (touch_z - line[15]) * np.sin(line[3])
-    displacement = 0.0
+    lower = 0.5 * (work[0, start] + line[6]) - origin
     for i in range(start, stop + 1):
-        before = 0.5 * (work[0, i] + (work[0, i - 1] if i > start else left))
-        after = 0.5 * (work[0, i] + (work[0, i + 1] if i < stop else right))
+        upper = 0.5 * (work[0, i] + (work[0, i + 1] if i < stop else line[7])) - origin
+        distance = 0.5 * (lower + upper)
         width = work[2, i]
         # Mean of ln|s| over the strip: the logarithmic singularity at the point itself.
-        lower, upper = before - origin, after - origin
         if max(abs(lower), abs(upper)) < 8.0 * width:
             mean = -1.0
             if upper != 0.0:
@@ -236,16 +262,16 @@ def displacement_at(
             if lower != 0.0:
                 mean -= lower * np.log(abs(lower)) / width
             distance = np.exp(mean)
-        else:
-            distance = abs(0.5 * (lower + upper))
-        work[18, i] = distance * distance
+        work[5, i] = distance * distance
+        lower = upper
     if skewed:
         for i in range(start, stop + 1):
-            middle = work[4, i] - touch_x
-            displacement += (
-                skewed_displacement_integral(np.sqrt(work[3, i]), middle, np.sqrt(work[18, i])) * work[2, i]
-            )
+            half, distance = np.sqrt(work[3, i]), np.sqrt(work[5, i])
+            work[5, i] = skewed_displacement_integral(half, work[4, i] - touch_x, distance)
     else:
         for i in range(start, stop + 1):
-            displacement += displacement_integral(work[3, i], work[18, i]) * work[2, i]
+            work[5, i] = displacement_integral(work[3, i], work[5, i])
+    displacement = 0.0
+    for i in range(start, stop + 1):
+        displacement += work[5, i] * work[2, i]
     return displacement

@@ -132,6 +132,7 @@ def _wheel_load(
     modulus: float,
     basins: FloatArray,
     work: FloatArray,
+    sections: FloatArray,
     lines: FloatArray,
 ) -> tuple[float, int]:
     """Load of all patches of one wheel under a rigid approach; `lines` gets one line per patch."""
@@ -179,7 +180,7 @@ def _wheel_load(
         weights[b], tilts[b] = weight, tilt
     slope = np.empty(lobes)
     for j in range(lobes):
-        fill_strips(lines[j], row, ground, here, pose, rings, skewed, kappa, work)
+        fill_strips(lines[j], row, ground, here, pose, rings, skewed, kappa, work, sections)
         group[j] = j
     for j in range(lobes):
         slope[j] = _amplitude(
@@ -234,6 +235,7 @@ def balance(
     factor: float,
     modulus: float,
     work: FloatArray,
+    sections: FloatArray,
     count: IntArray,
     fault: IntArray,
     patches: FloatArray,
@@ -246,7 +248,6 @@ def balance(
     minima, saddle = np.empty((2, MOST_BASINS)), np.empty(MOST_BASINS)
     order, parent = np.empty(MOST_BASINS, np.int64), np.empty(MOST_BASINS, np.int64)
     basins, lines = np.empty((4, MOST_BASINS)), np.empty((MOST_BASINS, LINE))
-    work[5:] = 0.0
     for row in range(load.size):
         here = (gaps[row], radii[row], alongs[row])
         gap = here[0]
@@ -288,6 +289,7 @@ def balance(
                 modulus,
                 basins,
                 work,
+                sections,
                 lines,
             )
             excess = value / load[row] - 1.0
