@@ -21,8 +21,8 @@ WORK_ROWS = 6
 """Rows of the working array of `fill_strips`, one column per grid point."""
 
 SECTION = 16
-"""What is kept of the wheel's section at a grid point: 12 numbers of `on_the_wheel`, the row of the batch they
-belong to (counted from 1) and both ends as multiples of those of circles; one place is free."""
+"""What is kept of the wheel's section at a grid point: 12 numbers of `on_the_wheel`, the row of the batch
+they belong to (counted from 1) and both ends as multiples of those of circles; one place is free."""
 
 
 @kernel
@@ -162,7 +162,7 @@ def fill_strips(
     and the deepest x_l^2.
     """
     grid_y, grid_z, slope = ground[0], ground[1], ground[2]
-    gap, radius, along = here[0], here[1], here[2]
+    gap, radius = here[0], here[1]
     start, stop = int(line[0]), int(line[1])
     centre, limit = line[2], line[10]
     cosine, sine = np.cos(line[3]), np.sin(line[3])
@@ -264,14 +264,17 @@ def displacement_at(
             distance = np.exp(mean)
         work[5, i] = distance * distance
         lower = upper
-    if skewed:
-        for i in range(start, stop + 1):
-            half, distance = np.sqrt(work[3, i]), np.sqrt(work[5, i])
-            work[5, i] = skewed_displacement_integral(half, work[4, i] - touch_x, distance)
-    else:
-        for i in range(start, stop + 1):
-            work[5, i] = displacement_integral(work[3, i], work[5, i])
+    # Slices, as the compiler uses vector instructions only where no index can be negative.
+    halves, distances, widths = work[3][start : stop + 1], work[5][start : stop + 1], work[2][start : stop + 1]
     displacement = 0.0
-    for i in range(start, stop + 1):
-        displacement += work[5, i] * work[2, i]
+    if skewed:
+        middles = work[4][start : stop + 1]
+        for i in range(halves.size):
+            half, distance = np.sqrt(halves[i]), np.sqrt(distances[i])
+            distances[i] = skewed_displacement_integral(half, middles[i] - touch_x, distance)
+    else:
+        for i in range(halves.size):
+            distances[i] = displacement_integral(halves[i], distances[i])
+    for i in range(halves.size):
+        displacement += distances[i] * widths[i]
     return displacement

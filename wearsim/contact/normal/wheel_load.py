@@ -22,6 +22,7 @@ for work."""
 _TOO_THIN = 1  # grid points; what lies between two of them carries less than 1e-4 of the load
 _POWER = 1.5  # of the approach that the load grows with, as a first guess
 _BEYOND = 1.0001  # overshoot of a guess, to have the answer between two approaches
+_COARSE = 0.02  # error of the load without skew from which one more step leads to that with skew
 _FAINT = 1e-4  # share of a basin in the condition of displacement that is left out
 
 
@@ -222,6 +223,24 @@ def _partner(patch: int, first: IntArray, parent: IntArray, lobe: IntArray) -> i
 
 
 @kernel
+def _move_on(lines: FloatArray, earlier: FloatArray, share: float) -> bool:
+    """Carry patches on by `share` of how they changed since an earlier approach.
+
+    Only if they hold the same grid points as then, and the square of the change is too small to matter.
+    """
+    for j in range(lines.shape[0]):
+        if lines[j, 0] != earlier[j, 0] or lines[j, 1] != earlier[j, 1]:
+            return False
+        change = lines[j, 9] - earlier[j, 9]
+        if abs(share) * change * change > 1e-9 * lines[j, 9] ** 2:
+            return False
+    for j in range(lines.shape[0]):
+        for k in range(2, LINE):
+            lines[j, k] += share * (lines[j, k] - earlier[j, k])
+    return True
+
+
+@kernel
 def balance(
     ground: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     gaps: FloatArray,
@@ -248,6 +267,7 @@ def balance(
     minima, saddle = np.empty((2, MOST_BASINS)), np.empty(MOST_BASINS)
     order, parent = np.empty(MOST_BASINS, np.int64), np.empty(MOST_BASINS, np.int64)
     basins, lines = np.empty((4, MOST_BASINS)), np.empty((MOST_BASINS, LINE))
+    earlier = np.empty((MOST_BASINS, LINE))
     for row in range(load.size):
         here = (gaps[row], radii[row], alongs[row])
         gap = here[0]
@@ -293,11 +313,16 @@ def balance(
                 lines,
             )
             excess = value / load[row] - 1.0
-            if coarse and abs(excess) < 1e-3:
-                coarse, lower, upper, before = False, 0.0, -1.0, 0.0
-                continue
-            if abs(excess) < 1e-9:
-                break
+            if not coarse:
+                if abs(excess) < 1e-9:
+                    break
+                share = (load[row] - value) / (value - load_before) if before > 0.0 else 1.0
+                if abs(share) < 0.1 and _move_on(lines[:used], earlier, share):
+                    approach += share * (approach - before)
+                    value = load[row]
+                    break
+                earlier[:used] = lines[:used]
+                earlier[used:, 0] = -1.0
             if excess < 0.0:
                 lower, load_lower = approach, value
             else:
@@ -310,7 +335,12 @@ def balance(
                 if lower < aim and (aim < upper or upper < 0.0):
                     before, load_before = approach, value
                     approach = aim
+                    if coarse and abs(excess) < _COARSE:
+                        coarse, lower, upper, before = False, 0.0, -1.0, 0.0
                     continue
+            if coarse and abs(excess) < 1e-3:
+                coarse, lower, upper, before = False, 0.0, -1.0, 0.0
+                continue
             before, load_before = approach, value
             if upper < 0.0:
                 grow = (load[row] / value) ** (2.0 / 3.0) * _BEYOND if value > 0.0 else 4.0
