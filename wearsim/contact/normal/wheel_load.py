@@ -223,13 +223,17 @@ def _partner(patch: int, first: IntArray, parent: IntArray, lobe: IntArray) -> i
 
 
 @kernel
-def _move_on(lines: FloatArray, earlier: FloatArray, share: float) -> bool:
+def _move_on(lines: FloatArray, earlier: FloatArray, gap: FloatArray, share: float) -> bool:
     """Carry patches on by `share` of how they changed since an earlier approach.
 
-    Only if they hold the same grid points as then, and the square of the change is too small to matter.
+    Only if they keep their grid points, and the square of the change is too small to matter.
     """
     for j in range(lines.shape[0]):
-        if lines[j, 0] != earlier[j, 0] or lines[j, 1] != earlier[j, 1]:
+        start, stop = int(lines[j, 0]), int(lines[j, 1])
+        if start != earlier[j, 0] or stop != earlier[j, 1]:
+            return False
+        rim = lines[j, 10] + share * (lines[j, 10] - earlier[j, 10])
+        if min(gap[start - 1], gap[stop + 1]) < rim or max(gap[start], gap[stop]) >= rim:
             return False
         change = lines[j, 9] - earlier[j, 9]
         if abs(share) * change * change > 1e-9 * lines[j, 9] ** 2:
@@ -317,7 +321,7 @@ def balance(
                 if abs(excess) < 1e-9:
                     break
                 share = (load[row] - value) / (value - load_before) if before > 0.0 else 1.0
-                if abs(share) < 0.1 and _move_on(lines[:used], earlier, share):
+                if abs(share) < 0.1 and _move_on(lines[:used], earlier, gap, share):
                     approach += share * (approach - before)
                     value = load[row]
                     break
