@@ -15,9 +15,9 @@ from wearsim.contact.patch import FloatArray
 # beyond 0.3 of the half length, 2e-5 at 0.001.
 _PAIRS = 3
 _TURN = np.pi * np.arange(1, _PAIRS + 1) / (2 * _PAIRS + 1)
-_COSINE, _SINE = np.cos(_TURN), np.sin(_TURN)
+_COSINE, _WEIGHT = np.cos(_TURN), np.sin(_TURN) * np.pi / (2 * _PAIRS + 1)
 
-WORK_ROWS = 6
+WORK_ROWS = 10
 """Rows of the working array of `fill_strips`, one column per grid point."""
 
 SECTION = 16
@@ -76,32 +76,67 @@ def cell_of(grid: FloatArray, place: float, first: int, last: int) -> int:
 
 
 @kernel
-def skewed_displacement_integral(half: float, middle: float, distance: float) -> float:
-    """Integral over x of sqrt(a^2 - (x - m)^2) / sqrt(x^2 + y^2), for strips that lie ahead or behind.
+def _half_logarithm(value: float) -> float:
+    """Return ln(value) / 2 for values from 1 to 1e10, to rounding; in a loop it takes vector instructions."""
+    root = np.sqrt(np.sqrt(np.sqrt(np.sqrt(np.sqrt(np.sqrt(value))))))
+    z = (root - 1.0) / (root + 1.0)
+    t = z * z
+    # 64 areatanh(z)
+    series = 1 / 11 + t * (1 / 13 + t * (1 / 15 + t * (1 / 17 + t * (1 / 19))))
+    series = 1.0 + t * (1 / 3 + t * (1 / 5 + t * (1 / 7 + t * (1 / 9 + t * series))))
+    return 64.0 * z * series
+
+
+@kernel
+def _exponential(value: float) -> float:
+    """Return exp(value) for values from 0 to 12, to rounding; in a loop it takes vector instructions."""
+    y = value / 32.0
+    series = 1 / 720 + y * (1 / 5040 + y * (1 / 40320 + y * (1 / 362880 + y * (1 / 3628800 + y / 39916800))))
+    series = 1.0 + y * (1.0 + y * (1 / 2 + y * (1 / 6 + y * (1 / 24 + y * (1 / 120 + y * series)))))
+    for _ in range(5):
+        series *= series
+    return series
+
+
+@kernel
+def skewed_displacement_integrals(
+    half_squared: FloatArray,
+    middle: FloatArray,
+    touch_x: float,
+    distance_squared: FloatArray,
+    rising: FloatArray,
+    reach: FloatArray,
+    integral: FloatArray,
+) -> None:
+    """Integrals over x of sqrt(a^2 - (x - m)^2) / sqrt(x^2 + y^2), for strips that lie ahead or behind.
 
     With x = y sinh(u) the integrand in u has no pole, only roots at both ends: Gauss-Chebyshev quadrature.
+    m counts from `touch_x`; `rising` and `reach` are for work.
     """
-    # exp(u) at both ends, without cancellation: t + sqrt(1 + t^2), or one over that of -t.
-    left, right = (middle - half) / distance, (middle + half) / distance
-    first, last = abs(left) + np.sqrt(1.0 + left * left), abs(right) + np.sqrt(1.0 + right * right)
-    if left < 0.0:
-        first = 1.0 / first
-    if right < 0.0:
-        last = 1.0 / last
-    reach = 0.5 * np.log(last / first)
-    rising = 0.5 * distance * np.sqrt(first * last)  # of sinh at the middle of the range in u
-    falling = 0.25 * distance * distance / rising
-    total = 0.0
+    count = half_squared.size
+    for i in range(count):
+        half, distance, m = np.sqrt(half_squared[i]), np.sqrt(distance_squared[i]), middle[i] - touch_x
+        # exp(u) at both ends, without cancellation: t + sqrt(1 + t^2), or one over that of -t.
+        left, right = (m - half) / distance, (m + half) / distance
+        first, last = abs(left) + np.sqrt(1.0 + left * left), abs(right) + np.sqrt(1.0 + right * right)
+        first_inverse, last_inverse = 1.0 / first, 1.0 / last
+        first = first_inverse if left < 0.0 else first
+        last = last_inverse if right < 0.0 else last
+        rising[i] = 0.5 * distance * np.sqrt(first * last)  # y exp(u) / 2 in the middle
+        reach[i] = last / first
+        integral[i] = 0.0
+    for i in range(count):
+        reach[i] = _half_logarithm(reach[i])
     for k in range(_PAIRS):
-        power = np.exp(reach * _COSINE[k])
-        inverse = 1.0 / power
-        ahead = rising * power - falling * inverse - middle
-        behind = rising * inverse - falling * power - middle
-        total += _SINE[k] * (
-            np.sqrt(max(half * half - ahead * ahead, 0.0)) + np.sqrt(max(half * half - behind * behind, 0.0))
-        )
-    integral: float = np.pi * reach / (2 * _PAIRS + 1) * total
-    return integral
+        for i in range(count):
+            power = _exponential(reach[i] * _COSINE[k])
+            inverse, m = 1.0 / power, middle[i] - touch_x
+            falling = 0.25 * distance_squared[i] / rising[i]
+            ahead = rising[i] * power - falling * inverse - m
+            behind = rising[i] * inverse - falling * power - m
+            ahead = max(half_squared[i] - ahead * ahead, 0.0)
+            behind = max(half_squared[i] - behind * behind, 0.0)
+            integral[i] += _WEIGHT[k] * reach[i] * (np.sqrt(ahead) + np.sqrt(behind))
 
 
 @kernel
@@ -170,15 +205,19 @@ def fill_strips(
     share = (centre - grid_y[k]) / (grid_y[k + 1] - grid_y[k])
     centre_z = grid_z[k] + share * (grid_z[k + 1] - grid_z[k])
     line[15] = centre_z
-    for i in range(start - 1, stop + 2):
-        work[0, i] = (grid_y[i] - centre) * cosine + (grid_z[i] - centre_z) * sine
-    for i in range(start, stop + 1):
-        wheel_slope = slope[i] - (gap[i + 1] - gap[i - 1]) / (grid_y[i + 1] - grid_y[i - 1])
+    # Slices, because the compiler uses vector instructions only where no index can be negative.
+    points = slice(start - 1, stop + 2)
+    y, z, tilt, opening, ring = grid_y[points], grid_z[points], slope[points], gap[points], radius[points]
+    place, depth, halves = work[0][points], work[1][points], work[3][points]
+    for i in range(y.size):
+        place[i] = (y[i] - centre) * cosine + (z[i] - centre_z) * sine
+    for i in range(1, y.size - 1):
+        wheel_slope = tilt[i] - (opening[i + 1] - opening[i - 1]) / (y[i + 1] - y[i - 1])
         # No interpenetration where the wheel's edge makes a step of the gap: such a patch is refused later.
-        work[1, i] = max((limit - gap[i]) / (cosine + wheel_slope * sine), 0.0)
-        bend = kappa / (1.0 - kappa * grid_z[i])
-        work[3, i] = strip_half_length_squared(work[1, i], radius[i] / cosine, bend * cosine)
-        work[4, i] = 0.0
+        depth[i] = max((limit - opening[i]) / (cosine + wheel_slope * sine), 0.0)
+    for i in range(1, y.size - 1):
+        bend = kappa / (1.0 - kappa * z[i])
+        halves[i] = strip_half_length_squared(depth[i], ring[i] / cosine, bend * cosine)
     if skewed:
         _skew_strips(row, start, stop, limit, ground, here, pose, rings, work, sections)
     # Ends of the patch: where the interpenetration falls to zero.
@@ -186,16 +225,18 @@ def fill_strips(
     left = work[0, start] + share * (work[0, start - 1] - work[0, start])
     share = (limit - gap[stop]) / (gap[stop + 1] - gap[stop])
     right = work[0, stop] + share * (work[0, stop + 1] - work[0, stop])
+    # Each strip reaches half way to the next one.
+    edges = work[7][points]
+    for i in range(1, y.size):
+        edges[i] = 0.5 * (place[i - 1] + place[i])
+    edges[1], edges[y.size - 1] = 0.5 * (left + place[1]), 0.5 * (place[y.size - 2] + right)
+    widths = work[2][points]
+    for i in range(1, y.size - 1):
+        widths[i] = edges[i + 1] - edges[i]
     volume, deepest = 0.0, 0.0
-    before = left
-    for i in range(start, stop + 1):
-        after = 0.5 * (work[0, i] + work[0, i + 1]) if i < stop else 0.5 * (work[0, i] + right)
-        if i == start:
-            before = 0.5 * (work[0, i] + left)
-        work[2, i] = after - before
-        before = after
-        volume += work[3, i] * work[2, i]
-        deepest = max(deepest, work[3, i])
+    for i in range(1, y.size - 1):
+        volume += halves[i] * widths[i]
+        deepest = max(deepest, halves[i])
     line[5], line[6], line[7], line[8] = volume, left, right, deepest
 
 
@@ -249,32 +290,29 @@ def displacement_at(
     """Surface displacement at a point, over 1 / (pi E*) and the pressure slope, by the strips of a patch."""
     start, stop = int(line[0]), int(line[1])
     origin = (touch_y - line[2]) * np.cos(line[3]) + (touch_z - line[15]) * np.sin(line[3])
-    lower = 0.5 * (work[0, start] + line[6]) - origin
-    for i in range(start, stop + 1):
-        upper = 0.5 * (work[0, i] + (work[0, i + 1] if i < stop else line[7])) - origin
-        distance = 0.5 * (lower + upper)
-        width = work[2, i]
+    points = slice(start, stop + 1)
+    edges, halves, widths = work[7][start : stop + 2], work[3][points], work[2][points]
+    distances, integrals = work[5][points], work[6][points]
+    for i in range(halves.size):
+        distances[i] = (0.5 * ((edges[i] - origin) + (edges[i + 1] - origin))) ** 2
+    for i in range(halves.size):
         # Mean of ln|s| over the strip: the logarithmic singularity at the point itself.
+        lower, upper, width = edges[i] - origin, edges[i + 1] - origin, widths[i]
         if max(abs(lower), abs(upper)) < 8.0 * width:
             mean = -1.0
             if upper != 0.0:
                 mean += upper * np.log(abs(upper)) / width
             if lower != 0.0:
                 mean -= lower * np.log(abs(lower)) / width
-            distance = np.exp(mean)
-        work[5, i] = distance * distance
-        lower = upper
-    # Slices, as the compiler uses vector instructions only where no index can be negative.
-    halves, distances, widths = work[3][start : stop + 1], work[5][start : stop + 1], work[2][start : stop + 1]
-    displacement = 0.0
+            distances[i] = np.exp(2.0 * mean)
     if skewed:
-        middles = work[4][start : stop + 1]
-        for i in range(halves.size):
-            half, distance = np.sqrt(halves[i]), np.sqrt(distances[i])
-            distances[i] = skewed_displacement_integral(half, middles[i] - touch_x, distance)
+        skewed_displacement_integrals(
+            halves, work[4][points], touch_x, distances, work[8][points], work[9][points], integrals
+        )
     else:
         for i in range(halves.size):
-            distances[i] = displacement_integral(halves[i], distances[i])
+            integrals[i] = displacement_integral(halves[i], distances[i])
+    displacement = 0.0
     for i in range(halves.size):
-        displacement += distances[i] * widths[i]
+        displacement += integrals[i] * widths[i]
     return displacement
