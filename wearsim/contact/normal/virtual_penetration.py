@@ -84,7 +84,8 @@ def _half_logarithm(value: float) -> float:
     # 64 areatanh(z)
     series = 1 / 11 + t * (1 / 13 + t * (1 / 15 + t * (1 / 17 + t * (1 / 19))))
     series = 1.0 + t * (1 / 3 + t * (1 / 5 + t * (1 / 7 + t * (1 / 9 + t * series))))
-    return 64.0 * z * series
+    half: float = 64.0 * z * series
+    return half
 
 
 @kernel

@@ -77,7 +77,6 @@ def _amplitude(
     minima: FloatArray,
     basins: FloatArray,
     lobe: IntArray,
-    lobes: int,
     ground: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     here: tuple[FloatArray, FloatArray, FloatArray],
     skewed: bool,
@@ -106,7 +105,7 @@ def _amplitude(
         z = ground[1][cell] + share * (ground[1][cell + 1] - ground[1][cell])
         x = here[2][cell] + share * (here[2][cell + 1] - here[2][cell])
         pushed += weight * (bottom - minima[1, k]) * np.cos(lines[lobe[k], 3])
-        for j in range(lobes):
+        for j in range(group.size):
             if group[j] == wanted:
                 moved += weight * displacement_at(y, z, x, lines[j], skewed, work)
     return pushed / moved
@@ -185,7 +184,7 @@ def _wheel_load(
         group[j] = j
     for j in range(lobes):
         slope[j] = _amplitude(
-            group, j, found, factor, first, minima, basins, lobe, lobes, ground, here, skewed, work, lines
+            group, j, found, factor, first, minima, basins, lobe, ground, here, skewed, work, lines
         )
     for n in range(lobes):
         other = _partner(joins[n], first, parent, lobe)
@@ -198,7 +197,7 @@ def _wheel_load(
                 group[j] = b
         if apart < 1.0:
             common = _amplitude(
-                group, b, found, factor, first, minima, basins, lobe, lobes, ground, here, skewed, work, lines
+                group, b, found, factor, first, minima, basins, lobe, ground, here, skewed, work, lines
             )
             for j in range(lobes):
                 if group[j] == b:
