@@ -1,6 +1,7 @@
 """Settings and checks that tests of several rooms share."""
 
 import importlib.util
+import subprocess
 import sys
 from pathlib import Path
 
@@ -10,6 +11,22 @@ from hypothesis import settings
 # First calls compile kernels, which no deadline allows for; the same examples in every run.
 settings.register_profile("wearsim", deadline=None, derandomize=True)
 settings.load_profile("wearsim")
+
+
+def pytest_configure(config):
+    """Compile the kernels once, model beside model, before workers start: each would do it for itself."""
+    if hasattr(config, "workerinput") or not getattr(config.option, "numprocesses", None):
+        return
+    command = [sys.executable, "-m", "wearsim", "contact", "--yaw-mrad", "1", "--json"]
+    pairs = [("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim"), ("half_space", "half_space")]
+    running = [
+        subprocess.Popen(
+            [*command, "--normal", normal, "--tangential", tangential], stdout=subprocess.DEVNULL
+        )
+        for normal, tangential in pairs
+    ]
+    for process in running:
+        process.wait()
 
 
 @pytest.fixture(scope="session")

@@ -68,10 +68,16 @@ def campaign(tmp_path):
         scene = tmp_path / f"field_{number}.toml"
         scene.write_text(head + end)
         command = [sys.executable, "-c", RUN, str(scene), str(tmp_path / f"out_{number}")]
-        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        done = subprocess.run(command, check=False, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
         return json.loads(done.stdout.splitlines()[-1])
 
     return run
+
+
+def points(full):
+    """Share of the operating points; the field scene needs 34 for its three classes."""
+    return max(round(SHARE * full), 34)
 
 
 def speed(told):
@@ -99,18 +105,18 @@ def test_a_step_of_the_other_models_that_may_lead(show, campaign, models):
 
 
 def test_cost_is_linear_in_points_and_steps(show, campaign):
-    points, steps = [round(SHARE * n) for n in (120, 250, 500)], [10, 20, 40]
-    by_points = [campaign(n, 500, step=50)["cpu"] for n in points]
-    by_steps = [campaign(points[0], 50 * n, step=50)["cpu"] for n in steps]
-    for name, size, times in (("points", points, by_points), ("steps", steps, by_steps)):
+    sizes, steps = [points(n) for n in (120, 250, 500)], [10, 20, 40]
+    by_points = [campaign(n, 500, step=50)["cpu"] for n in sizes]
+    by_steps = [campaign(sizes[0], 50 * n, step=50)["cpu"] for n in steps]
+    for name, size, times in (("points", sizes, by_points), ("steps", steps, by_steps)):
         slope = np.polyfit(np.log(size), np.log(times), 1)[0]
         told = ", ".join(f"{n}: {time:.1f} s" for n, time in zip(size, times, strict=True))
         show(f"CPU time by {name}: {told}; slope {slope:.2f} (target 1)")
 
 
 def test_memory_does_not_grow_with_the_steps(show, campaign):
-    few, many = (campaign(round(500 * SHARE), 50 * n, grid=5, step=50, integrator="euler") for n in (40, 160))
+    few, many = (campaign(points(500), 50 * n, grid=5, step=50, integrator="euler") for n in (40, 160))
     show(
-        f"peak memory, {500 * SHARE:g} points: {few['memory']:.0f} MB for {few['steps']} steps, "
+        f"peak memory, {points(500)} points: {few['memory']:.0f} MB for {few['steps']} steps, "
         f"{many['memory']:.0f} MB for {many['steps']} (target: below 1000 and the same)"
     )
