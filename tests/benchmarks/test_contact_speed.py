@@ -26,17 +26,6 @@ POINTS = 1000
 FLAGS = ("-O3", "-march=native", "-ffast-math")
 
 
-@pytest.fixture
-def show(capsys):
-    """Print past the capture of pytest."""
-
-    def line(text):
-        with capsys.disabled():
-            sys.stdout.write(f"\n  {text}")
-
-    return line
-
-
 @pytest.fixture(scope="module")
 def scene():
     """1000 operating points of the right wheel, shifts of 5 mm and yaw of 10 mrad either way, on a rail."""

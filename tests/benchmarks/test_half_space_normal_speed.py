@@ -1,6 +1,5 @@
 """Times and iterations of the half-space's normal problem, printed beside their targets, never asserted."""
 
-import sys
 import time
 
 import numpy as np
@@ -15,17 +14,6 @@ from wearsim.profile import standard
 
 pytestmark = pytest.mark.benchmark
 E_STAR, LOAD = 210e9 / (2.0 * (1.0 - 0.3**2)), 80e3
-
-
-@pytest.fixture
-def show(capsys):
-    """Print past the capture of pytest."""
-
-    def line(text):
-        with capsys.disabled():
-            sys.stdout.write(f"\n  {text}")
-
-    return line
 
 
 def best(function, repeats=9):

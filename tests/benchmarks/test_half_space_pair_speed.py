@@ -1,6 +1,5 @@
 """Times and iterations of both half-space problems of one wheel together, printed beside their targets."""
 
-import sys
 import time
 
 import numpy as np
@@ -20,17 +19,6 @@ MODELS = ContactModels("half_space", "half_space")
 # Shift [m] and yaw [rad]: tread, tread near full slip, field side, two lobes in one patch.
 STATES = np.array([[3e-3, 0.0], [3e-3, 10e-3], [-4e-3, 2e-3], [0.0, 0.0]])
 STEP = np.array([1e-4, 2e-4])  # to the neighbouring state
-
-
-@pytest.fixture
-def show(capsys):
-    """Print past the capture of pytest."""
-
-    def line(text):
-        with capsys.disabled():
-            sys.stdout.write(f"\n  {text}")
-
-    return line
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,5 @@
 """Times and iteration counts of steady rolling on the half-space, printed and never asserted."""
 
-import sys
 import time
 
 import numpy as np
@@ -25,17 +24,6 @@ CREEPAGES = np.array(
         [1e-2, 1e-2, 1.0],
     ]
 )
-
-
-@pytest.fixture
-def show(capsys):
-    """Print past the capture of pytest."""
-
-    def line(text):
-        with capsys.disabled():
-            sys.stdout.write(f"\n  {text}")
-
-    return line
 
 
 def patch_of(cell):

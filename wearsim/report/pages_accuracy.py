@@ -9,8 +9,8 @@ import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
-from wearsim.errors import ResultError
 from wearsim.report.accuracy import markdown
+from wearsim.report.folder import report_folder
 from wearsim.report.style import SERIES_COLOURS, grid, legend, save_svg, style
 from wearsim.studies.accuracy import ERRORS
 
@@ -44,8 +44,7 @@ def write_accuracy(dataset: xr.Dataset, out: Path, stem: str, command: str) -> P
     ResultError
         If the folder cannot be written to.
     """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
+    with report_folder(out):
         figure, caption = errors_figure(dataset)
         save_svg(figure, out / f"{stem}.svg")
         values_table(dataset).to_csv(
@@ -53,8 +52,6 @@ def write_accuracy(dataset: xr.Dataset, out: Path, stem: str, command: str) -> P
         )
         path = out / f"{stem}.md"
         path.write_text(markdown(dataset, command, (f"{stem}.svg", caption)), encoding="utf-8")
-    except OSError as error:
-        raise ResultError(f"{out}: cannot be written ({error.strerror}); choose another --out") from error
     return path
 
 

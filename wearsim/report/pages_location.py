@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
-from wearsim.errors import ResultError
+from wearsim.report.folder import report_folder
 from wearsim.report.style import COLOURS, SERIES_COLOURS, grid, legend, save_svg, style
 
 _PANELS = (
@@ -46,16 +46,13 @@ def write_locations(dataset: xr.Dataset, remarks: str, out: Path, stem: str, com
     ResultError
         If the folder cannot be written to.
     """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
+    with report_folder(out):
         save_svg(locations_figure(dataset), out / f"{stem}.svg")
         values_table(dataset).to_csv(
             out / f"{stem}.csv", index=False, float_format="%.6f", lineterminator="\n"
         )
         path = out / f"{stem}.md"
         path.write_text(markdown(dataset, remarks, command, stem), encoding="utf-8")
-    except OSError as error:
-        raise ResultError(f"{out}: cannot be written ({error.strerror}); choose another --out") from error
     return path
 
 

@@ -12,8 +12,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wearsim.errors import ResultError
 from wearsim.report import figures_contact
+from wearsim.report.folder import report_folder
 from wearsim.report.published import markdown
 from wearsim.report.style import COLOURS, SERIES_COLOURS, grid, legend, save_svg, style
 
@@ -56,8 +56,7 @@ def write_published(
         ),
         (f"{stem}_stress.svg", "Shear stress on the wheel, stick and slip by our solutions."),
     ]
-    try:
-        out.mkdir(parents=True, exist_ok=True)
+    with report_folder(out):
         for (name, _), figure in zip(pictures, (patches_figure(states), stress_figure(states)), strict=True):
             save_svg(figure, out / name)
         fill = {"_FillValue": netCDF4.default_fillvals["f8"]}
@@ -65,8 +64,6 @@ def write_published(
         dataset.to_netcdf(out / f"{stem}.nc", engine="netcdf4", encoding=numbers)
         path = out / f"{stem}.md"
         path.write_text(markdown(dataset, command, pictures), encoding="utf-8")
-    except OSError as error:
-        raise ResultError(f"{out}: cannot be written ({error.strerror}); choose another --out") from error
     return path
 
 

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from wearsim.errors import ResultError
+from wearsim.report.folder import report_folder
 from wearsim.report.style import SERIES_COLOURS, grid, legend, save_svg, style
 
 _BAND = (-18.0, 26.0)  # where the wheel wears [mm]
@@ -44,13 +44,10 @@ def write_wear_steps(
     ResultError
         If the folder cannot be written to.
     """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
+    with report_folder(out):
         save_svg(figure(datasets), out / f"{stem}.svg")
         path = out / f"{stem}.md"
         path.write_text(markdown(datasets, title, remarks, f"{stem}.svg", command), encoding="utf-8")
-    except OSError as error:
-        raise ResultError(f"{out}: cannot be written ({error.strerror}); choose another --out") from error
     return path
 
 

@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from wearsim.errors import ResultError
+from wearsim.report.folder import report_folder
 from wearsim.studies.accuracy import ERRORS
 from wearsim.studies.robustness import (
     CRASHED,
@@ -64,13 +64,10 @@ def write_robustness(
     ResultError
         If the folder cannot be written to.
     """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
+    with report_folder(out):
         values_table(found).to_csv(out / f"{stem}.csv", index=False, float_format="%.4g", lineterminator="\n")
         path = out / f"{stem}.md"
         path.write_text(markdown(found, steps, about, command, f"{stem}.csv"), encoding="utf-8")
-    except OSError as error:
-        raise ResultError(f"{out}: cannot be written ({error.strerror}); choose another --out") from error
     return path
 
 

@@ -87,8 +87,9 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         "case": ("case", np.array([entry["case"] for entry in entries]), {"long_name": "number of the case"})
     }
     if campaigns:
-        coordinates["campaign"] = ("campaign", _texts(campaigns), {"long_name": "campaign"})
-        coordinates["wheel"] = ("wheel", _texts(list(WHEELS)), {"long_name": "wheel"})
+        # as in result files: texts beside the dimension they name, since coordinates of CF are numbers
+        coordinates["campaign_name"] = ("campaign", _texts(campaigns), {"long_name": "campaign"})
+        coordinates["wheel_name"] = ("wheel", _texts(list(WHEELS)), {"long_name": "wheel"})
     title = str(plan.get("title") or "sweep")
     about_all = {"Conventions": "CF-1.11", "title": title, "history": "gathered by wearsim sweep"}
     return xr.Dataset(variables, coordinates, about_all)
@@ -107,7 +108,9 @@ def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
     list of dict
         Values by column; None where there is none.
     """
-    campaigns = [str(name) for name in dataset["campaign"].values] if "campaign" in dataset else [""]
+    campaigns = (
+        [str(name) for name in dataset["campaign_name"].values] if "campaign" in dataset.dims else [""]
+    )
     rows = []
     for at, number in enumerate(dataset["case"].values):
         ended = [
@@ -120,7 +123,7 @@ def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
                     row[str(variable.attrs.get("key", name))] = _plain(variable.values[at])
             row |= {"state": str(dataset["state"].values[at]), "fault": str(dataset["fault"].values[at])}
             row["campaign"] = campaign
-            for name in MEASURES if "campaign" in dataset else ():
+            for name in MEASURES if "campaign" in dataset.dims else ():
                 _measures(
                     row, name, dataset[name].values[at], campaigns.index(campaign) if campaign else None
                 )
@@ -145,9 +148,6 @@ def write_tables(out: Path) -> None:
     write_atomically(out / "sweep.csv", text.getvalue().encode())
     path = out / "sweep.nc"
     part = out / ".sweep.nc.tmp"
-    # as in result files: texts beside the dimension they name, since coordinates of CF are numbers
-    texts = {name: f"{name}_name" for name in ("campaign", "wheel") if name in dataset.coords}
-    dataset = dataset.reset_index(list(texts)).rename_vars(texts)
     encoding = {name: {"_FillValue": None} for name in dataset.coords}
     try:
         part.unlink(missing_ok=True)
