@@ -342,7 +342,8 @@ def test_a_stalled_iteration_takes_smaller_creepages_first(patch, monkeypatch, c
     result = solved(patch, creepage)
     assert len(attempts) == 5
     assert attempts[1].steps > 0
-    np.testing.assert_allclose(result.force, direct.force, rtol=1e-6, atol=1e-9 * abs(direct.force).max())
+    near = {"rtol": 3.0 * steady_rolling.TOLERANCE, "atol": 1e-9 * abs(direct.force).max()}
+    np.testing.assert_allclose(result.force, direct.force, **near)
     np.testing.assert_array_equal(result.slip_area, direct.slip_area)
 
 
@@ -403,7 +404,8 @@ def test_a_neighbouring_state_saves_work(patch, monkeypatch):
     creepage = [-1.61e-3, 4.05e-4, -0.201]
     cold, warm = solved(patch, creepage), solved(patch, creepage, start=near)
     assert products[1] < products[0]
-    np.testing.assert_allclose(warm.force, cold.force, rtol=1e-6)
+    # each is within the tolerance of the iteration, in a sum of tractions
+    np.testing.assert_allclose(warm.force, cold.force, rtol=3.0 * steady_rolling.TOLERANCE)
 
 
 def test_wheelset_finds_its_rotation_with_half_space_forces(points, wheelset, counterface, coarse):

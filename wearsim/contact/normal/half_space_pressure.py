@@ -7,7 +7,8 @@ On each grid the height h of the gap, the displacement u and the descent D of th
 with the cell area A and the cosine c of the contact angle, so that N is vertical. The iteration of Polonsky
 and Keer [1]_: conjugate gradients on the cells that carry pressure, whose mean residual gives D; cells with
 tension leave, cells that overlap enter, the load is restored by scaling. Each iteration costs one product
-with the influence (two where cells entered or left), n log n.
+with the influence, n log n; what the few cells that enter or leave add is summed up cell by cell, and only
+where they are many takes a second product.
 
 References
 ----------
@@ -28,6 +29,7 @@ from wearsim.contact.patch import FloatArray
 
 TOLERANCE = 3e-5  # the maximum pressure then is within 1e-4 of its limit
 MOST_ITERATIONS = 1000
+_FEW = 64  # cells whose influence is summed up rather than transformed: less work on any grid
 
 
 @dataclass(frozen=True)
@@ -110,13 +112,11 @@ def solve_pressure(
     -------
     GridPressure
     """
-    influences = [
-        grid_influence(
-            normal_influence(grid.cell_length, grid.cell_width, grid.height.shape, effective_modulus),
-            (grid.height.shape[0], grid.height.shape[1]),
-        )
+    tables = [
+        normal_influence(grid.cell_length, grid.cell_width, grid.height.shape, effective_modulus)
         for grid in grids
     ]
+    influences = [grid_influence(table, (table.shape[0], table.shape[1])) for table in tables]
     ends = np.cumsum([0] + [grid.height.size for grid in grids])
     shapes = [grid.height.shape for grid in grids]
     parts = [slice(a, b) for a, b in pairwise(ends)]
@@ -142,6 +142,7 @@ def solve_pressure(
     pressure *= load / (area * cosine * pressure).sum()
     moved = displacement(pressure)
     direction, residual = np.zeros_like(pressure), np.empty_like(pressure)
+    beyond = np.empty_like(pressure)
     last, restart, descent, count, converged = 1.0, True, 0.0, 0, False
     while count < limit and not converged:
         count += 1
@@ -150,13 +151,13 @@ def solve_pressure(
         last = norm
         image = displacement(direction)
         step = _step(residual, direction, image, pressure, area, cosine)
-        clipped, restart, carried, change = _advance(step, residual, direction, pressure, area, cosine)
+        others, restart, carried, change = _advance(step, residual, direction, pressure, area, cosine, beyond)
         scale = load / carried
         pressure *= scale
-        if clipped or restart:
+        if others > (_FEW if len(grids) == 1 else 0):
             moved = displacement(pressure)
-        else:  # nothing but the step itself changed
-            _follow(moved, step, image, scale)
+        else:
+            _follow(moved, step, image, scale, beyond, others, tables[0])
         converged = (change / load + abs(scale - 1.0)) < tolerance and not restart
     # The heights that the last pressures leave.
     descent, _ = _residual(height, moved, pressure, area, cosine, residual)
@@ -244,26 +245,55 @@ def _advance(
     pressure: FloatArray,
     area: FloatArray,
     cosine: FloatArray,
-) -> tuple[bool, bool, float, float]:
-    """Move the pressures; return whether cells left or entered, the load carried and the change of it."""
-    left, entered, carried, change = False, False, 0.0, 0.0
+    beyond: FloatArray,
+) -> tuple[int, bool, float, float]:
+    """Move the pressures.
+
+    Returns how many cells left or entered, whether any entered, the load carried and the change of it;
+    `beyond` is what such cells moved otherwise than along the direction, zero for all others.
+    """
+    others, entered, carried, change = 0, False, 0.0, 0.0
     for i in range(residual.size):
         old = pressure[i]
-        new = 0.0
+        new, beyond[i] = 0.0, 0.0
         if old > 0.0:
             new = old - step * direction[i]
             if new <= 0.0:
-                new, left = 0.0, True
+                beyond[i] = -new
+                new, others = 0.0, others + 1
         elif residual[i] < 0.0:
             new, entered = -step * residual[i], True
+            beyond[i] = new
+            others += 1
         pressure[i] = new
         carried += area[i] * cosine[i] * new
         change += area[i] * cosine[i] * abs(new - old)
-    return left, entered, carried, change
+    return others, entered, carried, change
 
 
 @kernel
-def _follow(moved: FloatArray, step: float, image: FloatArray, scale: float) -> None:
-    """Displacement after a step that no cell left or entered."""
+def _follow(
+    moved: FloatArray,
+    step: float,
+    image: FloatArray,
+    scale: float,
+    beyond: FloatArray,
+    others: int,
+    table: FloatArray,
+) -> None:
+    """Displacement after a step; `table` is the influence on one grid of the cells that left or entered."""
     for i in range(moved.size):
-        moved[i] = (moved[i] - step * image[i]) * scale
+        moved[i] -= step * image[i]
+    if others > 0:
+        nx, ny = table.shape
+        for k in range(beyond.size):
+            if beyond[k] != 0.0:
+                row, column = k // ny, k % ny
+                for i in range(nx):
+                    away = abs(i - row)
+                    for j in range(column):
+                        moved[i * ny + j] += beyond[k] * table[away, column - j]
+                    for j in range(column, ny):
+                        moved[i * ny + j] += beyond[k] * table[away, j - column]
+    for i in range(moved.size):
+        moved[i] *= scale

@@ -35,7 +35,9 @@ from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.tangential import krylov
 
-TOLERANCE = 1e-8  # sum of the residuals of all cells over the sum of their tractions
+# Sum of the residuals of all cells over the sum of their tractions. It leaves less than 1e-6 of mu N in
+# forces and 1e-5 of the power, from 2 % to 300 % of a wheelset's creepage: far below the error of the cells.
+TOLERANCE = 1e-6
 MOST_STEPS = 40
 MOST_PRODUCTS = 80  # convolutions of one linear solution
 _STICK, _OUTSIDE = 2.0, -1.0  # marks of cells; between 0 and 1 a cell slips
