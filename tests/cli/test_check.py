@@ -124,3 +124,19 @@ def test_a_line_of_status_holds_distance_depth_and_time_left():
     )
     told = line("rig", {**item, "state": "failed", "message": "no convergence"})
     assert told.endswith("deepest wear 0.12 mm; no convergence")
+
+
+def test_check_tells_the_limits_and_which_the_new_wheel_meets(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = shipped_path("workflows", "rig.toml").read_text()
+    Path("rig.toml").write_text(f"{text}\n[campaign.limits]\nhollowing_mm = 2\nconicity = 0.1\n")
+    assert cli.main(["check", "rig.toml"]) == 0
+    told = capsys.readouterr().out
+    assert "hollowing_mm = 2, conicity = 0.1; told where they are met" in told
+    assert "conicity = 0.1 is met by the new wheelset (0.1" in told
+
+
+def test_status_tells_the_limit_that_ended_a_campaign():
+    item = {"state": "finished", "step": 3, "distance": 5e3, "target": 9e3, "ended": "limit of hollowing met"}
+    assert line("rig", item).endswith(": limit of hollowing met")
+    assert "distance reached" not in line("rig", {**item, "ended": "distance reached"})

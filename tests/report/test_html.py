@@ -10,6 +10,7 @@ from wearsim.nomenclature import NOMENCLATURE
 from wearsim.report.html import SECTIONS, render, warnings, write_report
 from wearsim.report.pages import plates
 from wearsim.results import open_results
+from wearsim.results.limits import attributes_of
 from wearsim.translation.translate import table, translate
 
 
@@ -228,3 +229,20 @@ def test_empty_directory_is_one_line(tmp_path):
     with pytest.raises(ResultError, match=r"there is no rig\.nc or field\.nc") as caught:
         write_report(tmp_path)
     assert "\n" not in str(caught.value)
+
+
+def test_limits_are_a_table_of_their_own(rig, field):
+    """The field wears 8 nm per metre: 1.1 mm are beyond its 90 km; each campaign has limits of its own."""
+    depth = {"max_wear_depth": 1.1e-3}
+    page = render(
+        [
+            rig.assign_attrs(attributes_of({**depth, "hollowing": 2e-3}, False)),
+            field.assign_attrs(attributes_of(depth, False)),
+        ]
+    )
+    table_ = page[page.index('id="table-limits"') :].partition("</table>")[0]
+    assert "Largest wear depth of the wheel, at most 1.1 mm" in table_
+    assert "right: 55.00 km; left: not met" in table_
+    assert "right: not met; left: not met" in table_
+    assert "not given" in table_
+    assert 'id="table-limits"' not in render([rig, field])

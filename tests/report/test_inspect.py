@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from wearsim.errors import ResultError
-from wearsim.report.inspect import inspect, summary_text, write_figures
+from wearsim.report.inspect import inspect, summary, summary_text, write_figures
+from wearsim.results.limits import attributes_of
 
 
 def test_summary_is_the_dataset(run_directory, rig):
@@ -59,3 +60,15 @@ def test_faults_are_one_line(run_directory, tmp_path):
     (tmp_path / "taken").write_text("a file")
     with pytest.raises(ResultError, match="figures cannot be written"):
         write_figures(run_directory / "rig.nc", tmp_path / "taken")
+
+
+def test_limits_and_where_they_are_met(rig):
+    """20 nm of depth per metre on the right wheel, 0.9 times as much on the left one; 60 km are run."""
+    limited = rig.assign_attrs(attributes_of({"max_wear_depth": 1.1e-3, "equivalent_conicity": 0.2}, True))
+    found = summary(limited)
+    assert found["limits"]["max_wear_depth"] == {"limit": 1.1e-3, "met": [pytest.approx(55e3), None]}
+    text = summary_text(found)
+    assert "rig, finished (distance reached): 60.00 km" in text
+    assert "Largest wear depth of the wheel, at most 1.1 mm: right met at 55.00 km, left not met" in text
+    assert "Equivalent conicity at 3 mm amplitude, at most 0.2: met at 15.00 km" in text
+    assert summary(rig)["limits"] == {}

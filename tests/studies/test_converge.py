@@ -149,3 +149,24 @@ def test_a_spoiled_table_is_told(tmp_path, capsys, converged):
     (tmp_path / "convergence.json").write_text("{}")
     assert cli.main(["report", str(tmp_path)]) == 2
     assert "is no table of `wearsim run --converge`" in capsys.readouterr().err
+
+
+def test_refined_campaigns_run_as_far_as_the_one_that_ended_at_a_limit(monkeypatch, tmp_path, write_campaign):
+    """Ends at different distances could not be compared."""
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SCENE + "[campaign.limits]\ndepth_mm = 1\nend = true\n")
+    seen = []
+
+    def run_scene(path, directory, *, changes, **_):
+        seen.append({change.key: change.value for change in changes})
+        directory.mkdir(parents=True, exist_ok=True)
+        write_campaign(directory / "rig.nc", "rig", 2, 20e-9)
+        return (directory / "rig.nc",)
+
+    monkeypatch.setattr("wearsim.studies.converge.run_scene", run_scene)
+    converge(scene, tmp_path / "out")
+    assert seen[0] == {}
+    assert len(seen) == 6  # as given, step, grid, half and double smoothing, together
+    for one in seen[1:]:
+        assert one["campaign.distance_km"] == 20.0
+        assert one["campaign.limits.end"] is False

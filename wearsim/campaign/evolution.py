@@ -20,6 +20,7 @@ from wearsim.damage.wear import acting_coefficients, passage_depth, regimes
 from wearsim.errors import NumericalError
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
+from wearsim.results.limits import attributes_of
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -303,6 +304,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "integrator": limits.integrator,
         "error_tolerance": limits.error_tolerance if limits.error_tolerance < math.inf else "",
         "target_distance": limits.distance,
+        **attributes_of(dict(limits.limits), limits.end_at_limit),
         "counterface_curvature": setup.counterface.curvature,
         "wheel_radius": setup.wheelset.radius,
         "half_span": setup.wheelset.half_span,

@@ -40,6 +40,8 @@ class Event:
         Wall time of this session [s].
     time_left : float or None
         Estimated from this session's pace [s]; None before its first step.
+    ended : str
+        Why a finished campaign ended: "distance reached" or "limit of ... met".
     """
 
     kind: Kind
@@ -51,6 +53,7 @@ class Event:
     step_length: float = 0.0
     elapsed: float = 0.0
     time_left: float | None = None
+    ended: str = ""
 
 
 Observer = Callable[[Event], None]
@@ -77,7 +80,12 @@ class Progress:
         self.tell("step", state.step, state.distance, float(state.wear_depth.max()))
 
     def tell(
-        self, kind: Kind, step: int | None = None, distance: float | None = None, worst: float | None = None
+        self,
+        kind: Kind,
+        step: int | None = None,
+        distance: float | None = None,
+        worst: float | None = None,
+        ended: str = "",
     ) -> None:
         """Tell an event; step, distance [m] and worst depth [m] stay as they were unless given."""
         last = self._event
@@ -91,6 +99,7 @@ class Progress:
             distance=at,
             worst_depth=last.worst_depth if worst is None else worst,
             elapsed=elapsed,
+            ended=ended,
             time_left=elapsed / run * max(last.target - at, 0.0) if run > 0.0 else None,
         )
         self._status("finished" if kind in ("finished", "found") else "running")

@@ -30,6 +30,7 @@ from wearsim.campaign.row import StepTaken
 from wearsim.campaign.writer import Writer
 from wearsim.errors import NumericalError, WearsimError
 from wearsim.results import check_row
+from wearsim.results.limits import END, first_met, limits_of
 from wearsim.scene import (
     CampaignScene,
     CampaignSetup,
@@ -199,8 +200,7 @@ def run_evolution(
             progress.tell("found", *writer.outcome())
             return writer.path
         _loop(evolution, writer, progress)
-        writer.finish()
-        progress.tell("finished")
+        progress.tell("finished", ended=writer.finish())
     except KeyboardInterrupt:
         with _uninterrupted(), contextlib.suppress(WearsimError):
             writer.flush()
@@ -217,8 +217,13 @@ def run_evolution(
 def _loop(evolution: Evolution[EvaluationT], writer: Writer, progress: Progress) -> None:
     done = writer.recover()
     taken: StepTaken | None
+    attributes = writer.header.attributes
+    limits = limits_of(attributes) if END in attributes else {}
     if done:
-        state, taken = state_of(writer.records.row(done - 1), done - 1), None
+        last = writer.records.row(done - 1)
+        if first_met(last, limits):
+            return
+        state, taken = state_of(last, done - 1), None
         progress.start("resumed", state)
     else:
         state, taken = evolution.start()
@@ -239,7 +244,7 @@ def _loop(evolution: Evolution[EvaluationT], writer: Writer, progress: Progress)
                 progress.step(state, taken.length)
             if deferred:
                 progress.tell("deferred")
-            if reached:
+            if reached or first_met(row, limits):
                 return
         before = state
         state, taken = evolution.advance(before, evaluation)

@@ -14,7 +14,9 @@ import numpy as np
 
 from wearsim.campaign.record import Records, write_atomically
 from wearsim.errors import ResultError
-from wearsim.results import Header, append, create, read_row, row_count, verify
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.results import Header, append, create, open_results, read_row, row_count, verify
+from wearsim.results.limits import END, first_met, limits_of, met_attributes
 
 APPEND_INTERVAL = 0.5
 """Rows of steps faster than this are appended together: opening the file costs more than a short step [s]."""
@@ -72,11 +74,13 @@ class Writer:
         self.records.remove()
         return True
 
-    def outcome(self) -> tuple[int, float, float]:
-        """Read steps, distance [m] and largest depth [m] of the finished file."""
+    def outcome(self) -> tuple[int, float, float, str]:
+        """Read steps, distance [m], largest depth [m] and reason of the end of the finished file."""
         last = row_count(self.path) - 1
         row = read_row(self.path, last)
-        return last, float(row["distance"]), float(row["max_wear_depth"].max())
+        with open_results(self.path) as data:
+            ended = str(data.attrs["finished"])
+        return last, float(row["distance"]), float(row["max_wear_depth"].max()), ended
 
     def recover(self) -> int:
         """Bring the result file to the state of the records; return how many steps are recorded."""
@@ -141,15 +145,26 @@ class Writer:
         self._appended = time.monotonic()
         return False
 
-    def finish(self) -> None:
-        """Bring the file up to date, verify it against the records, mark it finished, drop the records."""
+    def finish(self) -> str:
+        """Bring the file up to date, verify it against the records, mark it finished, drop the records.
+
+        Returns
+        -------
+        str
+            Why the campaign ended.
+        """
         count = self._count
+        given = self.header.attributes
+        limits = limits_of(given)
+        met = first_met(self.records.row(count - 1), limits) if END in given else None
+        ended = f"limit of {NOMENCLATURE[met].meaning} met" if met else "distance reached"
         header = replace(
             self.header,
             attributes={
-                **self.header.attributes,
+                **given,
+                **met_attributes((read() for read in self._readers()), limits),
                 "source": self.records.sources(count),
-                "finished": "distance reached",
+                "finished": ended,
             },
         )
         # written anew in one go: also right while a reader holds the appended file, and smaller
@@ -162,6 +177,7 @@ class Writer:
         mark = {"campaign": self.records.campaign, "rows": count, "sha256": _sha256(self.path)}
         write_atomically(self._mark, json.dumps(mark, indent=2).encode())
         self.records.remove()
+        return ended
 
     def _readers(self) -> list[Callable[[], dict[str, np.ndarray]]]:
         return [functools.partial(self.records.row, index) for index in range(self._count)]

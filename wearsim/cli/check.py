@@ -155,6 +155,17 @@ def _models(choice: list[dict[str, Any]] | None, contact: dict[str, Any]) -> lis
     return lines
 
 
+def _limits(given: dict[str, Any] | None) -> list[tuple[str, str]]:
+    """Line on the limits of a campaign, if there are any."""
+    if given is None:
+        return []
+    told = ", ".join(
+        f"{key} = {value:g}" for key, value in given.items() if key != "end" and value is not None
+    )
+    end = "the first that is met ends the campaign" if given["end"] else "told where they are met"
+    return [("limits", f"{told}; {end}")]
+
+
 def _text(item: dict[str, Any]) -> str:
     campaign, contact, wear = (item["settings"][name] for name in ("campaign", "contact", "wear"))
     environment = ", ".join(f"{value:g}" for value in item["environment"])
@@ -175,6 +186,7 @@ def _text(item: dict[str, Any]) -> str:
             f"not known before the run: depth below {campaign['max_step_depth_um']:g} um, S below "
             f"{campaign['stability']:g} and error below {campaign['error_tolerance_um']:g} um set each",
         ),
+        *_limits(campaign["limits"]),
         ("result file", f"about {item['bytes_per_step'] / 1e6:.2g} MB per step before compression"),
     ]
     lines = [f"{item['kind']}: {item['title']}"]

@@ -83,9 +83,9 @@ def line(event: Event) -> str:
             f"the campaign goes on, the file follows when it is free"
         )
     if event.kind == "found":
-        return f"{event.name}: finished before, {_state(event)}"
+        return f"{event.name}: finished before, {_state(event)}{_why(event)}"
     if event.kind == "finished":
-        return f"{event.name}: finished, {_state(event)}, in {duration(event.elapsed)}"
+        return f"{event.name}: finished, {_state(event)}, in {duration(event.elapsed)}{_why(event)}"
     left = "" if event.time_left is None else f", {duration(event.time_left)} left"
     return (
         f"{event.name}: {_km(event.distance)} of {_km(event.target)}, {_state(event, distance=False)}{left}"
@@ -110,6 +110,10 @@ def _state(event: Event, distance: bool = True) -> str:
     told = [_km(event.distance)] if distance else []
     told += [f"worst depth {1e3 * event.worst_depth:.3f} mm", f"step {event.step}"]
     return ", ".join(told)
+
+
+def _why(event: Event) -> str:
+    return "" if event.ended in ("", "distance reached") else f": {event.ended}"
 
 
 def _km(distance: float) -> str:

@@ -86,6 +86,8 @@ def line(name: str, item: dict[str, Any]) -> str:
     left = item.get("time_left")
     if item.get("state") == "running" and left is not None:
         told += f", about {duration(float(left))} left"
+    if item.get("ended") not in (None, "", "distance reached"):
+        told += f": {item['ended']}"
     if item.get("message"):
         told += f"; {item['message']}"
     return told

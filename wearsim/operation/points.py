@@ -61,6 +61,10 @@ class ControlSettings:
     first_depth : float
         Largest wear depth of the first step; it may double from step to step up to `depth_cap`. A new
         profile changes its contact fastest [m].
+    limits : tuple of (str, float)
+        Limits of measures, by variable of the result file [SI].
+    end_at_limit : bool
+        Whether the campaign ends with the step in which the first of them is met.
     """
 
     distance: float
@@ -71,3 +75,5 @@ class ControlSettings:
     max_step: float = math.inf
     error_tolerance: float = math.inf
     first_depth: float = math.inf
+    limits: tuple[tuple[str, float], ...] = ()
+    end_at_limit: bool = False

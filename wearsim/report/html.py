@@ -107,6 +107,7 @@ def render(datasets: list[xr.Dataset], convergence: Sequence[Convergence] = ()) 
         "points": [tables.operating_points(data) for data in datasets],
         "quality": [dict(rows) for rows in quality],
         "quality_names": list(dict.fromkeys(text for rows in quality for text, _ in rows)),
+        "limits": tables.limits(datasets),
         "convergence": convergence,
         "convergence_caption": CAPTION,
         "provenance": [_provenance(data) for data in datasets],

@@ -12,8 +12,9 @@ from wearsim.errors import ResultError
 from wearsim.nomenclature import NOMENCLATURE
 from wearsim.report import pages
 from wearsim.report.style import capital, role_of, save_svg
-from wearsim.report.tables import UNDEFINED, number
+from wearsim.report.tables import UNDEFINED, limit_text, number
 from wearsim.results import doubts, open_results
+from wearsim.results.limits import limits_met
 
 _MEASURES = (
     "max_wear_depth",
@@ -85,6 +86,10 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
     found["regime_share"] = {
         str(name): _plain(part) for name, part in zip(dataset["regime_name"].values, share, strict=True)
     }
+    found["ended"] = str(dataset.attrs.get("finished", "")) or None
+    found["limits"] = {
+        entry.name: {"limit": entry.limit, "met": list(entry.distance)} for entry in limits_met(dataset)
+    }
     return found
 
 
@@ -102,7 +107,7 @@ def summary_text(found: dict[str, Any]) -> str:
         Several lines.
     """
     run = NOMENCLATURE["distance"]
-    end = "finished" if found["finished"] else "unfinished"
+    end = f"finished ({found['ended']})" if found["finished"] else "unfinished"
     lines = [
         found["title"] or found["kind"],
         f"{found['kind']}, {end}: {_text('distance', found['distance'])} {run.shown_unit} "
@@ -124,6 +129,8 @@ def summary_text(found: dict[str, Any]) -> str:
         for name, part in found["regime_share"].items()
     )
     lines += [f"{'Share of the worn depth by regime':<46}{shares}", ""]
+    lines += [_limit(name, entry) for name, entry in found["limits"].items()]
+    lines += [""] if found["limits"] else []
     lines += [f"{key}: {value}" for key, value in found["settings"].items()]
     lines += [f"warning: {line}" for line in found["warnings"]]
     return "\n".join(lines)
@@ -157,6 +164,17 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
         raise ResultError(
             f"{directory}: figures cannot be written ({fault.strerror}); choose another folder"
         ) from fault
+
+
+def _limit(name: str, entry: dict[str, Any]) -> str:
+    """Line on one limit; of a measure of each wheel the values are (right, left)."""
+    run = NOMENCLATURE["distance"].shown_unit
+    sides = ("right ", "left ") if len(entry["met"]) == 2 else ("",)
+    told = [
+        f"{side}not met" if at is None else f"{side}met at {_text('distance', at)} {run}"
+        for side, at in zip(sides, entry["met"], strict=True)
+    ]
+    return f"{limit_text(name, [entry['limit']])}: {', '.join(told)}"
 
 
 def _plain(value: Any) -> Any:

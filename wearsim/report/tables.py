@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,7 @@ from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.shape import polygon_area_between
 from wearsim.report.pages import environment_text
 from wearsim.report.style import capital, plain, role_of, shown
+from wearsim.results.limits import LIMITED, LimitMet, limits_met
 from wearsim.results.plausibility import LOAD_TOLERANCE, load_scaling, tread_wear
 from wearsim.translation.factors import POINT_QUANTITIES
 from wearsim.translation.translate import point_table
@@ -274,6 +276,39 @@ def _range(name: str, values: np.ndarray) -> Cell:
         return Cell("none")
     low, high = shown(name, [values.min(), values.max()])
     return given(low) if low == high else Cell(f"{given(low).text} to {given(high).text}")
+
+
+def limits(datasets: list[xr.Dataset]) -> list[tuple[str, list[Cell]]]:
+    """Rows of (limit, where each campaign meets it), for limits that any of them has."""
+    found = [{limit.name: limit for limit in limits_met(data)} for data in datasets]
+    rows = []
+    for name in LIMITED:
+        if any(name in campaign for campaign in found):
+            values = sorted({campaign[name].limit for campaign in found if name in campaign})
+            cells = [
+                _where_met(campaign[name]) if name in campaign else Cell("not given") for campaign in found
+            ]
+            rows.append((limit_text(name, values), cells))
+    return rows
+
+
+def limit_text(name: str, values: Sequence[float]) -> str:
+    """Write a limit, or the limits of several campaigns, on one measure."""
+    quantity = NOMENCLATURE[name]
+    unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
+    most = "at most" if LIMITED[name] > 0.0 else "at least"
+    told = " or ".join(f"{value:g}" for value in shown(name, values))
+    return f"{capital(quantity.meaning)}, {most} {told}{unit}"
+
+
+def _where_met(limit: LimitMet) -> Cell:
+    sides = ("right: ", "left: ") if len(limit.distance) == 2 else ("",)
+    unit = NOMENCLATURE["distance"].shown_unit
+    met = [
+        "not met" if at is None else f"{plain(float(shown('distance', at)))} {unit}" for at in limit.distance
+    ]
+    texts = [side + text for side, text in zip(sides, met, strict=True)]
+    return Cell("; ".join(texts), min((at for at in limit.distance if at is not None), default=None))
 
 
 def quality(dataset: xr.Dataset) -> list[tuple[str, Cell]]:

@@ -11,6 +11,7 @@ from pydantic import Field
 from wearsim.contact.normal import ANSWERS_BY_STRIP
 from wearsim.operation.points import ControlSettings
 from wearsim.scene.faults import shown
+from wearsim.scene.limits import LimitsSection, values
 from wearsim.scene.section import Section, quantity
 
 _EXPLICIT_LIMIT = 2.0
@@ -37,6 +38,7 @@ class CampaignSection(Section):
     )
     point_spacing_mm: float = quantity("the spacing of the profile's points", "mm", 0.25, ge=0.05, le=2)
     max_step_km: float | None = quantity("the longest step", "km", None, gt=0, le=1e7)
+    limits: LimitsSection | None = None
 
 
 def campaign_faults(campaign: CampaignSection, normal: str) -> Iterator[tuple[tuple[str, ...], str]]:
@@ -59,6 +61,12 @@ def campaign_faults(campaign: CampaignSection, normal: str) -> Iterator[tuple[tu
             ("campaign", "smoothing_wavelength_mm"),
             f"smoothing_wavelength_mm = {campaign.smoothing_wavelength_mm:g} must be 0 (no smoothing) or at "
             f"least twice point_spacing_mm = {campaign.point_spacing_mm:g}; shorter waves are not resolved",
+        )
+    limits = campaign.limits
+    if limits is not None and not values(limits):
+        yield (
+            ("campaign", "limits"),
+            "[campaign.limits] has no limit; write one, such as flange_thickness_mm = 22, or delete it",
         )
     implicit = campaign.integrator == "semi_implicit"
     if implicit and normal not in ANSWERS_BY_STRIP:
@@ -95,4 +103,6 @@ def control_settings(campaign: CampaignSection) -> ControlSettings:
         max_step=math.inf if longest is None else 1e3 * longest,
         error_tolerance=1e-6 * campaign.error_tolerance_um,
         first_depth=math.inf if first is None else 1e-6 * first,
+        limits=tuple(values(campaign.limits).items()),
+        end_at_limit=campaign.limits is not None and campaign.limits.end,
     )

@@ -16,6 +16,7 @@ from wearsim.scene.campaign import campaign_faults
 from wearsim.scene.clearance import beyond_clearance
 from wearsim.scene.damage import damage_faults
 from wearsim.scene.faults import shown
+from wearsim.scene.limits import met_by_new_wheels
 from wearsim.scene.models import (
     BlockSection,
     ClassSection,
@@ -218,6 +219,34 @@ def fit_faults(
             )
             return [fault_at(scene, path, told)]
     return []
+
+
+def limit_faults(
+    scene: RigScene | FieldScene, wheels: tuple[Profile, Profile], counterface: Profile, *, end: bool
+) -> list[Fault]:
+    """Limits that the new wheels meet already: faults where the campaign would end at them, else warnings.
+
+    Parameters
+    ----------
+    scene : RigScene or FieldScene
+        As read.
+    wheels : (Profile, Profile)
+        New, right and left.
+    counterface : Profile
+        Placed.
+    end : bool
+        Whether to tell of a campaign that ends at its limits, or of one that goes on.
+    """
+    section = scene.campaign.limits
+    if section is None or section.end is not end:
+        return []
+    found = []
+    for key, who in met_by_new_wheels(section, wheels, counterface).items():
+        told = f"{key} = {getattr(section, key):g} is met by {who} already"
+        if end:
+            told += ", and the campaign would end before it begins; change the limit, or delete end = true"
+        found.append(fault_at(scene, ("campaign", "limits", key), told))
+    return found
 
 
 def fault_at(scene: RigScene | FieldScene, path: tuple[str | int, ...], message: str) -> Fault:

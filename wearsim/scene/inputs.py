@@ -19,7 +19,7 @@ from wearsim.profile.files import read_profile
 from wearsim.profile.placement import place_rail
 from wearsim.profile.shape import Profile, resample
 from wearsim.scene.clearance import beyond_clearance
-from wearsim.scene.cross_checks import cross_faults, fault_at, fit_faults
+from wearsim.scene.cross_checks import cross_faults, fault_at, fit_faults, limit_faults
 from wearsim.scene.faults import shown
 from wearsim.scene.models import FieldScene, Origin, RigScene
 
@@ -176,6 +176,7 @@ def read_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> tuple
         return None, _sorted(faults + unfit)
     free = flange_clearance(right, counterface)
     clearance = (free, free if left is right else flange_clearance(matched, counterface))
+    faults += limit_faults(scene, (right, matched), counterface, end=True)
     told = {fault.line for fault in faults}
     faults += [fault for fault in beyond_clearance(scene, clearance)[0] if fault.line not in told]
     inputs = Inputs(right, matched, counterface, half_span, clearance, tuple(files), table)

@@ -16,7 +16,7 @@ from wearsim.operation.monitor import with_monitors
 from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.operation.rig import Block, programme
 from wearsim.scene.campaign import control_settings
-from wearsim.scene.cross_checks import scene_warnings
+from wearsim.scene.cross_checks import limit_faults, scene_warnings
 from wearsim.scene.damage import beside_settings, fatigue_settings, wear_settings
 from wearsim.scene.inputs import InputFile, Inputs
 from wearsim.scene.models import ContactSection, FieldScene, RigScene
@@ -128,7 +128,12 @@ def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
     tuple of Fault
         In the order of the file; `wearsim.scene.touch.check_contact` adds what only the contact tells.
     """
-    return scene_warnings(scene, inputs_of(scene).clearance)
+    inputs = inputs_of(scene)
+    found = [
+        *scene_warnings(scene, inputs.clearance),
+        *limit_faults(scene, (inputs.right, inputs.left), inputs.counterface, end=False),
+    ]
+    return tuple(sorted(found, key=lambda fault: fault.line or 0))
 
 
 def _tolerance(contact: ContactSection) -> float | None:

@@ -117,31 +117,46 @@ def converge(
     runs = out / FOLDER if distance is None else out / f"{FOLDER}-{1e-3 * distance:g}km"
     base = out if distance is None else runs / "as-given"
 
-    def run(directory: Path, more: Sequence[Change] = ()) -> dict[str, dict[str, Any]]:
+    def run(directory: Path, all_changes: Sequence[Change]) -> dict[str, dict[str, Any]]:
         def observe(event: Event) -> None:
             if observer is not None:
                 observer(
                     replace(event, name=f"{event.name}, {directory.name}" if directory != out else event.name)
                 )
 
-        paths = run_scene(path, directory, changes=(*common, *more), command=command, observer=observe)
+        paths = run_scene(path, directory, changes=all_changes, command=command, observer=observe)
         return {item.stem: _end(item) for item in paths if item.stem in ("rig", "field")}
 
     out.mkdir(parents=True, exist_ok=True)
-    given = run(base)
+    given = run(base, common)
+    alike = (*common, *_as_far(scene, given))
     runs.mkdir(exist_ok=True)
     rows = []
     for item in refinements(scene):
         row: dict[str, Any] = {"name": item.name, "text": item.text, "told": item.reason}
         if item.changes:
             try:
-                row["ends"], row["told"] = run(runs / item.name, item.changes), ""
+                row["ends"], row["told"] = run(runs / item.name, (*alike, *item.changes)), ""
             except NumericalError as error:
                 row["told"] = f"failed: {error}"
         rows.append(row)
     table = {"command": command, "shortened": distance is not None, "given": given, "rows": rows}
     write_atomically(out / TABLE, json.dumps(table, indent=2, allow_nan=False).encode())
     return out / TABLE
+
+
+def _as_far(
+    scene: RigScene | FieldScene | CompareScene, given: dict[str, dict[str, Any]]
+) -> tuple[Change, ...]:
+    """Make the changes that let refined campaigns run as far as those given that ended at a limit."""
+    found: list[Change] = []
+    for kind, end in given.items():
+        part = getattr(scene, kind) if isinstance(scene, CompareScene) else scene
+        role = f"{kind}." if isinstance(scene, CompareScene) else ""
+        if part.campaign.limits is not None and part.campaign.limits.end:
+            found.append(Change(f"{role}campaign.distance_km", 1e-3 * end["distance"]))
+            found.append(Change(f"{role}campaign.limits.end", False))
+    return tuple(found)
 
 
 def _end(path: Path) -> dict[str, Any]:

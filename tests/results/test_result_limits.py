@@ -1,0 +1,91 @@
+"""Limits of a campaign and where they are met."""
+
+import numpy as np
+import pytest
+
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.results import FILL_FLOAT, LAYOUT, open_results
+from wearsim.results.limits import (
+    END,
+    LIMITED,
+    attributes_of,
+    first_met,
+    limits_of,
+    met_at,
+    met_attributes,
+)
+
+RUN = np.array([0.0, 1e3, 3e3, 4e3])
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "limit", "at"),
+    [
+        ("hollowing", [0.0, 1e-3, 3e-3, 4e-3], 1.5e-3, 1.5e3),  # linear between two rows
+        ("hollowing", [0.0, 1e-3, 3e-3, 4e-3], 3e-3, 3e3),  # exactly at a row
+        ("flange_thickness", [32e-3, 31e-3, 29e-3, 28e-3], 30e-3, 2e3),  # a smallest value
+        ("hollowing", [0.0, 2e-3, 1e-3, 4e-3], 2e-3, 1e3),  # the first time
+        ("hollowing", [2e-3, 2e-3, 2e-3, 2e-3], 1e-3, 0.0),  # met by the new wheel
+        ("hollowing", [0.0, 1e-3, 3e-3, 4e-3], 5e-3, None),
+        ("hollowing", [0.0, FILL_FLOAT, np.nan, 4e-3], 2e-3, 2e3),  # missing ones are passed over
+        ("hollowing", [FILL_FLOAT] * 4, 2e-3, None),
+    ],
+)
+def test_a_limit_is_met_between_two_rows(name, values, limit, at):
+    found = met_at(RUN, np.array(values), name, limit)
+    assert found == (None if at is None else pytest.approx(at, rel=1e-12))
+
+
+def test_attributes_hold_the_limits_bit_by_bit():
+    limits = {"flange_thickness": 22e-3, "equivalent_conicity": 0.4}
+    found = attributes_of(limits, True)
+    assert limits_of({"title": "other", **found}) == limits
+    assert END in found
+    assert END not in attributes_of(limits, False)
+    assert limits_of({}) == {}
+
+
+def test_a_row_meets_a_limit_on_either_wheel_and_missing_values_meet_none():
+    row = {
+        "flange_thickness": np.array([25e-3, 22e-3]),
+        "hollowing": np.array([FILL_FLOAT, 0.0]),
+        "equivalent_conicity": np.asarray(FILL_FLOAT),
+    }
+    limits = {"hollowing": 2e-3, "equivalent_conicity": 0.4}
+    assert first_met(row, limits) is None
+    assert first_met(row, {**limits, "flange_thickness": 22e-3}) == "flange_thickness"
+
+
+def test_met_limits_are_told_by_side():
+    rows = [
+        {
+            "distance": np.asarray(run),
+            "flange_thickness": np.array([32e-3 - 1e-6 * run, 32e-3]),
+            "equivalent_conicity": np.asarray(0.1 + 1e-4 * run),
+        }
+        for run in RUN
+    ]
+    found = met_attributes(rows, {"flange_thickness": 30e-3, "equivalent_conicity": 0.2})
+    assert found == {
+        "limit_flange_thickness_met_right": pytest.approx(2e3, rel=1e-12),
+        "limit_equivalent_conicity_met": pytest.approx(1e3, rel=1e-12),
+    }
+    assert met_attributes(rows, {}) == {}
+
+
+def test_limited_measures_are_variables_of_the_rows():
+    for name in LIMITED:
+        assert LAYOUT[name].dimensions in (("step",), ("step", "wheel"))
+        assert name in NOMENCLATURE
+
+
+def test_limits_of_an_open_result(tmp_path, write_campaign):
+    from wearsim.results.limits import limits_met
+
+    write_campaign(tmp_path / "rig.nc", "rig", 6, 20e-9)
+    with open_results(tmp_path / "rig.nc") as data:
+        data.attrs |= attributes_of({"max_wear_depth": 1.1e-3, "equivalent_conicity": 0.2}, False)
+        depth, conicity = limits_met(data)
+    # 20 nm per metre on the right wheel, 0.9 times as much on the left one; 60 km are run
+    assert depth.distance == (pytest.approx(55e3, rel=1e-9), None)
+    assert conicity.distance == (pytest.approx(15e3, rel=1e-9),)

@@ -1,0 +1,184 @@
+"""Limits of a campaign: which measures have one, and the distance at which each is met."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from wearsim.results.layout import FILL_FLOAT
+
+LIMITED: Mapping[str, float] = {
+    "max_wear_depth": 1.0,
+    "flange_height": 1.0,
+    "flange_thickness": -1.0,
+    "flange_gradient": -1.0,
+    "hollowing": 1.0,
+    "equivalent_conicity": 1.0,
+}
+"""Measures that may have a limit: 1 where it is a largest value, -1 where it is a smallest one."""
+
+_ATTRIBUTE = "limit_"
+END = "end_at_limit"
+
+
+def attributes_of(limits: Mapping[str, float], end: bool) -> dict[str, float | int]:
+    """Return the global attributes that tell the limits of a campaign.
+
+    Parameters
+    ----------
+    limits : mapping of str to float
+        Limit by measure [SI].
+    end : bool
+        Whether the campaign ends at the first that is met.
+    """
+    return {**{_ATTRIBUTE + name: value for name, value in limits.items()}, **({END: 1} if end else {})}
+
+
+def limits_of(attributes: Mapping[str, Any]) -> dict[str, float]:
+    """Return the limits that global attributes tell, in the order of `LIMITED` [SI].
+
+    Parameters
+    ----------
+    attributes : mapping
+        Of a result file.
+    """
+    return {name: float(attributes[_ATTRIBUTE + name]) for name in LIMITED if _ATTRIBUTE + name in attributes}
+
+
+def first_met(row: Mapping[str, NDArray[np.float64]], limits: Mapping[str, float]) -> str | None:
+    """Name the first limit that a row has met on either wheel, None if it has met none.
+
+    Parameters
+    ----------
+    row : mapping of arrays
+        Of the result file; missing values meet no limit.
+    limits : mapping of str to float
+        From `limits_of`.
+    """
+    for name, limit in limits.items():
+        values = np.atleast_1d(row[name])
+        if (LIMITED[name] * (values[_known(values)] - limit) >= 0.0).any():
+            return name
+    return None
+
+
+def met_at(
+    distance: NDArray[np.float64], values: NDArray[np.float64], name: str, limit: float
+) -> float | None:
+    """Distance at which a measure meets its limit.
+
+    Parameters
+    ----------
+    distance : (n,) array
+        Of the rows [m].
+    values : (n,) array
+        The measure; missing values (fill value or NaN) are passed over.
+    name : str
+        Of the measure.
+    limit : float
+        Its limit.
+
+    Returns
+    -------
+    float or None
+        Linear between the rows before and after [m]; the first row's if that has met it; None if no row has.
+    """
+    known = _known(values)
+    run, over = distance[known], LIMITED[name] * (values[known] - limit)
+    met = np.flatnonzero(over >= 0.0)
+    if met.size == 0:
+        return None
+    at = int(met[0])
+    if at == 0:
+        return float(run[0])
+    return float(run[at - 1] + (run[at] - run[at - 1]) * over[at - 1] / (over[at - 1] - over[at]))
+
+
+@dataclass(frozen=True)
+class LimitMet:
+    """A limit and where it was met.
+
+    Parameters
+    ----------
+    name : str
+        Of the measure.
+    limit : float
+        [SI]
+    distance : tuple of float or None
+        Where the right and the left wheel met it, or the wheelset, if the measure is one of both [m]; None
+        where it was not met.
+    """
+
+    name: str
+    limit: float
+    distance: tuple[float | None, ...]
+
+
+def limits_met(dataset: xr.Dataset) -> tuple[LimitMet, ...]:
+    """Tell where the limits of a campaign were met, finished or not.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From `results.open_results`.
+
+    Returns
+    -------
+    tuple of LimitMet
+        In the order of `LIMITED`.
+    """
+    run = dataset["distance"].values
+    return tuple(
+        LimitMet(
+            name,
+            limit,
+            tuple(
+                met_at(run, column, name, limit)
+                for column in dataset[name].values.reshape(dataset.sizes["step"], -1).T
+            ),
+        )
+        for name, limit in limits_of(dataset.attrs).items()
+    )
+
+
+def met_attributes(
+    rows: Iterable[Mapping[str, NDArray[np.float64]]], limits: Mapping[str, float]
+) -> dict[str, float]:
+    """Return the global attributes that tell where limits were met.
+
+    Parameters
+    ----------
+    rows : iterable of mappings
+        All rows of a result file.
+    limits : mapping of str to float
+        From `limits_of`.
+
+    Returns
+    -------
+    dict
+        `limit_<measure>_met_right`, `_left`, or `limit_<measure>_met` for a measure of the wheelset [m];
+        limits that are not met have none.
+    """
+    if not limits:
+        return {}
+    kept = [{name: np.atleast_1d(row[name]) for name in ("distance", *limits)} for row in rows]
+    distance = np.concatenate([row["distance"] for row in kept])
+    found = {}
+    for name, limit in limits.items():
+        values = np.stack([row[name] for row in kept])
+        sides = ("_right", "_left") if values.shape[1] == 2 else ("",)
+        for column, side in enumerate(sides):
+            at = met_at(distance, values[:, column], name, limit)
+            if at is not None:
+                found[f"{_ATTRIBUTE}{name}_met{side}"] = at
+    return found
+
+
+def _known(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    known: NDArray[np.bool_] = np.isfinite(values) & (values != FILL_FLOAT)
+    return known

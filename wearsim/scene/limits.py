@@ -1,0 +1,106 @@
+"""[campaign.limits] of a scene: what ends the life of a wheel, and whether the new wheel has it behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from pydantic import Field
+
+from wearsim.errors import ProfileError
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.profile import measures
+from wearsim.profile.conicity import equivalent_conicity
+from wearsim.profile.shape import FloatArray, Profile
+from wearsim.results.limits import LIMITED
+from wearsim.scene.section import Section, quantity
+
+
+class LimitsSection(Section):
+    """[campaign.limits]: what ends the life of a wheel; the distance at which each is met is told."""
+
+    depth_mm: float | None = quantity("the largest wear depth", "mm", None, gt=0, le=50)
+    flange_height_mm: float | None = quantity("the largest flange height Sh", "mm", None, ge=20, le=45)
+    flange_thickness_mm: float | None = quantity("the least flange thickness Sd", "mm", None, ge=15, le=40)
+    flange_gradient_mm: float | None = quantity("the least flange gradient qR", "mm", None, ge=0, le=20)
+    hollowing_mm: float | None = quantity("the largest hollowing of the tread", "mm", None, gt=0, le=20)
+    conicity: float | None = quantity("the largest equivalent conicity", "", None, gt=0, le=5)
+    end: bool = Field(False, description="whether the campaign ends at the first limit that is met")
+
+
+KEYS: Mapping[str, str] = {
+    "max_wear_depth": "depth_mm",
+    "flange_height": "flange_height_mm",
+    "flange_thickness": "flange_thickness_mm",
+    "flange_gradient": "flange_gradient_mm",
+    "hollowing": "hollowing_mm",
+    "equivalent_conicity": "conicity",
+}
+"""Key of the scene by variable of the result file, for each of `results.limits.LIMITED`."""
+
+_OF_WHEEL: Mapping[str, Callable[[FloatArray, FloatArray], float]] = {
+    "flange_height": measures.flange_height,
+    "flange_thickness": measures.flange_thickness,
+    "flange_gradient": measures.flange_gradient,
+    "hollowing": measures.hollowing,
+}
+
+
+def values(section: LimitsSection | None) -> dict[str, float]:
+    """Return the limits by the variable of the result file [SI].
+
+    Parameters
+    ----------
+    section : LimitsSection or None
+        As read.
+    """
+    if section is None:
+        return {}
+    given = {name: getattr(section, key) for name, key in KEYS.items()}
+    return {
+        name: value / NOMENCLATURE[name].shown_factor for name, value in given.items() if value is not None
+    }
+
+
+def met_by_new_wheels(
+    section: LimitsSection | None, wheels: tuple[Profile, Profile], counterface: Profile
+) -> dict[str, str]:
+    """Tell which limits the new wheels meet already.
+
+    Parameters
+    ----------
+    section : LimitsSection or None
+        As read.
+    wheels : (Profile, Profile)
+        Right and left.
+    counterface : Profile
+        Placed.
+
+    Returns
+    -------
+    dict
+        By key of the scene, what the new wheels have, in words.
+    """
+    found = {}
+    for name, limit in values(section).items():
+        have: list[tuple[str, float | None]] = []
+        try:
+            if name in _OF_WHEEL:
+                have = [
+                    (f"the new {side} wheel", _OF_WHEEL[name](wheel.y, wheel.z))
+                    for side, wheel in zip(("right", "left"), wheels, strict=True)
+                ]
+            elif name == "equivalent_conicity":
+                have = [("the new wheelset", equivalent_conicity(*wheels, counterface))]
+        except ProfileError:
+            continue  # a measure that the new wheel does not have meets no limit
+        met = [
+            (who, value)
+            for who, value in have
+            if value is not None and LIMITED[name] * (value - limit) >= 0.0
+        ]
+        if met:
+            who, value = met[0]
+            quantity_ = NOMENCLATURE[name]
+            unit = "" if quantity_.shown_unit == "1" else f" {quantity_.shown_unit}"
+            found[KEYS[name]] = f"{who} ({value * quantity_.shown_factor:.4g}{unit})"
+    return found
