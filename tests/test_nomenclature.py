@@ -3,7 +3,7 @@ import pytest
 from netCDF4 import Dataset
 
 from wearsim.nomenclature import NOMENCLATURE
-from wearsim.results import LAYOUT
+from wearsim.results import GROUPS, LAYOUT
 
 # shown unit -> shown value of 1 in the stored unit, written out independently of the table
 SHOWN = {
@@ -14,6 +14,7 @@ SHOWN = {
     ("m2 m-1", "mm²/1000 km"): 1e6 * 1e6,
     ("m m-1", "µm/1000 km"): 1e6 * 1e6,
     ("m-1", "1/m"): 1.0,
+    ("m-1", "1/1000 km"): 1e3 * 1e3,
     ("rad", "mrad"): 1e3,
     ("rad s-1", "rad/s"): 1.0,
     ("N", "N"): 1.0,
@@ -40,9 +41,10 @@ def test_shown_factor_belongs_to_the_pair_of_units(name):
 
 
 def test_every_variable_of_a_result_file_has_a_meaning_and_numbers_have_a_unit():
-    for name, variable in LAYOUT.items():
+    flags = ("patch_side", "wear_regime", "wear_regime_highest", "life_limited_by")
+    for name, variable in [*LAYOUT.items(), *(item for group in GROUPS.values() for item in group.items())]:
         quantity = NOMENCLATURE[name]
-        flag = name in ("patch_side", "wear_regime", "wear_regime_highest")
+        flag = name in flags
         assert bool(quantity.unit) == (variable.kind != "str" and not flag), name
 
 

@@ -120,7 +120,7 @@ def test_all_fatigue_laws(folder):
             '[fatigue]\nlaws = ["surface_fatigue_index", "surface_fatigue_index_local", '
             '"stress_index", "wlrm"]\n'
             'coefficients = ["burstow_2004_20n"]\nshear_yield_MPa = 320\nwear_number = "with_spin"\n'
-            'branch = "rising"\ncrack_depth_mm = 5\ncrack_width_mm = 12\n'
+            'branch = "rising"\ncrack_depth_mm = 5\ncrack_width_mm = 12\nwear_limit_mm = 4\n'
         )
     )
     assert [each.law for each in setup.fatigue] == [
@@ -133,7 +133,7 @@ def test_all_fatigue_laws(folder):
     assert [each["shear_yield"] for each in found[:3]] == [320.0] * 3
     wlrm = setup.fatigue[3]
     assert (found[3].name, wlrm.branch, wlrm.wear_number) == ("burstow_2004_20n", "rising", "with_spin")
-    assert (wlrm.crack_depth, wlrm.crack_width) == (5e-3, 12e-3)
+    assert (wlrm.crack_depth, wlrm.crack_width, wlrm.wear_limit) == (5e-3, 12e-3, 4e-3)
     assert (setup.fatigue[0].branch, setup.fatigue[0].crack_depth) == ("net", None)
 
 
@@ -155,12 +155,10 @@ def test_break_points_of_ones_own(folder):
     ]
 
 
-def test_what_campaigns_do_not_compute_yet_is_told(folder):
-    warnings = build(loaded('[wear]\nbeside = ["archard"]\n[fatigue]\n')).warnings
-    assert [line.split(" is ")[0] for line in warnings] == [
-        f"scene.toml:{FIRST + 1}: beside",
-        f"scene.toml:{FIRST + 2}: [fatigue]",
-    ]
+def test_laws_beside_and_fatigue_need_no_warning(folder):
+    setup = build(loaded('[wear]\nbeside = ["archard"]\n[fatigue]\n'))
+    assert setup.warnings == ()
+    assert (len(setup.beside), len(setup.fatigue)) == (1, 1)
 
 
 WEAR = '[wear]\nlaw = "usfd"\n'
@@ -199,6 +197,7 @@ OWN = (
         ('[fatigue]\nlaws = ["wlrm", "wlrm"]\n', 1, 'laws[1] = "wlrm" is given twice'),
         (LAWS + 'branch = "rising"\n', 2, 'branch acts with "wlrm" among the laws only'),
         (LAWS + "crack_depth_mm = 5\n", 2, 'crack_depth_mm acts with "wlrm"'),
+        (LAWS + "wear_limit_mm = 4\n", 2, "wear_limit_mm acts with crack_depth_mm only"),
         (LAWS + 'wear_number = "with_spin"\n', 2, 'wear_number acts with "wlrm"'),
         (LAWS + OWN.replace("peak_N = 10", "peak_N = 25"), 2, 'damage_function acts with "wlrm"'),
         ('[fatigue]\nlaws = ["wlrm"]\n' + OWN, 2, "must rise"),

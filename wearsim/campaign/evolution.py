@@ -12,6 +12,13 @@ from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 import numpy as np
 
 from wearsim.campaign import choose, control, step
+from wearsim.campaign.beside import (
+    PassageBeside,
+    laws_beside,
+    passage_beside,
+    start_beside,
+    static_beside,
+)
 from wearsim.campaign.rate import accumulate, patch_wear, rate, solve_contact
 from wearsim.campaign.row import StepTaken, build_row, no_step
 from wearsim.campaign.state import State, WearRate
@@ -71,11 +78,14 @@ class Evaluation:
         Depth per passage of each strip [m].
     collective : WearRate
         Under the weights of the full collective.
+    beside : PassageBeside
+        What laws beside the leading one make of each passage.
     """
 
     solution: ContactSolution
     passage: np.ndarray
     collective: WearRate
+    beside: PassageBeside
 
 
 @dataclass(frozen=True)
@@ -128,6 +138,7 @@ class WheelsetEvolution:
             worn_area=np.zeros(2),
             worn_mass=np.zeros(2),
         )
+        state = start_beside(state, laws_beside(self.setup))
         return self._chosen(state), no_step(len(self.setup.points.label))
 
     def _chosen(self, state: State) -> State:
@@ -149,15 +160,23 @@ class WheelsetEvolution:
             state, setup.points, setup.wheelset, setup.counterface, self._models(state), threads=self.threads
         )
         passage = passage_depth(solution.fields, solution.area, setup.wear)
+        beside = passage_beside(solution, laws_beside(setup))
         collective = accumulate(
-            solution, setup.points, setup.points.weight, state, setup.wheelset, setup.wear, passage=passage
+            solution,
+            setup.points,
+            setup.points.weight,
+            state,
+            setup.wheelset,
+            setup.wear,
+            passage=passage,
+            beside=beside,
         )
-        return Evaluation(solution, passage, collective)
+        return Evaluation(solution, passage, collective, beside)
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
         wear = patch_wear(evaluation.solution, evaluation.passage, state, self.setup.wheelset)
-        return build_row(state, evaluation.collective, wear, taken, self.setup)
+        return build_row(state, evaluation.collective, wear, taken, self.setup, evaluation.beside)
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Choose the next step and take it."""
@@ -174,6 +193,7 @@ class WheelsetEvolution:
                 setup.wheelset,
                 setup.wear,
                 passage=evaluation.passage,
+                beside=evaluation.beside,
             )
 
         def rate_at(ahead: State) -> WearRate:
@@ -185,6 +205,7 @@ class WheelsetEvolution:
                 setup.counterface,
                 self._models(state),
                 setup.wear,
+                beside=laws_beside(setup),
                 threads=self.threads,
             )
 
@@ -209,6 +230,7 @@ class WheelsetEvolution:
                 smoothing_wavelength=setup.control.smoothing_wavelength,
                 integrator=setup.control.integrator,
                 rate_at=rate_at,
+                crack_depth=laws_beside(setup).crack_depth,
                 estimate=tolerance < math.inf,
             )
             if after.step_error is None or after.step_error <= tolerance:
@@ -258,6 +280,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "arc_length": arc_length(setup.wheelset.right.y, setup.wheelset.right.z),
         "counterface_y": setup.counterface.profile.y,
         "counterface_z": setup.counterface.profile.z,
+        **static_beside(laws_beside(setup)),
     }
     wear, models, limits = setup.wear, setup.models, setup.control
     coefficients = acting_coefficients(wear)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from wearsim.campaign.beside import LawsBeside, PassageBeside, passage_beside
 from wearsim.campaign.state import PatchWear, State, WearRate
 from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray
@@ -72,6 +73,7 @@ def accumulate(
     wear: WearSettings,
     *,
     passage: FloatArray | None = None,
+    beside: PassageBeside | None = None,
 ) -> WearRate:
     r"""Weigh the wear of all patches and carry it to the vertices of the wheel profiles.
 
@@ -91,6 +93,8 @@ def accumulate(
         Law, coefficients, form, density.
     passage : (n_regimes, m, ny) array, optional
         Depth per passage of `damage.wear.passage_depth`, if it is known already [m].
+    beside : PassageBeside, optional
+        What laws beside the leading one make of the same passages.
 
     Returns
     -------
@@ -99,10 +103,12 @@ def accumulate(
 
     Notes
     -----
+    The environment factor acts on wear, not on fatigue.
     Depth per metre is the depth per passage over :math:`2 \pi r(y)`, :math:`r = r_0 + z` (spec 1.0). The
     area each strip removes is shared out over the stretches of arc length the vertices stand for, in
     proportion to the overlap: the sum over the vertices is the sum over the strips.
     """
+    beside = PassageBeside() if beside is None else beside
     if passage is None:
         passage = passage_depth(solution.fields, solution.area, wear)
     strip_work = solution.fields.strip_work
@@ -115,6 +121,9 @@ def accumulate(
     active = weight[solution.point] > 0.0
 
     n_regimes, n = passage.shape[0], state.y.shape[1]
+    ends = np.cumsum([len(by_law) for by_law in beside.depth], dtype=np.int64)
+    wear_rows = int(ends[-1]) if ends.size else 0
+    further = np.zeros((2, wear_rows + len(beside.damage), n))
     depth = np.zeros((2, n_regimes, n))
     work = np.zeros((2, n))
     stability = np.zeros((2, n))
@@ -132,12 +141,18 @@ def accumulate(
         law_depth = passage[:, at] * share
         width = solution.fields.strip_width[at][:, None]
         over_gap = law_depth.sum(axis=0) / floor[at]
-        carried = np.stack([*law_depth, strip_work[at] * weight[point][:, None], over_gap]) * width
-        area = np.zeros((n_regimes + 2, n))
+        often = weight[point][:, None]
+        further_rows = [
+            *(regime * share for by_law in beside.depth for regime in by_law[:, at]),
+            *(damage[at] * often for damage in beside.damage),
+        ]
+        carried = np.stack([*law_depth, strip_work[at] * often, over_gap, *further_rows]) * width
+        area = np.zeros((len(carried), n))
         _share_out(strip_edges, cell_edges, carried, area)
         per_metre = 1.0 / (2.0 * np.pi * (wheelset.radius + state.z[wheel]))
         per_vertex = area * (per_metre / vertex_lengths(state.y[wheel], state.z[wheel]))
-        depth[wheel], work[wheel], damping[wheel] = per_vertex[:-2], per_vertex[-2], per_vertex[-1]
+        depth[wheel], further[wheel] = per_vertex[:n_regimes], per_vertex[n_regimes + 2 :]
+        work[wheel], damping[wheel] = per_vertex[n_regimes : n_regimes + 2]
 
         bears = load_bearing[at]
         ratio = np.where(bears, law_depth.sum(axis=0) / np.where(bears, gap[at], 1.0), 0.0)
@@ -150,6 +165,8 @@ def accumulate(
         stability=stability,
         damping=damping,
         solution=solution,
+        beside=tuple(np.split(further[:, :wear_rows], ends[:-1], axis=1)) if wear_rows else (),
+        fatigue=tuple(further[:, wear_rows + k] for k in range(len(beside.damage))),
     )
 
 
@@ -203,6 +220,7 @@ def rate(
     models: ContactModels,
     wear: WearSettings,
     *,
+    beside: LawsBeside | None = None,
     threads: int = 1,
 ) -> WearRate:
     """Solve the points that act and give what wears per metre.
@@ -217,6 +235,8 @@ def rate(
         Share of the distance each point acts for; points of zero weight are not solved.
     wheelset, counterface, models, wear
         What runs on what, by which models.
+    beside : LawsBeside, optional
+        Laws beside the leading one.
     threads : int
         They do not change the bits of the result.
 
@@ -228,7 +248,8 @@ def rate(
     acting = np.flatnonzero(weight > 0.0)
     chosen = select(points, acting)
     solution = solve_contact(state, chosen, wheelset, counterface, models, threads=threads)
-    return accumulate(solution, chosen, weight[acting], state, wheelset, wear)
+    further = passage_beside(solution, LawsBeside() if beside is None else beside)
+    return accumulate(solution, chosen, weight[acting], state, wheelset, wear, beside=further)
 
 
 def select(points: OperatingPoints, index: np.ndarray) -> OperatingPoints:

@@ -68,10 +68,13 @@ class Records:
         Where they are.
     campaign : str
         Digest of the campaign they must belong to.
+    names : tuple of str
+        Variables of a row.
     """
 
     folder: Path
     campaign: str
+    names: tuple[str, ...] = ROW
 
     def path(self, index: int) -> Path:
         """Return the file of step `index`."""
@@ -89,7 +92,7 @@ class Records:
         source : str
             Program versions that computed it.
         """
-        arrays = {name: np.asarray(row[name]) for name in ROW}
+        arrays = {name: np.asarray(row[name]) for name in self.names}
         layout = {name: (value.dtype.str, value.shape) for name, value in arrays.items()}
         payload = b"".join(arrays[name].tobytes() for name in layout)
         label = json.dumps({"campaign": self.campaign, "index": index, "source": source, "layout": layout})
@@ -130,7 +133,7 @@ class Records:
             size = dtype.itemsize * math.prod(shape)
             arrays[name] = np.frombuffer(payload[:size], dtype).reshape(shape)
             payload = payload[size:]
-        return (arrays, str(label["source"])) if set(arrays) == set(ROW) else None
+        return (arrays, str(label["source"])) if set(arrays) == set(self.names) else None
 
     def row(self, index: int) -> dict[str, np.ndarray]:
         """Read the row of a step that is known to be there.
@@ -219,7 +222,14 @@ def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
         models_error=None
         if row["contact_models_error"] == FILL_FLOAT
         else float(row["contact_models_error"]),
+        beside_depth=_by_law(row, "beside_wear_depth"),
+        beside_area=row.get("beside_worn_area", np.zeros((2, 0))),
+        fatigue_damage=_by_law(row, "fatigue_damage"),
     )
+
+
+def _by_law(row: Mapping[str, np.ndarray], name: str) -> tuple[np.ndarray, ...]:
+    return tuple(row[name].swapaxes(0, 1)) if name in row else ()
 
 
 def _known(value: np.ndarray) -> float | None:

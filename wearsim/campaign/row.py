@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wearsim.campaign.beside import PassageBeside, laws_beside, patch_values, row_beside
 from wearsim.campaign.state import PatchWear, State, WearRate
 from wearsim.contact.solve import ContactSolution
 from wearsim.errors import ProfileError
@@ -71,7 +73,12 @@ def no_step(count: int) -> StepTaken:
 
 
 def build_row(
-    state: State, collective: WearRate, wear: PatchWear, taken: StepTaken, setup: CampaignSetup
+    state: State,
+    collective: WearRate,
+    wear: PatchWear,
+    taken: StepTaken,
+    setup: CampaignSetup,
+    beside: PassageBeside | None = None,
 ) -> dict[str, np.ndarray]:
     """Return all variables of one row.
 
@@ -87,6 +94,8 @@ def build_row(
         The step that led to the state.
     setup : CampaignSetup
         For operating points and counterface.
+    beside : PassageBeside, optional
+        What laws beside the leading one make of each patch.
 
     Returns
     -------
@@ -111,11 +120,22 @@ def build_row(
         "worn_mass": state.worn_mass,
         "max_wear_depth": state.wear_depth.max(axis=1),
         **_measures(state, setup),
-        **summarise(collective.solution, wear, len(setup.points.label)),
+        **summarise(
+            collective.solution,
+            wear,
+            len(setup.points.label),
+            {} if beside is None else patch_values(collective.solution, beside),
+        ),
+        **({} if beside is None else row_beside(state, collective, laws_beside(setup))),
     }
 
 
-def summarise(solution: ContactSolution, wear: PatchWear, count: int) -> dict[str, np.ndarray]:
+def summarise(
+    solution: ContactSolution,
+    wear: PatchWear,
+    count: int,
+    further: Mapping[str, np.ndarray] = MappingProxyType({}),
+) -> dict[str, np.ndarray]:
     """Lay the patches of a solution out in slots per operating point.
 
     Parameters
@@ -126,6 +146,8 @@ def summarise(solution: ContactSolution, wear: PatchWear, count: int) -> dict[st
         Wear of each.
     count : int
         Number of operating points.
+    further : mapping of (m, ...) arrays
+        More values of each patch.
 
     Returns
     -------
@@ -142,13 +164,16 @@ def summarise(solution: ContactSolution, wear: PatchWear, count: int) -> dict[st
 
     values["wear_area_rate"] = wear.area_rate
     values["wear_depth_rate_max"] = wear.depth_rate_max
+    values.update(further)
     flags = {
         "patch_side": solution.side,
         "wear_regime": wear.regime,
         "wear_regime_highest": wear.regime_highest,
     }
 
-    row = {name: np.full((count, PATCH_SLOTS), FILL_FLOAT) for name in values}
+    row = {
+        name: np.full((count, PATCH_SLOTS, *value.shape[1:]), FILL_FLOAT) for name, value in values.items()
+    }
     for name in flags:
         row[name] = np.full((count, PATCH_SLOTS), FILL_INT, dtype=np.int32)
     row["n_patch"] = np.bincount(solution.point, minlength=count).astype(np.int32)

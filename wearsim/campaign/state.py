@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import ContactSolution
@@ -36,6 +39,12 @@ class State:
         Place of the contact models in `campaign.choose.candidates`, where they are chosen.
     models_error : float or None
         Error of their wear increment when they were chosen [-]; None where they are given.
+    beside_depth : tuple of (2, n) arrays
+        Depth the laws beside the leading one would have worn so far, for each [m].
+    beside_area : (2, regimes of all of them) array
+        Area of the cross-section they would have removed, by their own regimes, law after law [m2].
+    fatigue_damage : tuple of (2, n) arrays
+        Fatigue damage at each material point, for each fatigue law [-].
     """
 
     step: int
@@ -50,6 +59,9 @@ class State:
     step_error: float | None = None
     models: int = 0
     models_error: float | None = None
+    beside_depth: tuple[FloatArray, ...] = ()
+    beside_area: FloatArray = field(default_factory=lambda: np.zeros((2, 0)))
+    fatigue_damage: tuple[FloatArray, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -72,6 +84,10 @@ class WearRate:
     damping : (2, n) array or None
         The same sum averaged over the stretch of each vertex as the depth is, rims of the patches included:
         what a semi-implicit step divides by [1/m]; None where no such step is made.
+    beside : tuple of (2, n_regimes, n) arrays
+        Depth per metre by the laws beside the leading one, by their own regimes [m/m].
+    fatigue : tuple of (2, n) arrays
+        Fatigue damage per metre, without removal by wear, for each fatigue law [1/m].
     """
 
     depth: FloatArray
@@ -80,6 +96,26 @@ class WearRate:
     stability: FloatArray
     solution: ContactSolution
     damping: FloatArray | None = None
+    beside: tuple[FloatArray, ...] = ()
+    fatigue: tuple[FloatArray, ...] = ()
+
+
+class Increment(NamedTuple):
+    """What a step adds at the vertices, before smoothing and removal.
+
+    Parameters
+    ----------
+    regime_depth : (2, n_regimes, n) array
+        Depth by the regimes of the leading law [m].
+    beside : tuple of (2, n_regimes, n) arrays
+        The same by the laws beside it, each with its own regimes [m].
+    fatigue : tuple of (2, n) arrays
+        Damage by each fatigue law [-].
+    """
+
+    regime_depth: FloatArray
+    beside: tuple[FloatArray, ...] = ()
+    fatigue: tuple[FloatArray, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from wearsim.campaign.smoothing import smooth
-from wearsim.campaign.state import State, WearRate
+from wearsim.campaign.state import Increment, State, WearRate
 from wearsim.contact.patch import FloatArray
+from wearsim.damage.fatigue.balance import damage_after
 from wearsim.errors import NumericalError
 from wearsim.profile.shape import arc_length, offset_distance, vertex_lengths, vertex_normals
 
 RateAt = Callable[[State], WearRate]
-Predict = Callable[[FloatArray], State]
+Predict = Callable[[Increment], State]
 
 
 class Outcome(NamedTuple):
@@ -41,7 +42,7 @@ def euler(
     state: State, rate: WearRate, step_length: float, rate_at: RateAt, predict: Predict, estimate: bool
 ) -> Outcome:
     """Wear at the rate of the step's beginning, first order; its error is estimated by Heun's rule."""
-    after = predict(rate.regime_depth * step_length)
+    after = predict(_at_once(rate, step_length))
     mean = _mean_of_rates(state, rate, step_length, rate_at, after) if estimate else None
     return Outcome(after, None if mean is None else predict(mean))
 
@@ -61,7 +62,7 @@ def heun(
     The prediction is Euler's step, and the difference of both is the leading error of Euler's: an upper
     estimate of the error of this one, which is of the next order.
     """
-    ahead = predict(rate.regime_depth * step_length)
+    ahead = predict(_at_once(rate, step_length))
     return Outcome(predict(_mean_of_rates(state, rate, step_length, rate_at, ahead)), ahead)
 
 
@@ -76,7 +77,10 @@ def semi_implicit(
     :math:`1 - d/g`. Solved for the depth at the end of the step, a wave is multiplied by
     :math:`1/(1 + S)` instead of :math:`1 - S`.
     """
-    after = predict(damped(rate, step_length))
+    start = _at_once(rate, step_length)
+    # laws beside see the same contacts, which carry less the more the leading law takes off
+    beside = tuple(depth / _divisor(rate, step_length) for depth in start.beside)
+    after = predict(Increment(damped(rate, step_length), beside, start.fatigue))
     mean = _mean_of_rates(state, rate, step_length, rate_at, after) if estimate else None
     return Outcome(after, None if mean is None else predict(mean))
 
@@ -101,26 +105,49 @@ def damped(rate: WearRate, step_length: float) -> FloatArray:
     Spec 3.2 (b). Depth and sum of depth over interpenetration are averaged over the stretch of each vertex
     in the same way; sampled at the vertices, the sum would print the strips of the patches on the profile.
     """
+    depth: FloatArray = rate.regime_depth * step_length / _divisor(rate, step_length)
+    return depth
+
+
+def _divisor(rate: WearRate, step_length: float) -> FloatArray:
     if rate.damping is None:
         raise ValueError("a semi-implicit step needs a wear rate with its damping")
-    depth: FloatArray = rate.regime_depth * step_length / (1.0 + rate.damping * step_length)[:, None]
-    return depth
+    divisor: FloatArray = (1.0 + rate.damping * step_length)[:, None]
+    return divisor
+
+
+def _at_once(rate: WearRate, step_length: float) -> Increment:
+    """Increment of a whole step at the rate of its beginning."""
+    return Increment(
+        rate.regime_depth * step_length,
+        tuple(depth * step_length for depth in rate.beside),
+        tuple(damage * step_length for damage in rate.fatigue),
+    )
 
 
 def _mean_of_rates(
     state: State, rate: WearRate, step_length: float, rate_at: RateAt, ahead: State
-) -> FloatArray:
-    """Depth by regime at the mean of the rates in two states [m].
+) -> Increment:
+    """Increment at the mean of the rates in two states.
 
     The vertices move, so the stretch each stands for changes a little: the depth ahead is scaled to the
     present stretch and the area worn is the mean of both areas.
     """
-    predicted = rate_at(ahead).regime_depth
+    predicted = rate_at(ahead)
     stretch = np.stack(
         [vertex_lengths(ahead.y[w], ahead.z[w]) / vertex_lengths(state.y[w], state.z[w]) for w in (0, 1)]
     )
-    mean: FloatArray = 0.5 * step_length * (rate.regime_depth + predicted * stretch[:, None, :])
-    return mean
+
+    def mean(here: FloatArray, there: FloatArray) -> FloatArray:
+        scale = stretch[:, None, :] if here.ndim == 3 else stretch
+        value: FloatArray = 0.5 * step_length * (here + there * scale)
+        return value
+
+    return Increment(
+        mean(rate.regime_depth, predicted.regime_depth),
+        tuple(mean(*pair) for pair in zip(rate.beside, predicted.beside, strict=True)),
+        tuple(mean(*pair) for pair in zip(rate.fatigue, predicted.fatigue, strict=True)),
+    )
 
 
 INTEGRATORS: dict[str, Integrator] = {"euler": euler, "heun": heun, "semi_implicit": semi_implicit}
@@ -137,6 +164,7 @@ def advance(
     integrator: str,
     rate_at: RateAt,
     estimate: bool = False,
+    crack_depth: Sequence[float] = (),
 ) -> State:
     """Wear both wheels over a distance.
 
@@ -160,6 +188,8 @@ def advance(
         Gives the wear rate of the same points in another state.
     estimate : bool
         Whether to estimate the error also where that costs another look at the contact.
+    crack_depth : sequence of float
+        Depth of a crack of damage 1 for each fatigue law; infinite where wear removes no damage [m].
 
     Returns
     -------
@@ -173,8 +203,9 @@ def advance(
         When the step is too deep for the curvature of the profile.
     """
 
-    def wear_off(depth: FloatArray) -> State:
-        return remove(state, depth, step_length, radius, density, smoothing_wavelength)
+    def wear_off(increment: Increment) -> State:
+        worn = remove(state, increment.regime_depth, step_length, radius, density, smoothing_wavelength)
+        return _with_laws_beside(state, worn, increment, smoothing_wavelength, crack_depth)
 
     after, companion = INTEGRATORS[integrator](state, rate, step_length, rate_at, wear_off, estimate)
     if companion is None:
@@ -246,3 +277,34 @@ def remove(
         worn_mass=mass,
         step_length=step_length,
     )
+
+
+def _with_laws_beside(
+    before: State,
+    worn: State,
+    increment: Increment,
+    smoothing_wavelength: float,
+    crack_depth: Sequence[float],
+) -> State:
+    """Add what laws beside the leading one would have worn, and fatigue damage, which wear removes.
+
+    Depths are smoothed as those of the leading law are, law by law and regime by regime: an equal law has
+    equal bits. Damage feeds nothing back into the contact and is not smoothed.
+    """
+    length = np.stack([vertex_lengths(before.y[w], before.z[w]) for w in (0, 1)])
+    arc = [arc_length(before.y[w], before.z[w]) for w in (0, 1)]
+    depths: list[FloatArray] = []
+    areas: list[FloatArray] = []
+    for by_regime, depth in zip(increment.beside, before.beside_depth, strict=True):
+        smoothed = np.stack([
+            smooth(arc[w], by_regime[w], length[w], smoothing_wavelength) for w in (0, 1)
+        ])  # fmt: skip
+        depths.append(depth + smoothed.sum(axis=1))
+        areas.append((smoothed * length[:, None]).sum(axis=2))
+    taken = worn.wear_depth - before.wear_depth
+    damage = tuple(
+        damage_after(old, added, taken, depth)
+        for old, added, depth in zip(before.fatigue_damage, increment.fatigue, crack_depth, strict=True)
+    )
+    area = before.beside_area + np.concatenate(areas, axis=1) if areas else before.beside_area
+    return replace(worn, beside_depth=tuple(depths), beside_area=area, fatigue_damage=damage)

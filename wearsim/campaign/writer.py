@@ -15,7 +15,16 @@ import numpy as np
 from wearsim.campaign.record import Records, write_atomically
 from wearsim.errors import ResultError
 from wearsim.nomenclature import NOMENCLATURE
-from wearsim.results import Header, append, create, open_results, read_row, row_count, verify
+from wearsim.results import (
+    Header,
+    append,
+    create,
+    open_results,
+    read_row,
+    row_count,
+    row_names,
+    verify,
+)
 from wearsim.results.limits import END, first_met, limits_of, met_attributes
 
 APPEND_INTERVAL = 0.5
@@ -43,7 +52,7 @@ class Writer:
     def __init__(self, header: Header, directory: Path, name: str, digest: str) -> None:
         self.header = header
         self.path = directory / f"{name}.nc"
-        self.records = Records(directory / f".{name}.records", digest)
+        self.records = Records(directory / f".{name}.records", digest, row_names(header.static))
         self.rebuilt = False
         self._mark = directory / f".{name}.finished.json"
         self._rows_in_file = 0

@@ -4,6 +4,7 @@ from wearsim.results.file import append, create, open_results, read_row, row_cou
 from wearsim.results.layout import (
     FILL_FLOAT,
     FILL_INT,
+    GROUPS,
     LAYOUT,
     PATCH_SLOTS,
     ROW,
@@ -11,12 +12,15 @@ from wearsim.results.layout import (
     Header,
     Row,
     check_row,
+    layout_of,
+    row_names,
 )
 from wearsim.results.plausibility import doubts
 
 __all__ = [
     "FILL_FLOAT",
     "FILL_INT",
+    "GROUPS",
     "LAYOUT",
     "PATCH_SLOTS",
     "ROW",
@@ -27,8 +31,10 @@ __all__ = [
     "check_row",
     "create",
     "doubts",
+    "layout_of",
     "open_results",
     "read_row",
     "row_count",
+    "row_names",
     "verify",
 ]

@@ -23,18 +23,17 @@ import numpy as np
 from wearsim.errors import ResultError
 from wearsim.nomenclature import NOMENCLATURE
 from wearsim.results.layout import (
-    COORDINATES,
     FILL_FLOAT,
     FILL_INT,
-    LAYOUT,
+    LABELS,
     REGIME_FLAGS,
-    ROW,
     SCHEMA,
-    STATIC,
     Header,
     Row,
     Variable,
     check_row,
+    layout_of,
+    row_names,
 )
 
 if TYPE_CHECKING:
@@ -160,7 +159,7 @@ def read_row(path: Path, index: int) -> dict[str, np.ndarray]:
         Step.
     """
     with _open(path) as file:
-        return {name: np.asarray(file.variables[name][index]) for name in ROW}
+        return {name: np.asarray(file.variables[name][index]) for name in row_names(file.variables)}
 
 
 def verify(path: Path, rows: Sequence[Callable[[], Row]]) -> int | None:
@@ -186,7 +185,7 @@ def verify(path: Path, rows: Sequence[Callable[[], Row]]) -> int | None:
             _keep_little(file)
             first = 0
             for batch in _batched(read() for read in rows[:count]):
-                for name in ROW:
+                for name in row_names(file.variables):
                     stored = np.asarray(file.variables[name][first : first + len(batch)])
                     if not np.array_equal(stored, np.stack([row[name] for row in batch])):
                         return None
@@ -235,7 +234,7 @@ def _open(path: Path) -> netCDF4.Dataset:
             f"`wearsim resume {path.parent}` while its campaign is unfinished"
         ) from error
     file.set_auto_maskandscale(False)
-    missing = [name for name in LAYOUT if name not in file.variables]
+    missing = [name for name in layout_of(file.variables) if name not in file.variables]
     schema = int(file.getncattr("wearsim_schema")) if "wearsim_schema" in file.ncattrs() else None
     if schema == SCHEMA and not missing:
         return file
@@ -260,11 +259,14 @@ def _define(file: netCDF4.Dataset, header: Header) -> None:
     for name, value in attributes.items():
         if value != "":
             file.setncattr(name, value)
-    for name, variable in LAYOUT.items():
+    layout = layout_of(header.static)
+    for name, variable in layout.items():
         _define_variable(file, name, variable, header)
-    for name in STATIC:
+    for name, variable in layout.items():
+        if "step" in variable.dimensions:
+            continue
         value = header.static[name]
-        if LAYOUT[name].kind == "str":
+        if variable.kind == "str":
             file.variables[name][:] = np.array([str(text) for text in value], dtype=object)
         else:
             file.variables[name][:] = np.asarray(value, dtype=np.float64)
@@ -298,12 +300,17 @@ def _define_variable(file: netCDF4.Dataset, name: str, variable: Variable, heade
     if quantity.sign:
         made.comment = quantity.sign
     # CF 5: coordinates that are not dimensions are named by the variables that have them
-    labels = [c for c in COORDINATES if c != name and set(LAYOUT[c].dimensions) <= set(variable.dimensions)]
-    if name not in COORDINATES and labels:
+    layout = layout_of(header.static)
+    near = [c for c in LABELS if c in layout and c != name]
+    labels = [c for c in near if set(layout[c].dimensions) <= set(variable.dimensions)]
+    if name not in LABELS and labels:
         made.coordinates = " ".join(labels)
     if name == "patch_side":
         made.flag_values = np.array([0, 1], dtype=np.int32)
         made.flag_meanings = "right left"
+    if name == "life_limited_by":
+        made.flag_values = np.arange(3, dtype=np.int32)
+        made.flag_meanings = "nothing wear cracks"
     if name in REGIME_FLAGS:
         regimes = [str(text).replace(" ", "_") for text in header.static["regime_name"]]
         made.flag_values = np.arange(-1, len(regimes), dtype=np.int32)
@@ -330,7 +337,7 @@ def _not_written(path: Path, reason: str) -> str:
 
 def _keep_little(file: netCDF4.Dataset) -> None:
     """Bound the memory of an open file, however many rows are written or read."""
-    for name in ROW:
+    for name in row_names(file.variables):
         file.variables[name].set_var_chunk_cache(size=_CACHE)
 
 
@@ -338,7 +345,7 @@ def _write_rows(file: netCDF4.Dataset, first: int, rows: Sequence[Row]) -> None:
     file.set_auto_maskandscale(False)
     # the step dimension grows with the first variable written; distance comes last so that rows cut
     # short show themselves by a missing distance
-    for name in sorted(ROW, key="distance".__eq__):
+    for name in sorted(row_names(file.variables), key="distance".__eq__):
         file.variables[name][first : first + len(rows)] = np.stack([row[name] for row in rows])
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -121,8 +121,71 @@ STATIC = tuple(name for name, variable in LAYOUT.items() if "step" not in variab
 ROW = tuple(name for name, variable in LAYOUT.items() if "step" in variable.dimensions)
 """Names of the variables of one row."""
 
+
+def _groups() -> dict[str, dict[str, Variable]]:
+    along = ("step", "wheel")
+    patch = ("step", "operating_point", "patch")
+    beside = {
+        "beside_name": Variable(("beside",), "str"),
+        "beside_coefficients": Variable(("beside",), "str"),
+        "beside_source": Variable(("beside",), "str"),
+        "beside_doubts": Variable(("beside",), "str"),
+        "beside_form": Variable(("beside",), "str"),
+        "beside_regime_name": Variable(("beside_regime",), "str"),
+        "beside_wear_depth": Variable((*along, "beside", "point")),
+        "beside_worn_area": Variable((*along, "beside_regime")),
+    }
+    fatigue = {
+        "fatigue_name": Variable(("fatigue",), "str"),
+        "fatigue_coefficients": Variable(("fatigue",), "str"),
+        "fatigue_source": Variable(("fatigue",), "str"),
+        "fatigue_doubts": Variable(("fatigue",), "str"),
+        "fatigue_form": Variable(("fatigue",), "str"),
+        "fatigue_crack_width": Variable(("fatigue",)),
+        "fatigue_crack_depth": Variable(("fatigue",), missing=True),
+        "fatigue_wear_limit": Variable(("fatigue",), missing=True),
+        "fatigue_shear_yield": Variable(("fatigue",), missing=True),
+        "fatigue_damage": Variable((*along, "fatigue", "point")),
+        "fatigue_damage_rate": Variable((*along, "fatigue", "point")),
+        "wear_depth_rate": Variable((*along, "point")),
+        "balanced_wear_rate": Variable((*along, "fatigue", "point"), missing=True),
+        "life_limited_by": Variable((*along, "fatigue", "point"), "i4", missing=True),
+        "fatigue_damage_passage": Variable((*patch, "fatigue"), missing=True),
+        "wear_number_without_spin": Variable(patch, missing=True),
+        "wear_number_with_spin": Variable(patch, missing=True),
+    }
+    return {"beside": beside, "fatigue": fatigue}
+
+
+GROUPS: Mapping[str, Mapping[str, Variable]] = _groups()
+"""Variables that only results of some scenes have: all of a group, or none. The first one tells."""
+
+
+def layout_of(names: Container[str]) -> dict[str, Variable]:
+    """Return all variables of a result file that has those called `names`.
+
+    Parameters
+    ----------
+    names : container of str
+        Variables of the file, or of its static part.
+    """
+    found = dict(LAYOUT)
+    for group in GROUPS.values():
+        if next(iter(group)) in names:
+            found |= group
+    return found
+
+
+def row_names(names: Container[str]) -> tuple[str, ...]:
+    """Return the variables of one row of a result file that has the variables `names`."""
+    return tuple(name for name, variable in layout_of(names).items() if "step" in variable.dimensions)
+
+
 COORDINATES = ("distance", "wheel_name", "regime_name", "op_label", "arc_length")
 """Coordinates; they never carry a fill value."""
+
+LABELS = (*COORDINATES, *(next(iter(group)) for group in GROUPS.values()))
+"""Coordinates with those of the groups."""
 
 
 @dataclass(frozen=True)
@@ -144,8 +207,9 @@ class Header:
     def sizes(self) -> dict[str, int]:
         """Lengths of all fixed dimensions."""
         sizes = {"patch": PATCH_SLOTS}
-        for name in STATIC:
-            sizes[LAYOUT[name].dimensions[0]] = len(self.static[name])
+        for name, variable in layout_of(self.static).items():
+            if "step" not in variable.dimensions:
+                sizes[variable.dimensions[0]] = len(self.static[name])
         return sizes
 
 
@@ -163,13 +227,14 @@ def check_row(header: Header, row: Row) -> None:
     row : mapping of arrays
         See `Row`.
     """
-    sizes = header.sizes
-    if set(row) != set(ROW):
-        wrong = ", ".join(sorted(set(row) ^ set(ROW)))
+    sizes, layout = header.sizes, layout_of(header.static)
+    names = row_names(header.static)
+    if set(row) != set(names):
+        wrong = ", ".join(sorted(set(row) ^ set(names)))
         raise ResultError(f"a result row must have exactly the variables of the schema; check {wrong}")
-    for name in ROW:
+    for name in names:
         value = np.asarray(row[name])
-        shape = tuple(sizes[d] for d in LAYOUT[name].dimensions[1:])
+        shape = tuple(sizes[d] for d in layout[name].dimensions[1:])
         if value.shape != shape:
             raise ResultError(f"result variable {name} has shape {value.shape} where {shape} is needed")
         if not np.all(np.isfinite(value)):

@@ -55,11 +55,6 @@ def scene_warnings(
     runs = scene.operation.blocks if isinstance(scene, RigScene) else scene.operation.classes
     key = "block" if isinstance(scene, RigScene) else "class"
     wear = scene.wear
-    unused = "is read and checked, but campaigns do not compute it yet"
-    if wear.beside:
-        found.append(fault_at(scene, ("wear", "beside"), f"beside {unused}"))
-    if scene.fatigue is not None:
-        found.append(fault_at(scene, ("fatigue",), f"[fatigue] {unused}"))
     if all(run.friction == 0 for run in runs) and wear.law not in ("archard", "table"):  # these need none
         path = ("operation", key, 0, "friction")
         found.append(fault_at(scene, path, "friction = 0 everywhere: nothing will wear"))

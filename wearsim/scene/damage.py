@@ -131,6 +131,13 @@ class FatigueSection(Section):
     crack_width_mm: float = quantity(
         "the width of profile over which damage counts as that of one place", "mm", 10.0, ge=0.1, le=200
     )
+    wear_limit_mm: float = quantity(
+        "the depth that may wear, against which cracks of a stated depth are weighed",
+        "mm",
+        3.0,
+        ge=0.01,
+        le=100,
+    )
     damage_function: DamageFunctionSection | None = None
 
 
@@ -241,6 +248,7 @@ def _fatigue(section: FatigueSection, law: str) -> FatigueSettings:
         branch=section.branch if contains_removal else "net",
         crack_depth=1e-3 * depth if contains_removal and depth is not None else None,
         crack_width=1e-3 * section.crack_width_mm,
+        wear_limit=1e-3 * section.wear_limit_mm,
     )
 
 
@@ -336,6 +344,9 @@ def _fatigue_faults(section: FatigueSection) -> Told:
             "wear_number": section.wear_number != "without_spin",
         }
         found += [(("fatigue", key), f"{key} {only}") for key, wrong in alone.items() if wrong]
+    if section.wear_limit_mm != 3.0 and section.crack_depth_mm is None:
+        told = "wear_limit_mm acts with crack_depth_mm only; give that too, or delete it"
+        found.append((("fatigue", "wear_limit_mm"), told))
     takes_yield = [law for law in laws if law not in contain]
     if section.shear_yield_MPa is not None and not takes_yield:
         told = f"shear_yield_MPa acts with none of the laws ({', '.join(laws)}); delete it"

@@ -64,6 +64,8 @@ class FatigueSettings:
     crack_width : float
         Width of profile over which the damage of a passage counts as that of one place: damage at a point
         is the damage per width times this [m].
+    wear_limit : float
+        Depth that may wear, against which cracks are weighed where there is a crack depth [m].
     """
 
     law: str = "surface_fatigue_index"
@@ -72,6 +74,7 @@ class FatigueSettings:
     branch: Branch = "net"
     crack_depth: float | None = None
     crack_width: float = 10e-3
+    wear_limit: float = 3e-3
 
 
 def default_settings(law: str, **changes: object) -> FatigueSettings:

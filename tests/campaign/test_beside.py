@@ -1,0 +1,252 @@
+"""Laws beside the leading wear law: on the same contacts, along the same campaign, changing no profile."""
+
+from dataclasses import replace
+
+import netCDF4
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wearsim.campaign.control import finished
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.run import run_evolution
+from wearsim.campaign.state import State, WearRate
+from wearsim.campaign.step import advance
+from wearsim.damage.fatigue import FATIGUE_LAWS
+from wearsim.errors import ResultError
+from wearsim.profile.shape import vertex_lengths
+from wearsim.results import GROUPS, LAYOUT, layout_of, open_results
+from wearsim.scene import build, load_scene
+
+SCENE = """
+[scene]
+kind = "rig"
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+gauge_mm = 1435
+roller_radius_mm = 1000
+[contact]
+strips = 14
+cells = 12
+[campaign]
+distance_km = {distance}
+point_spacing_mm = 0.5
+{campaign}
+{blocks}
+{damage}
+"""
+BLOCK = """
+[[operation.block]]
+name = "{shift}"
+shift_mm = {shift}
+yaw_mrad = {yaw}
+load_kN = 80
+speed_km_h = 72
+friction = 0.35
+distance_km = {distance}
+environment = 0.5
+"""
+FATIGUE = f"""
+[fatigue]
+laws = {sorted(FATIGUE_LAWS)}
+branch = "rising"
+crack_depth_mm = 2
+""".replace("'", '"')
+BESIDE = '[wear]\nbeside = ["archard", "energy", "brr", "none"]\n'
+
+
+def evolution(folder, damage="", campaign="", mirrored=False, distance=24):
+    """Two blocks on a rig, tread and flange root; mirrored: shift and yaw with the other sign."""
+    sign = -1 if mirrored else 1
+    blocks = "".join(
+        BLOCK.format(shift=sign * shift, yaw=sign * yaw, distance=distance)
+        for shift, yaw, distance in ((-2.0, -1.0, 2), (4.5, 2.0, 1))
+    )
+    path = folder / "rig.toml"
+    path.write_text(SCENE.format(campaign=campaign, blocks=blocks, damage=damage, distance=distance))
+    return WheelsetEvolution(build(load_scene(path)), threads=1)
+
+
+def run(of):
+    """All states of a campaign."""
+    state, _ = of.start()
+    states = [state]
+    while not finished(state, of.setup.control):
+        state, _ = of.advance(state, of.evaluate(state))
+        states.append(state)
+    return states
+
+
+@pytest.mark.parametrize("integrator", ["euler", "heun", "semi_implicit"])
+def test_law_beside_that_equals_the_leading_one_has_its_bits(tmp_path, integrator):
+    of = evolution(tmp_path, BESIDE, f'integrator = "{integrator}"')
+    of = WheelsetEvolution(replace(of.setup, beside=(*of.setup.beside, of.setup.wear)), threads=1)
+    last = run(of)[-1]
+    np.testing.assert_array_equal(last.beside_depth[-1], last.wear_depth)
+    regimes = last.regime_depth.shape[1]
+    np.testing.assert_allclose(last.beside_area[:, -regimes:].sum(axis=1), last.worn_area, rtol=1e-12)
+
+
+def test_laws_beside_and_fatigue_change_no_bit_of_the_wear(tmp_path):
+    alone = run(evolution(tmp_path))[-1]
+    among = run(evolution(tmp_path, BESIDE + FATIGUE))[-1]
+    for name in ("distance", "y", "z", "wear_depth", "regime_depth", "worn_area", "worn_mass", "step_error"):
+        np.testing.assert_array_equal(getattr(among, name), getattr(alone, name), err_msg=name)
+    deepest = [depth.max() for depth in among.beside_depth]
+    assert deepest[-1] == 0.0  # the law "none"
+    assert min(deepest[:-1]) > 0.0
+    assert len(set(deepest)) == len(deepest)
+
+
+def test_leading_law_without_wear_has_laws_beside(tmp_path):
+    """The profile stays new, and the law beside grows with the distance."""
+    states = run(evolution(tmp_path, '[wear]\nlaw = "none"\nbeside = ["usfd"]\n' + FATIGUE))
+    last = states[-1]
+    np.testing.assert_array_equal(last.z, states[0].z)
+    assert last.worn_area.max() == 0.0
+    assert last.beside_depth[0].max() > 1e-6
+
+
+def test_mirrored_scene_gives_mirrored_damage(tmp_path):
+    """Right and left change places; 1e-9 of the largest of each law."""
+    scenes = (evolution(tmp_path, BESIDE + FATIGUE, mirrored=mirrored) for mirrored in (False, True))
+    one, other = (run(of)[-1] for of in scenes)
+    for name in ("beside_depth", "fatigue_damage"):
+        for here, there in zip(getattr(one, name), getattr(other, name), strict=True):
+            np.testing.assert_allclose(there[::-1], here, rtol=0, atol=1e-9 * here.max())
+    assert all(damage.max() > 0.0 for damage in one.fatigue_damage)
+    np.testing.assert_allclose(other.beside_area[::-1], one.beside_area, rtol=1e-9, atol=1e-18)
+
+
+def test_damage_of_an_unworn_wheel_grows_linearly(tmp_path):
+    """Rate of the new wheel times distance: only rounding lies between them."""
+    of = evolution(tmp_path, '[wear]\nlaw = "none"\n' + FATIGUE)
+    start, _ = of.start()
+    rates = of.evaluate(start).collective.fatigue
+    last = run(of)[-1]
+    for rate, damage in zip(rates, last.fatigue_damage, strict=True):
+        np.testing.assert_allclose(damage, rate * last.distance, rtol=1e-12)
+
+
+@given(parts=st.lists(st.floats(1.0, 1e5), min_size=1, max_size=6), depth=st.sampled_from([np.inf, 1e-3]))
+def test_damage_of_constant_rates_knows_no_steps(parts, depth):
+    """Damage grows, or wear removes it, at their rates, however the distance is cut; rounding only."""
+    y = np.tile(np.linspace(-0.03, 0.03, 40), (2, 1))
+    z, nothing = -0.05 * y, np.zeros_like(y)
+    worn = np.zeros((2, 1, 40))
+    worn[:, 0, 10:20] = 1e-12
+    damage = np.linspace(-1e-9, 3e-9, 40) * np.ones((2, 1))
+    state = State(
+        0, 0.0, y, z, nothing, np.zeros((2, 1, 40)), np.zeros(2), np.zeros(2), fatigue_damage=(nothing,)
+    )
+    rate = WearRate(worn[:, 0], worn, nothing, nothing, None, fatigue=(damage,))
+    options = {"radius": 0.46, "density": 7850.0, "smoothing_wavelength": 0.0, "integrator": "euler"}
+    for part in parts:
+        state = advance(state, rate, part, rate_at=lambda _: rate, crack_depth=(depth,), **options)
+    expected = np.maximum((damage - worn[:, 0] / depth) * sum(parts), 0.0)
+    np.testing.assert_allclose(state.fatigue_damage[0], expected, rtol=1e-9, atol=1e-18 * sum(parts))
+
+
+def test_wear_removes_cracks_of_a_stated_depth_only(tmp_path):
+    """A shallow crack is worn away faster; laws without crack depth keep all they had."""
+    shallow = FATIGUE.replace("crack_depth_mm = 2", "crack_depth_mm = 0.05")
+    deep, flat = (run(evolution(tmp_path, damage))[-1] for damage in (FATIGUE, shallow))
+    names = sorted(FATIGUE_LAWS)
+    for name, one, other in zip(names, deep.fatigue_damage, flat.fatigue_damage, strict=True):
+        if name == "wlrm":
+            assert (other <= one).all()
+            assert other.sum() < 0.9 * one.sum()
+        else:
+            np.testing.assert_array_equal(one, other)
+
+
+def test_damage_of_patches_is_kept_on_the_profile(tmp_path):
+    """Sum over rings and lengths against the sum over patches: 1e-12 of it (carried, not sampled)."""
+    of = evolution(tmp_path, FATIGUE)
+    state, _ = of.start()
+    found = of.evaluate(state)
+    setup, solution = of.setup, found.solution
+    for k, law in enumerate(setup.fatigue):
+        strips = found.beside.patches[k].strip_damage
+        by_patch = (strips.sum(axis=1) * solution.fields.strip_width) * setup.points.weight[solution.point]
+        assert by_patch.sum() > 0.0
+        for wheel in (0, 1):
+            ring = 2.0 * np.pi * (setup.wheelset.radius + state.z[wheel])
+            length = vertex_lengths(state.y[wheel], state.z[wheel])
+            on_profile = (found.collective.fatigue[k][wheel] * ring * length).sum() / law.crack_width
+            here = by_patch[solution.side == wheel].sum()
+            assert on_profile == pytest.approx(here, rel=1e-12, abs=1e-15)
+
+
+def test_environment_factor_acts_on_wear_not_on_damage(tmp_path):
+    of = evolution(tmp_path, BESIDE + FATIGUE)
+    dry = replace(of.setup, points=replace(of.setup.points, environment=np.ones(2)))
+    state, _ = of.start()
+    half, full = (WheelsetEvolution(one, threads=1).evaluate(state).collective for one in (of.setup, dry))
+    for one, other in zip(half.beside, full.beside, strict=True):
+        np.testing.assert_allclose(2.0 * one, other, rtol=1e-12)
+    for one, other in zip(half.fatigue, full.fatigue, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+class Stop(Exception):
+    pass
+
+
+@pytest.mark.parametrize("last", [0, 2])
+def test_resumed_campaign_has_the_same_bits(tmp_path, last):
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    whole.mkdir()
+    cut.mkdir()
+    of = evolution(tmp_path, BESIDE + FATIGUE)
+
+    def stop(event):
+        if event.kind == "step" and event.step == last:
+            raise Stop
+
+    with pytest.raises(Stop):
+        run_evolution(of, cut, "rig", stop)
+    paths = run_evolution(of, whole, "rig"), run_evolution(of, cut, "rig")
+    with netCDF4.Dataset(paths[0]) as one, netCDF4.Dataset(paths[1]) as other:
+        names = layout_of(one.variables)
+        assert set(names) == {*LAYOUT, *GROUPS["beside"], *GROUPS["fatigue"]} == set(one.variables)
+        for file in (one, other):
+            file.set_auto_maskandscale(False)
+        for name in names:
+            assert np.array_equal(one[name][:], other[name][:]), name
+
+
+def test_result_file_holds_the_laws(tmp_path):
+    of = evolution(tmp_path, BESIDE + FATIGUE)
+    path = run_evolution(of, tmp_path, "rig")
+    with open_results(path) as data:
+        assert list(data["beside_name"].values) == ["archard", "energy", "brr", "none"]
+        assert list(data["fatigue_name"].values) == sorted(FATIGUE_LAWS)
+        has_depth = data["fatigue_name"].values == "wlrm"
+        np.testing.assert_array_equal(np.isfinite(data["fatigue_crack_depth"].values), has_depth)
+        balanced = data["balanced_wear_rate"].values
+        assert np.isfinite(balanced[:, :, has_depth]).all()
+        assert np.isnan(balanced[:, :, ~has_depth]).all()
+        rate, wear = (
+            data["fatigue_damage_rate"].values[:, :, has_depth],
+            data["wear_depth_rate"].values[:, :, None],
+        )
+        by_cracks = data["life_limited_by"].values[:, :, has_depth] == 2
+        # cracks of 2 mm grow where wear is below the balance, and end the life before 3 mm are worn
+        np.testing.assert_allclose(balanced[:, :, has_depth], rate * 2e-3, rtol=1e-15)
+        np.testing.assert_array_equal(by_cracks, (rate - wear / 2e-3) * 3e-3 > wear)
+        np.testing.assert_allclose(data["wear_number_with_spin"], data["power"] / data["op_speed"], rtol=1e-9)
+        low = np.abs(data["force_x"] * data["creepage_x"]) + np.abs(data["force_y"] * data["creepage_y"])
+        np.testing.assert_allclose(data["wear_number_without_spin"], low, rtol=1e-12)
+
+
+def test_file_with_half_a_group_is_refused(tmp_path):
+    path = run_evolution(evolution(tmp_path, BESIDE), tmp_path, "rig")
+    with netCDF4.Dataset(path, "a") as file:
+        file.renameVariable("beside_wear_depth", "beside_wear")
+    with pytest.raises(ResultError, match="not a result file"):
+        open_results(path)

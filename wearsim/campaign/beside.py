@@ -1,0 +1,218 @@
+"""Laws that act on the same contacts beside the leading wear law, and change no profile.
+
+Further wear laws tell what they would have worn, fatigue laws the damage they add. Each is carried to the
+vertices of the profile as wear is, and accumulates there along the campaign that the leading law drives.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wearsim.campaign.state import State, WearRate
+from wearsim.contact.patch import FloatArray
+from wearsim.contact.solve import ContactSolution
+from wearsim.damage import fatigue
+from wearsim.damage.fatigue import (
+    WEAR_NUMBERS,
+    FatigueDamage,
+    FatigueSettings,
+    damage_at_points,
+    passage_damages,
+    patch_loads,
+)
+from wearsim.damage.fatigue.balance import balance
+from wearsim.damage.wear import WearSettings, acting_coefficients, passage_depths, regimes
+from wearsim.results import FILL_FLOAT, FILL_INT
+
+if TYPE_CHECKING:
+    from wearsim.scene import CampaignSetup
+
+_MPA = 1e6
+
+
+@dataclass(frozen=True)
+class LawsBeside:
+    """Settings of the laws beside the leading one.
+
+    Parameters
+    ----------
+    wear : tuple of WearSettings
+        Wear laws.
+    fatigue : tuple of FatigueSettings
+        Fatigue laws.
+    """
+
+    wear: tuple[WearSettings, ...] = ()
+    fatigue: tuple[FatigueSettings, ...] = ()
+
+    @property
+    def crack_depth(self) -> tuple[float, ...]:
+        """Depth of a crack of damage 1 of each fatigue law, infinite where wear removes no damage [m]."""
+        return tuple(math.inf if one.crack_depth is None else one.crack_depth for one in self.fatigue)
+
+
+@dataclass(frozen=True)
+class PassageBeside:
+    """What one passage of each of `m` patches is by the laws beside the leading one.
+
+    Parameters
+    ----------
+    depth : tuple of (n_regimes, m, ny) arrays
+        Depth by each wear law and its regimes [m].
+    damage : tuple of (m, ny) arrays
+        Damage by each fatigue law at a place the strip passes over [-].
+    patches : tuple of FatigueDamage
+        The same with index and damage of the whole patch.
+    """
+
+    depth: tuple[FloatArray, ...] = ()
+    damage: tuple[FloatArray, ...] = ()
+    patches: tuple[FatigueDamage, ...] = ()
+
+
+def laws_beside(setup: CampaignSetup) -> LawsBeside:
+    """Return the laws beside the leading one of a campaign."""
+    return LawsBeside(setup.beside, setup.fatigue)
+
+
+def passage_beside(solution: ContactSolution, laws: LawsBeside) -> PassageBeside:
+    """Evaluate the laws beside the leading one on a contact solution.
+
+    Parameters
+    ----------
+    solution : ContactSolution
+        With `m` patches.
+    laws : LawsBeside
+        Settings of the laws.
+
+    Returns
+    -------
+    PassageBeside
+        Of every patch.
+    """
+    patches = passage_damages(patch_loads(solution), laws.fatigue) if laws.fatigue else ()
+    return PassageBeside(
+        depth=passage_depths(solution.fields, solution.area, laws.wear),
+        damage=tuple(
+            damage_at_points(one.strip_damage, law) for one, law in zip(patches, laws.fatigue, strict=True)
+        ),
+        patches=patches,
+    )
+
+
+def start_beside(state: State, laws: LawsBeside) -> State:
+    """Return the initial state with nothing worn and no damage by any of the laws."""
+    return replace(
+        state,
+        beside_depth=tuple(np.zeros_like(state.y) for _ in laws.wear),
+        beside_area=np.zeros((2, sum(len(regimes(one.law)) for one in laws.wear))),
+        fatigue_damage=tuple(np.zeros_like(state.y) for _ in laws.fatigue),
+    )
+
+
+def static_beside(laws: LawsBeside) -> dict[str, Any]:
+    """Return the static variables of a result file that tell the laws."""
+    found: dict[str, Any] = {}
+    if laws.wear:
+        sets = [acting_coefficients(one) if one.law != "none" else None for one in laws.wear]
+        found |= {
+            "beside_name": tuple(one.law for one in laws.wear),
+            "beside_coefficients": tuple("" if one is None else one.name for one in sets),
+            "beside_source": tuple("" if one is None else one.source for one in sets),
+            "beside_doubts": tuple("" if one is None else " ".join(one.doubts) for one in sets),
+            "beside_form": tuple(one.form for one in laws.wear),
+            "beside_regime_name": tuple(
+                f"{one.law}: {regime}" for one in laws.wear for regime in regimes(one.law)
+            ),
+        }
+    if laws.fatigue:
+        numbers = [fatigue.acting_coefficients(one) for one in laws.fatigue]
+        found |= {
+            "fatigue_name": tuple(one.law for one in laws.fatigue),
+            "fatigue_coefficients": tuple(one.name for one in numbers),
+            "fatigue_source": tuple(one.source for one in numbers),
+            "fatigue_doubts": tuple(" ".join(one.doubts) for one in numbers),
+            "fatigue_form": tuple(_form(one) for one in laws.fatigue),
+            "fatigue_crack_width": np.array([one.crack_width for one in laws.fatigue]),
+            "fatigue_wear_limit": np.array(
+                [FILL_FLOAT if one.crack_depth is None else one.wear_limit for one in laws.fatigue]
+            ),
+            "fatigue_crack_depth": np.array(
+                [FILL_FLOAT if one.crack_depth is None else one.crack_depth for one in laws.fatigue]
+            ),
+            "fatigue_shear_yield": np.array(
+                [_MPA * one["shear_yield"] if "shear_yield" in one.values else FILL_FLOAT for one in numbers]
+            ),
+        }
+    return found
+
+
+def _form(settings: FatigueSettings) -> str:
+    if settings.law not in fatigue.CONTAIN_REMOVAL:
+        return ""
+    branch = {
+        "net": "net form, with the removal of cracks by wear in its falling branch",
+        "rising": "rising branch, removal of cracks by the wear of the campaign",
+    }[settings.branch]
+    return f"{branch}; wear number {settings.wear_number.replace('_', ' ')}"
+
+
+def row_beside(state: State, collective: WearRate, laws: LawsBeside) -> dict[str, np.ndarray]:
+    """Return the variables of one row that belong to the laws and stand along the profile.
+
+    Parameters
+    ----------
+    state : State
+        Both wheels.
+    collective : WearRate
+        In that state under the weights of the full collective.
+    laws : LawsBeside
+        Settings of the laws.
+
+    Returns
+    -------
+    dict of arrays
+        As the groups of `wearsim.results.GROUPS` name them [SI units].
+    """
+    row: dict[str, np.ndarray] = {}
+    if laws.wear:
+        row["beside_wear_depth"] = np.stack(state.beside_depth, axis=1)
+        row["beside_worn_area"] = state.beside_area
+    if not laws.fatigue:
+        return row
+    row["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
+    row["fatigue_damage_rate"] = rates = np.stack(collective.fatigue, axis=1)
+    row["wear_depth_rate"] = collective.depth
+    balanced = np.full(rates.shape, FILL_FLOAT)
+    limited = np.full(rates.shape, FILL_INT, dtype=np.int32)
+    for k, law in enumerate(laws.fatigue):
+        if law.crack_depth is not None:
+            found = balance(
+                rates[:, k], collective.depth, crack_depth=law.crack_depth, wear_limit=law.wear_limit
+            )
+            balanced[:, k], limited[:, k] = found.balanced_wear, found.limited_by
+    return row | {"balanced_wear_rate": balanced, "life_limited_by": limited}
+
+
+def patch_values(solution: ContactSolution, passage: PassageBeside) -> Mapping[str, FloatArray]:
+    """Return what the fatigue laws make of each patch (m, ...), for the slots of a row.
+
+    Parameters
+    ----------
+    solution : ContactSolution
+        With `m` patches.
+    passage : PassageBeside
+        Of them.
+    """
+    if not passage.patches:
+        return {}
+    loads = patch_loads(solution)
+    return {
+        "fatigue_damage_passage": np.stack([one.damage for one in passage.patches], axis=1),
+        **{f"wear_number_{name}": number(loads) for name, number in WEAR_NUMBERS.items()},
+    }
