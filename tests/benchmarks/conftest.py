@@ -1,8 +1,13 @@
 """What benchmarks share."""
 
+import os
 import sys
+import time
 
 import pytest
+
+SHARE = float(os.environ.get("WEARSIM_LONG_RUNS", "1"))
+"""Of the repetitions here and of what test_long_runs.py takes; CI sets little, which tells no speed."""
 
 
 @pytest.fixture
@@ -14,3 +19,18 @@ def show(capsys):
             sys.stdout.write(f"\n  {text}")
 
     return line
+
+
+@pytest.fixture(scope="session")
+def best():
+    """Shortest of several wall times [s]: what the machine can do, not what else it does."""
+
+    def shortest(function, repeats=7):
+        times = []
+        for _ in range(max(round(SHARE * repeats), 1)):
+            start = time.perf_counter()
+            function()
+            times.append(time.perf_counter() - start)
+        return min(times)
+
+    return shortest

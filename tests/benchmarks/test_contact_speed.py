@@ -37,17 +37,7 @@ def scene():
     return conditions, Wheelset(wheel, wheel, 0.46, 0.75), Counterface(rail, 0.0), ContactModels()
 
 
-def best(function, repeats=7):
-    """Shortest of several wall times [s]: what the machine can do, not what else it does."""
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - start)
-    return min(times)
-
-
-def test_fastsim_kernel_against_c(show, tmp_path):
+def test_fastsim_kernel_against_c(show, best, tmp_path):
     """Cells per second of the kernel and of plain C compiled in the same run."""
     patches, cells, strips = 64, 50, 50
     a, b = 6e-3, 4e-3
@@ -99,7 +89,7 @@ def test_fastsim_kernel_against_c(show, tmp_path):
         show(f"C {' '.join(FLAGS)}, {name}: {time_c:.2f} ns, ratio {ratio:.2f} (target <= 1.5)")
 
 
-def test_full_solution(show, scene):
+def test_full_solution(show, best, scene):
     """Search to strip work in batches of 1000 on one and two threads, and the share of each room."""
 
     def run(threads):
@@ -160,7 +150,7 @@ def test_full_solution(show, scene):
     show(f"rooms: {parts}")
 
 
-def test_free_rotation(show, scene):
+def test_free_rotation(show, best, scene):
     """Both wheels with the balance of axle torque, as campaigns run it."""
     conditions, wheelset, counterface, models = scene
     free = ContactConditions(**{**vars(conditions), "rotation": "free"})
@@ -172,7 +162,7 @@ def test_free_rotation(show, scene):
     show(f"wheelset with free rotation: {best(run, 3) / POINTS * 1e6:.0f} us per operating point and core")
 
 
-def test_help(show):
+def test_help(show, best):
     """Start of the command line, which must not import numpy."""
     command = [sys.executable, "-m", "wearsim", "--help"]
     run = lambda: subprocess.run(command, capture_output=True, check=True)  # noqa: E731 (used twice)

@@ -1,7 +1,5 @@
 """Times and iterations of the half-space's normal problem, printed beside their targets, never asserted."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -16,17 +14,7 @@ pytestmark = pytest.mark.benchmark
 E_STAR, LOAD = 210e9 / (2.0 * (1.0 - 0.3**2)), 80e3
 
 
-def best(function, repeats=9):
-    """Shortest of several wall times [s]."""
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - start)
-    return min(times)
-
-
-def test_pressure_on_an_ellipse(show):
+def test_pressure_on_an_ellipse(show, best):
     """Load given, non-periodic, from nothing, influence included; exponents of iterations and time."""
     along, across = 0.5 / 0.46, 0.5 / 0.3
     ellipse = hertz(along, across, LOAD, E_STAR)
@@ -39,7 +27,7 @@ def test_pressure_on_an_ellipse(show):
         grid = HeightGrid(along * x[:, None] ** 2 + across * y**2, length, width)
         found = solve_pressure([grid], LOAD, E_STAR)
         sizes.append(nx * ny)
-        times.append(best(lambda grid=grid: solve_pressure([grid], LOAD, E_STAR)))
+        times.append(best(lambda grid=grid: solve_pressure([grid], LOAD, E_STAR), 9))
         counts.append(found.iterations)
         off = found.pressure[0].max() / float(ellipse.max_pressure) - 1.0
         show(
@@ -51,7 +39,7 @@ def test_pressure_on_an_ellipse(show):
         show(f"exponent of {name} in the number of cells: {exponent:.2f}")
 
 
-def test_wheel_on_rail(show):
+def test_wheel_on_rail(show, best):
     """Search, planes and pressures of S1002 on 60E1 at cells of 0.5, 0.2 mm and 50 x 50; cold and warm."""
     shift = 1e-3 * np.array([3.0, 3.1])
     rings = geometry.rings(standard.wheel("S1002"), 0.46)
@@ -69,8 +57,8 @@ def test_wheel_on_rail(show):
         cold = half_space.solve_wheel(gap, 1, LOAD, **arguments)
         warm = half_space.solve_wheel(gap, 1, LOAD, start=before, **arguments)
         times = [
-            best(lambda a=arguments: half_space.solve_wheel(gap, 1, LOAD, **a)),
-            best(lambda a=arguments, b=before: half_space.solve_wheel(gap, 1, LOAD, start=b, **a)),
+            best(lambda a=arguments: half_space.solve_wheel(gap, 1, LOAD, **a), 9),
+            best(lambda a=arguments, b=before: half_space.solve_wheel(gap, 1, LOAD, start=b, **a), 9),
         ]
         counts = ["+".join(map(str, state.iterations)) for state in (cold, warm)]
         show(

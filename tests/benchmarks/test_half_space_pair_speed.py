@@ -1,7 +1,5 @@
 """Times and iterations of both half-space problems of one wheel together, printed beside their targets."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -73,17 +71,7 @@ def both(contacts, row, cell, start=(None, None)):
     return pressure, rolling, strips * cells
 
 
-def best(function, repeats):
-    """Shortest of several wall times [ms]."""
-    times = []
-    for _ in range(repeats):
-        begin = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - begin)
-    return 1e3 * min(times)
-
-
-def test_both_problems_of_a_wheel(show, contacts, monkeypatch):
+def test_both_problems_of_a_wheel(show, best, contacts, monkeypatch):
     """All but the gap: at 0.5 mm 20 ms, 8 ms from a neighbouring state, at 0.2 mm 1 s."""
     products = []
     roll = steady_rolling.solve
@@ -108,7 +96,7 @@ def test_both_problems_of_a_wheel(show, contacts, monkeypatch):
             counts.append((np.mean([sum(state.iterations) for state, _, _ in found]), np.mean(products)))
             times.append(
                 [
-                    best(lambda row=row, start=start: both(contacts, row, cell, start), repeats)  # noqa: B023
+                    1e3 * best(lambda row=row, start=start: both(contacts, row, cell, start), repeats)  # noqa: B023
                     for row, start in zip(rows, starts, strict=True)
                 ]
             )

@@ -13,7 +13,7 @@ import pytest
 pytestmark = pytest.mark.benchmark
 ROOT = Path(__file__).parents[2]
 SHARE = float(os.environ.get("WEARSIM_LONG_RUNS", "1"))
-"""Of the distances and points: CI sets 0.05, which keeps the runs alive but tells no speed."""
+"""Of the distances, points and steps: CI sets 0.05, which keeps the runs alive but tells no speed."""
 FAST = ("kik_piotrowski", "fastsim")
 OTHERS = (("knothe_le_the", "fastsim"), ("half_space", "half_space"))
 """The other models that may lead, on few steps; hertz never leads."""
@@ -69,6 +69,11 @@ def points(full):
     return max(round(SHARE * full), 34)
 
 
+def steps(full):
+    """Share of the steps, two at least."""
+    return max(round(SHARE * full), 2)
+
+
 def speed(told):
     return (
         f"{told['steps']} steps, {told['solutions']} solutions in {told['wall']:.1f} s "
@@ -88,23 +93,26 @@ def test_100_000_km_in_the_field(show, campaign, grid):
 @pytest.mark.parametrize("models", OTHERS)
 def test_a_step_of_the_other_models_that_may_lead(show, campaign, models):
     count = points(100 if models[0] == "half_space" else 500)
-    told = campaign(count, 10, models, step=10, integrator="euler")
-    show(f"{' + '.join(models)} 20 x 20: {speed(told)}")
+    grid = 20 if SHARE == 1.0 else 10
+    told = campaign(count, 10, models, grid, step=10, integrator="euler")
+    show(f"{' + '.join(models)} {grid} x {grid}: {speed(told)}")
 
 
 def test_cost_is_linear_in_points_and_steps(show, campaign):
     fewest = max(points(500) // 4, 34)
-    sizes, steps = [fewest, 2 * fewest, 4 * fewest], [10, 20, 40]
-    by_points = [campaign(n, 500, step=50)["cpu"] for n in sizes]
-    by_steps = [campaign(sizes[0], 50 * n, step=50)["cpu"] for n in steps]
-    for name, size, times in (("points", sizes, by_points), ("steps", steps, by_steps)):
+    sizes, lengths = [fewest, 2 * fewest, 4 * fewest], [steps(10), 2 * steps(10), 4 * steps(10)]
+    by_points = [campaign(n, 50 * steps(10), step=50)["cpu"] for n in sizes]
+    by_steps = [campaign(sizes[0], 50 * n, step=50)["cpu"] for n in lengths]
+    for name, size, times in (("points", sizes, by_points), ("steps", lengths, by_steps)):
         slope = np.polyfit(np.log(size), np.log(times), 1)[0]
         told = ", ".join(f"{n}: {time:.1f} s" for n, time in zip(size, times, strict=True))
         show(f"CPU time by {name}: {told}; slope {slope:.2f} (target 1)")
 
 
 def test_memory_does_not_grow_with_the_steps(show, campaign):
-    few, many = (campaign(points(500), 50 * n, grid=5, step=50, integrator="euler") for n in (40, 160))
+    few, many = (
+        campaign(points(500), 50 * n, grid=5, step=50, integrator="euler") for n in (steps(40), 4 * steps(40))
+    )
     show(
         f"peak memory, {points(500)} points: {few['memory']:.0f} MB for {few['steps']} steps, "
         f"{many['memory']:.0f} MB for {many['steps']} (target: below 1000 and the same)"
