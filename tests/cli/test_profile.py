@@ -439,6 +439,10 @@ FAULTS = {
     "wrong extension": (["S1002", "--convert", "miniprof", "--out", "x.ban"], "extension of a rail"),
     "json and csv": (["S1002", "--json", "--csv", "-"], "exclude each other"),
     "left diameter alone": (["S1002", "--left-diameter-mm", "900"], "--diameter-mm"),
+    "rail on the lathe": (["60E1", "--turn-to", "S1002"], "belongs to wheels"),
+    "turned to a rail": ([RIGHT, "--turn-to", "60E1"], "--turn-to: '60E1' is a rail profile"),
+    "turned to nothing": ([RIGHT, "--turn-to", " "], "--turn-to = '' must not be empty"),
+    "lathe for a folder": (["--fleet", ".", "--turn-to", "S1002"], "--turn-to belongs to one profile"),
     "kind": (["S1002", "--kind", "roller"], "wheel or rail"),
     "other kind": (["S1002", "--kind", "rail"], "a rail is needed"),
     "no such folder": (["S1002", "--plot", "nowhere/x.png"], "does not exist"),
@@ -556,3 +560,37 @@ def test_a_pipe_is_not_waited_for(name, tmp_path, capsys):
 def test_a_definition_of_the_user_is_a_profile(tmp_path, capsys):
     shutil.copy(standard.shipped_path("profiles", "S1002.toml"), tmp_path / "mine.toml")
     assert told(capsys, str(tmp_path / "mine.toml"))["measures"] == told(capsys, "S1002")["measures"]
+
+
+def test_turning_tells_the_loss_of_diameter_and_what_decides_it(tmp_path, capsys):
+    """A wheel worn by 2 mm everywhere but at its tape circle, and a flank of 70 degrees worn by 1 mm."""
+    new = standard.wheel("S1002")
+    hollow = replace(new, z=new.z - np.where((new.y > 9e-3) & (new.y < 31e-3), 2e-3, 0.0))
+    write_profile(hollow, tmp_path / "hollow.csv", "two-column")
+    value = told(capsys, str(tmp_path / "hollow.csv"), "--turn-to", "S1002", "--diameter-mm", "900")
+    (wheel,) = value["turned"]["wheels"]
+    # points of the definition lie about 0.1 mm apart and the tread falls by 1:15: 10 um
+    assert wheel["diameter_loss"] == pytest.approx(4e-3, abs=2e-5)
+    assert wheel["wheel_diameter"] == pytest.approx(0.9 - wheel["diameter_loss"], abs=1e-12)
+    assert 9e-3 <= wheel["place"] <= 31e-3
+    text = printed(capsys, str(tmp_path / "hollow.csv"), "--turn-to", "S1002", "--diameter-mm", "900")
+    assert "turned to S1002" in text
+    assert f"takes {1e3 * wheel['diameter_loss']:.3f} mm of the diameter, to " in text
+
+
+def test_both_wheels_of_an_axle_are_turned_to_one_diameter(capsys):
+    words = (RIGHT, "--left", LEFT, "--turn-to", "S1002")
+    right, left = told(capsys, *words, "--diameter-mm", "900", "--left-diameter-mm", "901")["turned"][
+        "wheels"
+    ]
+    assert right["wheel_diameter"] == pytest.approx(left["wheel_diameter"], abs=1e-12)
+    assert left["diameter_loss"] == pytest.approx(right["diameter_loss"] + 1e-3, abs=1e-12)
+    assert min(right["slack"], left["slack"]) == 0.0
+    assert (
+        right["diameter_loss"]
+        >= told(capsys, RIGHT, "--turn-to", "S1002")["turned"]["wheels"][0]["diameter_loss"]
+    )
+    unknown = told(capsys, *words)["turned"]["wheels"]
+    assert unknown[0]["diameter_loss"] == pytest.approx(unknown[1]["diameter_loss"], abs=1e-12)
+    assert unknown[0]["wheel_diameter"] is None
+    assert "diameters are not known" in printed(capsys, *words)

@@ -13,6 +13,7 @@ wearsim profile S1002
 wearsim profile S1002/h30 --rail 60E2 --inclination 1:20
 wearsim profile profiles/measured/wheel_worn_right.whl --against S1002 --plot worn.png
 wearsim profile profiles/measured/wheel_worn_right.whl --left profiles/measured/wheel_worn_left.whl
+wearsim profile profiles/measured/wheel_worn_right.whl --turn-to S1002 --diameter-mm 900
 wearsim profile profiles/measured/rail_worn_outer.ban --wheel S1002 --json
 wearsim profile points.csv --kind wheel --units in --convert miniprof --out wheel.whl
 wearsim profile --fleet profiles/measured --against S1002 --plot fleet.pdf"""

@@ -58,7 +58,7 @@ _GAUGE_DISTANCES = (BELOW_TIP, LEVEL, TAPE)
 _WHEELSET = (GAUGE, FLANGE_BACK, RADIUS, DIAMETER, LEFT_DIAMETER)
 _NUMBERS = (*_GAUGE_DISTANCES, *_WHEELSET, SMOOTH)
 _STATEMENTS = ("format", "units", "mirror", "z_up", "origin", "part", "slice")
-_SINGLE = ("left", "convert", "out", "part", "slice", "left_diameter_mm")
+_SINGLE = ("left", "convert", "out", "part", "slice", "left_diameter_mm", "turn_to")
 """Flags of one profile, not of a folder."""
 
 
@@ -75,6 +75,7 @@ class Request(NamedTuple):
     wheel: str | None
     inclination: float | None
     against: str | None
+    turn_to: str | None
     align: str | None
     rotate: bool
     limits: str | None
@@ -133,6 +134,8 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
                           "profiles, else none)")  # fmt: skip
     compared.add_argument("--rotate", action="store_true",
                           help="best_fit may turn it, too: for profiles measured at a tilt")  # fmt: skip
+    compared.add_argument("--turn-to", metavar="NAME", help="template a worn wheel is turned to with the "
+                          "least loss of diameter; with --left both wheels to one diameter")  # fmt: skip
     compared.add_argument(f"--{SMOOTH.name}", metavar="X", help=SMOOTH.meaning)
     output = parser.add_argument_group("output")
     output.add_argument(
@@ -179,7 +182,10 @@ def request_of(arguments: argparse.Namespace) -> tuple[Request | None, list[str]
     kept: dict[str, Any] = {
         key: None if given[key] is None else Path(given[key]) for key in ("fleet", "out", "plot")
     }
-    kept |= {key: given[key] for key in ("left", "rail", "wheel", "against", "align", "limits", "convert")}
+    kept |= {
+        key: given[key]
+        for key in ("left", "rail", "wheel", "against", "turn_to", "align", "limits", "convert")
+    }
     request = Request(
         name=given["name"],
         kind=given["kind"] if given["kind"] in ("wheel", "rail") else None,
@@ -202,11 +208,23 @@ def _short(text: str) -> str:
 def _unusable(given: dict[str, Any]) -> list[str]:
     """Tell names that the operating system takes for none."""
     faults = []
-    for key in ("name", "left", "rail", "wheel", "against", "limits", "fleet", "out", "csv", "plot"):
+    for key in (
+        "name",
+        "left",
+        "rail",
+        "wheel",
+        "against",
+        "turn_to",
+        "limits",
+        "fleet",
+        "out",
+        "csv",
+        "plot",
+    ):
         text = given[key]
         if text is None:
             continue
-        word = "NAME|FILE" if key == "name" else f"--{key}"
+        word = "NAME|FILE" if key == "name" else f"--{key.replace('_', '-')}"
         if not text.strip() or "\0" in text:
             faults.append(f"{word} = {_short(text)!r} must not be empty or hold zero bytes")
             continue

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -11,6 +12,7 @@ from wearsim.profile.shape import arc_length
 from wearsim.studies.profile_examination import BACK_TO_BACK, GAUGE, Comparison, Examination
 from wearsim.studies.profile_running import Running
 from wearsim.studies.profile_subject import Subject
+from wearsim.studies.profile_turning import TurnedWheel
 
 
 def as_json(found: Examination) -> dict[str, Any]:
@@ -48,6 +50,24 @@ def as_json(found: Examination) -> dict[str, Any]:
     if found.comparison is not None:
         value["against"] = _comparison_json(found.comparison)
     return value
+
+
+def turned_json(template: Subject, wheels: Sequence[TurnedWheel]) -> dict[str, Any]:
+    """JSON value of wheels on the lathe, SI units."""
+    return {
+        "template": _subject_json(template),
+        "wheels": [
+            {
+                "wheel": each.side or "right",
+                "diameter_loss": each.diameter_loss,
+                "wheel_diameter": each.diameter,
+                "place": each.turning.place,
+                "slack": each.slack,
+                "compared": [each.turning.start, each.turning.end],
+            }
+            for each in wheels
+        ],
+    }
 
 
 def _subject_json(subject: Subject) -> dict[str, Any]:

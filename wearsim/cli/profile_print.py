@@ -11,6 +11,7 @@ from wearsim.profile.measures import Measures
 from wearsim.profile.shape import arc_length
 from wearsim.studies.profile_examination import Comparison, Examination
 from wearsim.studies.profile_subject import Subject
+from wearsim.studies.profile_turning import TurnedWheel
 
 SYMBOLS = {"flange_height": "Sh", "flange_thickness": "Sd", "flange_gradient": "qR", "back_to_back": "AR",
            "front_to_front": "SR"}  # fmt: skip
@@ -114,6 +115,33 @@ def _compared(comparison: Comparison) -> list[str]:
         *(line for doubt in comparison.doubts for line in wrapped("NOTE", doubt)),
     ]
     return lines
+
+
+def turned_text(template: Subject, wheels: Sequence[TurnedWheel]) -> str:
+    """Tell what the lathe takes.
+
+    Parameters
+    ----------
+    template : Subject
+        What the wheels get.
+    wheels : sequence of TurnedWheel
+        One, or right and left.
+    """
+    lines = [f"turned to {template.profile.name} ({template.title}), least loss of diameter"]
+    for each in wheels:
+        word = f"{each.side} wheel: " if each.side else ""
+        loss = round(1e3 * each.diameter_loss, 3) + 0.0
+        after = "" if each.diameter is None else f", to {1e3 * each.diameter:.3f} mm"
+        lines.append(f"  {word}the lathe takes {loss:.3f} mm of the diameter{after}")
+    tight = min(wheels, key=lambda each: each.slack)
+    whose = f" of the {tight.side} wheel" if tight.side else ""
+    at, start, end = (1e3 * value for value in (tight.turning.place, tight.turning.start, tight.turning.end))
+    lines += wrapped("", f"decided at y = {at:.2f} mm{whose}, where nothing is taken; compared from y = "
+                         f"{start:.2f} to {end:.2f} mm, flange backs on each other")  # fmt: skip
+    if len(wheels) == 2 and any(each.diameter is None for each in wheels):
+        lines += wrapped("", "both diameters are not known (--diameter-mm, --left-diameter-mm): taken for "
+                             "equal at the tape circles")  # fmt: skip
+    return "\n".join(lines)
 
 
 def _measures(found: Examination) -> list[str]:

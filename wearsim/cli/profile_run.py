@@ -22,6 +22,7 @@ from wearsim.profile.measures import GaugeDistances
 from wearsim.profile.shape import arc_length
 from wearsim.studies.profile_examination import Circumstances, Examination, counterpart_of, examine
 from wearsim.studies.profile_subject import TAPE, Subject, is_file, read_subject
+from wearsim.studies.profile_turning import turned
 
 EXTENSIONS = {
     ("miniprof", "wheel"): ".whl",
@@ -92,6 +93,9 @@ def measure_one(request: Request, faults: list[str]) -> int:
         left = found.take(lambda: read_subject(str(request.left), "wheel", request.said), "--left")
     if request.against is not None:
         against = found.take(lambda: read_subject(str(request.against), kind, request.said), "--against")
+    template = None
+    if request.turn_to is not None and kind != "rail":
+        template = found.take(lambda: read_subject(str(request.turn_to), "wheel", request.said), "--turn-to")
     limits = found.take(lambda: load_limits(request.limits or "TSI"), "--limits" if request.limits else "")
     at = found.take(lambda: circumstances(request))
     if at is not None and kind is not None and (request.rail or request.wheel):
@@ -115,8 +119,8 @@ def measure_one(request: Request, faults: list[str]) -> int:
                 f"--convert: {target} exists already; choose another name with --out or add --overwrite"
             )
         )
-    files = [name for name in (request.name, request.left, request.against, request.rail, request.wheel)
-             if name is not None]  # fmt: skip
+    files = [name for name in (request.name, request.left, request.against, request.turn_to, request.rail,
+                               request.wheel) if name is not None]  # fmt: skip
     if request.said and not any(map(is_file, files)):
         stated = ", ".join(f"--{key.replace('_', '-')}" for key in request.said)
         found.faults.append(Fault(f"{stated}: is a statement on a file, but no file is given; leave it out"))
@@ -125,20 +129,26 @@ def measure_one(request: Request, faults: list[str]) -> int:
     assert at is not None
     assert limits is not None
     examination = examine(subject, at, limits, left=left, against=against)
+    lathe = None if template is None else found.take(lambda: turned(examination, template), "--turn-to")
+    found.refuse()
     written = _write(request, subject, examination, target)
     if request.json:
-        from wearsim.cli.profile_json import as_json
+        from wearsim.cli.profile_json import as_json, turned_json
 
         value = as_json(examination) | ({"files": written} if written else {})
+        if template is not None and lathe is not None:
+            value["turned"] = turned_json(template, lathe)
         print(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
         return 0
     if request.csv == "-":
         sys.stdout.write(_table(examination))
         told = sys.stderr
     else:
-        from wearsim.cli.profile_print import as_text
+        from wearsim.cli.profile_print import as_text, turned_text
 
         print(as_text(examination))
+        if template is not None and lathe is not None:
+            print("\n" + turned_text(template, lathe))
         told = sys.stdout
     for line in written:
         print(f"wrote {line}", file=told)
@@ -151,6 +161,7 @@ def kind_faults(request: Request, kind: str, name: str) -> list[str]:
     if kind == "rail":
         stated = [f"--{key.replace('_', '-')}" for key in _WHEEL_ONLY if key in request.numbers]
         stated += [f"--{key}" for key in ("left", "limits", "rail") if getattr(request, key) is not None]
+        stated += ["--turn-to"] if request.turn_to is not None else []
         stated += ["--origin"] if "origin" in request.said else []
         faults += [
             f"{flag} belongs to wheels, {name} is a rail; "

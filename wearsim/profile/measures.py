@@ -37,8 +37,19 @@ def _tread_side(y: FloatArray, z: FloatArray) -> int:
     return tip
 
 
-def _tape_level(y: FloatArray, z: FloatArray) -> float:
-    """Height of the profile at the tape circle y = 0 [m]."""
+def tape_level(y: FloatArray, z: FloatArray) -> float:
+    """Height of a wheel profile at its tape circle.
+
+    Parameters
+    ----------
+    y, z : (n,) array
+        Wheel profile [m].
+
+    Returns
+    -------
+    float
+        z at y = 0 [m]; the rolling radius there is that at z = 0 plus this.
+    """
     tip = _tread_side(y, z)
     before = tip + int(np.flatnonzero(y[tip:] <= 0.0)[-1])
     return crossing(z, y, before, 0.0)
@@ -58,13 +69,13 @@ def flange_height(y: FloatArray, z: FloatArray) -> float:
         Sh [m]; 28 mm for a new S1002.
     """
     tip = _tread_side(y, z)
-    return extremum(y, z, tip)[1] - _tape_level(y, z)
+    return extremum(y, z, tip)[1] - tape_level(y, z)
 
 
 def _flank_at_level(y: FloatArray, z: FloatArray, level: float) -> float:
     """Lateral position where the active flank has the height `level` above the tape circle [m]."""
     tip = _tread_side(y, z)
-    height = z - _tape_level(y, z)
+    height = z - tape_level(y, z)
     above = np.flatnonzero((height[tip:] >= level) & (y[tip:] < 0.0))
     if level <= 0.0 or len(above) == 0:
         raise ProfileError(
@@ -385,4 +396,4 @@ def _diameter(y: FloatArray, z: FloatArray, radius: float | None) -> float:
     """Diameter at the tape circle [m]."""
     if radius is None:
         raise ProfileError("the rolling radius at z = 0 is not given")
-    return 2.0 * (radius + _tape_level(y, z))
+    return 2.0 * (radius + tape_level(y, z))
