@@ -48,12 +48,12 @@ def _eliminate(matrix: FloatArray, right: FloatArray, n: int) -> bool:
             right[k] = right[best]
             right[best] = swap
         inverse = 1.0 / matrix[k, k]
-        pivot = matrix[k]
+        pivot = matrix[k, k + 1 : n]
         for i in range(k + 1, n):
             factor = matrix[i, k] * inverse
             if factor != 0.0:
-                line = matrix[i]
-                for j in range(k + 1, n):
+                line = matrix[i, k + 1 : n]
+                for j in range(pivot.size):  # of slices, from 0: only so are vector instructions used
                     line[j] -= factor * pivot[j]
                 right[i] -= factor * right[k]
     for k in range(n - 1, -1, -1):
