@@ -9,30 +9,28 @@ if TYPE_CHECKING:
     from wearsim.scene import AccuracyScene
 
 
-def run(scene: AccuracyScene, out: Path | None, command: str) -> int:
+def write(scene: AccuracyScene, folder: Path, command: str) -> Path:
     """Solve the cases with every model and write the report.
 
     Parameters
     ----------
     scene : AccuracyScene
         As loaded.
-    out : Path, optional
-        Folder of the report; "reports" if not given.
+    folder : Path
+        Of the report.
     command : str
         Command line, for the report.
 
     Returns
     -------
-    int
-        Exit code.
+    Path
+        Of the report.
     """
     from wearsim.report.pages_accuracy import write_accuracy
     from wearsim.scene.accuracy import matrix_of
     from wearsim.studies.accuracy import solve_accuracy
 
-    dataset = solve_accuracy(matrix_of(scene))
-    print(f"report: {write_accuracy(dataset, out or Path('reports'), scene.origin.path.stem, command)}")
-    return 0
+    return write_accuracy(solve_accuracy(matrix_of(scene)), folder, scene.origin.path.stem, command)
 
 
 def plan(scene: AccuracyScene) -> dict[str, Any]:
@@ -53,12 +51,10 @@ def plan(scene: AccuracyScene) -> dict[str, Any]:
 
     matrix = matrix_of(scene)
     return {
-        "title": matrix.title,
         "cases": matrix.count,
         "reference": named(matrix.reference),
         "models": [named(models) for models in matrix.models],
         "contact_solutions": matrix.count * (1 + len(matrix.models)),
-        "settings": scene.model_dump(by_alias=True, mode="json"),
     }
 
 

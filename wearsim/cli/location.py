@@ -9,32 +9,29 @@ if TYPE_CHECKING:
     from wearsim.scene import LocationScene
 
 
-def run(scene: LocationScene, out: Path | None, command: str) -> int:
+def write(scene: LocationScene, folder: Path, command: str) -> Path:
     """Search the contacts and write the report.
 
     Parameters
     ----------
     scene : LocationScene
         As loaded.
-    out : Path, optional
-        Folder of the report; "reports" if not given.
+    folder : Path
+        Of the report.
     command : str
         Command line, for the report.
 
     Returns
     -------
-    int
-        Exit code.
+    Path
+        Of the report.
     """
     from wearsim.report.pages_location import write_locations
     from wearsim.scene.location import locations_of
     from wearsim.studies.location import solve_locations
 
     cases = locations_of(scene)
-    stem = scene.origin.path.stem
-    path = write_locations(solve_locations(cases), cases.remarks, out or Path("reports"), stem, command)
-    print(f"report: {path}")
-    return 0
+    return write_locations(solve_locations(cases), cases.remarks, folder, scene.origin.path.stem, command)
 
 
 def plan(scene: LocationScene) -> dict[str, Any]:
@@ -54,10 +51,8 @@ def plan(scene: LocationScene) -> dict[str, Any]:
 
     cases = locations_of(scene)
     return {
-        "title": cases.title,
         "shifts": cases.shift.size,
         "counterfaces": len(cases.curvatures),
-        "settings": scene.model_dump(by_alias=True, mode="json"),
     }
 
 

@@ -9,22 +9,22 @@ if TYPE_CHECKING:
     from wearsim.scene import PublishedScene
 
 
-def run(scene: PublishedScene, out: Path | None, command: str) -> int:
+def write(scene: PublishedScene, folder: Path, command: str) -> Path:
     """Solve the cases and write the report.
 
     Parameters
     ----------
     scene : PublishedScene
         As loaded.
-    out : Path, optional
-        Folder of the report; "reports" if not given.
+    folder : Path
+        Of the report.
     command : str
         Command line, for the report.
 
     Returns
     -------
-    int
-        Exit code.
+    Path
+        Of the report.
     """
     from wearsim.report.pages_published import write_published
     from wearsim.scene.published import published_cases
@@ -32,11 +32,7 @@ def run(scene: PublishedScene, out: Path | None, command: str) -> int:
 
     cases = published_cases(scene)
     stem = scene.origin.path.stem
-    path = write_published(
-        solve_published(cases), contact_states(cases), out or Path("reports"), stem, command
-    )
-    print(f"report: {path}")
-    return 0
+    return write_published(solve_published(cases), contact_states(cases), folder, stem, command)
 
 
 def plan(scene: PublishedScene) -> dict[str, Any]:
@@ -58,11 +54,9 @@ def plan(scene: PublishedScene) -> dict[str, Any]:
     points = len(cases.cases) * len(cases.profiles)
     trends = len(cases.trend_shifts) * len(cases.trend_curvatures)
     return {
-        "title": cases.title,
         "cases": len(cases.cases),
         "profiles": list(cases.names),
         "contact_solutions": 3 * points + len(cases.cases) + trends,
-        "settings": scene.model_dump(by_alias=True, mode="json"),
     }
 
 

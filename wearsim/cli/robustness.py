@@ -9,22 +9,22 @@ if TYPE_CHECKING:
     from wearsim.scene import RobustnessScene
 
 
-def run(scene: RobustnessScene, out: Path | None, command: str) -> int:
+def write(scene: RobustnessScene, folder: Path, command: str) -> Path:
     """Put every combination of models into every situation and write the report.
 
     Parameters
     ----------
     scene : RobustnessScene
         As loaded.
-    out : Path, optional
-        Folder of the report; "reports" if not given.
+    folder : Path
+        Of the report.
     command : str
         Command line, for the report.
 
     Returns
     -------
-    int
-        Exit code.
+    Path
+        Of the report.
     """
     from wearsim.report.robustness import write_robustness
     from wearsim.studies.robustness import Limits, assess
@@ -37,20 +37,16 @@ def run(scene: RobustnessScene, out: Path | None, command: str) -> int:
         Limits(1e-2 * limits.right_percent, 1e-2 * limits.wrong_percent, limits.seconds),
     )
     stem = scene.origin.path.stem
-    title = scene.scene.title or stem
-    path = write_robustness(
-        found, step_limits(), (title, scene.remarks), out or Path("reports"), stem, command
-    )
-    print(f"report: {path}")
-    return 0
+    told = (scene.scene.title or stem, scene.remarks)
+    return write_robustness(found, step_limits(), told, folder, stem, command)
 
 
-def plan(scene: RobustnessScene) -> dict[str, Any]:
-    """Tell what the scene would solve.
+def plan(_scene: RobustnessScene) -> dict[str, Any]:
+    """Tell what a scene of this kind would solve: they differ in limits and grids only.
 
     Parameters
     ----------
-    scene : RobustnessScene
+    _scene : RobustnessScene
         As loaded.
 
     Returns
@@ -62,11 +58,9 @@ def plan(scene: RobustnessScene) -> dict[str, Any]:
     from wearsim.studies.situations import SITUATIONS
 
     return {
-        "title": scene.scene.title or scene.origin.path.stem,
         "situations": len(SITUATIONS),
         "combinations": len(COMBINATIONS),
         "contact_solutions": len(SITUATIONS) * (1 + len(COMBINATIONS)),
-        "settings": scene.model_dump(by_alias=True, mode="json"),
     }
 
 

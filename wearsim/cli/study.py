@@ -1,39 +1,47 @@
-"""Scenes that are no campaigns: which module runs each kind."""
+"""Scenes that are no campaigns: which module runs each kind, and what all those with a report share."""
 
 from __future__ import annotations
 
 import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from wearsim.scene import StudyScene
 
-_MODULES = {
+_REPORTED = {
     "published": "wearsim.cli.published",
     "accuracy": "wearsim.cli.accuracy",
     "location": "wearsim.cli.location",
     "wear_steps": "wearsim.cli.wear_steps",
-    "sweep": "wearsim.cli.sweep",
     "robustness": "wearsim.cli.robustness",
 }
+"""Modules with `write` (solves a scene, writes its report and returns the path of it), `plan` and `text`."""
 
 
-class Study(Protocol):
-    """What the module of a kind has."""
+@dataclass(frozen=True)
+class Study:
+    """What `wearsim run` and `wearsim check` do with a kind of scene.
 
-    def run(self, scene: Any, out: Path | None, command: str) -> int:
-        """Solve the scene and write its report to `out`, "reports" if not given; the exit code."""
+    Parameters
+    ----------
+    run : callable
+        Of scene, folder or None, command line: solves the scene; returns the exit code.
+    plan : callable
+        Of scene: what it would solve, for `wearsim check --json`.
+    text : callable
+        Of what `plan` told: lines for `wearsim check`.
+    """
 
-    def plan(self, scene: Any) -> dict[str, Any]:
-        """Tell what the scene would solve, for `wearsim check --json`."""
-
-    def text(self, told: dict[str, Any]) -> str:
-        """Lines for `wearsim check` from what `plan` told."""
+    run: Callable[[Any, Path | None, str], int]
+    plan: Callable[[Any], dict[str, Any]]
+    text: Callable[[dict[str, Any]], str]
 
 
 def study(scene: StudyScene) -> Study:
-    """Return the module that runs a scene.
+    """Return what runs a scene.
 
     Parameters
     ----------
@@ -45,4 +53,24 @@ def study(scene: StudyScene) -> Study:
     Study
         By the kind of the scene.
     """
-    return cast("Study", importlib.import_module(_MODULES[scene.scene.kind]))
+    if scene.scene.kind in _REPORTED:
+        return _reported(_REPORTED[scene.scene.kind])
+    from wearsim.cli import sweep
+
+    return Study(sweep.run, sweep.plan, sweep.text)
+
+
+def _reported(name: str) -> Study:
+    """Study whose outcome is a report, in "reports" if no folder is given."""
+    module = importlib.import_module(name)
+
+    def run(scene: Any, out: Path | None, command: str) -> int:
+        print(f"report: {module.write(scene, out or Path('reports'), command)}")
+        return 0
+
+    def plan(scene: Any) -> dict[str, Any]:
+        title = scene.scene.title or scene.origin.path.stem
+        settings = scene.model_dump(by_alias=True, mode="json")
+        return {"title": title, **module.plan(scene), "settings": settings}
+
+    return Study(run, plan, module.text)

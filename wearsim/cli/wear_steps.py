@@ -9,22 +9,22 @@ if TYPE_CHECKING:
     from wearsim.scene import WearStepsScene
 
 
-def run(scene: WearStepsScene, out: Path | None, command: str) -> int:
+def write(scene: WearStepsScene, folder: Path, command: str) -> Path:
     """Wear the wheel in every way and write the report.
 
     Parameters
     ----------
     scene : WearStepsScene
         As loaded.
-    out : Path, optional
-        Folder of the report; "reports" if not given.
+    folder : Path
+        Of the report.
     command : str
         Command line, for the report.
 
     Returns
     -------
-    int
-        Exit code.
+    Path
+        Of the report.
     """
     from wearsim.report.pages_wear_steps import write_wear_steps
     from wearsim.studies.wear_steps import cases_of, solve_wear_steps
@@ -39,12 +39,8 @@ def run(scene: WearStepsScene, out: Path | None, command: str) -> int:
         )
         for model in scene.models
     ]
-    title = scene.scene.title or scene.origin.path.stem
-    path = write_wear_steps(
-        datasets, title, scene.remarks, out or Path("reports"), scene.origin.path.stem, command
-    )
-    print(f"report: {path}")
-    return 0
+    stem = scene.origin.path.stem
+    return write_wear_steps(datasets, scene.scene.title or stem, scene.remarks, folder, stem, command)
 
 
 def plan(scene: WearStepsScene) -> dict[str, Any]:
@@ -63,13 +59,11 @@ def plan(scene: WearStepsScene) -> dict[str, Any]:
     from wearsim.studies.wear_steps import cases_of
 
     return {
-        "title": scene.scene.title or scene.origin.path.stem,
         "cases": [
             f"{case.normal}: {case.text} ({model.beyond:g} times), to {model.depth_um:g} um"
             for model in scene.models
             for case in cases_of(model.normal, model.beyond)
         ],
-        "settings": scene.model_dump(by_alias=True, mode="json"),
     }
 
 
