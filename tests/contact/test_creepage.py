@@ -22,7 +22,7 @@ def moved(kappa=0.0, angle=-0.09, wheel_y=-12e-3, radius=0.4608, height=0.3e-3, 
         half_span=SPAN,
         nominal_radius=RADIUS,
         curvature=kappa,
-        **{name: np.array([value]) for name, value in named.items()},
+        **{name: np.atleast_1d(value) for name, value in named.items()},
     )
 
 
@@ -86,14 +86,34 @@ def test_linear_forms_of_the_seed(wheelset, counterface, points, coarse, curvatu
     linear_x = ground - radius / RADIUS
     linear_y = -ground * yaw
     linear_z = -delta / RADIUS - delta * curvature - lead * yaw * curvature
+    # The wheel's point is that of the contact plane, micrometres off its profile, alike for all yaws.
+    still = solve(points(shift=shift), wheelset, counterface(curvature), coarse, sides=(0,))
+    height, rolling = (
+        np.interp(place, side.y, side.z) for place, side in ((still.rail_y, profile), (still.wheel_y, wheel))
+    )
+    off = still.creepage_x - (1.0 - curvature * height - (RADIUS + rolling) / RADIUS)
+    assert abs(off[0]) < 3e-6
     # Longitudinal: the largest omitted term is half the square of the yaw and the wheel's own slope.
-    left = abs(exact.creepage_x - linear_x)
+    left = abs(exact.creepage_x - off - linear_x)
     assert np.all(left < 1.2 * yaw**2)
     assert np.polyfit(np.log(yaw), np.log(left), 1)[0] == pytest.approx(2.0, abs=0.15)
     # Lateral: projected on the contact plane, 1/cos(delta), and larger by r/r0: second order in angles.
     assert np.all(abs(exact.creepage_y / linear_y - 1.0) < 2.5 * delta**2 + 2e-3)
     # Spin: sine against angle, delta^3/6, and the square of the yaw.
     assert np.all(abs(exact.spin - linear_z) < (1.0 / RADIUS + curvature) * (delta**3 / 6 + 1.2 * yaw**2))
+
+
+@pytest.mark.parametrize("angle", [-0.03, -0.4, -1.2])
+def test_planes_of_wheel_and_counterface_lie_the_approach_apart(angle):
+    """A cone in its contact plane: the rolling radius where the normal meets it, not above the centre."""
+    approach = 0.1e-3
+    over = np.array([approach / np.cos(angle)])
+    found = nominal(moved(0.0, angle, approach=np.array([approach]), overlap=over))
+    along_normal = 0.4608 - approach * np.sin(angle) * np.tan(angle)
+    assert found[0] == pytest.approx(1.0 - along_normal / RADIUS, abs=1e-12)
+    bent = nominal(moved(0.0, angle, approach=np.array([approach]), overlap=over - 2e-6))
+    assert bent[0] - found[0] == pytest.approx(-2e-6 / RADIUS, rel=1e-9)  # the patch is deeper elsewhere
+    assert found[2] == nominal(moved(0.0, angle))[2]
 
 
 def test_creepage_is_linear_in_the_rotation_speed():

@@ -1,9 +1,10 @@
 """Both half-space models together against another half-space program: forces, power, slip of 103 cases.
 
-With the creepages of that program all is left to the two problems; with our own the place where creepages are
-taken comes in. That program has them in one plane, under the deepest point of the overlap; ours are those of
-the wheel's profile at the centre of pressure. Where a patch is bent the two differ by 1 to 6 um of rolling
-radius, 0.3 to 1.4e-5 of longitudinal creepage, which counts only where there is hardly any.
+With the creepages of that program all is left to the two problems; with our own the plane where creepages are
+taken comes in. That program has it at an average over the overlap of the rigid bodies; ours goes through the
+counterface's profile at the centre of pressure. Both have the wheel's point the rigid approach deeper. Where
+a patch is bent the two differ by up to 3 um of rolling radius, and by their angles beside jumps, which counts
+only where there is hardly any creepage. All cases: test_reference_limits.
 """
 
 from pathlib import Path
@@ -93,17 +94,13 @@ def test_forces_and_power_with_the_creepages_of_the_other_program(table, wheelse
 
 
 def test_forces_and_power_with_our_own_creepages(table, wheelset):
-    """Forces 1 % (one of 103: 1.3 %), power 3 % but in little slip.
-
-    In 8 cases with slip in less than 0.13 of the patch, 20 to 60 W, the creepage is up to 5.4 % of the power.
-    """
+    """Forces 1 % (0.6 %), power 3 %; but 3.3 % and 5.4 % in two cases 0.2 mm before a jump."""
     error = solved(table, wheelset, lambda _: None)
-    assert (error.force > 0.01).sum() <= 1
-    assert error.force.max() < 1.35e-2
-    little = table.slip_share < 0.13
-    assert error.power[~little].max() < 0.03
-    assert (error.power[little] > 0.03).sum() <= 8
+    assert error.force.max() < 6e-3
+    assert error.power.quantile(0.95) < 0.02
+    assert (error.power > 0.03).sum() <= 2
     assert error.power.max() < 0.055
-    near = table["shift"] < 5.4e-3  # before the flange the planes differ
-    assert error.creepage_x[near & little].max() < 1.5e-5
-    assert error.creepage_x[near].max() < 3.6e-5
+    near = table["shift"] < 5.4e-3  # before the flange
+    little = table.slip_share < 0.13
+    assert error.creepage_x[near & little].max() < 0.5e-5
+    assert error.creepage_x[near].max() < 0.8e-5

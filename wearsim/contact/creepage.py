@@ -3,7 +3,10 @@ r"""The kinematical problem: creepage in exact vector form.
 Creepage is the velocity of the wheel's surface minus that of the counterface, over V, in the contact
 frame: e_x along the rolling direction of the counterface, e_s across in the contact plane, e_n into the
 counterface. Both surface velocities are those of the undeformed bodies at the pressure-weighted centre of
-the patch. The counterface turns with :math:`\omega = (0, \kappa V, -V/R)`; a rail has kappa = 0.
+the patch, in the planes that stand for them: half-spaces meet in one plane. That of the counterface goes
+through its profile at the centre; that of the wheel lies the rigid approach deeper along the normal, where
+the wheel would be in its way the most. In a patch that is bent this is some micrometres off the wheel's
+profile at the centre. The counterface turns with :math:`\omega = (0, \kappa V, -V/R)`; a rail has kappa = 0.
 """
 
 from __future__ import annotations
@@ -52,6 +55,8 @@ def kinematics(
     half_span: float,
     nominal_radius: float,
     curvature: float,
+    approach: FloatArray | None = None,
+    overlap: FloatArray | None = None,
 ) -> Kinematics:
     r"""Creepage of right wheels as a function of their rotation speed.
 
@@ -73,6 +78,9 @@ def kinematics(
         1/R, positive to the right [1/m].
     half_span, nominal_radius, curvature : float
         Lateral origin of the profiles, tape circle radius [m], kappa of the counterface [1/m].
+    approach, overlap : (m,) array, optional
+        Rigid approach of the patch along the normal, and how far the wheel's point overlaps the counterface,
+        along the counterface's radius [m]; none: the wheel's point itself is taken.
 
     Returns
     -------
@@ -107,6 +115,8 @@ def kinematics(
     sine, cosine = np.sin(contact_angle)[:, None], np.cos(contact_angle)[:, None]
     e_s = cosine * e_y + sine * e_d
     e_n = -sine * e_y + cosine * e_d
+    if approach is not None and overlap is not None:
+        arm = arm + approach[:, None] * e_n - overlap[:, None] * e_d
     wheel = np.cross(axle, arm)  # surface velocity of the wheel per rotation speed
     counterface = -(speed * (1.0 - curvature * counterface_z))[:, None] * e_x + (speed * track_curvature)[
         :, None

@@ -220,11 +220,16 @@ def _solve_side(
 
     centre = normal.centre_y
     wheel_y = at(gap.wheel_y, centre)
+    ground_z, apart = np.interp(centre, grid, ground.z), at(gap.gap, centre)
+    # The wheel goes straight down, the gap is measured along the roller's radius there.
+    slope = counterface.curvature * at(gap.x, centre) / (1.0 - counterface.curvature * (ground_z - apart))
     motion = kinematics(
         wheel_y=wheel_y,
         wheel_radius=at(gap.wheel_radius, centre),
         sin_theta=at(gap.sin_theta, centre),
-        counterface_z=np.interp(centre, grid, ground.z),
+        counterface_z=ground_z,
+        approach=normal.approach,
+        overlap=normal.descent / np.sqrt(1.0 + slope**2) - apart,
         contact_angle=normal.contact_angle,
         shift=attitude.shift[patch_row],
         yaw=attitude.yaw[patch_row],
