@@ -147,6 +147,43 @@ def test_strips_lie_on_the_wheel(solved, wheelset):
     assert np.all(width >= solved.width * np.cos(solved.contact_angle) * 0.9)
 
 
+def test_strips_lie_on_the_counterface(solved, rail_60e1):
+    """Both sides of a strip are the same strip: the middles of the patches, and widths but for the slope."""
+    edges = solved.strip_edges_rail_y
+    assert np.all(np.diff(edges, axis=1) > 0.0)
+    assert np.all((edges[:, 0] < solved.rail_y) & (solved.rail_y < edges[:, -1]))
+    assert edges.min() > rail_60e1.y.min()
+    assert edges.max() < rail_60e1.y.max()
+    across = np.diff(edges, axis=1).sum(axis=1)
+    assert np.all(across <= solved.width * (1.0 + 1e-9))
+    assert np.all(across >= solved.width * np.cos(solved.contact_angle) * 0.9)
+
+
+def test_each_side_has_a_counterface_of_its_own(spread, wheelset, counterface, coarse):
+    """Another left roller changes nothing on the right where the rotation is given; an equal one nothing."""
+    first = replace(part_of(spread, slice(0, 10)), rotation="nominal")
+    one = counterface(1.0)
+    flat = replace(one.profile, z=0.9 * one.profile.z)
+    same, both = (solve(first, wheelset, replace(one, left=left), coarse) for left in (one.profile, flat))
+    assert_same_bits(solve(first, wheelset, one, coarse), same)
+    for name in ("rail_y", "area", "max_pressure", "creepage_x", "power", "strip_edges_rail_y"):
+        right, wanted = (getattr(s, name)[s.side == 0] for s in (both, same))
+        assert right.tobytes() == wanted.tobytes(), name
+    assert np.abs(both.area[both.side == 1].max() / same.area[same.side == 1].max() - 1.0) > 0.01
+    # the mirrored wheelset on exchanged rollers
+    mirrored = replace(
+        first,
+        shift=-first.shift,
+        yaw=-first.yaw,
+        roll=-first.roll,
+        track_curvature=-first.track_curvature,
+    )
+    mirror = solve(mirrored, wheelset, replace(one, profile=flat, left=one.profile), coarse)
+    for name in ("rail_y", "area", "power", "creepage_x"):
+        here, there = getattr(both, name)[both.side == 1], getattr(mirror, name)[mirror.side == 0]
+        np.testing.assert_allclose(there, here, rtol=1e-12, atol=1e-15, err_msg=name)
+
+
 def test_without_friction_nothing_wears(wheelset, counterface, points, coarse):
     for rule in ("free", "nominal", "centred"):
         smooth = solve(

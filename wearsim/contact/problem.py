@@ -109,18 +109,26 @@ class Wheelset:
 
 @dataclass(frozen=True)
 class Counterface:
-    """Rail, or roller with a rail's profile; both sides alike.
+    """Rails, or rollers with a rail's profile.
 
     Parameters
     ----------
     profile : Profile
         Placed (inclined, gauged), in the axes of the right side.
     curvature : float
-        1/s0, s0 the roller's radius at the profile's top [1/m]; a rail has 0.
+        1/s0, s0 the roller's radius at the profile's top when new [1/m]; a rail has 0.
+    left : Profile, optional
+        Of the left side, if it differs; in the axes of a right side, too.
     """
 
     profile: Profile
     curvature: float
+    left: Profile | None = None
+
+    @property
+    def profiles(self) -> tuple[Profile, Profile]:
+        """Of the right and the left side."""
+        return self.profile, self.profile if self.left is None else self.left
 
 
 @dataclass(frozen=True)
@@ -158,5 +166,6 @@ class ContactSolution:
     roll: FloatArray  # of the wheelset [rad]
     rotation_speed: FloatArray  # positive when it rolls forwards; V/r0 if creepages were given [rad/s]
     strip_edges_wheel_y: FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]
+    strip_edges_rail_y: FloatArray  # (m, ny + 1) the same on the counterface's profile [m]
     patch: Patch
     fields: SurfaceFields

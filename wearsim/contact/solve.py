@@ -55,7 +55,7 @@ def solve(
     wheelset : Wheelset
         Both wheels; free rotation and free roll need both even if one side is asked for.
     counterface : Counterface
-        Rail or roller.
+        Rails or rollers.
     models : ContactModels
         Normal and tangential model, grid and material.
     sides : tuple of int
@@ -114,13 +114,15 @@ def solve_each(
     """
     count = conditions.shift.size
     wheels = tuple(geometry.rings(w, wheelset.radius) for w in (wheelset.right, wheelset.left))
-    ground = geometry.contour(counterface.profile)
+    grounds = (geometry.contour(counterface.profile),) * 2
+    if counterface.left is not None:
+        grounds = (grounds[0], geometry.contour(counterface.left))
     starts = range(0, max(count, 1), CHUNK)
 
     def task(start: int) -> Result:
         chunk = _part(conditions, slice(start, min(start + CHUNK, count)))
         return each(
-            _solve_chunk(chunk, start, wheels, ground, wheelset, counterface, models, sides, vertical)
+            _solve_chunk(chunk, start, wheels, grounds, wheelset, counterface, models, sides, vertical)
         )
 
     if threads > 1 and len(starts) > 1:
@@ -161,6 +163,7 @@ class _Wheels:
     speed: FloatArray
     wheel_y: FloatArray
     edges_wheel_y: FloatArray
+    edges_rail_y: FloatArray
 
 
 def _placed(
@@ -182,13 +185,14 @@ def _solve_side(
     chunk: ContactConditions,
     start: int,
     wheel: Rings,
-    ground: Contour,
+    grounds: tuple[Contour, ...],
     wheelset: Wheelset,
     counterface: Counterface,
     models: ContactModels,
     vertical: bool,
 ) -> _Wheels:
     """Geometrical, normal and kinematical problem of one side; a left wheel is mirrored to the right."""
+    ground = grounds[side]
     sign = -1.0 if side else 1.0
     attitude = Attitude(sign * chunk.shift, sign * chunk.yaw, sign * chunk.roll)
     span = {
@@ -253,6 +257,7 @@ def _solve_side(
         chunk.speed[patch_row],
         wheel_y,
         at(gap.wheel_y, normal.edge_y),
+        normal.edge_y,
     )
 
 
@@ -260,7 +265,7 @@ def _solve_chunk(
     chunk: ContactConditions,
     start: int,
     wheels: tuple[Rings, ...],
-    ground: Contour,
+    grounds: tuple[Contour, ...],
     wheelset: Wheelset,
     counterface: Counterface,
     models: ContactModels,
@@ -268,7 +273,7 @@ def _solve_chunk(
     vertical: bool,
 ) -> ContactSolution:
     """All four problems for one chunk."""
-    shared = (ground, wheelset, counterface, models, vertical)
+    shared = (grounds, wheelset, counterface, models, vertical)
     balance = isinstance(chunk.rotation, str) and chunk.rotation == "free" and chunk.creepage is None
     needed = (0, 1) if balance else sides
     if chunk.free_roll:
@@ -393,6 +398,7 @@ def _finish(
         roll=roll[patch.row],
         rotation_speed=-speed[patch.row],
         strip_edges_wheel_y=solved.edges_wheel_y,
+        strip_edges_rail_y=solved.edges_rail_y,
         patch=replace(patch, row=start + patch.row),
         fields=SurfaceFields(
             pressure=pressure,

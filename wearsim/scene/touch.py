@@ -103,7 +103,7 @@ def _descent(
     attitude = Attitude(sign * conditions.shift[rows], sign * conditions.yaw[rows], sign * roll)
     gap = geometry.gap(
         geometry.rings(wheelset.left if side else wheelset.right, wheelset.radius),
-        geometry.contour(setup.counterface.profile),
+        geometry.contour(setup.counterface.profiles[side]),
         attitude,
         half_span=wheelset.half_span,
         nominal_radius=wheelset.radius,

@@ -150,14 +150,15 @@ def _sections(
 ) -> dict[str, xr.Variable]:
     """Wheel and counterface across the track, and the gap around the patches, of each solved side."""
     sides = np.unique(solution.side[rows])
-    ground = geometry.contour(counterface.profile)
     parts: dict[str, list[FloatArray]] = {}
-    spread, touch = [], []
+    grounds, spread, touch = [], [], []
     for side in sides:
         sign = -1.0 if side else 1.0
         angles = (conditions.yaw[point], solution.roll[rows[0]])
         shift, yaw, roll = sign * np.array([conditions.shift[point], *angles])
         profile = wheelset.left if side else wheelset.right
+        below = counterface.profiles[side]
+        ground = geometry.contour(below)
         gap = geometry.gap(
             geometry.rings(profile, wheelset.radius),
             ground,
@@ -172,16 +173,17 @@ def _sections(
         half = 0.5 * solution.width[own]
         low, high = (solution.rail_y[own] - half).min(), (solution.rail_y[own] + half).max()
         margin = _GAP_SPAN * float(half.max())
+        grounds.append(ground)
         spread.append((low - margin, high + margin))
         touch.append((gap.gap[0] - descent) * np.cos(ground.angle))
         for name, values in (
             ("wheel_section_y", sign * y),
             ("wheel_section_z", z + descent),
-            ("counterface_section_y", sign * counterface.profile.y),
-            ("counterface_section_z", counterface.profile.z),
+            ("counterface_section_y", sign * below.y),
+            ("counterface_section_z", below.z),
         ):
             parts.setdefault(name, []).append(values)
-    for (low, high), distance in zip(spread, touch, strict=True):
+    for ground, (low, high), distance in zip(grounds, spread, touch, strict=True):
         at = np.linspace(max(low, ground.y[0]), min(high, ground.y[-1]), 401)
         parts.setdefault("gap_rail_y", []).append(at)
         parts.setdefault("gap", []).append(np.interp(at, ground.y, distance))
