@@ -184,7 +184,8 @@ def _choice(found: xr.Dataset, rows: NDArray[np.int64], names: tuple[str, ...], 
     best = int(np.argmin(largest))
     if not np.isfinite(largest[best]):
         return "none answers everywhere"
-    return f"`{found['model'].values[best]}` ({100.0 * largest[best]:.0f} %)"
+    shown = float(f"{largest[best]:.4g}")  # as `values_table` has it, so that both round alike
+    return f"`{found['model'].values[best]}` ({100.0 * shown:.0f} %)"
 
 
 def _decision_notes(found: xr.Dataset) -> str:
