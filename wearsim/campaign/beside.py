@@ -124,7 +124,7 @@ def static_beside(laws: LawsBeside) -> dict[str, Any]:
             "beside_name": tuple(one.law for one in laws.wear),
             "beside_coefficients": tuple("" if one is None else one.name for one in sets),
             "beside_source": tuple("" if one is None else one.source for one in sets),
-            "beside_doubts": tuple("" if one is None else " ".join(one.doubts) for one in sets),
+            "beside_doubts": tuple("" if one is None else "; ".join(one.doubts) for one in sets),
             "beside_form": tuple(one.form for one in laws.wear),
             "beside_regime_name": tuple(
                 f"{one.law}: {regime}" for one in laws.wear for regime in regimes(one.law)
@@ -136,7 +136,7 @@ def static_beside(laws: LawsBeside) -> dict[str, Any]:
             "fatigue_name": tuple(one.law for one in laws.fatigue),
             "fatigue_coefficients": tuple(one.name for one in numbers),
             "fatigue_source": tuple(one.source for one in numbers),
-            "fatigue_doubts": tuple(" ".join(one.doubts) for one in numbers),
+            "fatigue_doubts": tuple("; ".join(one.doubts) for one in numbers),
             "fatigue_form": tuple(_form(one) for one in laws.fatigue),
             "fatigue_crack_width": np.array([one.crack_width for one in laws.fatigue]),
             "fatigue_wear_limit": np.array(

@@ -302,7 +302,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "wear_coefficients_source": coefficients.source if worn_by_law else "",
         "wear_coefficients_validity": coefficients.validity if worn_by_law else "",
         "wear_coefficients_departures": " ".join(coefficients.departures) if worn_by_law else "",
-        "wear_coefficients_doubts": " ".join(coefficients.doubts) if worn_by_law else "",
+        "wear_coefficients_doubts": "; ".join(coefficients.doubts) if worn_by_law else "",
         "wear_form": wear.form if worn_by_law else "",
         "seizure_cap": wear.seizure_cap if worn_by_law else "",
         "wheel_density": wear.density,

@@ -12,6 +12,7 @@ from wearsim.cli.changes import add_change_flags, load_changed
 from wearsim.cli.study import study
 
 if TYPE_CHECKING:
+    from wearsim.damage.fatigue import FatigueSettings
     from wearsim.errors import Fault
     from wearsim.scene import CampaignSetup, FieldScene, RigScene, StudyScene
 
@@ -95,6 +96,9 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
     evaluations = 2  # at both ends of a step: for the mean of both rates, or for the error of Euler's rule
     # two wheels: y, z, depth, work, depth by regime; eight patch slots per point
     values = 2 * vertices * (4 + len(regimes(setup.wear.law))) + count * (8 * _PATCH_VALUES + 2)
+    laws = len(setup.fatigue)
+    values += 2 * vertices * (len(setup.beside) + (1 + 4 * laws if laws else 0))
+    values += count * 8 * (2 + laws) if laws else 0
     return {
         "kind": setup.kind,
         "title": setup.title,
@@ -112,10 +116,37 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
         "inputs": [{"name": name, "sha256": digest} for name, digest in setup.input_hashes],
         "wear_coefficients": acting_coefficients(setup.wear).name,
         "wear_form": setup.wear.form,
+        "beside": [
+            {"law": one.law, "form": one.form, "coefficients": acting_coefficients(one).name}
+            for one in setup.beside
+        ],
+        "fatigue": [_fatigue(one) for one in setup.fatigue],
         "settings": scene.model_dump(by_alias=True, mode="json"),
         "choice": _choice(setup),
         "warnings": [str(warning) for warning in warnings],
     }
+
+
+def _fatigue(settings: FatigueSettings) -> dict[str, Any]:
+    from wearsim.damage.fatigue import CONTAIN_REMOVAL, acting_coefficients
+
+    told: dict[str, Any] = {"law": settings.law, "coefficients": acting_coefficients(settings).name}
+    told["crack_width"] = settings.crack_width
+    if settings.law in CONTAIN_REMOVAL:
+        told |= {"branch": settings.branch, "wear_number": settings.wear_number}
+    if settings.crack_depth is not None:
+        told |= {"crack_depth": settings.crack_depth, "wear_limit": settings.wear_limit}
+    return told
+
+
+def _laws(item: dict[str, Any]) -> list[tuple[str, str]]:
+    """Lines on the laws beside the leading one and on fatigue."""
+    lines = [("beside", f"{one['law']} ({one['form']}), {one['coefficients']}") for one in item["beside"]]
+    for one in item["fatigue"]:
+        form = f", {one['branch']} form, wear number {one['wear_number']}" if "branch" in one else ""
+        removal = f", wear removes cracks of {1e3 * one['crack_depth']:g} mm" if "crack_depth" in one else ""
+        lines.append(("fatigue law", f"{one['law']}, {one['coefficients']}{form.replace('_', ' ')}{removal}"))
+    return lines
 
 
 def _choice(setup: CampaignSetup) -> list[dict[str, Any]] | None:
@@ -176,6 +207,7 @@ def _text(item: dict[str, Any]) -> str:
         ("environment factor", environment),
         *_models(item["choice"], contact),
         ("wear law", f"{wear['law']} ({item['wear_form']}), {item['wear_coefficients']}"),
+        *_laws(item),
         (
             "solutions per step",
             f"{item['points']} points x 2 wheels x {item['evaluations_per_step']} evaluations "

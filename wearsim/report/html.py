@@ -11,7 +11,7 @@ import jinja2
 import xarray as xr
 
 from wearsim.errors import ResultError
-from wearsim.report import pages, tables
+from wearsim.report import pages, pages_damage, tables, tables_damage
 from wearsim.report.convergence import CAPTION, Convergence, read_convergence
 from wearsim.report.style import plain, role_of, shown, to_svg
 from wearsim.results import doubts, open_results
@@ -24,6 +24,7 @@ SECTIONS = (
     ("wear", "Wear"),
     ("measures", "Wheel measures"),
     ("contact", "Contact"),
+    ("fatigue", "Rolling contact fatigue"),
     ("factors", "Factors from rig to field"),
     ("regimes", "Wear regimes"),
     ("quality", "Numerical quality"),
@@ -94,11 +95,22 @@ def render(datasets: list[xr.Dataset], convergence: Sequence[Convergence] = ()) 
     """
     translation = translate(datasets[0], datasets[1]) if len(datasets) == 2 else None
     quality = [tables.quality(data) for data in datasets]
+    absent = () if translation is not None else ("factors", "regimes")
+    if not any("fatigue_name" in data for data in datasets):
+        absent = (*absent, "fatigue")
     context: dict[str, Any] = {
         "title": " against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets),
         "roles": [role_of(data) for data in datasets],
         "headings": [tables.role_title(data) for data in datasets],
-        "sections": [s for s in SECTIONS if translation is not None or s[0] not in ("factors", "regimes")],
+        "sections": [s for s in SECTIONS if s[0] not in absent],
+        "wear_tables": [
+            *(tables_damage.wear_laws(data) for data in datasets),
+            tables_damage.damage_factors(translation, "beside"),
+        ],
+        "fatigue_tables": [
+            *(tables_damage.fatigue_tables(data) for data in datasets),
+            tables_damage.damage_factors(translation, "fatigue"),
+        ],
         "plates": _plates(datasets, translation),
         "summary": [_campaign_line(data) for data in datasets],
         "warnings": warnings(datasets, translation),
@@ -169,7 +181,7 @@ def warnings(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> list
 def _plates(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> dict[str, list[dict[str, str]]]:
     """Figures by section as SVG text."""
     sections: dict[str, list[dict[str, str]]] = {name: [] for name, _ in SECTIONS}
-    for plate in pages.plates(datasets, translation):
+    for plate in [*pages.plates(datasets, translation), *pages_damage.plates(datasets)]:
         svg = to_svg(plate.figure, plate.name)
         sections[plate.section].append({"name": plate.name, "svg": svg, "caption": plate.caption})
     return sections

@@ -10,7 +10,7 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.nomenclature import NOMENCLATURE
-from wearsim.report import pages
+from wearsim.report import pages, pages_damage, tables_damage
 from wearsim.report.style import capital, role_of, save_svg
 from wearsim.report.tables import UNDEFINED, limit_text, number
 from wearsim.results import doubts, open_results
@@ -90,7 +90,33 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
     found["limits"] = {
         entry.name: {"limit": entry.limit, "met": list(entry.distance)} for entry in limits_met(dataset)
     }
+    if "beside_name" in dataset or "fatigue_name" in dataset:
+        found["damage"] = _damage(dataset)
     return found
+
+
+def _damage(dataset: xr.Dataset) -> dict[str, Any]:
+    """Wear by the laws beside the leading one and damage by the fatigue laws, lists are (right, left)."""
+    told: dict[str, Any] = {}
+    if "beside_name" in dataset:
+        depth = dataset["beside_wear_depth"].values[-1].max(axis=2)
+        told["beside"] = {
+            str(name): {"max_wear_depth": [_plain(v) for v in depth[:, k]]}
+            for k, name in enumerate(dataset["beside_name"].values)
+        }
+    if "fatigue_name" in dataset:
+        damage, rate = (dataset[f"fatigue_damage{end}"].values[-1].max(axis=2) for end in ("", "_rate"))
+        told["fatigue"] = {
+            str(name): {
+                "fatigue_damage": [_plain(v) for v in damage[:, k]],
+                "fatigue_damage_rate": [_plain(v) for v in rate[:, k]],
+            }
+            for k, name in enumerate(dataset["fatigue_name"].values)
+        }
+        found = tables_damage.life(dataset)
+        if found is not None:
+            told["life"] = {row[0].text: row[found.head.index("Life ends by")].text for row in found.rows}
+    return told
 
 
 def summary_text(found: dict[str, Any]) -> str:
@@ -131,9 +157,26 @@ def summary_text(found: dict[str, Any]) -> str:
     lines += [f"{'Share of the worn depth by regime':<46}{shares}", ""]
     lines += [_limit(name, entry) for name, entry in found["limits"].items()]
     lines += [""] if found["limits"] else []
+    lines += _damage_lines(found.get("damage", {}))
     lines += [f"{key}: {value}" for key, value in found["settings"].items()]
     lines += [f"warning: {line}" for line in found["warnings"]]
     return "\n".join(lines)
+
+
+def _damage_lines(damage: dict[str, Any]) -> list[str]:
+    lines = []
+    for kind in ("beside", "fatigue"):
+        for law, values in damage.get(kind, {}).items():
+            for name, ends in values.items():
+                right, left = (_text(name, value) for value in ends)
+                title = f"{law}, {_title(name)[:1].lower()}{_title(name)[1:]}"
+                lines.append(f"{title:<69}{right:>11}{left:>11}")
+    lines += [f"Life of {law}, ended by: {what}" for law, what in damage.get("life", {}).items()]
+    return (
+        [f"{'Laws beside the leading one, and fatigue':<69}{'right':>11}{'left':>11}", *lines, ""]
+        if lines
+        else []
+    )
 
 
 def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
@@ -158,7 +201,7 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
         directory.mkdir(parents=True, exist_ok=True)
         return [
             save_svg(plate.figure, directory / f"{Path(path).stem}_{plate.name}.svg")
-            for plate in pages.plates([dataset])
+            for plate in [*pages.plates([dataset]), *pages_damage.plates([dataset])]
         ]
     except OSError as fault:
         raise ResultError(

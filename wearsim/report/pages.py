@@ -58,7 +58,7 @@ def environment_note(datasets: list[xr.Dataset]) -> str:
     return f"Wear depths contain the environment factor: {parts}."
 
 
-def _worn_range(datasets: list[xr.Dataset], wheel: int, name: str = "profile_y") -> tuple[float, float]:
+def worn_range(datasets: list[xr.Dataset], wheel: int, name: str = "profile_y") -> tuple[float, float]:
     """Limits of a lateral (or arc length) axis around what is worn [shown unit]."""
     low, high = np.inf, -np.inf
     for data in datasets:
@@ -136,7 +136,7 @@ def wear_depth(datasets: list[xr.Dataset]) -> Plate:
                 ax = axes[row, wheel]
                 for data in datasets:
                     figures.plot_wear_depth(data, ax, wheel=wheel, against=against, history=True)
-                ax.set_xlim(_worn_range(datasets, wheel, against))
+                ax.set_xlim(worn_range(datasets, wheel, against))
                 ax.set_title(f"{side.capitalize()} wheel")
                 if wheel:
                     ax.set_ylabel("")
@@ -158,7 +158,7 @@ def wear_by_regime(datasets: list[xr.Dataset]) -> Plate:
         for row, data in enumerate(datasets):
             for wheel, side in enumerate(figures.WHEELS):
                 ax = figures.plot_wear_by_regime(data, axes[row, wheel], wheel=wheel)
-                ax.set_xlim(_worn_range(datasets, wheel))
+                ax.set_xlim(worn_range(datasets, wheel))
                 ax.set_title(f"{role_of(data).capitalize()}, {side} wheel")
                 if wheel:
                     ax.set_ylabel("")
@@ -278,7 +278,7 @@ def factors(datasets: list[xr.Dataset], translation: xr.Dataset) -> list[Plate]:
                     translation, position[wheel], ax, basis=basis, wheel=wheel
                 )
                 figures_translation.mark_one(ax)
-                ax.set_xlim(_worn_range(datasets, wheel))
+                ax.set_xlim(worn_range(datasets, wheel))
                 ax.set_title(f"{side.capitalize()} wheel, {what}")
         legend(figure)
     text = (

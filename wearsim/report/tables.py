@@ -232,6 +232,7 @@ _SETTINGS: tuple[tuple[str, str, str, float], ...] = (
     ("wear_law", "Wear law", "", 1.0),
     ("wear_form", "Form of the wear law", "", 1.0),
     ("wear_coefficients", "Wear coefficients", "", 1.0),
+    ("seizure_cap", "Cap that keeps out the seizure regime", "", 1.0),
     ("integrator", "Integrator", "", 1.0),
     ("depth_cap", "Largest depth per step", "µm", 1e6),
     ("first_depth", "Largest depth of the first step", "µm", 1e6),

@@ -24,7 +24,7 @@ _BARE = ("wear_area_rate", "wear_depth_rate_max")  # of the law as it is
 Pair = tuple[xr.Dataset, xr.Dataset]
 
 
-def _put(
+def add_quantity(
     out: dict[str, Any], variable: str, dims: tuple[str, ...], values: FloatArray, factor: Factor,
     quantity: str, meaning: str, comment: str, share: float | None = None,
 ) -> None:  # fmt: skip
@@ -51,7 +51,7 @@ def _status_attrs(meaning: str) -> dict[str, Any]:
     }
 
 
-def _along(pair: Pair, values: list[FloatArray], distance: FloatArray) -> FloatArray:
+def along(pair: Pair, values: list[FloatArray], distance: FloatArray) -> FloatArray:
     """Rows of both campaigns at (basis, k, campaign) distances -> (basis, k, campaign, ...)."""
     run = [np.asarray(data["distance"].values, dtype=np.float64) for data in pair]
     return np.stack(
@@ -68,7 +68,7 @@ def add_distance(out: dict[str, Any], axes: CommonAxes) -> None:
     factor = factors.ratio(
         run[..., 0], run[..., 1], float(np.nan_to_num(run).max()), reachable=axes.reachable
     )
-    _put(
+    add_quantity(
         out, "distance_run", ("basis", "progress", "campaign"), run, factor, "distance",
         "distance run where the campaigns are compared", "",
     )  # fmt: skip
@@ -77,14 +77,14 @@ def add_distance(out: dict[str, Any], axes: CommonAxes) -> None:
 def add_wear(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> None:
     """Add wear measures and conicity with their factors, (basis, progress, wheel_group)."""
     for name, rule in factors.WEAR_QUANTITIES.items():
-        values = _along(pair, [factors.wear_by_wheel(data, name) for data in pair], axes.distance)
+        values = along(pair, [factors.wear_by_wheel(data, name) for data in pair], axes.distance)
         # the scale is what the campaigns reach: at the new wheel all wear is zero
         scale = np.nan_to_num(np.abs(values)).max(axis=(0, 1, 2))
         reach = axes.reachable[:, :, None]
         change = rule == "change"
         factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, factors.zero_share(name), reach)
         meaning = NOMENCLATURE[name].meaning
-        _put(
+        add_quantity(
             out,
             f"{name}_change" if change else name,
             ("basis", "progress", "campaign", "wheel_group"),
@@ -96,12 +96,12 @@ def add_wear(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> None:
                 rule, "both wheels: the change of larger magnitude"
             ),
         )
-    conicity = _along(pair, [np.asarray(data["equivalent_conicity"].values) for data in pair], axes.distance)
+    conicity = along(pair, [np.asarray(data["equivalent_conicity"].values) for data in pair], axes.distance)
     scale = float(np.nan_to_num(np.abs(conicity)).max())
     factor = factors.ratio(conicity[:, :, 0], conicity[:, :, 1], scale, reachable=axes.reachable)
     meaning = NOMENCLATURE["equivalent_conicity"].meaning
     dims = ("basis", "progress", "campaign")
-    _put(out, "equivalent_conicity", dims, conicity, factor, "equivalent_conicity", meaning, "")
+    add_quantity(out, "equivalent_conicity", dims, conicity, factor, "equivalent_conicity", meaning, "")
 
 
 def add_contact(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> int:
@@ -116,21 +116,21 @@ def add_contact(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> int:
         weight = [np.asarray(data["op_weight"].values, dtype=np.float64) for data in pair]
         means = [factors.collective_mean(wheels[c], weight[c]) for c in (0, 1)]
         means = [np.column_stack([mean, mean.mean(axis=1)]) for mean in means]
-        values = _along(pair, means, axes.distance)
+        values = along(pair, means, axes.distance)
         scale = float(np.nan_to_num(np.abs(values)).max())
         factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, share, axes.reachable[:, :, None])
-        _put(
+        add_quantity(
             out, f"{name}_collective", ("basis", "progress", "campaign", "wheel_group"), values, factor, name,
             f"{meaning}, collective mean",
             f"mean magnitude, weighted with the shares of the load collective; patches of a wheel: {rule}; "
             f"both wheels: mean{remark}",
         )  # fmt: skip
         if len(matched):
-            values = _along(pair, [wheels[c][:, matched[:, c]] for c in (0, 1)], axes.distance)
+            values = along(pair, [wheels[c][:, matched[:, c]] for c in (0, 1)], axes.distance)
             scale = float(np.nan_to_num(np.abs(values)).max())
             reach = axes.reachable[:, :, None, None]
             factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, share, reach)
-            _put(
+            add_quantity(
                 out, f"{name}_point", dims, values, factor, name, f"{meaning} at equal operating points",
                 f"patches of a wheel: {rule}; linear between stored states{remark}",
             )  # fmt: skip
@@ -221,7 +221,7 @@ def add_profile(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> list[str]:
     scale = np.nanmax(depth[:, :, 1], axis=-1, keepdims=True)
     factor = factors.ratio(depth[:, :, 0], depth[:, :, 1], scale, WORN_SHARE, reach[:, :, None, None])
     dims = ("basis", "stage", "campaign", "wheel", "arc")
-    _put(
+    add_quantity(
         out, "wear_depth_profile", dims, depth, factor, "wear_depth", "wear depth along the profile",
         f"factor only where the field wears more than {WORN_SHARE:.0%} of its largest depth", WORN_SHARE,
     )  # fmt: skip

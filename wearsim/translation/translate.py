@@ -13,7 +13,7 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.nomenclature import NOMENCLATURE
-from wearsim.translation import compare, factors
+from wearsim.translation import compare, damage, factors
 from wearsim.translation.axes import common_axes
 from wearsim.translation.compare import CAMPAIGN, STAGES
 from wearsim.translation.factors import STATUS
@@ -87,6 +87,7 @@ def translate(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> xr.Dataset
     matched = compare.add_contact(out, pair, axes)
     notes = compare.add_profile(out, pair, axes)
     compare.add_equivalent_distance(out, pair, count)
+    notes += damage.add_damage(out, pair, axes)
     dataset = xr.Dataset(out)
     dataset = dataset.assign_coords(
         progress=(

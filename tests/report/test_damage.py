@@ -1,0 +1,205 @@
+"""Wear laws beside the leading one and fatigue in the report, from short campaigns of the real physics."""
+
+import re
+
+import numpy as np
+import pytest
+
+from wearsim.campaign.run import run_scene
+from wearsim.damage.fatigue.agreement import agreement
+from wearsim.report import figures_damage, pages_damage, tables_damage
+from wearsim.report.html import render, write_report
+from wearsim.report.inspect import inspect, summary_text
+from wearsim.results import open_results
+from wearsim.translation.translate import translate
+
+COMMON = """
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+gauge_mm = 1435
+{roller}
+[contact]
+strips = 12
+cells = 12
+[campaign]
+distance_km = {distance}
+point_spacing_mm = 0.5
+[wear]
+beside = ["archard", "none"]
+[fatigue]
+laws = ["wlrm", "surface_fatigue_index_local"]
+branch = "rising"
+crack_depth_mm = {crack}
+"""
+RIG = """
+[scene]
+kind = "rig"
+[[operation.block]]
+name = "curve"
+shift_mm = 5
+yaw_mrad = 3
+load_kN = 80
+speed_km_h = 72
+friction = 0.35
+distance_km = 2
+"""
+FIELD = """
+[scene]
+kind = "field"
+[[operation.class]]
+name = "curve"
+shift_mean_mm = 4
+shift_std_mm = 1
+yaw_mrad = 2
+positions = 10
+load_kN = 80
+speed_km_h = 72
+friction = 0.35
+share = 1
+"""
+COMPARE = '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    made = tmp_path_factory.mktemp("laws")
+    rig = RIG + COMMON.format(roller="roller_radius_mm = 1000", distance=14, crack=2)
+    (made / "rig.toml").write_text(rig)
+    (made / "field.toml").write_text(FIELD + COMMON.format(roller="", distance=30, crack=2))
+    (made / "compare.toml").write_text(COMPARE)
+    run_scene(made / "compare.toml", made / "out")
+    return made / "out"
+
+
+@pytest.fixture(scope="module")
+def pair(folder):
+    found = []
+    for name in ("rig", "field"):
+        with open_results(folder / f"{name}.nc") as data:
+            found.append(data.load())
+    return found
+
+
+@pytest.fixture(scope="module")
+def text(folder):
+    return write_report(folder).read_text(encoding="utf-8")
+
+
+def cells(table, head):
+    column = table.head.index(head)
+    return [row[column].value for row in table.rows]
+
+
+def test_report_has_all_tables_and_figures_of_the_laws(text):
+    names = ("wear-laws", "wear-law-numbers", "fatigue-laws", "fatigue-law-numbers", "life", "agreement")
+    for role in ("rig", "field"):
+        for name in (*names, "wear-numbers"):
+            assert text.count(f'id="table-{name}-{role}"') == 1, (name, role)
+    for group in ("beside", "fatigue"):
+        assert text.count(f'id="table-{group}-factors-translation"') == 1
+    for figure in ("wear_laws", "shakedown", "fatigue_damage", "fatigue_cycles", "balance"):
+        assert text.count(f'id="figure-{figure}"') == 1
+    assert '<a href="#fatigue">' in text
+
+
+def test_report_marks_uncertain_constants_of_every_law(text):
+    for constant in ("k_seizure = 0.035, range 0.03 to 0.04 (uncertain)", "start = 15 N (recalled)"):
+        assert constant in text
+    assert "shear_yield = 300 MPa, range 200 to 350 (recalled)" in text
+    assert re.search(r"seizure \d+\.\d%", text)  # the share of wear above 0.8 H
+
+
+def test_report_without_such_laws_has_no_section(run_directory):
+    plain = (run_directory / "report.html").read_text(encoding="utf-8")
+    assert 'id="fatigue"' not in plain
+    assert "figure-shakedown" not in plain
+    assert 'id="table-wear-laws-rig"' in plain  # shares of the regimes, and the source of the numbers
+
+
+def test_table_of_wear_laws_is_the_dataset(pair):
+    table = tables_damage.wear_laws(pair[0])[0]
+    assert [row[0].text for row in table.rows] == ["usfd, leading", "archard", "none"]
+    area = pair[0]["beside_worn_area"].values[-1]
+    assert table.rows[1][1].value == 1e6 * area[0, :4].sum()
+    assert table.rows[1][3].value == pytest.approx(
+        area[:, :4].sum() / pair[0]["worn_area"].values[-1].sum(), 1e-12
+    )
+    assert cells(table, "Deepest, right [mm]")[0] == 1e3 * pair[0]["wear_depth"].values[-1, 0].max()
+    assert cells(table, "Deepest, right [mm]")[1] == 1e3 * pair[0]["beside_wear_depth"].values[-1, 0, 0].max()
+    assert table.rows[2][-1].text == "no wear"
+    shares = [float(part) for part in re.findall(r"([\d.]+)%", table.rows[1][-1].text)]
+    assert sum(shares) == pytest.approx(100.0, abs=0.2)  # each rounded to 0.1
+
+
+def test_life_is_ended_by_what_comes_first(pair):
+    table = tables_damage.life(pair[0])
+    rate = pair[0]["fatigue_damage_rate"].values[-1, 0, 0]
+    wear = pair[0]["wear_depth_rate"].values[-1, 0]
+    crack = 1e-3 / np.max(rate - wear / 2e-3)  # [km]
+    worn = 1e-3 * 3e-3 / wear.max()
+    assert cells(table, "First crack after [km]")[0] == pytest.approx(crack, rel=1e-12)
+    assert cells(table, "Wear limit after [km]")[0] == pytest.approx(worn, rel=1e-12)
+    ended = table.rows[0][table.head.index("Life ends by")].text
+    assert ended == ("cracks" if crack < worn else "wear")
+
+
+def test_agreement_is_weighted_with_the_collective(pair):
+    data = pair[1]
+    found = tables_damage.cycles(data)
+    damage = data["fatigue_damage_passage"].values[-1]
+    here = np.isfinite(damage[..., 0])
+    weight = np.broadcast_to(data["op_weight"].values[:, None], here.shape)[here]
+    expected = agreement({"a": damage[here][:, 0], "b": damage[here][:, 1]}, weight)
+    np.testing.assert_array_equal(found.overlap, expected.overlap)
+    assert 0.0 < found.overlap[0, 1] < 1.0
+
+
+def test_shakedown_map_has_every_patch(pair):
+    """Places from the stored resultants; as many marks as patches, new and worn."""
+    friction, ratio = figures_damage.shakedown_place(pair[0], -1)
+    count = int(np.isfinite(pair[0]["max_pressure"].values[[0, -1]]).sum())
+    assert np.isfinite(friction).sum() == np.isfinite(ratio).sum()
+    marks = [line for line in figures_damage.plot_shakedown(pair[0]).lines if line.get_marker() in ("o", "^")]
+    assert sum(len(line.get_xdata()) for line in marks) == count
+    known = ratio[np.isfinite(ratio)]
+    np.testing.assert_allclose(known.max(), np.nanmax(pair[0]["max_pressure"].values[-1]) / 300e6, rtol=1e-12)
+
+
+def test_figures_are_made_for_one_campaign_too(pair):
+    plates = pages_damage.plates([pair[1]])
+    assert [plate.section for plate in plates] == ["wear", *["fatigue"] * 4]
+    assert 'id="fatigue"' in render([pair[1]])
+
+
+def test_factors_of_damage_are_those_of_both_campaigns(pair):
+    factors = translate(*pair)
+    area = [data["beside_worn_area"].values[-1].sum() for data in pair]
+    for name in ("beside_worn_area", "fatigue_damage", "fatigue_damage_rate"):
+        value = factors[name].values
+        ratio = factors[f"{name}_factor"].values
+        defined = factors[f"{name}_factor_status"].values == 0
+        assert defined[:, -1, 0].all()
+        np.testing.assert_allclose(
+            ratio[defined], (value[:, :, 0] / np.where(defined, value[:, :, 1], 1.0))[defined]
+        )
+    assert factors["beside_worn_area"].values[0, -1, 0, 0, 2] == pytest.approx(area[0], rel=1e-9)
+    assert (factors["beside_worn_area_factor_status"].values[:, :, 1] != 0).all()  # the law "none"
+
+
+def test_laws_with_other_settings_are_not_compared(pair):
+    other = pair[1].copy(deep=True)
+    other["fatigue_crack_width"][0] = 5e-3
+    factors = translate(pair[0], other)
+    assert list(factors["fatigue_name"].values) == ["surface_fatigue_index_local"]
+    assert "fatigue law wlrm: its settings differ" in factors.attrs["warnings"]
+
+
+def test_inspect_tells_the_laws(folder):
+    found = inspect(folder / "rig.nc")
+    assert list(found["damage"]["beside"]) == ["archard", "none"]
+    told = summary_text(found)
+    assert re.search(r"archard, largest wear depth \[mm\] +0\.0\d+", told)
+    assert re.search(r"Life of wlrm, right wheel, ended by: (cracks|wear)", told)

@@ -1,0 +1,299 @@
+"""Tables of a report on the damage laws: what each wears, what each tires, how far they agree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from wearsim.damage.fatigue.agreement import Agreement, agreement
+from wearsim.damage.fatigue.balance import LIMITED_BY, balance
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.report.figures import WHEELS
+from wearsim.report.style import shown
+from wearsim.report.tables import Cell, number
+
+_COLUMNS = ("rig", "field", "ratio")
+_NONE = Cell("–")
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table with the text of its first column in front.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the report with the role of its campaign.
+    caption : str
+        What it holds.
+    head : list of str
+        Of all columns.
+    rows : list of list of Cell
+        The first cell names the row.
+    """
+
+    name: str
+    caption: str
+    head: list[str]
+    rows: list[list[Cell]]
+
+    def numeric(self, column: int) -> bool:
+        """Tell whether any row has a number in a column."""
+        return any(row[column].value is not None for row in self.rows)
+
+
+def wear_laws(dataset: xr.Dataset) -> list[Table]:
+    """Worn area, deepest depth and share of each regime by the leading law and the laws beside it.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+
+    Returns
+    -------
+    list of Table
+        What the laws wear, and where their numbers come from.
+    """
+    depth = [dataset["wear_depth"].values[-1]]
+    by_regime = dataset["wear_depth_by_regime"].values[-1].sum(axis=2)
+    total = by_regime.sum(axis=1, keepdims=True)
+    # of the leading law the file has depths by regime: their sums share out the exact area
+    share = np.divide(by_regime, total, out=np.zeros_like(by_regime), where=total > 0.0)
+    names = [f"{dataset.attrs.get('wear_law', 'law')}, leading"]
+    area = [share * dataset["worn_area"].values[-1][:, None]]
+    regime_names = [[str(name) for name in dataset["regime_name"].values]]
+    keys = ("wear_form", "wear_coefficients", "wear_coefficients_source", "wear_coefficients_doubts")
+    origin = [[str(dataset.attrs.get(key, "")) for key in keys]]
+    if "beside_name" in dataset:
+        pairs = [str(text).split(": ", 1) for text in dataset["beside_regime_name"].values]
+        for k, law in enumerate(str(name) for name in dataset["beside_name"].values):
+            here = [i for i, (owner, _) in enumerate(pairs) if owner == law]
+            names.append(law)
+            depth.append(dataset["beside_wear_depth"].values[-1, :, k])
+            area.append(dataset["beside_worn_area"].values[-1][:, here])
+            regime_names.append([pairs[i][1] for i in here])
+            origin.append(_origin(dataset, "beside", k))
+    leading = (float(area[0].sum()), float(depth[0].max()))
+    rows = []
+    for k, name in enumerate(names):
+        worn, deepest = area[k].sum(axis=1), depth[k].max(axis=1)
+        rows.append([
+            Cell(name),
+            *(number(value, 4) for value in shown("worn_area", worn)),
+            _ratio(float(worn.sum()), leading[0]),
+            *(number(value, 4) for value in shown("wear_depth", deepest)),
+            _ratio(float(deepest.max()), leading[1]),
+            Cell(_shares(regime_names[k], area[k].sum(axis=0))),
+        ])  # fmt: skip
+    head = [
+        "Wear law", "Worn area, right [mm²]", "left [mm²]", "over leading", "Deepest, right [mm]",
+        "left [mm]", "over leading", "Share of the worn area by regime",
+    ]  # fmt: skip
+    text = "Wear laws on the contacts of the campaign; the profile wears by the leading law alone."
+    return [Table("wear-laws", text, head, rows), _origins("wear-law-numbers", "Wear law", names, origin)]
+
+
+def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
+    """Largest damage and damage rate of each fatigue law, and where on the wheels.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign with fatigue laws.
+
+    Returns
+    -------
+    list of Table
+        What the laws tell, and where their numbers come from.
+    """
+    rows = []
+    y = dataset["profile_y"].values[0]
+    names = [str(name) for name in dataset["fatigue_name"].values]
+    for k, name in enumerate(names):
+        damage = dataset["fatigue_damage"].values[-1, :, k]
+        rate = dataset["fatigue_damage_rate"].values[-1, :, k]
+        cells = [Cell(name)]
+        for wheel in (0, 1):
+            largest = float(damage[wheel].max())
+            place = number(1e3 * y[wheel, int(damage[wheel].argmax())], 3) if largest > 0.0 else _NONE
+            cells += [
+                number(largest, 3), place, number(shown("fatigue_damage_rate", rate[wheel].max()), 3)
+            ]  # fmt: skip
+        rows.append([*cells, number(1e3 * dataset["fatigue_crack_width"].values[k], 3)])
+    told = ("largest damage", "at y [mm]", "largest rate at the end [1/1000 km]")
+    head = [
+        "Fatigue law", *(f"{side.capitalize()}: {text}" for side in WHEELS for text in told),
+        "Width of a place [mm]",
+    ]  # fmt: skip
+    text = (
+        "Fatigue laws along the profile. Damage 1 is a crack of visible size for wlrm; the other laws order "
+        "passages and count no cycles to failure. The environment factor acts on wear, not on damage."
+    )
+    origin = [_origin(dataset, "fatigue", k) for k in range(len(names))]
+    return [
+        Table("fatigue-laws", text, head, rows), _origins("fatigue-law-numbers", "Fatigue law", names, origin)
+    ]  # fmt: skip
+
+
+def _origin(dataset: xr.Dataset, group: str, law: int) -> list[str]:
+    """Form, coefficients, their source and doubts of a law."""
+    return [
+        str(dataset[f"{group}_{key}"].values[law]) for key in ("form", "coefficients", "source", "doubts")
+    ]
+
+
+def _origins(name: str, what: str, laws: list[str], origin: list[list[str]]) -> Table:
+    head = [what, "Form", "Coefficients", "Source", "Uncertain coefficients"]
+    rows = [
+        [Cell(law), Cell(form.replace("_", " ") or "–"), *(Cell(text or "–") for text in others)]
+        for law, (form, *others) in zip(laws, origin, strict=True)
+    ]
+    return Table(name, "Where the numbers of the laws come from.", head, rows)
+
+
+def life(dataset: xr.Dataset) -> Table | None:
+    """Tell what limits the life of each wheel, from new at the rates of the last step; None if unknown."""
+    rows = []
+    wear = dataset["wear_depth_rate"].values[-1]
+    y = dataset["profile_y"].values[0]
+    for k, name in enumerate(dataset["fatigue_name"].values):
+        crack = float(dataset["fatigue_crack_depth"].values[k])
+        limit = float(dataset["fatigue_wear_limit"].values[k])
+        if not np.isfinite(crack):
+            continue
+        for wheel, side in enumerate(WHEELS):
+            rate = dataset["fatigue_damage_rate"].values[-1, wheel, k]
+            found = balance(rate, wear[wheel], crack_depth=crack, wear_limit=limit)
+            ends = {
+                "wear": (float(found.wear_distance.min()), int(found.wear_distance.argmin())),
+                "cracks": (float(found.crack_distance.min()), int(found.crack_distance.argmin())),
+            }
+            first = min(ends, key=lambda what: ends[what][0])
+            acts = (rate > 0.0) | (wear[wheel] > 0.0)
+            grown = (found.limited_by == LIMITED_BY.index("cracks")) & acts
+            rows.append([
+                Cell(f"{name}, {side} wheel"),
+                number(1e3 * crack, 3),
+                number(1e3 * limit, 3),
+                *(_distance(ends[what][0]) for what in ("cracks", "wear")),
+                Cell(first if np.isfinite(ends[first][0]) else "nothing"),
+                number(1e3 * y[wheel, ends[first][1]], 3) if np.isfinite(ends[first][0]) else _NONE,
+                number(100.0 * grown.sum() / acts.sum(), 3) if acts.any() else _NONE,
+                number(shown("balanced_wear_rate", found.balanced_wear.max()), 3),
+            ])  # fmt: skip
+    if not rows:
+        return None
+    head = [
+        "Fatigue law and wheel", "Crack of damage 1 [mm]", "Depth that may wear [mm]",
+        "First crack after [km]", "Wear limit after [km]", "Life ends by", "at y [mm]",
+        "Points limited by cracks [%]", "Largest balanced wear rate [µm/1000 km]",
+    ]  # fmt: skip
+    text = (
+        "Wear against fatigue, from a new wheel at the rates of the last step: what is met first at any "
+        "place of the profile. The balanced wear rate is the one at which cracks just do not grow."
+    )
+    return Table("life", text, head, rows)
+
+
+def cycles(dataset: xr.Dataset) -> Agreement:
+    """Compare the fatigue laws over the load cycles of the worn wheels, weighted as they occur."""
+    damage = dataset["fatigue_damage_passage"].values[-1]
+    here = np.isfinite(damage[..., 0])
+    weight = np.broadcast_to(dataset["op_weight"].values[:, None], here.shape)[here]
+    laws = [str(name) for name in dataset["fatigue_name"].values]
+    return agreement({law: damage[here][:, k] for k, law in enumerate(laws)}, weight)
+
+
+def overlaps(dataset: xr.Dataset) -> Table:
+    """Tell the common part of the damage of each pair of laws over the load cycles."""
+    found = cycles(dataset)
+    rows = [
+        [Cell(law), *(number(value, 3) for value in found.overlap[k])] for k, law in enumerate(found.laws)
+    ]
+    text = (
+        "Agreement of the fatigue laws: common part of their distributions of damage over the load cycles of "
+        "the worn wheels, weighted with the shares of the collective; 1 where they are the same, 0 where no "
+        "cycle has damage by both."
+    )
+    return Table("agreement", text, ["Fatigue law", *found.laws], rows)
+
+
+def wear_numbers(dataset: xr.Dataset) -> Table:
+    """Largest wear numbers of each wheel, with and without spin."""
+    side = dataset["patch_side"].values[-1]
+    rows = []
+    for name in ("wear_number_without_spin", "wear_number_with_spin"):
+        values = shown(name, dataset[name].values[-1])
+        text = str(dataset[name].attrs["long_name"])
+        rows.append([
+            Cell(text[:1].upper() + text[1:]),
+            *(number(values[side == wheel].max(initial=0.0), 4) for wheel in (0, 1)),
+        ])  # fmt: skip
+    return Table(
+        "wear-numbers", "Largest wear number of any contact patch at the end, monitoring points included.",
+        ["Wear number", "Right wheel [N]", "Left wheel [N]"], rows,
+    )  # fmt: skip
+
+
+def fatigue_tables(dataset: xr.Dataset) -> list[Table]:
+    """Return all tables on fatigue of a campaign, none if it has no fatigue laws."""
+    if "fatigue_name" not in dataset:
+        return []
+    several = dataset.sizes["fatigue"] > 1
+    found = [
+        *fatigue_laws(dataset), life(dataset), overlaps(dataset) if several else None, wear_numbers(dataset)
+    ]  # fmt: skip
+    return [table for table in found if table is not None]
+
+
+def damage_factors(translation: xr.Dataset | None, group: str) -> list[Table]:
+    """Rig over field of the damage laws that act in both campaigns, where the campaigns end.
+
+    Parameters
+    ----------
+    translation : Dataset or None
+        From `wearsim.translation.translate.translate`.
+    group : {"beside", "fatigue"}
+        Which laws.
+
+    Returns
+    -------
+    list of Table
+        One table, or none where the campaigns have no such law in common.
+    """
+    if translation is None or f"{group}_name" not in translation:
+        return []
+    names = ("beside_worn_area",) if group == "beside" else ("fatigue_damage", "fatigue_damage_rate")
+    rows = []
+    for k, law in enumerate(translation[f"{group}_name"].values):
+        for name in names:
+            cells = []
+            for basis in (0, 1):
+                cells += [number(v, 3) for v in shown(name, translation[name].values[basis, -1, :, k, 2])]
+                cells.append(number(translation[f"{name}_factor"].values[basis, -1, k, 2], 3))
+            unit = NOMENCLATURE[name].shown_unit
+            text = str(translation[name].attrs["long_name"]) + (f" [{unit}]" if unit != "1" else "")
+            rows.append([Cell(f"{law}: {text}"), *cells])
+    ends = [f"{basis}: {what}" for basis in ("Equal distance", "Equal worn depth") for what in _COLUMNS]
+    text = (
+        "Damage by the laws of both campaigns where the range they share ends, both wheels. Factors over the "
+        "whole range are in translation.nc."
+    )
+    return [Table(f"{group}-factors", text, ["Law and quantity", *ends], rows)]
+
+
+def _ratio(value: float, leading: float) -> Cell:
+    return number(value / leading, 3) if leading > 0.0 else Cell("leading law wears nothing")
+
+
+def _distance(value: float) -> Cell:
+    return number(shown("distance", value), 4) if np.isfinite(value) else Cell("never")
+
+
+def _shares(names: list[str], area: np.ndarray) -> str:
+    if not area.sum() > 0.0:
+        return "no wear"
+    return ", ".join(f"{name} {part:.1%}" for name, part in zip(names, area / area.sum(), strict=True))
