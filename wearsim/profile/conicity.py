@@ -48,11 +48,12 @@ def _beyond(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     return y[keep], z[keep]
 
 
-def _touching_heights(wheel: Profile, rail: Profile, shift: FloatArray) -> FloatArray:
-    """Wheel z at the smallest gap to a right rail for each lateral shift (n,) [m].
+def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], FloatArray]:
+    """Wheel z at the smallest gap to a right rail [m], as a function of lateral shifts (n,) [m].
 
     NaN where the smallest gap is at the end of a profile: there the bodies would touch outside of what
-    is given. Shifts that differ by whole grid steps share one evaluation of the wheel.
+    is given. Shifts that differ by whole grid steps share one evaluation of the wheel, and all calls of the
+    function the splines, which take longer than few shifts.
     """
     from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
 
@@ -62,28 +63,32 @@ def _touching_heights(wheel: Profile, rail: Profile, shift: FloatArray) -> Float
     rail_spline = CubicSpline(rail_y, rail_z)
     rail_height = rail_spline(grid)
     wheel_height = CubicSpline(wheel_y, wheel_z)
-    steps = np.floor(shift / _GRID + 1e-6)
-    rest = np.round(shift - steps * _GRID, 12)
-    result = np.full(len(shift), np.nan)
-    for fraction in np.unique(rest):
-        rows = np.flatnonzero(rest == fraction)
-        k = steps[rows].astype(np.int64)
-        table_y = grid[0] - fraction + _GRID * np.arange(-k.max(), len(grid) - k.min())
-        inside = (table_y >= wheel_y[0]) & (table_y <= wheel_y[-1])
-        table = np.full(len(table_y), -np.inf)
-        table[inside] = wheel_height(table_y[inside])
-        gap = rail_height - sliding_window_view(table, len(grid))[k.max() - k]
-        least = np.argmin(gap, axis=1)
-        safe = np.clip(least, 1, len(grid) - 2)
-        each = np.arange(len(rows))
-        ends = gap[each, safe - 1], gap[each, safe + 1]
-        good = np.flatnonzero((safe == least) & np.isfinite(ends[0]) & np.isfinite(ends[1]))
-        # edges and jumps of curvature hold the contact, where a parabola over whole steps would miss it
-        near = grid[least[good], None] + _GRID * _CLOSE
-        close = rail_spline(near) - wheel_height(near - shift[rows[good], None])
-        at = _least(near, close) - shift[rows[good]]
-        result[rows[good]] = wheel_height(at)
-    return result
+
+    def heights(shift: FloatArray) -> FloatArray:
+        steps = np.floor(shift / _GRID + 1e-6)
+        rest = np.round(shift - steps * _GRID, 12)
+        result = np.full(len(shift), np.nan)
+        for fraction in np.unique(rest):
+            rows = np.flatnonzero(rest == fraction)
+            k = steps[rows].astype(np.int64)
+            table_y = grid[0] - fraction + _GRID * np.arange(-k.max(), len(grid) - k.min())
+            inside = (table_y >= wheel_y[0]) & (table_y <= wheel_y[-1])
+            table = np.full(len(table_y), -np.inf)
+            table[inside] = wheel_height(table_y[inside])
+            gap = rail_height - sliding_window_view(table, len(grid))[k.max() - k]
+            least = np.argmin(gap, axis=1)
+            safe = np.clip(least, 1, len(grid) - 2)
+            each = np.arange(len(rows))
+            ends = gap[each, safe - 1], gap[each, safe + 1]
+            good = np.flatnonzero((safe == least) & np.isfinite(ends[0]) & np.isfinite(ends[1]))
+            # edges and jumps of curvature hold the contact, where a parabola over whole steps would miss it
+            near = grid[least[good], None] + _GRID * _CLOSE
+            close = rail_spline(near) - wheel_height(near - shift[rows[good], None])
+            at = _least(near, close) - shift[rows[good]]
+            result[rows[good]] = wheel_height(at)
+        return result
+
+    return heights
 
 
 def _least(at: FloatArray, value: FloatArray) -> FloatArray:
@@ -129,12 +134,19 @@ def _same_shape(first: Profile, second: Profile) -> bool:
     return np.array_equal(first.y, second.y) and np.array_equal(first.z, second.z)
 
 
-def _radius_difference(right: Profile, left: Profile, rail: Profile, shift: FloatArray) -> FloatArray:
-    """Right minus left rolling radius, NaN where a contact leaves the profiles [m]."""
-    if _same_shape(right, left):
-        both = _touching_heights(right, rail, np.concatenate((shift, -shift)))
-        return both[: len(shift)] - both[len(shift) :]
-    return _touching_heights(right, rail, shift) - _touching_heights(left, rail, -shift)
+def _radius_difference(right: Profile, left: Profile, rail: Profile) -> Callable[[FloatArray], FloatArray]:
+    """Right minus left rolling radius [m] over shifts [m], NaN where a contact leaves the profiles."""
+    at_right = _touching_heights(right, rail)
+    if not _same_shape(right, left):
+        at_left = _touching_heights(left, rail)
+        return lambda shift: at_right(shift) - at_left(-shift)
+
+    def alike(shift: FloatArray) -> FloatArray:
+        both = at_right(np.concatenate((shift, -shift)))
+        difference: FloatArray = both[: len(shift)] - both[len(shift) :]
+        return difference
+
+    return alike
 
 
 def rolling_radius_difference(
@@ -167,7 +179,7 @@ def rolling_radius_difference(
     EN 15302 prescribes. The gap is searched in steps of 0.05 mm and refined by a parabola.
     """
     shift = np.atleast_1d(np.asarray(shift, dtype=np.float64))
-    difference = _radius_difference(wheel_right, wheel_left, rail, shift)
+    difference = _radius_difference(wheel_right, wheel_left, rail)(shift)
     lost = np.flatnonzero(np.isnan(difference))
     if len(lost):
         raise ProfileError(
@@ -215,7 +227,8 @@ def equivalent_conicity(
         raise ProfileError(f"amplitude = {amplitude * 1e3:g} mm must be in 0.2 .. 15 mm")
     reach = math.ceil((amplitude + _CENTRE_RANGE) / _GRID)
     shift: FloatArray = _GRID * np.arange(-reach, reach + 1, dtype=np.float64)
-    difference = _radius_difference(wheel_right, wheel_left, rail, shift)
+    difference_at = _radius_difference(wheel_right, wheel_left, rail)
+    difference = difference_at(shift)
     lost = np.isnan(difference)
     first = int(np.max(np.flatnonzero(lost[:reach]), initial=-1)) + 1
     last = reach + int(np.min(np.flatnonzero(lost[reach:]), initial=reach + 1)) - 1
@@ -227,7 +240,7 @@ def equivalent_conicity(
     shift, difference = _with_jumps(
         shift[first : last + 1],
         difference[first : last + 1],
-        lambda u: _radius_difference(wheel_right, wheel_left, rail, u),
+        difference_at,
     )
     step = np.diff(shift)
     potential = np.concatenate(([0.0], np.cumsum(0.5 * step * (difference[1:] + difference[:-1]))))
