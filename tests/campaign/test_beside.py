@@ -250,3 +250,9 @@ def test_file_with_half_a_group_is_refused(tmp_path):
         file.renameVariable("beside_wear_depth", "beside_wear")
     with pytest.raises(ResultError, match="not a result file"):
         open_results(path)
+
+
+@pytest.mark.cf
+def test_compliance_checker_finds_nothing(tmp_path, assert_cf):
+    of = replace(evolution(tmp_path, BESIDE + FATIGUE), command="wearsim run rig.toml")
+    assert_cf(run_evolution(of, tmp_path, "rig"))

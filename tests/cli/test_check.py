@@ -140,3 +140,15 @@ def test_status_tells_the_limit_that_ended_a_campaign():
     item = {"state": "finished", "step": 3, "distance": 5e3, "target": 9e3, "ended": "limit of hollowing met"}
     assert line("rig", item).endswith(": limit of hollowing met")
     assert "distance reached" not in line("rig", {**item, "ended": "distance reached"})
+
+
+def test_check_tells_the_laws_beside_and_the_fatigue_laws(capsys):
+    assert cli.main(["check", "workflows/fatigue.toml"]) == 0
+    told = capsys.readouterr().out
+    assert "archard (local), jendel_2002" in told
+    assert "wlrm, burstow_2004, rising form, wear number with spin, wear removes cracks of 5 mm" in told
+    assert cli.main(["check", "workflows/fatigue.toml", "--json"]) == 0
+    campaign = json.loads(capsys.readouterr().out)["campaigns"][0]
+    assert [one["law"] for one in campaign["beside"]] == ["archard", "brr", "energy"]
+    wlrm = campaign["fatigue"][0]
+    assert (wlrm["law"], wlrm["crack_depth"], wlrm["wear_limit"]) == ("wlrm", 5e-3, 3e-3)

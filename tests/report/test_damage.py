@@ -203,3 +203,8 @@ def test_inspect_tells_the_laws(folder):
     told = summary_text(found)
     assert re.search(r"archard, largest wear depth \[mm\] +0\.0\d+", told)
     assert re.search(r"Life of wlrm, right wheel, ended by: (cracks|wear)", told)
+
+
+@pytest.mark.cf
+def test_compliance_checker_finds_nothing_in_the_factors(folder, assert_cf):
+    assert_cf(folder / "translation.nc")

@@ -5,6 +5,8 @@ from wearsim.results import doubts, open_results
 from wearsim.results.plausibility import (
     TREAD_WEAR_BAND,
     load_scaling,
+    seizure_shares,
+    seizure_warning,
     tread_wear,
     tread_wear_warning,
 )
@@ -82,3 +84,25 @@ def test_scaled_loads_of_the_new_wheel_alone(make):
     data["load_scale"].values[0, 0, 0] = 1.2
     found = load_scaling(data)
     assert np.array_equal([found.states, found.distance_share], [1, 0.0])
+
+
+def test_share_of_seizure_is_told_of_the_leading_law_and_those_beside(make):
+    data = make(rate=10e-12)
+    assert seizure_shares(data) == {}
+    data["regime_name"] = ("regime", ["mild", "seizure"])
+    depth = data["wear_depth_by_regime"].values[-1]
+    share = depth[:, 1].sum() / depth.sum()
+    area = np.zeros((data.sizes["step"], 2, 3))
+    area[-1] = [1e-6, 3e-6, 5e-6]
+    data = data.assign(
+        beside_name=("beside", ["archard", "energy"]),
+        beside_regime_name=("beside_regime", ["archard: mild", "archard: seizure", "energy: mild"]),
+        beside_worn_area=(("step", "wheel", "beside_regime"), area),
+    ).assign_attrs(wear_law="own")
+    assert seizure_shares(data) == pytest.approx({"own": share, "archard": 0.75}, rel=1e-12)
+    told = seizure_warning(data)
+    assert "75 % of the wear by archard is seizure" in told
+    assert told in doubts(data)
+    area[-1, :, 1] = 0.0
+    data["wear_depth_by_regime"].values[-1][:, 1] = 0.0
+    assert seizure_warning(data) is None

@@ -125,7 +125,10 @@ def static_beside(laws: LawsBeside) -> dict[str, Any]:
             "beside_coefficients": tuple("" if one is None else one.name for one in sets),
             "beside_source": tuple("" if one is None else one.source for one in sets),
             "beside_doubts": tuple("" if one is None else "; ".join(one.doubts) for one in sets),
-            "beside_form": tuple(one.form for one in laws.wear),
+            "beside_form": tuple(
+                one.form + (f", seizure cap {one.seizure_cap}" if one.seizure_cap != "none" else "")
+                for one in laws.wear
+            ),
             "beside_regime_name": tuple(
                 f"{one.law}: {regime}" for one in laws.wear for regime in regimes(one.law)
             ),

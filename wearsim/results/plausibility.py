@@ -23,6 +23,9 @@ TREAD_SLOPE = 0.2
 LOAD_TOLERANCE = 0.01
 """Deviation from 1 of the factor on the normal forces that deserves a word."""
 
+SEIZURE_SHARE = 0.01
+"""Share of the worn area by seizure that deserves a word."""
+
 
 def tread_wear(dataset: xr.Dataset) -> float | None:
     """Largest wear depth on the tread of both wheels, per 100 000 km.
@@ -166,6 +169,57 @@ def load_scale_warning(dataset: xr.Dataset) -> str | None:
     )
 
 
+def seizure_shares(dataset: xr.Dataset) -> dict[str, float]:
+    """Share of the worn area that each law with a regime of seizure takes off in it, both wheels.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+
+    Returns
+    -------
+    dict of str to float
+        By law, leading and beside; empty where no law has that regime, or nothing is worn by it.
+    """
+    found = {}
+    names = [str(name) for name in dataset["regime_name"].values]
+    depth = dataset["wear_depth_by_regime"].values[-1].sum(axis=(0, 2))  # points are equally apart
+    if "seizure" in names and depth.sum() > 0.0:
+        found[str(dataset.attrs["wear_law"])] = float(depth[names.index("seizure")] / depth.sum())
+    if "beside_name" in dataset:
+        area = dataset["beside_worn_area"].values[-1].sum(axis=0)
+        pairs = [str(name).split(": ", 1) for name in dataset["beside_regime_name"].values]
+        for k, (law, regime) in enumerate(pairs):
+            total = sum(float(area[i]) for i, (owner, _) in enumerate(pairs) if owner == law)
+            if regime == "seizure" and total > 0.0:
+                found[law] = float(area[k]) / total
+    return found
+
+
+def seizure_warning(dataset: xr.Dataset) -> str | None:
+    """Warn of wear by seizure, which the pressures of elastic contact models trigger.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+
+    Returns
+    -------
+    str or None
+        One line; None where no law takes off more than `SEIZURE_SHARE` by seizure.
+    """
+    found = {law: share for law, share in seizure_shares(dataset).items() if share > SEIZURE_SHARE}
+    if not found:
+        return None
+    told = ", ".join(f"{_percent(share)} of the wear by {law}" for law, share in found.items())
+    return (
+        f"{told} is seizure, at pressures that elastic contact models exceed where steel would yield: "
+        "seizure_cap in [wear] keeps it out"
+    )
+
+
 def doubts(dataset: xr.Dataset) -> list[str]:
     """All warnings of this module for one result, one line each.
 
@@ -179,7 +233,7 @@ def doubts(dataset: xr.Dataset) -> list[str]:
     list of str
         Empty where there is nothing to say.
     """
-    found = (tread_wear_warning(dataset), load_scale_warning(dataset))
+    found = (tread_wear_warning(dataset), load_scale_warning(dataset), seizure_warning(dataset))
     return [line for line in found if line is not None]
 
 
