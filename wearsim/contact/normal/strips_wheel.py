@@ -10,7 +10,7 @@ import numpy as np
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import kernel
 from wearsim.contact.normal.refusal import AT_EDGE, NO_BALANCE, NO_TOUCH
-from wearsim.contact.normal.strips_laid import GAP, LOAD, SQUARE, TURN, WIDTH, Y, lay, separation
+from wearsim.contact.normal.strips_laid import ANGLE, GAP, LOAD, SQUARE, TURN, WIDTH, Y, lay, separation
 from wearsim.contact.normal.strips_solution import newton, overlap, relax
 from wearsim.contact.normal.strips_start import first_descent
 from wearsim.contact.patch import FloatArray, IntArray
@@ -20,8 +20,23 @@ _MARGIN = 0.3  # strips' widths laid beyond the end of the patch
 _CLOSE = 0.1  # change of q, over the largest, from which Newton's method takes over
 _DONE = 2e-5  # change in Newton's method, over the largest, after which the next one is rounding
 _WIDEST = 0.65e-3  # m, of a strip: profiles change their radius within wide patches
+_SETTLED = 0.03  # widths of a strip, by which the ends of a patch miss their place between the strips
+_STILL = 1e-4  # rad, by which the plane of a part turns, at most, in the last stage
+_GIVES_WAY = 0.25  # widths of a strip
+_EAGER = 5  # stages, after which ends move half the way, so as not to go to and fro
 _APART = 0.3e-3  # m, between parts of the profile that have strips of their own
 _OVERLAP = 2e-3  # of the descent, that counts as contact
+
+
+@kernel
+def _covered(share: float) -> float:
+    """Widths from the outer edge of the outermost strip to the end, from its q over its neighbour's.
+
+    As if q fell linearly within the strip, less what makes it give way to the parabola of a smooth end: it
+    counts where the patch is wide up to its end, which the parabola sees far outside.
+    """
+    end: float = 1.0 - _GIVES_WAY - share - np.sqrt(share * share + share)
+    return end
 
 
 @kernel
@@ -43,11 +58,31 @@ def end_of(strips: FloatArray, first: int, step: int, count: int) -> float:
     if n > 3:
         bend = min(0.5 * (strips[SQUARE, first + (k + 3) * step] - 2.0 * two + one), 0.0)
     if rise <= 0.0:
-        return float(k)
+        return k + min(max(_covered(strips[SQUARE, first + k * step] / one), -0.5), 1.0)
     tilt = rise - bend
     t = -2.0 * one / (tilt + np.sqrt(tilt * tilt - 4.0 * bend * one))
-    end: float = k + min(max(1.5 + t, -0.5), 1.0)
+    covered = _covered(strips[SQUARE, first + k * step] / one)
+    end: float = k + min(max(1.5 + t, covered, -0.5), 1.0)
     return end
+
+
+@kernel
+def _plane(
+    left: float, right: float, old: FloatArray, total: int, grid_y: FloatArray, angle: FloatArray
+) -> tuple[float, float, bool]:
+    """Pressure-weighted place and angle of the strips between two places; whether there are any."""
+    weight, moment, tilt = 0.0, 0.0, 0.0
+    for j in range(total):
+        if left <= old[0, j] <= right:
+            i = min(max(np.searchsorted(grid_y, old[0, j]) - 1, 0), grid_y.size - 2)
+            share = (old[0, j] - grid_y[i]) / (grid_y[i + 1] - grid_y[i])
+            load = old[1, j] * old[3, j]
+            weight += load
+            moment += load * old[0, j]
+            tilt += load * (angle[i] + share * (angle[i + 1] - angle[i]))
+    if weight > 0.0:
+        return moment / weight, tilt / weight, True
+    return 0.0, 0.0, False
 
 
 @kernel
@@ -125,21 +160,8 @@ def solve_wheel(
             a, b = spans[k, 0], spans[k, 1]
             # Middle and angle of the plane: of the pressures, at first of the depths.
             weight, moment, tilt = 0.0, 0.0, 0.0
-            for j in range(old_total):
-                if a <= old[0, j] <= b:
-                    weight += old[1, j] * old[3, j]
-                    moment += old[1, j] * old[3, j] * old[0, j]
-            known = weight > 0.0
-            if known:
-                middle = moment / weight
-                moment = 0.0
-                for j in range(old_total):
-                    if a <= old[0, j] <= b:
-                        i = min(max(np.searchsorted(grid_y, old[0, j]) - 1, 0), grid_y.size - 2)
-                        share = (old[0, j] - grid_y[i]) / (grid_y[i + 1] - grid_y[i])
-                        moment += old[1, j] * old[3, j] * (angle[i] + share * (angle[i + 1] - angle[i]))
-                delta = moment / weight
-            else:
+            middle, delta, known = _plane(a, b, old, old_total, grid_y, angle)
+            if not known:
                 i = max(np.searchsorted(grid_y, a), 1)
                 while i < grid_y.size - 1 and grid_y[i] < b:
                     g = max(spans[k, 3] - (gap[i] - low), 1e-12) * (grid_y[i + 1] - grid_y[i - 1])
@@ -242,12 +264,11 @@ def solve_wheel(
                     reached = True
                     i -= step * skip
                 if reached:
-                    again = True
                     move = min(move, -abs(grid_y[i] - spans[k, side]) / per)
-                elif end > 0.35 * each:
-                    again = True
                 wanted = _MARGIN * min(each / count, 1.0)
-                fresh[kept, side] = spans[k, side] + step * per * (max(move, -0.5 * each) - wanted)
+                move = max(move, -0.5 * each) - wanted
+                again = again or abs(move) > _SETTLED
+                fresh[kept, side] = spans[k, side] + step * per * (move if stage < _EAGER else 0.5 * move)
             # Two humps with strips without pressure between them get strips of their own, once.
             left, right_end = base, base + each - 1
             while strips[LOAD, left] <= 0.0:
@@ -279,6 +300,15 @@ def solve_wheel(
             old[0, j], old[1, j], old[2, j], old[3, j] = (
                 strips[Y, j], strips[LOAD, j], strips[SQUARE, j], strips[WIDTH, j],
             )  # fmt: skip
+        base = 0
+        while base < total and not again:
+            _, turned, known = _plane(
+                spans[lobe[base], 0], spans[lobe[base], 1], old, old_total, grid_y, angle
+            )
+            again = known and abs(turned - strips[ANGLE, base]) > _STILL
+            k = lobe[base]
+            while base < total and lobe[base] == k:
+                base += 1
         # Parts that touch now, at most one more each time.
         i = int(np.int64(3))
         while stage > 0 and i < gap.size - 3 and found < spans.shape[0]:
