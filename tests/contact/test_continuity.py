@@ -3,12 +3,21 @@
 Steps of 0.1 mm from -8 to 8 mm find where patches appear or vanish; there, and in the flange root, where the
 contact moves fastest, steps of 1 um and less are looked at. Changes are shares: forces over friction times
 load, load and work by their distribution over the wheel.
+
+The other models are searched for jumps: intervals of 0.25 mm and less are halved towards the larger change,
+and what is left at 10 nm does not come from the move. In half-space grids the cells move with the patch: what
+is left there is sampling, and has to shrink with the cells.
 """
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.solve import ContactModels, Counterface, solve
+from wearsim.contact.tangential import TANGENTIAL_MODELS
+from wearsim.errors import WearsimError
 from wearsim.profile import standard
 
 MODELS = ContactModels(strips=30, cells=20)
@@ -24,32 +33,41 @@ CASES = [
 ]
 
 
+@pytest.fixture(scope="module")
+def totals_of(wheelset, points):
+    """Factory of functions: totals of the right wheel at (n,) shifts, for a case and models."""
+
+    def of(case, models):
+        inclination, radius, gauge, yaw = case
+        counterface = Counterface(standard.rail("60E1", 1.0 / inclination, gauge, 0.75), 1.0 / radius)
+
+        def at(shift):
+            contact = solve(points(shift, yaw), wheelset, counterface, models, sides=(0,))
+            sums = np.zeros((shift.size, 4))
+            angle = contact.contact_angle
+            across = contact.force_y * np.cos(angle) - contact.normal_force * np.sin(angle)
+            for k, value in enumerate((np.ones_like(angle), contact.force_x, across, contact.power)):
+                np.add.at(sums[:, k], contact.point, value)
+            half = 0.5 * (contact.patch.x_lead - contact.patch.x_trail)
+            load = 0.5 * np.pi * contact.patch.pressure_slope * half**2 * contact.patch.width[:, None]
+            work = contact.fields.strip_work * contact.patch.width[:, None]
+            spread = np.zeros((2, shift.size, BINS.size - 1))
+            for k, point in enumerate(contact.point):
+                edges = contact.strip_edges_wheel_y[k]
+                for part, strips in zip(spread, (load, work), strict=True):
+                    below = np.concatenate(([0.0], np.cumsum(strips[k])))
+                    part[point] += np.diff(np.interp(BINS, edges, below))
+            assert abs(contact.load_scale - 1.0).max() < (3e-9 if models.normal == "kik_piotrowski" else 1e-3)
+            return sums, spread
+
+        return at
+
+    return of
+
+
 @pytest.fixture(scope="module", params=CASES, ids=lambda case: "1:{} {} m {} m {} rad".format(*case))
-def totals(request, wheelset, points):
-    """Function: totals of the right wheel at (n,) shifts."""
-    inclination, radius, gauge, yaw = request.param
-    counterface = Counterface(standard.rail("60E1", 1.0 / inclination, gauge, 0.75), 1.0 / radius)
-
-    def at(shift):
-        contact = solve(points(shift, yaw), wheelset, counterface, MODELS, sides=(0,))
-        sums = np.zeros((shift.size, 4))
-        angle = contact.contact_angle
-        across = contact.force_y * np.cos(angle) - contact.normal_force * np.sin(angle)
-        for k, value in enumerate((np.ones_like(angle), contact.force_x, across, contact.power)):
-            np.add.at(sums[:, k], contact.point, value)
-        half = 0.5 * (contact.patch.x_lead - contact.patch.x_trail)
-        load = 0.5 * np.pi * contact.patch.pressure_slope * half**2 * contact.patch.width[:, None]
-        work = contact.fields.strip_work * contact.patch.width[:, None]
-        spread = np.zeros((2, shift.size, BINS.size - 1))
-        for k, point in enumerate(contact.point):
-            edges = contact.strip_edges_wheel_y[k]
-            for part, strips in zip(spread, (load, work), strict=True):
-                below = np.concatenate(([0.0], np.cumsum(strips[k])))
-                part[point] += np.diff(np.interp(BINS, edges, below))
-        assert abs(contact.load_scale - 1.0).max() < 3e-9
-        return sums, spread
-
-    return at
+def totals(request, totals_of):
+    return totals_of(request.param, MODELS)
 
 
 def changes(result):
@@ -113,3 +131,126 @@ def test_the_flange_root_is_steep_but_has_no_jump(totals):
         low, width = steps[found.argmax()], 0.1 * width
     assert width < 2e-8
     assert found.max() < 0.03 * whole + 1e-4
+
+
+def one_by_one(totals, shifts):
+    """Totals at each shift, none where the model refuses."""
+    try:
+        sums, spread = totals(shifts)
+    except WearsimError:
+        if shifts.size == 1:
+            return [None]
+        half = shifts.size // 2
+        return one_by_one(totals, shifts[:half]) + one_by_one(totals, shifts[half:])
+    return [(sums[[k]], spread[:, [k]]) for k in range(shifts.size)]
+
+
+def largest_change(one, other):
+    """Largest of `changes` between two results, nothing where one of them is refused."""
+    if one is None or other is None:
+        return 0.0
+    pair = tuple(np.concatenate(both, axis=-2) for both in zip(one, other, strict=True))
+    return max(value[0] for value in changes(pair).values())
+
+
+def jumps(totals, low, high, intervals, resolution=1e-8):
+    """What is left of the change in each interval when it is halved towards the larger one; its place."""
+    shift = np.linspace(low, high, intervals + 1)
+    results = one_by_one(totals, shift)
+    left, right = (
+        list(zip(shift[:-1], results[:-1], strict=True)),
+        list(zip(shift[1:], results[1:], strict=True)),
+    )
+    width = shift[1] - shift[0]
+    while width > resolution:
+        width *= 0.5
+        middles = np.array([at + width for at, _ in left])
+        for k, middle in enumerate(zip(middles, one_by_one(totals, middles), strict=True)):
+            if largest_change(left[k][1], middle[1]) >= largest_change(middle[1], right[k][1]):
+                right[k] = middle
+            else:
+                left[k] = middle
+    found = np.array([largest_change(a[1], b[1]) for a, b in zip(left, right, strict=True)])
+    refused = sum(result is None for result in results)
+    return found, np.array([at for at, _ in left]), refused / shift.size
+
+
+# Shift [m] at which the wheel begins to climb the flange's root, for each of the cases.
+ROOT = [6.3e-3, 6.3e-3, 6.3e-3, 8e-3, 3.9e-3, 4.7e-3]
+SEARCHED = sorted(set(NORMAL_MODELS) - {"half_space"})
+
+
+def slow_but(parameters, quick):
+    return [p if p in quick else pytest.param(*p, marks=pytest.mark.slow) for p in parameters]
+
+
+@pytest.mark.parametrize(
+    ("name", "case"),
+    slow_but(
+        [(name, case) for name in SEARCHED for case in range(len(CASES))],
+        [("hertz", 1), ("kik_piotrowski", 0), ("kik_piotrowski", 5), ("knothe_le_the", 0)],
+    ),
+)
+def test_nothing_jumps_on_the_tread(totals_of, name, case):
+    """0.3 % of forces, load, power or work, as where patches change; Hertz may refuse a tenth."""
+    totals = totals_of(CASES[case], replace(MODELS, normal=name))
+    found, at, refused = jumps(totals, -8e-3, ROOT[case], 24 if name == "hertz" else 48)
+    assert found.max() < 3e-3, (1e3 * at[found.argmax()], found.max())
+    assert refused < (0.1 if name == "hertz" else 1e-9)
+
+
+CLIMB = {
+    "kik_piotrowski": "measured 0.56 % of the load, target 0.3 %: its strips shift by 10 um",
+    "knothe_le_the": "measured 5 to 16 % of the load, target 0.3 %: strips and planes find no place",
+}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "hertz",
+        pytest.param("kik_piotrowski", marks=pytest.mark.xfail(strict=True, reason=CLIMB["kik_piotrowski"])),
+        pytest.param(
+            "knothe_le_the",
+            marks=[pytest.mark.slow, pytest.mark.xfail(strict=True, reason=CLIMB["knothe_le_the"])],
+        ),
+    ],
+)
+def test_nothing_jumps_while_the_flange_climbs(totals_of, name):
+    """0.3 %; with 1:20 on rail the contact runs through the flange's root from 6.5 to 7 mm."""
+    totals = totals_of(CASES[1], replace(MODELS, normal=name))
+    found, at, _ = jumps(totals, 6.5e-3, 7.0e-3, 20)
+    assert found.max() < 3e-3, (1e3 * at[found.argmax()], found.max())
+
+
+@pytest.mark.parametrize(
+    ("case", "low", "high"),
+    slow_but([(0, 4.9e-3, 5.1e-3), (0, 5.45e-3, 5.65e-3), (0, 6.65e-3, 6.85e-3)], [(0, 4.9e-3, 5.1e-3)]),
+)
+def test_half_space_only_jumps_with_its_cells(totals_of, case, low, high):
+    """Where a second lobe comes, and in the flange's root: half as large cells, less than half the jumps.
+
+    Measured 5.9, 2.8 and 21 % on 20 x 14 cells, 0.2, 0.4 and 1.0 % on 40 x 28.
+    """
+    coarse, fine = (
+        jumps(
+            totals_of(CASES[case], replace(MODELS, normal="half_space", strips=n, cells=7 * n // 10)),
+            low,
+            high,
+            2,
+        )[0]
+        for n in (20, 40)
+    )
+    assert fine.max() < 0.5 * coarse.max()
+    assert fine.max() < 0.02
+
+
+@pytest.mark.parametrize("tangential", sorted(TANGENTIAL_MODELS))
+def test_patches_come_and_go_without_a_jump_in_any_tangential_model(totals_of, tangential):
+    """0.3 % where the second patch comes and where the last but one goes; patches of kik_piotrowski."""
+    left, right = where_patches_change(totals_of(CASES[0], MODELS), 4e-3, 8e-3)
+    assert left.size >= 2
+    totals = totals_of(CASES[0], replace(MODELS, tangential=tangential))
+    for k in (0, -1):
+        found = changes(totals(np.array([left[k], right[k]])))
+        assert max(value[0] for value in found.values()) < 3e-3, (left[k], found)

@@ -22,7 +22,7 @@ KNOWN = {
     "its pressure is that of a smooth profile, and nothing tells so",
     ("measured noise", "10 um", "half_space"): "measured strip work 70 %, target 20 %: 40 cells do not "
     "resolve contacts on single asperities",
-    ("load of 1 N", "1 N", "knothe_le_the"): "measured pressure 52 %, target 20 %: the patch is "
+    ("load of 1 N", "1 N", "knothe_le_the"): "measured pressure 59 %, target 20 %: the patch is "
     "two points of the gap wide",
     ("next to no spin, no creepage", "0.01 1/m", None): "measured strip work 85 to 180 %, target 20 to 70 %: "
     "slip in a few cells at the trailing edge, power_balance 0.03 to 0.2",

@@ -7,6 +7,9 @@ share in the contact's normal direction, less the height at which the contact be
 approach :math:`\delta` of Hertz, and :math:`N = K \delta^{3/2}`. Loads add up; contacts do not feel one
 another.
 
+Rule for several patches: minima of the gap nearer to a lower one than the window are one contact with it; the
+others are contacts of their own, and where two ellipses overlap the model refuses: it never merges them.
+
 Half-space, elastic, curvatures constant over the patch: on profiles of many arcs the last one is the
 assumption that fails first, and nothing in the result tells so. Where B is not positive there is no ellipse
 and the model refuses.

@@ -23,7 +23,8 @@ whose saddle lies under the neighbour's rim is one patch with it; in between, th
 :math:`(r_k - h_k)/\varepsilon`, and plane and pressure slope are mixed in the share w from those of separate
 and of common patches. Patches with a common slope meet the condition of displacement in the mean over their
 points of first contact, each weighted by :math:`((H - h_k)/(H - h_j) \cdot (r_k - h_k)/(r_j - h_j))^3`, 1 for
-the deepest. Loads add up. A patch appears and vanishes with no load.
+the deepest. Loads add up. A patch appears and vanishes with no load. While the flange climbs, strips shift by
+about 10 um at once, up to 0.6 % of the load, at equal force, length and width of the patch.
 
 References
 ----------
