@@ -8,12 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wearsim.campaign.counterface import damped_counterface, smoothed, way_to_turning
 from wearsim.campaign.smoothing import smooth
 from wearsim.campaign.state import State, WearRate
 from wearsim.campaign.step import damped
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import ContactModels
 from wearsim.errors import NumericalError
+from wearsim.operation.counterface import CounterfaceWear
 from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.profile.shape import arc_length, vertex_lengths
 
@@ -39,8 +41,8 @@ class StepChoice(NamedTuple):
     step_length : float
         Distance to run [m].
     reason : str
-        What limits it: "stability", "depth cap", "error", "max step", "block border", "whole loops" or
-        "remaining distance".
+        What limits it: "stability", "depth cap", "error", "max step", "block border", "whole loops",
+        "re-dressing" or "remaining distance".
     """
 
     weight: FloatArray
@@ -121,6 +123,7 @@ def largest_step(
     settings: ControlSettings,
     depth_limit: float = math.inf,
     length_limit: float = math.inf,
+    counterface_wear: CounterfaceWear | None = None,
 ) -> tuple[float, str]:
     """Longest step that stability, depth cap, error, the user's longest step and the distance allow.
 
@@ -136,6 +139,8 @@ def largest_step(
         A further limit of the depth per step, such as `half_space_depth_limit` [m].
     length_limit : float
         The limit by the error, such as `error_limit` [m].
+    counterface_wear : CounterfaceWear, optional
+        How the counterface wears, if it does.
 
     Returns
     -------
@@ -144,8 +149,11 @@ def largest_step(
     reason : str
         The limit that acts, as in `StepChoice`.
     """
-    steepest = float(rate.stability.max(initial=0.0))
-    deepest = _deepest(rate.regime_depth, state, settings.smoothing_wavelength)
+    steepest = stability_rate(rate)
+    wheels = _deepest(rate.regime_depth, state, settings.smoothing_wavelength)
+    below = None if rate.counterface is None else rate.counterface.depth
+    grounds = _deepest_below(below, state, settings.smoothing_wavelength)
+    deepest = max(wheels, grounds)
     depth_cap = min(settings.depth_cap, settings.first_depth * 2.0 ** min(state.step, 60))
     limits = {
         "remaining distance": settings.distance - state.distance,
@@ -153,10 +161,13 @@ def largest_step(
         "depth cap": depth_cap / deepest if deepest > 0.0 else math.inf,
         "stability": min(
             settings.stability / steepest if steepest > 0.0 else math.inf,
-            depth_limit / deepest if deepest > 0.0 else math.inf,
+            depth_limit / (wheels + grounds) if deepest > 0.0 else math.inf,
         ),
         "error": length_limit,
     }
+    if counterface_wear is not None:
+        wave = settings.smoothing_wavelength
+        limits["re-dressing"] = way_to_turning(state, rate, counterface_wear, wave)
     if settings.integrator == "semi_implicit":
         longest = min(length for name, length in limits.items() if name != "depth cap")
         limits["depth cap"] = _damped_cap(rate, state, settings, depth_cap, limits["depth cap"], longest)
@@ -177,6 +188,7 @@ def choose(
     *,
     depth_limit: DepthLimit | None = None,
     length_limit: float = math.inf,
+    counterface_wear: CounterfaceWear | None = None,
 ) -> StepChoice:
     """Choose which points act in the next step, and how far it goes.
 
@@ -194,6 +206,8 @@ def choose(
         Gives a further limit of the depth per step for a rate and its weights [m].
     length_limit : float
         The limit by the error, such as `error_limit` [m].
+    counterface_wear : CounterfaceWear, optional
+        How the counterface wears, if it does: a step ends where rollers are turned.
 
     Returns
     -------
@@ -211,22 +225,26 @@ def choose(
     def largest(weight: FloatArray) -> tuple[float, str]:
         rate = rate_for_weights(weight)
         limit = math.inf if depth_limit is None else depth_limit(rate, weight)
-        return largest_step(rate, state, settings, limit, length_limit)
+        return largest_step(rate, state, settings, limit, length_limit, counterface_wear)
 
-    remaining = settings.distance - state.distance
+    remaining, last = settings.distance - state.distance, "remaining distance"
+    if counterface_wear is not None and state.counterface is not None:
+        until = state.counterface.turned_at + counterface_wear.redress_distance - state.distance
+        if until < remaining * (1.0 - _SAME_PLACE):
+            remaining, last = until, "re-dressing"
     loop = float(points.block_length.sum())
     if loop == 0.0:
         allowed, reason = largest(points.weight)
-        return StepChoice(points.weight, *_without_sliver(allowed, reason, remaining, "remaining distance"))
+        return StepChoice(points.weight, *_without_sliver(allowed, reason, remaining, last))
 
     if remaining >= loop * (1.0 - _SAME_PLACE):
         collective = points.block_length / loop
         allowed, reason = largest(collective)
-        loops = math.floor(allowed / loop + _SAME_PLACE)
+        loops = math.floor(min(allowed, remaining) / loop + _SAME_PLACE)
         if loops >= 1:
             step = loops * loop
             if abs(remaining - step) <= _SAME_PLACE * loop:
-                return StepChoice(collective, remaining, "remaining distance")
+                return StepChoice(collective, remaining, last)
             return StepChoice(collective, step, "whole loops")
 
     block, rest = present_block(state.distance, points.block_length)
@@ -235,8 +253,23 @@ def choose(
     allowed, reason = largest(weight)
     border = "block border"
     if remaining <= rest * (1.0 + _SAME_PLACE):
-        rest, border = remaining, "remaining distance"
+        rest, border = remaining, last
     return StepChoice(weight, *_without_sliver(allowed, reason, rest, border))
+
+
+def stability_rate(rate: WearRate) -> float:
+    """Largest rate of the stability number on the wheels and on their counterface, if that wears [1/m]."""
+    steepest = float(rate.stability.max(initial=0.0))
+    if rate.counterface is None:
+        return steepest
+    return max(steepest, float(rate.counterface.stability.max(initial=0.0)))
+
+
+def _deepest_below(depth: FloatArray | None, state: State, wavelength: float) -> float:
+    """Largest depth after smoothing of a depth (2, k) of the counterface, if that wears."""
+    if state.counterface is None or depth is None:
+        return 0.0
+    return float(smoothed(state.counterface, depth, wavelength).max())
 
 
 def _deepest(regime_depth: FloatArray, state: State, wavelength: float) -> float:
@@ -256,7 +289,9 @@ def _damped_cap(
     """Length at which a semi-implicit step reaches the cap: between that of an explicit one and `longest`."""
 
     def within(length: float) -> bool:
-        return _deepest(damped(rate, length), state, settings.smoothing_wavelength) <= cap
+        wave = settings.smoothing_wavelength
+        below = _deepest_below(damped_counterface(rate, length), state, wave)
+        return max(_deepest(damped(rate, length), state, wave), below) <= cap
 
     if explicit >= longest or within(longest):
         return math.inf

@@ -19,6 +19,8 @@ from wearsim.campaign.beside import (
     start_beside,
     static_beside,
 )
+from wearsim.campaign.counterface import new_counterface, turned
+from wearsim.campaign.counterface_row import attributes_below, static_below
 from wearsim.campaign.rate import accumulate, patch_wear, rate, solve_contact
 from wearsim.campaign.row import StepTaken, build_row, no_step
 from wearsim.campaign.state import State, WearRate
@@ -139,6 +141,8 @@ class WheelsetEvolution:
             worn_mass=np.zeros(2),
         )
         state = start_beside(state, laws_beside(self.setup))
+        if self.setup.counterface_wear is not None:
+            state = replace(state, counterface=new_counterface(self.setup.counterface))
         return self._chosen(state), no_step(len(self.setup.points.label))
 
     def _chosen(self, state: State) -> State:
@@ -170,6 +174,7 @@ class WheelsetEvolution:
             setup.wear,
             passage=passage,
             beside=beside,
+            counterface_wear=setup.counterface_wear,
         )
         return Evaluation(solution, passage, collective, beside)
 
@@ -194,6 +199,7 @@ class WheelsetEvolution:
                 setup.wear,
                 passage=evaluation.passage,
                 beside=evaluation.beside,
+                counterface_wear=setup.counterface_wear,
             )
 
         def rate_at(ahead: State) -> WearRate:
@@ -206,11 +212,14 @@ class WheelsetEvolution:
                 self._models(state),
                 setup.wear,
                 beside=laws_beside(setup),
+                counterface_wear=setup.counterface_wear,
                 threads=self.threads,
             )
 
         def depth_limit(now: WearRate, weight: np.ndarray) -> float:
-            spacing = float(np.diff(arc_length(state.y[0], state.z[0])).min())
+            below = state.counterface or state
+            lines = ((state.y[0], state.z[0]), (below.y[0], below.z[0]))
+            spacing = min(float(np.diff(arc_length(*line)).min()) for line in lines)
             wave = setup.control.smoothing_wavelength
             return control.half_space_depth_limit(now, weight, self._models(state), spacing, wave)
 
@@ -218,7 +227,13 @@ class WheelsetEvolution:
         limit = control.error_limit(state.step_length, state.step_error, tolerance)
         for rejected in range(_ATTEMPTS):
             choice = control.choose(
-                state, setup.points, rate_for, setup.control, depth_limit=depth_limit, length_limit=limit
+                state,
+                setup.points,
+                rate_for,
+                setup.control,
+                depth_limit=depth_limit,
+                length_limit=limit,
+                counterface_wear=setup.counterface_wear,
             )
             now = rate_for(choice.weight)
             after = step.advance(
@@ -234,8 +249,10 @@ class WheelsetEvolution:
                 estimate=tolerance < math.inf,
             )
             if after.step_error is None or after.step_error <= tolerance:
-                stability = float(now.stability.max(initial=0.0)) * choice.step_length
+                stability = control.stability_rate(now) * choice.step_length
                 after = replace(after, models=state.models, models_error=state.models_error)
+                if setup.counterface_wear is not None and not control.finished(after, setup.control):
+                    after = turned(after, setup.counterface, setup.counterface_wear)
                 passed = [share * setup.control.distance for share in choose.CHECKS]
                 if any(state.distance < place <= after.distance for place in passed):
                     after = self._chosen(after)
@@ -281,6 +298,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "counterface_y": setup.counterface.profile.y,
         "counterface_z": setup.counterface.profile.z,
         **static_beside(laws_beside(setup)),
+        **static_below(setup),
     }
     wear, models, limits = setup.wear, setup.models, setup.control
     coefficients = acting_coefficients(wear)
@@ -329,6 +347,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "target_distance": limits.distance,
         **attributes_of(dict(limits.limits), limits.end_at_limit),
         "counterface_curvature": setup.counterface.curvature,
+        **attributes_below(setup.counterface_wear),
         "wheel_radius": setup.wheelset.radius,
         "half_span": setup.wheelset.half_span,
         "friction_note": "one Coulomb coefficient per operating point, alike over the whole profile",

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from wearsim.campaign.beside import LawsBeside, PassageBeside, passage_beside
+from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.state import PatchWear, State, WearRate
-from wearsim.contact.kernel import kernel
+from wearsim.campaign.vertices import sample, share_out, stretches
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import (
     ContactConditions,
@@ -19,6 +20,7 @@ from wearsim.contact.solve import (
     solve,
 )
 from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
+from wearsim.operation.counterface import CounterfaceWear
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import arc_length, vertex_lengths
 
@@ -41,7 +43,7 @@ def solve_contact(
     Parameters
     ----------
     state : State
-        Its profiles replace those of the wheelset.
+        Its profiles replace those of the wheelset, and of the counterface if that wears.
     points : OperatingPoints
         All of them, whatever their weight.
     wheelset : Wheelset
@@ -61,7 +63,8 @@ def solve_contact(
         right=replace(wheelset.right, y=state.y[0], z=state.z[0]),
         left=replace(wheelset.left, y=state.y[1], z=state.z[1]),
     )
-    return solve(points.conditions, worn, counterface, models, threads=threads)
+    below = worn_counterface(counterface, state.counterface)
+    return solve(points.conditions, worn, below, models, threads=threads)
 
 
 def accumulate(
@@ -74,6 +77,7 @@ def accumulate(
     *,
     passage: FloatArray | None = None,
     beside: PassageBeside | None = None,
+    counterface_wear: CounterfaceWear | None = None,
 ) -> WearRate:
     r"""Weigh the wear of all patches and carry it to the vertices of the wheel profiles.
 
@@ -95,6 +99,8 @@ def accumulate(
         Depth per passage of `damage.wear.passage_depth`, if it is known already [m].
     beside : PassageBeside, optional
         What laws beside the leading one make of the same passages.
+    counterface_wear : CounterfaceWear, optional
+        How the counterface of the state wears, if it does.
 
     Returns
     -------
@@ -130,7 +136,7 @@ def accumulate(
     damping = np.zeros((2, n))
     for wheel in (0, 1):
         arc = arc_length(state.y[wheel], state.z[wheel])
-        cell_edges = np.concatenate([arc[:1], 0.5 * (arc[1:] + arc[:-1]), arc[-1:]])
+        cell_edges = stretches(arc)
         at = np.flatnonzero(active & (solution.side == wheel))
         point = solution.point[at]
         share = (weight[point] * points.environment[point])[:, None]
@@ -148,7 +154,7 @@ def accumulate(
         ]
         carried = np.stack([*law_depth, strip_work[at] * often, over_gap, *further_rows]) * width
         area = np.zeros((len(carried), n))
-        _share_out(strip_edges, cell_edges, carried, area)
+        share_out(strip_edges, cell_edges, carried, area)
         per_metre = 1.0 / (2.0 * np.pi * (wheelset.radius + state.z[wheel]))
         per_vertex = area * (per_metre / vertex_lengths(state.y[wheel], state.z[wheel]))
         depth[wheel], further[wheel] = per_vertex[:n_regimes], per_vertex[n_regimes + 2 :]
@@ -156,9 +162,9 @@ def accumulate(
 
         bears = load_bearing[at]
         ratio = np.where(bears, law_depth.sum(axis=0) / np.where(bears, gap[at], 1.0), 0.0)
-        _sample(strip_edges, arc, ratio, stability[wheel])
+        sample(strip_edges, arc, ratio, stability[wheel])
         stability[wheel] *= per_metre
-    return WearRate(
+    result = WearRate(
         depth=depth.sum(axis=1),
         regime_depth=depth,
         friction_work=work,
@@ -168,6 +174,12 @@ def accumulate(
         beside=tuple(np.split(further[:, :wear_rows], ends[:-1], axis=1)) if wear_rows else (),
         fatigue=tuple(further[:, wear_rows + k] for k in range(len(beside.damage))),
     )
+    if counterface_wear is None:
+        return result
+    every = (weight * points.environment)[solution.point]
+    law = np.where(active, every, 0.0)[:, None] * passage.sum(axis=0)
+    over_gap = np.stack([law / floor, np.where(load_bearing, law / floor, 0.0)])
+    return with_counterface(result, law, over_gap, state, wheelset.radius, counterface_wear)
 
 
 def patch_wear(solution: ContactSolution, passage: FloatArray, state: State, wheelset: Wheelset) -> PatchWear:
@@ -221,6 +233,7 @@ def rate(
     wear: WearSettings,
     *,
     beside: LawsBeside | None = None,
+    counterface_wear: CounterfaceWear | None = None,
     threads: int = 1,
 ) -> WearRate:
     """Solve the points that act and give what wears per metre.
@@ -237,6 +250,8 @@ def rate(
         What runs on what, by which models.
     beside : LawsBeside, optional
         Laws beside the leading one.
+    counterface_wear : CounterfaceWear, optional
+        How the counterface wears, if it does.
     threads : int
         They do not change the bits of the result.
 
@@ -249,7 +264,16 @@ def rate(
     chosen = select(points, acting)
     solution = solve_contact(state, chosen, wheelset, counterface, models, threads=threads)
     further = passage_beside(solution, LawsBeside() if beside is None else beside)
-    return accumulate(solution, chosen, weight[acting], state, wheelset, wear, beside=further)
+    return accumulate(
+        solution,
+        chosen,
+        weight[acting],
+        state,
+        wheelset,
+        wear,
+        beside=further,
+        counterface_wear=counterface_wear,
+    )
 
 
 def select(points: OperatingPoints, index: np.ndarray) -> OperatingPoints:
@@ -274,37 +298,3 @@ def select(points: OperatingPoints, index: np.ndarray) -> OperatingPoints:
         block_length=points.block_length[index],
         label=tuple(points.label[i] for i in index),
     )
-
-
-@kernel
-def _share_out(strip_edges: FloatArray, cell_edges: FloatArray, amount: FloatArray, out: FloatArray) -> None:
-    """Add amount (q, m, ny) of strips between strip_edges (m, ny + 1) to the cells out (q, n)."""
-    n = cell_edges.size - 1
-    for patch in range(strip_edges.shape[0]):
-        cell = np.searchsorted(cell_edges, strip_edges[patch, 0], side="right") - 1
-        cell = min(max(cell, 0), n - 1)
-        for strip in range(strip_edges.shape[1] - 1):
-            low = strip_edges[patch, strip]
-            high = strip_edges[patch, strip + 1]
-            while cell < n - 1 and cell_edges[cell + 1] <= low:
-                cell += 1
-            while True:
-                end = high if cell == n - 1 else min(high, cell_edges[cell + 1])
-                share = (end - low) / (high - strip_edges[patch, strip]) if high > low else 1.0
-                for q in range(amount.shape[0]):
-                    out[q, cell] += amount[q, patch, strip] * share
-                if end >= high:
-                    break
-                low = end
-                cell += 1
-
-
-@kernel
-def _sample(strip_edges: FloatArray, arc: FloatArray, value: FloatArray, out: FloatArray) -> None:
-    """Add the value (m, ny) of the strip each vertex lies in to out (n,)."""
-    for patch in range(strip_edges.shape[0]):
-        vertex = np.searchsorted(arc, strip_edges[patch, 0])
-        for strip in range(strip_edges.shape[1] - 1):
-            while vertex < arc.size and arc[vertex] < strip_edges[patch, strip + 1]:
-                out[vertex] += value[patch, strip]
-                vertex += 1

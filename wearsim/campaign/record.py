@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from wearsim.campaign.counterface_row import counterface_of
 from wearsim.campaign.state import State
 from wearsim.errors import ResultError
 from wearsim.results import FILL_FLOAT, ROW
@@ -225,6 +226,7 @@ def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
         beside_depth=_by_law(row, "beside_wear_depth"),
         beside_area=row.get("beside_worn_area", np.zeros((2, 0))),
         fatigue_damage=_by_law(row, "fatigue_damage"),
+        counterface=counterface_of(row),
     )
 
 

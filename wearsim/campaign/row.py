@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wearsim.campaign.beside import PassageBeside, laws_beside, patch_values, row_beside
+from wearsim.campaign.counterface_row import row_below
 from wearsim.campaign.state import PatchWear, State, WearRate
 from wearsim.contact.solve import ContactSolution
 from wearsim.errors import ProfileError
@@ -127,6 +128,7 @@ def build_row(
             {} if beside is None else patch_values(collective.solution, beside),
         ),
         **({} if beside is None else row_beside(state, collective, laws_beside(setup))),
+        **row_below(state.counterface),
     }
 
 

@@ -12,6 +12,55 @@ from wearsim.contact.solve import ContactSolution
 
 
 @dataclass(frozen=True)
+class CounterfaceState:
+    """Worn rails or rollers; first axis 0 = right, 1 = left, both in the axes of a right side.
+
+    Parameters
+    ----------
+    y, z : (2, k) array
+        Profiles, z positive down [m].
+    depth : (2, k) array
+        Depth worn at each material point since the start or the last turning, along the normal [m].
+    worn_area : (2,) array
+        Area of the cross-section worn off since the start; what turning takes off is not counted [m2].
+    deepest : (2,) array
+        Largest depth at the end of the last step, before the rollers were turned if they were then [m].
+    turned_depth : (2,) array
+        Sum of that depth over all turnings: the least loss of radius [m].
+    turnings : int
+        How often both rollers have been turned back to their new profile.
+    turned_at : float
+        Distance run when they last were [m].
+    """
+
+    y: FloatArray
+    z: FloatArray
+    depth: FloatArray
+    worn_area: FloatArray
+    deepest: FloatArray
+    turned_depth: FloatArray
+    turnings: int = 0
+    turned_at: float = 0.0
+
+
+@dataclass(frozen=True)
+class CounterfaceRate:
+    """What rails or rollers lose per metre run.
+
+    Parameters
+    ----------
+    depth : (2, k) array
+        Depth per metre at each vertex, before smoothing [m/m].
+    stability, damping : (2, k) array
+        As of `WearRate`, of the depth that wheel and counterface lose together [1/m].
+    """
+
+    depth: FloatArray
+    stability: FloatArray
+    damping: FloatArray
+
+
+@dataclass(frozen=True)
 class State:
     """The state of a campaign; wheel axis 0 = right, 1 = left.
 
@@ -45,6 +94,8 @@ class State:
         Area of the cross-section they would have removed, by their own regimes, law after law [m2].
     fatigue_damage : tuple of (2, n) arrays
         Fatigue damage at each material point, for each fatigue law [-].
+    counterface : CounterfaceState, optional
+        Rails or rollers, if they wear.
     """
 
     step: int
@@ -62,6 +113,7 @@ class State:
     beside_depth: tuple[FloatArray, ...] = ()
     beside_area: FloatArray = field(default_factory=lambda: np.zeros((2, 0)))
     fatigue_damage: tuple[FloatArray, ...] = ()
+    counterface: CounterfaceState | None = None
 
 
 @dataclass(frozen=True)
@@ -88,6 +140,8 @@ class WearRate:
         Depth per metre by the laws beside the leading one, by their own regimes [m/m].
     fatigue : tuple of (2, n) arrays
         Fatigue damage per metre, without removal by wear, for each fatigue law [1/m].
+    counterface : CounterfaceRate, optional
+        Of the counterface, if it wears; stability and damping then count what both bodies lose.
     """
 
     depth: FloatArray
@@ -98,6 +152,7 @@ class WearRate:
     damping: FloatArray | None = None
     beside: tuple[FloatArray, ...] = ()
     fatigue: tuple[FloatArray, ...] = ()
+    counterface: CounterfaceRate | None = None
 
 
 class Increment(NamedTuple):
@@ -111,11 +166,14 @@ class Increment(NamedTuple):
         The same by the laws beside it, each with its own regimes [m].
     fatigue : tuple of (2, n) arrays
         Damage by each fatigue law [-].
+    counterface : (2, k) array, optional
+        Depth of the counterface, if it wears [m].
     """
 
     regime_depth: FloatArray
     beside: tuple[FloatArray, ...] = ()
     fatigue: tuple[FloatArray, ...] = ()
+    counterface: FloatArray | None = None
 
 
 @dataclass(frozen=True)

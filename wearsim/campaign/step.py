@@ -8,12 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wearsim.campaign.counterface import damped_counterface, wear_off_counterface
 from wearsim.campaign.smoothing import smooth
-from wearsim.campaign.state import Increment, State, WearRate
+from wearsim.campaign.state import CounterfaceState, Increment, State, WearRate
+from wearsim.campaign.vertices import taken_off
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue.balance import damage_after
-from wearsim.errors import NumericalError
-from wearsim.profile.shape import arc_length, offset_distance, vertex_lengths, vertex_normals
+from wearsim.profile.shape import arc_length, vertex_lengths
 
 RateAt = Callable[[State], WearRate]
 Predict = Callable[[Increment], State]
@@ -80,7 +81,9 @@ def semi_implicit(
     start = _at_once(rate, step_length)
     # laws beside see the same contacts, which carry less the more the leading law takes off
     beside = tuple(depth / _divisor(rate, step_length) for depth in start.beside)
-    after = predict(Increment(damped(rate, step_length), beside, start.fatigue))
+    after = predict(
+        Increment(damped(rate, step_length), beside, start.fatigue, damped_counterface(rate, step_length))
+    )
     mean = _mean_of_rates(state, rate, step_length, rate_at, after) if estimate else None
     return Outcome(after, None if mean is None else predict(mean))
 
@@ -122,6 +125,7 @@ def _at_once(rate: WearRate, step_length: float) -> Increment:
         rate.regime_depth * step_length,
         tuple(depth * step_length for depth in rate.beside),
         tuple(damage * step_length for damage in rate.fatigue),
+        None if rate.counterface is None else rate.counterface.depth * step_length,
     )
 
 
@@ -134,19 +138,31 @@ def _mean_of_rates(
     present stretch and the area worn is the mean of both areas.
     """
     predicted = rate_at(ahead)
-    stretch = np.stack(
-        [vertex_lengths(ahead.y[w], ahead.z[w]) / vertex_lengths(state.y[w], state.z[w]) for w in (0, 1)]
-    )
+    stretch = _stretched(state, ahead)
 
-    def mean(here: FloatArray, there: FloatArray) -> FloatArray:
+    def mean(here: FloatArray, there: FloatArray, stretch: FloatArray = stretch) -> FloatArray:
         scale = stretch[:, None, :] if here.ndim == 3 else stretch
         value: FloatArray = 0.5 * step_length * (here + there * scale)
         return value
 
+    counterface = None
+    if rate.counterface is not None and predicted.counterface is not None:
+        assert state.counterface is not None  # it wears
+        assert ahead.counterface is not None
+        below = _stretched(state.counterface, ahead.counterface)
+        counterface = mean(rate.counterface.depth, predicted.counterface.depth, below)
     return Increment(
         mean(rate.regime_depth, predicted.regime_depth),
         tuple(mean(*pair) for pair in zip(rate.beside, predicted.beside, strict=True)),
         tuple(mean(*pair) for pair in zip(rate.fatigue, predicted.fatigue, strict=True)),
+        counterface,
+    )
+
+
+def _stretched(before: State | CounterfaceState, after: State | CounterfaceState) -> FloatArray:
+    """Lengths the vertices stand for, (2, n), after over before [-]."""
+    return np.stack(
+        [vertex_lengths(after.y[w], after.z[w]) / vertex_lengths(before.y[w], before.z[w]) for w in (0, 1)]
     )
 
 
@@ -166,7 +182,7 @@ def advance(
     estimate: bool = False,
     crack_depth: Sequence[float] = (),
 ) -> State:
-    """Wear both wheels over a distance.
+    """Wear both wheels over a distance, and their counterface if it wears.
 
     Parameters
     ----------
@@ -205,12 +221,18 @@ def advance(
 
     def wear_off(increment: Increment) -> State:
         worn = remove(state, increment.regime_depth, step_length, radius, density, smoothing_wavelength)
+        if state.counterface is not None and increment.counterface is not None:
+            below = wear_off_counterface(state.counterface, increment.counterface, smoothing_wavelength)
+            worn = replace(worn, counterface=below)
         return _with_laws_beside(state, worn, increment, smoothing_wavelength, crack_depth)
 
     after, companion = INTEGRATORS[integrator](state, rate, step_length, rate_at, wear_off, estimate)
     if companion is None:
         return after
-    return replace(after, step_error=float(np.abs(after.wear_depth - companion.wear_depth).max()))
+    error = float(np.abs(after.wear_depth - companion.wear_depth).max())
+    if after.counterface is not None and companion.counterface is not None:
+        error = max(error, float(np.abs(after.counterface.depth - companion.counterface.depth).max()))
+    return replace(after, step_error=error)
 
 
 def remove(
@@ -245,7 +267,7 @@ def remove(
     is that of rings of radius :math:`r(y) = r_0 + z` before the step:
     :math:`\rho \sum 2 \pi r_j d_j l_j`.
     """
-    y, z = state.y.copy(), state.z.copy()
+    y, z = np.empty_like(state.y), np.empty_like(state.z)
     depth = np.empty_like(regime_depth)
     area, mass = state.worn_area.copy(), state.worn_mass.copy()
     for wheel in (0, 1):
@@ -253,17 +275,7 @@ def remove(
         length = vertex_lengths(old_y, old_z)
         depth[wheel] = smooth(arc_length(old_y, old_z), regime_depth[wheel], length, smoothing_wavelength)
         total = depth[wheel].sum(axis=0)
-        distance = offset_distance(old_y, old_z, total)
-        normal_y, normal_z = vertex_normals(old_y, old_z)
-        y[wheel] += distance * normal_y
-        z[wheel] += distance * normal_z
-        forward = np.diff(y[wheel]) * np.diff(old_y) + np.diff(z[wheel]) * np.diff(old_z)
-        if not (forward > 0.0).all():
-            raise NumericalError(
-                f"a wear step of {total.max() * 1e6:.3g} um folds the profile of the "
-                f"{('right', 'left')[wheel]} wheel at y = {old_y[int(np.argmin(forward))] * 1e3:.4g} mm; "
-                "lower max_step_depth_um or raise smoothing_wavelength_mm"
-            )
+        y[wheel], z[wheel] = taken_off(old_y, old_z, total, f"{('right', 'left')[wheel]} wheel")
         area[wheel] += (total * length).sum()
         mass[wheel] += density * 2.0 * np.pi * ((radius + old_z) * total * length).sum()
     return State(

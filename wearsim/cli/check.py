@@ -99,6 +99,8 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
     laws = len(setup.fatigue)
     values += 2 * vertices * (len(setup.beside) + (1 + 4 * laws if laws else 0))
     values += count * 8 * (2 + laws) if laws else 0
+    if setup.counterface_wear is not None:  # its y, z and depth
+        values += 2 * 3 * len(setup.counterface.profile.y)
     return {
         "kind": setup.kind,
         "title": setup.title,
@@ -197,6 +199,26 @@ def _limits(given: dict[str, Any] | None) -> list[tuple[str, str]]:
     return [("limits", f"{told}; {end}")]
 
 
+def _counterface(wear: dict[str, Any] | None) -> list[tuple[str, str]]:
+    """Line on the wear of the counterface, if it wears."""
+    if wear is None:
+        return []
+    if "area_mm2_per_1000km" in wear:
+        return [
+            ("rails", f"each loses {wear['area_mm2_per_1000km']:g} mm2 per 1000 km where the wheels wear")
+        ]
+    when = [
+        text
+        for text in (
+            wear["redress_every_km"] and f"every {wear['redress_every_km']:g} km",
+            wear["redress_depth_um"] and f"{wear['redress_depth_um']:g} um deep",
+        )
+        if text
+    ]
+    turned = f"turned back to their new profile {' or '.join(when)}" if when else "never turned"
+    return [("rollers", f"wear {wear['factor']:g} times as deep per passage as the wheels; {turned}")]
+
+
 def _text(item: dict[str, Any]) -> str:
     campaign, contact, wear = (item["settings"][name] for name in ("campaign", "contact", "wear"))
     environment = ", ".join(f"{value:g}" for value in item["environment"])
@@ -219,6 +241,7 @@ def _text(item: dict[str, Any]) -> str:
             f"{campaign['stability']:g} and error below {campaign['error_tolerance_um']:g} um set each",
         ),
         *_limits(campaign["limits"]),
+        *_counterface(item["settings"]["counterface"]["wear"]),
         ("result file", f"about {item['bytes_per_step'] / 1e6:.2g} MB per step before compression"),
     ]
     lines = [f"{item['kind']}: {item['title']}"]

@@ -154,7 +154,19 @@ def _groups() -> dict[str, dict[str, Variable]]:
         "wear_number_without_spin": Variable(patch, missing=True),
         "wear_number_with_spin": Variable(patch, missing=True),
     }
-    return {"beside": beside, "fatigue": fatigue}
+    below = ("step", "wheel", "counterface_point")
+    counterface = {
+        "counterface_name": Variable(("wheel",), "str"),
+        "counterface_profile_y": Variable(below),
+        "counterface_profile_z": Variable(below),
+        "counterface_wear_depth": Variable(below),
+        "counterface_worn_area": Variable(along),
+        "counterface_max_wear_depth": Variable(along),
+        "counterface_turned_depth": Variable(along),
+        "counterface_turnings": Variable(("step",), "i4"),
+        "counterface_turned_at": Variable(("step",)),
+    }
+    return {"beside": beside, "fatigue": fatigue, "counterface": counterface}
 
 
 GROUPS: Mapping[str, Mapping[str, Variable]] = _groups()

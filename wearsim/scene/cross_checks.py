@@ -14,6 +14,7 @@ from wearsim.profile.measures import flange_thickness
 from wearsim.profile.shape import Profile
 from wearsim.scene.campaign import campaign_faults
 from wearsim.scene.clearance import beyond_clearance
+from wearsim.scene.counterface import counterface_faults, counterface_warnings
 from wearsim.scene.damage import damage_faults
 from wearsim.scene.faults import shown
 from wearsim.scene.limits import met_by_new_wheels
@@ -75,6 +76,10 @@ def scene_warnings(
                     f"{WIDEST_POSITION_SPACING_MM:g} mm) leaves ridges between them"
                 )
                 found.append(fault_at(scene, ("operation", "class", index, "positions"), told))
+    found += [
+        fault_at(scene, path, told)
+        for path, told in counterface_warnings(scene.counterface.wear, scene.campaign.distance_km)
+    ]
     if scene.campaign.smoothing_wavelength_mm == 0:
         told = "smoothing_wavelength_mm = 0: wear increments are not smoothed"
         found.append(fault_at(scene, ("campaign", "smoothing_wavelength_mm"), told))
@@ -111,6 +116,10 @@ def cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
         fault_at(scene, path, told) for path, told in campaign_faults(scene.campaign, scene.contact.normal)
     ]
     found += [fault_at(scene, path, told) for path, told in damage_faults(scene.wear, scene.fatigue)]
+    found += [
+        fault_at(scene, path, told)
+        for path, told in counterface_faults(scene.counterface.wear, scene.wear.law)
+    ]
     return found
 
 

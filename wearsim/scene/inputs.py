@@ -138,7 +138,8 @@ def read_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> tuple
         role = f"{section}.{key}"
         try:
             found = _read_profile(scene, role, name, half_span, kept)
-            shape = found[0] if section == "counterface" else resample(found[0], spacing)
+            stays = section == "counterface" and scene.counterface.wear is None
+            shape = found[0] if stays else resample(found[0], spacing)
         except ProfileError as error:
             faults.extend(
                 Fault(f"{key} = {shown(name)}: {told}", str(origin.path), scene.line(section, key))

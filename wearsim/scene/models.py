@@ -11,6 +11,7 @@ from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, Strict
 from pydantic_core import PydanticCustomError
 
 from wearsim.scene.campaign import CampaignSection
+from wearsim.scene.counterface import RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
 from wearsim.scene.faults import Lines, line_of
 from wearsim.scene.section import Registered, Section, Text, quantity, words
@@ -92,22 +93,28 @@ class WheelsetSection(Section):
     flange_back_mm: float = quantity("the distance between the flange backs", "mm", 1360.0, ge=900, le=1700)
 
 
-class RailSection(Section):
-    """[counterface] in the field: rails."""
+class CounterfaceSection(Section):
+    """[counterface]: what rails and rollers with a rail's profile have in common."""
 
-    not_here: ClassVar[dict[str, str]] = {
-        "roller_radius_mm": 'a rail has no radius; delete the key, or write kind = "rig" in [scene]'
-    }
     profile: Text = words("the name of a shipped rail profile, such as 60E1, or a file of points")
     inclination: Inclination = words('the inclination of the rail, such as "1:40", or "none"')
     gauge_mm: float = quantity("the track gauge", "mm", 1435.0, ge=950, le=1750)
 
 
-class RollerSection(RailSection):
+class RailSection(CounterfaceSection):
+    """[counterface] in the field: rails."""
+
+    not_here: ClassVar[dict[str, str]] = {
+        "roller_radius_mm": 'a rail has no radius; delete the key, or write kind = "rig" in [scene]'
+    }
+    wear: RailWearSection | None = None
+
+
+class RollerSection(CounterfaceSection):
     """[counterface] on a rig: rollers with a rail's profile."""
 
-    not_here: ClassVar[dict[str, str]] = {}
     roller_radius_mm: float = quantity("the radius of the rollers at the profile's top", "mm", ge=1, le=5000)
+    wear: RollerWearSection | None = None
 
 
 NormalName = Annotated[str, Registered("wearsim.contact.normal", "NORMAL_MODELS")]

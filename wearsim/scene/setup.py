@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -11,11 +12,13 @@ from wearsim.contact.solve import ContactModels, Counterface, Wheelset
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import Fault
+from wearsim.operation.counterface import CounterfaceWear
 from wearsim.operation.field import TrackClass, collective
 from wearsim.operation.monitor import with_monitors
 from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.operation.rig import Block, programme
 from wearsim.scene.campaign import control_settings
+from wearsim.scene.counterface import counterface_wear
 from wearsim.scene.cross_checks import limit_faults, scene_warnings
 from wearsim.scene.damage import beside_settings, fatigue_settings, wear_settings
 from wearsim.scene.inputs import InputFile, Inputs
@@ -56,6 +59,8 @@ class CampaignSetup:
         Fatigue laws.
     tolerance : float, optional
         Of the wear increment, if the models are chosen by `campaign.choose` instead of given [-].
+    counterface_wear : CounterfaceWear, optional
+        How rails or rollers wear; without it they stay as they are.
     """
 
     kind: Literal["rig", "field"]
@@ -72,6 +77,7 @@ class CampaignSetup:
     beside: tuple[WearSettings, ...] = ()
     fatigue: tuple[FatigueSettings, ...] = ()
     tolerance: float | None = None
+    counterface_wear: CounterfaceWear | None = None
 
 
 def build(scene: RigScene | FieldScene) -> CampaignSetup:
@@ -112,6 +118,10 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
         ),
         beside=beside_settings(scene.wear, inputs.wear_table),
         fatigue=fatigue_settings(scene.fatigue),
+        counterface_wear=counterface_wear(
+            scene.counterface.wear,
+            1e-3 * scene.counterface.roller_radius_mm if isinstance(scene, RigScene) else math.inf,
+        ),
     )
 
 

@@ -1,0 +1,301 @@
+"""Rollers and rails that wear: conservation, ratios, symmetry, turning back, the same bits after a stop."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import netCDF4
+import numpy as np
+import pytest
+
+from wearsim.campaign.control import finished, stability_rate
+from wearsim.campaign.counterface import new_counterface, turned, wear_off_counterface, worn_counterface
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.rate import accumulate
+from wearsim.campaign.run import run_campaign
+from wearsim.campaign.step import advance, damped
+from wearsim.contact.solve import Counterface
+from wearsim.damage.wear import WearSettings, passage_depth
+from wearsim.operation.counterface import CounterfaceWear
+from wearsim.profile.shape import polygon_area_between, vertex_lengths
+from wearsim.results import GROUPS, open_results
+from wearsim.scene import build, load_scene
+
+WEAR = WearSettings()
+FACTOR, RADIUS = 0.7, 1.2
+ROLLER = CounterfaceWear(factor=FACTOR, radius=RADIUS)
+RAIL = CounterfaceWear(area_rate=3e-12)
+
+SCENE = """
+[scene]
+kind = "{kind}"
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+gauge_mm = 1435
+{counterface}
+[contact]
+strips = 20
+cells = 16
+[campaign]
+point_spacing_mm = 0.5
+{campaign}
+{operation}
+"""
+RUNNING = "load_kN = 80\nspeed_km_h = 72\nfriction = 0.35\n"
+
+
+def rig(folder, wear, campaign="distance_km = 30", mirrored=False):
+    """Two blocks, tread and flange root; mirrored: shift, yaw and roll with the other sign."""
+    sign = -1 if mirrored else 1
+    blocks = "".join(
+        f'[[operation.block]]\nname = "{shift}"\nshift_mm = {sign * shift}\nyaw_mrad = {sign * yaw}\n'
+        f"roll_mrad = {sign * roll}\ndistance_km = {distance}\n{RUNNING}"
+        for shift, yaw, roll, distance in ((-2.0, -1.0, 0.0, 2), (4.5, 2.0, 0.5, 1))
+    )
+    counterface = f"roller_radius_mm = 1000\n{wear}"
+    return evolution(folder, kind="rig", counterface=counterface, campaign=campaign, operation=blocks)
+
+
+def field(folder, wear, campaign="distance_km = 30"):
+    """One class of track, both flanks of a distribution."""
+    classes = (
+        '[[operation.class]]\nname = "all"\nshift_mean_mm = 1\nshift_std_mm = 1\npositions = 10\nshare = 1\n'
+    )
+    return evolution(
+        folder,
+        kind="field",
+        counterface=wear,
+        campaign=campaign,
+        operation=f"{classes}yaw_mrad = 1\n{RUNNING}",
+    )
+
+
+def evolution(folder, **parts):
+    path = folder / "scene.toml"
+    path.write_text(SCENE.format(**parts))
+    return WheelsetEvolution(build(load_scene(path)), threads=1)
+
+
+def run(of):
+    """All states of a campaign, and the rate of the collective in each."""
+    state, _ = of.start()
+    states, rates = [state], []
+    while not finished(state, of.setup.control):
+        evaluation = of.evaluate(state)
+        rates.append(evaluation.collective)
+        state, _ = of.advance(state, evaluation)
+        states.append(state)
+    return states, rates
+
+
+@pytest.fixture
+def mirror_image(wheelset, state):
+    """State whose counterface is the wheel turned upside down: the same vertices at the same arc lengths."""
+    upside_down = replace(wheelset.right, kind="rail", z=-wheelset.right.z)
+    return replace(state, counterface=new_counterface(Counterface(upside_down, 1.0 / RADIUS)))
+
+
+@pytest.mark.parametrize("settings", [ROLLER, RAIL], ids=["roller", "rail"])
+def test_strips_and_vertices_remove_the_same_area(mirror_image, solution, points, wheelset, settings):
+    """Conservation of the transfer, 1e-12; what a rail loses is what is stated."""
+    result = accumulate(
+        solution, points, points.weight, mirror_image, wheelset, WEAR, counterface_wear=settings
+    )
+    depth = passage_depth(solution.fields, solution.area, WEAR).sum(axis=0)
+    share = points.weight[solution.point] * points.environment[solution.point]
+    strips = (depth * solution.fields.strip_width[:, None]).sum(axis=1) * share
+    below = mirror_image.counterface
+    for side in (0, 1):
+        vertices = (result.counterface.depth[side] * vertex_lengths(below.y[side], below.z[side])).sum()
+        wanted = strips[solution.side == side].sum() * FACTOR / (2.0 * np.pi * RADIUS)
+        if settings is RAIL:
+            wanted = RAIL.area_rate
+        assert vertices == pytest.approx(wanted, rel=1e-12)
+
+
+def test_depth_of_the_roller_over_that_of_the_wheel(mirror_image, solution, points, wheelset):
+    """Factor times r/s0 at each point (two forms of one sum, 1e-12); both bodies open the gap.
+
+    A wheel meets its strip once in 2 pi r, a roller once in 2 pi s0.
+    """
+    with_roller = accumulate(
+        solution, points, points.weight, mirror_image, wheelset, WEAR, counterface_wear=ROLLER
+    )
+    alone = accumulate(solution, points, points.weight, mirror_image, wheelset, WEAR)
+    ratio = FACTOR * (wheelset.radius + mirror_image.z) / RADIUS
+    below, depth = with_roller.counterface, alone.depth
+    assert alone.counterface is None
+    assert depth.max() > 0.0
+    np.testing.assert_array_equal(with_roller.depth, depth)
+    np.testing.assert_allclose(below.depth, ratio * depth, rtol=1e-12)
+    for name in ("stability", "damping"):
+        both = (1.0 + ratio) * getattr(alone, name)
+        np.testing.assert_allclose(getattr(with_roller, name), both, rtol=1e-12)
+        # the roller's own sum takes r at the strips, the wheel's at the vertices
+        np.testing.assert_allclose(getattr(below, name), both, rtol=5e-3)
+    assert stability_rate(with_roller) >= with_roller.stability.max()
+
+
+@pytest.mark.parametrize("integrator", ["euler", "heun", "semi_implicit"])
+@pytest.mark.parametrize("wavelength", [0.0, 2.5e-3])
+def test_a_step_takes_the_area_off_both(mirror_image, solution, points, wheelset, integrator, wavelength):
+    """Polygons against the sum of depths, 1e-9; the error of the step is that of the deeper wear."""
+
+    def rate_at(state):
+        return accumulate(solution, points, points.weight, state, wheelset, WEAR, counterface_wear=ROLLER)
+
+    rate = rate_at(mirror_image)
+    step_length = 10e-6 / rate.depth.max()
+    after = advance(
+        mirror_image,
+        rate,
+        step_length,
+        radius=0.46,
+        density=7850.0,
+        smoothing_wavelength=wavelength,
+        integrator=integrator,
+        rate_at=rate_at,
+        estimate=True,
+    )
+    before, below = mirror_image.counterface, after.counterface
+    for side in (0, 1):
+        polygon = polygon_area_between(before.y[side], -before.z[side], below.y[side], -below.z[side])
+        assert below.worn_area[side] == pytest.approx(polygon, rel=1e-9)
+    lengths = np.stack([vertex_lengths(y, z) for y, z in zip(before.y, before.z, strict=True)])
+    if integrator == "euler":
+        law = step_length * (rate.counterface.depth * lengths).sum(axis=1)
+        np.testing.assert_allclose(below.worn_area, law, rtol=1e-9)
+    if integrator == "semi_implicit" and wavelength == 0.0:
+        both = damped(rate, step_length).sum(axis=1) + below.depth
+        whole = step_length * (rate.depth + rate.counterface.depth)
+        np.testing.assert_allclose(both, whole / (1.0 + step_length * rate.damping), rtol=0, atol=5e-9)
+    np.testing.assert_array_equal(below.deepest, below.depth.max(axis=1))
+    assert after.step_error > 0.0
+
+
+def test_points_move_into_the_counterface(mirror_image):
+    """Wear of the top goes down: towards larger z; and an undercut head keeps its sides."""
+    depth = np.full_like(mirror_image.y, 20e-6)
+    below = wear_off_counterface(mirror_image.counterface, depth, 0.0)
+    level = mirror_image.y[0] > 0.0
+    moved = below.z[0][level] - mirror_image.counterface.z[0][level]
+    np.testing.assert_allclose(moved[:-2], 20e-6 * np.cos(np.arctan(0.05)), rtol=1e-6)
+
+
+def test_without_wear_it_is_the_given_counterface(mirror_image, wheelset):
+    given = Counterface(wheelset.right, 1.0)
+    assert worn_counterface(given, None) is given
+    sides = worn_counterface(given, mirror_image.counterface).profiles
+    for side in (0, 1):
+        np.testing.assert_array_equal(sides[side].z, mirror_image.counterface.z[side])
+
+
+def test_turning_restores_the_profile_bit_by_bit(mirror_image, wheelset):
+    """By running and by depth, whichever comes first; what was worn and turned off stays counted."""
+    new = Counterface(replace(wheelset.right, z=-wheelset.right.z), 1.0 / RADIUS)
+    depth = np.zeros_like(mirror_image.y)
+    depth[0, 100:140], depth[1, 100:140] = 30e-6, 20e-6
+    worn = wear_off_counterface(mirror_image.counterface, depth, 0.0)
+    state = replace(mirror_image, distance=5e3, counterface=worn)
+    assert turned(state, new, replace(ROLLER, redress_distance=5.1e3, redress_depth=31e-6)) is state
+    for settings in (replace(ROLLER, redress_distance=5e3), replace(ROLLER, redress_depth=30e-6)):
+        fresh = turned(state, new, settings).counterface
+        assert fresh.y.tobytes() == mirror_image.counterface.y.tobytes()
+        assert fresh.z.tobytes() == mirror_image.counterface.z.tobytes()
+        assert not fresh.depth.any()
+        assert (fresh.turnings, fresh.turned_at) == (1, 5e3)
+        np.testing.assert_array_equal(fresh.worn_area, worn.worn_area)
+        np.testing.assert_allclose(fresh.turned_depth, [30e-6, 20e-6], rtol=1e-12)
+        np.testing.assert_array_equal(fresh.deepest, worn.deepest)
+
+
+@pytest.mark.parametrize("body", ["rollers", "rails"])
+def test_removed_area_is_the_time_integral_of_the_law(tmp_path, body):
+    """Euler's sum of law areas, the sum the state keeps, and the polygons: 1e-9 over the whole campaign."""
+    campaign = 'distance_km = 30\nintegrator = "euler"'
+    if body == "rollers":
+        of = rig(tmp_path, "[counterface.wear]\nfactor = 0.8", campaign)
+    else:
+        of = field(tmp_path, "[counterface.wear]\narea_mm2_per_1000km = 2", campaign)
+    states, rates = run(of)
+    first, last = states[0].counterface, states[-1].counterface
+    for side in (0, 1):
+        law = 0.0
+        for before, after, rate in zip(states, states[1:], rates, strict=False):
+            cells = vertex_lengths(before.counterface.y[side], before.counterface.z[side])
+            law += (after.distance - before.distance) * (rate.counterface.depth[side] * cells).sum()
+        polygon = polygon_area_between(first.y[side], -first.z[side], last.y[side], -last.z[side])
+        assert last.worn_area[side] == pytest.approx(law, rel=1e-9)
+        assert polygon == pytest.approx(law, rel=1e-9)
+        if body == "rails":
+            assert law == pytest.approx(30 * 2e-9, rel=1e-9)  # 2 mm2 per 1000 km
+
+
+def test_mirrored_scene_wears_mirrored_rollers(tmp_path):
+    """Right and left change places, through a turning at a block's border: 1e-9 of the depth."""
+    wear = "[counterface.wear]\nfactor = 0.8\nredress_every_km = 17"
+    one, other = (run(rig(tmp_path, wear, mirrored=mirrored))[0] for mirrored in (False, True))
+    assert [state.distance for state in one] == pytest.approx([state.distance for state in other])
+    assert one[-1].counterface.turnings == 1
+    assert one[-1].counterface.turned_at == pytest.approx(17e3, rel=1e-12)
+    pairs = [(end.wear_depth, end.counterface.depth) for end in (one[-1], other[-1])]
+    for depth, there in zip(*pairs, strict=True):
+        assert abs(depth[0].max() / depth[1].max() - 1.0) > 0.05  # the sides themselves differ
+        np.testing.assert_allclose(there[::-1], depth, rtol=0, atol=1e-9 * depth.max())
+
+
+def test_rollers_are_turned_at_the_depth_asked_for(tmp_path):
+    """Steps are aimed at it: 1 % short at most, and past it only by what a step's error allows."""
+    wear = "[counterface.wear]\nfactor = 3\nredress_depth_um = 10"
+    states, _ = run(rig(tmp_path, wear, "distance_km = 20\nerror_tolerance_um = 0.2"))
+    depths = np.array([
+        after.counterface.deepest
+        for before, after in pairwise(states)
+        if after.counterface.turnings > before.counterface.turnings
+    ])  # fmt: skip
+    assert len(depths) >= 2
+    assert depths.max(axis=1).min() >= 9.9e-6
+    assert depths.max() <= 10.2e-6
+    assert max(state.counterface.depth.max() for state in states) < 9.9e-6
+    np.testing.assert_allclose(states[-1].counterface.turned_depth, depths.sum(axis=0), rtol=1e-12)
+
+
+class Stop(Exception):
+    pass
+
+
+def test_stopped_and_continued_to_the_same_bits(tmp_path, monkeypatch):
+    """Stopped before and after a turning; every variable of the file."""
+    of = rig(tmp_path, "[counterface.wear]\nfactor = 0.8\nredress_every_km = 12", "distance_km = 24")
+    for folder in ("whole", "parts"):
+        (tmp_path / folder).mkdir()
+    whole = run_campaign(of.setup, tmp_path / "whole", "rig", threads=1)
+    for stop_at in (1, 3):
+
+        def stop(event, stop_at=stop_at):
+            if event.kind == "step" and event.step == stop_at:
+                raise Stop
+
+        with pytest.raises(Stop):
+            run_campaign(of.setup, tmp_path / "parts", "rig", stop, threads=1)
+    parts = run_campaign(of.setup, tmp_path / "parts", "rig", threads=1)
+    with netCDF4.Dataset(whole) as one, netCDF4.Dataset(parts) as other:
+        assert set(GROUPS["counterface"]) <= set(one.variables)
+        for file in (one, other):
+            file.set_auto_maskandscale(False)
+        for name in one.variables:
+            assert np.array_equal(one[name][:], other[name][:]), name
+        assert one["counterface_turnings"][-1] == 1
+        assert one.counterface_wear_factor == 0.8
+        assert one.redress_distance == 12e3
+        assert list(one["counterface_name"][:]) == ["right roller", "left roller"]
+
+
+def test_a_counterface_that_stays_has_no_variables(tmp_path):
+    of = rig(tmp_path, "", "distance_km = 3")
+    path = run_campaign(of.setup, tmp_path, "rig", threads=1)
+    with open_results(path) as data:
+        assert not set(GROUPS["counterface"]) & set(data.variables)
+        assert not any("redress" in name or name == "counterface_wear_factor" for name in data.attrs)
