@@ -11,7 +11,7 @@ import jinja2
 import xarray as xr
 
 from wearsim.errors import ResultError
-from wearsim.report import pages, pages_damage, tables, tables_damage
+from wearsim.report import pages, pages_counterface, pages_damage, tables, tables_damage
 from wearsim.report.convergence import CAPTION, Convergence, read_convergence
 from wearsim.report.style import plain, role_of, shown, to_svg
 from wearsim.results import doubts, open_results
@@ -104,7 +104,7 @@ def render(datasets: list[xr.Dataset], convergence: Sequence[Convergence] = ()) 
         "headings": [tables.role_title(data) for data in datasets],
         "sections": [s for s in SECTIONS if s[0] not in absent],
         "wear_tables": [
-            *(tables_damage.wear_laws(data) for data in datasets),
+            *(tables_damage.wear_laws(data) + pages_counterface.table(data) for data in datasets),
             tables_damage.damage_factors(translation, "beside"),
         ],
         "fatigue_tables": [
@@ -181,7 +181,8 @@ def warnings(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> list
 def _plates(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> dict[str, list[dict[str, str]]]:
     """Figures by section as SVG text."""
     sections: dict[str, list[dict[str, str]]] = {name: [] for name, _ in SECTIONS}
-    for plate in [*pages.plates(datasets, translation), *pages_damage.plates(datasets)]:
+    further = [*pages_counterface.plates(datasets), *pages_damage.plates(datasets)]
+    for plate in [*pages.plates(datasets, translation), *further]:
         svg = to_svg(plate.figure, plate.name)
         sections[plate.section].append({"name": plate.name, "svg": svg, "caption": plate.caption})
     return sections

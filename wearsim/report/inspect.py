@@ -10,7 +10,7 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.nomenclature import NOMENCLATURE
-from wearsim.report import pages, pages_damage, tables_damage
+from wearsim.report import pages, pages_counterface, pages_damage, tables_damage
 from wearsim.report.style import capital, role_of, save_svg
 from wearsim.report.tables import UNDEFINED, limit_text, number
 from wearsim.results import doubts, open_results
@@ -33,6 +33,10 @@ _SETTINGS = (
     "contact_normal",
     "contact_tangential",
     "counterface_curvature",
+    "counterface_wear_factor",
+    "redress_distance",
+    "redress_depth",
+    "counterface_area_rate",
     "wheel_radius",
     "source",
     "history",
@@ -92,6 +96,11 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
     }
     if "beside_name" in dataset or "fatigue_name" in dataset:
         found["damage"] = _damage(dataset)
+    if pages_counterface.wears(dataset):
+        found["counterface"] = {
+            "counterface_turnings": int(dataset["counterface_turnings"].values[-1]),
+            **{name: [_plain(v) for v in dataset[name].values[-1]] for name in pages_counterface.MEASURES},
+        }
     return found
 
 
@@ -157,10 +166,22 @@ def summary_text(found: dict[str, Any]) -> str:
     lines += [f"{'Share of the worn depth by regime':<46}{shares}", ""]
     lines += [_limit(name, entry) for name, entry in found["limits"].items()]
     lines += [""] if found["limits"] else []
+    lines += _counterface_lines(found.get("counterface", {}))
     lines += _damage_lines(found.get("damage", {}))
     lines += [f"{key}: {value}" for key, value in found["settings"].items()]
     lines += [f"warning: {line}" for line in found["warnings"]]
     return "\n".join(lines)
+
+
+def _counterface_lines(worn: dict[str, Any]) -> list[str]:
+    """Lines on rails or rollers that wear."""
+    if not worn:
+        return []
+    lines = [f"{'':<69}{'right':>11}{'left':>11}"]
+    for name in pages_counterface.MEASURES:
+        right, left = (_text(name, value) for value in worn[name])
+        lines.append(f"{_title(name):<69}{right:>11}{left:>11}")
+    return [*lines, f"{_title('counterface_turnings')}: {worn['counterface_turnings']}", ""]
 
 
 def _damage_lines(damage: dict[str, Any]) -> list[str]:
@@ -201,7 +222,11 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
         directory.mkdir(parents=True, exist_ok=True)
         return [
             save_svg(plate.figure, directory / f"{Path(path).stem}_{plate.name}.svg")
-            for plate in [*pages.plates([dataset]), *pages_damage.plates([dataset])]
+            for plate in [
+                *pages.plates([dataset]),
+                *pages_counterface.plates([dataset]),
+                *pages_damage.plates([dataset]),
+            ]
         ]
     except OSError as fault:
         raise ResultError(

@@ -1,0 +1,132 @@
+"""Wear of the counterface in report, inspect and check, from short campaigns of the real physics."""
+
+import json
+
+import numpy as np
+import pytest
+
+from wearsim.campaign.run import run_scene
+from wearsim.cli import main
+from wearsim.nomenclature import NOMENCLATURE
+from wearsim.report import figures_counterface, pages_counterface
+from wearsim.report.html import write_report
+from wearsim.report.inspect import inspect, summary_text
+from wearsim.results import open_results
+
+COMMON = """
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+gauge_mm = 1435
+{counterface}
+[contact]
+strips = 12
+cells = 12
+[campaign]
+distance_km = {distance}
+point_spacing_mm = 0.5
+"""
+RIG = """
+[scene]
+kind = "rig"
+[[operation.block]]
+name = "curve"
+shift_mm = 4
+yaw_mrad = 3
+load_kN = 80
+speed_km_h = 72
+friction = 0.35
+distance_km = 2
+"""
+FIELD = """
+[scene]
+kind = "field"
+[[operation.class]]
+name = "curve"
+shift_mean_mm = 3
+shift_std_mm = 1
+yaw_mrad = 2
+positions = 10
+load_kN = 80
+speed_km_h = 72
+friction = 0.35
+share = 1
+"""
+ROLLERS = "roller_radius_mm = 1000\n[counterface.wear]\nfactor = 0.5\nredress_every_km = 6"
+RAILS = "[counterface.wear]\narea_mm2_per_1000km = 3"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    made = tmp_path_factory.mktemp("counterface")
+    (made / "rig.toml").write_text(RIG + COMMON.format(counterface=ROLLERS, distance=14))
+    (made / "field.toml").write_text(FIELD + COMMON.format(counterface=RAILS, distance=30))
+    (made / "compare.toml").write_text(
+        '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'
+    )
+    run_scene(made / "compare.toml", made / "out")
+    return made
+
+
+@pytest.fixture(scope="module")
+def pair(folder):
+    found = []
+    for name in ("rig", "field"):
+        with open_results(folder / "out" / f"{name}.nc") as data:
+            found.append(data.load())
+    return found
+
+
+def test_report_tells_what_the_counterface_lost(folder, pair):
+    text = write_report(folder / "out").read_text(encoding="utf-8")
+    for name in ("counterface_wear", "counterface_over_distance"):
+        assert text.count(f'id="figure-{name}"') == 1
+    for role in ("rig", "field"):
+        assert text.count(f'id="table-counterface-{role}"') == 1
+    assert "the rollers were turned 2 times" in text
+    assert "Rollers turned every [km]" in text
+    assert "Area each rail loses [mm²/1000 km]" in text
+    (rails,) = pages_counterface.table(pair[1])
+    assert rails.head == ["Measure", "Right rail", "Left rail"]
+    area = rails.rows[1]
+    assert [cell.value for cell in area[1:]] == pytest.approx([0.09, 0.09], rel=1e-9)  # 3 mm2, 30 of 1000 km
+
+
+def test_lives_of_the_rollers_are_drawn(pair):
+    """Two turnings: the last states of two lives, and the end; rails: three quarters and the end."""
+    rig, field = pair
+    turnings = rig["counterface_turnings"].values
+    rows = figures_counterface.states_shown(rig)
+    assert [int(turnings[row]) for row in rows] == [0, 1, 2]
+    assert rows[-1] == rig.sizes["step"] - 1
+    assert not field["counterface_turnings"].values.any()
+    assert len(figures_counterface.states_shown(field)) == min(4, field.sizes["step"] - 1)
+    ax = figures_counterface.plot_counterface_over_distance(rig, "counterface_max_wear_depth")
+    x, y = ax.lines[0].get_data()
+    at = np.flatnonzero(np.diff(x) == 0.0)
+    np.testing.assert_allclose(x[at], [6.0, 12.0], rtol=1e-12)
+    depth = NOMENCLATURE["counterface_max_wear_depth"].shown_factor
+    before = rig["counterface_max_wear_depth"].values[np.flatnonzero(np.diff(turnings)) + 1, 0]
+    np.testing.assert_allclose(y[at], depth * before, rtol=1e-12)
+    assert not y[at + 1].any()
+
+
+def test_inspect_tells_both_sides(folder, pair):
+    found = inspect(folder / "out" / "rig.nc")
+    worn = found["counterface"]
+    assert worn["counterface_turnings"] == 2
+    assert worn["counterface_worn_area"] == pytest.approx(pair[0]["counterface_worn_area"].values[-1])
+    assert json.dumps(found)
+    assert "Number of times the rollers were turned: 2" in summary_text(found)
+
+
+def test_check_tells_how_it_wears(folder, capsys):
+    assert main(["check", str(folder / "compare.toml")]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert (
+        "wear 0.5 times as deep per passage as the wheels; turned back to their new profile every 6 km"
+        in told
+    )
+    assert "each loses 3 mm2 per 1000 km where the wheels wear" in told
