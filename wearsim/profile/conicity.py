@@ -15,6 +15,7 @@ _GRID = 0.05e-3  # lateral step of the contact search and of the shifts [m]
 _CLOSE = np.linspace(-1.0, 1.0, 41)  # steps at which the smallest gap is looked at closely
 _JUMP = 2e-6  # change of the radius difference within a step, beyond its trend, that is a jump [m]
 _CENTRE_RANGE = 4e-3  # how far the centre of the wheelset's motion is looked for off the track centre [m]
+_BATCH = 512  # shifts that are looked at together, for the memory
 _PHASES = 400  # midpoints of the integral over half a wavelength
 
 
@@ -52,8 +53,8 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
     """Wheel z at the smallest gap to a right rail [m], as a function of lateral shifts (n,) [m].
 
     NaN where the smallest gap is at the end of a profile: there the bodies would touch outside of what
-    is given. Shifts that differ by whole grid steps share one evaluation of the wheel, and all calls of the
-    function the splines, which take longer than few shifts.
+    is given. Shifts that all differ by whole grid steps share one evaluation of the wheel, and all calls of
+    the function the splines, which take longer than few shifts.
     """
     from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
 
@@ -64,28 +65,38 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
     rail_height = rail_spline(grid)
     wheel_height = CubicSpline(wheel_y, wheel_z)
 
-    def heights(shift: FloatArray) -> FloatArray:
+    def gaps(shift: FloatArray) -> FloatArray:
+        """Gap over the grid (n, k) at each shift; infinite where there is no wheel."""
         steps = np.floor(shift / _GRID + 1e-6)
         rest = np.round(shift - steps * _GRID, 12)
+        alike = bool(np.all(rest == rest[0]))
+        k = steps.astype(np.int64)
+        if alike:
+            place = grid[0] - rest[0] + _GRID * np.arange(-k.max(), len(grid) - k.min())
+        else:
+            place = grid - shift[:, None]
+        inside = (place >= wheel_y[0]) & (place <= wheel_y[-1])
+        table = np.full(place.shape, -np.inf)
+        table[inside] = wheel_height(place[inside])
+        gap: FloatArray = rail_height - (
+            sliding_window_view(table, len(grid))[k.max() - k] if alike else table
+        )
+        return gap
+
+    def heights(shift: FloatArray) -> FloatArray:
+        if len(shift) > _BATCH:
+            return np.concatenate([heights(shift[i : i + _BATCH]) for i in range(0, len(shift), _BATCH)])
         result = np.full(len(shift), np.nan)
-        for fraction in np.unique(rest):
-            rows = np.flatnonzero(rest == fraction)
-            k = steps[rows].astype(np.int64)
-            table_y = grid[0] - fraction + _GRID * np.arange(-k.max(), len(grid) - k.min())
-            inside = (table_y >= wheel_y[0]) & (table_y <= wheel_y[-1])
-            table = np.full(len(table_y), -np.inf)
-            table[inside] = wheel_height(table_y[inside])
-            gap = rail_height - sliding_window_view(table, len(grid))[k.max() - k]
-            least = np.argmin(gap, axis=1)
-            safe = np.clip(least, 1, len(grid) - 2)
-            each = np.arange(len(rows))
-            ends = gap[each, safe - 1], gap[each, safe + 1]
-            good = np.flatnonzero((safe == least) & np.isfinite(ends[0]) & np.isfinite(ends[1]))
-            # edges and jumps of curvature hold the contact, where a parabola over whole steps would miss it
-            near = grid[least[good], None] + _GRID * _CLOSE
-            close = rail_spline(near) - wheel_height(near - shift[rows[good], None])
-            at = _least(near, close) - shift[rows[good]]
-            result[rows[good]] = wheel_height(at)
+        gap = gaps(shift)
+        least = np.argmin(gap, axis=1)
+        safe = np.clip(least, 1, len(grid) - 2)
+        each = np.arange(len(shift))
+        ends = gap[each, safe - 1], gap[each, safe + 1]
+        good = np.flatnonzero((safe == least) & np.isfinite(ends[0]) & np.isfinite(ends[1]))
+        # edges and jumps of curvature hold the contact, where a parabola over whole steps would miss it
+        near = grid[least[good], None] + _GRID * _CLOSE
+        close = rail_spline(near) - wheel_height(near - shift[good, None])
+        result[good] = wheel_height(_least(near, close) - shift[good])
         return result
 
     return heights
