@@ -154,7 +154,7 @@ _CAMPAIGN: tuple[_Row, ...] = (
         "d",
         "m",
         "wear depth along the surface normal",
-        "at material points, since the start",
+        "at material points, since the start or the last turning",
         None,
     ),
     (
@@ -162,7 +162,7 @@ _CAMPAIGN: tuple[_Row, ...] = (
         "d",
         "m",
         "wear depth along the surface normal by wear regime",
-        "at material points, since the start",
+        "at material points, since the start or the last turning",
         None,
     ),
     (
@@ -178,8 +178,22 @@ _CAMPAIGN: tuple[_Row, ...] = (
     ("flange_gradient", "qR", "m", "flange gradient", "", None),
     ("hollowing", "h", "m", "tread hollowing", "", None),
     ("worn_area", "A", "m2", "area of the profile cross-section worn off", "since the start", None),
-    ("worn_mass", "m", "kg", "mass worn off the wheel", "since the start, whole circumference", None),
-    ("max_wear_depth", "d", "m", "largest wear depth of the wheel", "since the start", None),
+    (
+        "worn_mass",
+        "m",
+        "kg",
+        "mass worn off the wheel",
+        "since the start, whole circumference, without turning",
+        None,
+    ),
+    (
+        "max_wear_depth",
+        "d",
+        "m",
+        "largest wear depth of the wheel",
+        "since the start or the last turning",
+        None,
+    ),
     (
         "equivalent_conicity",
         "λ",
@@ -391,7 +405,7 @@ _DAMAGE: tuple[_Row, ...] = (
         "m",
         "wear depth by a law beside the leading one",
         "what the law would have worn on the contacts of the campaign, along the normal at material points, "
-        "since the start; it changes no profile",
+        "since the start or the last turning; it changes no profile",
         None,
     ),
     (
@@ -401,6 +415,15 @@ _DAMAGE: tuple[_Row, ...] = (
         "area worn off by a law beside the leading one, by regime",
         "since the start; it changes no profile",
         None,
+    ),
+    ("wheel_template", "", "", "profile the wheel is turned to", "", None),
+    (
+        "last_turning",
+        "n",
+        "1",
+        "step of the last turning of the wheels",
+        "its own number in the row of the turned wheels, 0 before the first turning",
+        ("1", 1.0),
     ),
     ("fatigue_name", "", "", "fatigue law", _LAW_TEXT, None),
     ("fatigue_coefficients", "", "", "coefficients of the fatigue law", "", None),
@@ -444,7 +467,8 @@ _DAMAGE: tuple[_Row, ...] = (
         "D",
         "1",
         "fatigue damage",
-        "at material points, since the start; what wear removes is taken off, and it is never below 0",
+        "at material points, since the start or the last turning; what wear removes is taken off, and it is "
+        "never below 0",
         None,
     ),
     (

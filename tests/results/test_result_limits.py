@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from wearsim.nomenclature import NOMENCLATURE
-from wearsim.results import FILL_FLOAT, LAYOUT, open_results
+from wearsim.results import FILL_FLOAT, GROUPS, layout_of, open_results
 from wearsim.results.limits import (
     END,
     LIMITED,
+    TURNED_AT,
     attributes_of,
+    ending_limits,
     first_met,
     limits_of,
     met_at,
@@ -74,8 +76,9 @@ def test_met_limits_are_told_by_side():
 
 
 def test_limited_measures_are_variables_of_the_rows():
+    layout = layout_of([next(iter(group)) for group in GROUPS.values()])
     for name in LIMITED:
-        assert LAYOUT[name].dimensions in (("step",), ("step", "wheel"))
+        assert layout[name].dimensions[:2] in (("step",), ("step", "wheel"))
         assert name in NOMENCLATURE
 
 
@@ -89,3 +92,20 @@ def test_limits_of_an_open_result(tmp_path, write_campaign):
     # 20 nm per metre on the right wheel, 0.9 times as much on the left one; 60 km are run
     assert depth.distance == (pytest.approx(55e3, rel=1e-9), None)
     assert conicity.distance == (pytest.approx(15e3, rel=1e-9),)
+
+
+def test_of_values_along_the_profile_the_worst_counts():
+    damage = np.zeros((2, 3, 5))
+    damage[1, 2, 3] = 1.0
+    row = {"distance": np.asarray(2e3), "fatigue_damage": damage}
+    assert first_met(row, {"fatigue_damage": 1.0}) == "fatigue_damage"
+    assert first_met(row, {"fatigue_damage": 1.1}) is None
+    rows = [{"distance": np.asarray(0.0), "fatigue_damage": np.zeros((2, 3, 5))}, row]
+    assert met_attributes(rows, {"fatigue_damage": 0.5}) == {"limit_fatigue_damage_met_left": 1e3}
+
+
+def test_limits_that_have_wheels_turned_end_no_campaign():
+    given = attributes_of({"hollowing": 2e-3, "flange_thickness": 22e-3}, True)
+    assert ending_limits(given) == limits_of(given)
+    assert ending_limits({**given, TURNED_AT: "hollowing flange_gradient"}) == {"flange_thickness": 22e-3}
+    assert ending_limits(attributes_of({"hollowing": 2e-3}, False)) == {}

@@ -18,13 +18,17 @@ def test_every_measure_with_a_limit_has_a_key():
 
 def test_limits_reach_the_campaign_in_si(folder):
     Path("scene.toml").write_text(
-        RIG + "\n[campaign.limits]\nflange_thickness_mm = 22\ndepth_mm = 3\nconicity = 0.4\nend = true\n"
+        RIG
+        + "\n[campaign.limits]\nflange_thickness_mm = 22\ndepth_mm = 3\nconicity = 0.4\ndamage = 1\n"
+        + "end = true\n"
+        + '[fatigue]\nlaws = ["wlrm"]\n'
     )
     setup = build(load_scene("scene.toml"))
     assert dict(setup.control.limits) == {
         "max_wear_depth": pytest.approx(3e-3, rel=1e-15),
         "flange_thickness": pytest.approx(22e-3, rel=1e-15),
         "equivalent_conicity": 0.4,
+        "fatigue_damage": 1.0,
     }
     assert setup.control.end_at_limit
     assert setup.warnings == ()

@@ -225,3 +225,10 @@ def test_unwritable_place_is_one_line(tmp_path, campaign_files):
 @pytest.mark.cf
 def test_compliance_checker_finds_nothing(tmp_path, campaign_files, assert_cf):
     assert_cf(translate_files(*campaign_files, tmp_path / "translation.nc"))
+
+
+def test_turned_wheels_have_no_factors(rig, field):
+    """Wear depth begins anew at a turning."""
+    turned = rig.assign(last_turning=("step", np.minimum(np.arange(rig.sizes["step"]), 2)))
+    with pytest.raises(ResultError, match=r"rig result: its wheels were turned.*\[campaign.reprofiling\]"):
+        translate(turned, field)

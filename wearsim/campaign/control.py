@@ -154,7 +154,7 @@ def largest_step(
     below = None if rate.counterface is None else rate.counterface.depth
     grounds = _deepest_below(below, state, settings.smoothing_wavelength)
     deepest = max(wheels, grounds)
-    depth_cap = min(settings.depth_cap, settings.first_depth * 2.0 ** min(state.step, 60))
+    depth_cap = min(settings.depth_cap, settings.first_depth * 2.0 ** min(state.step - state.turned, 60))
     limits = {
         "remaining distance": settings.distance - state.distance,
         "max step": settings.max_step,

@@ -22,14 +22,16 @@ from wearsim.campaign.beside import (
 from wearsim.campaign.counterface import new_counterface, turned
 from wearsim.campaign.counterface_row import attributes_below, static_below
 from wearsim.campaign.rate import accumulate, patch_wear, rate, solve_contact
+from wearsim.campaign.reprofiling import to_next_turning, turn_wheels, turning_due
 from wearsim.campaign.row import StepTaken, build_row, no_step
 from wearsim.campaign.state import State, WearRate
 from wearsim.contact.solve import ContactModels, ContactSolution
 from wearsim.damage.wear import acting_coefficients, passage_depth, regimes
 from wearsim.errors import NumericalError
+from wearsim.operation.points import TurningRules
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
-from wearsim.results.limits import attributes_of
+from wearsim.results.limits import TURNED_AT, attributes_of
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -184,8 +186,11 @@ class WheelsetEvolution:
         return build_row(state, evaluation.collective, wear, taken, self.setup, evaluation.beside)
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
-        """Choose the next step and take it."""
+        """Choose the next step and take it; turn the wheels where that is due."""
         setup = self.setup
+        if turning_due(state, setup):
+            return self._chosen(turn_wheels(state, setup)), no_step(len(setup.points.label))
+        ahead_of = to_next_turning(state, setup.control)
 
         def rate_for(weight: np.ndarray) -> WearRate:
             if np.array_equal(weight, setup.points.weight):
@@ -230,7 +235,7 @@ class WheelsetEvolution:
                 state,
                 setup.points,
                 rate_for,
-                setup.control,
+                ahead_of,
                 depth_limit=depth_limit,
                 length_limit=limit,
                 counterface_wear=setup.counterface_wear,
@@ -250,7 +255,9 @@ class WheelsetEvolution:
             )
             if after.step_error is None or after.step_error <= tolerance:
                 stability = control.stability_rate(now) * choice.step_length
-                after = replace(after, models=state.models, models_error=state.models_error)
+                after = replace(
+                    after, models=state.models, models_error=state.models_error, turned=state.turned
+                )
                 if setup.counterface_wear is not None and not control.finished(after, setup.control):
                     after = turned(after, setup.counterface, setup.counterface_wear)
                 passed = [share * setup.control.distance for share in choose.CHECKS]
@@ -278,6 +285,16 @@ def versions() -> str:
     )
 
 
+def _turning_attributes(rules: TurningRules | None) -> dict[str, str | float]:
+    if rules is None:
+        return {}
+    return {
+        TURNED_AT: " ".join(rules.limits),
+        "turning_distances": " ".join(f"{place:.12g}" for place in rules.places),
+        "turning_least_cut": rules.cut,
+    }
+
+
 def _header(setup: CampaignSetup, command: str) -> Header:
     points, conditions = setup.points, setup.points.conditions
     static = {
@@ -299,6 +316,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "counterface_z": setup.counterface.profile.z,
         **static_beside(laws_beside(setup)),
         **static_below(setup),
+        **({} if setup.templates is None else {"wheel_template": [one.name for one in setup.templates]}),
     }
     wear, models, limits = setup.wear, setup.models, setup.control
     coefficients = acting_coefficients(wear)
@@ -346,6 +364,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "error_tolerance": limits.error_tolerance if limits.error_tolerance < math.inf else "",
         "target_distance": limits.distance,
         **attributes_of(dict(limits.limits), limits.end_at_limit),
+        **_turning_attributes(limits.turning),
         "counterface_curvature": setup.counterface.curvature,
         **attributes_below(setup.counterface_wear),
         "wheel_radius": setup.wheelset.radius,

@@ -227,6 +227,7 @@ def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
         beside_area=row.get("beside_worn_area", np.zeros((2, 0))),
         fatigue_damage=_by_law(row, "fatigue_damage"),
         counterface=counterface_of(row),
+        turned=int(row.get("last_turning", 0)),
     )
 
 

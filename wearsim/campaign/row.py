@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -20,6 +20,15 @@ from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
+
+_MEASURES = (
+    "max_wear_depth",
+    "flange_height",
+    "flange_thickness",
+    "flange_gradient",
+    "hollowing",
+    "equivalent_conicity",
+)
 
 # variable of the result file -> attribute of ContactSolution
 _PATCH_VALUES = {
@@ -119,8 +128,8 @@ def build_row(
         "friction_work": collective.friction_work,
         "worn_area": state.worn_area,
         "worn_mass": state.worn_mass,
-        "max_wear_depth": state.wear_depth.max(axis=1),
-        **_measures(state, setup),
+        **measures_of(state, setup, _MEASURES),
+        **_turning(state, setup),
         **summarise(
             collective.solution,
             wear,
@@ -190,24 +199,60 @@ def summarise(
     return row
 
 
-def _measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
-    """Measures of both wheels; missing where a worn profile does not have them."""
+def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> dict[str, np.ndarray]:
+    """Measures of both wheels and the wheelset.
+
+    Parameters
+    ----------
+    state : State
+        Both wheels.
+    setup : CampaignSetup
+        For wheelset and counterface.
+    names : collection of str
+        Which of them.
+
+    Returns
+    -------
+    dict of arrays
+        By variable of the result file; fill values where a worn profile does not have them [SI].
+    """
+    wheelset = setup.wheelset
+
+    def diameter(y: np.ndarray, z: np.ndarray) -> float:
+        return 2.0 * (wheelset.radius + measures.tape_level(y, z))
+
     per_wheel: dict[str, Callable[..., float | None]] = {
         "flange_height": measures.flange_height,
         "flange_thickness": measures.flange_thickness,
         "flange_gradient": measures.flange_gradient,
         "hollowing": measures.hollowing,
+        "wheel_diameter": diameter,
     }
     found: dict[str, np.ndarray] = {
         name: np.array([_or_missing(measure, state.y[w], state.z[w]) for w in (0, 1)])
         for name, measure in per_wheel.items()
+        if name in names
     }
-    wheelset = setup.wheelset
-    right = replace(wheelset.right, y=state.y[0], z=state.z[0])
-    left = replace(wheelset.left, y=state.y[1], z=state.z[1])
-    conicity = _or_missing(equivalent_conicity, right, left, setup.counterface.profile)
-    found["equivalent_conicity"] = np.asarray(conicity)
+    if "max_wear_depth" in names:
+        found["max_wear_depth"] = state.wear_depth.max(axis=1)
+    if "fatigue_damage" in names and state.fatigue_damage:
+        found["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
+    if "equivalent_conicity" in names:
+        right = replace(wheelset.right, y=state.y[0], z=state.z[0])
+        left = replace(wheelset.left, y=state.y[1], z=state.z[1])
+        conicity = _or_missing(equivalent_conicity, right, left, setup.counterface.profile)
+        found["equivalent_conicity"] = np.asarray(conicity)
     return found
+
+
+def _turning(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
+    """Variables of campaigns whose wheels are turned."""
+    if setup.templates is None:
+        return {}
+    return {
+        "last_turning": np.asarray(state.turned, dtype=np.int32),
+        **measures_of(state, setup, ("wheel_diameter",)),
+    }
 
 
 def _or_missing(measure: Callable[..., float | None], *arguments: object) -> float:

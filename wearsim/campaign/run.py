@@ -30,7 +30,7 @@ from wearsim.campaign.row import StepTaken
 from wearsim.campaign.writer import Writer
 from wearsim.errors import NumericalError, WearsimError
 from wearsim.results import check_row
-from wearsim.results.limits import END, first_met, limits_of
+from wearsim.results.limits import ending_limits, first_met
 from wearsim.scene import (
     CampaignScene,
     CampaignSetup,
@@ -217,8 +217,7 @@ def run_evolution(
 def _loop(evolution: Evolution[EvaluationT], writer: Writer, progress: Progress) -> None:
     done = writer.recover()
     taken: StepTaken | None
-    attributes = writer.header.attributes
-    limits = limits_of(attributes) if END in attributes else {}
+    limits = ending_limits(writer.header.attributes)
     if done:
         last = writer.records.row(done - 1)
         if first_met(last, limits):
@@ -248,7 +247,8 @@ def _loop(evolution: Evolution[EvaluationT], writer: Writer, progress: Progress)
                 return
         before = state
         state, taken = evolution.advance(before, evaluation)
-        if not (state.distance > before.distance and state.step == before.step + 1):
+        moved = state.distance > before.distance or state.turned == state.step
+        if not (moved and state.step == before.step + 1):
             raise NumericalError(
                 f"the wear step at {before.distance:.6g} m could not be made long enough to move on; "
                 f"raise max_step_depth_um or stability in [campaign]"

@@ -96,6 +96,9 @@ class State:
         Fatigue damage at each material point, for each fatigue law [-].
     counterface : CounterfaceState, optional
         Rails or rollers, if they wear.
+    turned : int
+        Step in which the wheels were last turned, 0 if they never were. Depths and damage count from then;
+        area and mass are of all wear, without what the lathe took.
     """
 
     step: int
@@ -114,6 +117,7 @@ class State:
     beside_area: FloatArray = field(default_factory=lambda: np.zeros((2, 0)))
     fatigue_damage: tuple[FloatArray, ...] = ()
     counterface: CounterfaceState | None = None
+    turned: int = 0
 
 
 @dataclass(frozen=True)

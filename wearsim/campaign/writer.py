@@ -25,7 +25,7 @@ from wearsim.results import (
     row_names,
     verify,
 )
-from wearsim.results.limits import END, first_met, limits_of, met_attributes
+from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
 
 APPEND_INTERVAL = 0.5
 """Rows of steps faster than this are appended together: opening the file costs more than a short step [s]."""
@@ -165,7 +165,7 @@ class Writer:
         count = self._count
         given = self.header.attributes
         limits = limits_of(given)
-        met = first_met(self.records.row(count - 1), limits) if END in given else None
+        met = first_met(self.records.row(count - 1), ending_limits(given))
         ended = f"limit of {NOMENCLATURE[met].meaning} met" if met else "distance reached"
         header = replace(
             self.header,

@@ -219,6 +219,17 @@ def _counterface(wear: dict[str, Any] | None) -> list[tuple[str, str]]:
     return [("rollers", f"wear {wear['factor']:g} times as deep per passage as the wheels; {turned}")]
 
 
+def _turning(given: dict[str, Any] | None, profile: str) -> list[tuple[str, str]]:
+    """Line on the turning of the wheels, if there is any."""
+    if given is None:
+        return []
+    when = [
+        *given["at_limits"],
+        *([f"at {', '.join(f'{at:g}' for at in given['at_km'])} km"] if given["at_km"] else []),
+    ]
+    return [("turned to", f"{given['profile'] or profile}: {', '.join(when)}")]
+
+
 def _text(item: dict[str, Any]) -> str:
     campaign, contact, wear = (item["settings"][name] for name in ("campaign", "contact", "wear"))
     environment = ", ".join(f"{value:g}" for value in item["environment"])
@@ -242,6 +253,7 @@ def _text(item: dict[str, Any]) -> str:
         ),
         *_limits(campaign["limits"]),
         *_counterface(item["settings"]["counterface"]["wear"]),
+        *_turning(campaign["reprofiling"], item["settings"]["wheelset"]["profile"]),
         ("result file", f"about {item['bytes_per_step'] / 1e6:.2g} MB per step before compression"),
     ]
     lines = [f"{item['kind']}: {item['title']}"]

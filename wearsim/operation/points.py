@@ -37,6 +37,25 @@ class OperatingPoints:
 
 
 @dataclass(frozen=True)
+class TurningRules:
+    """When the wheels are turned.
+
+    Parameters
+    ----------
+    limits : tuple of str
+        Measures whose limit, once met, has them turned.
+    places : tuple of float
+        Distances at which they are turned [m].
+    cut : float
+        Least depth that the lathe takes everywhere [m].
+    """
+
+    limits: tuple[str, ...] = ()
+    places: tuple[float, ...] = ()
+    cut: float = 0.0
+
+
+@dataclass(frozen=True)
 class ControlSettings:
     """How far a campaign goes, in which steps.
 
@@ -64,7 +83,10 @@ class ControlSettings:
     limits : tuple of (str, float)
         Limits of measures, by variable of the result file [SI].
     end_at_limit : bool
-        Whether the campaign ends with the step in which the first of them is met.
+        Whether the campaign ends with the step in which the first of them is met; those at which wheels are
+        turned do not end it.
+    turning : TurningRules or None
+        When the wheels are turned.
     """
 
     distance: float
@@ -77,3 +99,4 @@ class ControlSettings:
     first_depth: float = math.inf
     limits: tuple[tuple[str, float], ...] = ()
     end_at_limit: bool = False
+    turning: TurningRules | None = None

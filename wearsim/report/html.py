@@ -120,6 +120,7 @@ def render(datasets: list[xr.Dataset], convergence: Sequence[Convergence] = ()) 
         "quality": [dict(rows) for rows in quality],
         "quality_names": list(dict.fromkeys(text for rows in quality for text, _ in rows)),
         "limits": tables.limits(datasets),
+        "turnings": [tables.turned_wheels(data) for data in datasets],
         "convergence": convergence,
         "convergence_caption": CAPTION,
         "provenance": [_provenance(data) for data in datasets],

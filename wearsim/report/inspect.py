@@ -15,6 +15,7 @@ from wearsim.report.style import capital, role_of, save_svg
 from wearsim.report.tables import UNDEFINED, limit_text, number
 from wearsim.results import doubts, open_results
 from wearsim.results.limits import limits_met
+from wearsim.results.turnings import turnings
 
 _MEASURES = (
     "max_wear_depth",
@@ -94,6 +95,10 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
     found["limits"] = {
         entry.name: {"limit": entry.limit, "met": list(entry.distance)} for entry in limits_met(dataset)
     }
+    found["turnings"] = [
+        {"distance": one.distance, "before": list(one.before), "after": list(one.after)}
+        for one in turnings(dataset)
+    ]
     if "beside_name" in dataset or "fatigue_name" in dataset:
         found["damage"] = _damage(dataset)
     if pages_counterface.wears(dataset):
@@ -165,7 +170,8 @@ def summary_text(found: dict[str, Any]) -> str:
     )
     lines += [f"{'Share of the worn depth by regime':<46}{shares}", ""]
     lines += [_limit(name, entry) for name, entry in found["limits"].items()]
-    lines += [""] if found["limits"] else []
+    lines += [_turning(entry) for entry in found["turnings"]]
+    lines += [""] if found["limits"] or found["turnings"] else []
     lines += _counterface_lines(found.get("counterface", {}))
     lines += _damage_lines(found.get("damage", {}))
     lines += [f"{key}: {value}" for key, value in found["settings"].items()]
@@ -243,6 +249,19 @@ def _limit(name: str, entry: dict[str, Any]) -> str:
         for side, at in zip(sides, entry["met"], strict=True)
     ]
     return f"{limit_text(name, [entry['limit']])}: {', '.join(told)}"
+
+
+def _turning(entry: dict[str, Any]) -> str:
+    """Line on one turning of the wheels."""
+    sides = [
+        f"{side} {_diameter(before)} to {_diameter(after)} mm"
+        for side, before, after in zip(("right", "left"), entry["before"], entry["after"], strict=True)
+    ]
+    return f"Turned at {_text('distance', entry['distance'])} km, wheel diameter {', '.join(sides)}"
+
+
+def _diameter(value: float | None) -> str:
+    return UNDEFINED if value is None else f"{1e3 * value:.2f}"
 
 
 def _plain(value: Any) -> Any:

@@ -16,6 +16,7 @@ from wearsim.report.pages import environment_text
 from wearsim.report.style import capital, plain, role_of, shown
 from wearsim.results.limits import LIMITED, LimitMet, limits_met
 from wearsim.results.plausibility import LOAD_TOLERANCE, load_scaling, tread_wear
+from wearsim.results.turnings import spans, turned_rows, turnings
 from wearsim.translation.factors import POINT_QUANTITIES
 from wearsim.translation.translate import point_table
 
@@ -297,6 +298,23 @@ def limits(datasets: list[xr.Dataset]) -> list[tuple[str, list[Cell]]]:
     return rows
 
 
+def turned_wheels(dataset: xr.Dataset) -> list[tuple[Cell, list[Cell]]]:
+    """Rows of (distance, diameter before, after and lost, right and left) of each turning [km, mm]."""
+
+    def cells(before: float | None, after: float | None) -> list[Cell]:
+        if before is None or after is None:
+            return [Cell(UNDEFINED)] * 3
+        return [number(1e3 * value, 6) for value in (before, after)] + [number(1e3 * (before - after))]
+
+    return [
+        (
+            number(shown("distance", one.distance)),
+            [cell for side in zip(one.before, one.after, strict=True) for cell in cells(*side)],
+        )
+        for one in turnings(dataset)
+    ]
+
+
 def limit_text(name: str, values: Sequence[float]) -> str:
     """Write a limit, or the limits of several campaigns, on one measure."""
     quantity = NOMENCLATURE[name]
@@ -318,7 +336,8 @@ def _where_met(limit: LimitMet) -> Cell:
 
 def quality(dataset: xr.Dataset) -> list[tuple[str, Cell]]:
     """Numbers that tell how far a campaign can be trusted as a computation."""
-    count = dataset.sizes["step"] - 1
+    lathe = turned_rows(dataset)
+    count = dataset.sizes["step"] - 1 - len(lathe)
     depth = dataset["wear_depth"].values
     rows = [("Wear steps", Cell(str(count), float(count)))]
     if count:
@@ -329,7 +348,7 @@ def quality(dataset: xr.Dataset) -> list[tuple[str, Cell]]:
             rows.append(("Largest estimated error of one step [µm]", number(np.nanmax(error), 2)))
         rejected = int(dataset["rejected_steps"].values.sum())
         rows.append(("Steps repeated because of their error", Cell(str(rejected), float(rejected))))
-        length = shown("distance", dataset["step_length"].values[1:])
+        length = shown("distance", np.delete(dataset["step_length"].values, [0, *lathe]))
         rows.append(
             (
                 "Shortest and longest step [km]",
@@ -339,7 +358,7 @@ def quality(dataset: xr.Dataset) -> list[tuple[str, Cell]]:
     for wheel, side in enumerate(("right", "left")):
         law = float(dataset["worn_area"].values[-1, wheel])
         y, z = (dataset[f"profile_{c}"].values[:, wheel] for c in "yz")
-        polygon = polygon_area_between(y[0], z[0], y[-1], z[-1])
+        polygon = sum(polygon_area_between(y[a], z[a], y[b], z[b]) for a, b in spans(dataset))
         text = f"Worn area by the law against the profiles, {side} wheel [relative difference]"
         rows.append((text, number(abs(polygon - law) / law, 2) if law > 0.0 else Cell("no wear")))
     scaling = load_scaling(dataset)

@@ -166,7 +166,12 @@ def _groups() -> dict[str, dict[str, Variable]]:
         "counterface_turnings": Variable(("step",), "i4"),
         "counterface_turned_at": Variable(("step",)),
     }
-    return {"beside": beside, "fatigue": fatigue, "counterface": counterface}
+    turning = {
+        "wheel_template": Variable(("wheel",), "str"),
+        "last_turning": Variable(("step",), "i4"),
+        "wheel_diameter": Variable(along, missing=True),
+    }
+    return {"beside": beside, "fatigue": fatigue, "counterface": counterface, "turning": turning}
 
 
 GROUPS: Mapping[str, Mapping[str, Variable]] = _groups()

@@ -19,11 +19,15 @@ LIMITED: Mapping[str, float] = {
     "flange_gradient": -1.0,
     "hollowing": 1.0,
     "equivalent_conicity": 1.0,
+    "fatigue_damage": 1.0,
+    "wheel_diameter": -1.0,
 }
 """Measures that may have a limit: 1 where it is a largest value, -1 where it is a smallest one."""
 
 _ATTRIBUTE = "limit_"
 END = "end_at_limit"
+TURNED_AT = "turning_limits"
+"""Attribute that names, separated by spaces, the limits at which wheels are turned."""
 
 
 def attributes_of(limits: Mapping[str, float], end: bool) -> dict[str, float | int]:
@@ -48,6 +52,20 @@ def limits_of(attributes: Mapping[str, Any]) -> dict[str, float]:
         Of a result file.
     """
     return {name: float(attributes[_ATTRIBUTE + name]) for name in LIMITED if _ATTRIBUTE + name in attributes}
+
+
+def ending_limits(attributes: Mapping[str, Any]) -> dict[str, float]:
+    """Return the limits that end a campaign: none unless it is to end there, and none that has wheels turned.
+
+    Parameters
+    ----------
+    attributes : mapping
+        Of a result file.
+    """
+    if END not in attributes:
+        return {}
+    turned = str(attributes.get(TURNED_AT, "")).split()
+    return {name: value for name, value in limits_of(attributes).items() if name not in turned}
 
 
 def first_met(row: Mapping[str, NDArray[np.float64]], limits: Mapping[str, float]) -> str | None:
@@ -139,7 +157,7 @@ def limits_met(dataset: xr.Dataset) -> tuple[LimitMet, ...]:
             limit,
             tuple(
                 met_at(run, column, name, limit)
-                for column in dataset[name].values.reshape(dataset.sizes["step"], -1).T
+                for column in np.stack([_worst(name, row) for row in dataset[name].values]).T
             ),
         )
         for name, limit in limits_of(dataset.attrs).items()
@@ -166,7 +184,10 @@ def met_attributes(
     """
     if not limits:
         return {}
-    kept = [{name: np.atleast_1d(row[name]) for name in ("distance", *limits)} for row in rows]
+    kept = [
+        {"distance": np.atleast_1d(row["distance"]), **{name: _worst(name, row[name]) for name in limits}}
+        for row in rows
+    ]
     distance = np.concatenate([row["distance"] for row in kept])
     found = {}
     for name, limit in limits.items():
@@ -177,6 +198,16 @@ def met_attributes(
             if at is not None:
                 found[f"{_ATTRIBUTE}{name}_met{side}"] = at
     return found
+
+
+def _worst(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Value by wheel, or one of the wheelset; of what stands along the profile, and by law, the worst."""
+    values = np.atleast_1d(values)
+    if values.ndim == 1:
+        return values
+    flat = values.reshape(len(values), -1)
+    worst: NDArray[np.float64] = flat.max(axis=1) if LIMITED[name] > 0.0 else flat.min(axis=1)
+    return worst
 
 
 def _known(values: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wearsim.results.turnings import spans
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -50,7 +52,10 @@ def tread_wear(dataset: xr.Dataset) -> float | None:
         steep = np.flatnonzero(np.abs(np.diff(z)) > TREAD_SLOPE * np.diff(y))
         inner = steep[y[steep] < 0.0]
         tread = np.arange(y.size) > (inner[-1] if inner.size else -1)
-        deepest = max(deepest, float(dataset["wear_depth"].values[-1, wheel, tread].max(initial=0.0)))
+        worn = dataset["wear_depth"].values[:, wheel, tread]
+        # depth counts from the last turning; the deepest places of all spans together, wherever they are
+        total = sum(float(worn[last].max(initial=0.0)) for _, last in spans(dataset))
+        deepest = max(deepest, total)
     return deepest * SERVICE_DISTANCE / run
 
 

@@ -12,6 +12,7 @@ from wearsim.contact.normal import ANSWERS_BY_STRIP
 from wearsim.operation.points import ControlSettings
 from wearsim.scene.faults import shown
 from wearsim.scene.limits import LimitsSection, values
+from wearsim.scene.reprofiling import ReprofilingSection, turning_rules
 from wearsim.scene.section import Section, quantity
 
 _EXPLICIT_LIMIT = 2.0
@@ -39,6 +40,7 @@ class CampaignSection(Section):
     point_spacing_mm: float = quantity("the spacing of the profile's points", "mm", 0.25, ge=0.05, le=2)
     max_step_km: float | None = quantity("the longest step", "km", None, gt=0, le=1e7)
     limits: LimitsSection | None = None
+    reprofiling: ReprofilingSection | None = None
 
 
 def campaign_faults(campaign: CampaignSection, normal: str) -> Iterator[tuple[tuple[str, ...], str]]:
@@ -105,4 +107,5 @@ def control_settings(campaign: CampaignSection) -> ControlSettings:
         first_depth=math.inf if first is None else 1e-6 * first,
         limits=tuple(values(campaign.limits).items()),
         end_at_limit=campaign.limits is not None and campaign.limits.end,
+        turning=turning_rules(campaign.reprofiling),
     )

@@ -17,7 +17,7 @@ from wearsim.scene.clearance import beyond_clearance
 from wearsim.scene.counterface import counterface_faults, counterface_warnings
 from wearsim.scene.damage import damage_faults
 from wearsim.scene.faults import shown
-from wearsim.scene.limits import met_by_new_wheels
+from wearsim.scene.limits import met_by_wheels
 from wearsim.scene.models import (
     BlockSection,
     ClassSection,
@@ -26,6 +26,7 @@ from wearsim.scene.models import (
     RigOperation,
     RigScene,
 )
+from wearsim.scene.reprofiling import reprofiling_faults, turned_at
 
 SMALLEST_ROLLER_MM = 50.0
 """Below this a roller is no longer large against a contact patch of 10 to 20 mm [mm]."""
@@ -115,6 +116,18 @@ def cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
     found += [
         fault_at(scene, path, told) for path, told in campaign_faults(scene.campaign, scene.contact.normal)
     ]
+    if scene.campaign.limits is not None and scene.campaign.limits.damage is not None and not scene.fatigue:
+        told = f"damage = {scene.campaign.limits.damage:g} needs a fatigue law; add [fatigue], or delete it"
+        found.append(fault_at(scene, ("campaign", "limits", "damage"), told))
+    turning = reprofiling_faults(
+        scene.campaign.reprofiling,
+        scene.campaign.limits,
+        distance_km=scene.campaign.distance_km,
+        diameter_mm=2.0 * scene.wheelset.radius_mm,
+        rotation=scene.contact.rotation,
+        compared=scene.origin.role != "scene",
+    )
+    found += [fault_at(scene, path, told) for path, told in turning]
     found += [fault_at(scene, path, told) for path, told in damage_faults(scene.wear, scene.fatigue)]
     found += [
         fault_at(scene, path, told)
@@ -245,7 +258,10 @@ def limit_faults(
     if section is None or section.end is not end:
         return []
     found = []
-    for key, who in met_by_new_wheels(section, wheels, counterface).items():
+    turned = turned_at(scene.campaign.reprofiling, section) if end else ()
+    for key, who in met_by_wheels(section, wheels, counterface).items():
+        if key in turned:
+            continue
         told = f"{key} = {getattr(section, key):g} is met by {who} already"
         if end:
             told += ", and the campaign would end before it begins; change the limit, or delete end = true"

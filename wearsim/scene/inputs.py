@@ -22,6 +22,7 @@ from wearsim.scene.clearance import beyond_clearance
 from wearsim.scene.cross_checks import cross_faults, fault_at, fit_faults, limit_faults
 from wearsim.scene.faults import shown
 from wearsim.scene.models import FieldScene, Origin, RigScene
+from wearsim.scene.reprofiling import template_faults
 
 FLANGE_BACK_TO_ORIGIN = 0.070
 """From the flange back to the origin line of a wheel profile [m]."""
@@ -75,6 +76,8 @@ class Inputs:
         The scene file first.
     wear_table : WearTable or None
         Of the file that `table_file` names.
+    templates : (Profile, Profile) or None
+        What the right and the left wheel are turned to, with the points of the wheels.
     """
 
     right: Profile
@@ -84,6 +87,7 @@ class Inputs:
     clearance: tuple[float | None, float | None]
     files: tuple[InputFile, ...]
     wear_table: WearTable | None = None
+    templates: tuple[Profile, Profile] | None = None
 
 
 def find_file(name: str, folders: tuple[Path, ...], shipped: str) -> Path | None:
@@ -142,7 +146,9 @@ def read_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> tuple
             shape = found[0] if stays else resample(found[0], spacing)
         except ProfileError as error:
             faults.extend(
-                Fault(f"{key} = {shown(name)}: {told}", str(origin.path), scene.line(section, key))
+                Fault(
+                    f"{key} = {shown(name)}: {told}", str(origin.path), scene.line(*section.split("."), key)
+                )
                 for told in str(error).splitlines()
             )
             return None
@@ -155,10 +161,13 @@ def read_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> tuple
         right if wheelset.profile_left is None else profile("wheelset", "profile_left", wheelset.profile_left)
     )
     counterface = profile("counterface", "profile", scene.counterface.profile)
+    turning = scene.campaign.reprofiling
+    named = None if turning is None else turning.profile
+    template = None if named is None else profile("campaign.reprofiling", "profile", named)
     table, told_of_table = _wear_table(scene, kept, files)
     faults += told_of_table
     faults += cross_faults(scene)
-    if right is None or left is None or counterface is None:
+    if right is None or left is None or counterface is None or (named is not None and template is None):
         return None, _sorted(faults)
     matched = _with_points(left, len(right.y), spacing)
     if matched is None:
@@ -166,22 +175,41 @@ def read_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> tuple
             fault_at(
                 scene,
                 ("wheelset", "profile_left"),
-                f"profile_left = {shown(wheelset.profile_left)} cannot be given as many points as the right "
-                f"wheel ({len(right.y)}); change point_spacing_mm = "
-                f"{scene.campaign.point_spacing_mm:g} a little",
+                _unmatched("profile_left", wheelset.profile_left, scene, len(right.y)),
             )
         )
         return None, _sorted(faults)
     unfit = fit_faults(scene, (right, matched), counterface)
     if unfit:
         return None, _sorted(faults + unfit)
+    templates = None if turning is None else (right, matched)
+    if template is not None and turning is not None:
+        with_points = _with_points(template, len(right.y), spacing)
+        if with_points is None:
+            path = ("campaign", "reprofiling", "profile")
+            faults.append(fault_at(scene, path, _unmatched("profile", named, scene, len(right.y))))
+            return None, _sorted(faults)
+        templates = (with_points, with_points)
+    if turning is not None and templates is not None:
+        limits = scene.campaign.limits
+        faults += [
+            fault_at(scene, path, one)
+            for path, one in template_faults(turning, limits, templates, counterface)
+        ]
     free = flange_clearance(right, counterface)
     clearance = (free, free if left is right else flange_clearance(matched, counterface))
     faults += limit_faults(scene, (right, matched), counterface, end=True)
     told = {fault.line for fault in faults}
     faults += [fault for fault in beyond_clearance(scene, clearance)[0] if fault.line not in told]
-    inputs = Inputs(right, matched, counterface, half_span, clearance, tuple(files), table)
+    inputs = Inputs(right, matched, counterface, half_span, clearance, tuple(files), table, templates)
     return (None if faults else inputs), _sorted(faults)
+
+
+def _unmatched(key: str, name: str | None, scene: RigScene | FieldScene, count: int) -> str:
+    return (
+        f"{key} = {shown(name)} cannot be given as many points as the right wheel ({count}); "
+        f"change point_spacing_mm = {scene.campaign.point_spacing_mm:g} a little"
+    )
 
 
 def _wear_table(

@@ -24,6 +24,10 @@ class LimitsSection(Section):
     flange_gradient_mm: float | None = quantity("the least flange gradient qR", "mm", None, ge=0, le=20)
     hollowing_mm: float | None = quantity("the largest hollowing of the tread", "mm", None, gt=0, le=20)
     conicity: float | None = quantity("the largest equivalent conicity", "", None, gt=0, le=5)
+    damage: float | None = quantity("the largest fatigue damage by any law", "", None, gt=0, le=1000)
+    diameter_mm: float | None = quantity(
+        "the least wheel diameter after turning", "mm", None, ge=300, le=3000
+    )
     end: bool = Field(False, description="whether the campaign ends at the first limit that is met")
 
 
@@ -34,6 +38,8 @@ KEYS: Mapping[str, str] = {
     "flange_gradient": "flange_gradient_mm",
     "hollowing": "hollowing_mm",
     "equivalent_conicity": "conicity",
+    "fatigue_damage": "damage",
+    "wheel_diameter": "diameter_mm",
 }
 """Key of the scene by variable of the result file, for each of `results.limits.LIMITED`."""
 
@@ -61,10 +67,10 @@ def values(section: LimitsSection | None) -> dict[str, float]:
     }
 
 
-def met_by_new_wheels(
-    section: LimitsSection | None, wheels: tuple[Profile, Profile], counterface: Profile
+def met_by_wheels(
+    section: LimitsSection | None, wheels: tuple[Profile, Profile], counterface: Profile, state: str = "new"
 ) -> dict[str, str]:
-    """Tell which limits the new wheels meet already.
+    """Tell which limits wheels meet before they wear.
 
     Parameters
     ----------
@@ -74,11 +80,13 @@ def met_by_new_wheels(
         Right and left.
     counterface : Profile
         Placed.
+    state : str
+        What the wheels are, "new" or "turned".
 
     Returns
     -------
     dict
-        By key of the scene, what the new wheels have, in words.
+        By key of the scene, what the wheels have, in words.
     """
     found = {}
     for name, limit in values(section).items():
@@ -86,11 +94,11 @@ def met_by_new_wheels(
         try:
             if name in _OF_WHEEL:
                 have = [
-                    (f"the new {side} wheel", _OF_WHEEL[name](wheel.y, wheel.z))
+                    (f"the {state} {side} wheel", _OF_WHEEL[name](wheel.y, wheel.z))
                     for side, wheel in zip(("right", "left"), wheels, strict=True)
                 ]
             elif name == "equivalent_conicity":
-                have = [("the new wheelset", equivalent_conicity(*wheels, counterface))]
+                have = [(f"the {state} wheelset", equivalent_conicity(*wheels, counterface))]
         except ProfileError:
             continue  # a measure that the new wheel does not have meets no limit
         met = [

@@ -17,6 +17,7 @@ from wearsim.operation.field import TrackClass, collective
 from wearsim.operation.monitor import with_monitors
 from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.operation.rig import Block, programme
+from wearsim.profile.shape import Profile
 from wearsim.scene.campaign import control_settings
 from wearsim.scene.counterface import counterface_wear
 from wearsim.scene.cross_checks import limit_faults, scene_warnings
@@ -57,6 +58,8 @@ class CampaignSetup:
         Wear laws evaluated on the same contacts beside the leading one.
     fatigue : tuple of FatigueSettings
         Fatigue laws.
+    templates : (Profile, Profile), optional
+        What right and left wheel are turned to, where they are.
     tolerance : float, optional
         Of the wear increment, if the models are chosen by `campaign.choose` instead of given [-].
     counterface_wear : CounterfaceWear, optional
@@ -78,6 +81,7 @@ class CampaignSetup:
     fatigue: tuple[FatigueSettings, ...] = ()
     tolerance: float | None = None
     counterface_wear: CounterfaceWear | None = None
+    templates: tuple[Profile, Profile] | None = None
 
 
 def build(scene: RigScene | FieldScene) -> CampaignSetup:
@@ -122,6 +126,7 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
             scene.counterface.wear,
             1e-3 * scene.counterface.roller_radius_mm if isinstance(scene, RigScene) else math.inf,
         ),
+        templates=inputs.templates,
     )
 
 

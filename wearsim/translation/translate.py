@@ -60,6 +60,11 @@ def translate(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> xr.Dataset
             raise ResultError(
                 f"{role} result: variable {missing[0]} is missing; give a file that `wearsim run` wrote"
             )
+        if "last_turning" in data and (data["last_turning"].values > 0).any():
+            raise ResultError(
+                f"{role} result: its wheels were turned, and factors are of the wear since new; compare a "
+                "campaign without [campaign.reprofiling]"
+            )
     pair = (rig, field)
     axes = common_axes(rig, field, count)
     out: dict[str, Any] = {

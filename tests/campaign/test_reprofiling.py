@@ -1,0 +1,257 @@
+"""Wheels turned during a campaign: when, to what, and that nothing is lost on the way."""
+
+from dataclasses import replace
+
+import netCDF4
+import numpy as np
+import pytest
+
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.reprofiling import to_next_turning, turn_wheels, turning_due
+from wearsim.campaign.run import resume, run_scene
+from wearsim.operation.points import TurningRules
+from wearsim.profile.measures import tape_level
+from wearsim.profile.shape import polygon_area_between
+from wearsim.profile.turning import turn_axle
+from wearsim.report.html import render
+from wearsim.report.inspect import inspect, summary_text
+from wearsim.report.tables import quality, turned_wheels
+from wearsim.results import layout_of, open_results
+from wearsim.results.limits import limits_met
+from wearsim.results.turnings import spans, turned_rows, turnings
+from wearsim.scene import build, load_scene
+
+SCENE = """
+[scene]
+kind = "rig"
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+gauge_mm = 1435
+roller_radius_mm = 1000
+[contact]
+strips = 12
+cells = 12
+[fatigue]
+laws = ["wlrm"]
+[[operation.block]]
+name = "right"
+shift_mm = 4
+load_kN = 80
+speed_km_h = 72
+friction = 0.4
+distance_km = 0.5
+[campaign]
+distance_km = 12
+point_spacing_mm = 0.5
+max_step_depth_um = 30
+error_tolerance_um = 5
+stability = 1.0
+first_step_depth_um = 10
+[campaign.limits]
+depth_mm = 0.004
+diameter_mm = 800
+damage = 0.001
+[campaign.reprofiling]
+at_limits = ["depth_mm"]
+at_km = [10]
+cut_mm = 0.3
+"""
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "rig.toml"
+    path.write_text(SCENE)
+    return path
+
+
+@pytest.fixture(scope="module")
+def setup(scene):
+    return build(load_scene(scene))
+
+
+@pytest.fixture(scope="module")
+def finished(scene, tmp_path_factory):
+    out = tmp_path_factory.mktemp("finished") / "out"
+    return run_scene(scene, out, command="wearsim run rig.toml --out out")[0]
+
+
+@pytest.fixture(scope="module")
+def data(finished):
+    with open_results(finished) as opened:
+        return opened.load()
+
+
+@pytest.fixture(scope="module")
+def worn(setup):
+    """Worn 1 mm off the right tread and 0.5 mm all over the left wheel, made up."""
+    state, _ = WheelsetEvolution(setup).start()
+    depth = np.stack([1e-3 * np.exp(-((state.y[0] / 8e-3) ** 2)), np.full(state.y.shape[1], 0.5e-3)])
+    return replace(
+        state,
+        step=7,
+        distance=5e3,
+        z=state.z - depth,
+        wear_depth=depth,
+        worn_area=np.array([1e-6, 2e-6]),
+        worn_mass=np.array([3.0, 4.0]),
+        fatigue_damage=tuple(np.full_like(one, 0.3) for one in state.fatigue_damage),
+        step_length=500.0,
+        step_error=1e-7,
+    )
+
+
+def test_turned_wheels_are_the_template_at_the_least_loss_and_the_least_cut(setup, worn):
+    state = turn_wheels(worn, setup)
+    wheels = [replace(setup.wheelset.right, y=worn.y[w], z=worn.z[w]) for w in (0, 1)]
+    depth = turn_axle(*wheels, setup.templates)[0].depth
+    assert depth == pytest.approx(1e-3, abs=5e-6)  # the deepest vertex is not on the tread's steepest part
+    for w in (0, 1):
+        np.testing.assert_array_equal(state.y[w], setup.templates[w].y)
+        # rounding of z
+        np.testing.assert_allclose(state.z[w], setup.templates[w].z - depth - 0.3e-3, rtol=0, atol=1e-15)
+    assert tape_level(state.y[0], state.z[0]) == tape_level(state.y[1], state.z[1])
+    assert (state.step, state.turned, state.distance) == (8, 8, 5e3)
+    assert (state.step_length, state.step_error) == (0.0, None)
+    for fresh in (state.wear_depth, state.regime_depth, *state.fatigue_damage):
+        assert not fresh.any()
+    np.testing.assert_array_equal(state.worn_area, worn.worn_area)
+    np.testing.assert_array_equal(state.worn_mass, worn.worn_mass)
+
+
+def test_mirrored_wheels_come_back_mirrored(setup, worn):
+    mirrored = replace(worn, y=worn.y[::-1], z=worn.z[::-1])
+    np.testing.assert_array_equal(turn_wheels(mirrored, setup).z, turn_wheels(worn, setup).z[::-1])
+
+
+def test_turning_is_due_at_limits_and_places_and_never_twice(setup, worn):
+    def with_rules(**rules):
+        return replace(setup, control=replace(setup.control, turning=TurningRules(**rules)))
+
+    at_depth = with_rules(limits=("max_wear_depth",))
+    assert turning_due(worn, at_depth)
+    assert not turning_due(replace(worn, wear_depth=np.full_like(worn.y, 0.0039e-3)), at_depth)
+    assert not turning_due(turn_wheels(worn, at_depth), at_depth)
+    assert not turning_due(replace(worn, turned=7), at_depth)  # a template that meets the limit turns no more
+    at_place = with_rules(places=(4e3, 5e3, 6e3))
+    assert turning_due(worn, at_place)
+    assert not turning_due(turn_wheels(worn, at_place), at_place)
+    assert not turning_due(replace(worn, distance=5.001e3), at_place)
+    assert not turning_due(worn, replace(setup, control=replace(setup.control, turning=None)))
+    assert to_next_turning(worn, at_place.control).distance == 6e3
+    assert to_next_turning(replace(worn, distance=6e3), at_place.control).distance == 12e3
+
+
+def test_rows_tell_each_turning(data):
+    """One where 4 um are worn, one at 10 km; each takes the wear and 0.3 mm of radius off both wheels."""
+    rows = turned_rows(data)
+    made = turnings(data)
+    assert len(rows) == len(made) >= 2
+    assert made[-1].distance == pytest.approx(10e3, rel=1e-12)
+    depth = data["max_wear_depth"].values
+    assert depth[rows[0] - 1].max() >= 4e-6
+    for row, one in zip(rows, made, strict=True):
+        assert not depth[row].any()
+        assert float(data["step_length"][row]) == 0.0
+        assert float(data["distance"][row]) == float(data["distance"][row - 1])
+        # depth counts along the normal: on slopes below 60 degrees it costs at most twice as much radius
+        lost = one.before[0] - one.after[0] - 0.6e-3
+        assert 0.0 < lost < 2.0 * 2.0 * depth[row - 1].max()
+        assert one.after[0] == one.after[1] < min(one.before) - 0.6e-3 + 1e-12
+        # the measures are the new wheel's again; but for the rounding of z and of crossings found in it
+        for name in ("flange_height", "flange_thickness", "flange_gradient", "hollowing"):
+            np.testing.assert_allclose(data[name][row], data[name][0], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(
+            data["equivalent_conicity"][row], data["equivalent_conicity"][0], atol=1e-8
+        )
+        assert not data["fatigue_damage"][row].any()
+    table = turned_wheels(data)
+    assert len(table) == len(rows)
+    assert table[-1][0].text == "10.00"
+    assert table[0][1][0].value == pytest.approx(920.0, abs=0.1)
+
+
+def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
+    """The polygon's area is the law's to 1e-9 in every span; what the lathe took is not in it."""
+    total = np.zeros(2)
+    for first, last in spans(data):
+        for w in (0, 1):
+            y, z = (data[f"profile_{c}"].values[:, w] for c in "yz")
+            total[w] += polygon_area_between(y[first], z[first], y[last], z[last])
+    np.testing.assert_allclose(total, data["worn_area"].values[-1], rtol=1e-9)
+    told = dict(quality(data))
+    assert told["Worn area by the law against the profiles, right wheel [relative difference]"].value < 1e-9
+    assert told["Wear steps"].value == data.sizes["step"] - 1 - len(turned_rows(data))
+
+
+def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(data, tmp_path_factory):
+    """First step after a turning against that of a new wheelset of the smaller radius, by area per distance.
+
+    The same wheel but for heights off by 0.35 mm, which move interpolated places by rounding; both
+    programmes are at the beginning of a loop and of the small first steps.
+    """
+    row = turned_rows(data)[0]
+    radius = 0.5e3 * float(data["wheel_diameter"][row, 0])
+    folder = tmp_path_factory.mktemp("small")
+    text = SCENE[: SCENE.index("[campaign.limits]")].replace("distance_km = 12", "distance_km = 0.5")
+    (folder / "rig.toml").write_text(text.replace('"S1002"', f'"S1002"\nradius_mm = {radius!r}'))
+    with open_results(run_scene(folder / "rig.toml", folder / "out")[0]) as other:
+        for name in ("area", "max_pressure", "creepage_x", "spin", "power", "wear_area_rate"):
+            np.testing.assert_allclose(data[name][row], other[name][0], rtol=2e-4, err_msg=name)
+
+
+def test_limits_are_told_across_turnings(data, finished):
+    """Depth is met before the first turning, and damage where the worst place of any law has it."""
+    found = {limit.name: limit for limit in limits_met(data)}
+    first = turned_rows(data)[0]
+    met = min(at for at in found["max_wear_depth"].distance if at is not None)
+    assert data["distance"].values[first - 2] < met <= data["distance"].values[first]
+    assert found["wheel_diameter"].distance == (None, None)
+    worst = data["fatigue_damage"].max(["fatigue", "point"]).values
+    for wheel, at in enumerate(found["fatigue_damage"].distance):
+        assert (at is None) == (worst[:, wheel].max() < 1e-3)
+    told = {key: value for key, value in data.attrs.items() if "_met" in key}
+    assert told["limit_max_wear_depth_met_right"] == found["max_wear_depth"].distance[0]
+    assert data.attrs["finished"] == "distance reached"
+
+
+def test_report_and_summary_tell_the_turnings(data, finished):
+    first = turnings(data)[0]
+    page = render([data])
+    table = page[page.index('id="table-turnings"') :].partition("</table>")[0]
+    assert f'data-value="{1e3 * first.before[0]!r}"' in table
+    found = inspect(finished)
+    assert len(found["turnings"]) == len(turnings(data))
+    assert f"{first.distance / 1e3:.3f} km, wheel diameter right 920.00 to 919." in summary_text(found)
+
+
+def test_the_file_keeps_the_conventions(finished, assert_cf):
+    assert_cf(finished)
+
+
+class Stop(Exception):
+    pass
+
+
+@pytest.mark.parametrize("after", [-1, 0])
+def test_a_campaign_stopped_before_or_behind_a_turning_ends_with_the_same_bits(
+    scene, finished, data, tmp_path, after
+):
+    step = turned_rows(data)[0] + after
+
+    def stop(event):
+        if event.kind == "step" and event.step == step:
+            raise Stop
+
+    out = tmp_path / "out"
+    with pytest.raises(Stop):
+        run_scene(scene, out, observer=stop)
+    (path,) = resume(out)
+    with netCDF4.Dataset(path) as one, netCDF4.Dataset(finished) as other:
+        for name in layout_of(one.variables):
+            assert np.array_equal(one[name][:], other[name][:]), name
+        for name in {*one.ncattrs(), *other.ncattrs()} - {"history"}:
+            assert np.array_equal(one.getncattr(name), other.getncattr(name)), name

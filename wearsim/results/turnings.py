@@ -1,0 +1,79 @@
+"""The turnings of the wheels in a result, and the spans of wear between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class TurningMade:
+    """One turning of both wheels.
+
+    Parameters
+    ----------
+    distance : float
+        Where it was [m].
+    before, after : tuple of float or None
+        Diameter of right and left wheel at the tape circle [m].
+    """
+
+    distance: float
+    before: tuple[float | None, float | None]
+    after: tuple[float | None, float | None]
+
+
+def turned_rows(dataset: xr.Dataset) -> list[int]:
+    """Return the rows that hold wheels as they come from the lathe.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From `results.open_results`.
+    """
+    if "last_turning" not in dataset:
+        return []
+    last = dataset["last_turning"].values
+    return [int(row) for row in np.flatnonzero((last == np.arange(last.size)) & (last > 0))]
+
+
+def turnings(dataset: xr.Dataset) -> tuple[TurningMade, ...]:
+    """Tell each turning of the wheels.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From `results.open_results`.
+
+    Returns
+    -------
+    tuple of TurningMade
+        In order; none where wheels are not turned.
+    """
+
+    def diameters(row: int) -> tuple[float | None, float | None]:
+        right, left = (float(value) for value in dataset["wheel_diameter"].values[row])
+        return (right if np.isfinite(right) else None, left if np.isfinite(left) else None)
+
+    return tuple(
+        TurningMade(float(dataset["distance"].values[row]), diameters(row - 1), diameters(row))
+        for row in turned_rows(dataset)
+    )
+
+
+def spans(dataset: xr.Dataset) -> Iterator[tuple[int, int]]:
+    """Give first and last row of each span of wear, from a new or turned wheel to the last before the next.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From `results.open_results`.
+    """
+    rows = turned_rows(dataset)
+    yield from zip([0, *rows], [*(row - 1 for row in rows), dataset.sizes["step"] - 1], strict=True)

@@ -1,0 +1,175 @@
+"""[campaign.reprofiling] of a scene: when the wheels are turned, and to what."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated
+
+from pydantic import Field, Strict
+
+from wearsim.operation.points import TurningRules
+from wearsim.profile.shape import Profile
+from wearsim.scene.faults import shown, suggestion
+from wearsim.scene.limits import KEYS, LimitsSection, met_by_wheels, values
+from wearsim.scene.section import Section, Text, quantity, words
+
+Told = tuple[tuple[str, ...], str]
+_HERE = ("campaign", "reprofiling")
+
+
+class ReprofilingSection(Section):
+    """[campaign.reprofiling]: both wheels are turned to one diameter, with the least loss of it."""
+
+    at_limits: Annotated[tuple[str, ...], Strict(False)] = Field(
+        (), description="the keys of [campaign.limits] at which the wheels are turned instead of worn on"
+    )
+    at_km: Annotated[tuple[Annotated[float, Field(gt=0, le=1e7)], ...], Strict(False)] = Field(
+        (), description="the distances at which they are turned", json_schema_extra={"unit": "km"}
+    )
+    profile: Text | None = words("the profile they get, by default that of [wheelset]", None)
+    cut_mm: float = quantity("the least depth that the lathe takes everywhere", "mm", 0.0, ge=0, le=20)
+
+
+def turning_rules(section: ReprofilingSection | None) -> TurningRules | None:
+    """Return when the wheels are turned, in SI units.
+
+    Parameters
+    ----------
+    section : ReprofilingSection or None
+        As read.
+    """
+    if section is None:
+        return None
+    names = {key: name for name, key in KEYS.items()}
+    return TurningRules(
+        limits=tuple(names[key] for key in section.at_limits),
+        places=tuple(1e3 * place for place in section.at_km),
+        cut=1e-3 * section.cut_mm,
+    )
+
+
+def reprofiling_faults(
+    section: ReprofilingSection | None,
+    limits: LimitsSection | None,
+    *,
+    distance_km: float,
+    diameter_mm: float,
+    rotation: str,
+    compared: bool,
+) -> Iterator[Told]:
+    """Tell what in [campaign.reprofiling] does not go together, or not with the rest of the scene.
+
+    Parameters
+    ----------
+    section : ReprofilingSection or None
+        As read.
+    limits : LimitsSection or None
+        As read.
+    distance_km, diameter_mm : float
+        Distance of the campaign and diameter of the new wheels.
+    rotation : str
+        Rule of the wheels' rotation speed.
+    compared : bool
+        Whether the scene is one of two that are compared.
+
+    Yields
+    ------
+    tuple of (key, message)
+        The key as a path from the top of the scene.
+    """
+    least = None if limits is None else limits.diameter_mm
+    if section is None:
+        if least is not None:
+            yield (
+                ("campaign", "limits", "diameter_mm"),
+                f"diameter_mm = {least:g} is for wheels that are turned; add [campaign.reprofiling], or "
+                f"delete it",
+            )
+        return
+    if least is not None and least >= diameter_mm:
+        yield (
+            ("campaign", "limits", "diameter_mm"),
+            f"diameter_mm = {least:g} must be below the diameter of the new wheels, {diameter_mm:g} mm",
+        )
+    if not section.at_limits and not section.at_km:
+        yield (
+            _HERE,
+            "[campaign.reprofiling] does not say when; write at_limits, such as "
+            '["flange_thickness_mm"], or at_km',
+        )
+    turnable = [key for name, key in KEYS.items() if name != "wheel_diameter"]
+    for key in section.at_limits:
+        if key not in turnable:
+            hint = suggestion(key, turnable)
+            yield (*_HERE, "at_limits"), f"at_limits: {shown(key)} is no limit to turn wheels at; {hint}"
+        elif limits is None or getattr(limits, key) is None:
+            yield (
+                (*_HERE, "at_limits"),
+                f"at_limits: {shown(key)} has no value; give it in [campaign.limits]",
+            )
+    if any(b <= a for a, b in zip((0.0, *section.at_km), section.at_km, strict=False)):
+        yield (*_HERE, "at_km"), f"at_km = {shown(list(section.at_km))} must rise from one to the next"
+    elif section.at_km and section.at_km[-1] >= distance_km:
+        yield (
+            (*_HERE, "at_km"),
+            f"at_km = {section.at_km[-1]:g} must be below the distance of the campaign, {distance_km:g} km",
+        )
+    if rotation == "nominal":
+        yield (
+            ("contact", "rotation"),
+            'rotation = "nominal" turns the wheels at the speed of new ones: turned wheels would slide; '
+            'write rotation = "free" or "centred", or delete [campaign.reprofiling]',
+        )
+    if compared:
+        yield (
+            _HERE,
+            "[campaign.reprofiling] cannot be compared: factors from rig to field are of the wear since new; "
+            "delete it, or run this scene by itself",
+        )
+
+
+def template_faults(
+    section: ReprofilingSection,
+    limits: LimitsSection | None,
+    templates: tuple[Profile, Profile],
+    counterface: Profile,
+) -> Iterator[Told]:
+    """Tell limits at which wheels are turned and which they would still meet afterwards.
+
+    Parameters
+    ----------
+    section : ReprofilingSection
+        As read.
+    limits : LimitsSection or None
+        As read.
+    templates : (Profile, Profile)
+        What the right and the left wheel get.
+    counterface : Profile
+        Placed.
+
+    Yields
+    ------
+    tuple of (key, message)
+        The key as a path from the top of the scene.
+    """
+    for key, who in met_by_wheels(limits, templates, counterface, "turned").items():
+        if key in section.at_limits:
+            yield (
+                ("campaign", "limits", key),
+                f"{key} = {getattr(limits, key):g} is met by {who}, too: wheels would be turned for ever; "
+                f"change the limit, or give another profile in [campaign.reprofiling]",
+            )
+
+
+def turned_at(section: ReprofilingSection | None, limits: LimitsSection | None) -> frozenset[str]:
+    """Keys of the limits at which wheels are turned, which end no campaign.
+
+    Parameters
+    ----------
+    section : ReprofilingSection or None
+        As read.
+    limits : LimitsSection or None
+        As read.
+    """
+    given = {KEYS[name] for name in values(limits)}
+    return frozenset() if section is None else frozenset(section.at_limits) & given
