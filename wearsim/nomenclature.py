@@ -212,7 +212,7 @@ _CAMPAIGN: tuple[_Row, ...] = (
         "z",
         "m",
         "height of the worn rail or roller",
-        "positive down, 0 at the top when new",
+        "positive down, 0 at the top when new; after turning, if it is turned in this row",
         None,
     ),
     (
@@ -220,7 +220,7 @@ _CAMPAIGN: tuple[_Row, ...] = (
         "d",
         "m",
         "wear depth of the rail or roller along its normal",
-        "at material points, since it was new or last turned",
+        "at material points, since it was new or last turned; the depth before in the row of a turning",
         None,
     ),
     (
@@ -236,7 +236,7 @@ _CAMPAIGN: tuple[_Row, ...] = (
         "d",
         "m",
         "largest wear depth of the rail or roller",
-        "since it was new or last turned; in the row in which it is turned, the depth before",
+        "since it was new or last turned; the depth before in the row of a turning",
         None,
     ),
     (

@@ -12,6 +12,7 @@ from wearsim.campaign.counterface import new_counterface, turned, wear_off_count
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.rate import accumulate
 from wearsim.campaign.run import run_campaign
+from wearsim.campaign.state import CounterfaceRate, WearRate
 from wearsim.campaign.step import advance, damped
 from wearsim.contact.solve import Counterface
 from wearsim.damage.wear import WearSettings, passage_depth
@@ -171,12 +172,55 @@ def test_a_step_takes_the_area_off_both(mirror_image, solution, points, wheelset
         both = damped(rate, step_length).sum(axis=1) + below.depth
         whole = step_length * (rate.depth + rate.counterface.depth)
         np.testing.assert_allclose(both, whole / (1.0 + step_length * rate.damping), rtol=0, atol=5e-9)
-    np.testing.assert_array_equal(below.deepest, below.depth.max(axis=1))
+    np.testing.assert_array_equal(below.last_depth, below.depth)
     assert after.step_error > 0.0
 
 
+@pytest.mark.parametrize(("integrator", "order"), [("euler", 1), ("heun", 2), ("semi_implicit", 1)])
+def test_two_bodies_share_a_gap(mirror_image, solution, integrator, order):
+    """A strip with virtual penetration: both depths together are g (1 - exp(-(a + b) s)), shared as a to b.
+
+    The order of convergence is that of the rule, and the error of a step counts both bodies.
+    """
+    wheel, roller, run = 1e-5, 2e-5, 60e3
+    gap = np.where(np.abs(mirror_image.y) < 8e-3, 60e-6 * (1.0 - (mirror_image.y / 8e-3) ** 2), 0.0)
+    opens = np.where(gap > 0.0, wheel + roller, 0.0)
+
+    def rate_at(state):
+        left = np.maximum(gap - state.wear_depth - state.counterface.depth, 0.0)
+        regime = np.zeros_like(state.regime_depth)
+        regime[:, 0] = wheel * left
+        below = CounterfaceRate(roller * left, opens, opens)
+        nothing = np.zeros_like(left)
+        return WearRate(regime[:, 0], regime, nothing, opens, solution, damping=opens, counterface=below)
+
+    exact = gap * (1.0 - np.exp(-(wheel + roller) * run)) / (wheel + roller)
+    errors = []
+    for steps in (4, 8, 16):
+        state = mirror_image
+        for _ in range(steps):
+            state = advance(
+                state,
+                rate_at(state),
+                run / steps,
+                radius=0.46,
+                density=7850.0,
+                smoothing_wavelength=0.0,
+                integrator=integrator,
+                rate_at=rate_at,
+                estimate=True,
+            )
+            assert state.step_error > 0.0
+        off = (state.wear_depth - wheel * exact, state.counterface.depth - roller * exact)
+        errors.append(max(np.abs(one).max() for one in off))
+        # the curved parts of the profile stretch and shrink as they wear, by no more than 1 % of the depth
+        np.testing.assert_allclose(state.counterface.depth, 2.0 * state.wear_depth, rtol=0.01, atol=1e-12)
+    fall = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert np.all(fall > order - 0.3)
+
+
 def test_points_move_into_the_counterface(mirror_image):
-    """Wear of the top goes down: towards larger z; and an undercut head keeps its sides."""
+    """Wear of the top goes down, towards larger z, by the depth along the normal."""
     depth = np.full_like(mirror_image.y, 20e-6)
     below = wear_off_counterface(mirror_image.counterface, depth, 0.0)
     level = mirror_image.y[0] > 0.0
@@ -208,7 +252,7 @@ def test_turning_restores_the_profile_bit_by_bit(mirror_image, wheelset):
         assert (fresh.turnings, fresh.turned_at) == (1, 5e3)
         np.testing.assert_array_equal(fresh.worn_area, worn.worn_area)
         np.testing.assert_allclose(fresh.turned_depth, [30e-6, 20e-6], rtol=1e-12)
-        np.testing.assert_array_equal(fresh.deepest, worn.deepest)
+        np.testing.assert_array_equal(fresh.last_depth, worn.depth)
 
 
 @pytest.mark.parametrize("body", ["rollers", "rails"])
@@ -251,7 +295,7 @@ def test_rollers_are_turned_at_the_depth_asked_for(tmp_path):
     wear = "[counterface.wear]\nfactor = 3\nredress_depth_um = 10"
     states, _ = run(rig(tmp_path, wear, "distance_km = 20\nerror_tolerance_um = 0.2"))
     depths = np.array([
-        after.counterface.deepest
+        after.counterface.last_depth.max(axis=1)
         for before, after in pairwise(states)
         if after.counterface.turnings > before.counterface.turnings
     ])  # fmt: skip
@@ -266,13 +310,15 @@ class Stop(Exception):
     pass
 
 
-def test_stopped_and_continued_to_the_same_bits(tmp_path, monkeypatch):
-    """Stopped before and after a turning; every variable of the file."""
+def test_stopped_and_continued_to_the_same_bits(tmp_path, assert_cf):
+    """Stopped before a turning and right after one; every variable of the file, which keeps CF."""
     of = rig(tmp_path, "[counterface.wear]\nfactor = 0.8\nredress_every_km = 12", "distance_km = 24")
     for folder in ("whole", "parts"):
         (tmp_path / folder).mkdir()
-    whole = run_campaign(of.setup, tmp_path / "whole", "rig", threads=1)
-    for stop_at in (1, 3):
+    whole = run_campaign(of.setup, tmp_path / "whole", "rig", command="wearsim run", threads=1)
+    with open_results(whole) as data:
+        (turning,) = np.flatnonzero(np.diff(data["counterface_turnings"].values)) + 1
+    for stop_at in (1, int(turning)):
 
         def stop(event, stop_at=stop_at):
             if event.kind == "step" and event.step == stop_at:
@@ -280,7 +326,7 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, monkeypatch):
 
         with pytest.raises(Stop):
             run_campaign(of.setup, tmp_path / "parts", "rig", stop, threads=1)
-    parts = run_campaign(of.setup, tmp_path / "parts", "rig", threads=1)
+    parts = run_campaign(of.setup, tmp_path / "parts", "rig", command="wearsim run", threads=1)
     with netCDF4.Dataset(whole) as one, netCDF4.Dataset(parts) as other:
         assert set(GROUPS["counterface"]) <= set(one.variables)
         for file in (one, other):
@@ -291,6 +337,7 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, monkeypatch):
         assert one.counterface_wear_factor == 0.8
         assert one.redress_distance == 12e3
         assert list(one["counterface_name"][:]) == ["right roller", "left roller"]
+    assert_cf(whole)
 
 
 def test_a_counterface_that_stays_has_no_variables(tmp_path):

@@ -86,6 +86,8 @@ def test_report_tells_what_the_counterface_lost(folder, pair):
     for role in ("rig", "field"):
         assert text.count(f'id="table-counterface-{role}"') == 1
     assert "the rollers were turned 2 times" in text
+    assert "The factors contain wear of the counterface: rollers wear, rails wear." in text
+    assert "sampled differently" not in text
     assert "Rollers turned every [km]" in text
     assert "Area each rail loses [mm²/1000 km]" in text
     (rails,) = pages_counterface.table(pair[1])
@@ -95,11 +97,15 @@ def test_report_tells_what_the_counterface_lost(folder, pair):
 
 
 def test_lives_of_the_rollers_are_drawn(pair):
-    """Two turnings: the last states of two lives, and the end; rails: three quarters and the end."""
+    """Two turnings: what was turned off then, and the end; rails: three quarters of the way and the end."""
     rig, field = pair
     turnings = rig["counterface_turnings"].values
     rows = figures_counterface.states_shown(rig)
-    assert [int(turnings[row]) for row in rows] == [0, 1, 2]
+    assert [int(turnings[row]) for row in rows] == [1, 2, 2]
+    deepest = rig["counterface_wear_depth"].values.max(axis=2)
+    np.testing.assert_array_equal(deepest, rig["counterface_max_wear_depth"].values)
+    off = deepest[rows[:-1]].sum(axis=0)
+    np.testing.assert_allclose(rig["counterface_turned_depth"].values[-1], off, rtol=1e-12)
     assert rows[-1] == rig.sizes["step"] - 1
     assert not field["counterface_turnings"].values.any()
     assert len(figures_counterface.states_shown(field)) == min(4, field.sizes["step"] - 1)

@@ -31,8 +31,8 @@ def new_counterface(counterface: Counterface) -> CounterfaceState:
         As new; both sides with the same number of points.
     """
     y, z = (np.stack([getattr(one, axis) for one in counterface.profiles]) for axis in "yz")
-    nothing = np.zeros(2)
-    return CounterfaceState(y, z, np.zeros_like(y), nothing, nothing, nothing)
+    unworn, nothing = np.zeros_like(y), np.zeros(2)
+    return CounterfaceState(y, z, unworn, nothing, unworn, nothing)
 
 
 def worn_counterface(counterface: Counterface, state: CounterfaceState | None) -> Counterface:
@@ -167,7 +167,7 @@ def wear_off_counterface(
         z=np.stack([-z for _, z in moved]),
         depth=worn,
         worn_area=state.worn_area + (increment * lengths).sum(axis=1),
-        deepest=worn.max(axis=1),
+        last_depth=worn,
     )
 
 
@@ -220,13 +220,14 @@ def turned(state: State, new: Counterface, settings: CounterfaceWear) -> State:
         return state
     run = state.distance - below.turned_at
     due = run >= settings.redress_distance * (1.0 - _ROUNDING)
-    if not due and below.deepest.max() < _NEAR * settings.redress_depth:
+    deepest = below.last_depth.max(axis=1)
+    if not due and deepest.max() < _NEAR * settings.redress_depth:
         return state
     fresh = replace(
         new_counterface(new),
         worn_area=below.worn_area,
-        deepest=below.deepest,
-        turned_depth=below.turned_depth + below.deepest,
+        last_depth=below.last_depth,
+        turned_depth=below.turned_depth + deepest,
         turnings=below.turnings + 1,
         turned_at=state.distance,
     )

@@ -23,10 +23,10 @@ class CounterfaceState:
         Depth worn at each material point since the start or the last turning, along the normal [m].
     worn_area : (2,) array
         Area of the cross-section worn off since the start; what turning takes off is not counted [m2].
-    deepest : (2,) array
-        Largest depth at the end of the last step, before the rollers were turned if they were then [m].
+    last_depth : (2, k) array
+        `depth` at the end of the last step, before the rollers were turned if they were then [m].
     turned_depth : (2,) array
-        Sum of that depth over all turnings: the least loss of radius [m].
+        Sum of its largest value over all turnings: the least loss of radius [m].
     turnings : int
         How often both rollers have been turned back to their new profile.
     turned_at : float
@@ -37,7 +37,7 @@ class CounterfaceState:
     z: FloatArray
     depth: FloatArray
     worn_area: FloatArray
-    deepest: FloatArray
+    last_depth: FloatArray
     turned_depth: FloatArray
     turnings: int = 0
     turned_at: float = 0.0

@@ -13,7 +13,7 @@ _LIVES = 5  # earlier states drawn at most
 
 
 def states_shown(dataset: xr.Dataset) -> list[int]:
-    """Rows whose wear depth is drawn: the last one of each life of the rollers, some of them if many.
+    """Rows whose wear depth is drawn: those in which rollers are turned, some of them if many.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def states_shown(dataset: xr.Dataset) -> list[int]:
     """
     last = dataset.sizes["step"] - 1
     turnings = dataset["counterface_turnings"].values
-    earlier = np.flatnonzero(np.diff(turnings) > 0)
+    earlier = np.flatnonzero(np.diff(turnings) > 0) + 1  # such a row holds the depth before
     if earlier.size == 0:
         run = dataset["distance"].values
         earlier = np.array([np.argmin(np.abs(run - part * run[-1])) for part in (0.25, 0.5, 0.75)])
@@ -83,7 +83,7 @@ def plot_counterface_over_distance(dataset: xr.Dataset, name: str, ax: Axes | No
     ax = own_axes(ax)
     run = shown("distance", dataset["distance"].values)
     values = shown(name, dataset[name].values)
-    if name == "counterface_max_wear_depth":  # a row in which rollers are turned holds the depth before
+    if name == "counterface_max_wear_depth":
         turned = np.flatnonzero(np.diff(dataset["counterface_turnings"].values) > 0) + 1
         run = np.insert(run, turned + 1, run[turned])
         values = np.insert(values, turned + 1, 0.0, axis=0)

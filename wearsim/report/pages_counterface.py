@@ -80,7 +80,7 @@ def _along(datasets: list[xr.Dataset]) -> Plate:
         legend(figure)
     text = (
         "Wear depth of the counterface along its profile, since it was new or last turned; faint lines are "
-        "the last states before it was turned, or a quarter, half and three quarters of the way."
+        "what it had when it was turned, or a quarter, half and three quarters of the way."
     )
     return Plate("counterface_wear", "wear", figure, f"{text} {environment_note(datasets)}")
 

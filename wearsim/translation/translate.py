@@ -284,11 +284,15 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
     rail = [np.stack([data[f"counterface_{c}"].values for c in "yz"]) for data in (rig, field)]
     if names[0] == names[1]:
         if rail[0].shape != rail[1].shape:
-            notes.append(
-                "the counterface profiles are sampled differently: they may differ in shape or place"
-            )
+            if "counterface_name" not in rig and "counterface_name" not in field:
+                notes.append(
+                    "the counterface profiles are sampled differently: they may differ in shape or place"
+                )
         elif (apart := float(np.abs(rail[0] - rail[1]).max())) > _SAME_PLACE:
             notes.append(f"the counterface profiles differ in shape or place, by up to {1e3 * apart:.4g} mm")
+    if "counterface_name" in rig or "counterface_name" in field:
+        wears = ["wear" if "counterface_name" in data else "stay as new" for data in (rig, field)]
+        notes.append(f"the factors contain wear of the counterface: rollers {wears[0]}, rails {wears[1]}")
     return notes
 
 
