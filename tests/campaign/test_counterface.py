@@ -311,14 +311,19 @@ class Stop(Exception):
 
 
 def test_stopped_and_continued_to_the_same_bits(tmp_path, assert_cf):
-    """Stopped before a turning and right after one; every variable of the file, which keeps CF."""
-    of = rig(tmp_path, "[counterface.wear]\nfactor = 0.8\nredress_every_km = 12", "distance_km = 24")
+    """Stopped before rollers and wheels are turned, between the two and after; every variable of the file."""
+    campaign = "distance_km = 20\n[campaign.reprofiling]\nat_km = [12]"
+    of = rig(tmp_path, "[counterface.wear]\nfactor = 0.8\nredress_every_km = 12", campaign)
     for folder in ("whole", "parts"):
         (tmp_path / folder).mkdir()
     whole = run_campaign(of.setup, tmp_path / "whole", "rig", command="wearsim run", threads=1)
     with open_results(whole) as data:
         (turning,) = np.flatnonzero(np.diff(data["counterface_turnings"].values)) + 1
-    for stop_at in (1, int(turning)):
+        deepest = data["counterface_max_wear_depth"].values.max(axis=1)
+        assert data["last_turning"].values[turning + 1] == turning + 1  # of the wheels, at the same distance
+        assert deepest[turning] > deepest[turning - 1]
+        assert deepest[turning + 1] == 0.0
+    for stop_at in (1, int(turning), int(turning) + 1):
 
         def stop(event, stop_at=stop_at):
             if event.kind == "step" and event.step == stop_at:

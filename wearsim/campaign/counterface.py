@@ -171,6 +171,11 @@ def wear_off_counterface(
     )
 
 
+def as_it_is(state: CounterfaceState) -> CounterfaceState:
+    """Return the state of a counterface on which nothing has run since: what rollers lost before is told."""
+    return replace(state, last_depth=state.depth)
+
+
 def way_to_turning(state: State, rate: WearRate, settings: CounterfaceWear, wavelength: float) -> float:
     """Distance after which a roller will be as deep as it may be before it is turned.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wearsim.campaign.counterface import as_it_is
 from wearsim.campaign.row import measures_of
 from wearsim.campaign.state import State
 from wearsim.operation.points import ControlSettings
@@ -79,6 +80,7 @@ def turn_wheels(state: State, setup: CampaignSetup) -> State:
         fatigue_damage=tuple(np.zeros_like(damage) for damage in state.fatigue_damage),
         step_length=0.0,
         step_error=None,
+        counterface=None if state.counterface is None else as_it_is(state.counterface),
     )
 
 
