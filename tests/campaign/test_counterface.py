@@ -139,6 +139,27 @@ def test_depth_of_the_roller_over_that_of_the_wheel(mirror_image, solution, poin
     assert stability_rate(with_roller) >= with_roller.stability.max()
 
 
+def test_an_undercut_head_wears_on_its_top(mirror_image, solution, points, wheelset):
+    """A point below the head at either end, where y turns back: nothing changes between (rounding, 1e-9)."""
+    below = mirror_image.counterface
+    ends = {"y": ([1e-3], [-1e-3]), "z": ([5e-3], [5e-3])}
+    axes = {
+        axis: np.stack([
+            np.concatenate((row[0] + before, row, row[-1] + after)) for row in getattr(below, axis)
+        ])
+        for axis, (before, after) in ends.items()
+    }  # fmt: skip
+    undercut = replace(mirror_image, counterface=replace(below, **axes))
+    plain, other = (
+        accumulate(solution, points, points.weight, state, wheelset, WEAR, counterface_wear=ROLLER)
+        for state in (mirror_image, undercut)
+    )
+    for name in ("depth", "damping", "stability"):
+        value, wanted = getattr(other.counterface, name), getattr(plain.counterface, name)
+        np.testing.assert_allclose(value[:, 1:-1], wanted, rtol=1e-9, atol=1e-12 * wanted.max())
+        assert not value[:, [0, -1]].any()
+
+
 @pytest.mark.parametrize("integrator", ["euler", "heun", "semi_implicit"])
 @pytest.mark.parametrize("wavelength", [0.0, 2.5e-3])
 def test_a_step_takes_the_area_off_both(mirror_image, solution, points, wheelset, integrator, wavelength):
