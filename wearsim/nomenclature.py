@@ -106,22 +106,6 @@ _CAMPAIGN: tuple[_Row, ...] = (
         _MICRON,
     ),
     (
-        "contact_models",
-        "k",
-        "1",
-        "place of the contact models in the attribute contact_candidates",
-        "0 where the models are given",
-        None,
-    ),
-    (
-        "contact_models_error",
-        "ε",
-        "1",
-        "error of the wear increment of the contact models when they were chosen",
-        "largest difference from a half-space solution over the largest depth",
-        None,
-    ),
-    (
         "rejected_steps",
         "n",
         "1",
@@ -391,6 +375,59 @@ _PATCH: tuple[_Row, ...] = (
 
 _LAW_TEXT = "as the scene asks for them, in its order"
 
+# contact models that are chosen: results of scenes that ask for it
+_CHOICE: tuple[_Row, ...] = (
+    ("contact_candidate", "", "", "contact models that may be chosen", "by rising cost", None),
+    (
+        "contact_candidate_cost",
+        "C",
+        "1",
+        "cost of one solution by the contact models, over that of the cheapest ones",
+        "from the committed chart of speed against accuracy",
+        None,
+    ),
+    (
+        "contact_class",
+        "",
+        "",
+        "class of operating points",
+        "by the share of the work that they do, least first",
+        None,
+    ),
+    (
+        "contact_point_class",
+        "",
+        "1",
+        "place of the class of the operating point in contact_class",
+        "points that only monitor belong to the last one",
+        None,
+    ),
+    (
+        "contact_models",
+        "k",
+        "1",
+        "place of the contact models of the class in contact_candidate",
+        "",
+        None,
+    ),
+    (
+        "contact_models_error",
+        "ε",
+        "1",
+        "error of the wear increment of the contact models when they were chosen",
+        "largest difference from a half-space solution over the largest depth",
+        None,
+    ),
+    (
+        "contact_candidate_error",
+        "ε",
+        "1",
+        "error of the wear increment if the contact models solved all operating points",
+        "when it was chosen; missing where they were not tried, or refused a point",
+        None,
+    ),
+)
+
 # laws beside the leading wear law, and fatigue: results of scenes that ask for them
 _DAMAGE: tuple[_Row, ...] = (
     ("beside_name", "", "", "wear law beside the leading one", _LAW_TEXT, None),
@@ -648,7 +685,7 @@ def _quantity(row: _Row) -> Quantity:
     return Quantity(name, symbol, unit, shown_unit, factor, meaning, sign)
 
 
-_ROWS = (*_CAMPAIGN, *_OPERATION, *_PATCH, *_DAMAGE, *_CONTACT, *_FIELD, *_PROFILE)
+_ROWS = (*_CAMPAIGN, *_OPERATION, *_PATCH, *_CHOICE, *_DAMAGE, *_CONTACT, *_FIELD, *_PROFILE)
 
 NOMENCLATURE: Mapping[str, Quantity] = MappingProxyType({row[0]: _quantity(row) for row in _ROWS})
 """All quantities by name."""

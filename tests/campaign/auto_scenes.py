@@ -6,16 +6,20 @@ margin of the choice was found.
 
 import csv
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from wearsim.campaign import choose
+from wearsim.campaign.classes import CLASSES
+from wearsim.campaign.evidence import judge
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.scene import build, load_scene
 
 TABLE = Path(__file__).parents[1] / "data" / "auto_tolerance.csv"
 SCENES, POINTS, TOLERANCE = 30, 24, 0.1
+COLUMNS = ("scene", "alone", "alone_cost", "alone_whole", *CLASSES, "points", "cost", "sample", "whole")
 
 
 def scene(number):
@@ -52,15 +56,20 @@ distance_km = 1
 
 
 def outcome(number, folder):
-    """Row of the table: what is chosen, its error on the sample and on the whole collective."""
+    """Row of the table: what is chosen, its cost, its error on the sample and on the whole collective.
+
+    Beside it the one combination that all points would have.
+    """
     path = Path(folder) / "rig.toml"
     path.write_text(scene(number))
     setup = build(load_scene(path))
-    state, _ = WheelsetEvolution(setup).start()
-    chosen = choose.choice(setup, state, threads=2)[-1]
-    (whole,) = choose.judge(
-        [chosen.models],
-        choose.candidates(setup.models)[-1],
+    state, _ = WheelsetEvolution(replace(setup, tolerance=None)).start()
+    verdict = choose.choice(setup, state, threads=2)
+    alone, chosen = verdict.evidence[-1], verdict.choice
+    candidates = choose.candidates(setup.models)
+    judged = judge(
+        [alone.models, choose.models_of(setup.models, chosen)],
+        candidates[-1],
         state,
         setup.points,
         setup.wheelset,
@@ -69,11 +78,17 @@ def outcome(number, folder):
         smoothing_wavelength=setup.control.smoothing_wavelength,
         threads=2,
     )
+    whole_alone, whole = (one.depth_error for one in judged)
     return {
         "scene": number,
-        "chosen": choose.named(chosen.models),
-        "sample": f"{chosen.depth_error:.4f}",
-        "whole": f"{whole.depth_error:.4f}",
+        "alone": choose.named(alone.models),
+        "alone_cost": choose.COST_ORDER[candidates.index(alone.models)][3],
+        "alone_whole": f"{whole_alone:.4f}",
+        **{name: choose.named(candidates[k]) for name, k in zip(CLASSES, chosen.models, strict=True)},
+        "points": " ".join(map(str, verdict.points)),
+        "cost": f"{verdict.cost:.1f}",
+        "sample": f"{chosen.error:.4f}",
+        "whole": f"{whole:.4f}",
     }
 
 
@@ -81,7 +96,7 @@ if __name__ == "__main__":
     import tempfile
 
     with open(TABLE, "w", newline="") as file:
-        writer = csv.DictWriter(file, ["scene", "chosen", "sample", "whole"], lineterminator="\n")
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
         for scene_number in range(SCENES):
             with tempfile.TemporaryDirectory() as scratch:

@@ -89,8 +89,6 @@ class SyntheticEvolution:
             stability_number=np.asarray(taken.stability),
             step_error=np.asarray(FILL_FLOAT if state.step_error is None else state.step_error),
             rejected_steps=np.asarray(taken.rejected, dtype=np.int32),
-            contact_models=np.asarray(0, dtype=np.int32),
-            contact_models_error=np.asarray(FILL_FLOAT),
             active_weight=taken.weight,
             profile_y=state.y,
             profile_z=state.z,

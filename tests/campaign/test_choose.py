@@ -9,6 +9,8 @@ import pytest
 
 from wearsim import open_results
 from wearsim.campaign import choose
+from wearsim.campaign.classes import CLASSES
+from wearsim.campaign.evidence import judge
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import resume, run_scene
 from wearsim.errors import SceneError
@@ -16,19 +18,23 @@ from wearsim.scene import build, load_scene
 
 
 def test_a_small_collective_is_its_own_sample():
-    index = choose.sample(np.array([1.0, 5.0, 2.0]), np.array([0.5, 0.0, 0.5]))
+    index, weight = choose.sample(np.array([1.0, 5.0, 2.0]), np.array([0.5, 0.0, 0.25]))
     assert index.tolist() == [0, 2]
+    assert weight.tolist() == [2.0 / 3.0, 1.0 / 3.0]
 
 
 def test_a_sample_stands_for_the_work_in_equal_parts():
     """100 points, one of which does half of the work: it is taken, and the rest is spread over the others."""
     work = np.ones(100)
     work[37] = 100.0
-    index = choose.sample(work, np.full(100, 0.01), 10)
+    index, weight = choose.sample(work, np.full(100, 0.01), 10)
     assert 37 in index
     assert 5 <= index.size <= 10
     assert np.all(np.diff(index) > 0)
-    assert choose.sample(np.zeros(100), np.full(100, 0.01), 10).size == 10
+    assert weight.sum() == pytest.approx(1.0, rel=1e-12)
+    part = weight * work[index] / (weight * work[index]).sum()
+    np.testing.assert_allclose(part, np.where(index == 37, 0.5, 0.1), rtol=1e-9)
+    assert choose.sample(np.zeros(100), np.full(100, 0.01), 10)[0].size == 10
 
 
 @pytest.fixture(scope="module")
@@ -39,10 +45,10 @@ def rig():
 def test_evidence_is_zero_against_itself_and_the_size_of_the_difference_otherwise(rig):
     """30 against 60 strips: below 2 % in strip work; twice the friction wears far more than twice as much."""
     state, _ = WheelsetEvolution(rig).start()
-    points = choose.sample_of(rig, state, 4)
+    points = choose.sample_of(rig, state, 4).points
     fine = replace(rig.models, strips=60, cells=60)
     stiff = replace(rig.models, normal="hertz")
-    evidence = tuple(choose.judge(
+    evidence = tuple(judge(
         [fine, replace(fine, strips=30, cells=30), stiff], fine, state, points, rig.wheelset, rig.counterface,
         rig.wear, smoothing_wavelength=rig.control.smoothing_wavelength,
     ))  # fmt: skip
@@ -66,11 +72,20 @@ def test_a_campaign_with_chosen_models_runs_resumes_and_keeps_its_choice(tmp_pat
     (whole,) = run_scene(scene, tmp_path / "whole")
     with open_results(whole) as result:
         assert result.attrs["contact_normal"] == "auto"
-        names = result.attrs["contact_candidates"].split("; ")
+        names = result["contact_candidate"].values.tolist()
         assert names == [choose.named(one) for one in choose.candidates(setup.models)]
+        assert np.all(np.diff(result["contact_candidate_cost"]) > 0.0)
+        assert result["contact_class"].values.tolist() == list(CLASSES)
         chosen = result["contact_models"].values
         assert np.all(np.isin(np.unique(chosen), range(len(names))))
         assert np.all((result["contact_models_error"] > 0.0) & (result["contact_models_error"] <= 0.5))
+        tried = result["contact_candidate_error"].values
+        assert np.all(np.nanmin(tried, axis=1) <= 0.5)
+        whose = result["contact_point_class"].values
+        power = (result["power"].fillna(0.0).sum("patch") * result["op_weight"] / result["op_speed"]).values[
+            0
+        ]
+        assert whose[0, np.argmax(power)] == 2
         depth, distance = result["max_wear_depth"].values, result["distance"].values
     stop_after = 2
     real = WheelsetEvolution.advance
@@ -94,6 +109,7 @@ def test_a_campaign_with_chosen_models_runs_resumes_and_keeps_its_choice(tmp_pat
     with open_results(resumed) as result:
         np.testing.assert_array_equal(result["max_wear_depth"].values, depth)
         np.testing.assert_array_equal(result["contact_models"].values, chosen)
+        np.testing.assert_array_equal(result["contact_point_class"].values, whose)
 
 
 def test_choice_and_given_models_exclude_each_other(tmp_path):
@@ -112,7 +128,7 @@ def test_choice_and_given_models_exclude_each_other(tmp_path):
 def test_virtual_penetration_is_rejected_where_it_is_wrong(rig):
     """At zero shift and 5 %: its pressure is a third too small there (issue 6)."""
     auto = replace(rig, tolerance=0.05)
-    evidence = choose.choice(auto, WheelsetEvolution(rig).start()[0])
+    evidence = choose.choice(auto, WheelsetEvolution(rig).start()[0]).evidence
     assert evidence[0].models.normal == "kik_piotrowski"
     assert evidence[0].depth_error > 0.2
     assert evidence[-1].depth_error <= 0.05

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from wearsim.campaign import choose
+from wearsim.campaign.evidence import judge
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.cli import main
 from wearsim.report.chart import markdown, peers, write_chart
@@ -89,8 +90,8 @@ def test_errors_of_the_committed_chart_are_found_again():
     rows = rows[rows["refusal"].isna()]
     assert len(rows) >= 3
     models = [replace(rig.models, normal=name, strips=30, cells=30) for name in rows["normal"]]
-    evidence = choose.judge(
-        models, truth, state, choose.sample_of(rig, state), rig.wheelset, rig.counterface, rig.wear,
+    evidence = judge(
+        models, truth, state, choose.sample_of(rig, state).points, rig.wheelset, rig.counterface, rig.wear,
         smoothing_wavelength=rig.control.smoothing_wavelength,
     )  # fmt: skip
     for one, (_, row) in zip(evidence, rows.iterrows(), strict=True):

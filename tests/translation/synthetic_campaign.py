@@ -106,8 +106,6 @@ def campaign_rows(kind, header, steps, rate, friction_free=False):
             "stability_number": np.array(0.3 if k else 0.0),
             "step_error": np.array(2e-7 if k else FILL_FLOAT),
             "rejected_steps": np.array(0, dtype=np.int32),
-            "contact_models": np.array(0, dtype=np.int32),
-            "contact_models_error": np.array(FILL_FLOAT),
             "active_weight": header.static["op_weight"] * (k > 0),
             "profile_y": y,
             "profile_z": z,

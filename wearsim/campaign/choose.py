@@ -1,22 +1,23 @@
-"""Which contact models are good enough for a campaign: their wear increment against a half-space solution."""
+"""Which contact models are good enough for a campaign, and which of those are cheapest."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from math import isfinite
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wearsim.campaign.rate import accumulate, select, solve_contact
-from wearsim.campaign.smoothing import smooth
-from wearsim.campaign.state import State
+from wearsim.campaign.by_point import ModelsByPoint
+from wearsim.campaign.classes import CLASSES, cheapest, point_classes
+from wearsim.campaign.evidence import Evidence, judge
+from wearsim.campaign.rate import select, solve_contact
+from wearsim.campaign.state import Choice, State
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.problem import ContactModels, Counterface, Wheelset
-from wearsim.damage.wear import WearSettings
-from wearsim.errors import ContactError, NumericalError
+from wearsim.contact.problem import ContactModels
 from wearsim.operation.points import OperatingPoints
-from wearsim.profile.shape import arc_length, vertex_lengths
+from wearsim.results import FILL_FLOAT
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -32,56 +33,65 @@ REFERENCE_GRID = 40
 """Strips, and cells along each, of the half-space solution that judges."""
 
 COST_ORDER = (
-    ("kik_piotrowski", "fastsim", 20),
-    ("knothe_le_the", "fastsim", 30),
-    ("knothe_le_the", "fastsim", 50),
-    ("half_space", "fastsim", 20),
-    ("half_space", "fastsim", 40),
-    ("half_space", "half_space", 20),
-    ("half_space", "half_space", 30),
-    ("half_space", "half_space", REFERENCE_GRID),
+    ("kik_piotrowski", "fastsim", 20, 1.0),
+    ("knothe_le_the", "fastsim", 30, 1.4),
+    ("knothe_le_the", "fastsim", 50, 1.6),
+    ("half_space", "fastsim", 20, 15.0),
+    ("half_space", "fastsim", 40, 25.0),
+    ("half_space", "half_space", 20, 77.0),
+    ("half_space", "half_space", 30, 145.0),
+    ("half_space", "half_space", REFERENCE_GRID, 226.0),
 )
-"""Normal model, tangential model and grid by rising time per solution in reports/speed_accuracy.md, without
-those that another is both faster and closer than. The last one is the reference: it is always good enough."""
+"""Normal model, tangential model, grid and relative time per solution in reports/speed_accuracy.md, without
+those that another is both faster and closer than; grids of 40 lie between 30 and 50 by a power of the grid.
+The last one is the reference: it is always good enough."""
 
 CHECKS = (0.25, 0.5, 0.75)
 """Shares of a campaign's distance at which the choice is looked at again."""
 
 
 @dataclass(frozen=True)
-class Evidence:
-    """How well one combination of models does on a sample of operating points.
+class Sample:
+    """Operating points that stand for a collective.
 
     Parameters
     ----------
-    models : ContactModels
-        The combination and its grid.
-    depth_error : float
-        Largest difference of the smoothed wear increment over the profiles of both wheels from that of
-        the reference, over the reference's largest depth [-]; inf where it refuses.
-    work_error : float
-        Integral of the absolute difference of the strip work over that of the reference's [-].
-    power_error : float
-        Largest relative error of the frictional power of both wheels at an operating point [-].
-    refusal : str
-        Why it gives no answer; empty if it does.
+    points : OperatingPoints
+        k of them; their weights add up to 1.
+    index : (k,) int array
+        Their places in the collective.
+    point_class : (n,) int array
+        Class of every point of the collective. Of each that it names there is a point in the sample.
     """
 
-    models: ContactModels
-    depth_error: float
-    work_error: float
-    power_error: float
-    refusal: str = ""
+    points: OperatingPoints
+    index: IntArray
+    point_class: IntArray
 
 
 @dataclass(frozen=True)
-class _Increment:
-    depth: FloatArray  # (2, n) after smoothing, per metre
-    work: FloatArray  # (2, n) of strip work times length
-    power: FloatArray  # (k,) of both wheels at each point
+class Verdict:
+    """Contact models that are good enough for a campaign, and why.
+
+    Parameters
+    ----------
+    evidence : tuple of Evidence
+        On the candidates for all points, by rising cost; the last one keeps the tolerance.
+    choice : Choice
+        What is taken.
+    points : tuple of int
+        Number of operating points of each class.
+    cost : float
+        Mean relative cost of a solution by the choice.
+    """
+
+    evidence: tuple[Evidence[ContactModels], ...]
+    choice: Choice
+    points: tuple[int, ...]
+    cost: float
 
 
-def sample(work: FloatArray, weight: FloatArray, count: int = SAMPLE) -> IntArray:
+def sample(work: FloatArray, weight: FloatArray, count: int = SAMPLE) -> tuple[IntArray, FloatArray]:
     """Operating points that stand for a load collective.
 
     Parameters
@@ -98,120 +108,27 @@ def sample(work: FloatArray, weight: FloatArray, count: int = SAMPLE) -> IntArra
     (k,) int array
         All that act if they are at most `count`; else those at equal steps of the sorted, weighted work
         summed up, so that every part of the work is stood for by a point of its size. Rising.
+    (k,) array
+        Weights that add up to 1: with them the work of each is that of the parts it stands for.
     """
     acting = np.flatnonzero(weight > 0.0)
-    if acting.size <= count:
-        return acting
     share = (work * weight)[acting]
     order = np.argsort(share, kind="stable")
     summed = np.cumsum(share[order])
-    total = summed[-1]
-    if total <= 0.0:
-        return acting[np.linspace(0, acting.size - 1, count).astype(np.int64)]
-    steps = (np.arange(count) + 0.5) / count * total
-    chosen: IntArray = np.unique(acting[order[np.searchsorted(summed, steps)]])
-    return chosen
+    if acting.size <= count:
+        chosen, factor = acting, np.ones(acting.size)
+    elif summed[-1] <= 0.0:
+        chosen = acting[np.unique(np.linspace(0, acting.size - 1, count).astype(np.int64))]
+        factor = np.ones(chosen.size)
+    else:
+        steps = (np.arange(count) + 0.5) / count * summed[-1]
+        place, times = np.unique(order[np.searchsorted(summed, steps)], return_counts=True)
+        chosen, factor = acting[place], times / share[place]
+    own = factor * weight[chosen]
+    return chosen, own / own.sum()
 
 
-def judge(
-    candidates: Sequence[ContactModels],
-    reference: ContactModels,
-    state: State,
-    points: OperatingPoints,
-    wheelset: Wheelset,
-    counterface: Counterface,
-    wear: WearSettings,
-    *,
-    smoothing_wavelength: float,
-    threads: int = 1,
-) -> Iterator[Evidence]:
-    """Compare the wear increments of models with that of a reference, one after the other as asked for.
-
-    Parameters
-    ----------
-    candidates : sequence of ContactModels
-        What to judge.
-    reference : ContactModels
-        What they are judged by.
-    state : State
-        Profiles of both wheels.
-    points : OperatingPoints
-        The sample; its weights count.
-    wheelset, counterface, wear
-        What runs on what, by which wear law.
-    smoothing_wavelength : float
-        Of the increment, as in the campaign [m].
-    threads : int
-        They do not change the bits of the result.
-
-    Yields
-    ------
-    Evidence
-        Of each candidate, in their order.
-
-    Raises
-    ------
-    ContactError, NumericalError
-        If the reference does not solve a point.
-    """
-
-    def increment(models: ContactModels) -> _Increment:
-        solution = solve_contact(state, points, wheelset, counterface, models, threads=threads)
-        rate = accumulate(solution, points, points.weight, state, wheelset, wear)
-        depth = np.empty_like(state.y)
-        work = np.empty_like(state.y)
-        for wheel in (0, 1):
-            y, z = state.y[wheel], state.z[wheel]
-            length = vertex_lengths(y, z)
-            total = rate.regime_depth[wheel].sum(axis=0)
-            depth[wheel] = smooth(arc_length(y, z), total, length, smoothing_wavelength)
-            work[wheel] = rate.friction_work[wheel] * length
-        power = np.zeros(len(points.label))
-        np.add.at(power, solution.point, solution.power)
-        return _Increment(depth, work, power)
-
-    truth = increment(reference)
-    for models in candidates:
-        try:
-            answer = truth if models == reference else increment(models)
-        except (ContactError, NumericalError) as error:
-            yield Evidence(models, np.inf, np.inf, np.inf, str(error))
-            continue
-        yield Evidence(
-            models,
-            _share(np.abs(answer.depth - truth.depth).max(), truth.depth.max()),
-            _share(np.abs(answer.work - truth.work).sum(), truth.work.sum()),
-            max(_share(abs(a - b), b) for a, b in zip(answer.power, truth.power, strict=True)),
-        )
-
-
-def _share(difference: float, whole: float) -> float:
-    """Return the difference over the whole; 0 if there is neither."""
-    if whole > 0.0:
-        return float(difference / whole)
-    return 0.0 if difference == 0.0 else float("inf")
-
-
-def weighted(points: OperatingPoints, index: IntArray) -> OperatingPoints:
-    """Operating points of a sample with weights that add up to 1.
-
-    Parameters
-    ----------
-    points : OperatingPoints
-        All of them.
-    index : (k,) int array
-        From `sample`.
-
-    Returns
-    -------
-    OperatingPoints
-        Those at `index`.
-    """
-    chosen = select(points, index)
-    return replace(chosen, weight=chosen.weight / chosen.weight.sum())
-
-
-def sample_of(setup: CampaignSetup, state: State, count: int = SAMPLE) -> OperatingPoints:
+def sample_of(setup: CampaignSetup, state: State, count: int = SAMPLE) -> Sample:
     """Operating points that stand for the collective of a campaign, by the work that a fast model finds.
 
     Parameters
@@ -225,14 +142,19 @@ def sample_of(setup: CampaignSetup, state: State, count: int = SAMPLE) -> Operat
 
     Returns
     -------
-    OperatingPoints
-        Their weights add up to 1.
+    Sample
+        Classes without a point in it, which may be where few points do all the work, join the next one.
     """
-    fast = _models(setup.models, COST_ORDER[0])
-    solution = solve_contact(state, setup.points, setup.wheelset, setup.counterface, fast)
-    work = np.zeros(len(setup.points.label))
-    np.add.at(work, solution.point, solution.power / setup.points.conditions.speed[solution.point])
-    return weighted(setup.points, sample(work, setup.points.weight, count))
+    points = setup.points
+    solution = solve_contact(state, points, setup.wheelset, setup.counterface, candidates(setup.models)[0])
+    work = np.zeros(len(points.label))
+    np.add.at(work, solution.point, solution.power / points.conditions.speed[solution.point])
+    work *= points.environment
+    index, weight = sample(work, points.weight, count)
+    own = point_classes(work, points.weight)
+    there = np.unique(own[index])
+    chosen = replace(select(points, index), weight=weight)
+    return Sample(chosen, index, there[np.searchsorted(there, own)])
 
 
 def candidates(base: ContactModels) -> tuple[ContactModels, ...]:
@@ -251,7 +173,7 @@ def candidates(base: ContactModels) -> tuple[ContactModels, ...]:
     return tuple(_models(base, one) for one in COST_ORDER)
 
 
-def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> tuple[Evidence, ...]:
+def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
     """Look for the cheapest contact models whose wear increment keeps the tolerance of a campaign.
 
     Parameters
@@ -265,9 +187,9 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> tuple[Evi
 
     Returns
     -------
-    tuple of Evidence
-        Of the candidates by rising cost; the last one is chosen. On a sample it keeps `MARGIN` times the
-        tolerance.
+    Verdict
+        One combination for all points, or one for each class where that is cheaper. On a sample they keep
+        `MARGIN` times the tolerance.
 
     Raises
     ------
@@ -276,25 +198,94 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> tuple[Evi
     """
     assert setup.tolerance is not None  # the models are given otherwise
     models = candidates(setup.models)
-    points = sample_of(setup, state)
-    whole = len(points.label) == np.count_nonzero(setup.points.weight)
+    found = sample_of(setup, state)
+    whole = found.index.size == np.count_nonzero(setup.points.weight)
     bound = setup.tolerance if whole else MARGIN * setup.tolerance
+    there, classes = np.unique(found.point_class, return_inverse=True)
     evidence = []
     for one in judge(
         models,
         models[-1],
         state,
-        points,
+        found.points,
         setup.wheelset,
         setup.counterface,
         setup.wear,
         smoothing_wavelength=setup.control.smoothing_wavelength,
+        point_class=classes[found.index],
         threads=threads,
     ):
         evidence.append(one)
         if one.depth_error <= bound:
             break
-    return tuple(evidence)
+    # those that were tried, and the reference, whose solutions are there already
+    places = sorted({*range(len(evidence)), len(models) - 1})
+    difference = np.zeros((len(places), *evidence[0].difference.shape))
+    difference[: len(evidence)] = [one.difference for one in evidence]
+    cost = [COST_ORDER[place][3] for place in places]
+    count = np.bincount(classes)
+    taken, error = cheapest(difference, cost, count.tolist(), bound)
+    of_class = np.array([places[k] for k in taken])[np.searchsorted(there, range(len(CLASSES)))]
+    known = [one.depth_error if isfinite(one.depth_error) else None for one in evidence]
+    return Verdict(
+        tuple(evidence),
+        Choice(
+            tuple(of_class.tolist()), found.point_class, error, (*known, *[None] * (len(models) - len(known)))
+        ),
+        tuple(np.bincount(found.point_class, minlength=len(CLASSES)).tolist()),
+        float(count @ np.array(cost)[list(taken)]) / found.point_class.size,
+    )
+
+
+def models_of(base: ContactModels, chosen: Choice | None) -> ContactModels | ModelsByPoint:
+    """Return the contact models of the operating points: as given, or as chosen.
+
+    Parameters
+    ----------
+    base : ContactModels
+        Material and parameters; the models themselves where they are given.
+    chosen : Choice or None
+        None where they are given.
+    """
+    if chosen is None:
+        return base
+    return ModelsByPoint(candidates(base), np.array(chosen.models)[chosen.point_class])
+
+
+def static_choice(setup: CampaignSetup) -> dict[str, Any]:
+    """Return the static variables of a result file that tell what may be chosen."""
+    if setup.tolerance is None:
+        return {}
+    return {
+        "contact_candidate": tuple(named(one) for one in candidates(setup.models)),
+        "contact_candidate_cost": np.array([cost for *_, cost in COST_ORDER]),
+        "contact_class": CLASSES,
+    }
+
+
+def row_choice(chosen: Choice | None) -> dict[str, np.ndarray]:
+    """Return the variables of one row that tell what was chosen."""
+    if chosen is None:
+        return {}
+    known = [FILL_FLOAT if error is None else error for error in chosen.candidate_error]
+    return {
+        "contact_point_class": chosen.point_class.astype(np.int32),
+        "contact_models": np.array(chosen.models, dtype=np.int32),
+        "contact_models_error": np.asarray(chosen.error),
+        "contact_candidate_error": np.array(known),
+    }
+
+
+def choice_of(row: Mapping[str, np.ndarray]) -> Choice | None:
+    """Return the choice that a row holds, bit by bit."""
+    if "contact_models" not in row:
+        return None
+    return Choice(
+        tuple(row["contact_models"].tolist()),
+        row["contact_point_class"].astype(np.int64),
+        float(row["contact_models_error"]),
+        tuple(None if error == FILL_FLOAT else error for error in row["contact_candidate_error"].tolist()),
+    )
 
 
 def named(models: ContactModels) -> str:
@@ -313,6 +304,6 @@ def named(models: ContactModels) -> str:
     return f"{models.normal} + {models.tangential}, {models.strips} x {models.cells}"
 
 
-def _models(base: ContactModels, one: tuple[str, str, int]) -> ContactModels:
-    normal, tangential, grid = one
+def _models(base: ContactModels, one: tuple[str, str, int, float]) -> ContactModels:
+    normal, tangential, grid, _ = one
     return replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid)

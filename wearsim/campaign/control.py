@@ -72,7 +72,7 @@ def half_space_depth_limit(
     -------
     float
         :math:`(p_0/E^*) \max(\Delta y, \Lambda/2)` with the smallest maximum pressure of all acting patches
-        [m]; infinite for models with interpenetration, which S bounds, and where nothing acts.
+        without interpenetration, which S bounds [m]; infinite where there are none.
 
     Notes
     -----
@@ -83,8 +83,8 @@ def half_space_depth_limit(
     :math:`\Lambda` is taken. :math:`E^* = E / (2 (1 - \nu^2))` for two equal bodies.
     """
     solution = rate.solution
-    acts = weight[solution.point] > 0.0
-    if not acts.any() or solution.patch.interpenetration[acts].any():
+    acts = (weight[solution.point] > 0.0) & ~solution.patch.interpenetration.any(axis=1)
+    if not acts.any():
         return math.inf
     modulus = models.youngs_modulus / (2.0 * (1.0 - models.poisson_ratio**2))
     return float(solution.max_pressure[acts].min()) / modulus * max(spacing, 0.5 * wavelength)

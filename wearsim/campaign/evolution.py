@@ -25,7 +25,7 @@ from wearsim.campaign.rate import accumulate, patch_wear, rate, solve_contact
 from wearsim.campaign.reprofiling import to_next_turning, turn_wheels, turning_due
 from wearsim.campaign.row import StepTaken, build_row, no_step
 from wearsim.campaign.state import State, WearRate
-from wearsim.contact.solve import ContactModels, ContactSolution
+from wearsim.contact.solve import ContactSolution
 from wearsim.damage.wear import acting_coefficients, passage_depth, regimes
 from wearsim.errors import NumericalError
 from wearsim.operation.points import TurningRules
@@ -151,19 +151,18 @@ class WheelsetEvolution:
         """Return the state with the contact models that are good enough in it."""
         if self.setup.tolerance is None:
             return state
-        evidence = choose.choice(self.setup, state, threads=self.threads)
-        return replace(state, models=len(evidence) - 1, models_error=evidence[-1].depth_error)
-
-    def _models(self, state: State) -> ContactModels:
-        if self.setup.tolerance is None:
-            return self.setup.models
-        return choose.candidates(self.setup.models)[state.models]
+        return replace(state, choice=choose.choice(self.setup, state, threads=self.threads).choice)
 
     def evaluate(self, state: State) -> Evaluation:
         """Solve the contact of a state for all operating points."""
         setup = self.setup
         solution = solve_contact(
-            state, setup.points, setup.wheelset, setup.counterface, self._models(state), threads=self.threads
+            state,
+            setup.points,
+            setup.wheelset,
+            setup.counterface,
+            choose.models_of(setup.models, state.choice),
+            threads=self.threads,
         )
         passage = passage_depth(solution.fields, solution.area, setup.wear)
         beside = passage_beside(solution, laws_beside(setup))
@@ -214,7 +213,7 @@ class WheelsetEvolution:
                 choice.weight,
                 setup.wheelset,
                 setup.counterface,
-                self._models(state),
+                choose.models_of(setup.models, state.choice),
                 setup.wear,
                 beside=laws_beside(setup),
                 counterface_wear=setup.counterface_wear,
@@ -226,7 +225,7 @@ class WheelsetEvolution:
             lines = ((state.y[0], state.z[0]), (below.y[0], below.z[0]))
             spacing = min(float(np.diff(arc_length(*line)).min()) for line in lines)
             wave = setup.control.smoothing_wavelength
-            return control.half_space_depth_limit(now, weight, self._models(state), spacing, wave)
+            return control.half_space_depth_limit(now, weight, setup.models, spacing, wave)
 
         tolerance = setup.control.error_tolerance
         limit = control.error_limit(state.step_length, state.step_error, tolerance)
@@ -255,9 +254,7 @@ class WheelsetEvolution:
             )
             if after.step_error is None or after.step_error <= tolerance:
                 stability = control.stability_rate(now) * choice.step_length
-                after = replace(
-                    after, models=state.models, models_error=state.models_error, turned=state.turned
-                )
+                after = replace(after, choice=state.choice, turned=state.turned)
                 if setup.counterface_wear is not None and not control.finished(after, setup.control):
                     after = turned(after, setup.counterface, setup.counterface_wear)
                 passed = [share * setup.control.distance for share in choose.CHECKS]
@@ -314,6 +311,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "arc_length": arc_length(setup.wheelset.right.y, setup.wheelset.right.z),
         "counterface_y": setup.counterface.profile.y,
         "counterface_z": setup.counterface.profile.z,
+        **choose.static_choice(setup),
         **static_beside(laws_beside(setup)),
         **static_below(setup),
         **({} if setup.templates is None else {"wheel_template": [one.name for one in setup.templates]}),
@@ -344,9 +342,6 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "wheel_density": wear.density,
         "contact_normal": "auto" if auto else models.normal,
         "contact_tangential": "auto" if auto else models.tangential,
-        "contact_candidates": "; ".join(choose.named(one) for one in choose.candidates(models))
-        if auto
-        else "",
         "contact_tolerance": setup.tolerance if setup.tolerance is not None else "",
         "contact_parameters": ", ".join(f"{name} = {value:g}" for name, value in models.parameters),
         "youngs_modulus": models.youngs_modulus,

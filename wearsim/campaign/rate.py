@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from wearsim.campaign.beside import LawsBeside, PassageBeside, passage_beside
+from wearsim.campaign.by_point import ModelsByPoint, join, numbered
 from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.state import PatchWear, State, WearRate
 from wearsim.campaign.vertices import sample, share_out, stretches
@@ -20,6 +21,7 @@ from wearsim.contact.solve import (
     solve,
 )
 from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
+from wearsim.errors import ContactError
 from wearsim.operation.counterface import CounterfaceWear
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import arc_length, vertex_lengths
@@ -34,7 +36,7 @@ def solve_contact(
     points: OperatingPoints,
     wheelset: Wheelset,
     counterface: Counterface,
-    models: ContactModels,
+    models: ContactModels | ModelsByPoint,
     *,
     threads: int = 1,
 ) -> ContactSolution:
@@ -48,8 +50,10 @@ def solve_contact(
         All of them, whatever their weight.
     wheelset : Wheelset
         Names, radius and half span.
-    counterface, models
-        As for `contact.solve.solve`.
+    counterface : Counterface
+        Rail or roller.
+    models : ContactModels or ModelsByPoint
+        One combination for all points, or one for each.
     threads : int
         They do not change the bits of the result.
 
@@ -64,7 +68,16 @@ def solve_contact(
         left=replace(wheelset.left, y=state.y[1], z=state.z[1]),
     )
     below = worn_counterface(counterface, state.counterface)
-    return solve(points.conditions, worn, below, models, threads=threads)
+    if isinstance(models, ContactModels):
+        return solve(points.conditions, worn, below, models, threads=threads)
+    parts = []
+    for one, index in models.groups():
+        try:
+            part = solve(select(points, index).conditions, worn, below, one, threads=threads)
+        except ContactError as error:
+            raise numbered(error, index) from None
+        parts.append((part, index))
+    return join(parts)
 
 
 def accumulate(
@@ -229,7 +242,7 @@ def rate(
     weight: FloatArray,
     wheelset: Wheelset,
     counterface: Counterface,
-    models: ContactModels,
+    models: ContactModels | ModelsByPoint,
     wear: WearSettings,
     *,
     beside: LawsBeside | None = None,
@@ -262,6 +275,8 @@ def rate(
     """
     acting = np.flatnonzero(weight > 0.0)
     chosen = select(points, acting)
+    if isinstance(models, ModelsByPoint):
+        models = models.at(acting)
     solution = solve_contact(state, chosen, wheelset, counterface, models, threads=threads)
     further = passage_beside(solution, LawsBeside() if beside is None else beside)
     return accumulate(

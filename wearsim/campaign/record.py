@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from wearsim.campaign.choose import choice_of
 from wearsim.campaign.counterface_row import counterface_of
 from wearsim.campaign.state import State
 from wearsim.errors import ResultError
@@ -219,10 +220,7 @@ def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
         worn_mass=row["worn_mass"],
         step_length=float(row["step_length"]),
         step_error=_known(row["step_error"]),
-        models=int(row["contact_models"]),
-        models_error=None
-        if row["contact_models_error"] == FILL_FLOAT
-        else float(row["contact_models_error"]),
+        choice=choice_of(row),
         beside_depth=_by_law(row, "beside_wear_depth"),
         beside_area=row.get("beside_worn_area", np.zeros((2, 0))),
         fatigue_damage=_by_law(row, "fatigue_damage"),

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wearsim.campaign.beside import PassageBeside, laws_beside, patch_values, row_beside
+from wearsim.campaign.choose import row_choice
 from wearsim.campaign.counterface_row import row_below
 from wearsim.campaign.state import PatchWear, State, WearRate
 from wearsim.contact.solve import ContactSolution
@@ -118,8 +119,6 @@ def build_row(
         "stability_number": np.asarray(taken.stability),
         "step_error": np.asarray(FILL_FLOAT if state.step_error is None else state.step_error),
         "rejected_steps": np.asarray(taken.rejected, dtype=np.int32),
-        "contact_models": np.asarray(state.models, dtype=np.int32),
-        "contact_models_error": np.asarray(FILL_FLOAT if state.models_error is None else state.models_error),
         "active_weight": np.asarray(taken.weight, dtype=np.float64),
         "profile_y": state.y,
         "profile_z": state.z,
@@ -136,6 +135,7 @@ def build_row(
             len(setup.points.label),
             {} if beside is None else patch_values(collective.solution, beside),
         ),
+        **row_choice(state.choice),
         **({} if beside is None else row_beside(state, collective, laws_beside(setup))),
         **row_below(state.counterface),
     }

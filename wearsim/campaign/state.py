@@ -61,6 +61,28 @@ class CounterfaceRate:
 
 
 @dataclass(frozen=True)
+class Choice:
+    """Contact models that were chosen for a campaign, and what for.
+
+    Parameters
+    ----------
+    models : tuple of int
+        Place of the models of each class of operating points in `campaign.choose.candidates`.
+    point_class : (n,) int array
+        Class of each operating point.
+    error : float
+        Error of their wear increment when they were chosen [-].
+    candidate_error : tuple of (float or None)
+        The same of each candidate for all points; None where it was not tried or refused a point [-].
+    """
+
+    models: tuple[int, ...]
+    point_class: IntArray
+    error: float
+    candidate_error: tuple[float | None, ...]
+
+
+@dataclass(frozen=True)
 class State:
     """The state of a campaign; wheel axis 0 = right, 1 = left.
 
@@ -84,10 +106,8 @@ class State:
         Of the step that led here [m]; 0 at the start.
     step_error : float or None
         Estimated error of that step's depth, where it is largest [m]; None where it was not estimated.
-    models : int
-        Place of the contact models in `campaign.choose.candidates`, where they are chosen.
-    models_error : float or None
-        Error of their wear increment when they were chosen [-]; None where they are given.
+    choice : Choice or None
+        Contact models, where they are chosen; None where they are given.
     beside_depth : tuple of (2, n) arrays
         Depth the laws beside the leading one would have worn so far, for each [m].
     beside_area : (2, regimes of all of them) array
@@ -111,8 +131,7 @@ class State:
     worn_mass: FloatArray
     step_length: float = 0.0
     step_error: float | None = None
-    models: int = 0
-    models_error: float | None = None
+    choice: Choice | None = None
     beside_depth: tuple[FloatArray, ...] = ()
     beside_area: FloatArray = field(default_factory=lambda: np.zeros((2, 0)))
     fatigue_damage: tuple[FloatArray, ...] = ()

@@ -151,28 +151,44 @@ def _laws(item: dict[str, Any]) -> list[tuple[str, str]]:
     return lines
 
 
-def _choice(setup: CampaignSetup) -> list[dict[str, Any]] | None:
-    """Evidence on the contact models of the new wheelset, the chosen ones last; None if they are given."""
+def _choice(setup: CampaignSetup) -> dict[str, Any] | None:
+    """Contact models that would be chosen for the new wheelset, and the evidence; None if they are given."""
     import math
 
     from wearsim.campaign import choose
+    from wearsim.campaign.classes import CLASSES
     from wearsim.campaign.evolution import WheelsetEvolution
 
     if setup.tolerance is None:
         return None
     state, _ = WheelsetEvolution(replace(setup, tolerance=None)).start()
-    return [
-        {
-            "models": choose.named(one.models),
-            "depth_error": one.depth_error if math.isfinite(one.depth_error) else None,
-            "strip_work_error": one.work_error if math.isfinite(one.work_error) else None,
-            "refusal": one.refusal,
-        }
-        for one in choose.choice(setup, state)
-    ]
+    verdict = choose.choice(setup, state)
+    candidates = choose.candidates(setup.models)
+    taken = [choose.named(candidates[place]) for place in verdict.choice.models]
+    alone = verdict.evidence[-1]
+    return {
+        "tolerance": setup.tolerance,
+        "classes": [
+            {"class": name, "points": count, "models": models}
+            for name, count, models in zip(CLASSES, verdict.points, taken, strict=True)
+        ],
+        "depth_error": verdict.choice.error,
+        "cost": verdict.cost,
+        "cost_of_one_for_all": choose.COST_ORDER[candidates.index(alone.models)][3],
+        "evidence": [
+            {
+                "models": choose.named(one.models),
+                "cost": choose.COST_ORDER[candidates.index(one.models)][3],
+                "depth_error": one.depth_error if math.isfinite(one.depth_error) else None,
+                "strip_work_error": one.work_error if math.isfinite(one.work_error) else None,
+                "refusal": one.refusal,
+            }
+            for one in verdict.evidence
+        ],
+    }
 
 
-def _models(choice: list[dict[str, Any]] | None, contact: dict[str, Any]) -> list[tuple[str, str]]:
+def _models(choice: dict[str, Any] | None, contact: dict[str, Any]) -> list[tuple[str, str]]:
     """Lines on the contact models: as given, or the choice and why."""
     motion = f"rotation {contact['rotation']}, roll {contact['roll']}"
     if choice is None:
@@ -180,11 +196,22 @@ def _models(choice: list[dict[str, Any]] | None, contact: dict[str, Any]) -> lis
             ("contact models", f"{contact['normal']}, {contact['tangential']}; {motion}"),
             ("cells", f"{contact['strips']} strips x {contact['cells']} cells per patch"),
         ]
-    lines = [("contact models", f"{choice[-1]['models']}, chosen; {motion}")]
-    for one in choice:
+    lines = [("contact models", f"chosen for a tolerance of {100.0 * choice['tolerance']:.3g} %; {motion}")]
+    for one in choice["classes"]:
+        if one["points"]:
+            lines.append(("", f"{one['points']} {one['class']} points: {one['models']}"))
+    lines.append(
+        (
+            "",
+            f"depth error {100.0 * choice['depth_error']:.2g} % on a sample, cost {choice['cost']:.3g}; one "
+            f"for all would cost {choice['cost_of_one_for_all']:.3g}",
+        )
+    )
+    lines.append(("for all points", "in units of the cheapest one's time per solution"))
+    for one in choice["evidence"]:
         error = one["depth_error"]
         told = f"depth error {100.0 * error:.2g} %" if error is not None else f"no answer: {one['refusal']}"
-        lines.append(("", f"{one['models']}: {told}"))
+        lines.append(("", f"{one['models']}: {told}, cost {one['cost']:g}"))
     return lines
 
 

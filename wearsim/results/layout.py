@@ -67,8 +67,6 @@ def _layout() -> dict[str, Variable]:
         layout[name] = Variable(("step",))
     layout["step_error"] = Variable(("step",), missing=True)
     layout["rejected_steps"] = Variable(("step",), "i4")
-    layout["contact_models"] = Variable(("step",), "i4")
-    layout["contact_models_error"] = Variable(("step",), missing=True)
     layout["active_weight"] = Variable(("step", "operating_point"))
     for name in ("profile_y", "profile_z", "wear_depth", "friction_work"):
         layout[name] = Variable(along)
@@ -171,7 +169,22 @@ def _groups() -> dict[str, dict[str, Variable]]:
         "last_turning": Variable(("step",), "i4"),
         "wheel_diameter": Variable(along, missing=True),
     }
-    return {"beside": beside, "fatigue": fatigue, "counterface": counterface, "turning": turning}
+    choice = {
+        "contact_candidate": Variable(("candidate",), "str"),
+        "contact_candidate_cost": Variable(("candidate",)),
+        "contact_class": Variable(("contact_class",), "str"),
+        "contact_point_class": Variable(("step", "operating_point"), "i4"),
+        "contact_models": Variable(("step", "contact_class"), "i4"),
+        "contact_models_error": Variable(("step",)),
+        "contact_candidate_error": Variable(("step", "candidate"), missing=True),
+    }
+    return {
+        "beside": beside,
+        "fatigue": fatigue,
+        "counterface": counterface,
+        "turning": turning,
+        "choice": choice,
+    }
 
 
 GROUPS: Mapping[str, Mapping[str, Variable]] = _groups()

@@ -13,6 +13,7 @@ import xarray as xr
 
 from wearsim import __version__
 from wearsim.campaign import choose
+from wearsim.campaign.evidence import judge
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.rate import select, solve_contact
 from wearsim.campaign.state import State
@@ -94,13 +95,13 @@ def speed_and_accuracy(
     refusal = np.full(shape, "", dtype=object)
     for row, setup in enumerate(setups):
         state, _ = WheelsetEvolution(replace(setup, tolerance=None)).start()
-        chosen = choose.sample_of(setup, state, points)
+        chosen = choose.sample_of(setup, state, points).points
         truth = replace(
             setup.models, normal="half_space", tangential="half_space", strips=reference_grid,
             cells=reference_grid,
         )  # fmt: skip
         own = combinations(setup.models, grids)
-        evidence = choose.judge(
+        evidence = judge(
             own, truth, state, chosen, setup.wheelset, setup.counterface, setup.wear,
             smoothing_wavelength=setup.control.smoothing_wavelength,
         )  # fmt: skip

@@ -1,0 +1,135 @@
+"""Contact models that differ from operating point to operating point."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wearsim.campaign import control
+from wearsim.campaign.beside import passage_beside
+from wearsim.campaign.by_point import ModelsByPoint
+from wearsim.campaign.evolution import WheelsetEvolution, laws_beside
+from wearsim.campaign.rate import accumulate, rate, select, solve_contact
+from wearsim.damage.wear import WEAR_FORMS, WearSettings
+from wearsim.errors import ContactError
+from wearsim.scene import build, load_scene
+
+# the law of tables needs one; its sums are those of the law by cells
+COEFFICIENTS = {
+    "usfd": "lewis_dwyer_joyce_2004",
+    "archard": "jendel_2002",
+    "brr": "pearce_sherratt_1991",
+    "energy": "krause_poll_1986",
+}
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory):
+    """The shipped rig with a fatigue law beside."""
+    text = Path("workflows/rig.toml").read_text()
+    scene = tmp_path_factory.mktemp("by_point") / "rig.toml"
+    scene.write_text(
+        re.sub(r"\n\[campaign\]", '\n[fatigue]\nlaws = ["surface_fatigue_index"]\n\n[campaign]', text)
+    )
+    return build(load_scene(scene))
+
+
+@pytest.fixture(scope="module")
+def state(rig):
+    return WheelsetEvolution(rig).start()[0]
+
+
+@pytest.fixture(scope="module")
+def mixed(rig):
+    """Virtual penetration on 8 x 12 and a half-space on 14 x 14 for every other point."""
+    coarse = replace(rig.models, strips=8, cells=12)
+    fine = replace(rig.models, normal="half_space", strips=14, cells=14)
+    return ModelsByPoint((coarse, fine), np.arange(len(rig.points.label)) % 2)
+
+
+def solved(rig, state, points, models):
+    return solve_contact(state, points, rig.wheelset, rig.counterface, models)
+
+
+def test_the_same_models_for_all_have_the_bits_of_one(rig, state):
+    """In one group, and in two that are solved apart."""
+    one = solved(rig, state, rig.points, rig.models)
+    count = len(rig.points.label)
+    for place in (np.zeros(count, dtype=int), np.arange(count) % 2):
+        again = solved(rig, state, rig.points, ModelsByPoint((rig.models, rig.models), place))
+        np.testing.assert_array_equal(again.point, one.point)
+        np.testing.assert_array_equal(again.power, one.power)
+        np.testing.assert_array_equal(again.fields.work_density, one.fields.work_density)
+        np.testing.assert_array_equal(again.strip_edges_wheel_y, one.strip_edges_wheel_y)
+
+
+def test_patches_of_all_points_stand_in_their_order(rig, state, mixed):
+    whole = solved(rig, state, rig.points, mixed)
+    assert np.all(np.diff(whole.point) >= 0)
+    for k, one in enumerate(mixed.models):
+        index = np.flatnonzero(mixed.place == k)
+        alone = solved(rig, state, select(rig.points, index), one)
+        there = np.isin(whole.point, index)
+        np.testing.assert_array_equal(whole.power[there], alone.power)
+        np.testing.assert_array_equal(whole.point[there], index[alone.point])
+        # strips without width and cells without load change neither load nor work; summed in another order
+        area = whole.fields.cell_length * whole.fields.strip_width[:, None]
+        load = (whole.fields.pressure.sum(axis=1) * area).sum(axis=1)[there]
+        own = alone.fields.cell_length * alone.fields.strip_width[:, None]
+        np.testing.assert_allclose(load, (alone.fields.pressure.sum(axis=1) * own).sum(axis=1), rtol=1e-12)
+
+
+@pytest.mark.parametrize("law", sorted(COEFFICIENTS))
+def test_wear_and_fatigue_are_the_sums_of_those_solved_apart(rig, state, mixed, law):
+    wear = WearSettings(law=law, coefficients=COEFFICIENTS[law], form=WEAR_FORMS[law][0])
+    laws = laws_beside(rig)
+
+    def accumulated(points, models):
+        solution = solved(rig, state, points, models)
+        beside = passage_beside(solution, laws)
+        return accumulate(solution, points, points.weight, state, rig.wheelset, wear, beside=beside)
+
+    whole = accumulated(rig.points, mixed)
+    parts = [accumulated(select(rig.points, index), one) for one, index in mixed.groups()]
+    for name in ("regime_depth", "friction_work", "stability", "damping"):
+        total = sum(getattr(part, name) for part in parts)
+        np.testing.assert_allclose(
+            getattr(whole, name), total, rtol=1e-11, atol=1e-14 * total.max(), err_msg=name
+        )
+    total = sum(part.fatigue[0] for part in parts)
+    assert total.max() > 0.0
+    np.testing.assert_allclose(whole.fatigue[0], total, rtol=1e-11, atol=1e-14 * total.max())
+
+
+def test_points_without_weight_are_left_out(rig, state, mixed):
+    weight = rig.points.weight.copy()
+    weight[0] = 0.0
+    found = rate(state, rig.points, weight, rig.wheelset, rig.counterface, mixed, rig.wear)
+    solution = solved(rig, state, rig.points, mixed)
+    whole = accumulate(solution, rig.points, weight, state, rig.wheelset, rig.wear)
+    np.testing.assert_allclose(found.depth, whole.depth, rtol=1e-11, atol=1e-14 * whole.depth.max())
+
+
+def test_the_half_space_points_alone_bound_a_step_by_their_pressure(rig, state, mixed):
+    """Virtual penetration is bounded by its stability number, also beside a half-space."""
+    weight = rig.points.weight
+    found = rate(state, rig.points, weight, rig.wheelset, rig.counterface, mixed, rig.wear)
+    limit = control.half_space_depth_limit(found, weight, rig.models, 1e-4, 2e-3)
+    mine = np.isin(found.solution.point, np.flatnonzero(mixed.place == 1))
+    modulus = rig.models.youngs_modulus / (2.0 * (1.0 - rig.models.poisson_ratio**2))
+    assert limit == pytest.approx(found.solution.max_pressure[mine].min() / modulus * 1e-3, rel=1e-12)
+
+
+def test_a_refusal_names_its_point_of_the_collective(rig, state):
+    """Ellipses of two contacts overlap at zero shift of the new profiles (reports/speed_accuracy.md)."""
+    central = int(np.argmin(np.abs(rig.points.conditions.shift)))
+    assert central > 0
+    place = np.zeros(len(rig.points.label), dtype=int)
+    place[[central, -1]] = 1
+    models = ModelsByPoint((rig.models, replace(rig.models, normal="hertz")), place)
+    with pytest.raises(ContactError, match="no contact ellipse") as refused:
+        solved(rig, state, rig.points, models)
+    assert refused.value.row in (central, len(place) - 1)
+    assert str(refused.value).startswith(f"point {refused.value.row}, ")

@@ -1,0 +1,149 @@
+"""The wear increment of contact models against that of a reference."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from math import inf
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from wearsim.campaign.by_point import ModelsByPoint
+from wearsim.campaign.rate import accumulate, solve_contact
+from wearsim.campaign.smoothing import smooth
+from wearsim.campaign.state import State
+from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.problem import ContactModels, Counterface, Wheelset
+from wearsim.damage.wear import WearSettings, passage_depth
+from wearsim.errors import ContactError, NumericalError
+from wearsim.operation.points import OperatingPoints
+from wearsim.profile.shape import arc_length, vertex_lengths
+
+ModelsT = TypeVar("ModelsT", bound=ContactModels | ModelsByPoint)
+
+
+@dataclass(frozen=True)
+class Evidence(Generic[ModelsT]):
+    """How well one combination of models does on a sample of operating points.
+
+    Parameters
+    ----------
+    models : ContactModels or ModelsByPoint
+        The combination and its grid, or those of each point.
+    depth_error : float
+        Largest difference of the smoothed wear increment over the profiles of both wheels from that of
+        the reference, over the reference's largest depth [-]; inf where it refuses.
+    work_error : float
+        Integral of the absolute difference of the strip work over that of the reference's [-].
+    power_error : float
+        Largest relative error of the frictional power of both wheels at an operating point [-].
+    difference : (c, 2, n) array
+        What each class of points adds to the difference of the increment over the largest depth [-];
+        inf where it refuses.
+    refusal : str
+        Why it gives no answer; empty if it does.
+    """
+
+    models: ModelsT
+    depth_error: float
+    work_error: float
+    power_error: float
+    difference: FloatArray
+    refusal: str = ""
+
+
+@dataclass(frozen=True)
+class _Increment:
+    depth: FloatArray  # (c, 2, n) of each class after smoothing, per metre
+    work: FloatArray  # (2, n) of strip work times length
+    power: FloatArray  # (k,) of both wheels at each point
+
+
+def judge(
+    candidates: Iterable[ModelsT],
+    reference: ContactModels,
+    state: State,
+    points: OperatingPoints,
+    wheelset: Wheelset,
+    counterface: Counterface,
+    wear: WearSettings,
+    *,
+    smoothing_wavelength: float,
+    point_class: IntArray | None = None,
+    threads: int = 1,
+) -> Iterator[Evidence[ModelsT]]:
+    """Compare the wear increments of models with that of a reference, one after the other as asked for.
+
+    Parameters
+    ----------
+    candidates : iterable of ContactModels or ModelsByPoint
+        What to judge.
+    reference : ContactModels
+        What they are judged by.
+    state : State
+        Profiles of both wheels.
+    points : OperatingPoints
+        The sample of k points; its weights count.
+    wheelset, counterface, wear
+        What runs on what, by which wear law.
+    smoothing_wavelength : float
+        Of the increment, as in the campaign [m].
+    point_class : (k,) int array, optional
+        Class of each point of the sample, 0 to c - 1; without it all are of one.
+    threads : int
+        They do not change the bits of the result.
+
+    Yields
+    ------
+    Evidence
+        Of each candidate, in their order.
+
+    Raises
+    ------
+    ContactError, NumericalError
+        If the reference does not solve a point.
+    """
+    classes = np.zeros(len(points.label), dtype=np.int64) if point_class is None else point_class
+
+    def increment(models: ContactModels | ModelsByPoint) -> _Increment:
+        solution = solve_contact(state, points, wheelset, counterface, models, threads=threads)
+        passage = passage_depth(solution.fields, solution.area, wear)
+        depth = np.zeros((classes.max() + 1, *state.y.shape))
+        work = np.zeros_like(state.y)
+        for one in range(len(depth)):
+            weight = np.where(classes == one, points.weight, 0.0)
+            rate = accumulate(solution, points, weight, state, wheelset, wear, passage=passage)
+            for wheel in (0, 1):
+                y, z = state.y[wheel], state.z[wheel]
+                length = vertex_lengths(y, z)
+                total = rate.regime_depth[wheel].sum(axis=0)
+                depth[one, wheel] = smooth(arc_length(y, z), total, length, smoothing_wavelength)
+                work[wheel] += rate.friction_work[wheel] * length
+        power = np.zeros(len(points.label))
+        np.add.at(power, solution.point, solution.power)
+        return _Increment(depth, work, power)
+
+    truth = increment(reference)
+    deepest = float(truth.depth.sum(axis=0).max())
+    for models in candidates:
+        try:
+            answer = truth if models == reference else increment(models)
+        except (ContactError, NumericalError) as error:
+            yield Evidence(models, inf, inf, inf, np.full_like(truth.depth, inf), str(error))
+            continue
+        difference = answer.depth - truth.depth
+        yield Evidence(
+            models,
+            _share(np.abs(difference.sum(axis=0)).max(), deepest),
+            _share(np.abs(answer.work - truth.work).sum(), truth.work.sum()),
+            max(_share(abs(a - b), b) for a, b in zip(answer.power, truth.power, strict=True)),
+            difference / deepest if deepest > 0.0 else difference,
+        )
+
+
+def _share(difference: float, whole: float) -> float:
+    """Return the difference over the whole; 0 if there is neither."""
+    if whole > 0.0:
+        return float(difference / whole)
+    return 0.0 if difference == 0.0 else float("inf")
