@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from wearsim.campaign.classes import CLASSES
+
 PROGRAM = Path(__file__).parent / "auto_scenes.py"
 
 
@@ -32,15 +34,26 @@ def test_the_tolerance_is_kept_on_95_percent_of_the_collectives(made_up, rows):
 
 
 def test_not_always_the_same_models_are_chosen(rows):
-    assert len({row["chosen"] for row in rows}) >= 3
+    assert len({row["alone"] for row in rows}) >= 3
+    assert len({row["leading"] for row in rows}) >= 3
+
+
+def test_classes_save_solutions_where_these_are_dear(rows):
+    """One combination for all points is in the choice: never dearer; where it needs a half-space, far less."""
+    cost, alone = (np.array([float(row[name]) for row in rows]) for name in ("cost", "alone_cost"))
+    assert np.all(cost <= alone)
+    dear = alone > 10.0
+    assert dear.sum() >= 3
+    assert np.median(cost[dear] / alone[dear]) < 0.6
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [7])
 def test_rows_are_found_again(made_up, rows, tmp_path, number):
     row = made_up.outcome(number, tmp_path)
-    assert row["chosen"] == rows[number]["chosen"]
-    for name in ("sample", "whole"):
+    for name in ("alone", *CLASSES, "points"):
+        assert row[name] == rows[number][name]
+    for name in ("alone_whole", "sample", "whole"):
         assert float(row[name]) == pytest.approx(
             float(rows[number][name]), abs=2e-4
         )  # rounding, other processors

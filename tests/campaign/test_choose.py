@@ -85,7 +85,7 @@ def test_a_campaign_with_chosen_models_runs_resumes_and_keeps_its_choice(tmp_pat
         power = (result["power"].fillna(0.0).sum("patch") * result["op_weight"] / result["op_speed"]).values[
             0
         ]
-        assert whose[0, np.argmax(power)] == 2
+        assert CLASSES[whose[0, np.argmax(power)]] == "leading"
         depth, distance = result["max_wear_depth"].values, result["distance"].values
     stop_after = 2
     real = WheelsetEvolution.advance

@@ -12,11 +12,11 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray
 
-CLASSES = ("minor", "middle", "leading")
+CLASSES = ("least", "minor", "major", "leading")
 """Classes by the work of their points. Those that only monitor are solved as closely as the leading ones."""
 
-EDGES = (0.2, 0.5)
-"""Shares of the work that the points of the first class, and those of the first two, do at most."""
+EDGES = (0.1, 0.3, 0.6)
+"""Shares of the work that the points of the first class do at most, those of the first two, and so on."""
 
 
 def point_classes(work: FloatArray, weight: FloatArray) -> IntArray:
@@ -32,9 +32,9 @@ def point_classes(work: FloatArray, weight: FloatArray) -> IntArray:
     Returns
     -------
     (n,) int array
-        Place in `CLASSES`: the points of least weighted work are minor as long as they together do at most
-        the first share of `EDGES`, the next ones middle up to the second one. Points without weight lead,
-        and all do where none works.
+        Place in `CLASSES`: the points of least weighted work are of the first one as long as they together
+        do at most the first share of `EDGES`, the next ones of the second, and so on. Points without weight
+        lead, and all do where none works.
     """
     share = work * weight
     order = np.argsort(share, kind="stable")
@@ -56,16 +56,17 @@ def cheapest(
     difference : (k, c, ...) array
         Of what class c adds by candidate k from what it adds by a reference; infinite where it refuses.
     cost : (k,) sequence of float
-        Of one solution by each candidate.
+        Of one solution by each candidate, rising.
     count : (c,) sequence of int
-        Operating points of each class.
+        Operating points of each class, which are in order of rising work.
     bound : float
         Of the largest sum of the differences over the classes.
 
     Returns
     -------
     tuple of int
-        Candidate of each class; of equally cheap ones the first in order.
+        Candidate of each class, never one before that of the class before it: the more work, the better
+        the models, so that no class makes up for the error of another by chance.
     float
         Largest sum of their differences.
 
@@ -79,7 +80,8 @@ def cheapest(
     def price(chosen: tuple[int, ...]) -> float:
         return sum(cost[k] * number for k, number in zip(chosen, count, strict=True))
 
-    for chosen in sorted(itertools.product(range(candidates), repeat=classes), key=price):
+    rising = itertools.combinations_with_replacement(range(candidates), classes)
+    for chosen in sorted(rising, key=price):
         error = float(np.abs(sum(difference[k, c] for c, k in enumerate(chosen))).max())
         if error <= bound:
             return chosen, error
