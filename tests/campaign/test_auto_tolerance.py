@@ -39,7 +39,7 @@ def test_not_always_the_same_models_are_chosen(rows):
 
 
 def test_classes_save_solutions_where_these_are_dear(rows):
-    """One combination for all points is in the choice: never dearer; where it needs a half-space, far less."""
+    """One combination for all points is among them: never dearer; where it needs a half-space, far less."""
     cost, alone = (np.array([float(row[name]) for row in rows]) for name in ("cost", "alone_cost"))
     assert np.all(cost <= alone)
     dear = alone > 10.0

@@ -10,7 +10,7 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.nomenclature import NOMENCLATURE
-from wearsim.report import pages, pages_counterface, pages_damage, tables_damage
+from wearsim.report import pages, pages_counterface, pages_damage, tables_choice, tables_damage
 from wearsim.report.style import capital, role_of, save_svg
 from wearsim.report.tables import UNDEFINED, limit_text, number
 from wearsim.results import doubts, open_results
@@ -101,6 +101,11 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
     ]
     if "beside_name" in dataset or "fatigue_name" in dataset:
         found["damage"] = _damage(dataset)
+    if "contact_candidate" in dataset:
+        found["contact_models"] = {
+            "error": _plain(dataset["contact_models_error"].values[-1]),
+            "classes": tables_choice.classes(dataset, -1),
+        }
     if pages_counterface.wears(dataset):
         found["counterface"] = {
             "counterface_turnings": int(dataset["counterface_turnings"].values[-1]),
@@ -173,10 +178,19 @@ def summary_text(found: dict[str, Any]) -> str:
     lines += [_turning(entry) for entry in found["turnings"]]
     lines += [""] if found["limits"] or found["turnings"] else []
     lines += _counterface_lines(found.get("counterface", {}))
+    lines += _model_lines(found.get("contact_models", {}))
     lines += _damage_lines(found.get("damage", {}))
     lines += [f"{key}: {value}" for key, value in found["settings"].items()]
     lines += [f"warning: {line}" for line in found["warnings"]]
     return "\n".join(lines)
+
+
+def _model_lines(chosen: dict[str, Any]) -> list[str]:
+    """Lines on contact models that were chosen, at the end."""
+    if not chosen:
+        return []
+    told = [f"{one['points']} {one['class']} operating points: {one['models']}" for one in chosen["classes"]]
+    return [*told, f"Error of their wear increment on a sample: {chosen['error']:.2g}", ""]
 
 
 def _counterface_lines(worn: dict[str, Any]) -> list[str]:

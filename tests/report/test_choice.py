@@ -1,0 +1,106 @@
+"""Contact models that were chosen: what the report, `wearsim inspect` and `wearsim check` tell."""
+
+import json
+
+import pytest
+
+from wearsim.campaign import choose
+from wearsim.campaign.classes import CLASSES
+from wearsim.campaign.run import run_scene
+from wearsim.cli import main
+from wearsim.report import tables_choice
+from wearsim.report.html import write_report
+from wearsim.report.inspect import inspect, summary_text
+from wearsim.results import open_results
+
+BLOCK = """
+[[operation.block]]
+name = "{name}"
+shift_mm = {shift}
+yaw_mrad = {yaw}
+load_kN = 80
+speed_km_h = 72
+friction = 0.35
+distance_km = 1
+"""
+SCENE = (
+    """
+[scene]
+kind = "rig"
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+gauge_mm = 1435
+roller_radius_mm = 1000
+[contact]
+model = "auto"
+tolerance = 0.5
+[campaign]
+distance_km = 4
+point_spacing_mm = 0.5
+"""
+    + BLOCK.format(name="curve", shift=5, yaw=3)
+    + BLOCK.format(name="middle", shift=1, yaw=0.2)
+)
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    path = tmp_path_factory.mktemp("choice") / "rig.toml"
+    path.write_text(SCENE)
+    return path
+
+
+@pytest.fixture(scope="module")
+def result(scene):
+    (path,) = run_scene(scene, scene.parent / "out")
+    return path
+
+
+def test_report_shows_classes_models_costs_and_evidence(result):
+    with open_results(result) as data:
+        models, evidence = tables_choice.chosen(data)
+        steps = tables_choice.looked_at(data)
+        text = [[cell.text for cell in row] for row in models.rows]
+        assert steps[0] == 0
+        assert len(text) == 2 * len(steps)
+        assert [row[0] for row in text[:2]] == ["0 km, least", "0 km, leading"]
+        place = data["contact_models"].values[0]
+        names = data["contact_candidate"].values
+        assert [row[2] for row in text[:2]] == [names[place[0]], names[place[-1]]]
+        assert [int(row[3]) for row in text[:2]] == [place[0] + 1, place[-1] + 1]
+        assert evidence.rows[0][0].text == names[0]
+        # the last that was tried for all points keeps the tolerance
+        assert min(row[3].value for row in evidence.rows if row[3].value is not None) <= 50.0
+        page = write_report(result.parent).read_text()
+    for table in ("table-choice-rig", "table-candidates-rig"):
+        assert table in page
+    assert "0 km, leading" in page
+
+
+def test_inspect_tells_the_models_at_the_end(result):
+    found = inspect(result)
+    assert [one["class"] for one in found["contact_models"]["classes"]] == ["least", "leading"]
+    assert 0.0 < found["contact_models"]["error"] <= 0.5
+    assert "1 leading operating points: " in summary_text(found)
+
+
+def test_check_tells_the_choice_of_the_start_and_why(scene, result, capsys):
+    assert main(["check", str(scene), "--json"]) == 0
+    (plan,) = json.loads(capsys.readouterr().out)["campaigns"]
+    choice = plan["choice"]
+    assert [one["class"] for one in choice["classes"]] == list(CLASSES)
+    assert [one["points"] for one in choice["classes"]] == [1, 0, 0, 1]
+    with open_results(result) as data:
+        names = data["contact_candidate"].values[data["contact_models"].values[0]]
+        assert [one["models"] for one in choice["classes"]] == names.tolist()
+        assert choice["depth_error"] == float(data["contact_models_error"][0])
+    costs = [one["cost"] for one in choice["evidence"]]
+    assert costs == [cost for *_, cost in choose.COST_ORDER][: len(costs)]
+    assert choice["cost"] <= choice["cost_of_one_for_all"] == costs[-1]
+    assert main(["check", str(scene)]) == 0
+    told = capsys.readouterr().out
+    assert "chosen for a tolerance of 50 %" in told
+    assert f"1 leading points: {names[-1]}" in told
