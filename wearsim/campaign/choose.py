@@ -27,7 +27,8 @@ SAMPLE = 10
 
 MARGIN = 0.8
 """Share of the tolerance that the error on a sample may take; the rest is for the points that it leaves out.
-On 24 made-up collectives the error on all points was up to 1.25 times that on the sample, if it was large."""
+On 14 made-up collectives and the shipped field one, with tolerances of 3, 5 and 10 %, the error on all points
+was at most 0.89 times the tolerance."""
 
 REFERENCE_GRID = 40
 """Strips, and cells along each, of the half-space solution that judges."""
