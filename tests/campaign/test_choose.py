@@ -206,3 +206,12 @@ def test_costs_are_those_of_the_committed_chart():
     for place in known:
         ratio = float(chart[place]) / float(chart[known[0]])
         assert 0.5 < costs[place] / ratio < 2.0, place
+
+
+@pytest.mark.parametrize("count", [1, 2, 10])
+def test_every_class_that_is_named_has_a_point_in_the_sample(rig, count):
+    """However small the sample is, of the 4 points that act and 9 that only monitor."""
+    found = choose.sample_of(rig, WheelsetEvolution(rig).start()[0], count)
+    assert found.index.size <= count
+    assert found.points.weight.sum() == pytest.approx(1.0, rel=1e-12)
+    assert set(found.point_class[found.index]) == set(found.point_class)

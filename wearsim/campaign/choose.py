@@ -144,7 +144,8 @@ def sample_of(setup: CampaignSetup, state: State, count: int = SAMPLE) -> Sample
     Returns
     -------
     Sample
-        Classes without a point in it, which may be where few points do all the work, join the next one.
+        Classes without a point in it, which may be where few points do all the work, join the next one;
+        beyond the last one they join that.
     """
     points = setup.points
     solution = solve_contact(state, points, setup.wheelset, setup.counterface, candidates(setup.models)[0])
@@ -155,7 +156,13 @@ def sample_of(setup: CampaignSetup, state: State, count: int = SAMPLE) -> Sample
     own = point_classes(work, points.weight)
     there = np.unique(own[index])
     chosen = replace(select(points, index), weight=weight)
-    return Sample(chosen, index, there[np.searchsorted(there, own)])
+    return Sample(chosen, index, there[_nearest(there, own)])
+
+
+def _nearest(there: IntArray, wanted: IntArray) -> IntArray:
+    """Return the place in `there`, which rises, of the first not below each that is wanted; else the last."""
+    place: IntArray = np.minimum(np.searchsorted(there, wanted), there.size - 1)
+    return place
 
 
 def candidates(base: ContactModels) -> tuple[ContactModels, ...]:
@@ -226,7 +233,7 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
     cost = [COST_ORDER[place][3] for place in places]
     count = np.bincount(classes)
     taken, error = cheapest(difference, cost, count.tolist(), bound)
-    of_class = np.array([places[k] for k in taken])[np.searchsorted(there, range(len(CLASSES)))]
+    of_class = np.array([places[k] for k in taken])[_nearest(there, np.arange(len(CLASSES)))]
     known = [one.depth_error if isfinite(one.depth_error) else None for one in evidence]
     return Verdict(
         tuple(evidence),
