@@ -26,6 +26,9 @@ from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints
 from wearsim.scene import CampaignSetup
 
+POINTS = 40
+"""Operating points that stand for each scene, at most: all of a shipped one that act."""
+
 _ENOUGH = 0.5  # seconds of repeats after which a time is taken as known
 _MOST_REPEATS = 40
 _FAST = 0.05  # seconds of a batch below which the overhead of calls would count
@@ -57,7 +60,7 @@ def speed_and_accuracy(
     grids: Sequence[int],
     reference_grid: int,
     *,
-    points: int = choose.SAMPLE,
+    points: int = POINTS,
     told: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
     """Time every combination of models and judge its wear increment on new profiles.
