@@ -12,6 +12,7 @@ from wearsim.campaign import choose
 from wearsim.campaign.evidence import judge
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.cli import main
+from wearsim.contact.problem import ContactModels
 from wearsim.report.chart import markdown, peers, write_chart
 from wearsim.scene import build, load_scene
 from wearsim.studies.chart import pareto, speed_and_accuracy
@@ -23,6 +24,8 @@ def test_the_front_holds_what_none_beats():
     cost = np.array([1.0, 2.0, 3.0, 2.5, np.nan, 1.0])
     error = np.array([0.5, 0.2, 0.1, 0.3, 0.0, 0.5])
     assert pareto(cost, error).tolist() == [True, True, True, False, False, True]
+    other = np.array([0.5, 0.2, 0.1, 0.15, 0.0, 0.6])
+    assert pareto(cost, error, other).tolist() == [True, True, True, True, False, False]
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +80,29 @@ def test_wrong_flags_are_told_all_at_once(flags, told, capsys):
     assert main(["chart", *flags]) == 2
     error = capsys.readouterr().err
     assert all(part in error for part in told)
+
+
+@pytest.fixture(scope="module")
+def committed():
+    return pd.read_csv(REPOSITORY / "reports/speed_accuracy.csv").set_index(["normal", "tangential", "grid"])
+
+
+def test_defaults_lie_on_the_front_of_the_committed_chart(committed):
+    models = ContactModels()
+    assert models.strips == models.cells
+    assert committed.loc[(models.normal, models.tangential, models.strips), "pareto"].all()
+
+
+def test_candidates_of_auto_follow_the_committed_chart(committed):
+    """Grids that the chart has, in its order; none that another beats. Times are of one run: to a third."""
+    ratios = committed["time_ratio"].groupby(level=[0, 1, 2]).first()
+    charted = [(one[:3], one[3]) for one in choose.COST_ORDER if one[:3] in ratios.index]
+    assert len(charted) >= 5
+    costs = [cost for _, cost in charted]
+    assert costs == sorted(costs)
+    for name, cost in charted:
+        assert ratios[name] == pytest.approx(cost, rel=0.33)
+        assert committed.loc[name, "pareto"].all()
 
 
 def test_errors_of_the_committed_chart_are_found_again():

@@ -34,7 +34,7 @@ def write_chart(dataset: xr.Dataset, out: Path, stem: str, command: str) -> Path
     Returns
     -------
     Path
-        The Markdown file; beside it the figure, and a CSV file of the errors.
+        The Markdown file; beside it the figure, and a CSV file of errors and ratios of time.
 
     Raises
     ------
@@ -45,7 +45,9 @@ def write_chart(dataset: xr.Dataset, out: Path, stem: str, command: str) -> Path
         figure, caption = chart_figure(dataset)
         save_svg(figure, out / f"{stem}.svg")
         names = ["normal", "tangential", "grid", "depth_error", "work_error", "power_error", "refusal"]
-        table = dataset[names].to_dataframe().reset_index()[["scene", *names]]
+        ratio = dataset["time"] / dataset["time"].min()
+        table = dataset[[*names, "pareto"]].assign(time_ratio=ratio).to_dataframe().reset_index()
+        table = table[["scene", *names, "time_ratio", "pareto"]]
         table.to_csv(out / f"{stem}.csv", index=False, float_format="%.6g", lineterminator="\n")
         path = out / f"{stem}.md"
         path.write_text(markdown(dataset, command, (f"{stem}.svg", caption)), encoding="utf-8")
@@ -89,8 +91,9 @@ def markdown(dataset: xr.Dataset, command: str, picture: tuple[str, str]) -> str
         "wheel at one operating point on one thread, as a ratio to the fastest combination in the same run. "
         "Errors in per cent: of the smoothed wear increment, its largest difference over the largest depth, "
         "by the scene's wear law; of the strip work, the integral of the difference over that of the "
-        "reference; of the power, the largest of all points. A combination is on the Pareto front if no "
-        f"other is both faster and closer in depth.\n\nWritten by `{command}`.",
+        "reference; of the power, the largest of all points. A combination is on the Pareto front if none "
+        "is as fast and as close in both depth and strip work of the worst scene, and better in one; those "
+        f"on it by strip work alone are behind the line of the figure.\n\nWritten by `{command}`.",
         f"![{picture[1]}]({picture[0]})\n\n*{picture[1]}*",
         "\n".join(rows),
         *_refusals(dataset),
@@ -155,10 +158,10 @@ def chart_figure(dataset: xr.Dataset) -> tuple[Figure, str]:
     with style():
         figure, axes = grid(1, 2, height=3.6, width=10.5)
         _scatter(dataset, axes[0, 0], dataset["worst_depth_error"].values, "Error of wear depth [%]")
-        front = [k for k in _order(dataset) if dataset["pareto"].values[k]]
+        front = [k for k in _order(dataset) if dataset["pareto_depth"].values[k]]
         axes[0, 0].plot(
             1e3 * dataset["time"].values[front], _shown(dataset["worst_depth_error"].values[front]),
-            color="#555555", linewidth=0.8, drawstyle="steps-post", zorder=1, label="Pareto front",
+            color="#555555", linewidth=0.8, drawstyle="steps-post", zorder=1, label="front of time and depth",
         )  # fmt: skip
         _scatter(dataset, axes[0, 1], dataset["power_error"].values.max(axis=0), "Error of power [%]")
         for row in peers():

@@ -82,9 +82,10 @@ def speed_and_accuracy(
     -------
     Dataset
         Over `model`: normal, tangential, grid, time per solution of one wheel at one operating point on one
-        thread (mean over the scenes), whether it may lead a profile update, whether it lies on the
-        Pareto front of time and largest depth error. Over `scene` and `model`: `depth_error`,
-        `work_error`, `power_error` and time. Where a combination refuses a point of a scene its values are
+        thread (mean over the scenes), whether it may lead a profile update, whether it lies on the Pareto
+        front of time, largest depth error and largest strip-work error (`pareto_depth`: without the last).
+        Over `scene` and `model`: `depth_error`, `work_error`, `power_error` and time. Where a combination
+        refuses a point of a scene its values are
         missing, with the message in `refusal`.
 
     Raises
@@ -123,6 +124,7 @@ def speed_and_accuracy(
     solved = np.isfinite(seconds).all(axis=0)
     per_solution = np.where(solved, seconds.mean(axis=0), np.nan)
     worst = np.where(solved, depth.max(axis=0), np.nan)
+    worst_work = np.where(solved, work.max(axis=0), np.nan)
     data: dict[str, Any] = {
         "normal": ("model", [one.normal for one in models]),
         "tangential": ("model", [one.tangential for one in models]),
@@ -130,7 +132,8 @@ def speed_and_accuracy(
         "leads": ("model", [one.normal not in NEVER_LEADS for one in models]),
         "time": ("model", per_solution),
         "worst_depth_error": ("model", worst),
-        "pareto": ("model", pareto(per_solution, worst)),
+        "pareto": ("model", pareto(per_solution, worst, worst_work)),
+        "pareto_depth": ("model", pareto(per_solution, worst)),
         "scene_time": (("scene", "model"), seconds),
         "depth_error": (("scene", "model"), depth),
         "work_error": (("scene", "model"), work),
@@ -172,22 +175,26 @@ def time_per_solution(
     return best
 
 
-def pareto(cost: FloatArray, error: FloatArray) -> np.ndarray:
-    """Tell which combinations are beaten by none in both cost and error.
+def pareto(cost: FloatArray, *errors: FloatArray) -> np.ndarray:
+    """Tell which combinations are beaten by none in cost and all errors.
 
     Parameters
     ----------
-    cost, error : (n,) array
+    cost : (n,) array
         Missing values are never on the front.
+    *errors : (n,) arrays
+        One or several measures of how wrong each is; missing values likewise.
 
     Returns
     -------
     (n,) bool array
-        True where no other is at most as dear and at most as wrong, and better in one.
+        True where no other is at most as dear and at most as wrong in every way, and better in one.
     """
-    known = np.isfinite(cost) & np.isfinite(error)
-    front = known.copy()
+    values = np.stack([cost, *errors])
+    known = np.all(np.isfinite(values), axis=0)
+    front = np.array(known)
     for k in np.flatnonzero(known):
-        better = (cost <= cost[k]) & (error <= error[k]) & ((cost < cost[k]) | (error < error[k]))
+        own = values[:, k : k + 1]
+        better = (values <= own).all(axis=0) & (values < own).any(axis=0)
         front[k] = not np.any(better & known)
     return front
