@@ -21,6 +21,7 @@ from wearsim.damage.wear.sliding import sliding_work
 from wearsim.profile import standard
 
 MM3_KM = 1e-12  # [m3/m]
+MODELS = ContactModels(strips=50, cells=50)  # sliding in partial slip takes some cells
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +42,7 @@ def solved():
     )
     wheelset = Wheelset(wheel, wheel, 0.46, 0.75)
     return [
-        solve(conditions, wheelset, Counterface(rail, curvature), ContactModels(), sides=(0,))
+        solve(conditions, wheelset, Counterface(rail, curvature), MODELS, sides=(0,))
         for curvature in (0.0, 2.0)
     ]
 
@@ -106,7 +107,7 @@ def test_all_wear_laws_beside_each_other(solved):
 def test_all_fatigue_laws_beside_each_other(solved):
     """The worst cell is never better than the patch; a roller of 0.5 m is harder on the surface than a rail.
 
-    At 3 mm from rail to roller: FI -0.024 and 0.040, local 0.084 and 0.151, T-gamma 24.9 and 45.7 N.
+    At 3 mm from rail to roller: FI -0.0247 and 0.0393, local 0.083 and 0.151, T-gamma 24.7 and 45.5 N.
     """
     settings = [default_settings(law) for law in sorted(FATIGUE_LAWS)]
     rail, roller = (passage_damages(patch_loads(solution), settings) for solution in solved)
@@ -115,8 +116,8 @@ def test_all_fatigue_laws_beside_each_other(solved):
         assert np.array_equal(found[0].damage > 0.0, found[2].damage > 0.0)  # both ask where |tau| > k
     for on_rail, on_roller in zip(rail, roller, strict=True):
         assert (on_roller.index[1:] > on_rail.index[1:]).all()
-    np.testing.assert_allclose([each.index[2] for each in rail[1:]], [-0.024, 0.084, 24.9], rtol=0.02)
-    np.testing.assert_allclose([each.index[2] for each in roller[1:]], [0.040, 0.151, 45.7], rtol=0.02)
+    np.testing.assert_allclose([each.index[2] for each in rail[1:]], [-0.0247, 0.0833, 24.7], rtol=0.01)
+    np.testing.assert_allclose([each.index[2] for each in roller[1:]], [0.0393, 0.151, 45.5], rtol=0.01)
     damage = {one.law: np.concatenate([rail[k].damage, roller[k].damage]) for k, one in enumerate(settings)}
     overlap = agreement(damage).overlap
     np.testing.assert_allclose(overlap, overlap.T, rtol=1e-12)

@@ -93,16 +93,10 @@ def test_defaults_lie_on_the_front_of_the_committed_chart(committed):
     assert committed.loc[(models.normal, models.tangential, models.strips), "pareto"].all()
 
 
-def test_candidates_of_auto_follow_the_committed_chart(committed):
-    """Grids that the chart has, in its order; none that another beats. Times are of one run: to a third."""
-    ratios = committed["time_ratio"].groupby(level=[0, 1, 2]).first()
-    charted = [(one[:3], one[3]) for one in choose.COST_ORDER if one[:3] in ratios.index]
+def test_candidates_of_auto_lie_on_the_front_of_the_committed_chart(committed):
+    charted = [one[:3] for one in choose.COST_ORDER if one[:3] in committed.index]
     assert len(charted) >= 5
-    costs = [cost for _, cost in charted]
-    assert costs == sorted(costs)
-    for name, cost in charted:
-        assert ratios[name] == pytest.approx(cost, rel=0.33)
-        assert committed.loc[name, "pareto"].all()
+    assert all(committed.loc[name, "pareto"].all() for name in charted)
 
 
 def test_errors_of_the_committed_chart_are_found_again():

@@ -51,7 +51,7 @@ def test_what_is_refined_in_the_field():
         "campaign.stability": 0.2,
         "campaign.error_tolerance_um": 0.25,
     }
-    assert found["grid"] == {"campaign.point_spacing_mm": 0.125, "contact.strips": 100, "contact.cells": 100}
+    assert found["grid"] == {"campaign.point_spacing_mm": 0.125, "contact.strips": 60, "contact.cells": 60}
     assert found["smoothing-half"] == {"campaign.smoothing_wavelength_mm": 1.25}
     assert found["smoothing-double"] == {"campaign.smoothing_wavelength_mm": 5.0}
     assert found["points"]["operation.class.1.positions"] == 2 * 15

@@ -35,10 +35,10 @@ REFERENCE_GRID = 40
 
 COST_ORDER = (
     ("kik_piotrowski", "fastsim", 20, 1.0),
-    ("knothe_le_the", "fastsim", 30, 2.3),
-    ("knothe_le_the", "fastsim", 50, 2.8),
-    ("half_space", "fastsim", 20, 70.0),
-    ("half_space", "fastsim", 40, 100.0),
+    ("knothe_le_the", "fastsim", 30, 4.7),
+    ("knothe_le_the", "fastsim", 50, 5.0),
+    ("half_space", "fastsim", 20, 67.0),
+    ("half_space", "fastsim", 40, 92.0),
     ("half_space", "half_space", 20, 300.0),
     ("half_space", "half_space", 30, 540.0),
     ("half_space", "half_space", REFERENCE_GRID, 800.0),

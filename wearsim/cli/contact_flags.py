@@ -59,8 +59,8 @@ FLAGS = (
     Flag("tangential", "fastsim", "tangential contact model", _MODELS, "model"),
     Flag("youngs-GPa", "210", "Young's modulus of both bodies", _MODELS, "number", 1e9, 1.0, 1000.0),
     Flag("poisson", "0.3", "Poisson's ratio of both bodies", _MODELS, "number", 1.0, 0.0, 0.5),
-    Flag("strips", "50", "strips across the patch", _MODELS, "count", 1.0, 4.0, 512.0),
-    Flag("cells", "50", "cells along each strip", _MODELS, "count", 1.0, 4.0, 1000.0),
+    Flag("strips", "30", "strips across the patch", _MODELS, "count", 1.0, 4.0, 512.0),
+    Flag("cells", "30", "cells along each strip", _MODELS, "count", 1.0, 4.0, 1000.0),
 )  # fmt: skip
 
 COLUMNS = {flag.column: flag for flag in FLAGS}

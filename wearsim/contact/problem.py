@@ -70,8 +70,8 @@ class ContactModels:
 
     normal: str = "kik_piotrowski"
     tangential: str = "fastsim"
-    strips: int = 50
-    cells: int = 50
+    strips: int = 30
+    cells: int = 30
     youngs_modulus: float = 210e9
     poisson_ratio: float = 0.3
     parameters: tuple[tuple[str, float], ...] = ()

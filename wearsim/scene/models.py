@@ -148,8 +148,8 @@ class ContactSection(Section):
     )
     normal: NormalName = Field("kik_piotrowski", description="the model of the normal contact")
     tangential: TangentialName = Field("fastsim", description="the model of the tangential contact")
-    strips: int = quantity("the number of strips across a patch", "", 50, ge=5, le=400)
-    cells: int = quantity("the number of cells along a strip", "", 50, ge=5, le=400)
+    strips: int = quantity("the number of strips across a patch", "", 30, ge=5, le=400)
+    cells: int = quantity("the number of cells along a strip", "", 30, ge=5, le=400)
     youngs_GPa: float = quantity("Young's modulus of both bodies", "GPa", 210.0, ge=1, le=1000)
     poisson: float = quantity("Poisson's ratio of both bodies", "", 0.3, ge=0, le=0.49)
     rotation: Literal["free", "centred", "nominal"] = Field(
