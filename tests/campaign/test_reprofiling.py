@@ -14,10 +14,12 @@ from wearsim.profile.measures import tape_level
 from wearsim.profile.shape import polygon_area_between
 from wearsim.profile.turning import turn_axle
 from wearsim.report.html import render
-from wearsim.report.inspect import inspect, summary_text
+from wearsim.report.inspect import inspect, summary, summary_text
 from wearsim.report.tables import quality, turned_wheels
+from wearsim.report.tables_damage import wear_laws
 from wearsim.results import layout_of, open_results
 from wearsim.results.limits import limits_met
+from wearsim.results.plausibility import seizure_shares
 from wearsim.results.turnings import spans, turned_rows, turnings
 from wearsim.scene import build, load_scene
 
@@ -226,6 +228,25 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     found = inspect(finished)
     assert len(found["turnings"]) == len(turnings(data))
     assert f"{first.distance / 1e3:.3f} km, wheel diameter right 920.00 to 919." in summary_text(found)
+
+
+def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data):
+    """Cut off at a turning: area of all spans, shares that sum to one, depth of the stretch before it."""
+    row = turned_rows(data)[1]
+    ended = data.isel(step=slice(0, row + 1))
+    first = wear_laws(ended)[0].rows[0]
+    for cell, area in zip(first[1:3], ended["worn_area"].values[-1], strict=True):
+        assert cell.value == pytest.approx(1e6 * area, rel=1e-12)
+    assert first[4].value == 1e3 * data["wear_depth"].values[row - 1, 0].max() > 0.0
+    depth = sum(data["wear_depth_by_regime"].values[last] for _, last in spans(ended)).sum(axis=(0, 2))
+    told = summary(ended)["regime_share"]
+    np.testing.assert_allclose(list(told.values()), depth / depth.sum(), rtol=1e-12)
+    assert first[-1].text != "no wear"
+    seized = ended.copy()
+    seized["regime_name"] = ("regime", ["seizure", *[*told][1:]])
+    assert seizure_shares(seized)[str(data.attrs["wear_law"])] == pytest.approx(
+        depth[0] / depth.sum(), rel=1e-12
+    )
 
 
 def test_the_file_keeps_the_conventions(finished, assert_cf):

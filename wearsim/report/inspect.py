@@ -15,7 +15,7 @@ from wearsim.report.style import capital, role_of, save_svg
 from wearsim.report.tables import UNDEFINED, limit_text, number
 from wearsim.results import doubts, open_results
 from wearsim.results.limits import limits_met
-from wearsim.results.turnings import turnings
+from wearsim.results.turnings import depth_by_regime, turnings
 
 _MEASURES = (
     "max_wear_depth",
@@ -86,7 +86,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
     found["contact"] = {
         name: [_plain(v) for v in _ends(np.abs(dataset[name].values[-1]))] for name in _CONTACT
     }
-    depth = dataset["wear_depth_by_regime"].values[-1].sum(axis=(0, 2))
+    depth = depth_by_regime(dataset).sum(axis=0)
     share = depth / depth.sum() if depth.sum() > 0.0 else np.full(depth.shape, np.nan)
     found["regime_share"] = {
         str(name): _plain(part) for name, part in zip(dataset["regime_name"].values, share, strict=True)

@@ -13,6 +13,7 @@ from wearsim.nomenclature import NOMENCLATURE
 from wearsim.report.figures import WHEELS
 from wearsim.report.style import shown
 from wearsim.report.tables import Cell, number
+from wearsim.results.turnings import depth_by_regime, last_worn_row, turned_rows
 
 _COLUMNS = ("rig", "field", "ratio")
 _NONE = Cell("–")
@@ -57,8 +58,9 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
     list of Table
         What the laws wear, and where their numbers come from.
     """
-    depth = [dataset["wear_depth"].values[-1]]
-    by_regime = dataset["wear_depth_by_regime"].values[-1].sum(axis=2)
+    row = last_worn_row(dataset)  # depth begins anew at a turning, area goes on
+    depth = [dataset["wear_depth"].values[row]]
+    by_regime = depth_by_regime(dataset)
     total = by_regime.sum(axis=1, keepdims=True)
     # of the leading law the file has depths by regime: their sums share out the exact area
     share = np.divide(by_regime, total, out=np.zeros_like(by_regime), where=total > 0.0)
@@ -72,7 +74,7 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
         for k, law in enumerate(str(name) for name in dataset["beside_name"].values):
             here = [i for i, (owner, _) in enumerate(pairs) if owner == law]
             names.append(law)
-            depth.append(dataset["beside_wear_depth"].values[-1, :, k])
+            depth.append(dataset["beside_wear_depth"].values[row, :, k])
             area.append(dataset["beside_worn_area"].values[-1][:, here])
             regime_names.append([pairs[i][1] for i in here])
             origin.append(_origin(dataset, "beside", k))
@@ -93,6 +95,8 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
         "left [mm]", "over leading", "Share of the worn area by regime",
     ]  # fmt: skip
     text = "Wear laws on the contacts of the campaign; the profile wears by the leading law alone."
+    if turned_rows(dataset):
+        text += " Area is of all wear, depth of the last stretch that was run since a turning."
     return [Table("wear-laws", text, head, rows), _origins("wear-law-numbers", "Wear law", names, origin)]
 
 

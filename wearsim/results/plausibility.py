@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wearsim.results.turnings import spans
+from wearsim.results.turnings import depth_by_regime, spans
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -189,7 +189,7 @@ def seizure_shares(dataset: xr.Dataset) -> dict[str, float]:
     """
     found = {}
     names = [str(name) for name in dataset["regime_name"].values]
-    depth = dataset["wear_depth_by_regime"].values[-1].sum(axis=(0, 2))  # points are equally apart
+    depth = depth_by_regime(dataset).sum(axis=0)
     if "seizure" in names and depth.sum() > 0.0:
         found[str(dataset.attrs["wear_law"])] = float(depth[names.index("seizure")] / depth.sum())
     if "beside_name" in dataset:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -77,3 +78,32 @@ def spans(dataset: xr.Dataset) -> Iterator[tuple[int, int]]:
     """
     rows = turned_rows(dataset)
     yield from zip([0, *rows], [*(row - 1 for row in rows), dataset.sizes["step"] - 1], strict=True)
+
+
+def last_worn_row(dataset: xr.Dataset) -> int:
+    """Return the last row whose wheels do not just come from the lathe.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From `results.open_results`.
+    """
+    last = dataset.sizes["step"] - 1
+    return last - 1 if last in turned_rows(dataset) else last
+
+
+def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:
+    """Wear depth by regime, summed along the profile and over all spans between turnings.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From `results.open_results`.
+
+    Returns
+    -------
+    (2, n_regimes) array
+        [m]; only the shares mean something: the points of a profile are equally apart.
+    """
+    rows = [last for _, last in spans(dataset)]
+    return np.asarray(dataset["wear_depth_by_regime"].values[rows].sum(axis=(0, 3)))
