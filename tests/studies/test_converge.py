@@ -6,6 +6,7 @@ import tomllib
 import pytest
 
 from wearsim import cli
+from wearsim.errors import ContactError, NumericalError
 from wearsim.profile.standard import shipped_path
 from wearsim.report.convergence import markdown, read_convergence
 from wearsim.results import open_results
@@ -170,3 +171,32 @@ def test_refined_campaigns_run_as_far_as_the_one_that_ended_at_a_limit(monkeypat
     for one in seen[1:]:
         assert one["campaign.distance_km"] == 20.0
         assert one["campaign.limits.end"] is False
+
+
+@pytest.fixture
+def made_up_runs(monkeypatch, write_campaign):
+    """Campaigns are loaded and checked as ever, but written, not run; 20 km, some refinements fail."""
+
+    def run_scene(path, directory, *, changes, **_):
+        load_campaign(path, changes=changes)
+        if directory.name in ("grid", "step"):
+            raise {"grid": ContactError, "step": NumericalError}[directory.name]("the wheel does not touch")
+        directory.mkdir(parents=True, exist_ok=True)
+        write_campaign(directory / "rig.nc", "rig", 2, 20e-9)
+        return (directory / "rig.nc",)
+
+    monkeypatch.setattr("wearsim.studies.converge.run_scene", run_scene)
+
+
+@pytest.mark.parametrize("distance", [None, 20e3])
+def test_a_campaign_that_is_cut_short_before_a_turning_is_compared_all_the_same(
+    made_up_runs, tmp_path, distance
+):
+    """At 20 km a limit ended it, or the user; the turnings at 20 and 30 km are not reached."""
+    scene = tmp_path / "scene.toml"
+    turned = "[campaign.limits]\ndepth_mm = 1\nend = true\n[campaign.reprofiling]\nat_km = [20, 30]\n"
+    scene.write_text(SCENE.replace("distance_km = 8", "distance_km = 40") + turned)
+    table = json.loads(converge(scene, tmp_path / "out", distance=distance).read_text())
+    told = {row["name"]: row["told"] for row in table["rows"]}
+    assert told["together"] == told["smoothing-half"] == ""
+    assert told["grid"] == told["step"] == "failed: the wheel does not touch"

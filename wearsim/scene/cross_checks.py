@@ -26,7 +26,7 @@ from wearsim.scene.models import (
     RigOperation,
     RigScene,
 )
-from wearsim.scene.reprofiling import reprofiling_faults, turned_at
+from wearsim.scene.reprofiling import reprofiling_faults, reprofiling_warnings, turned_at
 
 SMALLEST_ROLLER_MM = 50.0
 """Below this a roller is no longer large against a contact patch of 10 to 20 mm [mm]."""
@@ -81,6 +81,8 @@ def scene_warnings(
         fault_at(scene, path, told)
         for path, told in counterface_warnings(scene.counterface.wear, scene.campaign.distance_km)
     ]
+    turning = reprofiling_warnings(scene.campaign.reprofiling, scene.campaign.distance_km)
+    found += [fault_at(scene, path, told) for path, told in turning]
     if scene.campaign.smoothing_wavelength_mm == 0:
         told = "smoothing_wavelength_mm = 0: wear increments are not smoothed"
         found.append(fault_at(scene, ("campaign", "smoothing_wavelength_mm"), told))
@@ -122,7 +124,6 @@ def cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
     turning = reprofiling_faults(
         scene.campaign.reprofiling,
         scene.campaign.limits,
-        distance_km=scene.campaign.distance_km,
         diameter_mm=2.0 * scene.wheelset.radius_mm,
         rotation=scene.contact.rotation,
         compared=scene.origin.role != "scene",

@@ -52,7 +52,6 @@ def reprofiling_faults(
     section: ReprofilingSection | None,
     limits: LimitsSection | None,
     *,
-    distance_km: float,
     diameter_mm: float,
     rotation: str,
     compared: bool,
@@ -65,8 +64,8 @@ def reprofiling_faults(
         As read.
     limits : LimitsSection or None
         As read.
-    distance_km, diameter_mm : float
-        Distance of the campaign and diameter of the new wheels.
+    diameter_mm : float
+        Of the new wheels.
     rotation : str
         Rule of the wheels' rotation speed.
     compared : bool
@@ -109,11 +108,6 @@ def reprofiling_faults(
             )
     if any(b <= a for a, b in zip((0.0, *section.at_km), section.at_km, strict=False)):
         yield (*_HERE, "at_km"), f"at_km = {shown(list(section.at_km))} must rise from one to the next"
-    elif section.at_km and section.at_km[-1] >= distance_km:
-        yield (
-            (*_HERE, "at_km"),
-            f"at_km = {section.at_km[-1]:g} must be below the distance of the campaign, {distance_km:g} km",
-        )
     if rotation == "nominal":
         yield (
             ("contact", "rotation"),
@@ -125,6 +119,30 @@ def reprofiling_faults(
             _HERE,
             "[campaign.reprofiling] cannot be compared: factors from rig to field are of the wear since new; "
             "delete it, or run this scene by itself",
+        )
+
+
+def reprofiling_warnings(section: ReprofilingSection | None, distance_km: float) -> Iterator[Told]:
+    """Tell of turnings that a campaign does not reach: a shortened one is no fault.
+
+    Parameters
+    ----------
+    section : ReprofilingSection or None
+        As read.
+    distance_km : float
+        Of the campaign.
+
+    Yields
+    ------
+    tuple of (key, message)
+        The key as a path from the top of the scene.
+    """
+    beyond = [] if section is None else [place for place in section.at_km if place >= distance_km]
+    if beyond:
+        yield (
+            (*_HERE, "at_km"),
+            f"at_km = {', '.join(f'{place:g}' for place in beyond)} is not below the distance of the campaign, "
+            f"{distance_km:g} km: the wheels are not turned there",
         )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 from wearsim.campaign.progress import Event, Observer
 from wearsim.campaign.record import write_atomically
 from wearsim.campaign.run import run_scene
-from wearsim.errors import NumericalError
+from wearsim.errors import ContactError
 from wearsim.results import open_results
 from wearsim.scene import CompareScene, FieldScene, RigScene, load_campaign
 from wearsim.scene.changes import Change
@@ -137,7 +137,7 @@ def converge(
         if item.changes:
             try:
                 row["ends"], row["told"] = run(runs / item.name, (*alike, *item.changes)), ""
-            except NumericalError as error:
+            except ContactError as error:
                 row["told"] = f"failed: {error}"
         rows.append(row)
     table = {"command": command, "shortened": distance is not None, "given": given, "rows": rows}
