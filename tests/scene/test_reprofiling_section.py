@@ -34,9 +34,7 @@ def test_turnings_beyond_the_end_are_warned_of(folder, line_with):
     text = with_turning("at_km = [0.001, 1e6]")
     Path("scene.toml").write_text(text)
     (told,) = build(load_scene("scene.toml")).warnings
-    assert told.startswith(
-        f"scene.toml:{line_with(text, 'at_km')}: at_km = [1000000.0] is not below the dist"
-    )
+    assert told.startswith(f"scene.toml:{line_with(text, 'at_km')}: at_km = 1e+06 is not below the distance")
 
 
 def test_another_template_gets_the_points_of_the_wheel_and_its_file_is_told(folder):

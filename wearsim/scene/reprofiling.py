@@ -141,8 +141,8 @@ def reprofiling_warnings(section: ReprofilingSection | None, distance_km: float)
     if beyond:
         yield (
             (*_HERE, "at_km"),
-            f"at_km = {', '.join(f'{place:g}' for place in beyond)} is not below the distance of the campaign, "
-            f"{distance_km:g} km: the wheels are not turned there",
+            f"at_km = {', '.join(f'{place:g}' for place in beyond)} is not below the distance of the "
+            f"campaign, {distance_km:g} km: the wheels are not turned there",
         )
 
 
