@@ -12,6 +12,7 @@ from wearsim.results.limits import (
     attributes_of,
     ending_limits,
     first_met,
+    limits_met,
     limits_of,
     met_at,
     met_attributes,
@@ -83,8 +84,6 @@ def test_limited_measures_are_variables_of_the_rows():
 
 
 def test_limits_of_an_open_result(tmp_path, write_campaign):
-    from wearsim.results.limits import limits_met
-
     write_campaign(tmp_path / "rig.nc", "rig", 6, 20e-9)
     with open_results(tmp_path / "rig.nc") as data:
         data.attrs |= attributes_of({"max_wear_depth": 1.1e-3, "equivalent_conicity": 0.2}, False)
@@ -97,11 +96,34 @@ def test_limits_of_an_open_result(tmp_path, write_campaign):
 def test_of_values_along_the_profile_the_worst_counts():
     damage = np.zeros((2, 3, 5))
     damage[1, 2, 3] = 1.0
+    laws = ("wlrm", "wlrm", "wlrm")
     row = {"distance": np.asarray(2e3), "fatigue_damage": damage}
-    assert first_met(row, {"fatigue_damage": 1.0}) == "fatigue_damage"
-    assert first_met(row, {"fatigue_damage": 1.1}) is None
+    assert first_met(row, {"fatigue_damage": 1.0}, laws) == "fatigue_damage"
+    assert first_met(row, {"fatigue_damage": 1.1}, laws) is None
     rows = [{"distance": np.asarray(0.0), "fatigue_damage": np.zeros((2, 3, 5))}, row]
-    assert met_attributes(rows, {"fatigue_damage": 0.5}) == {"limit_fatigue_damage_met_left": 1e3}
+    assert met_attributes(rows, {"fatigue_damage": 0.5}, laws) == {"limit_fatigue_damage_met_left": 1e3}
+
+
+def test_damage_that_counts_no_cycles_meets_no_limit(tmp_path, write_campaign):
+    """An index of 5 beside a damage of 0.4 by wlrm: no crack, and no limit of 1 met."""
+    laws = ("surface_fatigue_index_local", "wlrm")
+    damage = np.zeros((2, 2, 181))
+    damage[:, 0], damage[0, 1, 7] = 5.0, 0.4
+    rows = [{"distance": np.asarray(run), "fatigue_damage": run / 1e3 * damage} for run in (0.0, 1e3)]
+    assert first_met(rows[1], {"fatigue_damage": 1.0}, laws) is None
+    assert first_met(rows[1], {"fatigue_damage": 1.0}, laws[:1]) is None
+    assert first_met(rows[1], {"fatigue_damage": 0.4}, laws) == "fatigue_damage"
+    assert met_attributes(rows, {"fatigue_damage": 0.2}, laws) == {"limit_fatigue_damage_met_right": 500.0}
+    assert met_attributes(rows, {"fatigue_damage": 0.2}, laws[:1]) == {}
+    write_campaign(tmp_path / "rig.nc", "rig", 1, 20e-9)
+    with open_results(tmp_path / "rig.nc") as data:
+        along = np.stack([row["fatigue_damage"] for row in rows])
+        told = data.assign(
+            fatigue_name=("fatigue", list(laws)),
+            fatigue_damage=(("step", "wheel", "fatigue", "point"), along),
+        ).assign_attrs(attributes_of({"fatigue_damage": 0.2}, False))
+        (met,) = limits_met(told)
+    assert met.distance == (5e3, None)  # 10 km are run
 
 
 def test_limits_that_have_wheels_turned_end_no_campaign():

@@ -49,6 +49,11 @@ def test_limits_reach_the_campaign_in_si(folder):
             "flange_thickness_mm = 33 is met by the new right wheel (32.5 mm) already, and the campaign "
             "would end before it begins",
         ),
+        (
+            'damage = 1\n[fatigue]\nlaws = ["surface_fatigue_index_local", "stress_index"]',
+            "damage = 1",
+            "damage = 1 needs a fatigue law that counts cycles; surface_fatigue_index_local, stress_index",
+        ),
     ],
 )
 def test_faults_stand_at_their_line(folder, faults_of, line_with, lines, line, told):

@@ -89,7 +89,7 @@ def test_faults_stand_at_their_line(folder, faults_of, lines, line, told):
             "diameter_mm = 850 is for wheels that are turned; add [campaign.reprofiling]",
         ),
         ("diameter_mm = 920", "at_km = [5]", "must be below the diameter of the new wheels, 920 mm"),
-        ("damage = 1", "", "damage = 1 needs a fatigue law; add [fatigue]"),
+        ("damage = 1", "", "damage = 1 needs a fatigue law that counts cycles; write wlrm among the laws"),
     ],
 )
 def test_limits_that_need_something_else(folder, faults_of, line_with, limits, turning, told):

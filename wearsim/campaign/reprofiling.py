@@ -41,7 +41,8 @@ def turning_due(state: State, setup: CampaignSetup) -> bool:
     if any(abs(state.distance - place) <= _SAME_PLACE * place for place in rules.places):
         return True
     limits = {name: value for name, value in setup.control.limits if name in rules.limits}
-    return bool(limits) and first_met(measures_of(state, setup, limits), limits) is not None
+    laws = [one.law for one in setup.fatigue]
+    return bool(limits) and first_met(measures_of(state, setup, limits), limits, laws) is not None
 
 
 def turn_wheels(state: State, setup: CampaignSetup) -> State:

@@ -218,9 +218,10 @@ def _loop(evolution: Evolution[EvaluationT], writer: Writer, progress: Progress)
     done = writer.recover()
     taken: StepTaken | None
     limits = ending_limits(writer.header.attributes)
+    laws = writer.header.static.get("fatigue_name", ())
     if done:
         last = writer.records.row(done - 1)
-        if first_met(last, limits):
+        if first_met(last, limits, laws):
             return
         state, taken = state_of(last, done - 1), None
         progress.start("resumed", state)
@@ -243,7 +244,7 @@ def _loop(evolution: Evolution[EvaluationT], writer: Writer, progress: Progress)
                 progress.step(state, taken.length)
             if deferred:
                 progress.tell("deferred")
-            if reached or first_met(row, limits):
+            if reached or first_met(row, limits, laws):
                 return
         before = state
         state, taken = evolution.advance(before, evaluation)

@@ -165,13 +165,14 @@ class Writer:
         count = self._count
         given = self.header.attributes
         limits = limits_of(given)
-        met = first_met(self.records.row(count - 1), ending_limits(given))
+        laws = self.header.static.get("fatigue_name", ())
+        met = first_met(self.records.row(count - 1), ending_limits(given), laws)
         ended = f"limit of {NOMENCLATURE[met].meaning} met" if met else "distance reached"
         header = replace(
             self.header,
             attributes={
                 **given,
-                **met_attributes((read() for read in self._readers()), limits),
+                **met_attributes((read() for read in self._readers()), limits, laws),
                 "source": self.records.sources(count),
                 "finished": ended,
             },

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from wearsim.damage.fatigue import COUNT_CYCLES
 from wearsim.results.layout import FILL_FLOAT
 
 LIMITED: Mapping[str, float] = {
@@ -68,7 +69,9 @@ def ending_limits(attributes: Mapping[str, Any]) -> dict[str, float]:
     return {name: value for name, value in limits_of(attributes).items() if name not in turned}
 
 
-def first_met(row: Mapping[str, NDArray[np.float64]], limits: Mapping[str, float]) -> str | None:
+def first_met(
+    row: Mapping[str, NDArray[np.float64]], limits: Mapping[str, float], laws: Sequence[str] = ()
+) -> str | None:
     """Name the first limit that a row has met on either wheel, None if it has met none.
 
     Parameters
@@ -77,9 +80,11 @@ def first_met(row: Mapping[str, NDArray[np.float64]], limits: Mapping[str, float
         Of the result file; missing values meet no limit.
     limits : mapping of str to float
         From `limits_of`.
+    laws : sequence of str
+        The fatigue laws of the row's damage; those that count no cycles meet no limit.
     """
     for name, limit in limits.items():
-        values = np.atleast_1d(row[name])
+        values = _worst(name, row[name], laws)
         if (LIMITED[name] * (values[_known(values)] - limit) >= 0.0).any():
             return name
     return None
@@ -151,13 +156,14 @@ def limits_met(dataset: xr.Dataset) -> tuple[LimitMet, ...]:
         In the order of `LIMITED`.
     """
     run = dataset["distance"].values
+    laws = laws_of(dataset)
     return tuple(
         LimitMet(
             name,
             limit,
             tuple(
                 met_at(run, column, name, limit)
-                for column in np.stack([_worst(name, row) for row in dataset[name].values]).T
+                for column in np.stack([_worst(name, row, laws) for row in dataset[name].values]).T
             ),
         )
         for name, limit in limits_of(dataset.attrs).items()
@@ -165,7 +171,7 @@ def limits_met(dataset: xr.Dataset) -> tuple[LimitMet, ...]:
 
 
 def met_attributes(
-    rows: Iterable[Mapping[str, NDArray[np.float64]]], limits: Mapping[str, float]
+    rows: Iterable[Mapping[str, NDArray[np.float64]]], limits: Mapping[str, float], laws: Sequence[str] = ()
 ) -> dict[str, float]:
     """Return the global attributes that tell where limits were met.
 
@@ -175,6 +181,8 @@ def met_attributes(
         All rows of a result file.
     limits : mapping of str to float
         From `limits_of`.
+    laws : sequence of str
+        As for `first_met`.
 
     Returns
     -------
@@ -185,7 +193,10 @@ def met_attributes(
     if not limits:
         return {}
     kept = [
-        {"distance": np.atleast_1d(row["distance"]), **{name: _worst(name, row[name]) for name in limits}}
+        {
+            "distance": np.atleast_1d(row["distance"]),
+            **{name: _worst(name, row[name], laws) for name in limits},
+        }
         for row in rows
     ]
     distance = np.concatenate([row["distance"] for row in kept])
@@ -200,9 +211,24 @@ def met_attributes(
     return found
 
 
-def _worst(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
+def laws_of(dataset: xr.Dataset) -> tuple[str, ...]:
+    """Return the names of the fatigue laws of a campaign.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From `results.open_results`.
+    """
+    return tuple(str(law) for law in dataset["fatigue_name"].values) if "fatigue_name" in dataset else ()
+
+
+def _worst(name: str, values: NDArray[np.float64], laws: Sequence[str]) -> NDArray[np.float64]:
     """Value by wheel, or one of the wheelset; of what stands along the profile, and by law, the worst."""
     values = np.atleast_1d(values)
+    if name == "fatigue_damage":
+        values = values[:, [k for k, law in enumerate(laws) if law in COUNT_CYCLES]]
+        if values.size == 0:
+            return np.full(len(values), np.nan)
     if values.ndim == 1:
         return values
     flat = values.reshape(len(values), -1)

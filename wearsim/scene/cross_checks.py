@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from wearsim.contact.normal import NEVER_LEADS, NORMAL_MODELS
+from wearsim.damage.fatigue import COUNT_CYCLES
 from wearsim.errors import Fault, ProfileError
 from wearsim.operation.field import REACH
 from wearsim.profile.measures import flange_thickness
@@ -118,8 +119,14 @@ def cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
     found += [
         fault_at(scene, path, told) for path, told in campaign_faults(scene.campaign, scene.contact.normal)
     ]
-    if scene.campaign.limits is not None and scene.campaign.limits.damage is not None and not scene.fatigue:
-        told = f"damage = {scene.campaign.limits.damage:g} needs a fatigue law; add [fatigue], or delete it"
+    damage = None if scene.campaign.limits is None else scene.campaign.limits.damage
+    laws = scene.fatigue.laws if scene.fatigue else ()
+    if damage is not None and not set(laws) & set(COUNT_CYCLES):
+        given = f"; {', '.join(laws)} orders passages and counts none" if laws else ""
+        told = (
+            f"damage = {damage:g} needs a fatigue law that counts cycles{given}; write "
+            f"{' or '.join(COUNT_CYCLES)} among the laws of [fatigue], or delete it"
+        )
         found.append(fault_at(scene, ("campaign", "limits", "damage"), told))
     turning = reprofiling_faults(
         scene.campaign.reprofiling,

@@ -24,7 +24,9 @@ class LimitsSection(Section):
     flange_gradient_mm: float | None = quantity("the least flange gradient qR", "mm", None, ge=0, le=20)
     hollowing_mm: float | None = quantity("the largest hollowing of the tread", "mm", None, gt=0, le=20)
     conicity: float | None = quantity("the largest equivalent conicity", "", None, gt=0, le=5)
-    damage: float | None = quantity("the largest fatigue damage by any law", "", None, gt=0, le=1000)
+    damage: float | None = quantity(
+        "the largest fatigue damage by a law that counts cycles (wlrm)", "", None, gt=0, le=1000
+    )
     diameter_mm: float | None = quantity(
         "the least wheel diameter after turning", "mm", None, ge=300, le=3000
     )

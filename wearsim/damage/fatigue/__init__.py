@@ -43,6 +43,8 @@ _CHUNK = 16  # patches; their cells fit the cache
 BRANCHES: tuple[Branch, ...] = ("net", "rising")
 CONTAIN_REMOVAL = ("wlrm",)
 """Laws whose function contains the removal of cracks by wear, and so has a net and a rising form."""
+COUNT_CYCLES = ("wlrm",)
+"""Laws of which damage 1 is a crack; the others order passages and count no cycles to it."""
 
 
 @dataclass(frozen=True)
@@ -265,6 +267,7 @@ def damage_at_points(per_width: FloatArray, settings: FatigueSettings) -> FloatA
 __all__ = [
     "BRANCHES",
     "CONTAIN_REMOVAL",
+    "COUNT_CYCLES",
     "DEFAULT_COEFFICIENTS",
     "FATIGUE_LAWS",
     "INDEX_UNITS",
