@@ -49,7 +49,8 @@ def campaign(tmp_path):
         head, _, rest = text.partition("[operation.monitor]")
         counts = iter([round(0.4 * points), round(0.3 * points), round(0.3 * points)])
         head = re.sub(r"positions = \d+", lambda _: f"positions = {next(counts)}", head)
-        head = head.replace("strips = 50", f"strips = {grid}").replace("cells = 50", f"cells = {grid}")
+        head, found = re.subn(r"(strips|cells) = \d+", rf"\1 = {grid}", head)
+        assert found == 2
         head = head.replace('"kik_piotrowski"', f'"{models[0]}"').replace('"fastsim"', f'"{models[1]}"')
         end = rest[rest.index("[campaign]") :].replace("distance_km = 35000", f"distance_km = {distance}")
         end = end.replace('"heun"', f'"{integrator}"') + (f"\nmax_step_km = {step}\n" if step else "\n")

@@ -206,6 +206,8 @@ def test_costs_are_those_of_the_committed_chart():
     for place in known:
         ratio = float(chart[place]) / float(chart[known[0]])
         assert 0.5 < costs[place] / ratio < 2.0, place
+    charted = [float(chart[place]) for place in known]
+    assert charted == sorted(charted)
 
 
 @pytest.mark.parametrize("count", [1, 2, 10])

@@ -331,7 +331,7 @@ class Stop(Exception):
     pass
 
 
-def test_stopped_and_continued_to_the_same_bits(tmp_path, assert_cf):
+def test_stopped_and_continued_to_the_same_bits(tmp_path):
     """Stopped before rollers and wheels are turned, between the two and after; every variable of the file."""
     campaign = "distance_km = 20\n[campaign.reprofiling]\nat_km = [12]"
     of = rig(tmp_path, "[counterface.wear]\nfactor = 0.8\nredress_every_km = 12", campaign)
@@ -363,7 +363,12 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, assert_cf):
         assert one.counterface_wear_factor == 0.8
         assert one.redress_distance == 12e3
         assert list(one["counterface_name"][:]) == ["right roller", "left roller"]
-    assert_cf(whole)
+
+
+@pytest.mark.cf
+def test_the_file_of_rollers_that_wear_keeps_the_conventions(tmp_path, assert_cf):
+    of = rig(tmp_path, "[counterface.wear]\nfactor = 0.8\nredress_every_km = 2", "distance_km = 3")
+    assert_cf(run_campaign(of.setup, tmp_path, "rig", command="wearsim run", threads=1))
 
 
 def test_a_counterface_that_stays_has_no_variables(tmp_path):

@@ -249,6 +249,7 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data
     )
 
 
+@pytest.mark.cf
 def test_the_file_keeps_the_conventions(finished, assert_cf):
     assert_cf(finished)
 

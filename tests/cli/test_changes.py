@@ -14,7 +14,7 @@ from wearsim.profile.standard import shipped_path
 def scene(tmp_path):
     """The shipped rig, cut short and coarse."""
     text = shipped_path("workflows", "rig.toml").read_text()
-    text = text.replace("strips = 50", "strips = 12").replace("cells = 50", "cells = 12")
+    text = text.replace("strips = 30", "strips = 12").replace("cells = 30", "cells = 12")
     head, tail = text.split("[campaign]")
     path = tmp_path / "rig.toml"
     path.write_text(f"{head}[campaign]{tail.replace('distance_km = 1260', 'distance_km = 9')}")

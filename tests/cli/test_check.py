@@ -62,7 +62,7 @@ def climbing_rig(tmp_path, monkeypatch):
     text = shipped_path("workflows", "rig.toml").read_text()
     text = text.replace("shift_mm = 5", "shift_mm = 7").replace("distance_km = 1260", "distance_km = 0.01")
     Path("rig.toml").write_text(
-        text.replace("cells = 50", "cells = 10").replace("strips = 50", "strips = 10")
+        text.replace("cells = 30", "cells = 10").replace("strips = 30", "strips = 10")
     )
     line = text[: text.index("shift_mm = 7")].count("\n") + 1
     return f"warning: rig.toml:{line}: shift_mm = 7 is beyond the flange clearance of 6.6 mm: "

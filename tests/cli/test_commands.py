@@ -22,7 +22,7 @@ def compared(tmp_path_factory):
         text = shipped_path("workflows", f"{name}.toml").read_text()
         if name in DISTANCE:
             head, _ = text.split("[campaign]")
-            head = head.replace("strips = 50", "strips = 12").replace("cells = 50", "cells = 12")
+            head = head.replace("strips = 30", "strips = 12").replace("cells = 30", "cells = 12")
             text = f"{head}[campaign]\ndistance_km = {DISTANCE[name]}\nintegrator = 'euler'\n"
         (folder / f"{name}.toml").write_text(text)
     assert cli.main(["run", str(folder / "rig_vs_field.toml"), "--out", str(folder / "out")]) == 0

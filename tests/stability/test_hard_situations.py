@@ -18,13 +18,13 @@ SECONDS = 20.0  # a hundred times what the slowest takes; the first call of a ke
 WAYS_OUT = ("check", "take", "give", "lower", "smooth", "raise")
 
 KNOWN = {
-    ("measured noise", "10 um", "kik_piotrowski"): "measured area 121 %, strip work 96 %, target 25 %, 50 %: "
+    ("measured noise", "10 um", "kik_piotrowski"): "measured area 104 %, strip work 99 %, target 25 %, 50 %: "
     "its pressure is that of a smooth profile, and nothing tells so",
-    ("measured noise", "10 um", "half_space"): "measured strip work 70 %, target 20 %: 40 cells do not "
+    ("measured noise", "10 um", "half_space"): "measured strip work 49 %, target 20 %: 30 cells do not "
     "resolve contacts on single asperities",
     ("load of 1 N", "1 N", "knothe_le_the"): "measured pressure 59 %, target 20 %: the patch is "
     "two points of the gap wide",
-    ("next to no spin, no creepage", "0.01 1/m", None): "measured strip work 85 to 180 %, target 20 to 70 %: "
+    ("next to no spin, no creepage", "0.01 1/m", None): "measured strip work 94 to 180 %, target 20 to 70 %: "
     "slip in a few cells at the trailing edge, power_balance 0.03 to 0.2",
     **{
         ("large yaw or shift", "1000 mrad, on the edge of the chamfer", normal): "measured an answer, target "

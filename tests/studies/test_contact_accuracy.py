@@ -8,7 +8,7 @@ import pytest
 
 from wearsim.scene import load_scene
 from wearsim.scene.accuracy import matrix_of
-from wearsim.studies.accuracy import ERRORS, solve_accuracy
+from wearsim.studies.accuracy import ERRORS, FULL_SLIP, solve_accuracy
 
 REPOSITORY = Path(__file__).parents[2]
 CASES = [3, 17, 40, 74, 101, 120]
@@ -52,3 +52,33 @@ def test_the_strip_model_keeps_its_aim_and_fastsim_its_limit(committed):
         rows = committed.loc[model][single]
         for name, limit in {"area": 0.03, "max_pressure": 0.05, "power": power}.items():
             assert rows[f"error_{name}"].abs().quantile(0.95) < limit, (model, name)
+
+
+SLIPPING = {"fastsim": (0.168, 0.039), "half_space": (0.142, 0.013)}
+AIMS = {"fastsim": 0.08, "half_space": 0.03}
+
+
+@pytest.mark.parametrize(
+    ("tangential", "full"),
+    [
+        pytest.param(
+            tangential, full,
+            marks=[]
+            if SLIPPING[tangential][full] < aim
+            else pytest.mark.xfail(
+                strict=True,
+                reason=f"measured {100.0 * SLIPPING[tangential][full]:.1f} %, target {100.0 * aim:.0f} %: "
+                "split patches, whose lobes have planes and creepages of their own",
+            ),
+        )
+        for tangential, aim in AIMS.items()
+        for full in (False, True)
+    ],
+)  # fmt: skip
+def test_power_of_the_strip_model_by_slip_share(committed, tangential, full):
+    """Over all patches, 95 % of the cases, below and above a slip share of 0.9."""
+    rows = committed.loc[f"knothe_le_the + {tangential}, 50 x 50"]
+    rows = rows[(committed.loc["reference"]["slip_share"] > FULL_SLIP) == full]
+    found = rows["error_power"].abs().quantile(0.95)
+    assert found == pytest.approx(SLIPPING[tangential][full], abs=1e-3)
+    assert found < AIMS[tangential]

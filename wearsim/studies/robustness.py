@@ -35,14 +35,17 @@ _BOUND = 1e-3  # relative excess of traction over its bound
 _WORK = 1e-4  # relative difference of the wheel's strip work from its power; what a second patch that sticks
 # everywhere still has of power, none of which the half-space puts anywhere, is 2e-5 of it in the situations
 
-_CHEAP = ("hertz", "kik_piotrowski", "knothe_le_the")
+_RISING = ("hertz", "kik_piotrowski", "knothe_le_the", "half_space")
 
 
-def _cost(combination: tuple[str, str]) -> tuple[bool, bool, int, str]:
-    """Sort key: half-spaces are dearest, the normal one above all."""
+def _cost(combination: tuple[str, str]) -> tuple[bool, int]:
+    """Sort key, as in reports/speed_accuracy.md at 50 x 50: the tangential half-space costs most.
+
+    On a patch of the normal half-space it costs least, whose cells it can take as they are.
+    """
     normal, tangential = combination
-    place = _CHEAP.index(normal) if normal in _CHEAP else len(_CHEAP)
-    return normal == "half_space", tangential == "half_space", place, tangential
+    place = _RISING.index(normal) if normal in _RISING else len(_RISING)
+    return tangential == "half_space", -place if tangential == "half_space" else place
 
 
 COMBINATIONS: tuple[tuple[str, str], ...] = tuple(
@@ -64,7 +67,7 @@ STATED: dict[tuple[str, str], dict[str, float]] = {
         ("hertz", "fastsim"): (0.35, 0.2, 0.15, 0.4, 0.7),
     }.items()
 }
-"""Errors each combination keeps within wherever it answers on 40 strips and cells or more, but for those
+"""Errors each combination keeps within wherever it answers on 30 strips and cells or more, but for those
 situations that the tests name as known failures."""
 
 UNSTATED = dict(zip(ERRORS, (0.35, 0.45, 0.25, 0.4, 0.7), strict=True))
