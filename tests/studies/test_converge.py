@@ -4,6 +4,7 @@ import json
 import tomllib
 
 import pytest
+import xarray as xr
 
 from wearsim import cli
 from wearsim.errors import ContactError, NumericalError
@@ -200,3 +201,27 @@ def test_a_campaign_that_is_cut_short_before_a_turning_is_compared_all_the_same(
     told = {row["name"]: row["told"] for row in table["rows"]}
     assert told["together"] == told["smoothing-half"] == ""
     assert told["grid"] == told["step"] == "failed: the wheel does not touch"
+
+
+def test_a_campaign_that_ended_with_a_turning_is_compared_by_its_worn_wheels(
+    made_up_runs, monkeypatch, tmp_path
+):
+    """Its last row, without depth, is one of turned wheels; refined campaigns end at the same place, worn."""
+
+    def turned(path):
+        data = open_results(path)
+        if path.parent.name != "out":
+            return data
+        lathe = data.isel(step=slice(0, 1)).assign(distance=data["distance"][-1:])
+        both = xr.concat([data, lathe], "step", data_vars="minimal", coords="minimal", compat="override")
+        return both.assign(last_turning=("step", [0, 0, 0, 3]))
+
+    monkeypatch.setattr("wearsim.studies.converge.open_results", turned)
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SCENE)
+    table = json.loads(converge(scene, tmp_path / "out").read_text())
+    given, refined = table["given"]["rig"], table["rows"][-1]["ends"]["rig"]
+    assert given["steps"] == refined["steps"] + 1
+    assert given["end"] == refined["end"]
+    assert given["moved"] == refined["moved"]
+    assert given["moved"]["max_wear_depth"][0] == pytest.approx(20e-9 * 20e3, rel=1e-12)

@@ -14,6 +14,7 @@ from wearsim.campaign.record import write_atomically
 from wearsim.campaign.run import run_scene
 from wearsim.errors import ContactError
 from wearsim.results import open_results
+from wearsim.results.turnings import last_worn_row
 from wearsim.scene import CompareScene, FieldScene, RigScene, load_campaign
 from wearsim.scene.changes import Change
 
@@ -160,9 +161,13 @@ def _as_far(
 
 
 def _end(path: Path) -> dict[str, Any]:
-    """Measures at the end of a campaign, and how far they moved; None where a profile has none."""
+    """Measures at the end of a campaign, and how far they moved; None where a profile has none.
+
+    The end of one that ended with a turning is that of the worn wheels: refined ones are not turned there.
+    """
     with open_results(path) as data:
-        last = {name: data[name].values[-1].reshape(-1).tolist() for name in MEASURES}
+        row = last_worn_row(data)
+        last = {name: data[name].values[row].reshape(-1).tolist() for name in MEASURES}
         first = {name: data[name].values[0].reshape(-1).tolist() for name in MEASURES}
         return {
             "distance": float(data["distance"][-1]),
