@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from wearsim import cli, open_results
-from wearsim.cli.status import line
+from wearsim.cli.progress import status_line
 from wearsim.profile.standard import shipped_path
 
 
@@ -119,10 +119,10 @@ def test_a_line_of_status_holds_distance_depth_and_time_left():
         "worst_depth": 0.12e-3,
         "time_left": 125.0,
     }
-    assert line("rig", item) == (
+    assert status_line("rig", item) == (
         "rig: running, step 7, 250 of 1000 km (25 %), deepest wear 0.12 mm, about 2 min left"
     )
-    told = line("rig", {**item, "state": "failed", "message": "no convergence"})
+    told = status_line("rig", {**item, "state": "failed", "message": "no convergence"})
     assert told.endswith("deepest wear 0.12 mm; no convergence")
 
 
@@ -138,8 +138,8 @@ def test_check_tells_the_limits_and_which_the_new_wheel_meets(tmp_path, monkeypa
 
 def test_status_tells_the_limit_that_ended_a_campaign():
     item = {"state": "finished", "step": 3, "distance": 5e3, "target": 9e3, "ended": "limit of hollowing met"}
-    assert line("rig", item).endswith(": limit of hollowing met")
-    assert "distance reached" not in line("rig", {**item, "ended": "distance reached"})
+    assert status_line("rig", item).endswith(": limit of hollowing met")
+    assert "distance reached" not in status_line("rig", {**item, "ended": "distance reached"})
 
 
 def test_check_tells_the_laws_beside_and_the_fatigue_laws(capsys):

@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
     from wearsim.campaign.progress import Event, Observer
@@ -142,3 +142,30 @@ def _live(stream: TextIO) -> Iterator[Observer]:
                 deferred.add(event.name)
 
         yield show
+
+
+def status_line(name: str, item: dict[str, Any]) -> str:
+    """One line on one campaign.
+
+    Parameters
+    ----------
+    name : str
+        Of the campaign.
+    item : dict
+        Its entry in `status.json`.
+    """
+    distance, target = float(item.get("distance", 0.0)), float(item.get("target", 0.0))
+    percent = f" ({100.0 * distance / target:.0f} %)" if target > 0 else ""
+    told = (
+        f"{name}: {item.get('state', 'unknown')}, step {item.get('step', 0)}, "
+        f"{distance / 1e3:.6g} of {target / 1e3:.6g} km{percent}, "
+        f"deepest wear {1e3 * float(item.get('worst_depth', 0.0)):.4g} mm"
+    )
+    left = item.get("time_left")
+    if item.get("state") == "running" and left is not None:
+        told += f", about {duration(float(left))} left"
+    if item.get("ended") not in (None, "", "distance reached"):
+        told += f": {item['ended']}"
+    if item.get("message"):
+        told += f"; {item['message']}"
+    return told

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 from wearsim.cli import Commands, add_command
-from wearsim.cli.progress import duration
+from wearsim.cli.progress import status_line
 
 
 def add_parser(commands: Commands) -> None:
@@ -40,7 +39,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if not campaigns:
         print(f"{out}: no step finished yet")
     for name, item in campaigns.items():
-        print(line(name, item))
+        print(status_line(name, item))
     return 0
 
 
@@ -64,30 +63,3 @@ def _sweep(out: Path, as_json: bool) -> int:
         del case["number"], case["exit_code"]
     print(json.dumps({"title": plan["title"], "cases": cases}, indent=2, ensure_ascii=False))
     return 0
-
-
-def line(name: str, item: dict[str, Any]) -> str:
-    """One line on one campaign.
-
-    Parameters
-    ----------
-    name : str
-        Of the campaign.
-    item : dict
-        Its entry in `status.json`.
-    """
-    distance, target = float(item.get("distance", 0.0)), float(item.get("target", 0.0))
-    percent = f" ({100.0 * distance / target:.0f} %)" if target > 0 else ""
-    told = (
-        f"{name}: {item.get('state', 'unknown')}, step {item.get('step', 0)}, "
-        f"{distance / 1e3:.6g} of {target / 1e3:.6g} km{percent}, "
-        f"deepest wear {1e3 * float(item.get('worst_depth', 0.0)):.4g} mm"
-    )
-    left = item.get("time_left")
-    if item.get("state") == "running" and left is not None:
-        told += f", about {duration(float(left))} left"
-    if item.get("ended") not in (None, "", "distance reached"):
-        told += f": {item['ended']}"
-    if item.get("message"):
-        told += f"; {item['message']}"
-    return told

@@ -161,14 +161,14 @@ def status_lines(out: Path) -> list[str]:
         Directory of the sweep.
     """
     from wearsim.campaign.directory import read_status
-    from wearsim.cli.status import line
+    from wearsim.cli.progress import status_line
     from wearsim.studies.sweep_directory import outcomes_of, read_plan
 
     lines = []
     outcomes = outcomes_of(out)
     for entry, outcome in zip(read_plan(out)["cases"], outcomes, strict=True):
         campaigns = read_status(out / entry["directory"]).get("campaigns") or {}
-        lines += [line(f"case {outcome.number}, {name}", item) for name, item in campaigns.items()]
+        lines += [status_line(f"case {outcome.number}, {name}", item) for name, item in campaigns.items()]
         if not campaigns or (outcome.fault and not any(item.get("message") for item in campaigns.values())):
             lines.append(
                 f"case {outcome.number}: {outcome.state}" + (f"; {outcome.fault}" if outcome.fault else "")
