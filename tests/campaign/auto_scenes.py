@@ -1,7 +1,7 @@
 """Made-up rigs on which `model = "auto"` has to keep its tolerance; as a program it writes a test's table.
 
-Run `python tests/campaign/auto_scenes.py` (minutes). The seed is not that of the collectives on which the
-margin of the choice was found.
+Run `python tests/campaign/auto_scenes.py` (minutes; with a tolerance behind, the rows of that one alone, on
+standard output). The seed is not that of the collectives on which the margin of the choice was found.
 """
 
 import csv
@@ -18,8 +18,25 @@ from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.scene import build, load_scene
 
 TABLE = Path(__file__).parents[1] / "data" / "auto_tolerance.csv"
-SCENES, POINTS, TOLERANCE = 30, 24, 0.1
-COLUMNS = ("scene", "alone", "alone_cost", "alone_whole", *CLASSES, "points", "cost", "sample", "whole")
+POINTS = 24
+SCENES = {0.1: range(30), 0.05: range(30, 50)}  # numbers by tolerance
+COLUMNS = (
+    "scene",
+    "tolerance",
+    "alone",
+    "alone_cost",
+    "alone_whole",
+    *CLASSES,
+    "points",
+    "cost",
+    "sample",
+    "whole",
+)
+
+
+def tolerance_of(number):
+    """Tolerance of a scene."""
+    return next(tolerance for tolerance, numbers in SCENES.items() if number in numbers)
 
 
 def scene(number):
@@ -38,7 +55,7 @@ gauge_mm = {random.uniform(1430.0, 1440.0):.0f}
 roller_radius_mm = {10.0 ** random.uniform(2.6, 3.6):.0f}
 [contact]
 model = "auto"
-tolerance = {TOLERANCE}
+tolerance = {tolerance_of(number)}
 [campaign]
 distance_km = 10
 """
@@ -81,6 +98,7 @@ def outcome(number, folder):
     whole_alone, whole = (one.depth_error for one in judged)
     return {
         "scene": number,
+        "tolerance": tolerance_of(number),
         "alone": choose.named(alone.models),
         "alone_cost": choose.COST_ORDER[candidates.index(alone.models)][3],
         "alone_whole": f"{whole_alone:.4f}",
@@ -95,10 +113,11 @@ def outcome(number, folder):
 if __name__ == "__main__":
     import tempfile
 
-    with open(TABLE, "w", newline="") as file:
+    wanted = [float(text) for text in sys.argv[1:]] or list(SCENES)
+    with open(TABLE, "w", newline="") if len(sys.argv) == 1 else sys.stdout as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
-        for scene_number in range(SCENES):
+        for scene_number in (number for tolerance in wanted for number in SCENES[tolerance]):
             with tempfile.TemporaryDirectory() as scratch:
                 row = outcome(scene_number, scratch)
             writer.writerow(row)
