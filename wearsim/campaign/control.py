@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearsim.campaign.counterface import damped_counterface, smoothed, way_to_turning
-from wearsim.campaign.smoothing import smooth
+from wearsim.campaign.counterface import damped_counterface, way_to_turning
+from wearsim.campaign.smoothing import smooth_sides
 from wearsim.campaign.state import State, WearRate
 from wearsim.campaign.step import damped
 from wearsim.contact.patch import FloatArray
@@ -17,7 +17,6 @@ from wearsim.contact.solve import ContactModels
 from wearsim.errors import NumericalError
 from wearsim.operation.counterface import CounterfaceWear
 from wearsim.operation.points import ControlSettings, OperatingPoints
-from wearsim.profile.shape import arc_length, vertex_lengths
 
 # Places along a programme are compared with this share of the loop: far above the rounding of the
 # distance run, far below any step.
@@ -269,18 +268,12 @@ def _deepest_below(depth: FloatArray | None, state: State, wavelength: float) ->
     """Largest depth after smoothing of a depth (2, k) of the counterface, if that wears."""
     if state.counterface is None or depth is None:
         return 0.0
-    return float(smoothed(state.counterface, depth, wavelength).max())
+    return float(smooth_sides(state.counterface.y, state.counterface.z, depth, wavelength).max())
 
 
 def _deepest(regime_depth: FloatArray, state: State, wavelength: float) -> float:
     """Largest depth after smoothing of a depth by regime (2, n_regimes, n)."""
-    deepest = 0.0
-    for wheel in (0, 1):
-        arc = arc_length(state.y[wheel], state.z[wheel])
-        length = vertex_lengths(state.y[wheel], state.z[wheel])
-        smoothed = smooth(arc, regime_depth[wheel], length, wavelength)
-        deepest = max(deepest, float(smoothed.sum(axis=0).max()))
-    return deepest
+    return float(smooth_sides(state.y, state.z, regime_depth, wavelength).sum(axis=1).max())
 
 
 def _damped_cap(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from wearsim.campaign.smoothing import smooth
+from wearsim.campaign.smoothing import smooth_sides
 from wearsim.campaign.state import CounterfaceRate, CounterfaceState, State, WearRate
 from wearsim.campaign.vertices import sample, share_out, stretches, taken_off
 from wearsim.contact.patch import FloatArray
@@ -118,14 +118,6 @@ def _running_part(y: FloatArray, z: FloatArray) -> slice:
     return slice(first, last)
 
 
-def smoothed(state: CounterfaceState, depth: FloatArray, wavelength: float) -> FloatArray:
-    """Smooth a depth (2, k) along both profiles as that of the wheels is [m]."""
-    return np.stack([
-        smooth(arc_length(y, z), row, vertex_lengths(y, z), wavelength)
-        for y, z, row in zip(state.y, state.z, depth, strict=True)
-    ])  # fmt: skip
-
-
 def damped_counterface(rate: WearRate, step_length: float) -> FloatArray | None:
     """Depth (2, k) of a semi-implicit step, as `campaign.step.damped` gives that of the wheels [m]."""
     below = rate.counterface
@@ -154,7 +146,7 @@ def wear_off_counterface(
     CounterfaceState
         After; the area between the polygons is the sum of depth times vertex length.
     """
-    increment = smoothed(state, depth, smoothing_wavelength)
+    increment = smooth_sides(state.y, state.z, depth, smoothing_wavelength)
     moved = [
         taken_off(y, -z, row, f"{side} counterface")  # wheels have z out of the material
         for side, y, z, row in zip(("right", "left"), state.y, state.z, increment, strict=True)
@@ -198,7 +190,7 @@ def way_to_turning(state: State, rate: WearRate, settings: CounterfaceWear, wave
     below = state.counterface
     if below is None or rate.counterface is None or math.isinf(settings.redress_depth):
         return math.inf
-    grows = smoothed(below, rate.counterface.depth, wavelength)
+    grows = smooth_sides(below.y, below.z, rate.counterface.depth, wavelength)
     worn = grows > 0.0
     return float(((settings.redress_depth - below.depth[worn]) / grows[worn]).min(initial=math.inf))
 

@@ -11,14 +11,14 @@ import numpy as np
 
 from wearsim.campaign.by_point import ModelsByPoint
 from wearsim.campaign.rate import accumulate, solve_contact
-from wearsim.campaign.smoothing import smooth
+from wearsim.campaign.smoothing import smooth_sides
 from wearsim.campaign.state import State
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints
-from wearsim.profile.shape import arc_length, vertex_lengths
+from wearsim.profile.shape import vertex_lengths
 
 ModelsT = TypeVar("ModelsT", bound=ContactModels | ModelsByPoint)
 
@@ -106,6 +106,8 @@ def judge(
     """
     classes = np.zeros(len(points.label), dtype=np.int64) if point_class is None else point_class
 
+    length = np.stack([vertex_lengths(state.y[wheel], state.z[wheel]) for wheel in (0, 1)])
+
     def increment(models: ContactModels | ModelsByPoint) -> _Increment:
         solution = solve_contact(state, points, wheelset, counterface, models, threads=threads)
         passage = passage_depth(solution.fields, solution.area, wear)
@@ -114,12 +116,8 @@ def judge(
         for one in range(len(depth)):
             weight = np.where(classes == one, points.weight, 0.0)
             rate = accumulate(solution, points, weight, state, wheelset, wear, passage=passage)
-            for wheel in (0, 1):
-                y, z = state.y[wheel], state.z[wheel]
-                length = vertex_lengths(y, z)
-                total = rate.regime_depth[wheel].sum(axis=0)
-                depth[one, wheel] = smooth(arc_length(y, z), total, length, smoothing_wavelength)
-                work[wheel] += rate.friction_work[wheel] * length
+            depth[one] = smooth_sides(state.y, state.z, rate.depth, smoothing_wavelength)
+            work += rate.friction_work * length
         power = np.zeros(len(points.label))
         np.add.at(power, solution.point, solution.power)
         return _Increment(depth, work, power)

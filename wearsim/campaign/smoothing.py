@@ -6,6 +6,7 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray
 from wearsim.profile.noise import smoothing_spline
+from wearsim.profile.shape import arc_length, vertex_lengths
 
 
 def smooth(arc: FloatArray, depth: FloatArray, length: FloatArray, wavelength: float) -> FloatArray:
@@ -42,3 +43,26 @@ def smooth(arc: FloatArray, depth: FloatArray, length: FloatArray, wavelength: f
     scale = np.where(kept > 0.0, area / np.where(kept > 0.0, kept, 1.0), 0.0)
     result: FloatArray = (smoothed * scale[:, None]).reshape(depth.shape)
     return result
+
+
+def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float) -> FloatArray:
+    """Smooth a wear increment along the profiles of both sides.
+
+    Parameters
+    ----------
+    y, z : (2, n) array
+        Profiles of the right and left body [m].
+    depth : (2, ..., n) array
+        At their vertices, not negative [m].
+    wavelength : float
+        As for `smooth` [m].
+
+    Returns
+    -------
+    (2, ..., n) array
+        Smoothed depth [m].
+    """
+    return np.stack([
+        smooth(arc_length(y[side], z[side]), depth[side], vertex_lengths(y[side], z[side]), wavelength)
+        for side in (0, 1)
+    ])  # fmt: skip

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.campaign.counterface import damped_counterface, wear_off_counterface
-from wearsim.campaign.smoothing import smooth
+from wearsim.campaign.smoothing import smooth_sides
 from wearsim.campaign.state import CounterfaceState, Increment, State, WearRate
 from wearsim.campaign.vertices import taken_off
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue.balance import damage_after
-from wearsim.profile.shape import arc_length, vertex_lengths
+from wearsim.profile.shape import vertex_lengths
 
 RateAt = Callable[[State], WearRate]
 Predict = Callable[[Increment], State]
@@ -268,12 +268,11 @@ def remove(
     :math:`\rho \sum 2 \pi r_j d_j l_j`.
     """
     y, z = np.empty_like(state.y), np.empty_like(state.z)
-    depth = np.empty_like(regime_depth)
+    depth = smooth_sides(state.y, state.z, regime_depth, smoothing_wavelength)
     area, mass = state.worn_area.copy(), state.worn_mass.copy()
     for wheel in (0, 1):
         old_y, old_z = state.y[wheel], state.z[wheel]
         length = vertex_lengths(old_y, old_z)
-        depth[wheel] = smooth(arc_length(old_y, old_z), regime_depth[wheel], length, smoothing_wavelength)
         total = depth[wheel].sum(axis=0)
         y[wheel], z[wheel] = taken_off(old_y, old_z, total, f"{('right', 'left')[wheel]} wheel")
         area[wheel] += (total * length).sum()
@@ -304,13 +303,10 @@ def _with_laws_beside(
     equal bits. Damage feeds nothing back into the contact and is not smoothed.
     """
     length = np.stack([vertex_lengths(before.y[w], before.z[w]) for w in (0, 1)])
-    arc = [arc_length(before.y[w], before.z[w]) for w in (0, 1)]
     depths: list[FloatArray] = []
     areas: list[FloatArray] = []
     for by_regime, depth in zip(increment.beside, before.beside_depth, strict=True):
-        smoothed = np.stack([
-            smooth(arc[w], by_regime[w], length[w], smoothing_wavelength) for w in (0, 1)
-        ])  # fmt: skip
+        smoothed = smooth_sides(before.y, before.z, by_regime, smoothing_wavelength)
         depths.append(depth + smoothed.sum(axis=1))
         areas.append((smoothed * length[:, None]).sum(axis=2))
     taken = worn.wear_depth - before.wear_depth
