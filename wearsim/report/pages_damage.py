@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Literal
+
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from wearsim.report import figures, figures_damage
 from wearsim.report.pages import Plate, environment_note, worn_range
@@ -38,17 +44,29 @@ def laws_with_balance(dataset: xr.Dataset) -> list[int]:
     return [int(k) for k in np.flatnonzero(np.isfinite(dataset["fatigue_crack_depth"].values))]
 
 
-def _wear_laws(datasets: list[xr.Dataset]) -> Plate:
+def _by_wheel(
+    rows: Sequence[tuple[xr.Dataset, Callable[..., Axes], str]],
+    *,
+    sharey: bool | Literal["row"],
+    columns: int = 4,
+) -> Figure:
+    """Draw both wheels side by side in each row: of a dataset, by a function, with more in the title."""
     with style():
-        figure, axes = grid(len(datasets), 2, height=1.8, gap=0.3, sharey="row")
-        for row, data in enumerate(datasets):
+        figure, axes = grid(len(rows), 2, height=1.8, gap=0.3, sharey=sharey)
+        for row, (data, draw, more) in enumerate(rows):
             for wheel, side in enumerate(figures.WHEELS):
-                ax = figures_damage.plot_wear_laws(data, axes[row, wheel], wheel=wheel)
+                ax = draw(data, axes[row, wheel], wheel=wheel)
                 ax.set_xlim(worn_range([data], wheel))
-                ax.set_title(f"{role_of(data).capitalize()}, {side} wheel")
+                ax.set_title(f"{role_of(data).capitalize()}, {side} wheel{more}")
                 if wheel:
                     ax.set_ylabel("")
-        legend(figure, columns=6)
+        legend(figure, columns=columns)
+    return figure
+
+
+def _wear_laws(datasets: list[xr.Dataset]) -> Plate:
+    rows = [(data, figures_damage.plot_wear_laws, "") for data in datasets]
+    figure = _by_wheel(rows, sharey="row", columns=6)
     text = (
         "Wear depth at the end of each campaign by the leading law and by the laws beside it, on the same "
         "contacts: the profile wears by the leading law alone."
@@ -79,16 +97,7 @@ def _shakedown(datasets: list[xr.Dataset]) -> Plate:
 
 
 def _damage(datasets: list[xr.Dataset]) -> Plate:
-    with style():
-        figure, axes = grid(len(datasets), 2, height=1.8, gap=0.3, sharey=True)
-        for row, data in enumerate(datasets):
-            for wheel, side in enumerate(figures.WHEELS):
-                ax = figures_damage.plot_fatigue_damage(data, axes[row, wheel], wheel=wheel)
-                ax.set_xlim(worn_range([data], wheel))
-                ax.set_title(f"{role_of(data).capitalize()}, {side} wheel")
-                if wheel:
-                    ax.set_ylabel("")
-        legend(figure)
+    figure = _by_wheel([(data, figures_damage.plot_fatigue_damage, "") for data in datasets], sharey=True)
     text = (
         "Fatigue damage along the profile at the end of each campaign, each law over its largest value on "
         "both wheels: laws count different things, the place compares."
@@ -113,17 +122,11 @@ def _cycles(datasets: list[xr.Dataset]) -> Plate:
 
 
 def _balance(weighed: list[tuple[xr.Dataset, int]]) -> Plate:
-    with style():
-        figure, axes = grid(len(weighed), 2, height=1.8, gap=0.3, sharey="row")
-        for row, (data, law) in enumerate(weighed):
-            name = str(data["fatigue_name"].values[law])
-            for wheel, side in enumerate(figures.WHEELS):
-                ax = figures_damage.plot_balance(data, axes[row, wheel], law=law, wheel=wheel)
-                ax.set_xlim(worn_range([data], wheel))
-                ax.set_title(f"{role_of(data).capitalize()}, {side} wheel, {name}")
-                if wheel:
-                    ax.set_ylabel("")
-        legend(figure)
+    rows = [
+        (data, partial(figures_damage.plot_balance, law=law), f", {data['fatigue_name'].values[law]}")
+        for data, law in weighed
+    ]
+    figure = _by_wheel(rows, sharey="row")
     text = (
         "Wear against fatigue at the rates of the last step: the wear rate, and the one at which cracks just "
         "do not grow. Where wear is above, it removes cracks as fast as they grow."
