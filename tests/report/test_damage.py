@@ -5,12 +5,14 @@ import re
 import numpy as np
 import pytest
 
+from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import run_scene
 from wearsim.damage.fatigue.agreement import agreement
 from wearsim.report import figures_damage, pages_damage, tables_damage
 from wearsim.report.html import render, write_report
 from wearsim.report.inspect import inspect, summary_text
 from wearsim.results import open_results
+from wearsim.scene import build, load_scene
 from wearsim.translation.translate import translate
 
 COMMON = """
@@ -110,6 +112,23 @@ def test_report_marks_uncertain_constants_of_every_law(text):
         assert constant in text
     assert "shear_yield = 300 MPa, range 200 to 350 (recalled)" in text
     assert re.search(r"seizure \d+\.\d%", text)  # the share of wear above 0.8 H
+
+
+def test_report_marks_laws_of_the_users_own_with_their_certainty(pair, tmp_path):
+    own = (
+        '[wear]\nlaw = "table"\n[wear.table]\nsource = "twin disc"\ncertainty = "measured, 10 %"\n'
+        'interpolation = "linear"\nbeyond = "hold"\nT_gamma_A_N_mm2 = [0, 10]\nmass_rate_ug_m_mm2 = [0, 55]\n'
+        '[fatigue]\nlaws = ["wlrm"]\n[fatigue.damage_function]\nsource = "house"\ncertainty = "a guess"\n'
+        "start_N = 20\npeak_N = 80\nend_N = 200\npeak_damage = 5e-6\n"
+    )
+    common = COMMON.split("[wear]")[0].format(roller="roller_radius_mm = 1000", distance=14)
+    (tmp_path / "rig.toml").write_text(RIG + common + own)
+    header = WheelsetEvolution(build(load_scene(tmp_path / "rig.toml"))).header
+    numbers = tables_damage.wear_laws(pair[0].assign_attrs(header.attributes))[1]
+    column = numbers.head.index("Uncertain coefficients")
+    assert numbers.rows[0][column].text == "wear.table: given by the user, who says: measured, 10 %"
+    assert header.static["fatigue_doubts"] == ("damage_function: given by the user, who says: a guess",)
+    assert "given by the user" in render([pair[0].assign_attrs(header.attributes)])
 
 
 def test_report_without_such_laws_has_no_section(run_directory):

@@ -155,6 +155,14 @@ def static_beside(laws: LawsBeside) -> dict[str, Any]:
     return found
 
 
+def attributes_beside(laws: LawsBeside) -> dict[str, str]:
+    """Return the attributes of a result file with the numbers of the laws, one line for each."""
+    wear = ["" if one.law == "none" else ", ".join(acting_coefficients(one).numbers) for one in laws.wear]
+    tired = [", ".join(fatigue.acting_coefficients(one).numbers) for one in laws.fatigue]
+    groups = {"beside": wear, "fatigue": tired}
+    return {f"{group}_numbers": "\n".join(told) for group, told in groups.items() if told}
+
+
 def _form(settings: FatigueSettings) -> str:
     if settings.law not in fatigue.CONTAIN_REMOVAL:
         return ""

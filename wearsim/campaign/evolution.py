@@ -14,6 +14,7 @@ import numpy as np
 from wearsim.campaign import choose, control, step
 from wearsim.campaign.beside import (
     PassageBeside,
+    attributes_beside,
     laws_beside,
     passage_beside,
     start_beside,
@@ -337,6 +338,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "wear_coefficients_validity": coefficients.validity if worn_by_law else "",
         "wear_coefficients_departures": " ".join(coefficients.departures) if worn_by_law else "",
         "wear_coefficients_doubts": "; ".join(coefficients.doubts) if worn_by_law else "",
+        "wear_law_numbers": ", ".join(coefficients.numbers) if worn_by_law else "",
         "wear_form": wear.form if worn_by_law else "",
         "seizure_cap": wear.seizure_cap if worn_by_law else "",
         "wheel_density": wear.density,
@@ -362,6 +364,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         **_turning_attributes(limits.turning),
         "counterface_curvature": setup.counterface.curvature,
         **attributes_below(setup.counterface_wear),
+        **attributes_beside(laws_beside(setup)),
         "wheel_radius": setup.wheelset.radius,
         "half_span": setup.wheelset.half_span,
         "friction_note": "one Coulomb coefficient per operating point, alike over the whole profile",

@@ -14,9 +14,9 @@ from wearsim.translation.compare import Pair, add_quantity, along
 
 _SETTINGS = {
     "beside": ("coefficients", "form"),
-    "fatigue": ("coefficients", "form", "doubts", "crack_width", "crack_depth", "shear_yield"),
+    "fatigue": ("coefficients", "form", "crack_width", "crack_depth", "shear_yield"),
 }
-"""What laws of one name must share to be compared."""
+"""What laws of one name must share to be compared, with all their numbers."""
 
 
 def common_laws(pair: Pair, group: str) -> tuple[list[str], list[str]]:
@@ -37,19 +37,23 @@ def common_laws(pair: Pair, group: str) -> tuple[list[str], list[str]]:
     if any(f"{group}_name" not in data for data in pair):
         return [], []
     names = [[str(name) for name in data[f"{group}_name"].values] for data in pair]
+    # older files do not have the numbers; the doubtful ones of them are variables
+    known = all(f"{group}_numbers" in data.attrs for data in pair)
     same: list[str] = []
     other: list[str] = []
     for name in names[0]:
         if name in names[1]:
             one, two = (
-                _settings(data, group, own.index(name)) for data, own in zip(pair, names, strict=True)
+                _settings(data, group, own.index(name), known) for data, own in zip(pair, names, strict=True)
             )
             (same if one == two else other).append(name)
     return same, other
 
 
-def _settings(dataset: xr.Dataset, group: str, law: int) -> list[str]:
-    return [str(dataset[f"{group}_{key}"].values[law]) for key in _SETTINGS[group]]
+def _settings(dataset: xr.Dataset, group: str, law: int, known: bool) -> list[str]:
+    keys = _SETTINGS[group] if known else (*_SETTINGS[group], "doubts")
+    named = [str(dataset[f"{group}_{key}"].values[law]) for key in keys]
+    return [*named, str(dataset.attrs[f"{group}_numbers"]).split("\n")[law]] if known else named
 
 
 def add_damage(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> list[str]:

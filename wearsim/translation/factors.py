@@ -72,10 +72,13 @@ POINT_QUANTITIES: dict[str, str] = {
 COMPARED_KEYS = (
     "rotation_rule", "axle_torque", "wheel_radius", "half_span", "youngs_modulus", "poisson_ratio",
     "contact_normal", "contact_tangential", "contact_parameters", "strips", "cells", "wear_law",
-    "wear_coefficients", "wear_form", "wheel_density", "wheel_profile_right", "wheel_profile_left",
-    "counterface_profile", "smoothing_wavelength", "integrator",
+    "wear_coefficients", "wear_law_numbers", "wear_form", "seizure_cap", "wheel_density",
+    "wheel_profile_right", "wheel_profile_left", "counterface_profile", "smoothing_wavelength", "integrator",
 )  # fmt: skip
 """Attributes of model, material and wheelset: what differs between the campaigns is told by name."""
+
+NUMBERS_KEY = "wear_law_numbers"
+"""The one of them that is a list of numbers, of which only those that differ are told."""
 
 ROTATION_KEYS = ("rotation_rule", "axle_torque")
 """Those that are part of the operating point: where they differ, no point of the campaigns is equal."""

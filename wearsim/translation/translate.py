@@ -16,7 +16,7 @@ from wearsim.nomenclature import NOMENCLATURE
 from wearsim.translation import compare, damage, factors
 from wearsim.translation.axes import common_axes
 from wearsim.translation.compare import CAMPAIGN, STAGES
-from wearsim.translation.factors import STATUS
+from wearsim.translation.factors import NUMBERS_KEY, STATUS
 
 BASIS = ("equal distance", "equal worn depth")
 WHEELS = ("right", "left", "both")
@@ -275,6 +275,8 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
     notes = []
     for key in factors.COMPARED_KEYS:
         mine, theirs = (data.attrs.get(key, "") for data in (rig, field))
+        if key == NUMBERS_KEY:
+            mine, theirs = _unlike(rig, field, str(mine), str(theirs))
         if mine == theirs:
             continue
         unit = _ATTRIBUTE_UNITS.get(key, "")
@@ -294,6 +296,15 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
         wears = ["wear" if "counterface_name" in data else "stay as new" for data in (rig, field)]
         notes.append(f"the factors contain wear of the counterface: rollers {wears[0]}, rails {wears[1]}")
     return notes
+
+
+def _unlike(rig: xr.Dataset, field: xr.Dataset, mine: str, theirs: str) -> tuple[str, str]:
+    """Those of two lists of a law's numbers that differ, none where law or set are told to differ anyway."""
+    if any(rig.attrs.get(key) != field.attrs.get(key) for key in ("wear_law", "wear_coefficients")):
+        return "", ""
+    one, other = (text.split(", ") for text in (mine, theirs))
+    only = [[number for number in a if number not in b] for a, b in ((one, other), (other, one))]
+    return ", ".join(only[0]), ", ".join(only[1])
 
 
 def _told(value: Any, unit: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Literal
 
@@ -61,6 +61,8 @@ class CoefficientSet:
         Where our law differs from the printed one, and why.
     values : mapping of str to Coefficient
         The numbers by symbol.
+    certainty : str
+        Of a set of the user's own: how sure it is, in their words; empty for published sets.
     """
 
     name: str
@@ -70,6 +72,7 @@ class CoefficientSet:
     validity: str
     departures: tuple[str, ...]
     values: Mapping[str, Coefficient]
+    certainty: str = field(default="", kw_only=True)
 
     def __getitem__(self, symbol: str) -> float:
         """Return the value of `symbol` in its printed unit."""
@@ -77,12 +80,25 @@ class CoefficientSet:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """One line for every number that reports must mark, such as "k_mild = 0.0005 (uncertain)"."""
+        """One line for every number that reports must mark, such as "k_mild = 0.0005 (uncertain)".
+
+        A set of the user's own is marked as a whole, with what they say of it.
+        """
+        if self.certainty:
+            return (f"{self.name}: given by the user, who says: {self.certainty}",)
         return tuple(
             f"{symbol} = {number.value:g}{'' if number.unit == '-' else ' ' + number.unit}"
             f"{_range(number.limits)} ({number.certainty})"
             for symbol, number in self.values.items()
             if number.certainty in DOUBTFUL
+        )
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """All numbers that act, such as "hardness = 3 GPa": what tells two sets of one name apart."""
+        return tuple(
+            f"{symbol} = {number.value:.10g}{'' if number.unit == '-' else ' ' + number.unit}"
+            for symbol, number in self.values.items()
         )
 
     def at_end(self, end: Literal["low", "high"]) -> CoefficientSet:

@@ -107,6 +107,7 @@ def own_function(
         values=MappingProxyType(
             {name: Coefficient(value, unit, source, "given") for name, (value, unit) in numbers.items()}
         ),
+        certainty=certainty,
     )
 
 

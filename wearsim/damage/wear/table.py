@@ -10,6 +10,7 @@ nothing wears, whatever the first row says.
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,6 +73,20 @@ class WearTable(CoefficientSet):
     interpolation: str
     beyond: str
     hardness: float = 0.0
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """What the table is of, and a hash of its rows: they may be thousands."""
+        rows = hashlib.sha256()
+        for array in (*self.axes, self.rates):
+            rows.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+        return (
+            f"{self.rate} over {' and '.join(self.index)}",
+            f"{self.rates.size} rows sha256:{rows.hexdigest()[:12]}",
+            f"{self.interpolation} between them",
+            f"beyond the last {self.beyond}",
+            *((f"hardness = {1e-9 * self.hardness:.10g} GPa",) if self.hardness else ()),
+        )
 
 
 def rate_at(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:

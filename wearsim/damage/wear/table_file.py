@@ -129,6 +129,7 @@ def wear_table(data: Mapping[str, Any], name: str) -> tuple[WearTable | None, tu
             interpolation=words["interpolation"],
             beyond=words["beyond"],
             hardness=1e9 * hardness,
+            certainty=texts["certainty"],
         ),
         (),
     )
