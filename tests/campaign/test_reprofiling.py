@@ -11,12 +11,14 @@ from wearsim.campaign.reprofiling import to_next_turning, turn_wheels, turning_d
 from wearsim.campaign.run import resume, run_scene
 from wearsim.operation.points import TurningRules
 from wearsim.profile.measures import tape_level
-from wearsim.profile.shape import polygon_area_between
+from wearsim.profile.shape import arc_length, polygon_area_between
 from wearsim.profile.turning import turn_axle
+from wearsim.report.figures import plot_profile, plot_wear_by_regime, plot_wear_depth
+from wearsim.report.figures_damage import plot_fatigue_damage
 from wearsim.report.html import render
 from wearsim.report.inspect import inspect, summary, summary_text
 from wearsim.report.tables import quality, turned_wheels
-from wearsim.report.tables_damage import wear_laws
+from wearsim.report.tables_damage import fatigue_laws, wear_laws
 from wearsim.results import layout_of, open_results
 from wearsim.results.limits import limits_met
 from wearsim.results.plausibility import seizure_shares
@@ -247,6 +249,63 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data
     assert seizure_shares(seized)[str(data.attrs["wear_law"])] == pytest.approx(
         depth[0] / depth.sum(), rel=1e-12
     )
+
+
+def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
+    """Cut off at a turning: damage, life and worn measures are those of the row before, and that is said."""
+    row = turned_rows(data)[1]
+    ended, before = (data.isel(step=slice(0, end)) for end in (row + 1, row))
+    damage = data["fatigue_damage"].values[row - 1, :, 0].max(axis=1)
+    assert damage.max() > 0.0
+    table, other = (fatigue_laws(one)[0] for one in (ended, before))
+    assert [cell.text for cell in table.rows[0]] == [cell.text for cell in other.rows[0]]
+    columns = [table.head.index(f"{side}: largest damage") for side in ("Right", "Left")]
+    np.testing.assert_array_equal([table.rows[0][column].value for column in columns], damage)
+    told = "The campaign ends with a turning of the wheels"
+    assert told in table.caption
+    assert told not in other.caption
+    one, another = summary(ended), summary(before)
+    assert one["damage"] == another["damage"]
+    assert one["worn"] == another["worn"]
+    assert one["contact"] == another["contact"]
+    assert any(line.startswith(told) for line in one["warnings"])
+    assert not any(line.startswith(told) for line in another["warnings"])
+    assert told in render([ended])
+    for draw in (plot_fatigue_damage, plot_wear_depth):
+        np.testing.assert_array_equal(draw(ended).lines[-1].get_xydata(), draw(before).lines[-1].get_xydata())
+
+
+@pytest.fixture(scope="module")
+def reshaped(tmp_path_factory):
+    """Wheels turned to a template whose flange is 2 mm thinner, and run on."""
+    folder = tmp_path_factory.mktemp("reshaped")
+    text = SCENE.replace("at_km = [10]", 'at_km = [1]\nprofile = "S1002/e30.5"').replace(
+        "distance_km = 12", "distance_km = 2"
+    )
+    text = text.replace('["wlrm"]', '["wlrm", "surface_fatigue_index_local"]')
+    (folder / "rig.toml").write_text(text)
+    with open_results(run_scene(folder / "rig.toml", folder / "out")[0]) as opened:
+        return opened.load()
+
+
+def test_figures_stand_at_the_points_of_the_profile_that_was_turned(reshaped):
+    row = turned_rows(reshaped)[-1]
+    y, z = (reshaped[f"profile_{c}"].values[row, 0] for c in "yz")
+    assert np.abs(y - reshaped["profile_y"].values[0, 0]).max() > 0.5e-3
+    x = 1e3 * y
+    assert len(turned_rows(reshaped)) < reshaped.sizes["step"] - 2  # runs on
+    for draw in (plot_fatigue_damage, plot_wear_depth, plot_wear_by_regime):
+        np.testing.assert_allclose(draw(reshaped).lines[-1].get_xdata(), x, rtol=1e-15)
+    along = plot_wear_depth(reshaped, against="arc_length").lines[-1].get_xdata()
+    np.testing.assert_allclose(along, 1e3 * arc_length(y, z), rtol=1e-15)
+    lines = {line.get_label(): line for line in plot_profile(reshaped).lines}
+    np.testing.assert_allclose(lines["turned wheel"].get_xydata(), 1e3 * np.stack([y, z], 1), rtol=1e-15)
+    start = plot_wear_depth(reshaped, distance=0.0).lines[-1].get_xdata()
+    np.testing.assert_allclose(start, 1e3 * reshaped["profile_y"].values[0, 0], rtol=1e-15)
+    damage = reshaped["fatigue_damage"].values[-1, 0, 1]
+    table = fatigue_laws(reshaped)[0]
+    place = table.rows[1][table.head.index("Right: at y [mm]")].value
+    assert place == 1e3 * y[damage.argmax()]
 
 
 @pytest.mark.cf

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from wearsim.profile.shape import arc_length
 from wearsim.report.style import (
     COLOURS,
     REGIME_COLOURS,
@@ -20,6 +21,7 @@ from wearsim.report.style import (
     shown,
     wrapped,
 )
+from wearsim.results.turnings import last_worn_row, new_row
 from wearsim.translation.axes import at_distances, rows_at
 
 WHEELS = ("right", "left")
@@ -28,17 +30,45 @@ _NEW_Y = "Lateral position on the new wheel [mm]"
 
 
 def _along(dataset: xr.Dataset, name: str, distance: float | None) -> np.ndarray:
-    """Rows of a variable at a distance (None: the last row)."""
+    """Rows of a variable at a distance (None: the last one that wheels have run)."""
     values = np.asarray(dataset[name].values, dtype=np.float64)
     if distance is None:
-        return np.asarray(values[-1])
+        return np.asarray(values[last_worn_row(dataset)])
     run = np.asarray(dataset["distance"].values, dtype=np.float64)
     return np.asarray(at_distances(run, values, np.array([distance]))[0])
 
 
 def _row(dataset: xr.Dataset, distance: float | None) -> int:
     run = np.asarray(dataset["distance"].values, dtype=np.float64)
-    return run.size - 1 if distance is None else int(rows_at(run, np.array([distance]))[0])
+    return last_worn_row(dataset) if distance is None else int(rows_at(run, np.array([distance]))[0])
+
+
+def new_place(
+    dataset: xr.Dataset, wheel: int, distance: float | None = None, *, against: str = "profile_y"
+) -> np.ndarray:
+    """Points of a wheel as it was new, or came from the lathe, last before a distance.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+    wheel : int
+        0 right, 1 left.
+    distance : float, optional
+        Distance run [m]; the end if not given.
+    against : {"profile_y", "arc_length"}
+        Lateral position or arc length.
+
+    Returns
+    -------
+    (n,) array
+        Where depth and damage of that distance stand [m].
+    """
+    row = new_row(dataset, _row(dataset, distance))
+    if against == "arc_length" and row == 0:
+        return np.asarray(dataset["arc_length"].values)
+    y, z = (np.asarray(dataset[f"profile_{c}"].values[row, wheel]) for c in "yz")
+    return arc_length(y, z) if against == "arc_length" else y
 
 
 def plot_profile(
@@ -49,7 +79,7 @@ def plot_profile(
     distance: float | None = None,
     new: bool = True,
 ) -> Axes:
-    """Draw the worn wheel profile over the new one and the counterface it runs on, flange down.
+    """Draw the worn wheel profile over the new or turned one and the counterface it runs on, flange down.
 
     Parameters
     ----------
@@ -67,7 +97,8 @@ def plot_profile(
     ax = own_axes(ax)
     role = role_of(dataset)
     if new:
-        y0, z0 = (dataset[f"profile_{c}"].values[0, wheel] for c in "yz")
+        turned = new_row(dataset, _row(dataset, distance))
+        y0, z0 = (dataset[f"profile_{c}"].values[turned, wheel] for c in "yz")
         rail_y, rail_z = dataset["counterface_y"].values, dataset["counterface_z"].values
         # lift the counterface until it touches the new wheel; both z point down here
         inside = (rail_y > y0.min()) & (rail_y < y0.max())
@@ -84,7 +115,7 @@ def plot_profile(
             "--",
             color=COLOURS["new"],
             lw=1.2,
-            label="new wheel",
+            label="turned wheel" if turned else "new wheel",
         )
     y, z = (_along(dataset, f"profile_{c}", distance)[wheel] for c in "yz")
     ax.plot(shown("profile_y", y), shown("profile_z", z), color=COLOURS[role], label=f"worn, {role}")
@@ -118,22 +149,21 @@ def plot_wear_depth(
     distance : float, optional
         Distance run [m]; the end if not given.
     against : {"profile_y", "arc_length"}
-        Lateral position or arc length of the new wheel.
+        Lateral position or arc length of the new (or turned) wheel.
     history : bool
         Whether to draw a quarter, half and three quarters of the distance, too, faintly.
     """
     ax = own_axes(ax)
     role = role_of(dataset)
-    place = dataset["arc_length"].values if against == "arc_length" else dataset["profile_y"].values[0, wheel]
-    x = shown(against, place)
     end = float(dataset["distance"].values[-1]) if distance is None else distance
     if history:
         for part in (0.25, 0.5, 0.75):
             depth = _along(dataset, "wear_depth", part * end)[wheel]
+            x = shown(against, new_place(dataset, wheel, part * end, against=against))
             ax.plot(x, shown("wear_depth", depth), color=COLOURS[role], lw=0.8, alpha=0.45)
     depth = _along(dataset, "wear_depth", distance)[wheel]
     ax.plot(
-        x,
+        shown(against, new_place(dataset, wheel, distance, against=against)),
         shown("wear_depth", depth),
         color=COLOURS[role],
         ls=WHEEL_LINES[wheel],
@@ -236,7 +266,7 @@ def plot_wear_by_regime(
         Distance run [m]; the end if not given.
     """
     ax = own_axes(ax)
-    y = shown("profile_y", dataset["profile_y"].values[0, wheel])
+    y = shown("profile_y", new_place(dataset, wheel, distance))
     depth = shown("wear_depth_by_regime", _along(dataset, "wear_depth_by_regime", distance)[wheel])
     below = np.zeros_like(y)
     for index, name in enumerate(dataset["regime_name"].values):

@@ -9,8 +9,9 @@ from matplotlib.axes import Axes
 from wearsim.damage.coefficients import FATIGUE_SETS
 from wearsim.damage.fatigue.agreement import normalised
 from wearsim.damage.fatigue.shakedown import boundaries
-from wearsim.report.figures import WHEELS
+from wearsim.report.figures import WHEELS, new_place
 from wearsim.report.style import COLOURS, SERIES_COLOURS, label, own_axes, role_of, shown, wrapped
+from wearsim.results.turnings import last_worn_row
 
 _NEW_Y = "Lateral position on the new wheel [mm]"
 _MARKERS = ("o", "^", "s", "D", "v", "P")
@@ -30,12 +31,13 @@ def plot_wear_laws(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 
         0 right, 1 left.
     """
     ax = own_axes(ax)
-    y = shown("profile_y", dataset["profile_y"].values[0, wheel])
+    row = last_worn_row(dataset)
+    y = shown("profile_y", new_place(dataset, wheel))
     leading = str(dataset.attrs.get("wear_law", "leading law"))
-    depth = shown("wear_depth", dataset["wear_depth"].values[-1, wheel])
+    depth = shown("wear_depth", dataset["wear_depth"].values[row, wheel])
     ax.plot(y, depth, color=COLOURS[role_of(dataset)], lw=2.2, label=f"{leading}, leading")
     for k, name in enumerate(dataset["beside_name"].values):
-        depth = shown("beside_wear_depth", dataset["beside_wear_depth"].values[-1, wheel, k])
+        depth = shown("beside_wear_depth", dataset["beside_wear_depth"].values[row, wheel, k])
         ax.plot(y, depth, color=_colour(k + 1), lw=1.2, label=str(name))
     ax.set_xlabel(_NEW_Y)
     ax.set_ylabel(wrapped(label(dataset, "wear_depth")))
@@ -56,8 +58,8 @@ def plot_fatigue_damage(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: i
         0 right, 1 left.
     """
     ax = own_axes(ax)
-    y = shown("profile_y", dataset["profile_y"].values[0, wheel])
-    damage = dataset["fatigue_damage"].values[-1]
+    y = shown("profile_y", new_place(dataset, wheel))
+    damage = dataset["fatigue_damage"].values[last_worn_row(dataset)]
     for k, name in enumerate(dataset["fatigue_name"].values):
         largest = float(damage[:, k].max())
         if largest > 0.0:
@@ -83,9 +85,10 @@ def plot_balance(dataset: xr.Dataset, ax: Axes | None = None, *, law: int, wheel
         0 right, 1 left.
     """
     ax = own_axes(ax)
-    y = shown("profile_y", dataset["profile_y"].values[0, wheel])
-    wear = shown("wear_depth_rate", dataset["wear_depth_rate"].values[-1, wheel])
-    balanced = shown("balanced_wear_rate", dataset["balanced_wear_rate"].values[-1, wheel, law])
+    row = last_worn_row(dataset)
+    y = shown("profile_y", new_place(dataset, wheel))
+    wear = shown("wear_depth_rate", dataset["wear_depth_rate"].values[row, wheel])
+    balanced = shown("balanced_wear_rate", dataset["balanced_wear_rate"].values[row, wheel, law])
     ax.plot(y, wear, color=COLOURS[role_of(dataset)], label="wear")
     ax.plot(y, balanced, "--", color=COLOURS["difference"], lw=1.2, label="balance: cracks just do not grow")
     grows = balanced > wear
@@ -140,7 +143,7 @@ def plot_shakedown(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """
     ax = own_axes(ax)
     colour = COLOURS[role_of(dataset)]
-    places = {row: shakedown_place(dataset, row) for row in (0, -1)}
+    places = {row: shakedown_place(dataset, row) for row in (0, last_worn_row(dataset))}
     most = max(float(np.nanmax(friction, initial=0.0)) for friction, _ in places.values())
     for line, curve in zip(_BOUNDARY_LINES, boundaries("point", max(0.6, 1.1 * most)), strict=True):
         told = f"{curve.label} ({curve.certainty})"
@@ -172,7 +175,7 @@ def plot_passage_damage(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
         Where to draw.
     """
     ax = own_axes(ax)
-    damage = dataset["fatigue_damage_passage"].values[-1]
+    damage = dataset["fatigue_damage_passage"].values[last_worn_row(dataset)]
     shift = np.broadcast_to(shown("op_shift", dataset["op_shift"].values)[:, None], damage.shape[:2])
     here = np.isfinite(damage[..., 0])
     for k, name in enumerate(dataset["fatigue_name"].values):

@@ -15,6 +15,7 @@ from wearsim.report import pages, pages_counterface, pages_damage, tables, table
 from wearsim.report.convergence import CAPTION, Convergence, read_convergence
 from wearsim.report.style import plain, role_of, shown, to_svg
 from wearsim.results import doubts, open_results
+from wearsim.results.turnings import closing_turning, last_worn_row
 from wearsim.translation.translate import content_hash, table, translate
 
 SECTIONS = (
@@ -159,6 +160,8 @@ def warnings(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> list
         text = str(data.attrs.get("warnings", "")).replace("\n", "; ")
         lines += [f"{role}: {line.strip()}" for line in text.split("; ") if line.strip()]
         lines += [f"{role}: {line}." for line in doubts(data)]
+        if told := closing_turning(data):
+            lines.append(f"{role}: {told}")
         if "finished" not in data.attrs:
             run = shown("distance", data["distance"].values[-1])
             lines.append(f"{role}: the campaign is unfinished, these are the first {plain(run)} km.")
@@ -192,8 +195,9 @@ def _plates(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> dict[
 
 def _campaign_line(dataset: xr.Dataset) -> str:
     run = shown("distance", dataset["distance"].values[-1])
-    depth = shown("max_wear_depth", dataset["max_wear_depth"].values[-1].max())
-    return f"{plain(run)} km in {dataset.sizes['step'] - 1} wear steps, {plain(depth, 3)} mm deep"
+    depth = shown("max_wear_depth", dataset["max_wear_depth"].values[last_worn_row(dataset)].max())
+    steps = dataset.sizes["step"] - 1
+    return f"{plain(run)} km in {steps} wear steps, {plain(depth, 3)} mm deep"
 
 
 def _ends(translation: xr.Dataset) -> list[str]:

@@ -15,7 +15,7 @@ from wearsim.report.style import capital, role_of, save_svg
 from wearsim.report.tables import UNDEFINED, limit_text, number
 from wearsim.results import doubts, open_results
 from wearsim.results.limits import limits_met
-from wearsim.results.turnings import depth_by_regime, turnings
+from wearsim.results.turnings import closing_turning, depth_by_regime, last_worn_row, turnings
 
 _MEASURES = (
     "max_wear_depth",
@@ -56,7 +56,8 @@ def inspect(path: str | Path) -> dict[str, Any]:
     -------
     dict
         Ready for JSON: SI units, lists are (right, left), null where a value is undefined. Wear measures
-        at the start ("new") and at the end ("worn"), extremes of the contact over all patches at the end.
+        at the start ("new") and at the end ("worn"), extremes of the contact over all patches at the end;
+        of a campaign that ends with a turning of the wheels, in the state before it.
     """
     with open_results(path) as data:
         return summary(data)
@@ -64,6 +65,7 @@ def inspect(path: str | Path) -> dict[str, Any]:
 
 def summary(dataset: xr.Dataset) -> dict[str, Any]:
     """Summarise an opened result, see `inspect`."""
+    end = last_worn_row(dataset)
     found: dict[str, Any] = {
         "title": str(dataset.attrs.get("title", "")),
         "kind": role_of(dataset),
@@ -76,15 +78,16 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "warnings": [
             *(line.strip() for line in str(dataset.attrs.get("warnings", "")).split("; ") if line.strip()),
             *doubts(dataset),
+            *filter(None, [closing_turning(dataset)]),
         ],
         "settings": {key: _plain(dataset.attrs[key]) for key in _SETTINGS if key in dataset.attrs},
         "new": {name: [_plain(v) for v in dataset[name].values[0]] for name in _MEASURES},
-        "worn": {name: [_plain(v) for v in dataset[name].values[-1]] for name in _MEASURES},
+        "worn": {name: [_plain(v) for v in dataset[name].values[end]] for name in _MEASURES},
     }
-    for state, row in (("new", 0), ("worn", -1)):
+    for state, row in (("new", 0), ("worn", end)):
         found[state]["equivalent_conicity"] = _plain(dataset["equivalent_conicity"].values[row])
     found["contact"] = {
-        name: [_plain(v) for v in _ends(np.abs(dataset[name].values[-1]))] for name in _CONTACT
+        name: [_plain(v) for v in _ends(np.abs(dataset[name].values[end]))] for name in _CONTACT
     }
     depth = depth_by_regime(dataset).sum(axis=0)
     share = depth / depth.sum() if depth.sum() > 0.0 else np.full(depth.shape, np.nan)
@@ -117,14 +120,15 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
 def _damage(dataset: xr.Dataset) -> dict[str, Any]:
     """Wear by the laws beside the leading one and damage by the fatigue laws, lists are (right, left)."""
     told: dict[str, Any] = {}
+    end = last_worn_row(dataset)
     if "beside_name" in dataset:
-        depth = dataset["beside_wear_depth"].values[-1].max(axis=2)
+        depth = dataset["beside_wear_depth"].values[end].max(axis=2)
         told["beside"] = {
             str(name): {"max_wear_depth": [_plain(v) for v in depth[:, k]]}
             for k, name in enumerate(dataset["beside_name"].values)
         }
     if "fatigue_name" in dataset:
-        damage, rate = (dataset[f"fatigue_damage{end}"].values[-1].max(axis=2) for end in ("", "_rate"))
+        damage, rate = (dataset[f"fatigue_damage{what}"].values[end].max(axis=2) for what in ("", "_rate"))
         told["fatigue"] = {
             str(name): {
                 "fatigue_damage": [_plain(v) for v in damage[:, k]],

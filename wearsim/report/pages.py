@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from wearsim.report import figures, figures_translation
 from wearsim.report.style import COLOURS, grid, legend, plain, role_of, shown, style
+from wearsim.results.turnings import last_worn_row
 from wearsim.translation.axes import at_distances
 
 _FACTOR_POINTS = (
@@ -62,8 +63,8 @@ def worn_range(datasets: list[xr.Dataset], wheel: int, name: str = "profile_y") 
     """Limits of a lateral (or arc length) axis around what is worn [shown unit]."""
     low, high = np.inf, -np.inf
     for data in datasets:
-        depth = data["wear_depth"].values[-1, wheel]
-        x = data["arc_length"].values if name == "arc_length" else data["profile_y"].values[0, wheel]
+        depth = data["wear_depth"].values[last_worn_row(data), wheel]
+        x = figures.new_place(data, wheel, against=name)
         worn = x[depth > 0.005 * depth.max()] if depth.max() > 0.0 else x
         low, high = min(low, worn.min()), max(high, worn.max())
     margin = 0.08 * (high - low) + 1e-3

@@ -16,7 +16,7 @@ from wearsim.report.pages import environment_text
 from wearsim.report.style import capital, plain, role_of, shown
 from wearsim.results.limits import LIMITED, LimitMet, limits_met
 from wearsim.results.plausibility import LOAD_TOLERANCE, load_scaling, tread_wear
-from wearsim.results.turnings import spans, turned_rows, turnings
+from wearsim.results.turnings import last_worn_row, spans, turned_rows, turnings
 from wearsim.translation.factors import POINT_QUANTITIES
 from wearsim.translation.translate import point_table
 
@@ -444,7 +444,7 @@ def state(dataset: xr.Dataset) -> list[tuple[str, list[Cell]]]:
         "hollowing", "equivalent_conicity",
     )  # fmt: skip
     for name in names:
-        values = shown(name, dataset[name].values[[0, -1]])
+        values = shown(name, dataset[name].values[[0, last_worn_row(dataset)]])
         text, unit = str(dataset[name].attrs["long_name"]), NOMENCLATURE[name].shown_unit
         text = capital(text) + (f" [{unit}]" if unit != "1" else "")
         columns = (

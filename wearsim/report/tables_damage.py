@@ -13,7 +13,7 @@ from wearsim.nomenclature import NOMENCLATURE
 from wearsim.report.figures import WHEELS
 from wearsim.report.style import shown
 from wearsim.report.tables import Cell, number
-from wearsim.results.turnings import depth_by_regime, last_worn_row, turned_rows
+from wearsim.results.turnings import closing_turning, depth_by_regime, last_worn_row, new_row, turned_rows
 
 _COLUMNS = ("rig", "field", "ratio")
 _NONE = Cell("–")
@@ -114,11 +114,12 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
         What the laws tell, and where their numbers come from.
     """
     rows = []
-    y = dataset["profile_y"].values[0]
+    end = last_worn_row(dataset)
+    y = dataset["profile_y"].values[new_row(dataset, end)]
     names = [str(name) for name in dataset["fatigue_name"].values]
     for k, name in enumerate(names):
-        damage = dataset["fatigue_damage"].values[-1, :, k]
-        rate = dataset["fatigue_damage_rate"].values[-1, :, k]
+        damage = dataset["fatigue_damage"].values[end, :, k]
+        rate = dataset["fatigue_damage_rate"].values[end, :, k]
         cells = [Cell(name)]
         for wheel in (0, 1):
             largest = float(damage[wheel].max())
@@ -136,6 +137,7 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
         "Fatigue laws along the profile. Damage 1 is a crack of visible size for wlrm; the other laws order "
         "passages and count no cycles to failure. The environment factor acts on wear, not on damage."
     )
+    text = " ".join(filter(None, (text, closing_turning(dataset))))
     origin = [_origin(dataset, "fatigue", k) for k in range(len(names))]
     return [
         Table("fatigue-laws", text, head, rows), _origins("fatigue-law-numbers", "Fatigue law", names, origin)
@@ -161,15 +163,16 @@ def _origins(name: str, what: str, laws: list[str], origin: list[list[str]]) -> 
 def life(dataset: xr.Dataset) -> Table | None:
     """Tell what limits the life of each wheel, from new at the rates of the last step; None if unknown."""
     rows = []
-    wear = dataset["wear_depth_rate"].values[-1]
-    y = dataset["profile_y"].values[0]
+    end = last_worn_row(dataset)
+    wear = dataset["wear_depth_rate"].values[end]
+    y = dataset["profile_y"].values[new_row(dataset, end)]
     for k, name in enumerate(dataset["fatigue_name"].values):
         crack = float(dataset["fatigue_crack_depth"].values[k])
         limit = float(dataset["fatigue_wear_limit"].values[k])
         if not np.isfinite(crack):
             continue
         for wheel, side in enumerate(WHEELS):
-            rate = dataset["fatigue_damage_rate"].values[-1, wheel, k]
+            rate = dataset["fatigue_damage_rate"].values[end, wheel, k]
             found = balance(rate, wear[wheel], crack_depth=crack, wear_limit=limit)
             ends = {
                 "wear": (float(found.wear_distance.min()), int(found.wear_distance.argmin())),
@@ -204,7 +207,7 @@ def life(dataset: xr.Dataset) -> Table | None:
 
 def cycles(dataset: xr.Dataset) -> Agreement:
     """Compare the fatigue laws over the load cycles of the worn wheels, weighted as they occur."""
-    damage = dataset["fatigue_damage_passage"].values[-1]
+    damage = dataset["fatigue_damage_passage"].values[last_worn_row(dataset)]
     here = np.isfinite(damage[..., 0])
     weight = np.broadcast_to(dataset["op_weight"].values[:, None], here.shape)[here]
     laws = [str(name) for name in dataset["fatigue_name"].values]
@@ -227,10 +230,11 @@ def overlaps(dataset: xr.Dataset) -> Table:
 
 def wear_numbers(dataset: xr.Dataset) -> Table:
     """Largest wear numbers of each wheel, with and without spin."""
-    side = dataset["patch_side"].values[-1]
+    end = last_worn_row(dataset)
+    side = dataset["patch_side"].values[end]
     rows = []
     for name in ("wear_number_without_spin", "wear_number_with_spin"):
-        values = shown(name, dataset[name].values[-1])
+        values = shown(name, dataset[name].values[end])
         text = str(dataset[name].attrs["long_name"])
         rows.append([
             Cell(text[:1].upper() + text[1:]),

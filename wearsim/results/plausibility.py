@@ -47,14 +47,15 @@ def tread_wear(dataset: xr.Dataset) -> float | None:
         return None
     deepest = 0.0
     for wheel in (0, 1):
-        y, z = (dataset[name].values[0, wheel] for name in ("profile_y", "profile_z"))
-        # on a steep flank y may stand still; only the tread's slopes count, and there it rises
-        steep = np.flatnonzero(np.abs(np.diff(z)) > TREAD_SLOPE * np.diff(y))
-        inner = steep[y[steep] < 0.0]
-        tread = np.arange(y.size) > (inner[-1] if inner.size else -1)
-        worn = dataset["wear_depth"].values[:, wheel, tread]
         # depth counts from the last turning; the deepest places of all spans together, wherever they are
-        total = sum(float(worn[last].max(initial=0.0)) for _, last in spans(dataset))
+        total = 0.0
+        for first, last in spans(dataset):
+            y, z = (dataset[name].values[first, wheel] for name in ("profile_y", "profile_z"))
+            # on a steep flank y may stand still; only the tread's slopes count, and there it rises
+            steep = np.flatnonzero(np.abs(np.diff(z)) > TREAD_SLOPE * np.diff(y))
+            inner = steep[y[steep] < 0.0]
+            tread = np.arange(y.size) > (inner[-1] if inner.size else -1)
+            total += float(dataset["wear_depth"].values[last, wheel, tread].max(initial=0.0))
         deepest = max(deepest, total)
     return deepest * SERVICE_DISTANCE / run
 

@@ -92,6 +92,28 @@ def last_worn_row(dataset: xr.Dataset) -> int:
     return last - 1 if last in turned_rows(dataset) else last
 
 
+def new_row(dataset: xr.Dataset, row: int) -> int:
+    """Return the row of the wheels as they were new, or came from the lathe, before a row.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From `results.open_results`.
+    row : int
+        Any; depth and damage in it stand at the points of that profile.
+    """
+    if "last_turning" not in dataset:
+        return 0
+    return int(dataset["last_turning"].values[row])
+
+
+def closing_turning(dataset: xr.Dataset) -> str:
+    """Say that a campaign ends with a turning and what of it is shown, "" if it does not."""
+    if last_worn_row(dataset) == dataset.sizes["step"] - 1:
+        return ""
+    return "The campaign ends with a turning of the wheels: what is told of its end is the state before it."
+
+
 def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:
     """Wear depth by regime, summed along the profile and over all spans between turnings.
 
