@@ -34,6 +34,9 @@ AMPLITUDE = 0.2e-6
 WAVELENGTHS = (0.5e-3, 2.5e-3)
 """The shortest wave that points 0.25 mm apart can carry, and one of half a patch."""
 
+SMOOTHING = 0.0
+"""None: smoothing would take the waves away that a step is judged by. Limits of depth are of the same."""
+
 _SHIFTS = np.linspace(-4e-3, -1e-3, 7)  # one patch on the tread each
 
 
@@ -118,7 +121,7 @@ def _rate(models: ContactModels, amplitude: float, wavelength: float) -> tuple[S
 def _longest(now: WearRate, models: ContactModels) -> tuple[float, str]:
     """Longest step [m] that stability allows the right wheel, and the limit."""
     weight = np.full(_SHIFTS.size, 1.0 / _SHIFTS.size)
-    allowed = half_space_depth_limit(now, weight, models, SPACING)
+    allowed = half_space_depth_limit(now, weight, models, SPACING, SMOOTHING)
     deepest = float(now.regime_depth[0].sum(axis=0).max())
     if math.isfinite(allowed):
         return allowed / deepest, "depth <= (p0/E*) x point distance"
@@ -137,7 +140,7 @@ def _worn(state: State, now: WearRate, length: float) -> FloatArray:
         length,
         radius=0.46,
         density=7850.0,
-        smoothing_wavelength=0.0,
+        smoothing_wavelength=SMOOTHING,
         integrator="euler",
         rate_at=no_other,
     )
