@@ -8,8 +8,10 @@ import pytest
 
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.reprofiling import to_next_turning, turn_wheels, turning_due
+from wearsim.campaign.row import measures_told
 from wearsim.campaign.run import resume, run_scene
 from wearsim.operation.points import TurningRules
+from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.measures import tape_level
 from wearsim.profile.shape import arc_length, polygon_area_between
 from wearsim.profile.turning import turn_axle
@@ -135,18 +137,42 @@ def test_turning_is_due_at_limits_and_places_and_never_twice(setup, worn):
     def with_rules(**rules):
         return replace(setup, control=replace(setup.control, turning=TurningRules(**rules)))
 
+    def due(state, of):
+        return turning_due(state, of, measures_told(state, of))
+
     at_depth = with_rules(limits=("max_wear_depth",))
-    assert turning_due(worn, at_depth)
-    assert not turning_due(replace(worn, wear_depth=np.full_like(worn.y, 0.0039e-3)), at_depth)
-    assert not turning_due(turn_wheels(worn, at_depth), at_depth)
-    assert not turning_due(replace(worn, turned=7), at_depth)  # a template that meets the limit turns no more
+    assert due(worn, at_depth)
+    assert not due(replace(worn, wear_depth=np.full_like(worn.y, 0.0039e-3)), at_depth)
+    assert not due(turn_wheels(worn, at_depth), at_depth)
+    assert not due(replace(worn, turned=7), at_depth)  # a template that meets the limit turns no more
     at_place = with_rules(places=(4e3, 5e3, 6e3))
-    assert turning_due(worn, at_place)
-    assert not turning_due(turn_wheels(worn, at_place), at_place)
-    assert not turning_due(replace(worn, distance=5.001e3), at_place)
-    assert not turning_due(worn, replace(setup, control=replace(setup.control, turning=None)))
+    assert due(worn, at_place)
+    assert not due(turn_wheels(worn, at_place), at_place)
+    assert not due(replace(worn, distance=5.001e3), at_place)
+    assert not due(worn, replace(setup, control=replace(setup.control, turning=None)))
     assert to_next_turning(worn, at_place.control).distance == 6e3
     assert to_next_turning(replace(worn, distance=6e3), at_place.control).distance == 12e3
+
+
+def test_measures_of_a_state_are_computed_once_for_row_and_turning(setup, monkeypatch):
+    """The conicity, for the row and for its limit, at the start and at every later state."""
+    calls = []
+
+    def counted(*arguments):
+        calls.append(arguments)
+        return equivalent_conicity(*arguments)
+
+    monkeypatch.setattr("wearsim.campaign.row.equivalent_conicity", counted)
+    rules = TurningRules(limits=("equivalent_conicity",))
+    limits = (("equivalent_conicity", 0.9),)
+    of = WheelsetEvolution(replace(setup, control=replace(setup.control, limits=limits, turning=rules)))
+    state, taken = of.start()
+    for states in (1, 2):
+        evaluation = of.evaluate(state)
+        row = of.row(state, evaluation, taken)
+        assert row["equivalent_conicity"] == evaluation.measures["equivalent_conicity"]
+        state, taken = of.advance(state, evaluation)
+        assert len(calls) == states
 
 
 def test_rows_tell_each_turning(data):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import platform
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
@@ -24,7 +25,7 @@ from wearsim.campaign.counterface import new_counterface, turned
 from wearsim.campaign.counterface_row import attributes_below, static_below
 from wearsim.campaign.rate import accumulate, patch_wear, rate, solve_contact
 from wearsim.campaign.reprofiling import to_next_turning, turn_wheels, turning_due
-from wearsim.campaign.row import StepTaken, build_row, no_step
+from wearsim.campaign.row import StepTaken, build_row, measures_told, no_step
 from wearsim.campaign.state import State, WearRate
 from wearsim.contact.solve import ContactSolution
 from wearsim.damage.wear import acting_coefficients, passage_depth, regimes
@@ -85,12 +86,15 @@ class Evaluation:
         Under the weights of the full collective.
     beside : PassageBeside
         What laws beside the leading one make of each passage.
+    measures : mapping of arrays
+        Of the wheels, from `row.measures_told`.
     """
 
     solution: ContactSolution
     passage: np.ndarray
     collective: WearRate
     beside: PassageBeside
+    measures: Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -178,17 +182,25 @@ class WheelsetEvolution:
             beside=beside,
             counterface_wear=setup.counterface_wear,
         )
-        return Evaluation(solution, passage, collective, beside)
+        return Evaluation(solution, passage, collective, beside, measures_told(state, setup))
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
         wear = patch_wear(evaluation.solution, evaluation.passage, state, self.setup.wheelset)
-        return build_row(state, evaluation.collective, wear, taken, self.setup, evaluation.beside)
+        return build_row(
+            state,
+            evaluation.collective,
+            wear,
+            taken,
+            self.setup,
+            evaluation.measures,
+            evaluation.beside,
+        )
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Choose the next step and take it; turn the wheels where that is due."""
         setup = self.setup
-        if turning_due(state, setup):
+        if turning_due(state, setup, evaluation.measures):
             return self._chosen(turn_wheels(state, setup)), no_step(len(setup.points.label))
         ahead_of = to_next_turning(state, setup.control)
 

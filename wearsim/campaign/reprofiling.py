@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wearsim.campaign.counterface import as_it_is
-from wearsim.campaign.row import measures_of
 from wearsim.campaign.state import State
 from wearsim.operation.points import ControlSettings
 from wearsim.profile.turning import turn_axle
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _SAME_PLACE = 1e-9  # of the distance: above the rounding of its sum, below any step
 
 
-def turning_due(state: State, setup: CampaignSetup) -> bool:
+def turning_due(state: State, setup: CampaignSetup, measures: Mapping[str, np.ndarray]) -> bool:
     """Tell whether the wheels are turned before they run on.
 
     Parameters
@@ -29,6 +29,8 @@ def turning_due(state: State, setup: CampaignSetup) -> bool:
         Both wheels.
     setup : CampaignSetup
         With the rules.
+    measures : mapping of arrays
+        Of the state, from `row.measures_told`: the conicity alone takes as long as many contact solutions.
 
     Returns
     -------
@@ -42,7 +44,7 @@ def turning_due(state: State, setup: CampaignSetup) -> bool:
         return True
     limits = {name: value for name, value in setup.control.limits if name in rules.limits}
     laws = [one.law for one in setup.fatigue]
-    return bool(limits) and first_met(measures_of(state, setup, limits), limits, laws) is not None
+    return bool(limits) and first_met(measures, limits, laws) is not None
 
 
 def turn_wheels(state: State, setup: CampaignSetup) -> State:

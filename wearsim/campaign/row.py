@@ -89,6 +89,7 @@ def build_row(
     wear: PatchWear,
     taken: StepTaken,
     setup: CampaignSetup,
+    measures: Mapping[str, np.ndarray],
     beside: PassageBeside | None = None,
 ) -> dict[str, np.ndarray]:
     """Return all variables of one row.
@@ -105,6 +106,8 @@ def build_row(
         The step that led to the state.
     setup : CampaignSetup
         For operating points and counterface.
+    measures : mapping of arrays
+        Of the state, from `measures_told`.
     beside : PassageBeside, optional
         What laws beside the leading one make of each patch.
 
@@ -127,8 +130,8 @@ def build_row(
         "friction_work": collective.friction_work,
         "worn_area": state.worn_area,
         "worn_mass": state.worn_mass,
-        **measures_of(state, setup, _MEASURES),
-        **_turning(state, setup),
+        **{name: measures[name] for name in _MEASURES},
+        **_turning(state, setup, measures),
         **summarise(
             collective.solution,
             wear,
@@ -199,6 +202,18 @@ def summarise(
     return row
 
 
+def measures_told(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
+    """Measures that the row of a state tells, or that a limit is on: computed once for both.
+
+    Parameters
+    ----------
+    state, setup
+        As for `measures_of`, which says what is returned.
+    """
+    turned = () if setup.templates is None else ("wheel_diameter",)
+    return measures_of(state, setup, {*_MEASURES, *turned, *(name for name, _ in setup.control.limits)})
+
+
 def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> dict[str, np.ndarray]:
     """Measures of both wheels and the wheelset.
 
@@ -245,13 +260,13 @@ def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> d
     return found
 
 
-def _turning(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
+def _turning(state: State, setup: CampaignSetup, measures: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Variables of campaigns whose wheels are turned."""
     if setup.templates is None:
         return {}
     return {
         "last_turning": np.asarray(state.turned, dtype=np.int32),
-        **measures_of(state, setup, ("wheel_diameter",)),
+        "wheel_diameter": measures["wheel_diameter"],
     }
 
 
