@@ -10,8 +10,9 @@ from wearsim.campaign.control import (
     half_space_depth_limit,
     largest_step,
     present_block,
+    reached,
 )
-from wearsim.campaign.state import WearRate
+from wearsim.campaign.state import CounterfaceState, WearRate
 from wearsim.contact.solve import ContactModels
 from wearsim.errors import NumericalError
 from wearsim.operation.points import ControlSettings
@@ -70,6 +71,15 @@ def test_remaining_distance_ends_the_campaign(rate_of, state, made_points):
     assert finished(replace(state, distance=state.distance + step), SETTINGS)
 
 
+def test_a_campaign_ends_within_the_rounding_of_its_distance(state):
+    """Loop of a run and settings of its steps ask the same function."""
+    for share, ends in ((1.0 - 1e-13, True), (1.0, True), (1.0 - 1e-11, False)):
+        distance = 300.0 * share
+        settings = replace(SETTINGS, distance=300.0)
+        assert reached(distance, 300.0) is ends
+        assert finished(replace(state, distance=distance), settings) is ends
+
+
 def test_depth_cap_acts_after_smoothing(rate_of, state):
     """A single vertex is spread by smoothing, so that a longer step is allowed."""
     sharp, _ = largest_step(rate_of(8e-10), state, SETTINGS)
@@ -86,6 +96,24 @@ def test_first_steps_are_small_and_double(rate_of, state):
         for k in (0, 1, 2, 3, 4, 2000)
     ]
     np.testing.assert_allclose(depths, [1e-6, 2e-6, 4e-6, 8e-6, 8e-6, 8e-6], rtol=1e-12)
+
+
+@pytest.mark.parametrize("turned_at", [0.0, 40e3])
+def test_steps_behind_a_turning_of_the_rollers_are_small_and_double(rate_of, state, turned_at):
+    """As at the start, long after it: 1, 2, 4 and 8 um where the rate stays as it is; 1e-12."""
+    settings = replace(SETTINGS, first_depth=1e-6)
+    nothing, unworn = np.zeros(2), np.zeros_like(state.y)
+    new = CounterfaceState(state.y, -state.z, unworn, nothing, unworn, nothing)
+    below = replace(new, turnings=1, turned_at=turned_at)
+    state, depths = replace(state, step=70, distance=turned_at, counterface=below), []
+    for _ in range(5):
+        length, reason = largest_step(rate_of(8e-10), state, settings)
+        depths.append(8e-10 * length)
+        state = replace(state, step=state.step + 1, distance=state.distance + length)
+        assert reason == "depth cap"
+    np.testing.assert_allclose(depths, [1e-6, 2e-6, 4e-6, 8e-6, 8e-6], rtol=1e-12)
+    never_turned = replace(state, distance=turned_at, counterface=new)
+    assert 8e-10 * largest_step(rate_of(8e-10), never_turned, settings)[0] == pytest.approx(8e-6, rel=1e-12)
 
 
 @pytest.mark.parametrize("stability", [0.0, 5e-5, 1e-3])

@@ -22,6 +22,8 @@ from wearsim.operation.points import ControlSettings, OperatingPoints
 # distance run, far below any step.
 _SAME_PLACE = 1e-9
 
+_ROUNDING = 1e-12  # of the distance of a campaign
+
 # A step made so much shorter than its predecessor's error asks for rarely has to be repeated.
 _SAFETY = 0.9
 
@@ -153,7 +155,7 @@ def largest_step(
     below = None if rate.counterface is None else rate.counterface.depth
     grounds = _deepest_below(below, state, settings.smoothing_wavelength)
     deepest = max(wheels, grounds)
-    depth_cap = min(settings.depth_cap, settings.first_depth * 2.0 ** min(state.step - state.turned, 60))
+    depth_cap = min(settings.depth_cap, _first_cap(state, settings, deepest))
     limits = {
         "remaining distance": settings.distance - state.distance,
         "max step": settings.max_step,
@@ -177,6 +179,19 @@ def largest_step(
             f"{limits[reason]:.3g} m; check loads and the wear law's coefficients"
         )
     return limits[reason], reason
+
+
+def _first_cap(state: State, settings: ControlSettings, deepest: float) -> float:
+    """Largest depth of a step by that of the first one, which begins anew with every new profile.
+
+    Wheels count their steps. The running since rollers were turned back stands for theirs: a step that is
+    longer than all of it by the first one is twice as long as the one before.
+    """
+    cap = settings.first_depth * 2.0 ** min(state.step - state.turned, 60)
+    below = state.counterface
+    if below is None or below.turnings == 0:
+        return cap
+    return min(cap, settings.first_depth + deepest * (state.distance - below.turned_at))
 
 
 def choose(
@@ -296,8 +311,21 @@ def _damped_cap(
 
 
 def finished(state: State, settings: ControlSettings) -> bool:
-    """Whether the distance has been run, but for the rounding of its sum."""
-    return settings.distance - state.distance <= 1e-12 * settings.distance
+    """Whether the distance of a campaign has been run."""
+    return reached(state.distance, settings.distance)
+
+
+def reached(distance: float, target: float) -> bool:
+    """Whether a distance has been run, but for the rounding of its sum: where campaigns end.
+
+    Parameters
+    ----------
+    distance : float
+        Sum of all steps [m].
+    target : float
+        Of the campaign [m].
+    """
+    return target - distance <= _ROUNDING * target
 
 
 def present_block(distance: float, block_length: FloatArray) -> tuple[int, float]:

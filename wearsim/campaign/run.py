@@ -14,6 +14,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from wearsim.campaign.control import reached
 from wearsim.campaign.directory import (
     SCENE_FOLDER,
     Manifest,
@@ -232,8 +233,8 @@ def _loop(evolution: Evolution[EvaluationT], writer: Writer, progress: Progress)
         progress.tell("rebuilt")
     target = evolution.target
     while True:
-        reached = state.distance >= target * (1.0 - 1e-12)
-        if taken is None and reached:
+        ended = reached(state.distance, target)
+        if taken is None and ended:
             return
         evaluation = evolution.evaluate(state)
         if taken is not None:
@@ -244,7 +245,7 @@ def _loop(evolution: Evolution[EvaluationT], writer: Writer, progress: Progress)
                 progress.step(state, taken.length)
             if deferred:
                 progress.tell("deferred")
-            if reached or first_met(row, limits, laws):
+            if ended or first_met(row, limits, laws):
                 return
         before = state
         state, taken = evolution.advance(before, evaluation)

@@ -78,8 +78,8 @@ class ControlSettings:
         Largest estimated error of the depth of one step, after smoothing; steps above it are repeated
         shorter. Infinite = not looked at [m].
     first_depth : float
-        Largest wear depth of the first step; it may double from step to step up to `depth_cap`. A new
-        profile changes its contact fastest [m].
+        Largest wear depth of the first step, and of that after wheels or rollers were turned; it may double
+        from step to step up to `depth_cap`. A new profile changes its contact fastest [m].
     limits : tuple of (str, float)
         Limits of measures, by variable of the result file [SI].
     end_at_limit : bool

@@ -25,7 +25,11 @@ class CampaignSection(Section):
     distance_km: float = quantity("the distance of the campaign", "km", gt=0, le=1e7)
     max_step_depth_um: float = quantity("the largest wear depth of one step", "um", 8.0, ge=0.1, le=200)
     first_step_depth_um: float | None = quantity(
-        "the largest wear depth of the first step, doubled from step to step", "um", None, ge=0.01, le=200
+        "the largest wear depth of the first step and of that after a turning, doubled from step to step",
+        "um",
+        None,
+        ge=0.01,
+        le=200,
     )
     stability: float = quantity("the limit of the stability number S", "", 0.4, gt=0, le=10)
     smoothing_wavelength_mm: float = quantity(
