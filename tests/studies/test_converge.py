@@ -174,6 +174,28 @@ def test_refined_campaigns_run_as_far_as_the_one_that_ended_at_a_limit(monkeypat
         assert one["campaign.limits.end"] is False
 
 
+def test_rollers_that_wear_have_columns_of_their_own(tmp_path, converged):
+    """Depth and area as the results tell them; no such columns where the rollers do not wear."""
+    scene = tmp_path / "rig.toml"
+    text = SCENE.replace("[contact]", "[counterface.wear]\nfactor = 0.5\n[contact]")
+    scene.write_text(text.replace("distance_km = 8", "distance_km = 2"))
+    table = json.loads(converge(scene, tmp_path / "out").read_text())
+    given = table["given"]["rig"]
+    names = ("counterface_max_wear_depth", "counterface_worn_area")
+    with open_results(tmp_path / "out" / "rig.nc") as data:
+        for name in names:
+            assert given["end"][name] == given["moved"][name] == data[name].values[-1].tolist()
+            assert given["end"][name][0] > 0.0
+    (found,) = read_convergence(tmp_path / "out")
+    row = next(row for row in found.rows if row[0].text.startswith("steps half"))
+    end = table["rows"][0]["ends"]["rig"]["end"]
+    for name, title in zip(names, found.head[-2:], strict=True):
+        difference = max((b - a for a, b in zip(given["end"][name], end[name], strict=True)), key=abs)
+        assert "of the counterface" in title
+        assert row[found.head.index(title)].value == pytest.approx(1e6 * difference, rel=1e-9)
+    assert not any("counterface" in title for title in read_convergence(converged[1])[0].head)
+
+
 @pytest.fixture
 def made_up_runs(monkeypatch, write_campaign):
     """Campaigns are loaded and checked as ever, but written, not run; 20 km, some refinements fail."""

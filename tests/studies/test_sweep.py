@@ -107,6 +107,27 @@ def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(sweep, fo
     assert all(float(row["distance_km"]) == 6.0 for row in rows)
 
 
+def test_the_table_has_what_rollers_lost_where_any_wear(folder):
+    """Last rows of both cases, and no such columns in a sweep whose rollers stay as new."""
+    text = (folder / "rig.toml").read_text()
+    (folder / "worn.toml").write_text(text.replace("[wear]", "[counterface.wear]\nfactor = 0.5\n[wear]"))
+    sweep = sweep_of_flags("worn.toml", ["counterface.wear.factor=0.5,1"], None)
+    run_sweep(sweep, "out", jobs=1)
+    with xr.open_dataset("out/sweep.nc") as table, open("out/sweep.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+        for at, case in enumerate(sweep.cases):
+            with open_results(f"out/{case.name}/rig.nc") as result:
+                for name in ("counterface_max_wear_depth", "counterface_worn_area"):
+                    np.testing.assert_array_equal(table[name][at, 0], result[name][-1])
+                    assert table[name].values[at, 0].max() > 0.0
+        depth = table["counterface_max_wear_depth"].values[:, 0]
+    columns = [f"counterface_max_wear_depth_mm_{wheel}" for wheel in ("right", "left")]
+    told = [[float(row[column]) for column in columns] for row in rows]
+    np.testing.assert_allclose(told, 1e3 * depth, rtol=1e-8)
+    run_sweep(sweep_of_flags("rig.toml", ["wheelset.radius_mm=460"], None), "plain", jobs=1)
+    assert not any(name.startswith("counterface_max") for name in sweep_rows(sweep_dataset("plain"))[0])
+
+
 def test_a_case_that_fails_is_a_row_and_the_others_run(sweep, folder, monkeypatch):
     def run(path, out, **named):
         if out.name == "case_0002":

@@ -17,10 +17,14 @@ COLUMNS = (
     ("max_wear_depth", "largest wear depth [µm]", 1e6),
     ("worn_area", "worn area [mm²]", 1e6),
     ("equivalent_conicity", "equivalent conicity [10⁻³]", 1e3),
+    ("counterface_max_wear_depth", "largest depth of the counterface [µm]", 1e6),
+    ("counterface_worn_area", "worn area of the counterface [mm²]", 1e6),
 )
+"""Measures, those of a counterface where it wears."""
+
 CAPTION = (
     "Each row is the same campaign computed otherwise: by how much its end differs from the campaign as "
-    "given, the larger difference of both wheels, and that as a share of what wear changed."
+    "given, the larger difference of both sides, and that as a share of what wear changed."
 )
 
 
@@ -89,10 +93,11 @@ def markdown(tables: list[Convergence]) -> str:
 
 def _of_role(table: dict[str, Any], role: str) -> Convergence:
     given = table["given"][role]
-    head = ("computed with", "wear steps", *(title for _, title, _ in COLUMNS))
+    columns = [column for column in COLUMNS if column[0] in given["end"]]
+    head = ("computed with", "wear steps", *(title for _, title, _ in columns))
     moved = [
         _largest([None if value is None else factor * value for value in given["moved"][name]])
-        for name, _, factor in COLUMNS
+        for name, _, factor in columns
     ]
     rows = [
         [
@@ -103,10 +108,10 @@ def _of_role(table: dict[str, Any], role: str) -> Convergence:
     ]
     for row in table["rows"]:
         if "ends" not in row:
-            rows.append([Cell(row["text"]), Cell(row["told"] or "not run"), *[Cell("") for _ in COLUMNS]])
+            rows.append([Cell(row["text"]), Cell(row["told"] or "not run"), *[Cell("") for _ in columns]])
             continue
         found = row["ends"][role]
-        cells = [_difference(given, found, name, factor) for name, _, factor in COLUMNS]
+        cells = [_difference(given, found, name, factor) for name, _, factor in columns]
         rows.append([Cell(row["text"]), Cell(str(found["steps"]), float(found["steps"])), *cells])
     short = ", shortened for this comparison" if table["shortened"] else ""
     return Convergence(role, f"{given['distance'] / 1e3:.6g} km{short}", head, rows)

@@ -21,6 +21,8 @@ from wearsim.scene.changes import Change
 FOLDER = "converge"
 TABLE = "convergence.json"
 MEASURES = ("flange_thickness", "flange_height", "max_wear_depth", "worn_area", "equivalent_conicity")
+BELOW = ("counterface_max_wear_depth", "counterface_worn_area")
+"""Further ones of rails or rollers that wear."""
 
 _FINEST_SPACING_MM, _MOST_CELLS, _MOST_POSITIONS, _LONGEST_WAVE_MM = 0.05, 400, 200, 50.0
 
@@ -167,16 +169,16 @@ def _end(path: Path) -> dict[str, Any]:
     """
     with open_results(path) as data:
         row = last_worn_row(data)
-        last = {name: data[name].values[row].reshape(-1).tolist() for name in MEASURES}
-        first = {name: data[name].values[0].reshape(-1).tolist() for name in MEASURES}
+        names = (*MEASURES, *(name for name in BELOW if name in data))
+        last = {name: data[name].values[row].reshape(-1).tolist() for name in names}
+        first = {name: data[name].values[0].reshape(-1).tolist() for name in names}
         return {
             "distance": float(data["distance"][-1]),
             "steps": data.sizes["step"] - 1,
             "points": data.sizes["operating_point"],
-            "end": {name: [_known(value) for value in last[name]] for name in MEASURES},
+            "end": {name: [_known(value) for value in last[name]] for name in names},
             "moved": {
-                name: [_known(b - a) for a, b in zip(first[name], last[name], strict=True)]
-                for name in MEASURES
+                name: [_known(b - a) for a, b in zip(first[name], last[name], strict=True)] for name in names
             },
         }
 

@@ -13,7 +13,8 @@ import numpy as np
 from wearsim.campaign.record import write_atomically
 from wearsim.errors import ResultError
 from wearsim.nomenclature import NOMENCLATURE
-from wearsim.results import LAYOUT, open_results
+from wearsim.results import GROUPS, LAYOUT, open_results
+from wearsim.results.turnings import last_worn_row
 from wearsim.studies.sweep_directory import campaigns_of, outcomes_of, read_plan
 
 if TYPE_CHECKING:
@@ -27,6 +28,9 @@ MEASURES = tuple(
     and name not in ("step_length", "stability_number", "step_error", "contact_models_error")
 )
 """Variables of a result file that have one value per campaign or per wheel; the table has their last ones."""
+
+BELOW = ("counterface_max_wear_depth", "counterface_worn_area", "counterface_turned_depth")
+"""The same of rails or rollers, where those of any case wear."""
 
 WHEELS = ("right", "left")
 
@@ -43,7 +47,8 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
     -------
     xarray.Dataset
         Over `case`, `campaign` (rig, field) and `wheel`: the varied values as the scene has them, state and
-        fault of each case, and of finished ones the last value of each measure [SI]; others are NaN.
+        fault of each case, and of finished ones the last value of each measure [SI], that of the worn
+        wheels where a campaign ends with a turning; others are NaN.
     """
     import xarray as xr
 
@@ -71,12 +76,14 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         )
     variables["state"] = ("case", _texts([o.state for o in outcomes]), {"long_name": "state of the case"})
     variables["fault"] = ("case", _texts([o.fault for o in outcomes]), {"long_name": "why the case failed"})
-    for name in MEASURES if campaigns else ():
-        per_wheel = "wheel" in LAYOUT[name].dimensions
+    layout = {**LAYOUT, **GROUPS["counterface"]}
+    below = [name for name in BELOW if any(name in end for end in ends.values())]
+    for name in (*MEASURES, *below) if campaigns else ():
+        per_wheel = "wheel" in layout[name].dimensions
         shape = (len(entries), len(campaigns), *((2,) if per_wheel else ()))
         values = np.full(shape, np.nan)
         for (row, campaign), end in ends.items():
-            values[row, campaigns.index(campaign)] = end[name]
+            values[row, campaigns.index(campaign)] = end.get(name, np.nan)
         quantity = NOMENCLATURE[name]
         about = {"units": quantity.unit, "long_name": quantity.meaning}
         if quantity.sign:
@@ -123,7 +130,7 @@ def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
                     row[str(variable.attrs.get("key", name))] = _plain(variable.values[at])
             row |= {"state": str(dataset["state"].values[at]), "fault": str(dataset["fault"].values[at])}
             row["campaign"] = campaign
-            for name in MEASURES if "campaign" in dataset.dims else ():
+            for name in [one for one in (*MEASURES, *BELOW) if one in dataset]:
                 _measures(
                     row, name, dataset[name].values[at], campaigns.index(campaign) if campaign else None
                 )
@@ -162,8 +169,9 @@ def write_tables(out: Path) -> None:
 
 def _end(path: Path) -> dict[str, np.ndarray]:
     with open_results(path) as result:
-        last = result.isel(step=-1)
-        return {name: np.asarray(last[name].values, dtype=float) for name in MEASURES}
+        last = result.isel(step=last_worn_row(result))
+        told = (*MEASURES, *(name for name in BELOW if name in result))
+        return {name: np.asarray(last[name].values, dtype=float) for name in told}
 
 
 def _varied(key: str, values: list[Any]) -> tuple[str, np.ndarray, dict[str, str]]:
