@@ -14,6 +14,7 @@ from wearsim.operation.points import TurningRules
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.measures import tape_level
 from wearsim.profile.shape import arc_length, polygon_area_between
+from wearsim.profile.standard import shipped_path
 from wearsim.profile.turning import turn_axle
 from wearsim.report.figures import plot_profile, plot_wear_by_regime, plot_wear_depth
 from wearsim.report.figures_damage import plot_fatigue_damage
@@ -332,6 +333,20 @@ def test_figures_stand_at_the_points_of_the_profile_that_was_turned(reshaped):
     table = fatigue_laws(reshaped)[0]
     place = table.rows[1][table.head.index("Right: at y [mm]")].value
     assert place == 1e3 * y[damage.argmax()]
+
+
+def test_the_shipped_workflow_turns_the_wheels_once_and_ends_at_their_diameter(tmp_path):
+    """As its comments say; each rail loses what is stated, the steps' sum to 1e-9."""
+    with open_results(run_scene(shipped_path("workflows", "limits.toml"), tmp_path / "out")[0]) as shipped:
+        assert len(turnings(shipped)) == 1
+        assert "diameter" in shipped.attrs["finished"]
+        assert float(shipped["wheel_diameter"].values[-1].min()) <= 919.3e-3
+        run = float(shipped["distance"].values[-1])
+        np.testing.assert_allclose(shipped["counterface_worn_area"].values[-1], 0.5e-12 * run, rtol=1e-9)
+        assert [limit.name for limit in limits_met(shipped) if any(limit.distance)] == [
+            "hollowing",
+            "wheel_diameter",
+        ]
 
 
 @pytest.mark.cf

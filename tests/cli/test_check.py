@@ -152,3 +152,12 @@ def test_check_tells_the_laws_beside_and_the_fatigue_laws(capsys):
     assert [one["law"] for one in campaign["beside"]] == ["archard", "brr", "energy"]
     wlrm = campaign["fatigue"][0]
     assert (wlrm["law"], wlrm["crack_depth"], wlrm["wear_limit"]) == ("wlrm", 5e-3, 3e-3)
+
+
+def test_check_tells_limits_turnings_and_worn_rails(capsys):
+    assert cli.main(["check", "workflows/limits.toml"]) == 0
+    told = capsys.readouterr().out
+    limits = "flange_thickness_mm = 22, hollowing_mm = 0.02, diameter_mm = 919.3"
+    assert f"{limits}; the first that is met ends the campaign" in told
+    assert "each loses 0.5 mm2 per 1000 km where the wheels wear" in told
+    assert "S1002: hollowing_mm" in told

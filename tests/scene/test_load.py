@@ -161,7 +161,9 @@ def test_the_schema_knows_every_key_limit_and_name():
         assert part["additionalProperties"] is False, name
 
 
-@pytest.mark.parametrize("name", ["rig.toml", "field.toml", "rig_vs_field.toml", "fatigue.toml"])
+@pytest.mark.parametrize(
+    "name", ["rig.toml", "field.toml", "rig_vs_field.toml", "fatigue.toml", "limits.toml"]
+)
 def test_shipped_workflows_have_no_faults_and_no_warnings(name):
     scene = load_scene(standard.shipped_path("workflows", name))
     parts = [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
