@@ -1,6 +1,7 @@
 """Settings and checks that tests of several rooms share."""
 
 import importlib.util
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -37,6 +38,39 @@ def write_campaign():
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module.write_campaign
+
+
+@pytest.fixture(scope="session")
+def scene_text():
+    """Function that writes the scene of a small campaign: S1002 on 60E1 1:40, on rollers of 1 m or on rails.
+
+    Of each block (or class of track) the keys that are not load, speed and friction; of the tables further
+    lines, below which further tables may stand. [campaign] comes last.
+    """
+
+    def text(
+        *running,
+        kind="rig",
+        contact="strips = 12\ncells = 12",
+        counterface="",
+        campaign="distance_km = 8\npoint_spacing_mm = 0.5",
+        more="",
+    ):
+        table = {"rig": "[[operation.block]]", "field": "[[operation.class]]"}[kind]
+        roller = "roller_radius_mm = 1000\n" if kind == "rig" else ""
+        parts = [
+            f'[scene]\nkind = "{kind}"',
+            '[wheelset]\nprofile = "S1002"',
+            f'[counterface]\nprofile = "60E1"\ninclination = "1:40"\ngauge_mm = 1435\n{roller}{counterface}',
+            f"[contact]\n{contact}",
+            more,
+        ]
+        for number, own in enumerate(running, start=1):
+            keys = {"name": f"{number}", "load_kN": 80, "speed_km_h": 72, "friction": 0.35, **own}
+            parts.append("\n".join([table, *(f"{key} = {json.dumps(value)}" for key, value in keys.items())]))
+        return "\n".join([*parts, f"[campaign]\n{campaign}", ""])
+
+    return text
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -7,11 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from wearsim.campaign.control import finished
+from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import State
 from wearsim.contact.patch import Patch, SurfaceFields
 from wearsim.contact.solve import ContactConditions, ContactSolution, Wheelset
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import Profile
+from wearsim.scene import build, load_scene
 
 
 def wheel_profile(spacing=0.25e-3):
@@ -116,6 +119,60 @@ def points_of(weight, environment=None, block_length=None):
         block_length=zeros if block_length is None else np.asarray(block_length, dtype=float),
         label=tuple(f"point {i}" for i in range(n)),
     )
+
+
+@pytest.fixture
+def evolution_of(tmp_path):
+    """Function that gives the campaign of a scene's text."""
+
+    def made(text):
+        path = tmp_path / "scene.toml"
+        path.write_text(text)
+        return WheelsetEvolution(build(load_scene(path)), threads=1)
+
+    return made
+
+
+@pytest.fixture
+def two_blocks(evolution_of, scene_text):
+    """Function that gives the campaign of two blocks on a rig, tread and flange root.
+
+    Mirrored: shift, yaw and roll with the other sign. Other keywords as `scene_text` has them, but for the
+    environment factor of both.
+    """
+
+    def made(*, mirrored=False, environment=1.0, **tables):
+        sign = -1 if mirrored else 1
+        blocks = (
+            {
+                "shift_mm": sign * shift,
+                "yaw_mrad": sign * yaw,
+                "roll_mrad": sign * roll,
+                "distance_km": distance,
+                "environment": environment,
+            }
+            for shift, yaw, roll, distance in ((-2.0, -1.0, 0.0, 2), (4.5, 2.0, 0.5, 1))
+        )
+        return evolution_of(scene_text(*blocks, **tables))
+
+    return made
+
+
+@pytest.fixture(scope="session")
+def all_states():
+    """Function that gives all states of a campaign, and the rate of the collective in each but the last."""
+
+    def run(of):
+        state, _ = of.start()
+        states, rates = [state], []
+        while not finished(state, of.setup.control):
+            evaluation = of.evaluate(state)
+            rates.append(evaluation.collective)
+            state, _ = of.advance(state, evaluation)
+            states.append(state)
+        return states, rates
+
+    return run
 
 
 @pytest.fixture

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wearsim.campaign.control import finished
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import run_evolution
 from wearsim.campaign.state import State, WearRate
@@ -17,39 +16,7 @@ from wearsim.damage.fatigue import FATIGUE_LAWS
 from wearsim.errors import ResultError
 from wearsim.profile.shape import vertex_lengths
 from wearsim.results import GROUPS, LAYOUT, layout_of, open_results
-from wearsim.scene import build, load_scene
 
-SCENE = """
-[scene]
-kind = "rig"
-[wheelset]
-profile = "S1002"
-[counterface]
-profile = "60E1"
-inclination = "1:40"
-gauge_mm = 1435
-roller_radius_mm = 1000
-[contact]
-strips = 14
-cells = 12
-[campaign]
-distance_km = {distance}
-point_spacing_mm = 0.5
-{campaign}
-{blocks}
-{damage}
-"""
-BLOCK = """
-[[operation.block]]
-name = "{shift}"
-shift_mm = {shift}
-yaw_mrad = {yaw}
-load_kN = 80
-speed_km_h = 72
-friction = 0.35
-distance_km = {distance}
-environment = 0.5
-"""
 FATIGUE = f"""
 [fatigue]
 laws = {sorted(FATIGUE_LAWS)}
@@ -59,41 +26,35 @@ crack_depth_mm = 2
 BESIDE = '[wear]\nbeside = ["archard", "energy", "brr", "none"]\n'
 
 
-def evolution(folder, damage="", campaign="", mirrored=False, distance=24):
-    """Two blocks on a rig, tread and flange root; mirrored: shift and yaw with the other sign."""
-    sign = -1 if mirrored else 1
-    blocks = "".join(
-        BLOCK.format(shift=sign * shift, yaw=sign * yaw, distance=distance)
-        for shift, yaw, distance in ((-2.0, -1.0, 2), (4.5, 2.0, 1))
-    )
-    path = folder / "rig.toml"
-    path.write_text(SCENE.format(campaign=campaign, blocks=blocks, damage=damage, distance=distance))
-    return WheelsetEvolution(build(load_scene(path)), threads=1)
+@pytest.fixture
+def evolution(two_blocks):
+    """Function that gives a short, coarse campaign with some laws, under an environment factor of 0.5."""
 
+    def made(damage="", campaign="", mirrored=False):
+        return two_blocks(
+            mirrored=mirrored,
+            environment=0.5,
+            contact="strips = 14\ncells = 12",
+            campaign=f"distance_km = 24\npoint_spacing_mm = 0.5\n{campaign}",
+            more=damage,
+        )
 
-def run(of):
-    """All states of a campaign."""
-    state, _ = of.start()
-    states = [state]
-    while not finished(state, of.setup.control):
-        state, _ = of.advance(state, of.evaluate(state))
-        states.append(state)
-    return states
+    return made
 
 
 @pytest.mark.parametrize("integrator", ["euler", "heun", "semi_implicit"])
-def test_law_beside_that_equals_the_leading_one_has_its_bits(tmp_path, integrator):
-    of = evolution(tmp_path, BESIDE, f'integrator = "{integrator}"')
+def test_law_beside_that_equals_the_leading_one_has_its_bits(integrator, evolution, all_states):
+    of = evolution(BESIDE, f'integrator = "{integrator}"')
     of = WheelsetEvolution(replace(of.setup, beside=(*of.setup.beside, of.setup.wear)), threads=1)
-    last = run(of)[-1]
+    last = all_states(of)[0][-1]
     np.testing.assert_array_equal(last.beside_depth[-1], last.wear_depth)
     regimes = last.regime_depth.shape[1]
     np.testing.assert_allclose(last.beside_area[:, -regimes:].sum(axis=1), last.worn_area, rtol=1e-12)
 
 
-def test_laws_beside_and_fatigue_change_no_bit_of_the_wear(tmp_path):
-    alone = run(evolution(tmp_path))[-1]
-    among = run(evolution(tmp_path, BESIDE + FATIGUE))[-1]
+def test_laws_beside_and_fatigue_change_no_bit_of_the_wear(evolution, all_states):
+    alone = all_states(evolution())[0][-1]
+    among = all_states(evolution(BESIDE + FATIGUE))[0][-1]
     for name in ("distance", "y", "z", "wear_depth", "regime_depth", "worn_area", "worn_mass", "step_error"):
         np.testing.assert_array_equal(getattr(among, name), getattr(alone, name), err_msg=name)
     deepest = [depth.max() for depth in among.beside_depth]
@@ -102,19 +63,19 @@ def test_laws_beside_and_fatigue_change_no_bit_of_the_wear(tmp_path):
     assert len(set(deepest)) == len(deepest)
 
 
-def test_leading_law_without_wear_has_laws_beside(tmp_path):
+def test_leading_law_without_wear_has_laws_beside(evolution, all_states):
     """The profile stays new, and the law beside grows with the distance."""
-    states = run(evolution(tmp_path, '[wear]\nlaw = "none"\nbeside = ["usfd"]\n' + FATIGUE))
+    states = all_states(evolution('[wear]\nlaw = "none"\nbeside = ["usfd"]\n' + FATIGUE))[0]
     last = states[-1]
     np.testing.assert_array_equal(last.z, states[0].z)
     assert last.worn_area.max() == 0.0
     assert last.beside_depth[0].max() > 1e-6
 
 
-def test_mirrored_scene_gives_mirrored_damage(tmp_path):
+def test_mirrored_scene_gives_mirrored_damage(evolution, all_states):
     """Right and left change places; 1e-9 of the largest of each law."""
-    scenes = (evolution(tmp_path, BESIDE + FATIGUE, mirrored=mirrored) for mirrored in (False, True))
-    one, other = (run(of)[-1] for of in scenes)
+    scenes = (evolution(BESIDE + FATIGUE, mirrored=mirrored) for mirrored in (False, True))
+    one, other = (all_states(of)[0][-1] for of in scenes)
     for name in ("beside_depth", "fatigue_damage"):
         for here, there in zip(getattr(one, name), getattr(other, name), strict=True):
             np.testing.assert_allclose(there[::-1], here, rtol=0, atol=1e-9 * here.max())
@@ -122,12 +83,12 @@ def test_mirrored_scene_gives_mirrored_damage(tmp_path):
     np.testing.assert_allclose(other.beside_area[::-1], one.beside_area, rtol=1e-9, atol=1e-18)
 
 
-def test_damage_of_an_unworn_wheel_grows_linearly(tmp_path):
+def test_damage_of_an_unworn_wheel_grows_linearly(evolution, all_states):
     """Rate of the new wheel times distance: only rounding lies between them."""
-    of = evolution(tmp_path, '[wear]\nlaw = "none"\n' + FATIGUE)
+    of = evolution('[wear]\nlaw = "none"\n' + FATIGUE)
     start, _ = of.start()
     rates = of.evaluate(start).collective.fatigue
-    last = run(of)[-1]
+    last = all_states(of)[0][-1]
     for rate, damage in zip(rates, last.fatigue_damage, strict=True):
         np.testing.assert_allclose(damage, rate * last.distance, rtol=1e-12)
 
@@ -151,10 +112,10 @@ def test_damage_of_constant_rates_knows_no_steps(parts, depth):
     np.testing.assert_allclose(state.fatigue_damage[0], expected, rtol=1e-9, atol=1e-18 * sum(parts))
 
 
-def test_wear_removes_cracks_of_a_stated_depth_only(tmp_path):
+def test_wear_removes_cracks_of_a_stated_depth_only(evolution, all_states):
     """A shallow crack is worn away faster; laws without crack depth keep all they had."""
     shallow = FATIGUE.replace("crack_depth_mm = 2", "crack_depth_mm = 0.05")
-    deep, flat = (run(evolution(tmp_path, damage))[-1] for damage in (FATIGUE, shallow))
+    deep, flat = (all_states(evolution(damage))[0][-1] for damage in (FATIGUE, shallow))
     names = sorted(FATIGUE_LAWS)
     for name, one, other in zip(names, deep.fatigue_damage, flat.fatigue_damage, strict=True):
         if name == "wlrm":
@@ -164,9 +125,9 @@ def test_wear_removes_cracks_of_a_stated_depth_only(tmp_path):
             np.testing.assert_array_equal(one, other)
 
 
-def test_damage_of_patches_is_kept_on_the_profile(tmp_path):
+def test_damage_of_patches_is_kept_on_the_profile(evolution):
     """Sum over rings and lengths against the sum over patches: 1e-12 of it (carried, not sampled)."""
-    of = evolution(tmp_path, FATIGUE)
+    of = evolution(FATIGUE)
     state, _ = of.start()
     found = of.evaluate(state)
     setup, solution = of.setup, found.solution
@@ -182,8 +143,8 @@ def test_damage_of_patches_is_kept_on_the_profile(tmp_path):
             assert on_profile == pytest.approx(here, rel=1e-12, abs=1e-15)
 
 
-def test_environment_factor_acts_on_wear_not_on_damage(tmp_path):
-    of = evolution(tmp_path, BESIDE + FATIGUE)
+def test_environment_factor_acts_on_wear_not_on_damage(evolution):
+    of = evolution(BESIDE + FATIGUE)
     dry = replace(of.setup, points=replace(of.setup.points, environment=np.ones(2)))
     state, _ = of.start()
     half, full = (WheelsetEvolution(one, threads=1).evaluate(state).collective for one in (of.setup, dry))
@@ -198,11 +159,11 @@ class Stop(Exception):
 
 
 @pytest.mark.parametrize("last", [0, 2])
-def test_resumed_campaign_has_the_same_bits(tmp_path, last):
+def test_resumed_campaign_has_the_same_bits(tmp_path, last, evolution):
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     whole.mkdir()
     cut.mkdir()
-    of = evolution(tmp_path, BESIDE + FATIGUE)
+    of = evolution(BESIDE + FATIGUE)
 
     def stop(event):
         if event.kind == "step" and event.step == last:
@@ -220,8 +181,8 @@ def test_resumed_campaign_has_the_same_bits(tmp_path, last):
             assert np.array_equal(one[name][:], other[name][:]), name
 
 
-def test_result_file_holds_the_laws(tmp_path):
-    of = evolution(tmp_path, BESIDE + FATIGUE)
+def test_result_file_holds_the_laws(tmp_path, evolution):
+    of = evolution(BESIDE + FATIGUE)
     path = run_evolution(of, tmp_path, "rig")
     with open_results(path) as data:
         assert list(data["beside_name"].values) == ["archard", "energy", "brr", "none"]
@@ -244,8 +205,8 @@ def test_result_file_holds_the_laws(tmp_path):
         np.testing.assert_allclose(data["wear_number_without_spin"], low, rtol=1e-12)
 
 
-def test_file_with_half_a_group_is_refused(tmp_path):
-    path = run_evolution(evolution(tmp_path, BESIDE), tmp_path, "rig")
+def test_file_with_half_a_group_is_refused(tmp_path, evolution):
+    path = run_evolution(evolution(BESIDE), tmp_path, "rig")
     with netCDF4.Dataset(path, "a") as file:
         file.renameVariable("beside_wear_depth", "beside_wear")
     with pytest.raises(ResultError, match="not a result file"):
@@ -253,6 +214,6 @@ def test_file_with_half_a_group_is_refused(tmp_path):
 
 
 @pytest.mark.cf
-def test_compliance_checker_finds_nothing(tmp_path, assert_cf):
-    of = replace(evolution(tmp_path, BESIDE + FATIGUE), command="wearsim run rig.toml")
+def test_compliance_checker_finds_nothing(tmp_path, assert_cf, evolution):
+    of = replace(evolution(BESIDE + FATIGUE), command="wearsim run rig.toml")
     assert_cf(run_evolution(of, tmp_path, "rig"))

@@ -7,9 +7,8 @@ import netCDF4
 import numpy as np
 import pytest
 
-from wearsim.campaign.control import finished, stability_rate
+from wearsim.campaign.control import stability_rate
 from wearsim.campaign.counterface import new_counterface, turned, wear_off_counterface, worn_counterface
-from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.rate import accumulate
 from wearsim.campaign.run import run_campaign
 from wearsim.campaign.state import CounterfaceRate, WearRate
@@ -19,76 +18,40 @@ from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.operation.counterface import CounterfaceWear
 from wearsim.profile.shape import polygon_area_between, vertex_lengths
 from wearsim.results import GROUPS, open_results
-from wearsim.scene import build, load_scene
 
 WEAR = WearSettings()
 FACTOR, RADIUS = 0.7, 1.2
 ROLLER = CounterfaceWear(factor=FACTOR, radius=RADIUS)
 RAIL = CounterfaceWear(area_rate=3e-12)
 
-SCENE = """
-[scene]
-kind = "{kind}"
-[wheelset]
-profile = "S1002"
-[counterface]
-profile = "60E1"
-inclination = "1:40"
-gauge_mm = 1435
-{counterface}
-[contact]
-strips = 20
-cells = 16
-[campaign]
-point_spacing_mm = 0.5
-{campaign}
-{operation}
-"""
-RUNNING = "load_kN = 80\nspeed_km_h = 72\nfriction = 0.35\n"
+GRID = "strips = 20\ncells = 16"
 
 
-def rig(folder, wear, campaign="distance_km = 30", mirrored=False):
-    """Two blocks, tread and flange root; mirrored: shift, yaw and roll with the other sign."""
-    sign = -1 if mirrored else 1
-    blocks = "".join(
-        f'[[operation.block]]\nname = "{shift}"\nshift_mm = {sign * shift}\nyaw_mrad = {sign * yaw}\n'
-        f"roll_mrad = {sign * roll}\ndistance_km = {distance}\n{RUNNING}"
-        for shift, yaw, roll, distance in ((-2.0, -1.0, 0.0, 2), (4.5, 2.0, 0.5, 1))
-    )
-    counterface = f"roller_radius_mm = 1000\n{wear}"
-    return evolution(folder, kind="rig", counterface=counterface, campaign=campaign, operation=blocks)
+@pytest.fixture
+def rig(two_blocks):
+    """Function that gives a campaign on rollers of which the text says how they wear."""
+
+    def made(wear, campaign="distance_km = 30", mirrored=False):
+        return two_blocks(
+            mirrored=mirrored,
+            contact=GRID,
+            counterface=wear,
+            campaign=f"point_spacing_mm = 0.5\n{campaign}",
+        )
+
+    return made
 
 
-def field(folder, wear, campaign="distance_km = 30"):
-    """One class of track, both flanks of a distribution."""
-    classes = (
-        '[[operation.class]]\nname = "all"\nshift_mean_mm = 1\nshift_std_mm = 1\npositions = 10\nshare = 1\n'
-    )
-    return evolution(
-        folder,
-        kind="field",
-        counterface=wear,
-        campaign=campaign,
-        operation=f"{classes}yaw_mrad = 1\n{RUNNING}",
-    )
+@pytest.fixture
+def field(evolution_of, scene_text):
+    """Function that gives a campaign of one class of track, both flanks of a distribution."""
 
+    def made(wear, campaign="distance_km = 30"):
+        shifts = {"shift_mean_mm": 1, "shift_std_mm": 1, "positions": 10, "share": 1, "yaw_mrad": 1}
+        tables = {"counterface": wear, "campaign": f"point_spacing_mm = 0.5\n{campaign}"}
+        return evolution_of(scene_text(shifts, kind="field", contact=GRID, **tables))
 
-def evolution(folder, **parts):
-    path = folder / "scene.toml"
-    path.write_text(SCENE.format(**parts))
-    return WheelsetEvolution(build(load_scene(path)), threads=1)
-
-
-def run(of):
-    """All states of a campaign, and the rate of the collective in each."""
-    state, _ = of.start()
-    states, rates = [state], []
-    while not finished(state, of.setup.control):
-        evaluation = of.evaluate(state)
-        rates.append(evaluation.collective)
-        state, _ = of.advance(state, evaluation)
-        states.append(state)
-    return states, rates
+    return made
 
 
 @pytest.fixture
@@ -277,14 +240,14 @@ def test_turning_restores_the_profile_bit_by_bit(mirror_image, wheelset):
 
 
 @pytest.mark.parametrize("body", ["rollers", "rails"])
-def test_removed_area_is_the_time_integral_of_the_law(tmp_path, body):
+def test_removed_area_is_the_time_integral_of_the_law(body, rig, field, all_states):
     """Euler's sum of law areas, the sum the state keeps, and the polygons: 1e-9 over the whole campaign."""
     campaign = 'distance_km = 30\nintegrator = "euler"'
     if body == "rollers":
-        of = rig(tmp_path, "[counterface.wear]\nfactor = 0.8", campaign)
+        of = rig("[counterface.wear]\nfactor = 0.8", campaign)
     else:
-        of = field(tmp_path, "[counterface.wear]\narea_mm2_per_1000km = 2", campaign)
-    states, rates = run(of)
+        of = field("[counterface.wear]\narea_mm2_per_1000km = 2", campaign)
+    states, rates = all_states(of)
     first, last = states[0].counterface, states[-1].counterface
     for side in (0, 1):
         law = 0.0
@@ -298,10 +261,10 @@ def test_removed_area_is_the_time_integral_of_the_law(tmp_path, body):
             assert law == pytest.approx(30 * 2e-9, rel=1e-9)  # 2 mm2 per 1000 km
 
 
-def test_mirrored_scene_wears_mirrored_rollers(tmp_path):
+def test_mirrored_scene_wears_mirrored_rollers(rig, all_states):
     """Right and left change places, through a turning at a block's border: 1e-9 of the depth."""
     wear = "[counterface.wear]\nfactor = 0.8\nredress_every_km = 17"
-    one, other = (run(rig(tmp_path, wear, mirrored=mirrored))[0] for mirrored in (False, True))
+    one, other = (all_states(rig(wear, mirrored=mirrored))[0] for mirrored in (False, True))
     assert [state.distance for state in one] == pytest.approx([state.distance for state in other])
     assert one[-1].counterface.turnings == 1
     assert one[-1].counterface.turned_at == pytest.approx(17e3, rel=1e-12)
@@ -311,7 +274,7 @@ def test_mirrored_scene_wears_mirrored_rollers(tmp_path):
         np.testing.assert_allclose(there[::-1], depth, rtol=0, atol=1e-9 * depth.max())
 
 
-def test_small_first_steps_after_a_turning_too(tmp_path):
+def test_small_first_steps_after_a_turning_too(rig, all_states):
     """Two lives of a roller in steps up to 40 um, the first of each 5 um, against steps of 2 um throughout.
 
     Without a tolerance of the error; with small steps at the start alone, 1.8 um of 42 are missing.
@@ -319,16 +282,16 @@ def test_small_first_steps_after_a_turning_too(tmp_path):
     wear = "[counterface.wear]\nfactor = 1\nredress_every_km = 30"
     steps = "distance_km = 60\nstability = 1.9\nerror_tolerance_um = 1000\nmax_step_depth_um ="
     fine, coarse = (
-        run(rig(tmp_path, wear, f"{steps} {text}"))[0][-1] for text in ("2", "40\nfirst_step_depth_um = 5")
+        all_states(rig(wear, f"{steps} {text}"))[0][-1] for text in ("2", "40\nfirst_step_depth_um = 5")
     )
     assert fine.counterface.turnings == coarse.counterface.turnings == 1
     assert np.abs(coarse.wear_depth - fine.wear_depth).max() < 0.5e-6
 
 
-def test_rollers_are_turned_at_the_depth_asked_for(tmp_path):
+def test_rollers_are_turned_at_the_depth_asked_for(rig, all_states):
     """Steps are aimed at it: 1 % short at most, and past it only by what a step's error allows."""
     wear = "[counterface.wear]\nfactor = 3\nredress_depth_um = 10"
-    states, _ = run(rig(tmp_path, wear, "distance_km = 20\nerror_tolerance_um = 0.2"))
+    states, _ = all_states(rig(wear, "distance_km = 20\nerror_tolerance_um = 0.2"))
     depths = np.array([
         after.counterface.last_depth.max(axis=1)
         for before, after in pairwise(states)
@@ -345,10 +308,10 @@ class Stop(Exception):
     pass
 
 
-def test_stopped_and_continued_to_the_same_bits(tmp_path):
+def test_stopped_and_continued_to_the_same_bits(tmp_path, rig):
     """Stopped before rollers and wheels are turned, between the two and after; every variable of the file."""
     campaign = "distance_km = 20\n[campaign.reprofiling]\nat_km = [12]"
-    of = rig(tmp_path, "[counterface.wear]\nfactor = 0.8\nredress_every_km = 12", campaign)
+    of = rig("[counterface.wear]\nfactor = 0.8\nredress_every_km = 12", campaign)
     for folder in ("whole", "parts"):
         (tmp_path / folder).mkdir()
     whole = run_campaign(of.setup, tmp_path / "whole", "rig", command="wearsim run", threads=1)
@@ -380,13 +343,13 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path):
 
 
 @pytest.mark.cf
-def test_the_file_of_rollers_that_wear_keeps_the_conventions(tmp_path, assert_cf):
-    of = rig(tmp_path, "[counterface.wear]\nfactor = 0.8\nredress_every_km = 2", "distance_km = 3")
+def test_the_file_of_rollers_that_wear_keeps_the_conventions(tmp_path, assert_cf, rig):
+    of = rig("[counterface.wear]\nfactor = 0.8\nredress_every_km = 2", "distance_km = 3")
     assert_cf(run_campaign(of.setup, tmp_path, "rig", command="wearsim run", threads=1))
 
 
-def test_a_counterface_that_stays_has_no_variables(tmp_path):
-    of = rig(tmp_path, "", "distance_km = 3")
+def test_a_counterface_that_stays_has_no_variables(tmp_path, rig):
+    of = rig("", "distance_km = 3")
     path = run_campaign(of.setup, tmp_path, "rig", threads=1)
     with open_results(path) as data:
         assert not set(GROUPS["counterface"]) & set(data.variables)

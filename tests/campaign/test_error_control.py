@@ -14,42 +14,6 @@ from wearsim.campaign.run import resume, run_scene
 from wearsim.errors import NumericalError
 from wearsim.results import LAYOUT, open_results
 
-SCENE = """
-[scene]
-kind = "rig"
-[wheelset]
-profile = "S1002"
-[counterface]
-profile = "60E1"
-inclination = "1:40"
-gauge_mm = 1435
-roller_radius_mm = 1000
-[contact]
-strips = 12
-cells = 12
-[[operation.block]]
-name = "left"
-shift_mm = -3
-load_kN = 80
-speed_km_h = 72
-friction = 0.35
-distance_km = 2
-[[operation.block]]
-name = "right"
-shift_mm = 3
-yaw_mrad = 1
-load_kN = 80
-speed_km_h = 72
-friction = 0.35
-distance_km = 3
-[campaign]
-distance_km = {distance}
-point_spacing_mm = 0.5
-max_step_depth_um = 20
-stability = 1.0
-integrator = "{integrator}"
-error_tolerance_um = {tolerance}
-"""
 KILLED = """
 import os, signal
 from wearsim.campaign.run import run_scene
@@ -60,14 +24,28 @@ run_scene({scene!r}, {out!r}, observer=kill)
 """
 
 
-def write(folder, *, tolerance, integrator="heun", distance=30):
-    path = folder / "rig.toml"
-    path.write_text(SCENE.format(tolerance=tolerance, integrator=integrator, distance=distance))
-    return path
+@pytest.fixture(scope="module")
+def write(scene_text):
+    """Function that writes the scene of two blocks, with steps that only the error limits."""
+
+    def made(folder, *, tolerance, integrator="heun"):
+        campaign = (
+            "distance_km = 30\npoint_spacing_mm = 0.5\nmax_step_depth_um = 20\nstability = 1.0\n"
+            f'integrator = "{integrator}"\nerror_tolerance_um = {tolerance}'
+        )
+        left, right = (
+            {"shift_mm": shift, "yaw_mrad": yaw, "distance_km": distance}
+            for shift, yaw, distance in ((-3, 0, 2), (3, 1, 3))
+        )
+        path = folder / "rig.toml"
+        path.write_text(scene_text(left, right, campaign=campaign))
+        return path
+
+    return made
 
 
 @pytest.fixture(scope="module")
-def strict(tmp_path_factory):
+def strict(tmp_path_factory, write):
     """A campaign whose steps the error limits: scene and result file."""
     folder = tmp_path_factory.mktemp("strict")
     scene = write(folder, tolerance=0.05)
@@ -103,7 +81,7 @@ def test_a_killed_campaign_tries_the_same_steps(strict, tmp_path):
             assert np.array_equal(one[name][:], other[name][:]), name
 
 
-def test_euler_under_the_same_tolerance_agrees(strict, tmp_path):
+def test_euler_under_the_same_tolerance_agrees(strict, tmp_path, write):
     """Two rules, each step within 0.05 um: the profiles differ by no more than the sum of the estimates."""
     (path,) = run_scene(write(tmp_path, tolerance=0.05, integrator="euler"), tmp_path / "out")
     with open_results(path) as euler, open_results(strict[1]) as heun:
@@ -112,7 +90,7 @@ def test_euler_under_the_same_tolerance_agrees(strict, tmp_path):
         assert float(euler["step_error"].max()) <= 0.05e-6
 
 
-def test_an_error_that_does_not_fall_is_told(tmp_path, monkeypatch):
+def test_an_error_that_does_not_fall_is_told(tmp_path, monkeypatch, write):
     from wearsim.campaign import evolution
 
     def hopeless(*arguments, **options):

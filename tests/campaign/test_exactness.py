@@ -6,71 +6,29 @@ import numpy as np
 import pytest
 
 from wearsim.campaign.control import choose, error_limit, finished
-from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import WearRate
 from wearsim.campaign.step import advance
 from wearsim.operation.points import ControlSettings
 from wearsim.profile.shape import polygon_area_between, vertex_lengths, vertex_normals
-from wearsim.scene import build, load_scene
-
-SCENE = """
-[scene]
-kind = "rig"
-[wheelset]
-profile = "S1002"
-[counterface]
-profile = "60E1"
-inclination = "1:40"
-gauge_mm = 1435
-roller_radius_mm = 1000
-[contact]
-strips = 20
-cells = 16
-[campaign]
-distance_km = {distance}
-{campaign}
-{blocks}
-"""
-BLOCK = """
-[[operation.block]]
-name = "{shift}"
-shift_mm = {shift}
-yaw_mrad = {yaw}
-roll_mrad = {roll}
-load_kN = 80
-speed_km_h = 72
-friction = 0.35
-distance_km = {distance}
-"""
 
 
-def evolution(folder, campaign="", mirrored=False, distance=42):
-    """Two blocks on a rig, tread and flange root; mirrored: shift, yaw and roll with the other sign."""
-    sign = -1 if mirrored else 1
-    blocks = "".join(
-        BLOCK.format(shift=sign * shift, yaw=sign * yaw, roll=sign * roll, distance=distance)
-        for shift, yaw, roll, distance in ((-2.0, -1.0, 0.0, 2), (4.5, 2.0, 0.5, 1))
-    )
-    path = folder / "rig.toml"
-    path.write_text(SCENE.format(campaign=campaign, blocks=blocks, distance=distance))
-    return WheelsetEvolution(build(load_scene(path)), threads=1)
+@pytest.fixture
+def evolution(two_blocks):
+    """Function that gives a campaign of two blocks on the default profile points."""
+
+    def made(campaign="", mirrored=False, distance=42):
+        return two_blocks(
+            mirrored=mirrored,
+            contact="strips = 20\ncells = 16",
+            campaign=f"distance_km = {distance}\n{campaign}",
+        )
+
+    return made
 
 
-def run(of):
-    """All states of a campaign, and the rate of the collective in each."""
-    state, _ = of.start()
-    states, rates = [state], []
-    while not finished(state, of.setup.control):
-        evaluation = of.evaluate(state)
-        rates.append(evaluation.collective)
-        state, _ = of.advance(state, evaluation)
-        states.append(state)
-    return states, rates
-
-
-def test_mirrored_scene_gives_mirrored_wear(tmp_path):
+def test_mirrored_scene_gives_mirrored_wear(evolution, all_states):
     """Right and left change places; 1e-9 of the depth."""
-    one, other = (run(evolution(tmp_path, mirrored=mirrored))[0] for mirrored in (False, True))
+    one, other = (all_states(evolution(mirrored=mirrored))[0] for mirrored in (False, True))
     assert len(one) == len(other)
     depth = one[-1].wear_depth
     assert abs(depth[0].max() / depth[1].max() - 1.0) > 0.05  # the wheels themselves differ
@@ -79,10 +37,10 @@ def test_mirrored_scene_gives_mirrored_wear(tmp_path):
 
 
 @pytest.mark.parametrize("smoothing", [0.0, 2.5])
-def test_removed_area_is_the_time_integral_of_the_law(tmp_path, smoothing):
+def test_removed_area_is_the_time_integral_of_the_law(smoothing, evolution, all_states):
     """Euler's sum of law areas, the sum the state keeps, and the polygons: 1e-9 over the whole campaign."""
     campaign = f'integrator = "euler"\nsmoothing_wavelength_mm = {smoothing}'
-    states, rates = run(evolution(tmp_path, campaign))
+    states, rates = all_states(evolution(campaign))
     first, last = states[0], states[-1]
     for wheel in (0, 1):
         law = 0.0
@@ -94,7 +52,7 @@ def test_removed_area_is_the_time_integral_of_the_law(tmp_path, smoothing):
         assert polygon == pytest.approx(law, rel=1e-9)
 
 
-def test_result_does_not_hang_on_the_first_step(tmp_path):
+def test_result_does_not_hang_on_the_first_step(evolution, all_states):
     """First steps of up to 2 um, 0.05, 0.1 and 0.2 mm over 0.12 mm of wear: within half a tolerance.
 
     Without the tolerance a first step of 0.05 mm ends 4 um off, one of 0.1 mm 6 um.
@@ -104,8 +62,8 @@ def test_result_does_not_hang_on_the_first_step(tmp_path):
         campaign = (
             f"max_step_depth_um = 200\nfirst_step_depth_um = {first}\nstability = 1.9\nerror_tolerance_um = 1"
         )
-        of = evolution(tmp_path, campaign, distance=240)
-        found[first] = run(of)[0][-1].wear_depth
+        of = evolution(campaign, distance=240)
+        found[first] = all_states(of)[0][-1].wear_depth
         state, _ = of.start()
         rejected[first] = of.advance(state, of.evaluate(state))[1].rejected
     assert found[2].max() > 100e-6

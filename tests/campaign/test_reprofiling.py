@@ -28,29 +28,7 @@ from wearsim.results.plausibility import seizure_shares
 from wearsim.results.turnings import spans, turned_rows, turnings
 from wearsim.scene import build, load_scene
 
-SCENE = """
-[scene]
-kind = "rig"
-[wheelset]
-profile = "S1002"
-[counterface]
-profile = "60E1"
-inclination = "1:40"
-gauge_mm = 1435
-roller_radius_mm = 1000
-[contact]
-strips = 12
-cells = 12
-[fatigue]
-laws = ["wlrm"]
-[[operation.block]]
-name = "right"
-shift_mm = 4
-load_kN = 80
-speed_km_h = 72
-friction = 0.4
-distance_km = 0.5
-[campaign]
+CAMPAIGN = """\
 distance_km = 12
 point_spacing_mm = 0.5
 max_step_depth_um = 30
@@ -69,9 +47,15 @@ cut_mm = 0.3
 
 
 @pytest.fixture(scope="module")
-def scene(tmp_path_factory):
+def rig_text(scene_text):
+    block = {"shift_mm": 4, "friction": 0.4, "distance_km": 0.5}
+    return scene_text(block, campaign=CAMPAIGN, more='[fatigue]\nlaws = ["wlrm"]')
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory, rig_text):
     path = tmp_path_factory.mktemp("scene") / "rig.toml"
-    path.write_text(SCENE)
+    path.write_text(rig_text)
     return path
 
 
@@ -218,7 +202,7 @@ def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
     assert told["Wear steps"].value == data.sizes["step"] - 1 - len(turned_rows(data))
 
 
-def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(data, tmp_path_factory):
+def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(data, tmp_path_factory, rig_text):
     """First step after a turning against that of a new wheelset of the smaller radius, by area per distance.
 
     The same wheel but for heights off by 0.35 mm, which move interpolated places by rounding; both
@@ -227,7 +211,7 @@ def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(data, tmp_path_factory)
     row = turned_rows(data)[0]
     radius = 0.5e3 * float(data["wheel_diameter"][row, 0])
     folder = tmp_path_factory.mktemp("small")
-    text = SCENE[: SCENE.index("[campaign.limits]")].replace("distance_km = 12", "distance_km = 0.5")
+    text = rig_text[: rig_text.index("[campaign.limits]")].replace("distance_km = 12", "distance_km = 0.5")
     (folder / "rig.toml").write_text(text.replace('"S1002"', f'"S1002"\nradius_mm = {radius!r}'))
     with open_results(run_scene(folder / "rig.toml", folder / "out")[0]) as other:
         for name in ("area", "max_pressure", "creepage_x", "spin", "power", "wear_area_rate"):
@@ -303,10 +287,10 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
 
 
 @pytest.fixture(scope="module")
-def reshaped(tmp_path_factory):
+def reshaped(tmp_path_factory, rig_text):
     """Wheels turned to a template whose flange is 2 mm thinner, and run on."""
     folder = tmp_path_factory.mktemp("reshaped")
-    text = SCENE.replace("at_km = [10]", 'at_km = [1]\nprofile = "S1002/e30.5"').replace(
+    text = rig_text.replace("at_km = [10]", 'at_km = [1]\nprofile = "S1002/e30.5"').replace(
         "distance_km = 12", "distance_km = 2"
     )
     text = text.replace('["wlrm"]', '["wlrm", "surface_fatigue_index_local"]')

@@ -13,43 +13,16 @@ from wearsim.report.html import write_report
 from wearsim.report.inspect import inspect, summary_text
 from wearsim.results import open_results
 
-BLOCK = """
-[[operation.block]]
-name = "{name}"
-shift_mm = {shift}
-yaw_mrad = {yaw}
-load_kN = 80
-speed_km_h = 72
-friction = 0.35
-distance_km = 1
-"""
-SCENE = (
-    """
-[scene]
-kind = "rig"
-[wheelset]
-profile = "S1002"
-[counterface]
-profile = "60E1"
-inclination = "1:40"
-gauge_mm = 1435
-roller_radius_mm = 1000
-[contact]
-model = "auto"
-tolerance = 0.5
-[campaign]
-distance_km = 4
-point_spacing_mm = 0.5
-"""
-    + BLOCK.format(name="curve", shift=5, yaw=3)
-    + BLOCK.format(name="middle", shift=1, yaw=0.2)
-)
-
 
 @pytest.fixture(scope="module")
-def scene(tmp_path_factory):
+def scene(tmp_path_factory, scene_text):
+    """Two blocks, one of which does most of the work."""
     path = tmp_path_factory.mktemp("choice") / "rig.toml"
-    path.write_text(SCENE)
+    curve, middle = (
+        {"shift_mm": shift, "yaw_mrad": yaw, "distance_km": 1} for shift, yaw in ((5, 3), (1, 0.2))
+    )
+    campaign = "distance_km = 4\npoint_spacing_mm = 0.5"
+    path.write_text(scene_text(curve, middle, contact='model = "auto"\ntolerance = 0.5', campaign=campaign))
     return path
 
 

@@ -13,56 +13,26 @@ from wearsim.report.html import write_report
 from wearsim.report.inspect import inspect, summary_text
 from wearsim.results import open_results
 
-COMMON = """
-[wheelset]
-profile = "S1002"
-[counterface]
-profile = "60E1"
-inclination = "1:40"
-gauge_mm = 1435
-{counterface}
-[contact]
-strips = 12
-cells = 12
-[campaign]
-distance_km = {distance}
-point_spacing_mm = 0.5
-"""
-RIG = """
-[scene]
-kind = "rig"
-[[operation.block]]
-name = "curve"
-shift_mm = 4
-yaw_mrad = 3
-load_kN = 80
-speed_km_h = 72
-friction = 0.35
-distance_km = 2
-"""
-FIELD = """
-[scene]
-kind = "field"
-[[operation.class]]
-name = "curve"
-shift_mean_mm = 3
-shift_std_mm = 1
-yaw_mrad = 2
-positions = 10
-load_kN = 80
-speed_km_h = 72
-friction = 0.35
-share = 1
-"""
-ROLLERS = "roller_radius_mm = 1000\n[counterface.wear]\nfactor = 0.5\nredress_every_km = 6"
+BLOCK = {"name": "curve", "shift_mm": 4, "yaw_mrad": 3, "distance_km": 2}
+CLASS = {
+    "name": "curve",
+    "shift_mean_mm": 3,
+    "shift_std_mm": 1,
+    "yaw_mrad": 2,
+    "positions": 10,
+    "share": 1,
+}
+ROLLERS = "[counterface.wear]\nfactor = 0.5\nredress_every_km = 6"
 RAILS = "[counterface.wear]\narea_mm2_per_1000km = 3"
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def folder(tmp_path_factory, scene_text):
     made = tmp_path_factory.mktemp("counterface")
-    (made / "rig.toml").write_text(RIG + COMMON.format(counterface=ROLLERS, distance=14))
-    (made / "field.toml").write_text(FIELD + COMMON.format(counterface=RAILS, distance=30))
+    for kind, running, wear, distance in (("rig", BLOCK, ROLLERS, 14), ("field", CLASS, RAILS, 30)):
+        campaign = f"distance_km = {distance}\npoint_spacing_mm = 0.5"
+        text = scene_text(running, kind=kind, counterface=wear, campaign=campaign)
+        (made / f"{kind}.toml").write_text(text)
     (made / "compare.toml").write_text(
         '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'
     )

@@ -15,62 +15,32 @@ from wearsim.results import open_results
 from wearsim.scene import build, load_scene
 from wearsim.translation.translate import translate
 
-COMMON = """
-[wheelset]
-profile = "S1002"
-[counterface]
-profile = "60E1"
-inclination = "1:40"
-gauge_mm = 1435
-{roller}
-[contact]
-strips = 12
-cells = 12
-[campaign]
-distance_km = {distance}
-point_spacing_mm = 0.5
+LAWS = """
 [wear]
 beside = ["archard", "none"]
 [fatigue]
 laws = ["wlrm", "surface_fatigue_index_local"]
 branch = "rising"
-crack_depth_mm = {crack}
+crack_depth_mm = 2
 """
-RIG = """
-[scene]
-kind = "rig"
-[[operation.block]]
-name = "curve"
-shift_mm = 5
-yaw_mrad = 3
-load_kN = 80
-speed_km_h = 72
-friction = 0.35
-distance_km = 2
-"""
-FIELD = """
-[scene]
-kind = "field"
-[[operation.class]]
-name = "curve"
-shift_mean_mm = 4
-shift_std_mm = 1
-yaw_mrad = 2
-positions = 10
-load_kN = 80
-speed_km_h = 72
-friction = 0.35
-share = 1
-"""
+BLOCK = {"name": "curve", "shift_mm": 5, "yaw_mrad": 3, "distance_km": 2}
+CLASS = {
+    "name": "curve",
+    "shift_mean_mm": 4,
+    "shift_std_mm": 1,
+    "yaw_mrad": 2,
+    "positions": 10,
+    "share": 1,
+}
 COMPARE = '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def folder(tmp_path_factory, scene_text):
     made = tmp_path_factory.mktemp("laws")
-    rig = RIG + COMMON.format(roller="roller_radius_mm = 1000", distance=14, crack=2)
-    (made / "rig.toml").write_text(rig)
-    (made / "field.toml").write_text(FIELD + COMMON.format(roller="", distance=30, crack=2))
+    for kind, running, distance in (("rig", BLOCK, 14), ("field", CLASS, 30)):
+        campaign = f"distance_km = {distance}\npoint_spacing_mm = 0.5"
+        (made / f"{kind}.toml").write_text(scene_text(running, kind=kind, campaign=campaign, more=LAWS))
     (made / "compare.toml").write_text(COMPARE)
     run_scene(made / "compare.toml", made / "out")
     return made / "out"
@@ -114,15 +84,14 @@ def test_report_marks_uncertain_constants_of_every_law(text):
     assert re.search(r"seizure \d+\.\d%", text)  # the share of wear above 0.8 H
 
 
-def test_report_marks_laws_of_the_users_own_with_their_certainty(pair, tmp_path):
+def test_report_marks_laws_of_the_users_own_with_their_certainty(pair, tmp_path, scene_text):
     own = (
         '[wear]\nlaw = "table"\n[wear.table]\nsource = "twin disc"\ncertainty = "measured, 10 %"\n'
         'interpolation = "linear"\nbeyond = "hold"\nT_gamma_A_N_mm2 = [0, 10]\nmass_rate_ug_m_mm2 = [0, 55]\n'
         '[fatigue]\nlaws = ["wlrm"]\n[fatigue.damage_function]\nsource = "house"\ncertainty = "a guess"\n'
         "start_N = 20\npeak_N = 80\nend_N = 200\npeak_damage = 5e-6\n"
     )
-    common = COMMON.split("[wear]")[0].format(roller="roller_radius_mm = 1000", distance=14)
-    (tmp_path / "rig.toml").write_text(RIG + common + own)
+    (tmp_path / "rig.toml").write_text(scene_text(BLOCK, more=own))
     header = WheelsetEvolution(build(load_scene(tmp_path / "rig.toml"))).header
     numbers = tables_damage.wear_laws(pair[0].assign_attrs(header.attributes))[1]
     column = numbers.head.index("Uncertain coefficients")

@@ -14,31 +14,13 @@ from wearsim.results import open_results
 from wearsim.scene import load_campaign
 from wearsim.studies.converge import TABLE, converge, refinements
 
-SCENE = """
-[scene]
-kind = "rig"
-[wheelset]
-profile = "S1002"
-[counterface]
-profile = "60E1"
-inclination = "1:40"
-gauge_mm = 1435
-roller_radius_mm = 1000
-[contact]
-strips = 12
-cells = 12
-[[operation.block]]
-name = "right"
-shift_mm = 3
-load_kN = 80
-speed_km_h = 72
-friction = 0.35
-distance_km = 2
-[campaign]
-distance_km = 8
-point_spacing_mm = 0.5
-"""
 ROWS = ["step", "grid", "smoothing-half", "smoothing-double", "points", "together"]
+
+
+@pytest.fixture(scope="module")
+def rig_text(scene_text):
+    """Scene of a few steps on a rig, coarse."""
+    return scene_text({"shift_mm": 3, "distance_km": 2})
 
 
 def changes(scene):
@@ -69,11 +51,11 @@ def test_in_a_comparison_both_scenes_are_refined():
 
 
 @pytest.fixture(scope="module")
-def converged(tmp_path_factory):
+def converged(tmp_path_factory, rig_text):
     """A few steps on a rig, coarse, with all their refinements; scene and run directory."""
     folder = tmp_path_factory.mktemp("converged")
     scene, out = folder / "rig.toml", folder / "out"
-    scene.write_text(SCENE)
+    scene.write_text(rig_text)
     assert cli.main(["run", str(scene), "--out", str(out), "--converge"]) == 0
     return scene, out
 
@@ -153,10 +135,12 @@ def test_a_spoiled_table_is_told(tmp_path, capsys, converged):
     assert "is no table of `wearsim run --converge`" in capsys.readouterr().err
 
 
-def test_refined_campaigns_run_as_far_as_the_one_that_ended_at_a_limit(monkeypatch, tmp_path, write_campaign):
+def test_refined_campaigns_run_as_far_as_the_one_that_ended_at_a_limit(
+    monkeypatch, tmp_path, write_campaign, rig_text
+):
     """Ends at different distances could not be compared."""
     scene = tmp_path / "scene.toml"
-    scene.write_text(SCENE + "[campaign.limits]\ndepth_mm = 1\nend = true\n")
+    scene.write_text(rig_text + "[campaign.limits]\ndepth_mm = 1\nend = true\n")
     seen = []
 
     def run_scene(path, directory, *, changes, **_):
@@ -174,11 +158,11 @@ def test_refined_campaigns_run_as_far_as_the_one_that_ended_at_a_limit(monkeypat
         assert one["campaign.limits.end"] is False
 
 
-def test_rollers_that_wear_have_columns_of_their_own(tmp_path, converged):
+def test_rollers_that_wear_have_columns_of_their_own(tmp_path, converged, rig_text):
     """Depth and area as the results tell them; no such columns where the rollers do not wear."""
     scene = tmp_path / "rig.toml"
-    text = SCENE.replace("[contact]", "[counterface.wear]\nfactor = 0.5\n[contact]")
-    scene.write_text(text.replace("distance_km = 8", "distance_km = 2"))
+    worn = rig_text.replace("[contact]", "[counterface.wear]\nfactor = 0.5\n[contact]")
+    scene.write_text(worn.replace("distance_km = 8", "distance_km = 2"))
     table = json.loads(converge(scene, tmp_path / "out").read_text())
     given = table["given"]["rig"]
     names = ("counterface_max_wear_depth", "counterface_worn_area")
@@ -213,12 +197,12 @@ def made_up_runs(monkeypatch, write_campaign):
 
 @pytest.mark.parametrize("distance", [None, 20e3])
 def test_a_campaign_that_is_cut_short_before_a_turning_is_compared_all_the_same(
-    made_up_runs, tmp_path, distance
+    made_up_runs, tmp_path, distance, rig_text
 ):
     """At 20 km a limit ended it, or the user; the turnings at 20 and 30 km are not reached."""
     scene = tmp_path / "scene.toml"
     turned = "[campaign.limits]\ndepth_mm = 1\nend = true\n[campaign.reprofiling]\nat_km = [20, 30]\n"
-    scene.write_text(SCENE.replace("distance_km = 8", "distance_km = 40") + turned)
+    scene.write_text(rig_text.replace("distance_km = 8", "distance_km = 40") + turned)
     table = json.loads(converge(scene, tmp_path / "out", distance=distance).read_text())
     told = {row["name"]: row["told"] for row in table["rows"]}
     assert told["together"] == told["smoothing-half"] == ""
@@ -226,7 +210,7 @@ def test_a_campaign_that_is_cut_short_before_a_turning_is_compared_all_the_same(
 
 
 def test_a_campaign_that_ended_with_a_turning_is_compared_by_its_worn_wheels(
-    made_up_runs, monkeypatch, tmp_path
+    made_up_runs, monkeypatch, tmp_path, rig_text
 ):
     """Its last row, without depth, is one of turned wheels; refined campaigns end at the same place, worn."""
 
@@ -240,7 +224,7 @@ def test_a_campaign_that_ended_with_a_turning_is_compared_by_its_worn_wheels(
 
     monkeypatch.setattr("wearsim.studies.converge.open_results", turned)
     scene = tmp_path / "scene.toml"
-    scene.write_text(SCENE)
+    scene.write_text(rig_text)
     table = json.loads(converge(scene, tmp_path / "out").read_text())
     given, refined = table["given"]["rig"], table["rows"][-1]["ends"]["rig"]
     assert given["steps"] == refined["steps"] + 1
