@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from netCDF4 import Dataset
 
+from wearsim import nomenclature
 from wearsim.nomenclature import NOMENCLATURE
 from wearsim.results import GROUPS, LAYOUT
 
@@ -38,6 +39,12 @@ def test_shown_factor_belongs_to_the_pair_of_units(name):
     assert quantity.name == name
     assert quantity.meaning
     assert quantity.shown_factor == SHOWN[quantity.unit, quantity.shown_unit]
+
+
+def test_no_name_stands_in_two_parts_of_the_table():
+    """The later one would win without a word."""
+    names = [row[0] for row in nomenclature._ROWS]
+    assert sorted(names) == sorted(NOMENCLATURE)
 
 
 def test_every_variable_of_a_result_file_has_a_meaning_and_numbers_have_a_unit():

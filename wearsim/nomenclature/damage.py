@@ -1,0 +1,135 @@
+"""Quantities of laws beside the leading wear law, and of fatigue: results of scenes that ask for them."""
+
+from __future__ import annotations
+
+from wearsim.nomenclature.row import PER_KM, Row
+
+_LAW_TEXT = "as the scene asks for them, in its order"
+
+ROWS: tuple[Row, ...] = (
+    ("beside_name", "", "", "wear law beside the leading one", _LAW_TEXT, None),
+    ("beside_coefficients", "", "", "wear coefficients of the law beside", "", None),
+    ("beside_source", "", "", "source of the wear coefficients of the law beside", "", None),
+    ("beside_doubts", "", "", "uncertain wear coefficients of the law beside", "", None),
+    ("beside_form", "", "", "form of the wear law beside", "", None),
+    ("beside_regime_name", "", "", "wear law beside and its regime", "law after law", None),
+    (
+        "beside_wear_depth",
+        "d",
+        "m",
+        "wear depth by a law beside the leading one",
+        "what the law would have worn on the contacts of the campaign, along the normal at material points, "
+        "since the start or the last turning; it changes no profile",
+        None,
+    ),
+    (
+        "beside_worn_area",
+        "A",
+        "m2",
+        "area worn off by a law beside the leading one, by regime",
+        "since the start; it changes no profile",
+        None,
+    ),
+    ("fatigue_name", "", "", "fatigue law", _LAW_TEXT, None),
+    ("fatigue_coefficients", "", "", "coefficients of the fatigue law", "", None),
+    ("fatigue_source", "", "", "source of the coefficients of the fatigue law", "", None),
+    ("fatigue_doubts", "", "", "uncertain coefficients of the fatigue law", "", None),
+    ("fatigue_form", "", "", "form of the fatigue law and its wear number", "", None),
+    (
+        "fatigue_crack_width",
+        "w",
+        "m",
+        "width of profile over which the damage of a passage counts as that of one place",
+        "",
+        None,
+    ),
+    (
+        "fatigue_crack_depth",
+        "h",
+        "m",
+        "depth of a crack of damage 1, which wear removes",
+        "missing where wear removes no damage, or the law contains it",
+        None,
+    ),
+    (
+        "fatigue_wear_limit",
+        "d",
+        "m",
+        "depth that may wear, against which cracks are weighed",
+        "missing where wear removes no damage, or the law contains it",
+        None,
+    ),
+    (
+        "fatigue_shear_yield",
+        "k",
+        "Pa",
+        "yield stress of the wheel in cyclic shear",
+        "missing where the law has none",
+        None,
+    ),
+    (
+        "fatigue_damage",
+        "D",
+        "1",
+        "fatigue damage",
+        "at material points, since the start or the last turning; what wear removes is taken off, and it is "
+        "never below 0",
+        None,
+    ),
+    (
+        "fatigue_damage_rate",
+        "dD/ds",
+        "m-1",
+        "fatigue damage per distance run",
+        "of the whole collective in the state of this row, without removal by wear but that in the law",
+        PER_KM,
+    ),
+    (
+        "wear_depth_rate",
+        "dd/ds",
+        "m m-1",
+        "wear depth per distance run",
+        "of the whole collective in the state of this row, by the leading law, before smoothing",
+        None,
+    ),
+    (
+        "balanced_wear_rate",
+        "dd/ds",
+        "m m-1",
+        "wear depth per distance run at which cracks just do not grow",
+        "missing where wear removes no damage, or the law contains it",
+        None,
+    ),
+    (
+        "life_limited_by",
+        "",
+        "",
+        "what limits the life of the place at the rates of this row, from new",
+        "cracks at damage 1, wear at the depth that may wear; missing as the balanced wear rate is",
+        None,
+    ),
+    (
+        "fatigue_damage_passage",
+        "D",
+        "1",
+        "fatigue damage of one passage of the patch",
+        "neither weighted with the share of its operating point nor shared by the width of a place",
+        None,
+    ),
+    (
+        "wear_number_without_spin",
+        "Tγ",
+        "N",
+        "wear number without spin",
+        "force times creepage of both directions, magnitudes",
+        ("N", 1.0),
+    ),
+    (
+        "wear_number_with_spin",
+        "P/V",
+        "N",
+        "wear number with spin, frictional work per distance",
+        "forces and spin moment times creepages and spin",
+        ("N", 1.0),
+    ),
+)
