@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.patch import FloatArray
 from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
@@ -232,6 +232,9 @@ def gap(
     """
     rows, points = attitude.shift.size, counterface.y.size
     shape = (rows, points)
+    # An integer or an array that may not be written would compile another variant of each kernel.
+    curvature = float(curvature)
+    attitude = Attitude(plain(attitude.shift), plain(attitude.yaw), plain(attitude.roll))
     result = Gap(
         contour=counterface,
         curvature=curvature,

@@ -44,6 +44,7 @@ import numpy as np
 
 from wearsim.contact.closed_forms import hertz
 from wearsim.contact.geometry import Gap
+from wearsim.contact.kernel import plain
 from wearsim.contact.normal.model import NormalSolution
 from wearsim.contact.normal.refusal import MOST_PATCHES, raise_first
 from wearsim.contact.normal.strips_influence import influence_table
@@ -112,7 +113,7 @@ def solve(
     edges = np.empty((rows, MOST_PATCHES, strips + 1))
     values = np.empty((rows, MOST_PATCHES, 8))
     lay_patches(
-        load,
+        plain(load),
         vertical,
         effective_modulus,
         count,
