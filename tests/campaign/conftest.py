@@ -1,6 +1,8 @@
 """Contact solutions made up for tests of the campaign rooms: right shapes, no contact mechanics."""
 
 import importlib.util
+import multiprocessing
+import os
 import sys
 from pathlib import Path
 
@@ -223,3 +225,24 @@ def synthetic():
     sys.modules["synthetic_campaign"] = module
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="session")
+def forked():
+    """Function that starts `code` in a process of its own and returns it and all it prints, as a file.
+
+    Its parent is a server that holds the imports of a campaign, which take a new interpreter seconds.
+    """
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["wearsim.campaign.run"])
+    printed_there = "import os, sys; os.dup2(end.fileno(), 1), os.dup2(end.fileno(), 2)\n"
+
+    def start(code):
+        ours, theirs = context.Pipe(duplex=False)
+        process = context.Process(target=exec, args=(printed_there + code, {"end": theirs}))
+        process.start()
+        theirs.close()
+        with ours:
+            return process, os.fdopen(os.dup(ours.fileno()))
+
+    return start

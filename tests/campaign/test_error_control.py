@@ -1,9 +1,6 @@
 """Steps under the tolerance of their error: real physics, coarse and short."""
 
-import os
 import signal
-import subprocess
-import sys
 from dataclasses import replace
 
 import netCDF4
@@ -67,12 +64,15 @@ def test_steps_that_fail_the_tolerance_are_repeated_shorter(strict):
         assert float(data["distance"][-1]) == pytest.approx(30e3, rel=1e-12)
 
 
-def test_a_killed_campaign_tries_the_same_steps(strict, tmp_path):
+def test_a_killed_campaign_tries_the_same_steps(strict, tmp_path, forked):
     """What limits the next step by the error is in the record: same bits."""
     scene, reference = strict
     code = KILLED.format(step=3, scene=str(scene), out=str(tmp_path / "out"))
-    process = subprocess.run([sys.executable, "-c", code], check=False, env=dict(os.environ))
-    assert process.returncode == -signal.SIGKILL
+    process, printed = forked(code)
+    with printed:
+        told = printed.read()
+    process.join()
+    assert process.exitcode == -signal.SIGKILL, told
     (path,) = resume(tmp_path / "out")
     with netCDF4.Dataset(path) as one, netCDF4.Dataset(reference) as other:
         for file in (one, other):

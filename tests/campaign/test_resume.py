@@ -19,6 +19,11 @@ from wearsim.results import ROW, read_row, row_count
 
 STEPS = 8
 PROGRAM = Path(__file__).with_name("synthetic_campaign.py")
+RUN = """
+import runpy, sys
+sys.argv = ["", {out!r}, "{steps}", "{pause}"]
+runpy.run_path({program!r}, run_name="__main__")
+"""
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +34,10 @@ def uninterrupted(synthetic, tmp_path_factory):
 @pytest.fixture
 def each_step_is_appended(monkeypatch):
     monkeypatch.setattr("wearsim.campaign.writer.APPEND_INTERVAL", 0.0)
+
+
+def program(out, pause=0.0):
+    return RUN.format(out=str(out), steps=STEPS, pause=pause, program=str(PROGRAM))
 
 
 def assert_same_bits(path, reference):
@@ -86,17 +95,18 @@ def test_stopped_after_any_step_resumes_to_the_same_bits(
     assert_tidy(tmp_path)
 
 
-def test_sigkill_at_random_moments_loses_no_finished_step(synthetic, tmp_path, uninterrupted):
+def test_sigkill_at_random_moments_loses_no_finished_step(synthetic, tmp_path, uninterrupted, forked):
     """One process after the other is killed until one gets through; each must at least keep its steps."""
     random = np.random.default_rng(7)
     reached = 0
     for _ in range(4):
-        command = [sys.executable, str(PROGRAM), str(tmp_path), str(STEPS), "0.02"]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-            lines = [process.stdout.readline()]  # started or resumed
+        process, printed = forked(program(tmp_path, pause=0.02))
+        with printed:
+            lines = [printed.readline()]  # started or resumed
             time.sleep(random.uniform(0.0, 0.15))
             process.kill()
-            lines += process.stdout.read().splitlines()
+            lines += printed.read().splitlines()
+        process.join()
         told = [int(line.split()[1]) for line in lines if line.startswith(("resumed", "step", "found"))]
         assert not told or told[0] >= reached
         reached = max([reached, *told])
@@ -131,10 +141,13 @@ run_evolution(synthetic_campaign.SyntheticEvolution({steps}), Path({out!r}), "ri
 
 
 @pytest.mark.parametrize(("cut", "sync"), [(0, False), (20, True), (len(ROW), False)])
-def test_sigkill_in_the_middle_of_an_append(synthetic, tmp_path, uninterrupted, cut, sync):
+def test_sigkill_in_the_middle_of_an_append(synthetic, tmp_path, uninterrupted, forked, cut, sync):
     code = KILL_INSIDE.format(folder=str(PROGRAM.parent), cut=cut, sync=sync, steps=STEPS, out=str(tmp_path))
-    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert process.returncode == -signal.SIGKILL, process.stderr
+    process, printed = forked(code)
+    with printed:
+        told = printed.read()
+    process.join()
+    assert process.exitcode == -signal.SIGKILL, told
     events = []
     path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
     assert events[0].kind == "resumed"
@@ -143,14 +156,15 @@ def test_sigkill_in_the_middle_of_an_append(synthetic, tmp_path, uninterrupted, 
     assert_tidy(tmp_path)
 
 
-def test_ctrl_c_leaves_whole_rows_and_a_status(tmp_path, synthetic, uninterrupted):
-    command = [sys.executable, str(PROGRAM), str(tmp_path), str(STEPS), "0.05"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
-        while process.stdout.readline().strip() != "step 3":
+def test_ctrl_c_leaves_whole_rows_and_a_status(tmp_path, synthetic, uninterrupted, forked):
+    process, printed = forked(program(tmp_path, pause=0.05))
+    with printed:
+        while printed.readline().strip() != "step 3":
             pass
-        process.send_signal(signal.SIGINT)
-        rest = process.stdout.read()
-        assert process.wait() != 0
+        os.kill(process.pid, signal.SIGINT)
+        rest = printed.read()
+    process.join()
+    assert process.exitcode != 0
     told = [int(line.split()[1]) for line in rest.splitlines() if line.startswith("step")]
     last = max([3, *told])
     assert last < STEPS
@@ -362,22 +376,23 @@ def test_status_tells_distance_depth_and_time_left(synthetic, tmp_path):
 
 @pytest.mark.parametrize("room", [20_000, 100_000, 280_000])
 def test_writes_that_fail_keep_the_finished_steps_and_tell_what_to_do(
-    synthetic, tmp_path, uninterrupted, room
+    synthetic, tmp_path, uninterrupted, forked, room
 ):
     """Files cannot grow beyond a limit, which the record, the new file and the appended file meet first."""
     code = (
-        f"import resource, runpy, sys; sys.argv = ['', {str(tmp_path)!r}, '{STEPS}', '0']\n"
+        f"import resource, wearsim.campaign.writer\nwearsim.campaign.writer.APPEND_INTERVAL = 0.0\n"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({room}, resource.RLIM_INFINITY))\n"
-        f"import wearsim.campaign.writer\nwearsim.campaign.writer.APPEND_INTERVAL = 0.0\n"
-        f"runpy.run_path({str(PROGRAM)!r}, run_name='__main__')"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.returncode != 0
-    told = [line for line in done.stderr.splitlines() if "ResultError: " in line][-1]
+    process, printed = forked(code + program(tmp_path))
+    with printed:
+        lines = printed.read().splitlines()
+    process.join()
+    assert process.exitcode != 0
+    told = [line for line in lines if "ResultError: " in line][-1]
     assert "cannot be written" in told
     assert "finished steps are safe, make room" in told
     assert "run the same command again" in told
-    last = max([-1, *(int(line.split()[1]) for line in done.stdout.splitlines() if line.startswith("step"))])
+    last = max([-1, *(int(line.split()[1]) for line in lines if line.startswith("step"))])
     events = []
     path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
     assert (events[0].step if events[0].kind == "resumed" else -1) >= last

@@ -3,8 +3,6 @@
 import json
 import os
 import signal
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
@@ -254,12 +252,18 @@ run_scene({scene!r}, {out!r}, command="wearsim run compare.toml --out out", obse
 
 
 @pytest.mark.parametrize(("name", "step", "how"), [("rig", 2, "SIGKILL"), ("field", 1, "SIGINT")])
-def test_killed_comparison_resumes_to_the_same_bits(scenes, finished, tmp_path, name, step, how, monkeypatch):
+def test_killed_comparison_resumes_to_the_same_bits(
+    scenes, finished, tmp_path, forked, name, step, how, monkeypatch
+):
     """Also from another working directory, with another number of threads."""
     out = tmp_path / "out"
     code = KILLED.format(name=name, step=step, signal=how, scene=str(scenes / "compare.toml"), out=str(out))
-    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert process.returncode == -getattr(signal, how), process.stderr
+    process, printed = forked(code)
+    with printed:
+        told = printed.read()
+    process.join()
+    assert process.exitcode == {"SIGKILL": -signal.SIGKILL, "SIGINT": 1}[how], told
+    assert ("KeyboardInterrupt" in told) == (how == "SIGINT")
     expected = "interrupted" if how == "SIGINT" else "running"
     assert read_status(out)["campaigns"][name]["state"] == expected
     events = []
@@ -360,21 +364,20 @@ def test_impossible_directories_are_told_in_one_line(scenes, tmp_path, place):
     assert caught.value.exit_code == 2
 
 
-def test_two_runs_in_one_directory_exclude_each_other(scenes, tmp_path):
+def test_two_runs_in_one_directory_exclude_each_other(scenes, tmp_path, forked):
     out = tmp_path / "out"
     code = (
-        "import sys\nfrom pathlib import Path\nfrom wearsim.campaign.directory import locked\n"
-        f"with locked(Path({str(out)!r})):\n"
-        "    sys.stdout.write('held\\n'); sys.stdout.flush(); sys.stdin.read()\n"
+        "from pathlib import Path\nfrom wearsim.campaign.directory import locked\n"
+        f"with locked(Path({str(out)!r})):\n    print('held', flush=True); signal.pause()\n"
     )
-    with subprocess.Popen(
-        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as holder:
-        assert holder.stdout.readline() == "held\n"
+    process, printed = forked("import signal\n" + code)
+    with printed:
+        assert printed.readline() == "held\n"
         with pytest.raises(ResultError, match="another wearsim run works in"):
             run_scene(scenes / "frictionless.toml", out)
         assert set(os.listdir(out)) <= {".lock"}
-        holder.communicate()
+        process.kill()
+        process.join()
     run_scene(scenes / "frictionless.toml", out)  # the lock went with its holder
 
 
