@@ -3,6 +3,7 @@
 import json
 import tomllib
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -12,7 +13,7 @@ from wearsim.profile.standard import shipped_path
 from wearsim.report.convergence import markdown, read_convergence
 from wearsim.results import open_results
 from wearsim.scene import load_campaign
-from wearsim.studies.converge import TABLE, converge, refinements
+from wearsim.studies.converge import TABLE, converge, other_models, refinements
 
 ROWS = ["step", "grid", "smoothing-half", "smoothing-double", "points", "together"]
 
@@ -123,6 +124,45 @@ def test_a_distance_that_is_none_is_told(text, capsys):
     assert "must be a distance above 0" in capsys.readouterr().err
 
 
+def test_other_contact_models_tell_how_far_the_end_depends_on_them(converged, tmp_path):
+    """A scaled friction would move all alike; here the place of the difference counts, too."""
+    scene, _ = converged
+    out = tmp_path / "out"
+    asked = ["run", str(scene), "--out", str(out), "--against", "knothe_le_the+fastsim"]
+    assert cli.main([*asked, "--against", "kik_piotrowski+fastsim"]) == 0
+    table = json.loads((out / TABLE).read_text())
+    assert [row["name"] for row in table["rows"]] == ["knothe_le_the+fastsim", "kik_piotrowski+fastsim"]
+    strips, same = (row["ends"]["rig"] for row in table["rows"])
+    assert same["end"] == table["given"]["rig"]["end"]
+    assert same["profile_difference"] == [0.0, 0.0]
+    with (
+        open_results(out / "rig.nc") as given,
+        open_results(out / "converge" / "knothe_le_the+fastsim" / "rig.nc") as found,
+    ):
+        depth, other = (data["wear_depth"].values[-1] for data in (given, found))
+        assert found.attrs["contact_normal"] == "knothe_le_the"
+    apart = np.abs(other - depth).max(axis=1)  # the points of new profiles are the same
+    np.testing.assert_allclose(strips["profile_difference"], apart, rtol=1e-12)
+    line = next(line for line in (out / "convergence.md").read_text().splitlines() if "knothe_le_the" in line)
+    assert f"({100.0 * (apart / depth.max(axis=1)).max():.2g} %) |" in line
+
+
+def test_models_that_a_scene_leaves_open_are_told(tmp_path):
+    text = SCENE.replace("strips = 12\ncells = 12\n", 'model = "auto"\ntolerance = 0.5\n')
+    (tmp_path / "auto.toml").write_text(text)
+    (row,) = other_models(load_campaign(tmp_path / "auto.toml"), [("half_space", "half_space")])
+    assert row.changes == ()
+    assert 'model = "auto"' in row.reason
+
+
+@pytest.mark.parametrize("text", ["hertz+fastsim", "half_space", "half_space+hertz", "+"])
+def test_models_that_cannot_lead_are_told(text, capsys):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(["run", "rig.toml", "--against", text])
+    assert caught.value.code == 2
+    assert "must be one of half_space, kik_piotrowski, knothe_le_the, a plus sign" in capsys.readouterr().err
+
+
 def test_a_study_does_not_converge(capsys, tmp_path):
     assert cli.main(["run", "seed_tables.toml", "--out", str(tmp_path), "--converge"]) == 2
     assert "--converge is for campaigns" in capsys.readouterr().err
@@ -173,7 +213,7 @@ def test_rollers_that_wear_have_columns_of_their_own(tmp_path, converged, rig_te
     (found,) = read_convergence(tmp_path / "out")
     row = next(row for row in found.rows if row[0].text.startswith("steps half"))
     end = table["rows"][0]["ends"]["rig"]["end"]
-    for name, title in zip(names, found.head[-2:], strict=True):
+    for name, title in zip(names, found.head[-3:-1], strict=True):
         difference = max((b - a for a, b in zip(given["end"][name], end[name], strict=True)), key=abs)
         assert "of the counterface" in title
         assert row[found.head.index(title)].value == pytest.approx(1e6 * difference, rel=1e-9)

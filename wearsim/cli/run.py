@@ -42,6 +42,27 @@ def add_parser(commands: Commands) -> None:
         help="also run with refined step, grid, smoothing and operating points, one at a time and together, "
         "over the whole distance or over KM of it; the table goes into the report",
     )
+    parser.add_argument(
+        "--against",
+        metavar="NORMAL+TANGENTIAL",
+        action="append",
+        default=[],
+        type=_models,
+        help="also run with these contact models, such as half_space+half_space, and tell in the same table "
+        "how far the end differs; with --converge KM over that distance; can be repeated",
+    )
+
+
+def _models(text: str) -> tuple[str, str]:
+    from wearsim.contact.normal import NEVER_LEADS, NORMAL_MODELS
+    from wearsim.contact.tangential import TANGENTIAL_MODELS
+
+    normal, plus, tangential = text.partition("+")
+    leading = [name for name in NORMAL_MODELS if name not in NEVER_LEADS]
+    if not plus or normal not in leading or tangential not in TANGENTIAL_MODELS:
+        pair = f"one of {', '.join(leading)}, a plus sign, and one of {', '.join(TANGENTIAL_MODELS)}"
+        raise argparse.ArgumentTypeError(f"{text} must be {pair}")
+    return normal, tangential
 
 
 def _kilometres(text: str) -> float | str:
@@ -66,8 +87,9 @@ def execute(arguments: argparse.Namespace) -> int:
     scene, changes = load_changed(arguments)
     given = Path(arguments.out) if arguments.out else None
     if isinstance(scene, StudyScene):
-        if arguments.converge:
-            told = f"--converge is for campaigns; this scene is of kind {scene.scene.kind}"
+        if arguments.converge or arguments.against:
+            flag = "--converge" if arguments.converge else "--against"
+            told = f"{flag} is for campaigns; this scene is of kind {scene.scene.kind}"
             raise SceneError([Fault(told, str(scene.origin.path))])
         return study(scene).run(scene, given, arguments.command_line)
     out = given or Path(Path(arguments.scene).stem)
@@ -78,7 +100,7 @@ def execute(arguments: argparse.Namespace) -> int:
             arguments.scene, out, command=arguments.command_line, observer=observe, changes=changes
         )
     tell_doubts(results)
-    if arguments.converge:
+    if arguments.converge or arguments.against:
         _converge(arguments, out, changes)
     print(f"report: {write_report(out)}")
     return 0
@@ -89,13 +111,15 @@ def _converge(arguments: argparse.Namespace, out: Path, changes: Sequence[Change
     from wearsim.report.convergence import markdown, read_convergence
     from wearsim.studies.converge import converge
 
-    distance = None if arguments.converge == "all" else 1e3 * arguments.converge
+    short = arguments.converge not in (None, "all")
     with observer() as observe:
         converge(
             arguments.scene,
             out,
             changes=changes,
-            distance=distance,
+            distance=1e3 * arguments.converge if short else None,
+            refine=bool(arguments.converge),
+            against=tuple(dict.fromkeys(arguments.against)),
             command=arguments.command_line,
             observer=observe,
         )

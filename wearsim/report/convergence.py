@@ -21,10 +21,12 @@ COLUMNS = (
     ("counterface_worn_area", "worn area of the counterface [mm²]", 1e6),
 )
 """Measures, those of a counterface where it wears."""
+ANYWHERE = "wear depth anywhere on the profile [µm]"
 
 CAPTION = (
     "Each row is the same campaign computed otherwise: by how much its end differs from the campaign as "
-    "given, the larger difference of both sides, and that as a share of what wear changed."
+    "given, the larger difference of both sides, and that as a share of what wear changed (in the last "
+    "column of the largest wear depth)."
 )
 
 
@@ -94,7 +96,7 @@ def markdown(tables: list[Convergence]) -> str:
 def _of_role(table: dict[str, Any], role: str) -> Convergence:
     given = table["given"][role]
     columns = [column for column in COLUMNS if column[0] in given["end"]]
-    head = ("computed with", "wear steps", *(title for _, title, _ in columns))
+    head = ("computed with", "wear steps", *(title for _, title, _ in columns), ANYWHERE)
     moved = [
         _largest([None if value is None else factor * value for value in given["moved"][name]])
         for name, _, factor in columns
@@ -104,15 +106,19 @@ def _of_role(table: dict[str, Any], role: str) -> Convergence:
             Cell("what wear changed, as given"),
             Cell(str(given["steps"]), float(given["steps"])),
             *map(_plain, moved),
+            Cell(""),
         ]
     ]
     for row in table["rows"]:
         if "ends" not in row:
-            rows.append([Cell(row["text"]), Cell(row["told"] or "not run"), *[Cell("") for _ in columns]])
+            rows.append(
+                [Cell(row["text"]), Cell(row["told"] or "not run"), *[Cell("") for _ in (*columns, ANYWHERE)]]
+            )
             continue
         found = row["ends"][role]
         cells = [_difference(given, found, name, factor) for name, _, factor in columns]
-        rows.append([Cell(row["text"]), Cell(str(found["steps"]), float(found["steps"])), *cells])
+        steps = Cell(str(found["steps"]), float(found["steps"]))
+        rows.append([Cell(row["text"]), steps, *cells, _anywhere(given, found)])
     short = ", shortened for this comparison" if table["shortened"] else ""
     return Convergence(role, f"{given['distance'] / 1e3:.6g} km{short}", head, rows)
 
@@ -128,6 +134,14 @@ def _difference(given: dict[str, Any], found: dict[str, Any], name: str, factor:
     if cell.value is None or not shares:
         return cell
     return Cell(f"{cell.text} ({100.0 * max(shares):.2g} %)", cell.value)
+
+
+def _anywhere(given: dict[str, Any], found: dict[str, Any]) -> Cell:
+    """Largest difference of the depth at one place, with its share of the largest depth as given."""
+    difference, deepest = found["profile_difference"], given["end"]["max_wear_depth"]
+    cell = number(1e6 * max(difference), 3)
+    shares = [a / b for a, b in zip(difference, deepest, strict=True) if b]
+    return Cell(f"{cell.text} ({100.0 * max(shares):.2g} %)", cell.value) if shares else cell
 
 
 def _largest(values: list[float | None]) -> float | None:

@@ -9,12 +9,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from wearsim.campaign.progress import Event, Observer
 from wearsim.campaign.record import write_atomically
 from wearsim.campaign.run import run_scene
 from wearsim.errors import ContactError
 from wearsim.results import open_results
-from wearsim.results.turnings import last_worn_row
+from wearsim.results.turnings import last_worn_row, new_row
 from wearsim.scene import CompareScene, FieldScene, RigScene, load_campaign
 from wearsim.scene.changes import Change
 
@@ -62,11 +64,11 @@ def refinements(scene: RigScene | FieldScene | CompareScene) -> tuple[Refinement
     tuple of Refinement
         Step, grid, smoothing (half and double), operating points, and all but double smoothing together.
     """
-    parts: dict[str, RigScene | FieldScene]
-    parts = {"rig.": scene.rig, "field.": scene.field} if isinstance(scene, CompareScene) else {"": scene}
 
     def changes(of: Any) -> tuple[Change, ...]:
-        return tuple(Change(role + key, value) for role, part in parts.items() for key, value in of(part))
+        return tuple(
+            Change(role + key, value) for role, part in _parts(scene).items() for key, value in of(part)
+        )
 
     step, grid, points = changes(_step), changes(_grid), changes(_points)
     half, double = (changes(lambda part, f=factor: _smoothing(part, f)) for factor in (0.5, 2.0))
@@ -82,12 +84,57 @@ def refinements(scene: RigScene | FieldScene | CompareScene) -> tuple[Refinement
     )
 
 
+def other_models(
+    scene: RigScene | FieldScene | CompareScene, against: Sequence[tuple[str, str]]
+) -> tuple[Refinement, ...]:
+    """Make the campaigns with other contact models.
+
+    Parameters
+    ----------
+    scene : RigScene, FieldScene or CompareScene
+        As loaded.
+    against : sequence of (str, str)
+        Normal and tangential model of each.
+
+    Returns
+    -------
+    tuple of Refinement
+        Grid, steps and all else as given.
+    """
+    parts = _parts(scene)
+    chosen = any(part.contact.model == "auto" for part in parts.values())
+    return tuple(
+        Refinement(
+            f"{normal}+{tangential}",
+            f"contact models {normal} + {tangential}",
+            ()
+            if chosen
+            else tuple(
+                Change(f"{role}contact.{key}", value)
+                for role in parts
+                for key, value in (("normal", normal), ("tangential", tangential))
+            ),
+            'the scene leaves its contact models to model = "auto"',
+        )
+        for normal, tangential in against
+    )
+
+
+def _parts(scene: RigScene | FieldScene | CompareScene) -> dict[str, RigScene | FieldScene]:
+    """Return the campaigns of a scene by what stands before their keys."""
+    if isinstance(scene, CompareScene):
+        return {"rig.": scene.rig, "field.": scene.field}
+    return {"": scene}
+
+
 def converge(
     path: str | Path,
     out: str | Path,
     *,
     changes: Sequence[Change] = (),
     distance: float | None = None,
+    refine: bool = True,
+    against: Sequence[tuple[str, str]] = (),
     command: str = "",
     observer: Observer | None = None,
 ) -> Path:
@@ -103,6 +150,10 @@ def converge(
         Values that replace those in the scene file, in all of them.
     distance : float, optional
         Run all of them, the scene as it is too, for this distance only [m].
+    refine : bool
+        Whether step, grid, smoothing and operating points are refined.
+    against : sequence of (str, str)
+        Normal and tangential contact models that are to run the campaign, too.
     command : str
         Command line.
     observer : callable, optional
@@ -130,16 +181,22 @@ def converge(
         paths = run_scene(path, directory, changes=all_changes, command=command, observer=observe)
         return {item.stem: _end(item) for item in paths if item.stem in ("rig", "field")}
 
+    def apart(directory: Path, ends: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+        for kind, end in ends.items():
+            end["profile_difference"] = _apart(base / f"{kind}.nc", directory / f"{kind}.nc")
+        return ends
+
     out.mkdir(parents=True, exist_ok=True)
     given = run(base, common)
     alike = (*common, *_as_far(scene, given))
     runs.mkdir(exist_ok=True)
     rows = []
-    for item in refinements(scene):
+    for item in (*(refinements(scene) if refine else ()), *other_models(scene, against)):
         row: dict[str, Any] = {"name": item.name, "text": item.text, "told": item.reason}
         if item.changes:
             try:
-                row["ends"], row["told"] = run(runs / item.name, (*alike, *item.changes)), ""
+                ends = run(runs / item.name, (*alike, *item.changes))
+                row["ends"], row["told"] = apart(runs / item.name, ends), ""
             except ContactError as error:
                 row["told"] = f"failed: {error}"
         rows.append(row)
@@ -181,6 +238,20 @@ def _end(path: Path) -> dict[str, Any]:
                 name: [_known(b - a) for a, b in zip(first[name], last[name], strict=True)] for name in names
             },
         }
+
+
+def _apart(given: Path, other: Path) -> list[float]:
+    """Largest difference of the wear depth at one place of the profile, of each wheel, at the ends [m]."""
+    with open_results(given) as a, open_results(other) as b:
+        rows = [(data, last_worn_row(data)) for data in (a, b)]
+        (y, depth), (other_y, other_depth) = (
+            (data["profile_y"].values[new_row(data, row)], data["wear_depth"].values[row])
+            for data, row in rows
+        )
+    return [
+        float(np.abs(np.interp(y[wheel], other_y[wheel], other_depth[wheel]) - depth[wheel]).max())
+        for wheel in range(len(y))
+    ]
 
 
 def _known(value: float) -> float | None:
