@@ -147,8 +147,9 @@ def test_other_contact_models_tell_how_far_the_end_depends_on_them(converged, tm
     assert f"({100.0 * (apart / depth.max(axis=1)).max():.2g} %) |" in line
 
 
-def test_models_that_a_scene_leaves_open_are_told(tmp_path):
-    text = SCENE.replace("strips = 12\ncells = 12\n", 'model = "auto"\ntolerance = 0.5\n')
+def test_models_that_a_scene_leaves_open_are_told(rig_text, tmp_path):
+    given = rig_text[rig_text.index("[contact]") : rig_text.index("[", rig_text.index("[contact]") + 1)]
+    text = rig_text.replace(given, '[contact]\nmodel = "auto"\ntolerance = 0.5\n')
     (tmp_path / "auto.toml").write_text(text)
     (row,) = other_models(load_campaign(tmp_path / "auto.toml"), [("half_space", "half_space")])
     assert row.changes == ()
