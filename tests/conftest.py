@@ -85,6 +85,20 @@ def scene_text():
     return text
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Directories whose report a command writes: a word instead of figures, dearer than small campaigns."""
+    reported = []
+
+    def write(directory):
+        reported.append(Path(directory))
+        (Path(directory) / "report.html").write_text("report")
+        return Path(directory) / "report.html"
+
+    monkeypatch.setattr("wearsim.report.html.write_report", write)
+    return reported
+
+
 @pytest.fixture(scope="session", autouse=True)
 def leaf_kernels_have_one_variant():
     """After all tests: a second variant of a kernel means that results hang on what was called before."""

@@ -260,7 +260,7 @@ def test_a_patch_at_the_edge_of_a_profile_is_told_at_every_shift_that_causes_it(
     assert not Path("out").exists()
 
 
-def test_friction_0_is_allowed_warned_of_and_wears_nothing(folder, capsys):
+def test_friction_0_is_allowed_warned_of_and_wears_nothing(folder, capsys, undrawn):
     from wearsim import open_results
 
     written("friction = 0.35", "friction = 0")
@@ -285,7 +285,7 @@ def test_an_output_directory_that_cannot_be_written_is_refused(folder, capsys, o
     assert snapshot(folder) == before
 
 
-def test_the_output_directory_of_another_campaign_is_refused_and_left_as_it_is(folder, capsys):
+def test_the_output_directory_of_another_campaign_is_refused_and_left_as_it_is(folder, capsys, undrawn):
     written()
     assert main(["run", "rig.toml", "--out", "out"]) == 0
     capsys.readouterr()

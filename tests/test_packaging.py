@@ -50,7 +50,7 @@ def test_the_quick_start_has_two_blocks_of_one_line_that_each_stand_alone():
     assert "pytest" in blocks[1]
 
 
-def test_the_python_example_of_the_readme_draws_one_line_per_state(tmp_path, monkeypatch):
+def test_the_python_example_of_the_readme_draws_one_line_per_state(tmp_path, monkeypatch, undrawn):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
     Path("short.toml").write_text(SHORT_SCENE)

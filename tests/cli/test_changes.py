@@ -38,7 +38,7 @@ def test_in_a_comparison_each_scene_keeps_its_own_wavelength(capsys):
     assert [item["campaign"]["smoothing_wavelength_mm"] for item in found] == [1.25, 2.0]
 
 
-def test_the_run_directory_keeps_the_scene_as_changed(scene, tmp_path, capsys):
+def test_the_run_directory_keeps_the_scene_as_changed(scene, tmp_path, capsys, undrawn):
     """A resumed campaign, and whoever reads the result, finds the value that acted."""
     words = ["run", str(scene), "--out", str(tmp_path / "out"), "--smoothing", "off"]
     assert cli.main([*words, "--set", "campaign.stability=0.9", "--set", "contact.friction_note=1"]) == 2

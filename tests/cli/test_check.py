@@ -81,7 +81,7 @@ def test_check_warns_with_the_line_at_the_campaign_it_belongs_to(climbing_rig, c
     assert field["warnings"] == []
 
 
-def test_run_warns_on_standard_error_and_runs(climbing_rig, capsys):
+def test_run_warns_on_standard_error_and_runs(climbing_rig, capsys, undrawn):
     assert cli.main(["run", "rig.toml", "--out", "out"]) == 0
     told = capsys.readouterr()
     assert any(line.startswith(climbing_rig) for line in told.err.splitlines())

@@ -66,11 +66,14 @@ def test_status_tells_both_campaigns(out, capsys):
     assert set(json.loads(capsys.readouterr().out)["campaigns"]) == {"rig", "field"}
 
 
-def test_a_finished_campaign_is_resumed_with_success_and_left_as_it_is(out, capsys):
+def test_a_finished_campaign_is_resumed_with_success_and_left_as_it_is(out, capsys, undrawn):
+    report = (out / "report.html").read_bytes()
     before = {name: (out / name).read_bytes() for name in ("rig.nc", "field.nc")}
     assert cli.main(["resume", str(out)]) == 0
     assert "finished before" in capsys.readouterr().err
     assert before == {name: (out / name).read_bytes() for name in before}
+    assert undrawn == [out]
+    (out / "report.html").write_bytes(report)
 
 
 def test_another_campaign_is_kept_out_of_the_directory(out, compared, capsys):
