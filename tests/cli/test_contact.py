@@ -223,11 +223,12 @@ def test_table_for_people_shows_sides_and_roll(capsys):
     assert max(map(len, lines)) < 150
 
 
-@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
-def test_plots_are_files_of_their_kind(ending, tmp_path, capsys):
+@pytest.mark.parametrize(("ending", "patches"), [("png", 1), ("svg", 3), ("pdf", 1)])
+def test_plots_are_files_of_their_kind(ending, patches, tmp_path, capsys):
     path = tmp_path / f"contact.{ending}"
-    point = solved(capsys, "--shift-mm", "5.1", "--side", "both", "--plot", str(path))
-    assert len(point["patches"]) == 3
+    where = {1: ("--shift-mm", "3"), 3: ("--shift-mm", "5.1", "--side", "both")}[patches]
+    point = solved(capsys, *where, "--plot", str(path))
+    assert len(point["patches"]) == patches
     start = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending]
     assert path.read_bytes().startswith(start)
 
