@@ -240,6 +240,10 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     assert f'data-value="{1e3 * first.before[0]!r}"' in table
     found = inspect(finished)
     assert len(found["turnings"]) == len(turnings(data))
+    steps = data.sizes["step"] - 1 - len(turned_rows(data))
+    assert found["steps"] == steps
+    assert f"km in {steps} wear steps" in page
+    assert "Depth counts from the last turning of the wheels." in page
     assert f"{first.distance / 1e3:.3f} km, wheel diameter right 920.00 to 919." in summary_text(found)
 
 

@@ -96,6 +96,10 @@ def test_inspect_tells_both_sides(folder, pair):
     assert worn["counterface_worn_area"] == pytest.approx(pair[0]["counterface_worn_area"].values[-1])
     assert json.dumps(found)
     assert "Number of times the rollers were turned: 2" in summary_text(found)
+    rails = summary_text(inspect(folder / "out" / "field.nc"))
+    assert "Largest wear depth of the rail" in rails
+    assert "turned off" not in rails
+    assert "rollers were turned" not in rails
 
 
 def test_check_tells_how_it_wears(folder, capsys):

@@ -15,7 +15,7 @@ from wearsim.report import pages, pages_counterface, pages_damage, tables, table
 from wearsim.report.convergence import CAPTION, Convergence, read_convergence
 from wearsim.report.style import plain, role_of, shown, to_svg
 from wearsim.results import doubts, open_results
-from wearsim.results.turnings import closing_turning, last_worn_row
+from wearsim.results.turnings import closing_turning, last_worn_row, wear_steps
 from wearsim.translation.translate import content_hash, table, translate
 
 SECTIONS = (
@@ -196,8 +196,7 @@ def _plates(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> dict[
 def _campaign_line(dataset: xr.Dataset) -> str:
     run = shown("distance", dataset["distance"].values[-1])
     depth = shown("max_wear_depth", dataset["max_wear_depth"].values[last_worn_row(dataset)].max())
-    steps = dataset.sizes["step"] - 1
-    return f"{plain(run)} km in {steps} wear steps, {plain(depth, 3)} mm deep"
+    return f"{plain(run)} km in {wear_steps(dataset)} wear steps, {plain(depth, 3)} mm deep"
 
 
 def _ends(translation: xr.Dataset) -> list[str]:

@@ -15,7 +15,7 @@ from wearsim.report.style import capital, role_of, save_svg
 from wearsim.report.tables import UNDEFINED, limit_text, number
 from wearsim.results import doubts, open_results
 from wearsim.results.limits import limits_met
-from wearsim.results.turnings import closing_turning, depth_by_regime, last_worn_row, turnings
+from wearsim.results.turnings import closing_turning, depth_by_regime, last_worn_row, turnings, wear_steps
 
 _MEASURES = (
     "max_wear_depth",
@@ -71,7 +71,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "kind": role_of(dataset),
         "finished": "finished" in dataset.attrs,
         "distance": _plain(dataset["distance"].values[-1]),
-        "steps": dataset.sizes["step"] - 1,
+        "steps": wear_steps(dataset),
         "operating_points": dataset.sizes["operating_point"],
         "monitoring_points": int((dataset["op_weight"].values == 0.0).sum()),
         "environment": [_plain(v) for v in _ends(dataset["op_environment"].values)],
@@ -202,10 +202,13 @@ def _counterface_lines(worn: dict[str, Any]) -> list[str]:
     if not worn:
         return []
     lines = [f"{'':<69}{'right':>11}{'left':>11}"]
-    for name in pages_counterface.MEASURES:
+    turned = pages_counterface.MEASURES[2:] if worn["counterface_turnings"] else ()
+    for name in (*pages_counterface.MEASURES[:2], *turned):
         right, left = (_text(name, value) for value in worn[name])
         lines.append(f"{_title(name):<69}{right:>11}{left:>11}")
-    return [*lines, f"{_title('counterface_turnings')}: {worn['counterface_turnings']}", ""]
+    if turned:
+        lines.append(f"{_title('counterface_turnings')}: {worn['counterface_turnings']}")
+    return [*lines, ""]
 
 
 def _damage_lines(damage: dict[str, Any]) -> list[str]:

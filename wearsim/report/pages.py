@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from wearsim.report import figures, figures_translation
 from wearsim.report.style import COLOURS, grid, legend, plain, role_of, shown, style
-from wearsim.results.turnings import last_worn_row
+from wearsim.results.turnings import last_worn_row, turned_rows
 from wearsim.translation.axes import at_distances
 
 _FACTOR_POINTS = (
@@ -57,6 +57,11 @@ def environment_note(datasets: list[xr.Dataset]) -> str:
     """One sentence with the environment factors of all campaigns."""
     parts = ", ".join(f"{environment_text(data)} ({role_of(data)})" for data in datasets)
     return f"Wear depths contain the environment factor: {parts}."
+
+
+def turning_note(datasets: list[xr.Dataset]) -> str:
+    """One sentence on what wear depths count from, where wheels of any campaign were turned; else empty."""
+    return "Depth counts from the last turning of the wheels." if any(map(turned_rows, datasets)) else ""
 
 
 def worn_range(datasets: list[xr.Dataset], wheel: int, name: str = "profile_y") -> tuple[float, float]:
@@ -149,7 +154,8 @@ def wear_depth(datasets: list[xr.Dataset]) -> Plate:
     text = (
         f"Wear depth along the profile: {ends}; faint lines at a quarter, half and three quarters of the way."
     )
-    return Plate("wear_depth", "wear", figure, f"{text} {environment_note(datasets)}")
+    notes = (text, turning_note(datasets), environment_note(datasets))
+    return Plate("wear_depth", "wear", figure, " ".join(filter(None, notes)))
 
 
 def wear_by_regime(datasets: list[xr.Dataset]) -> Plate:

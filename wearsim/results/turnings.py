@@ -92,6 +92,17 @@ def last_worn_row(dataset: xr.Dataset) -> int:
     return last - 1 if last in turned_rows(dataset) else last
 
 
+def wear_steps(dataset: xr.Dataset) -> int:
+    """Return how many wear steps a campaign has taken; a turning of the wheels is none.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From `results.open_results`.
+    """
+    return int(dataset.sizes["step"]) - 1 - len(turned_rows(dataset))
+
+
 def new_row(dataset: xr.Dataset, row: int) -> int:
     """Return the row of the wheels as they were new, or came from the lathe, before a row.
 

@@ -16,7 +16,7 @@ from wearsim.campaign.record import write_atomically
 from wearsim.campaign.run import run_scene
 from wearsim.errors import ContactError
 from wearsim.results import open_results
-from wearsim.results.turnings import last_worn_row, new_row
+from wearsim.results.turnings import last_worn_row, new_row, wear_steps
 from wearsim.scene import CompareScene, FieldScene, RigScene, load_campaign
 from wearsim.scene.changes import Change
 
@@ -231,7 +231,7 @@ def _end(path: Path) -> dict[str, Any]:
         first = {name: data[name].values[0].reshape(-1).tolist() for name in names}
         return {
             "distance": float(data["distance"][-1]),
-            "steps": data.sizes["step"] - 1,
+            "steps": wear_steps(data),
             "points": data.sizes["operating_point"],
             "end": {name: [_known(value) for value in last[name]] for name in names},
             "moved": {
