@@ -10,7 +10,7 @@ from wearsim.contact import geometry
 from wearsim.contact.closed_forms import axis_ratio, hertz
 from wearsim.contact.geometry import Attitude, Contour, Gap
 from wearsim.contact.normal.knothe_le_the import solve
-from wearsim.contact.normal.strips_influence import averages, influence_table
+from wearsim.contact.normal.strips_influence import averages, in_the_middle, influence_table
 
 DATA = Path(__file__).parents[2] / "data"
 E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))
@@ -95,9 +95,24 @@ def test_influence_under_the_middle_of_a_strip():
     angle = (np.arange(200000) + 0.5) * 0.5 * np.pi / 200000
     for distance in (0.03, 1.0, 30.0):
         reference = np.pi / 200000 * np.sum(np.cos(angle) ** 2 * np.arcsinh(distance / np.sin(angle)))
-        first, second, *_ = averages(influence_table(), -5.0, np.log(distance))
+        first, second, _ = averages(influence_table(), -5.0, np.log(distance))
         assert first == pytest.approx(reference, rel=3e-4)
         assert second == pytest.approx(reference, rel=3e-4)
+        assert in_the_middle(influence_table(), np.log(distance)) == pytest.approx(reference, rel=3e-4)
+
+
+@pytest.mark.parametrize("ratio", [0.0, -0.6, -2.0])
+def test_averages_of_the_longer_strip_are_derivatives(ratio):
+    """M of either strip is N and its derivative by the length of that strip, N taken the same for both."""
+    table, y, step = influence_table(), np.log(0.4), 0.05
+    shorter, longer = averages(table, ratio, y)[1:]
+    by_ratio = 0.5 * (averages(table, ratio, y)[0] - averages(table, ratio - 2.0 * step, y)[0]) / step
+    mean = averages(table, ratio - step, y)
+    assert mean[0] + by_ratio == pytest.approx(mean[1], rel=5e-3)  # the step's square
+    by_distance = 0.5 * (averages(table, ratio, y + step)[0] - averages(table, ratio, y - step)[0]) / step
+    assert 2.0 * averages(table, ratio, y)[0] - shorter - by_distance == pytest.approx(longer, rel=1e-3)
+    if ratio == 0.0:
+        assert longer == pytest.approx(shorter, rel=1e-4)
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.3, 1.0, 3.0, 10.0])

@@ -6,15 +6,16 @@ between the moved surfaces, weighted along each strip with the derivatives of it
 :math:`p_j` and by :math:`a_j`, is zero, :math:`\int r \sqrt{1-t^2}\,dt = \int r\,t^2/\sqrt{1-t^2}\,dt = 0`.
 There is no fitted factor, and an ellipse of any ratio of axes is met but for the width of the strips.
 
-How it is solved: descent from patches pressed into ellipses; then pressures that never pull for given
-lengths and lengths for given pressures in turn, which closes in from anywhere, and Newton's method at the
-end. A coarse set of strips finds the ends of the patch, a finer one is laid on it. The outermost strip takes
-its ratio :math:`p/a` from its neighbour: alone it could shrink to a point between overlapping surfaces.
+How it is solved: descent from patches pressed into ellipses; pressures that never pull for given lengths, and
+lengths for given pressures, in turn, which closes in from anywhere; then Newton's method, each Jacobian kept
+as long as its steps shrink fast. A coarse set of strips finds the ends of the patch, a finer one is laid on
+it. The outermost strip takes its ratio :math:`p/a` from its neighbour: alone it could shrink to a point
+between overlapping surfaces.
 
 The fine set is laid again until the ends of the patch lie at their place in the outermost strips, to 3 % of
-a width, and the plane is that of the pressures, to 1e-4 rad: the answer depends on the state, not on the way
-to it. Within that tolerance, and as the number of strips follows the width of the patch, up to 0.3 % of the
-load still jumps.
+a width, or between two places as near to each other, and the plane is that of the pressures, to 1e-4 rad: the
+answer depends on the state, not on the way to it. Within that tolerance, and as the number of strips follows
+the width of the patch, up to 0.3 % of the load still jumps.
 
 Rule for several patches: parts of the profile that touch 0.3 mm or more apart from each other have planes of
 their own and share the descent; parts that come nearer are one, in one plane. A part with 0.3 mm and more

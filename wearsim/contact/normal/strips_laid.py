@@ -12,13 +12,19 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import kernel
-from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.patch import FloatArray
 
 LOBES = 6  # parts of the profile laid out with strips, at most
 # Fields of a strip: place s in its contact plane, gap, share of the descent in it, radius of the wheel,
-# curvature of the counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin.
-S, GAP, TURN, RADIUS, SIGMA, LOAD, SQUARE, Y, Z, WIDTH, COSINE, ANGLE, ORIGIN = range(13)
-FIELDS = 13
+# curvature of the counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin,
+# logarithm of the half-length.
+S, GAP, TURN, RADIUS, SIGMA, LOAD, SQUARE, Y, Z, WIDTH, COSINE, ANGLE, ORIGIN, LOG = range(14)
+FIELDS = 14
+# Of a part of the profile: left and right end, half-length squared per depth, gap where it ends and load per
+# half-length squared as first pressed in; number of strips; then places and what was missed there, of both
+# ends each: one too far out, one too far in, the last one tried.
+STRIPS, OUTER, INNER, LAST = 5, 6, 10, 14
+PART = 18
 # Strips feel each other fully up to 20 degrees between their planes and not at all from 40 on.
 _FULL, _NONE = 0.349, 0.698
 
@@ -117,15 +123,6 @@ def fade(turn: float) -> float:
     """Share to which strips feel each other whose planes are turned by an angle."""
     share: float = min(max((_NONE - abs(turn)) / (_NONE - _FULL), 0.0), 1.0)
     return share
-
-
-@kernel
-def separation(strips: FloatArray, lobe: IntArray, i: int, j: int) -> tuple[float, float]:
-    """Distance between the middles of two strips, and the share to which they feel each other."""
-    if lobe[i] == lobe[j]:
-        return abs(strips[S, i] - strips[S, j]), 1.0
-    across, down = strips[Y, i] - strips[Y, j], strips[Z, i] - strips[Z, j]
-    return np.sqrt(across * across + down * down), fade(strips[ANGLE, i] - strips[ANGLE, j])
 
 
 @kernel

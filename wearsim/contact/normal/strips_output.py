@@ -17,11 +17,13 @@ from wearsim.contact.normal.strips_laid import (
     LOAD,
     LOBES,
     ORIGIN,
+    PART,
     SQUARE,
     WIDTH,
     S,
 )
-from wearsim.contact.normal.strips_wheel import end_of, solve_wheel
+from wearsim.contact.normal.strips_refit import end_of
+from wearsim.contact.normal.strips_wheel import solve_wheel
 from wearsim.contact.patch import FloatArray, IntArray
 
 _SMALLEST = 5e-4  # of the load: patches below are left out
@@ -84,7 +86,7 @@ def lay_patches(
     """
     most = 4 * count
     strips, lobe = np.zeros((FIELDS, most)), np.zeros(most, np.int64)
-    spans, info = np.zeros((LOBES, 5)), np.zeros(6)
+    spans, info = np.zeros((LOBES, PART)), np.zeros(6)
     first, last = np.zeros(most, np.int64), np.zeros(most, np.int64)
     force, order = np.zeros(most), np.zeros(most, np.int64)
     x, f, c, tilt = (np.zeros(most + 2), np.zeros(most + 2), np.zeros(most + 2), np.zeros(most + 2))

@@ -8,9 +8,16 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.kernel import kernel
-from wearsim.contact.normal.strips_influence import averages
+from wearsim.contact.normal.strips_equations import (
+    FARTHER,
+    NEARER,
+    SHARE,
+    influences,
+    inner_of,
+    residuals,
+)
+from wearsim.contact.normal.strips_influence import in_the_middle
 from wearsim.contact.normal.strips_laid import (
-    ANGLE,
     COSINE,
     GAP,
     LOAD,
@@ -19,49 +26,14 @@ from wearsim.contact.normal.strips_laid import (
     SQUARE,
     TURN,
     WIDTH,
-    Y,
-    Z,
     bow_of,
-    fade,
 )
+from wearsim.contact.normal.strips_linear import factorise, substitute
 from wearsim.contact.patch import FloatArray, IntArray
 
-_SWEEPS = 100  # of lengths and pressures in turn, at most
-
-
-@kernel
-def _eliminate(matrix: FloatArray, right: FloatArray, n: int) -> bool:
-    """Solve a linear system in place by Gauss's elimination with partial pivoting."""
-    for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if abs(matrix[i, k]) > abs(matrix[best, k]):
-                best = i
-        if matrix[best, k] == 0.0:
-            return False
-        if best != k:
-            for j in range(k, n):
-                swap = matrix[k, j]
-                matrix[k, j] = matrix[best, j]
-                matrix[best, j] = swap
-            swap = right[k]
-            right[k] = right[best]
-            right[best] = swap
-        inverse = 1.0 / matrix[k, k]
-        pivot = matrix[k, k + 1 : n]
-        for i in range(k + 1, n):
-            factor = matrix[i, k] * inverse
-            if factor != 0.0:
-                line = matrix[i, k + 1 : n]
-                for j in range(pivot.size):  # of slices, from 0: only so are vector instructions used
-                    line[j] -= factor * pivot[j]
-                right[i] -= factor * right[k]
-    for k in range(n - 1, -1, -1):
-        value = right[k]
-        for j in range(k + 1, n):
-            value -= matrix[k, j] * right[j]
-        right[k] = value / matrix[k, k]
-    return True
+_SWEEPS = 40  # of lengths and pressures in turn, at most
+_STEPS = 60  # of Newton's method, at most
+_GOOD = 0.4  # of the last step's change, up to which a Jacobian is kept
 
 
 @kernel
@@ -75,7 +47,7 @@ def relax(
     table: FloatArray,
     tolerance: float,
     active: IntArray,
-    edges: FloatArray,
+    pairs: FloatArray,
     near: FloatArray,
     far: FloatArray,
     matrix: FloatArray,
@@ -84,17 +56,9 @@ def relax(
     """Pressures that never pull on strips of given lengths, and lengths from them, in turn."""
     bow = np.empty(total)
     for sweep in range(_SWEEPS):
+        influences(strips, total, table, pairs, near, far)
         for i in range(total):
-            log_i = 0.5 * np.log(strips[SQUARE, i])
             bow[i] = bow_of(0.25 * strips[SQUARE, i], strips[RADIUS, i], strips[SIGMA, i])
-            for j in range(total):
-                log_j = 0.5 * np.log(strips[SQUARE, j])
-                a, b, _, _, _, _ = averages(table, log_i - log_j, edges[1, i, j] - log_j)
-                if i == j:
-                    near[i, j], far[i, j] = 2.0 * a, 2.0 * b
-                else:
-                    c, d, _, _, _, _ = averages(table, log_i - log_j, edges[0, i, j] - log_j)
-                    near[i, j], far[i, j] = edges[2, i, j] * (a - c), edges[2, i, j] * (b - d)
         done = False
         for turn in range(40):
             m = 0
@@ -113,8 +77,9 @@ def relax(
                 matrix[m, row] = 0.5 * np.pi * strips[WIDTH, i] * (strips[COSINE, i] if vertical else 1.0)
             matrix[m, m] = 0.0
             right[m] = load
-            if not _eliminate(matrix, right, m + 1):
+            if not factorise(matrix, m + 1):
                 return descent, sweep, False
+            substitute(matrix, right, m + 1)
             descent = right[m]
             # All that pull leave at once, then all that overlap enter; one by one should that go in circles.
             changed = False
@@ -166,11 +131,7 @@ def relax(
             bow[i] = q
         for row in range(m):
             i = active[row]
-            inner = -1
-            if row + 1 < m and active[row + 1] == i + 1 and lobe[i + 1] == lobe[i]:
-                inner = row + 1
-            if row > 0 and active[row - 1] == i - 1 and lobe[i - 1] == lobe[i]:
-                inner = -1 if inner >= 0 else row - 1
+            inner = inner_of(active, lobe, m, row)
             q = bow[i]
             if inner >= 0:
                 j = active[inner]
@@ -185,8 +146,8 @@ def relax(
                 nearest, distance = 0, 1e9
                 for row in range(m):
                     lifted += near[i, active[row]] * strips[LOAD, active[row]]
-                    if edges[1, i, active[row]] < distance:
-                        nearest, distance = active[row], edges[1, i, active[row]]
+                    if pairs[FARTHER, i, active[row]] < distance:
+                        nearest, distance = active[row], pairs[FARTHER, i, active[row]]
                 q = -4.0 * lifted / (1.0 / strips[RADIUS, i] + strips[SIGMA, i])
                 strips[SQUARE, i] = min(max(q, 0.001 * strips[SQUARE, nearest]), strips[SQUARE, nearest])
         if change < tolerance:
@@ -205,168 +166,100 @@ def newton(
     table: FloatArray,
     tolerance: float,
     active: IntArray,
-    edges: FloatArray,
+    pairs: FloatArray,
     matrix: FloatArray,
     right: FloatArray,
+    made_for: IntArray,
+    scale: FloatArray,
 ) -> tuple[float, int, bool]:
-    """Pressures, half-lengths and descent on given strips; those without pressure leave, overlapped enter."""
-    logs = np.empty(total)
+    """Pressures, half-lengths and descent on given strips; those without pressure leave, overlapped enter.
+
+    A Jacobian serves as long as each step is much smaller than the one before; `made_for` (number of the
+    strips with pressure it was made for, and which) and `scale` (what its unknowns are over) let it serve the
+    next time, too.
+    """
+    work = np.empty((5, total))
+    taken = np.zeros(2 * total + 1)
     barred = np.zeros(total)  # a strip that came in and left again stays out
-    for step in range(30):
+    last = 1.0
+    for step in range(_STEPS):
         m = 0
+        same = True
         most_p, most_q = 0.0, 0.0
         for j in range(total):
             if strips[LOAD, j] > 0.0:
                 active[m] = j
                 m += 1
+                same = same and made_for[m] == j
                 most_p, most_q = max(most_p, strips[LOAD, j]), max(most_q, strips[SQUARE, j])
-                logs[j] = 0.5 * np.log(strips[SQUARE, j])
         if m == 0:
             return descent, step, False
         n = 2 * m + 1
-        for row in range(m):
-            i = active[row]
-            q = strips[SQUARE, i]
-            low_bow = bow_of(0.25 * q, strips[RADIUS, i], strips[SIGMA, i])
-            high_bow = bow_of(0.75 * q, strips[RADIUS, i], strips[SIGMA, i])
-            near, far = 0.0, 0.0
-            near_self, far_self = 0.0, 0.0
-            for column in range(m):
-                j = active[column]
-                ratio = logs[i] - logs[j]
-                if i == j:
-                    a, b, ax, ay, bx, by = averages(table, 0.0, edges[0, i, i] - logs[j])
-                    a, b, ax, ay, bx, by = 2.0 * a, 2.0 * b, 2.0 * ax, 2.0 * ay, 2.0 * bx, 2.0 * by
-                else:
-                    c, d, cx, cy, dx, dy = averages(table, ratio, edges[0, i, j] - logs[j])
-                    a, b, ax, ay, bx, by = averages(table, ratio, edges[1, i, j] - logs[j])
-                    share = edges[2, i, j]
-                    a, b, ax = share * (a - c), share * (b - d), share * (ax - cx)
-                    ay, bx, by = share * (ay - cy), share * (bx - dx), share * (by - dy)
-                p = strips[LOAD, j]
-                near += a * p
-                far += b * p
-                near_self += ax * p
-                far_self += bx * p
-                matrix[row, column] = a * most_p
-                matrix[m + row, column] = (b - a) * most_p
-                # d/dq = d/d(ln a) / (2 q)
-                scale = -0.5 * p / strips[SQUARE, j] * most_q
-                matrix[row, m + column] = (ax + ay) * scale
-                matrix[m + row, m + column] = (bx + by - ax - ay) * scale
-            matrix[row, m + row] += (0.5 * near_self + low_bow) / q * most_q
-            matrix[m + row, m + row] += (0.5 * (far_self - near_self) + high_bow - low_bow) / q * most_q
-            matrix[row, n - 1] = -strips[TURN, i] * descent
-            matrix[m + row, n - 1] = 0.0
-            right[row] = -(near + strips[GAP, i] + low_bow - descent * strips[TURN, i])
-            right[m + row] = -(far - near + high_bow - low_bow)
-            # A strip at the rim takes the ratio P/q from its neighbour: alone it could shrink to a point
-            # where the surfaces still overlap.
-            inner = -1
-            if row + 1 < m and active[row + 1] == i + 1 and lobe[i + 1] == lobe[i]:
-                inner = row + 1
-            if row > 0 and active[row - 1] == i - 1 and lobe[i - 1] == lobe[i]:
-                inner = -1 if inner >= 0 else row - 1
-            if inner >= 0:
-                for column in range(m):
-                    matrix[m + row, column] = 0.0
-                    matrix[m + row, m + column] = 0.0
-                j = active[inner]
-                p, other_p, other_q = (
-                    strips[LOAD, i] / most_p,
-                    strips[LOAD, j] / most_p,
-                    strips[SQUARE, j] / most_q,
-                )
-                matrix[m + row, row] = other_q
-                matrix[m + row, inner] = -q / most_q
-                matrix[m + row, m + row] = -other_p
-                matrix[m + row, m + inner] = p
-                right[m + row] = q / most_q * other_p - p * other_q
-            lift = 0.5 * np.pi * strips[WIDTH, i] * (strips[COSINE, i] if vertical else 1.0)
-            matrix[n - 1, row] = lift * most_p / load
-            matrix[n - 1, m + row] = 0.0
-        matrix[n - 1, n - 1] = 0.0
-        carried = 0.0
-        for row in range(m):
-            carried += matrix[n - 1, row] * strips[LOAD, active[row]] / most_p
-        right[n - 1] = 1.0 - carried
-        if not _eliminate(matrix, right, n):
-            return descent, step, False
-        change = abs(right[n - 1])
-        descent *= 1.0 + min(max(right[n - 1], -0.5), 1.0)
+        same = same and made_for[0] == m
+        if not same:
+            taken[:n] = 0.0
+            scale[0], scale[1], scale[2] = most_p, most_q, descent
+        residuals(
+            strips, lobe, descent, load, vertical, table, pairs, active, m, scale, not same, matrix, right,
+            work,
+        )  # fmt: skip
+        if not same:
+            made_for[0] = 0
+            if not factorise(matrix, n):
+                return descent, step, False
+            made_for[0] = m
+            for row in range(m):
+                made_for[row + 1] = active[row]
+        substitute(matrix, right, n)
+        change = 0.0
+        for row in range(n):
+            change = max(change, abs(right[row]))
+        if same and not change < _GOOD * last:
+            made_for[0] = 0
+            continue
+        last = change
+        # As Broyden's method with the step before: what is left of it shows how far the Jacobian is off.
+        along, square = 0.0, 0.0
+        for row in range(n):
+            along += right[row] * taken[row]
+            square += taken[row] * taken[row]
+        longer = 1.0
+        if same and square > 0.0:
+            longer = 1.0 / min(max(1.0 - along / square, 0.6), 1.5)
+        for row in range(n):
+            right[row] *= longer
+            taken[row] = right[row]
+        descent += scale[2] * min(max(right[n - 1], -0.5), 1.0)
         left = False
-        for row in range(m):
-            change = max(change, abs(right[row]), abs(right[m + row]))
-        wild = False
         for row in range(m):
             j = active[row]
             q = strips[SQUARE, j]
-            strips[SQUARE, j] = min(max(q + right[m + row] * most_q, 0.25 * q), 4.0 * q)
-            p = strips[LOAD, j]
-            strips[LOAD, j] += right[row] * most_p
+            strips[SQUARE, j] = min(max(q + right[m + row] * scale[1], 0.25 * q), 4.0 * q)
+            strips[LOAD, j] += right[row] * scale[0]
             if not strips[LOAD, j] > 0.0:
-                if wild:
-                    strips[LOAD, j] = 0.2 * p
-                    continue
                 strips[LOAD, j] = 0.0
                 left = True
                 barred[j] += 1.0
-        if left or wild or change > 0.03:
+        if left or change > 0.03:
             continue
         # Strips without pressure that overlap come in.
         entered = False
         for i in range(total):
-            if strips[LOAD, i] > 0.0 or barred[i] > 4.0:
+            if strips[LOAD, i] > 0.0 or barred[i] > 1.0:
                 continue
             lifted = strips[GAP, i] - descent * strips[TURN, i]
             nearest, distance = -1, 1e9
             for row in range(m):
                 j = active[row]
-                log = 0.5 * np.log(strips[SQUARE, j])
-                a, _, _, _, _, _ = averages(table, -5.0, edges[1, i, j] - log)
-                b, _, _, _, _, _ = averages(table, -5.0, edges[0, i, j] - log)
-                lifted += edges[2, i, j] * (a - b) * strips[LOAD, j]
-                if edges[1, i, j] < distance and strips[LOAD, j] > 0.0:
-                    nearest, distance = j, edges[1, i, j]
-            if lifted < -1e-3 * descent:
+                a = in_the_middle(table, pairs[FARTHER, i, j] - work[0, row])
+                b = in_the_middle(table, pairs[NEARER, i, j] - work[0, row])
+                lifted += pairs[SHARE, i, j] * (a - b) * strips[LOAD, j]
+                if pairs[FARTHER, i, j] < distance and strips[LOAD, j] > 0.0:
+                    nearest, distance = j, pairs[FARTHER, i, j]
+            if lifted < -1e-5 * descent:
                 entered = True
                 strips[LOAD, i] = 0.05 * strips[LOAD, nearest]
                 strips[SQUARE, i] = 0.05 * strips[SQUARE, nearest]
         if not entered and change < tolerance:
             return descent, step + 1, True
-    return descent, 30, False
-
-
-@kernel
-def overlap(
-    k: int,
-    descent: float,
-    low: float,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    angle: FloatArray,
-    gap: FloatArray,
-    strips: FloatArray,
-    total: int,
-    table: FloatArray,
-) -> float:
-    """How deep the moved surfaces would overlap at a grid point without pressure, over the descent."""
-    away = (gap[k] - low - descent) * np.cos(angle[k])
-    if away > 0.0:
-        return 0.0
-    for j in range(total):
-        p = strips[LOAD, j]
-        share = fade(strips[ANGLE, j] - angle[k])
-        if p > 0.0 and share > 0.0:
-            across, down = strips[Y, j] - grid_y[k], strips[Z, j] - grid_z[k]
-            distance = np.sqrt(across * across + down * down)
-            half = 0.5 * strips[WIDTH, j]
-            log = 0.5 * np.log(strips[SQUARE, j])
-            a, _, _, _, _, _ = averages(table, -5.0, np.log(distance + half) - log)
-            if distance > half:
-                b, _, _, _, _, _ = averages(table, -5.0, np.log(max(distance - half, 0.1 * half)) - log)
-            else:
-                b = 0.0
-            away += share * (a - b) * p
-    depth: float = -away / descent
-    return depth
+    return descent, _STEPS, False
