@@ -11,6 +11,13 @@ SHARE = float(os.environ.get("WEARSIM_LONG_RUNS", "1"))
 
 
 @pytest.fixture
+def cell_sizes():
+    """Sides of the cells [m] half-space problems are timed with, and repetitions; the finest take longest."""
+    sizes = ((1e-3, 7), (0.5e-3, 7), (0.25e-3, 3), (0.2e-3, 3), (0.1e-3, 1))
+    return sizes if SHARE == 1.0 else sizes[:-1]
+
+
+@pytest.fixture
 def show(capsys):
     """Print past the capture of pytest."""
 

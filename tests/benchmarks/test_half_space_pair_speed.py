@@ -71,7 +71,7 @@ def both(contacts, row, cell, start=(None, None)):
     return pressure, rolling, strips * cells
 
 
-def test_both_problems_of_a_wheel(show, best, contacts, monkeypatch):
+def test_both_problems_of_a_wheel(show, best, contacts, monkeypatch, cell_sizes):
     """All but the gap: at 0.5 mm 20 ms, 8 ms from a neighbouring state, at 0.2 mm 1 s."""
     products = []
     roll = steady_rolling.solve
@@ -84,7 +84,7 @@ def test_both_problems_of_a_wheel(show, best, contacts, monkeypatch):
     target = {0.5e-3: (" at most 20 ms", " at most 8 ms"), 0.2e-3: (" at most 1000 ms", "")}
     sizes, means = [], []
     show("both half-space problems, S1002 on 60E1 1:40, four states; warm: from 0.1 mm and 0.2 mrad beside")
-    for cell, repeats in ((1e-3, 7), (0.5e-3, 7), (0.25e-3, 3), (0.2e-3, 3), (0.1e-3, 1)):
+    for cell, repeats in cell_sizes:
         rows = range(len(STATES))
         near = [both(contacts, row + len(STATES), cell) for row in rows]
         times, counts = [], []

@@ -100,10 +100,11 @@ def test_a_step_of_the_other_models_that_may_lead(show, campaign, models):
 
 
 def test_cost_is_linear_in_points_and_steps(show, campaign):
-    fewest = max(points(500) // 4, 34)
-    sizes, lengths = [fewest, 2 * fewest, 4 * fewest], [steps(10), 2 * steps(10), 4 * steps(10)]
-    by_points = [campaign(n, 50 * steps(10), step=50)["cpu"] for n in sizes]
-    by_steps = [campaign(sizes[0], 50 * n, step=50)["cpu"] for n in lengths]
+    factors = (1, 2, 4) if SHARE == 1.0 else (1, 2)
+    sizes = [factor * max(points(500) // 4, 34) for factor in factors]
+    lengths = [factor * steps(10) for factor in factors]
+    by_points = [campaign(n, 50 * lengths[0], step=50)["cpu"] for n in sizes]
+    by_steps = [by_points[0], *(campaign(sizes[0], 50 * n, step=50)["cpu"] for n in lengths[1:])]
     for name, size, times in (("points", sizes, by_points), ("steps", lengths, by_steps)):
         slope = np.polyfit(np.log(size), np.log(times), 1)[0]
         told = ", ".join(f"{n}: {time:.1f} s" for n, time in zip(size, times, strict=True))

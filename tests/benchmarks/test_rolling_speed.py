@@ -47,7 +47,7 @@ def solved(patch, creepage, **more):
     )
 
 
-def test_rolling_over_the_cells(show, best, monkeypatch):
+def test_rolling_over_the_cells(show, best, monkeypatch, cell_sizes):
     """Targets of both problems together: 20 ms at 0.5 mm, 8 ms warm, 1 s at 0.2 mm, exponent 1.5."""
     counts = []
     solve = steady_rolling.solve
@@ -59,7 +59,7 @@ def test_rolling_over_the_cells(show, best, monkeypatch):
 
     cells, means = [], []
     show("steady rolling on the half-space, 13 mm x 10 mm, 9 creepages from linear to full slip")
-    for cell, repeats in ((1e-3, 7), (0.5e-3, 7), (0.25e-3, 3), (0.2e-3, 3), (0.1e-3, 1)):
+    for cell, repeats in cell_sizes:
         patch = patch_of(cell)
         counts.clear()
         with monkeypatch.context() as within:
