@@ -66,6 +66,22 @@ def test_report_tells_what_the_counterface_lost(folder, pair):
     assert [cell.value for cell in area[1:]] == pytest.approx([0.09, 0.09], rel=1e-9)  # 3 mm2, 30 of 1000 km
 
 
+def test_captions_of_rails_say_that_their_area_is_stated(pair):
+    """No environment factor acts on it, and rails are not turned."""
+    rig, field = ([plate.caption for plate in pages_counterface.plates([data])] for data in pair)
+    for along, over in (rig, field):
+        assert along.endswith(".")
+        assert over.endswith(".")
+    assert "Wear depths contain the environment factor" in rig[0]
+    assert "turned back" in rig[1]
+    assert "the amount is as given and contains no environment factor" in field[0]
+    assert "Wear depths contain" not in "".join(field)
+    assert "turned" not in "".join(field)
+    both = pages_counterface.plates(pair)[0].caption
+    assert "Wear depths contain the environment factor: 1 (rig)." in both
+    assert "Rails (field) lose" in both
+
+
 def test_lives_of_the_rollers_are_drawn(pair):
     """Two turnings: what was turned off then, and the end; rails: three quarters of the way and the end."""
     rig, field = pair

@@ -100,6 +100,80 @@ def test_report_marks_laws_of_the_users_own_with_their_certainty(pair, tmp_path,
     assert "given by the user" in render([pair[0].assign_attrs(header.attributes)])
 
 
+def test_report_tells_what_the_numbers_of_every_law_hold_for(pair, text):
+    """Not of the leading law alone: rail steel in the life of a wheel, jumps, floors, our own choices."""
+    for told in (
+        "rail steels R220 and R260",
+        "In the net form the damage has no floor",
+        "The damage of a passage is our own choice",
+        "The map prints ranges of k; we take their middle",  # archard beside
+        "Twin discs in line contact",  # usfd leads
+    ):
+        assert told in text
+    table = tables_damage.wear_laws(pair[0])[2]
+    assert [row[0].text for row in table.rows] == ["usfd, leading", "archard", "none"]
+    assert table.rows[1][1].text.startswith("wheel and rail steels, dry")
+    assert [cell.text for cell in table.rows[2][1:]] == ["–"] * 3
+    life = tables_damage.life(pair[0])
+    assert "numbers of rail steels R220 and R260 (burstow_2004), not of wheel steel" in life.caption
+    assert text.count("not of wheel steel") == 2  # rig and field
+    older = pair[0].copy()
+    older.attrs = {k: v for k, v in older.attrs.items() if not k.startswith(("fatigue_", "beside_"))}
+    assert [cell.text for cell in tables_damage.wear_laws(older)[2].rows[1][1:]] == ["–"] * 3
+    assert "wheel steel" not in tables_damage.life(older).caption
+
+
+def test_every_shipped_set_reaches_the_header_of_a_campaign(tmp_path, scene_text):
+    """One line for each law: materials, validity and departures, the jump of brr among them."""
+    more = (
+        '[wear]\nbeside = ["brr", "none", "energy"]\n[fatigue]\nlaws = ["stress_index", "wlrm"]\n'
+        'coefficients = ["burstow_2004_20n"]\n'
+    )
+    (tmp_path / "rig.toml").write_text(scene_text(BLOCK, more=more))
+    told = WheelsetEvolution(build(load_scene(tmp_path / "rig.toml"))).header.attributes
+    departures = told["beside_departures"].split("\n")
+    assert "at 200 N the loss jumps from 25 to 84" in departures[0]
+    assert departures[1:] == ["", ""]
+    assert "speed" in told["beside_validity"].split("\n")[2]
+    assert told["fatigue_materials"].split("\n") == ["rail and wheel steels", "rail steels R220 and R260"]
+    assert "zero beyond 175 N" in told["fatigue_departures"].split("\n")[1]
+    assert "R8T" in told["wear_coefficients_materials"]
+    assert "seizure_cap" not in {key for key, value in told.items() if value != ""}  # usfd has no seizure
+    assert not any("crack_angle" in str(value) for value in told.values())  # it acted nowhere
+
+
+def test_assumptions_of_the_balance_are_told_with_their_effect(pair):
+    table = tables_damage.life(pair[0])
+    assert "are assumptions" in table.caption
+    rate = pair[0]["fatigue_damage_rate"].values[-1, 0, 0]
+    wear = pair[0]["wear_depth_rate"].values[-1, 0] / 2e-3
+    for part, head in ((0.5, "with half the width of a place [km]"), (2.0, "with double the width [km]")):
+        grown = np.max(part * rate - wear)
+        expected = pytest.approx(1e-3 / grown, rel=1e-12) if grown > 0.0 else None
+        assert cells(table, head)[0] == expected
+    assert "in the last state" in table.caption
+    laws = tables_damage.fatigue_laws(pair[0])[0]
+    assert "assumption" in laws.caption
+    assert "Right: largest rate at the end, before removal [1/1000 km]" in laws.head
+    (plate,) = [plate for plate in pages_damage.plates([pair[0]]) if plate.name == "balance"]
+    assert "last step" not in plate.caption
+    assert "assumptions" in plate.caption
+
+
+def test_shakedown_map_tells_where_its_yield_stress_comes_from(pair):
+    source = "ekberg_kabo_andersson_2002"
+    told = figures_damage.shear_yield_told(pair[0])
+    assert told == f"300 MPa of surface_fatigue_index_local ({source}, recalled, 200 to 350 MPa in use)"
+    alone = pair[0].isel(fatigue=[0])
+    assert list(alone["fatigue_name"].values) == ["wlrm"]
+    assert figures_damage.shear_yield_told(alone) == (
+        f"300 MPa of {source}, as no law of the scene has one (recalled, 200 to 350 MPa in use)"
+    )
+    own = pair[0].copy(deep=True)
+    own["fatigue_doubts"][1] = ""
+    assert figures_damage.shear_yield_told(own) == "300 MPa as given for surface_fatigue_index_local"
+
+
 def test_report_without_such_laws_has_no_section(run_directory):
     plain = (run_directory / "report.html").read_text(encoding="utf-8")
     assert 'id="fatigue"' not in plain

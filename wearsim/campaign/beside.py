@@ -7,7 +7,7 @@ vertices of the profile as wear is, and accumulates there along the campaign tha
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from wearsim.campaign.state import State, WearRate
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import ContactSolution
 from wearsim.damage import fatigue
+from wearsim.damage.coefficients import CoefficientSet
 from wearsim.damage.fatigue import (
     WEAR_NUMBERS,
     FatigueDamage,
@@ -33,6 +34,13 @@ if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
 _MPA = 1e6
+_TOLD: Mapping[str, Callable[[CoefficientSet], str]] = {
+    "numbers": lambda found: ", ".join(found.numbers),
+    "materials": lambda found: found.materials,
+    "validity": lambda found: found.validity,
+    "departures": lambda found: " ".join(found.departures),
+}
+"""What a result file says of a coefficient set in attributes of its group."""
 
 
 @dataclass(frozen=True)
@@ -156,11 +164,20 @@ def static_beside(laws: LawsBeside) -> dict[str, Any]:
 
 
 def attributes_beside(laws: LawsBeside) -> dict[str, str]:
-    """Return the attributes of a result file with the numbers of the laws, one line for each."""
-    wear = ["" if one.law == "none" else ", ".join(acting_coefficients(one).numbers) for one in laws.wear]
-    tired = [", ".join(fatigue.acting_coefficients(one).numbers) for one in laws.fatigue]
-    groups = {"beside": wear, "fatigue": tired}
-    return {f"{group}_numbers": "\n".join(told) for group, told in groups.items() if told}
+    """Return the attributes of a result file with what the numbers of the laws are: one line for each law.
+
+    Numbers that act, materials and tests they are for, departures from the source.
+    """
+    groups: dict[str, list[CoefficientSet | None]] = {
+        "beside": [None if one.law == "none" else acting_coefficients(one) for one in laws.wear],
+        "fatigue": [fatigue.acting_coefficients(one) for one in laws.fatigue],
+    }
+    return {
+        f"{group}_{key}": "\n".join("" if one is None else " ".join(told(one).split("\n")) for one in sets)
+        for group, sets in groups.items()
+        if sets
+        for key, told in _TOLD.items()
+    }
 
 
 def _form(settings: FatigueSettings) -> str:

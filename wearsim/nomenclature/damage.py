@@ -80,7 +80,7 @@ ROWS: tuple[Row, ...] = (
         "fatigue_damage_rate",
         "dD/ds",
         "m-1",
-        "fatigue damage per distance run",
+        "fatigue damage per distance run, before removal by wear",
         "of the whole collective in the state of this row, without removal by wear but that in the law",
         PER_KM,
     ),

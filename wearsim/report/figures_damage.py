@@ -10,11 +10,13 @@ from wearsim.damage.coefficients import FATIGUE_SETS
 from wearsim.damage.fatigue.agreement import normalised
 from wearsim.damage.fatigue.shakedown import boundaries
 from wearsim.report.figures import WHEELS, new_place
-from wearsim.report.style import COLOURS, SERIES_COLOURS, label, own_axes, role_of, shown, wrapped
+from wearsim.report.style import COLOURS, SERIES_COLOURS, label, own_axes, plain, role_of, shown, wrapped
 from wearsim.results.turnings import last_worn_row
 
 _NEW_Y = "Lateral position on the new wheel [mm]"
 _MARKERS = ("o", "^", "s", "D", "v", "P")
+_YIELD_SET = "ekberg_kabo_andersson_2002"
+"""Set the map takes its yield stress from where no law of the scene has one."""
 _BOUNDARY_LINES = ("-", "--", "_")
 
 
@@ -107,7 +109,30 @@ def map_shear_yield(dataset: xr.Dataset) -> float:
     known = known[np.isfinite(known)]
     if known.size:
         return float(known[0])
-    return 1e6 * FATIGUE_SETS["ekberg_kabo_andersson_2002"]["shear_yield"]
+    return 1e6 * FATIGUE_SETS[_YIELD_SET]["shear_yield"]
+
+
+def shear_yield_told(dataset: xr.Dataset) -> str:
+    """Tell the yield stress of the shakedown map with its source, range and certainty."""
+    value = f"{plain(1e-6 * map_shear_yield(dataset), 3)} MPa"
+    known = np.flatnonzero(np.isfinite(dataset["fatigue_shear_yield"].values))
+    if known.size:
+        name, numbers, doubts = (
+            str(dataset[f"fatigue_{key}"].values[known[0]]) for key in ("name", "coefficients", "doubts")
+        )
+        doubt = [part for part in doubts.split("; ") if part.startswith("shear_yield")]
+        if not doubt:
+            return f"{value} as given for {name}"
+        return f"{value} of {name} ({numbers}{_range(doubt[0])})"
+    doubt = [part for part in FATIGUE_SETS[_YIELD_SET].doubts if part.startswith("shear_yield")]
+    return f"{value} of {_YIELD_SET}, as no law of the scene has one ({_range(doubt[0]).removeprefix(', ')})"
+
+
+def _range(doubt: str) -> str:
+    """Range and certainty of a doubt such as "shear_yield = 300 MPa, range 200 to 350 (recalled)"."""
+    told, _, certainty = doubt.removesuffix(")").partition(" (")
+    _, _, between = told.partition(", range ")
+    return f", {certainty}, {between} MPa in use" if between else f", {certainty}"
 
 
 def shakedown_place(dataset: xr.Dataset, row: int) -> tuple[np.ndarray, np.ndarray]:

@@ -40,6 +40,7 @@ _PROVENANCE = (
     ("input_hashes", "Input files"),
     ("wear_coefficients", "Wear coefficients"),
     ("wear_coefficients_source", "Source of the coefficients"),
+    ("wear_coefficients_materials", "Materials of the coefficients"),
     ("wear_coefficients_validity", "Validity of the coefficients"),
     ("wear_coefficients_departures", "Departures from the source"),
     ("wear_coefficients_doubts", "Uncertain coefficients"),

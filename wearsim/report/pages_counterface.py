@@ -20,6 +20,11 @@ def wears(dataset: xr.Dataset) -> bool:
     return "counterface_name" in dataset
 
 
+def rolls(dataset: xr.Dataset) -> bool:
+    """Tell whether the counterface that wears is a pair of rollers."""
+    return "roller" in str(dataset["counterface_name"].values[0])
+
+
 def table(dataset: xr.Dataset) -> list[Table]:
     """Depth, area, and what was turned off, of both rails or rollers.
 
@@ -45,7 +50,7 @@ def table(dataset: xr.Dataset) -> list[Table]:
         rows.append([Cell(text), *(number(value, 4) for value in values)])
     told = f"the rollers were turned {turnings} times" if turnings != 1 else "the rollers were turned once"
     caption = "wear of the counterface at the end of the campaign"
-    if "roller" in names[0]:
+    if rolls(dataset):
         caption += f"; {told if turnings else 'the rollers were never turned'}"
     return [Table("counterface", f"{caption}.", ["Measure", *(capital(name) for name in names)], rows)]
 
@@ -78,11 +83,30 @@ def _along(datasets: list[xr.Dataset]) -> Plate:
                 if side:
                     ax.set_ylabel("")
         legend(figure)
+    since = "since it was new"
+    if any(map(rolls, datasets)):
+        since += " or last turned; faint lines are what it had when it was turned, or"
+    else:
+        since += "; faint lines are what it had"
     text = (
-        "Wear depth of the counterface along its profile, since it was new or last turned; faint lines are "
-        "what it had when it was turned, or a quarter, half and three quarters of the way."
+        f"Wear depth of the counterface along its profile, {since} a quarter, half and three quarters of the "
+        "way."
     )
-    return Plate("counterface_wear", "wear", figure, f"{text} {environment_note(datasets)}")
+    return Plate("counterface_wear", "wear", figure, " ".join([text, *_notes(datasets)]))
+
+
+def _notes(datasets: list[xr.Dataset]) -> list[str]:
+    """Sentences on what the depths are: those of rollers by the law, of rails an area that is stated."""
+    rollers = [data for data in datasets if rolls(data)]
+    rails = [data for data in datasets if not rolls(data)]
+    notes = [environment_note(rollers)] if rollers else []
+    if rails:
+        told = ", ".join(role_of(data) for data in rails)
+        notes.append(
+            f"Rails ({told}) lose the area that is stated, where the contacts wear: the amount is as given "
+            "and contains no environment factor, its place is from the contacts."
+        )
+    return notes
 
 
 def _over_distance(datasets: list[xr.Dataset]) -> Plate:
@@ -96,10 +120,10 @@ def _over_distance(datasets: list[xr.Dataset]) -> Plate:
                     ax.set_xlabel("")
             axes[0, column].set_title(role_of(data).capitalize())
         legend(figure)
-    text = (
-        "Largest wear depth and worn area of the counterface over the distance run; the depth falls to 0 "
-        "where rollers are turned back to their new profile."
-    )
+    text = "Largest wear depth and worn area of the counterface over the distance run"
+    if any(map(rolls, datasets)):
+        text += "; the depth falls to 0 where rollers are turned back to their new profile"
+    text += "."
     return Plate("counterface_over_distance", "wear", figure, text)
 
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from wearsim.report import figures, figures_damage
 from wearsim.report.pages import Plate, environment_note, worn_range
-from wearsim.report.style import grid, legend, plain, role_of, style
+from wearsim.report.style import grid, legend, role_of, style
 
 
 def plates(datasets: list[xr.Dataset]) -> list[Plate]:
@@ -84,13 +84,11 @@ def _shakedown(datasets: list[xr.Dataset]) -> Plate:
             if column:
                 ax.set_ylabel("")
         legend(figure, columns=3)
-    shear = ", ".join(
-        f"{plain(1e-6 * figures_damage.map_shear_yield(data), 3)} MPa ({role_of(data)})" for data in datasets
-    )
+    shear = "; ".join(f"{role_of(data)}: {figures_damage.shear_yield_told(data)}" for data in datasets)
     text = (
         "Shakedown map of point contact with every contact patch of the campaign: hollow marks the new "
         "wheel, full ones the end; monitoring points included. Above the limits the material ratchets. "
-        f"The yield stress in cyclic shear is {shear}. The limits are recalled from the source; between "
+        f"Yield stress in cyclic shear, {shear}. The limits are recalled from the source; between "
         "pure rolling and flow at the surface they are a straight join of our own."
     )
     return Plate("shakedown", "fatigue", figure, text)
@@ -128,7 +126,8 @@ def _balance(weighed: list[tuple[xr.Dataset, int]]) -> Plate:
     ]
     figure = _by_wheel(rows, sharey="row")
     text = (
-        "Wear against fatigue at the rates of the last step: the wear rate, and the one at which cracks just "
-        "do not grow. Where wear is above, it removes cracks as fast as they grow."
+        "Wear against fatigue at the rates of the full collective in the last state: the wear rate, and the "
+        "one at which cracks just do not grow. Where wear is above, it removes cracks as fast as they grow. "
+        "The balance is in proportion to two assumptions, the depth of a crack and the width of a place."
     )
     return Plate("balance", "fatigue", figure, text)

@@ -17,6 +17,10 @@ from wearsim.results.turnings import closing_turning, depth_by_regime, last_worn
 
 _COLUMNS = ("rig", "field", "ratio")
 _NONE = Cell("–")
+_WIDTHS = (0.5, 2.0)
+"""Shares of the width of a place for which the first crack is told, too."""
+_HOLDS = ("materials", "validity", "departures")
+"""What a result file says of the coefficient set of a law, besides its numbers."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,12 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
     text = "Wear laws on the contacts of the campaign; the profile wears by the leading law alone."
     if turned_rows(dataset):
         text += " Area is of all wear, depth of the last stretch that was run since a turning."
-    return [Table("wear-laws", text, head, rows), _origins("wear-law-numbers", "Wear law", names, origin)]
+    leading_set = [str(dataset.attrs.get(f"wear_coefficients_{key}", "")) for key in _HOLDS]
+    return [
+        Table("wear-laws", text, head, rows),
+        _origins("wear-law-numbers", "Wear law", names, origin),
+        _holds("wear-law-validity", "Wear law", names, [leading_set, *_told(dataset, "beside")]),
+    ]
 
 
 def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
@@ -128,20 +137,24 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
                 number(largest, 3), place, number(shown("fatigue_damage_rate", rate[wheel].max()), 3)
             ]  # fmt: skip
         rows.append([*cells, number(1e3 * dataset["fatigue_crack_width"].values[k], 3)])
-    told = ("largest damage", "at y [mm]", "largest rate at the end [1/1000 km]")
+    told = ("largest damage", "at y [mm]", "largest rate at the end, before removal [1/1000 km]")
     head = [
         "Fatigue law", *(f"{side.capitalize()}: {text}" for side in WHEELS for text in told),
         "Width of a place [mm]",
     ]  # fmt: skip
     text = (
         "Fatigue laws along the profile. Damage 1 is a crack of visible size for wlrm; the other laws order "
-        "passages and count no cycles to failure. The environment factor acts on wear, not on damage."
+        "passages and count no cycles to failure. The environment factor acts on wear, not on damage. Rates "
+        "are before what wear removes of cracks of a stated depth. The width of a place is an assumption: "
+        "damage at a point before removal is in proportion to it."
     )
     text = " ".join(filter(None, (text, closing_turning(dataset))))
     origin = [_origin(dataset, "fatigue", k) for k in range(len(names))]
     return [
-        Table("fatigue-laws", text, head, rows), _origins("fatigue-law-numbers", "Fatigue law", names, origin)
-    ]  # fmt: skip
+        Table("fatigue-laws", text, head, rows),
+        _origins("fatigue-law-numbers", "Fatigue law", names, origin),
+        _holds("fatigue-law-validity", "Fatigue law", names, _told(dataset, "fatigue")),
+    ]
 
 
 def _origin(dataset: xr.Dataset, group: str, law: int) -> list[str]:
@@ -160,9 +173,27 @@ def _origins(name: str, what: str, laws: list[str], origin: list[list[str]]) -> 
     return Table(name, "Where the numbers of the laws come from.", head, rows)
 
 
+def _told(dataset: xr.Dataset, group: str) -> list[list[str]]:
+    """Materials, validity and departures of each law of a group; empty in files that do not tell them."""
+    count = dataset[f"{group}_name"].size if f"{group}_name" in dataset else 0
+    columns = [str(dataset.attrs.get(f"{group}_{key}", "")).split("\n") for key in _HOLDS]
+    return [[column[law] if law < len(column) else "" for column in columns] for law in range(count)]
+
+
+def _holds(name: str, what: str, laws: list[str], told: list[list[str]]) -> Table:
+    rows = [
+        [Cell(law), *(Cell(text or "–") for text in texts)] for law, texts in zip(laws, told, strict=True)
+    ]
+    text = (
+        "Where the numbers of the laws come from: the materials they were found on, what they hold for, and "
+        "where our law departs from its source."
+    )
+    return Table(name, text, [what, "Materials", "Holds for", "Departures from the source"], rows)
+
+
 def life(dataset: xr.Dataset) -> Table | None:
-    """Tell what limits the life of each wheel, from new at the rates of the last step; None if unknown."""
-    rows = []
+    """Tell what limits the life of each wheel, from new at the rates of the last state; None if unknown."""
+    rows, steels = [], []
     end = last_worn_row(dataset)
     wear = dataset["wear_depth_rate"].values[end]
     y = dataset["profile_y"].values[new_row(dataset, end)]
@@ -171,6 +202,7 @@ def life(dataset: xr.Dataset) -> Table | None:
         limit = float(dataset["fatigue_wear_limit"].values[k])
         if not np.isfinite(crack):
             continue
+        steels.append(_steel(dataset, k))
         for wheel, side in enumerate(WHEELS):
             rate = dataset["fatigue_damage_rate"].values[end, wheel, k]
             found = balance(rate, wear[wheel], crack_depth=crack, wear_limit=limit)
@@ -179,13 +211,19 @@ def life(dataset: xr.Dataset) -> Table | None:
                 "cracks": (float(found.crack_distance.min()), int(found.crack_distance.argmin())),
             }
             first = min(ends, key=lambda what: ends[what][0])
+            other = [
+                balance(part * rate, wear[wheel], crack_depth=crack, wear_limit=limit).crack_distance.min()
+                for part in _WIDTHS
+            ]
             acts = (rate > 0.0) | (wear[wheel] > 0.0)
             grown = (found.limited_by == LIMITED_BY.index("cracks")) & acts
             rows.append([
                 Cell(f"{name}, {side} wheel"),
                 number(1e3 * crack, 3),
                 number(1e3 * limit, 3),
-                *(_distance(ends[what][0]) for what in ("cracks", "wear")),
+                _distance(ends["cracks"][0]),
+                *(_distance(float(distance)) for distance in other),
+                _distance(ends["wear"][0]),
                 Cell(first if np.isfinite(ends[first][0]) else "nothing"),
                 number(1e3 * y[wheel, ends[first][1]], 3) if np.isfinite(ends[first][0]) else _NONE,
                 number(100.0 * grown.sum() / acts.sum(), 3) if acts.any() else _NONE,
@@ -195,14 +233,26 @@ def life(dataset: xr.Dataset) -> Table | None:
         return None
     head = [
         "Fatigue law and wheel", "Crack of damage 1 [mm]", "Depth that may wear [mm]",
-        "First crack after [km]", "Wear limit after [km]", "Life ends by", "at y [mm]",
+        "First crack after [km]", "with half the width of a place [km]", "with double the width [km]",
+        "Wear limit after [km]", "Life ends by", "at y [mm]",
         "Points limited by cracks [%]", "Largest balanced wear rate [µm/1000 km]",
     ]  # fmt: skip
     text = (
-        "Wear against fatigue, from a new wheel at the rates of the last step: what is met first at any "
-        "place of the profile. The balanced wear rate is the one at which cracks just do not grow."
+        "Wear against fatigue, from a new wheel at the rates of the full collective in the last state: what "
+        "is met first at any place of the profile. The balanced wear rate is the one at which cracks just do "
+        "not grow. The depth of a crack, the depth that may wear and the width of a place are assumptions: "
+        "the distance to the wear limit is in proportion to the depth that may wear, and damage to the width."
     )
-    return Table("life", text, head, rows)
+    return Table("life", " ".join([text, *filter(None, dict.fromkeys(steels))]), head, rows)
+
+
+def _steel(dataset: xr.Dataset, law: int) -> str:
+    """Sentence on numbers of a fatigue law that are of rails; empty where they are of wheels, or unknown."""
+    materials = [told[0] for told in _told(dataset, "fatigue")][law]
+    if "rail" not in materials or "wheel" in materials:
+        return ""
+    name, numbers = (str(dataset[f"fatigue_{key}"].values[law]) for key in ("name", "coefficients"))
+    return f"Cracks of {name} are counted with numbers of {materials} ({numbers}), not of wheel steel."
 
 
 def cycles(dataset: xr.Dataset) -> Agreement:

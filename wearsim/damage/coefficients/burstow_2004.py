@@ -24,8 +24,8 @@ BURSTOW_2004 = CoefficientSet(
         "your own."
     ),
     departures=(
-        "Beyond the falling branch the damage goes on falling below zero with the same slope: wear removes "
-        "cracks. Many codes stop at 0 or at -10e-6.",
+        "In the net form the damage has no floor: beyond the falling branch it goes on falling below zero "
+        "with the same slope, as wear removes cracks. Many codes stop at 0 or at -10e-6.",
     ),
     values=MappingProxyType(
         {

@@ -20,18 +20,14 @@ DIRKS_ENBLOM_2011 = CoefficientSet(
         "turns into crack length was calibrated by the authors; those numbers are not shipped, so that "
         "the damage here compares between states of one law only."
     ),
-    departures=("The damage of a passage is the largest excess over the yield stress, to the first power.",),
+    departures=(
+        "The damage of a passage is our own choice: the largest excess over the yield stress, divided by it, "
+        "to the first power, shared by the strips as their frictional work.",
+    ),
     values=MappingProxyType(
         {
             "shear_yield": Coefficient(
                 300.0, "MPa", "as for the surface fatigue index", "recalled", (200.0, 350.0)
-            ),
-            "crack_angle": Coefficient(
-                22.5,
-                "deg",
-                "middle of the typical angles of cracks to the surface",
-                "uncertain",
-                (15.0, 30.0),
             ),
         }
     ),

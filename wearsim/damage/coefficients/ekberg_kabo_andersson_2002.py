@@ -21,6 +21,7 @@ EKBERG_KABO_ANDERSSON_2002 = CoefficientSet(
     departures=(
         "Cell by cell (surface_fatigue_index_local) the index is (|tau| - k)/p: an extension to patches "
         "that are no ellipses.",
+        "The damage of a passage is our own choice: the index where it is above zero, to the first power.",
     ),
     values=MappingProxyType(
         {
