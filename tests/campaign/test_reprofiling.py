@@ -13,9 +13,10 @@ from wearsim.campaign.run import resume, run_scene
 from wearsim.operation.points import TurningRules
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.measures import tape_level
-from wearsim.profile.shape import arc_length, polygon_area_between
+from wearsim.profile.shape import Profile, arc_length, polygon_area_between, vertex_normals
 from wearsim.profile.standard import shipped_path
 from wearsim.profile.turning import turn_axle
+from wearsim.profile.worn import cut_along_normals
 from wearsim.report.figures import plot_profile, plot_wear_by_regime, plot_wear_depth
 from wearsim.report.figures_damage import plot_fatigue_damage
 from wearsim.report.html import render
@@ -111,6 +112,62 @@ def test_turned_wheels_are_the_template_at_the_least_loss_and_the_least_cut(setu
         assert not fresh.any()
     np.testing.assert_array_equal(state.worn_area, worn.worn_area)
     np.testing.assert_array_equal(state.worn_mass, worn.worn_mass)
+
+
+@pytest.fixture
+def cracked(setup, worn):
+    """The same wheels with cracks 1.5 mm deep all over: damage 0.3, of which 1 is a crack of 5 mm."""
+    rising = replace(setup.fatigue[0], branch="rising", crack_depth=5e-3)
+    return replace(setup, fatigue=(rising,)), worn
+
+
+def cut_at(before, after, w):
+    """Depth of cut along the normals of the wheel before, where the turned one is met [m]."""
+    wheels = [Profile("wheel", "wheel", state.y[w], state.z[w]) for state in (before, after)]
+    return cut_along_normals(*wheels, *vertex_normals(wheels[0].y, wheels[0].z))[0]
+
+
+def test_the_lathe_leaves_what_cracks_reach_deeper_than_its_cut(cracked):
+    """Left wheel, 0.5 mm worn everywhere and 0.8 mm cut, of which the normal sees the cosine of the slope.
+
+    The curvature of the tread costs 1e-3, six points of the straight flank between others 1e-4. The right
+    wheel has lost 1 mm where it is deepest: 0.3 mm are cut there.
+    """
+    setup, worn = cracked
+    after = turn_wheels(worn, setup)
+    (left,) = after.fatigue_damage
+    y, z = after.y[1], after.z[1]
+    slope = np.arctan(np.gradient(z, y))
+    tread = (y > -20e-3) & (y < 25e-3)
+    flank = np.abs(np.degrees(slope) + 70.0) < 0.02
+    assert flank.sum() > 5
+    for part, rtol in ((tread, 1e-3), (flank, 2e-4)):
+        np.testing.assert_allclose(left[1, part], 0.3 - 0.8 * np.cos(slope[part]) / 5.0, rtol=rtol)
+    deepest = np.abs(after.y[0]) < 0.5e-3
+    np.testing.assert_allclose(left[0, deepest], 0.3 - 0.3 / 5.0, rtol=5e-3)
+    deep = replace(setup, control=replace(setup.control, turning=TurningRules(cut=2e-3)))
+    assert not turn_wheels(worn, deep).fatigue_damage[0][:, tread].any()
+
+
+def test_wheels_turned_at_a_damage_limit_come_back_sound_with_the_least_loss(cracked):
+    """Cracks of the tread decide, 0.6 mm on the left: a um less would leave some of them."""
+    setup, worn = cracked
+    bump = np.exp(-((worn.y[1] / 6e-3) ** 4))
+    damage = np.stack([np.zeros_like(bump), 0.25 * bump])
+    worn = replace(worn, fatigue_damage=(damage,))
+    of_damage = TurningRules(limits=("fatigue_damage",))
+    setup = replace(setup, control=replace(setup.control, turning=of_damage))
+    after = turn_wheels(worn, setup)
+    assert not np.any(after.fatigue_damage)
+    assert tape_level(after.y[0], after.z[0]) == tape_level(after.y[1], after.z[1])
+    assert tape_level(after.y[1], after.z[1]) == pytest.approx(-0.5e-3 - 5e-3 * 0.25, abs=3e-6)
+    over = cut_at(worn, after, 1) - 5e-3 * damage[1]
+    assert -1e-12 < np.nanmin(over[bump > 0.01]) < 1e-6
+    # at a limit of shape the lathe takes what the shape needs, and cracks stay
+    by_shape = replace(setup, control=replace(setup.control, turning=TurningRules(limits=("hollowing",))))
+    less = turn_wheels(worn, by_shape)
+    assert tape_level(less.y[1], less.z[1]) == pytest.approx(-1e-3, abs=5e-6)
+    assert less.fatigue_damage[0].max() == pytest.approx(0.25 - 0.5 / 5.0, rel=3e-3)
 
 
 def test_mirrored_wheels_come_back_mirrored(setup, worn):
@@ -244,6 +301,16 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     assert found["steps"] == steps
     assert f"km in {steps} wear steps" in page
     assert "Depth counts from the last turning of the wheels." in page
+    told = "The lathe is assumed to take all damage of wlrm, which states no depth of its cracks."
+    assert told in table
+    assert told in summary_text(found)
+    cracked = data.copy()
+    cracked["fatigue_crack_depth"] = ("fatigue", [5e-3])
+    assert "(1 is a crack of 5 mm) and left none." in render([cracked])
+    damage = data["fatigue_damage"].copy()
+    damage[turned_rows(data)[0], 0, 0, 7] = 0.0123
+    cracked["fatigue_damage"] = damage
+    assert "(1 is a crack of 5 mm) and left at most 0.0123 of it." in render([cracked])
     assert f"{first.distance / 1e3:.3f} km, wheel diameter right 920.00 to 919." in summary_text(found)
 
 

@@ -1,4 +1,10 @@
-"""Turning of the wheels in a campaign: when it is due, and the wheelset that comes back from the lathe."""
+r"""Turning of the wheels in a campaign: when it is due, and the wheelset that comes back from the lathe.
+
+Where a law states the depth h of a crack of damage 1, the lathe is to cracks what wear is: a cut of the
+depth c along the normal leaves :math:`\max(D - c/h, 0)`. Where wheels are turned at a limit of damage, they
+come back sound: the lathe goes as deep as the deepest crack, which is the least loss then. A law without that
+depth does not say how deep its damage lies; the lathe takes all of it.
+"""
 
 from __future__ import annotations
 
@@ -8,16 +14,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wearsim.campaign.beside import laws_beside
 from wearsim.campaign.counterface import as_it_is
 from wearsim.campaign.state import State
+from wearsim.contact.patch import FloatArray
+from wearsim.damage.fatigue import COUNT_CYCLES
 from wearsim.operation.points import ControlSettings
+from wearsim.profile.shape import Profile, arc_length, vertex_normals
 from wearsim.profile.turning import turn_axle
+from wearsim.profile.worn import LARGEST_DEPTH, cut_along_normals
 from wearsim.results.limits import first_met
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
 _SAME_PLACE = 1e-9  # of the distance: above the rounding of its sum, below any step
+_NO_CRACK = 1e-9  # a crack that is left by rounding [m]
 
 
 def turning_due(state: State, setup: CampaignSetup, measures: Mapping[str, np.ndarray]) -> bool:
@@ -61,30 +73,79 @@ def turn_wheels(state: State, setup: CampaignSetup) -> State:
     -------
     State
         The next step, at the same distance. Heights stay those of the new wheel's axes, so that
-        :math:`r_0 + z` is the rolling radius as before. Depth and fatigue damage begin anew with the
-        material that is now the surface; area and mass go on counting what was worn.
+        :math:`r_0 + z` is the rolling radius as before. Depth begins anew with the material that is now
+        the surface, fatigue damage with the cracks the lathe has left; area and mass go on counting what
+        was worn.
     """
-    if setup.templates is None or setup.control.turning is None:
+    rules = setup.control.turning
+    if setup.templates is None or rules is None:
         raise ValueError("wheels are turned where the scene has a template")
-    worn = (
-        replace(setup.wheelset.right, y=state.y[0], z=state.z[0]),
-        replace(setup.wheelset.left, y=state.y[1], z=state.z[1]),
-    )
-    wheels = [one.profile for one in turn_axle(*worn, setup.templates)]
+    worn = _wheels(setup, state.y, state.z)
+    within = worn
+    if "fatigue_damage" in rules.limits:
+        right, left = _cracks(state, setup)
+        within = (_sound(worn[0], right), _sound(worn[1], left))
+    wheels = [one.profile for one in turn_axle(*within, setup.templates)]
+    y = np.stack([wheel.y for wheel in wheels])
+    z = np.stack([wheel.z for wheel in wheels]) - rules.cut
     return replace(
         state,
         step=state.step + 1,
         turned=state.step + 1,
-        y=np.stack([wheel.y for wheel in wheels]),
-        z=np.stack([wheel.z for wheel in wheels]) - setup.control.turning.cut,
+        y=y,
+        z=z,
         wear_depth=np.zeros_like(state.wear_depth),
         regime_depth=np.zeros_like(state.regime_depth),
         beside_depth=tuple(np.zeros_like(depth) for depth in state.beside_depth),
-        fatigue_damage=tuple(np.zeros_like(damage) for damage in state.fatigue_damage),
+        fatigue_damage=_damage_left(state, setup, worn, _wheels(setup, y, z)),
         step_length=0.0,
         step_error=None,
         counterface=None if state.counterface is None else as_it_is(state.counterface),
     )
+
+
+def _wheels(setup: CampaignSetup, y: FloatArray, z: FloatArray) -> tuple[Profile, Profile]:
+    return (
+        replace(setup.wheelset.right, y=y[0], z=z[0]),
+        replace(setup.wheelset.left, y=y[1], z=z[1]),
+    )
+
+
+def _cracks(state: State, setup: CampaignSetup) -> FloatArray:
+    """Depth of the deepest crack at each point, (2, n), by the laws that count cycles and state it [m]."""
+    depth = np.zeros_like(state.y)
+    for law, damage in zip(setup.fatigue, state.fatigue_damage, strict=True):
+        if law.law in COUNT_CYCLES and law.crack_depth is not None:
+            depth = np.maximum(depth, law.crack_depth * damage)
+    return depth
+
+
+def _sound(wheel: Profile, crack: FloatArray) -> Profile:
+    """Wheel without the material its cracks run through; it may fold, the lathe stays below all of it."""
+    normal_y, normal_z = vertex_normals(wheel.y, wheel.z)
+    return replace(wheel, y=wheel.y + crack * normal_y, z=wheel.z + crack * normal_z)
+
+
+def _damage_left(
+    state: State, setup: CampaignSetup, worn: tuple[Profile, Profile], turned: tuple[Profile, Profile]
+) -> tuple[FloatArray, ...]:
+    """Damage of each law at the points of the turned wheels, (2, n) each."""
+    left = [np.zeros_like(state.y) for _ in state.fatigue_damage]
+    depths = laws_beside(setup).crack_depth
+    if not np.isfinite(depths).any():
+        return tuple(left)
+    for side, (before, after) in enumerate(zip(worn, turned, strict=True)):
+        reach = max(LARGEST_DEPTH, 2.0 * float(before.z.max() - after.z.max()))
+        cut, place = cut_along_normals(before, after, *vertex_normals(before.y, before.z), reach)
+        met = np.flatnonzero(np.isfinite(place))  # all but a few at the ends, where nothing touches
+        met = met[np.argsort(place[met], kind="stable")]
+        arc = arc_length(after.y, after.z)
+        at = np.interp(place[met], np.arange(arc.size), arc)
+        for damage, one, depth in zip(left, state.fatigue_damage, depths, strict=True):
+            if np.isfinite(depth):
+                crack = depth * one[side, met] - np.maximum(cut[met], 0.0)
+                damage[side] = np.interp(arc, at, np.where(crack > _NO_CRACK, crack, 0.0) / depth)
+    return tuple(left)
 
 
 def to_next_turning(state: State, control: ControlSettings) -> ControlSettings:

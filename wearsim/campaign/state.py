@@ -117,8 +117,8 @@ class State:
     counterface : CounterfaceState, optional
         Rails or rollers, if they wear.
     turned : int
-        Step in which the wheels were last turned, 0 if they never were. Depths and damage count from then;
-        area and mass are of all wear, without what the lathe took.
+        Step in which the wheels were last turned, 0 if they never were. Depths count from then, damage is
+        what the lathe left and has come since; area and mass are of all wear, without what the lathe took.
     """
 
     step: int

@@ -72,8 +72,8 @@ ROWS: tuple[Row, ...] = (
         "D",
         "1",
         "fatigue damage",
-        "at material points, since the start or the last turning; what wear removes is taken off, and it is "
-        "never below 0",
+        "at material points; what wear and lathe remove is taken off, and it is never below 0; of a law that "
+        "states no depth of its cracks the lathe takes all",
         None,
     ),
     (

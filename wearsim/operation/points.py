@@ -43,7 +43,8 @@ class TurningRules:
     Parameters
     ----------
     limits : tuple of str
-        Measures whose limit, once met, has them turned.
+        Measures whose limit, once met, has them turned. With fatigue damage among them, every turning
+        takes all cracks of a known depth.
     places : tuple of float
         Distances at which they are turned [m].
     cut : float

@@ -127,7 +127,7 @@ def wear_between(
     ny, nz = vertex_normals(old.y, old.z)
     if before.kind == "rail":
         ny, nz = -ny, -nz  # z points into a rail, out of a wheel
-    depth, place = _cut(old, new, ny, nz)
+    depth, place = cut_along_normals(old, new, ny, nz)
     hit = np.flatnonzero(np.isfinite(depth))
     shorter = min(float(s[-1]), float(arc_length(new.y, new.z)[-1]))
     if len(hit) < 2 or s[hit[-1]] - s[hit[0]] < _LEAST_COMMON * shorter:
@@ -187,10 +187,28 @@ def rail_zones(rail: Profile) -> tuple[WearZone, ...]:
     )
 
 
-def _cut(old: Profile, new: Profile, ny: FloatArray, nz: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Depth at which each normal cuts the new polygon, and where on it: edge number plus fraction.
+def cut_along_normals(
+    old: Profile, new: Profile, ny: FloatArray, nz: FloatArray, reach: float = LARGEST_DEPTH
+) -> tuple[FloatArray, FloatArray]:
+    """Depth at which each normal of a profile cuts another one, and where.
 
-    NaN where it does not within `LARGEST_DEPTH`.
+    Parameters
+    ----------
+    old : Profile
+        At whose points the normals stand.
+    new : Profile
+        What they cut.
+    ny, nz : (n,) array
+        Unit normals at the points of `old`, into the material.
+    reach : float
+        How far they are followed to either side [m].
+
+    Returns
+    -------
+    depth : (n,) array
+        Positive where `new` lies within the material; NaN where it is not met [m].
+    place : (n,) array
+        Edge number plus fraction on the polygon of `new`; NaN where it is not met.
     """
     dy, dz = np.diff(new.y), np.diff(new.z)
     depth, place = np.full(len(old.y), np.nan), np.full(len(old.y), np.nan)
@@ -203,7 +221,7 @@ def _cut(old: Profile, new: Profile, ny: FloatArray, nz: FloatArray) -> tuple[Fl
         safe = np.where(facing_right, facing, 1.0)
         along = (ay * dz - az * dy) / safe
         fraction = (ay * vz - az * vy) / safe
-        good = facing_right & (fraction >= 0.0) & (fraction <= 1.0) & (np.abs(along) <= LARGEST_DEPTH)
+        good = facing_right & (fraction >= 0.0) & (fraction <= 1.0) & (np.abs(along) <= reach)
         distance = np.where(good, np.abs(along), np.inf)
         least = np.argmin(distance, axis=1)
         each = np.arange(len(least))

@@ -15,7 +15,7 @@ from wearsim.report import pages, pages_counterface, pages_damage, tables, table
 from wearsim.report.convergence import CAPTION, Convergence, read_convergence
 from wearsim.report.style import plain, role_of, shown, to_svg
 from wearsim.results import doubts, open_results
-from wearsim.results.turnings import closing_turning, last_worn_row, wear_steps
+from wearsim.results.turnings import closing_turning, cracks_left, last_worn_row, wear_steps
 from wearsim.translation.translate import content_hash, table, translate
 
 SECTIONS = (
@@ -124,6 +124,7 @@ def render(datasets: list[xr.Dataset], convergence: Sequence[Convergence] = ()) 
         "quality_names": list(dict.fromkeys(text for rows in quality for text, _ in rows)),
         "limits": tables.limits(datasets),
         "turnings": [tables.turned_wheels(data) for data in datasets],
+        "cracks_left": " ".join(filter(None, map(cracks_left, datasets))),
         "convergence": convergence,
         "convergence_caption": CAPTION,
         "provenance": [_provenance(data) for data in datasets],

@@ -15,7 +15,14 @@ from wearsim.report.style import capital, role_of, save_svg
 from wearsim.report.tables import UNDEFINED, limit_text, number
 from wearsim.results import doubts, open_results
 from wearsim.results.limits import limits_met
-from wearsim.results.turnings import closing_turning, depth_by_regime, last_worn_row, turnings, wear_steps
+from wearsim.results.turnings import (
+    closing_turning,
+    cracks_left,
+    depth_by_regime,
+    last_worn_row,
+    turnings,
+    wear_steps,
+)
 
 _MEASURES = (
     "max_wear_depth",
@@ -102,6 +109,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         {"distance": one.distance, "before": list(one.before), "after": list(one.after)}
         for one in turnings(dataset)
     ]
+    found["cracks_left"] = cracks_left(dataset)
     if "beside_name" in dataset or "fatigue_name" in dataset:
         found["damage"] = _damage(dataset)
     if "contact_candidate" in dataset:
@@ -180,6 +188,7 @@ def summary_text(found: dict[str, Any]) -> str:
     lines += [f"{'Share of the worn depth by regime':<46}{shares}", ""]
     lines += [_limit(name, entry) for name, entry in found["limits"].items()]
     lines += [_turning(entry) for entry in found["turnings"]]
+    lines += [found["cracks_left"]] if found["cracks_left"] else []
     lines += [""] if found["limits"] or found["turnings"] else []
     lines += _counterface_lines(found.get("counterface", {}))
     lines += _model_lines(found.get("contact_models", {}))

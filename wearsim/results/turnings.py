@@ -125,6 +125,31 @@ def closing_turning(dataset: xr.Dataset) -> str:
     return "The campaign ends with a turning of the wheels: what is told of its end is the state before it."
 
 
+def cracks_left(dataset: xr.Dataset) -> str:
+    """Say what the lathe made of fatigue damage, law by law; "" where there is none or no turning.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From `results.open_results`.
+    """
+    rows = turned_rows(dataset)
+    if not rows or "fatigue_name" not in dataset:
+        return ""
+    told = []
+    for k, law in enumerate(dataset["fatigue_name"].values):
+        crack = float(dataset["fatigue_crack_depth"].values[k])
+        if not np.isfinite(crack):
+            why = "which states no depth of its cracks"
+            told.append(f"The lathe is assumed to take all damage of {law}, {why}.")
+            continue
+        left = float(dataset["fatigue_damage"].values[rows, :, k].max())
+        kept = f"left at most {left:.3g} of it" if left > 0.0 else "left none"
+        reached = f"the damage its cut reached (1 is a crack of {1e3 * crack:g} mm)"
+        told.append(f"Of {law} the lathe took {reached} and {kept}.")
+    return " ".join(told)
+
+
 def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:
     """Wear depth by regime, summed along the profile and over all spans between turnings.
 

@@ -18,7 +18,10 @@ _HERE = ("campaign", "reprofiling")
 
 
 class ReprofilingSection(Section):
-    """[campaign.reprofiling]: both wheels are turned to one diameter, with the least loss of it."""
+    """[campaign.reprofiling]: both wheels are turned to one diameter, with the least loss of it.
+
+    With `damage` among `at_limits` and a crack depth, that includes the material cracks run through.
+    """
 
     at_limits: Annotated[tuple[str, ...], Strict(False)] = Field(
         (), description="the keys of [campaign.limits] at which the wheels are turned instead of worn on"
