@@ -414,3 +414,14 @@ def test_status_is_valid_json_for_other_programs(finished):
     item = status["campaigns"]["field"]
     assert item["distance"] == item["target"] == 500e3
     assert item["time_left"] in (0.0, None)
+
+
+def test_a_campaign_starts_without_libraries_it_does_not_need(forked):
+    """They cost a second at every start of the command line, and in every process of a sweep."""
+    process, printed = forked(
+        "import wearsim.campaign.run; print({'matplotlib', 'pandas', 'xarray'} & set(sys.modules))"
+    )
+    with printed:
+        assert printed.read().strip() == "set()"
+    process.join()
+    assert process.exitcode == 0

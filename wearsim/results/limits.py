@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from wearsim.damage.fatigue import COUNT_CYCLES
 from wearsim.results.layout import FILL_FLOAT
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 LIMITED: Mapping[str, float] = {
     "max_wear_depth": 1.0,
