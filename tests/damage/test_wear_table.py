@@ -42,8 +42,8 @@ def test_map_of_a_paper_written_as_a_table_is_the_law(tmp_path, form, peak, patc
     fields.pressure[0, :, :5] = 2.5e9
     law = WEAR_LAWS["archard"](fields, area, COEFFICIENT_SETS["jendel_2002"], form=form)
     depth = WEAR_LAWS["table"](fields, area, table, form=form)
-    np.testing.assert_allclose(depth[0], law.sum(axis=0), rtol=1e-12)
-    assert not depth[1].any()  # a step table holds by intention
+    np.testing.assert_allclose(depth[1], law.sum(axis=0), rtol=1e-12)
+    assert not depth[[0, 2]].any()  # a step table holds by intention
 
 
 @pytest.mark.parametrize("form", ["local", "patch_mean"])
@@ -61,7 +61,7 @@ def test_sheffields_law_as_a_table(tmp_path, form, patches):
     law = WEAR_LAWS["usfd"](fields, area, COEFFICIENT_SETS["lewis_dwyer_joyce_2004"], form=form)
     depth = WEAR_LAWS["table"](fields, area, table, form=form)
     np.testing.assert_allclose(depth.sum(axis=0), law.sum(axis=0), rtol=0.0022)
-    assert depth[1].any() == (form == "local")  # cells beyond 177.2 N/mm2, no mean
+    assert depth[2].any() == (form == "local")  # cells beyond 177.2 N/mm2, no mean
 
 
 def test_two_level_law_as_a_table(patches):
@@ -72,28 +72,79 @@ def test_two_level_law_as_a_table(patches):
     )
     fields, area = patches(2e6)
     law = WEAR_LAWS["energy"](fields, area, COEFFICIENT_SETS["zobory_1997"])
-    np.testing.assert_allclose(WEAR_LAWS["table"](fields, area, table)[0], law.sum(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(WEAR_LAWS["table"](fields, area, table)[1], law.sum(axis=0), rtol=1e-12)
     assert law[1].any()
 
 
 @pytest.mark.parametrize(
-    ("interpolation", "beyond", "expected"),
+    ("interpolation", "beyond", "below", "expected"),
     [
-        ("linear", "hold", [10.0, 10.0, 15.0, 20.0, 20.0]),
-        ("linear", "slope", [10.0, 10.0, 15.0, 20.0, 30.0]),
-        ("step", "hold", [10.0, 10.0, 10.0, 20.0, 20.0]),
+        ("linear", "hold", "hold", [10.0, 10.0, 15.0, 20.0, 20.0]),
+        ("linear", "slope", "proportional", [5.0, 10.0, 15.0, 20.0, 30.0]),
+        ("linear", "hold", "zero", [0.0, 10.0, 15.0, 20.0, 20.0]),
+        ("step", "hold", "hold", [10.0, 10.0, 10.0, 20.0, 20.0]),
+        ("step", "hold", "proportional", [5.0, 10.0, 10.0, 20.0, 20.0]),
+        ("step", "hold", "zero", [0.0, 10.0, 10.0, 20.0, 20.0]),
     ],
 )
-def test_interpolation_as_stated(interpolation, beyond, expected):
+def test_interpolation_as_stated(interpolation, beyond, below, expected):
     table = made(
-        interpolation=interpolation, beyond=beyond, T_gamma_A_N_mm2=[1, 2], mass_rate_ug_m_mm2=[10, 20]
+        interpolation=interpolation,
+        beyond=beyond,
+        below=below,
+        T_gamma_A_N_mm2=[1, 2],
+        mass_rate_ug_m_mm2=[10, 20],
     )
     found = rate_at((np.array([0.5, 1.0, 1.5, 2.0, 3.0]) * 1e6,), table)
     np.testing.assert_allclose(found / 1e-3, expected, rtol=1e-12)
+    assert table.validity.endswith(f"below the first {below}.")
+    assert f"below the first {below}" in table.numbers
+
+
+@pytest.mark.parametrize("form", ["local", "patch_mean"])
+def test_wear_below_the_first_row_is_a_regime_of_its_own(form, patches):
+    """One row above all indices: "proportional" is the line from the origin to it, 1e-12, "hold" its rate."""
+    fields, area = patches(0.3e6)
+    row = {"T_gamma_A_N_mm2": [10.0], "mass_rate_ug_m_mm2": [50.0]}
+    line = made(T_gamma_A_N_mm2=[0.0, 10.0], mass_rate_ug_m_mm2=[0.0, 50.0])
+    depth = {
+        below: WEAR_LAWS["table"](fields, area, made(below=below, **row), form=form)
+        for below in ("proportional", "hold", "zero")
+    }
+    for found in depth.values():
+        assert not found[1:].any()
+    expected = WEAR_LAWS["table"](fields, area, line, form=form)
+    assert expected[1].any()
+    np.testing.assert_allclose(depth["proportional"][0], expected[1], rtol=1e-12)
+    assert depth["hold"][0].sum() > 5.0 * depth["proportional"][0].sum()
+    assert not depth["zero"].any()
+
+
+def test_a_map_that_starts_above_zero_is_in_proportion_to_what_is_below():
+    v, p = np.meshgrid([0.5, 2.0], [800.0, 1000.0], indexing="ij")
+    keys = {"hardness_GPa": 3, "slip_speed_m_s": v.ravel().tolist(), "pressure_MPa": p.ravel().tolist()}
+    table = made(below="proportional", wear_coefficient=[1e-4, 2e-4, 3e-4, 4e-4], **keys)
+    found = rate_at((np.array([0.25, 0.25, 2.0]), np.array([1000e6, 400e6, 200e6])), table)
+    np.testing.assert_allclose(found, [1e-4, 0.25e-4, 0.75e-4], rtol=1e-12)
+
+
+def test_what_holds_below_the_first_row_is_asked_for(tmp_path):
+    """At the line of that row, with the way out; where nothing is below it, the key is refused."""
+    path = tmp_path / "own.csv"
+    text = KTH.replace("\n0.0, 0,", "\n0.1, 0,").replace("\n0.0, 2400,", "\n0.1, 2400,")
+    path.write_text(text)
+    (told,) = faults_of(path)
+    assert told.startswith(":8: slip_speed_m_s = 0.1 is the first row, and nothing says what holds below it")
+    assert 'write below = "proportional"' in told
+    path.write_text(text.replace("# beyond", "# below = none\n# beyond"))
+    (told,) = faults_of(path)
+    assert told.startswith(':5: below = \'none\' must be "proportional" or "hold" or "zero"')
+    path.write_text(KTH.replace("# beyond", "# below = hold\n# beyond"))
+    assert faults_of(path) == [":5: below acts where the first row is above 0 only; delete it"]
 
 
 def test_a_falling_slope_never_wears_less_than_nothing():
-    table = made(beyond="slope", T_gamma_A_N_mm2=[1, 2], mass_rate_ug_m_mm2=[20, 10])
+    table = made(beyond="slope", below="hold", T_gamma_A_N_mm2=[1, 2], mass_rate_ug_m_mm2=[20, 10])
     assert rate_at((np.array([10e6]),), table) == [0.0]
 
 
@@ -115,8 +166,8 @@ def test_nothing_wears_where_nothing_slides_whatever_the_first_row_says(patches)
     table = made(T_gamma_A_N_mm2=[0], mass_rate_ug_m_mm2=[7])
     fields, area = patches(1e6)
     depth = passage_depth(fields, area, WearSettings("table", table))
-    assert depth[1, 0].any()  # beyond the only row
-    assert not depth[0].any()
+    assert depth[2, 0].any()  # beyond the only row
+    assert not depth[:2].any()
     assert not depth[:, 2].any()
 
 

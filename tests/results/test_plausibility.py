@@ -5,6 +5,7 @@ from wearsim.results import doubts, open_results
 from wearsim.results.plausibility import (
     TREAD_WEAR_BAND,
     load_scaling,
+    outside_warning,
     seizure_shares,
     seizure_warning,
     tread_wear,
@@ -106,3 +107,17 @@ def test_share_of_seizure_is_told_of_the_leading_law_and_those_beside(make):
     area[-1, :, 1] = 0.0
     data["wear_depth_by_regime"].values[-1][:, 1] = 0.0
     assert seizure_warning(data) is None
+
+
+def test_wear_outside_the_rows_of_a_table_is_doubted(make):
+    data = make(rate=10e-12)
+    assert outside_warning(data) is None
+    data["regime_name"] = ("regime", ["below", "within"])
+    data = data.assign_attrs(wear_law="table")
+    depth = data["wear_depth_by_regime"].values[-1]
+    told = outside_warning(data)
+    assert f"{100.0 * depth[:, 0].sum() / depth.sum():.2g} % of it is below the first row" in told
+    assert "beyond" not in told
+    assert told in doubts(data)
+    data["wear_depth_by_regime"].values[-1][:, 0] = 0.0
+    assert outside_warning(data) is None

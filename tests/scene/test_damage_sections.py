@@ -193,6 +193,16 @@ OWN = (
         ('[wear]\nlaw = "table"\n' + TABLE.replace("0, 55.0", "55.0"), 8, "the columns must be equally long"),
         ('[wear]\nlaw = "table"\n' + TABLE.replace('"slope"', '"stop"'), 6, 'beyond = "stop" is not allowed'),
         ('[wear]\nlaw = "table"\n' + TABLE.replace("[0, 10.4, 20]", "3"), 7, "must be a list"),
+        (
+            '[wear]\nlaw = "table"\n' + TABLE.replace("[0, 10.4, 20]", "[2, 10.4, 20]"),
+            7,
+            'nothing says what holds below it; write below = "proportional"',
+        ),
+        (
+            '[wear]\nlaw = "table"\n' + TABLE.replace("beyond =", 'below = "hold"\nbeyond ='),
+            6,
+            "below acts where the first row is above 0 only; delete it",
+        ),
         (LAWS.replace("stress_index", "stress"), 1, 'laws[0] = "stress" is not known'),
         ('[fatigue]\nlaws = ["wlrm", "wlrm"]\n', 1, 'laws[1] = "wlrm" is given twice'),
         (LAWS + 'branch = "rising"\n', 2, 'branch acts with "wlrm" among the laws only'),

@@ -28,6 +28,9 @@ LOAD_TOLERANCE = 0.01
 SEIZURE_SHARE = 0.01
 """Share of the worn area by seizure that deserves a word."""
 
+OUTSIDE_SHARE = 0.01
+"""Share of the worn area outside the rows of a wear table that deserves a word."""
+
 
 def tread_wear(dataset: xr.Dataset) -> float | None:
     """Largest wear depth on the tread of both wheels, per 100 000 km.
@@ -188,17 +191,35 @@ def seizure_shares(dataset: xr.Dataset) -> dict[str, float]:
     dict of str to float
         By law, leading and beside; empty where no law has that regime, or nothing is worn by it.
     """
+    return regime_shares(dataset, "seizure")
+
+
+def regime_shares(dataset: xr.Dataset, wanted: str) -> dict[str, float]:
+    """Share of the worn area that each law with a regime of that name takes off in it, both wheels.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+    wanted : str
+        Name of the regime.
+
+    Returns
+    -------
+    dict of str to float
+        By law, leading and beside; empty where no law has that regime, or nothing is worn by it.
+    """
     found = {}
     names = [str(name) for name in dataset["regime_name"].values]
     depth = depth_by_regime(dataset).sum(axis=0)
-    if "seizure" in names and depth.sum() > 0.0:
-        found[str(dataset.attrs["wear_law"])] = float(depth[names.index("seizure")] / depth.sum())
+    if wanted in names and depth.sum() > 0.0:
+        found[str(dataset.attrs["wear_law"])] = float(depth[names.index(wanted)] / depth.sum())
     if "beside_name" in dataset:
         area = dataset["beside_worn_area"].values[-1].sum(axis=0)
         pairs = [str(name).split(": ", 1) for name in dataset["beside_regime_name"].values]
         for k, (law, regime) in enumerate(pairs):
             total = sum(float(area[i]) for i, (owner, _) in enumerate(pairs) if owner == law)
-            if regime == "seizure" and total > 0.0:
+            if regime == wanted and total > 0.0:
                 found[law] = float(area[k]) / total
     return found
 
@@ -226,6 +247,30 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
     )
 
 
+def outside_warning(dataset: xr.Dataset) -> str | None:
+    """Warn of wear outside the rows of a wear table of the user's own.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+
+    Returns
+    -------
+    str or None
+        One line; None where no more than `OUTSIDE_SHARE` is worn on either side of the rows.
+    """
+    places = {"below": "below the first row", "beyond": "beyond the last row"}
+    found = {text: regime_shares(dataset, regime).get("table", 0.0) for regime, text in places.items()}
+    told = [f"{_percent(share)} of it is {text}" for text, share in found.items() if share > OUTSIDE_SHARE]
+    if not told:
+        return None
+    return (
+        f"wear by the table of one's own lies outside its rows: {', '.join(told)}, where it follows what the "
+        f"table assumes: give it more rows"
+    )
+
+
 def doubts(dataset: xr.Dataset) -> list[str]:
     """All warnings of this module for one result, one line each.
 
@@ -239,7 +284,12 @@ def doubts(dataset: xr.Dataset) -> list[str]:
     list of str
         Empty where there is nothing to say.
     """
-    found = (tread_wear_warning(dataset), load_scale_warning(dataset), seizure_warning(dataset))
+    found = (
+        tread_wear_warning(dataset),
+        load_scale_warning(dataset),
+        seizure_warning(dataset),
+        outside_warning(dataset),
+    )
     return [line for line in found if line is not None]
 
 

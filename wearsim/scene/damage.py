@@ -38,6 +38,9 @@ class WearTableSection(Section):
     materials: Text | None = words("wheel and rail, and the state of their surfaces", None)
     interpolation: Literal["linear", "step"] = Field(description="what holds between the rows")
     beyond: Literal["hold", "slope"] = Field(description="what holds beyond the last row")
+    below: Literal["proportional", "hold", "zero"] | None = Field(
+        None, description="what holds below the first row, where that is above 0"
+    )
     hardness_GPa: float | None = quantity("the hardness of the wheel", "GPa", None, ge=0.1, le=20)
     T_gamma_A_N_mm2: Column | None = column("frictional work per area and distance", "N/mm2")
     power_density_W_mm2: Column | None = column("frictional power per area", "W/mm2")

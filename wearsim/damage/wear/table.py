@@ -3,9 +3,9 @@ r"""A user's own wear law: a table of a wear rate over an index.
 For laws whose constants are too uncertain to ship, and for measurements of one's own. One index makes a
 line, sliding speed together with pressure makes a map over a grid. What the index and the rate are is told
 by the names of the columns, with their units, see `INDEX_COLUMNS` and `RATE_COLUMNS`. Between the rows the
-rate is linear, or it holds from its row up to the next; below the first row that of the first row acts,
-beyond the last row it holds or goes on with the last slope, as the table states. Where nothing slides
-nothing wears, whatever the first row says.
+rate is linear, or it holds from its row up to the next; beyond the last row it holds or goes on with the
+last slope, and below a first row that is not at 0 it is in proportion to the index, holds or is zero, all as
+the table states. Where nothing slides nothing wears, whatever the first row says.
 """
 
 from __future__ import annotations
@@ -14,14 +14,18 @@ import hashlib
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients import CoefficientSet
 from wearsim.damage.wear.law import Form
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, relative_slip, spread
 
-REGIMES = ("within", "beyond")
-"""Beyond the last row of a linear table what it says is an extrapolation; a step table holds by intention."""
+BoolArray = NDArray[np.bool_]
+
+REGIMES = ("below", "within", "beyond")
+"""Below the first row what a table says is an assumption that it states; beyond the last row of a linear one
+it is an extrapolation; a step table holds by intention."""
 
 INDEX_COLUMNS: dict[str, float] = {
     "T_gamma_A_N_mm2": 1e6,
@@ -42,6 +46,7 @@ Archard's coefficient k (which needs `hardness_GPa`)."""
 
 INTERPOLATIONS = ("linear", "step")
 BEYOND = ("hold", "slope")
+BELOW = ("proportional", "hold", "zero")
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +69,9 @@ class WearTable(CoefficientSet):
         After the last row: its rate, or on with the last slope (of a single linear index).
     hardness : float
         For Archard's coefficient, else 0 [Pa].
+    below : {"proportional", "hold", "zero"}
+        Before the first row, where its index is above 0: on the straight line from the origin (of a map, in
+        proportion to each index that is below), its rate, or none.
     """
 
     index: tuple[str, ...]
@@ -73,6 +81,12 @@ class WearTable(CoefficientSet):
     interpolation: str
     beyond: str
     hardness: float = 0.0
+    below: str = "hold"
+
+    @property
+    def starts_above_zero(self) -> bool:
+        """Whether there are indices below the first row."""
+        return any(axis[0] > 0.0 for axis in self.axes)
 
     @property
     def numbers(self) -> tuple[str, ...]:
@@ -85,6 +99,7 @@ class WearTable(CoefficientSet):
             f"{self.rates.size} rows sha256:{rows.hexdigest()[:12]}",
             f"{self.interpolation} between them",
             f"beyond the last {self.beyond}",
+            *((f"below the first {self.below}",) if self.starts_above_zero else ()),
             *((f"hardness = {1e-9 * self.hardness:.10g} GPa",) if self.hardness else ()),
         )
 
@@ -104,6 +119,19 @@ def rate_at(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
     (...) array
         [SI], never negative.
     """
+    rate = _inside(index, table)
+    if table.below == "hold":
+        return rate
+    for axis, value in zip(table.axes, index, strict=True):
+        if table.below == "zero":
+            rate = np.where(value < axis[0], 0.0, rate)
+        elif axis[0] > 0.0:
+            rate = rate * np.minimum(value / axis[0], 1.0)
+    return rate
+
+
+def _inside(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
+    """Rate between the rows and beyond the last; the first one's before it."""
     if table.interpolation == "step":
         cells = tuple(
             np.clip(np.searchsorted(axis, value, side="right") - 1, 0, axis.size - 1)
@@ -129,8 +157,8 @@ def rate_at(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
     return total
 
 
-def beyond(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
-    """Tell where an index lies beyond the last row of a linear table.
+def outside(index: tuple[FloatArray, ...], table: WearTable) -> tuple[BoolArray, BoolArray]:
+    """Tell where an index lies outside the rows.
 
     Parameters
     ----------
@@ -141,14 +169,25 @@ def beyond(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
 
     Returns
     -------
-    (...) bool array
-        False throughout for a step table.
+    below : (...) bool array
+        An index lies below the first row.
+    beyond : (...) bool array
+        An index lies beyond the last row of a linear table, and none below; False throughout for a step
+        table.
     """
-    past = np.zeros(np.broadcast_shapes(*(value.shape for value in index)), dtype=bool)
-    if table.interpolation == "linear":
-        for axis, value in zip(table.axes, index, strict=True):
+    short: BoolArray = np.zeros(np.broadcast_shapes(*(value.shape for value in index)), dtype=bool)
+    past = short
+    for axis, value in zip(table.axes, index, strict=True):
+        short = short | (value < axis[0])
+        if table.interpolation == "linear":
             past = past | (value > axis[-1])
-    return past
+    return short, past & ~short
+
+
+def _by_regime(removed: FloatArray, index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
+    """Share out to the `REGIMES`, along a new first axis."""
+    below, beyond = outside(index, table)
+    return np.stack([np.where(part, removed, 0.0) for part in (below, ~(below | beyond), beyond)])
 
 
 def _any_nan(index: tuple[FloatArray, ...]) -> FloatArray:
@@ -193,7 +232,7 @@ def depth(
 
     Returns
     -------
-    (2, m, ny) array
+    (3, m, ny) array
         Depth along the surface normal in each strip, by the regimes of `REGIMES` [m].
 
     Notes
@@ -221,10 +260,7 @@ def depth(
             removed = rate * work
         else:
             removed = rate * sliding / coefficients.hardness
-        past = beyond(at, coefficients)
-        return np.stack(
-            [along_strips(np.where(past, 0.0, removed), fields), along_strips(removed * past, fields)]
-        )
+        return np.stack([along_strips(part, fields) for part in _by_regime(removed, at, coefficients)])
     strip_work, strip_sliding = along_strips(work, fields), along_strips(sliding, fields)
     load = patch_total(along_strips(fields.pressure, fields), fields)
     mean_work = mean_of(patch_total(strip_work, fields), area)
@@ -242,5 +278,4 @@ def depth(
         strips = rate[:, None] * strip_work
     else:
         strips = rate[:, None] * strip_sliding / coefficients.hardness
-    past = beyond(at, coefficients)[:, None]
-    return np.stack([np.where(past, 0.0, strips), strips * past])
+    return _by_regime(strips, tuple(value[:, None] for value in at), coefficients)

@@ -1,8 +1,8 @@
 """Reading a user's wear table: TOML, CSV, or the keys of a scene; all faults at once.
 
-TOML: `source`, `certainty`, `interpolation`, `beyond`, for Archard's coefficient `hardness_GPa`, and the
-columns as lists of equal length. CSV: the same keys as comment lines such as ``# source = twin disc, our
-laboratory``, a line with the names of the columns, then the rows.
+TOML: `source`, `certainty`, `interpolation`, `beyond`, where the first row is above 0 `below`, for Archard's
+coefficient `hardness_GPa`, and the columns as lists of equal length. CSV: the same keys as comment lines
+such as ``# source = twin disc, our laboratory``, a line with the names of the columns, then the rows.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from typing import Any
 
 import numpy as np
 
-from wearsim.damage.wear.table import BEYOND, INDEX_COLUMNS, INTERPOLATIONS, RATE_COLUMNS, WearTable
+from wearsim.damage.wear.table import BELOW, BEYOND, INDEX_COLUMNS, INTERPOLATIONS, RATE_COLUMNS, WearTable
 from wearsim.errors import Fault, SceneError
 
 MAX_BYTES = 1_000_000
 _MOST_FAULTS = 20  # lines of one message; a wrong column would fault every row
 
 TEXT_KEYS = ("source", "certainty", "validity", "materials")
-KEYS = (*TEXT_KEYS, "interpolation", "beyond", "hardness_GPa", *INDEX_COLUMNS, *RATE_COLUMNS)
+KEYS = (*TEXT_KEYS, "interpolation", "beyond", "below", "hardness_GPa", *INDEX_COLUMNS, *RATE_COLUMNS)
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,7 @@ def wear_table(data: Mapping[str, Any], name: str) -> tuple[WearTable | None, tu
     axes, values = _gridded(index, columns, rates[0], fault)
     if words["beyond"] == "slope" and (len(index) > 1 or words["interpolation"] == "step"):
         fault('beyond = "slope" is for one index with linear interpolation; write "hold"', "beyond")
+    below = _below(data, index, columns, axes, fault)
     if faults:
         return None, tuple(faults)
     return (
@@ -118,7 +119,7 @@ def wear_table(data: Mapping[str, Any], name: str) -> tuple[WearTable | None, tu
             validity=(
                 f"{texts['validity'] or 'As given by the user.'} Certainty: {texts['certainty']}. "
                 f"{len(columns[rates[0]])} rows, between them {words['interpolation']}, beyond the last "
-                f"{words['beyond']}."
+                f"{words['beyond']}{f', below the first {below}' if any(a[0] > 0.0 for a in axes) else ''}."
             ),
             departures=(),
             values=MappingProxyType({}),
@@ -128,6 +129,7 @@ def wear_table(data: Mapping[str, Any], name: str) -> tuple[WearTable | None, tu
             rates=values * RATE_COLUMNS[rates[0]],
             interpolation=words["interpolation"],
             beyond=words["beyond"],
+            below=below,
             hardness=1e9 * hardness,
             certainty=texts["certainty"],
         ),
@@ -152,6 +154,34 @@ def _word(data: Mapping[str, Any], key: str, allowed: Sequence[str], fault: Any)
     else:
         return str(data[key])
     return allowed[0]
+
+
+def _below(
+    data: Mapping[str, Any],
+    index: tuple[str, ...],
+    columns: Mapping[str, list[float]],
+    axes: tuple[np.ndarray, ...],
+    fault: Any,
+) -> str:
+    """Rule below the first row, which is stated where there is anything below it."""
+    first = next(
+        ((key, float(axis[0])) for key, axis in zip(index, axes, strict=True) if axis[0] > 0.0), None
+    )
+    if first is None:
+        if "below" in data:
+            fault("below acts where the first row is above 0 only; delete it", "below")
+        return "hold"
+    if "below" in data:
+        return _word(data, "below", BELOW, fault)
+    key, value = first
+    fault(
+        f"{key} = {value:g} is the first row, and nothing says what holds below it; write below = "
+        f'"proportional" (a straight line from 0), "hold" (its rate down to no slip) or "zero", or add a row '
+        f"at 0",
+        key,
+        columns[key].index(value),
+    )
+    return "hold"
 
 
 def _hardness(data: Mapping[str, Any], rates: tuple[str, ...], fault: Any) -> float:
