@@ -61,6 +61,15 @@ def test_semi_implicit_steps_need_a_model_with_interpenetration(folder, changed,
     (fault,) = faults_of(text)
     assert fault.startswith(f"scene.toml:{line_with(text, 'integrator = ')}: ")
     assert 'write integrator = "heun", or normal = "kik_piotrowski"' in fault
+    chosen = changed(
+        FIELD,
+        ("max_step_km = 20", steps),
+        ("[campaign]", '[contact]\nmodel = "auto"\ntolerance = 0.1\n[campaign]'),
+    )
+    (fault,) = faults_of(chosen)
+    assert fault.startswith(f"scene.toml:{line_with(chosen, 'integrator = ')}: ")
+    assert 'model = "auto" may choose' in fault
+    assert 'write integrator = "heun", or delete model = "auto" for normal = "kik_piotrowski"' in fault
 
 
 def test_all_faults_of_the_last_stage_are_told_at_once(folder, changed, faults_of):

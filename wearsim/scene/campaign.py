@@ -47,15 +47,15 @@ class CampaignSection(Section):
     reprofiling: ReprofilingSection | None = None
 
 
-def campaign_faults(campaign: CampaignSection, normal: str) -> Iterator[tuple[tuple[str, ...], str]]:
+def campaign_faults(campaign: CampaignSection, normal: str | None) -> Iterator[tuple[tuple[str, ...], str]]:
     """Tell what in [campaign] does not go together, or not with the contact model.
 
     Parameters
     ----------
     campaign : CampaignSection
         As read.
-    normal : str
-        Name of the normal contact model.
+    normal : str or None
+        Name of the normal contact model; None where models are chosen, of which some answer otherwise.
 
     Yields
     ------
@@ -77,10 +77,16 @@ def campaign_faults(campaign: CampaignSection, normal: str) -> Iterator[tuple[tu
     implicit = campaign.integrator == "semi_implicit"
     if implicit and normal not in ANSWERS_BY_STRIP:
         others = " or ".join(f"normal = {shown(name)}" for name in sorted(ANSWERS_BY_STRIP))
+        who = (
+            'some models that model = "auto" may choose do'
+            if normal is None
+            else f"normal = {shown(normal)} does"
+        )
+        instead = f'delete model = "auto" for {others}' if normal is None else others
         yield (
             ("campaign", "integrator"),
-            f'integrator = "semi_implicit" damps a step by depth over interpenetration, which '
-            f'normal = {shown(normal)} does not have; write integrator = "heun", or {others}',
+            f'integrator = "semi_implicit" damps a step by depth over interpenetration, which {who} not have; '
+            f'write integrator = "heun", or {instead}',
         )
     if campaign.stability >= _EXPLICIT_LIMIT and not implicit:
         yield (

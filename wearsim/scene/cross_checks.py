@@ -117,7 +117,10 @@ def cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
                 found.append(fault_at(scene, ("operation", "class", index, "shift_std_mm"), told))
     found += _contact_faults(scene)
     found += [
-        fault_at(scene, path, told) for path, told in campaign_faults(scene.campaign, scene.contact.normal)
+        fault_at(scene, path, told)
+        for path, told in campaign_faults(
+            scene.campaign, None if scene.contact.model == "auto" else scene.contact.normal
+        )
     ]
     damage = None if scene.campaign.limits is None else scene.campaign.limits.damage
     laws = scene.fatigue.laws if scene.fatigue else ()
