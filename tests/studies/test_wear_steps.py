@@ -7,8 +7,11 @@ import pytest
 
 from wearsim import cli
 from wearsim.profile import standard
+from wearsim.report.pages_wear_steps import markdown
+from wearsim.scene import load_scene
 from wearsim.studies.wear_steps import RIPPLE, cases_of, ripple, solve_wear_steps
 
+REPOSITORY = Path(__file__).parents[2]
 SCENE = """
 noise_um = 0.05
 strips = 40
@@ -68,3 +71,47 @@ def test_a_model_that_never_leads_is_refused(tmp_path, capsys):
     (tmp_path / "steps.toml").write_text(SCENE.replace("kik_piotrowski", "hertz"))
     assert cli.main(["check", str(tmp_path / "steps.toml")]) == 2
     assert "steps.toml:9: " in capsys.readouterr().err
+
+
+def rows_of(text):
+    """Cells of the report's table by model and way of stepping."""
+    lines = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| ")]
+    return {(cells[0], cells[1]): cells[2:] for cells in lines if cells[0] not in ("model", "---")}
+
+
+# Where nothing grows, the digits. A step beyond the limit multiplies every difference by up to 7: the last
+# digits of the contact solutions, which a compiler may round otherwise, stand for per cents at the end.
+GROWS = {
+    "kik_piotrowski": {"4 times the limit, no smoothing", "4 times the limit, smoothed"},
+    "half_space": {"8 times the limit, no smoothing", "8 times the limit, smoothed"},
+}
+
+
+@pytest.mark.slow
+def test_the_committed_report_is_what_its_command_writes():
+    """Controlled and semi-implicit rows to the printed digit, unstable ones to 5 % after as many steps."""
+    committed = (REPOSITORY / "reports/wear_step_stability.md").read_text()
+    scene = load_scene(REPOSITORY / "workflows/wear_step_stability.toml")
+    found = [
+        solve_wear_steps(
+            cases_of(model.normal, model.beyond),
+            1e-6 * model.depth_um,
+            1e-6 * scene.noise_um,
+            scene.strips,
+            scene.cells,
+        )
+        for model in scene.models
+    ]
+    command = "wearsim run workflows/wear_step_stability.toml"
+    again = markdown(found, scene.scene.title, scene.remarks, "wear_step_stability.svg", command)
+    told, new = rows_of(committed), rows_of(again)
+    assert told.keys() == new.keys()
+    for (model, steps), cells in new.items():
+        if steps not in GROWS[model]:
+            assert told[model, steps] == cells
+            continue
+        assert (told[model, steps][0], told[model, steps][-1]) == (cells[0], cells[-1])
+        numbers = [[float(cell) for cell in row[1:-1]] for row in (told[model, steps], cells)]
+        np.testing.assert_allclose(*numbers, rtol=0.05, err_msg=f"{model}: {steps}")
+    outside = [[line for line in text.splitlines() if line[:2] != "| "] for text in (committed, again)]
+    assert outside[0] == outside[1]

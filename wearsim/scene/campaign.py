@@ -77,15 +77,13 @@ def campaign_faults(campaign: CampaignSection, normal: str | None) -> Iterator[t
     implicit = campaign.integrator == "semi_implicit"
     if implicit and normal not in ANSWERS_BY_STRIP:
         others = " or ".join(f"normal = {shown(name)}" for name in sorted(ANSWERS_BY_STRIP))
-        who = (
-            'some models that model = "auto" may choose do'
-            if normal is None
-            else f"normal = {shown(normal)} does"
-        )
+        lacks = 'some models that model = "auto" may choose do not have'
+        if normal is not None:
+            lacks = f"normal = {shown(normal)} does not have"
         instead = f'delete model = "auto" for {others}' if normal is None else others
         yield (
             ("campaign", "integrator"),
-            f'integrator = "semi_implicit" damps a step by depth over interpenetration, which {who} not have; '
+            f'integrator = "semi_implicit" damps a step by depth over interpenetration, which {lacks}; '
             f'write integrator = "heun", or {instead}',
         )
     if campaign.stability >= _EXPLICIT_LIMIT and not implicit:
