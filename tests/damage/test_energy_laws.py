@@ -32,7 +32,11 @@ def test_coefficients_of_all_laws_compared(name, branch, expected, archard, digi
 def test_range_of_archards_mild_regime():
     """0.074 to 0.74 mm3/kJ over the printed range of k."""
     found = COEFFICIENT_SETS["jendel_2002"]
-    ends = [equivalence.branches(found.at_end(end), 0.45)["mild"] / MM3_KJ for end in ("low", "high")]
+    limits = found.values["k_mild"].limits
+    ends = [
+        equivalence.branches(found.with_value("k_mild", end, "end of its range"), 0.45)["mild"] / MM3_KJ
+        for end in limits
+    ]
     assert ends == pytest.approx([0.074, 0.74], abs=0.0051)
 
 

@@ -7,7 +7,7 @@ from wearsim.damage.coefficients import CERTAINTIES, FATIGUE_SETS
 from wearsim.damage.fatigue import (
     DEFAULT_COEFFICIENTS,
     FATIGUE_LAWS,
-    INDEX_UNITS,
+    INDEX_QUANTITIES,
     FatigueSettings,
     acting_coefficients,
     damage_at_points,
@@ -22,6 +22,7 @@ from wearsim.damage.fatigue.loads import (
     work_share,
 )
 from wearsim.errors import NumericalError, SceneError
+from wearsim.nomenclature import NOMENCLATURE
 
 MADE_FOR = [
     FatigueSettings(law, name, wear_number=number, branch=branch, crack_depth=depth)
@@ -112,8 +113,9 @@ def test_a_patch_without_load_is_stopped(loads):
         passage_damage(replace(given, normal_force=np.array([1.0, 0.0, 1.0])), FatigueSettings())
 
 
-def test_every_law_has_a_set_and_a_unit():
-    assert set(DEFAULT_COEFFICIENTS) == set(INDEX_UNITS) == set(FATIGUE_LAWS)
+def test_every_law_has_a_set_and_a_quantity():
+    assert set(DEFAULT_COEFFICIENTS) == set(INDEX_QUANTITIES) == set(FATIGUE_LAWS)
+    assert set(INDEX_QUANTITIES.values()) <= set(NOMENCLATURE)
     assert {each.law for each in MADE_FOR} == set(FATIGUE_LAWS)
     for law in FATIGUE_LAWS:
         assert acting_coefficients(default_settings(law)).name == DEFAULT_COEFFICIENTS[law]

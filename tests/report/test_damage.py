@@ -8,7 +8,7 @@ import pytest
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import run_scene
 from wearsim.damage.fatigue.agreement import agreement
-from wearsim.report import figures_damage, pages_damage, tables_damage
+from wearsim.report import figures_damage, pages_damage, tables_damage, tables_index
 from wearsim.report.html import render, write_report
 from wearsim.report.inspect import inspect, summary_text
 from wearsim.results import open_results
@@ -208,6 +208,52 @@ def test_life_is_ended_by_what_comes_first(pair):
     assert ended == ("cracks" if crack < worn else "wear")
 
 
+def test_largest_index_is_told_with_its_place_and_operating_point(pair, text):
+    """From the stored resultants: wear number and the highest pressure of the patches; margin below zero."""
+    data = pair[1]
+    (table,) = tables_index.table(data)
+    assert table.name == "fatigue-index"
+    side, end = data["patch_side"].values[-1], data.isel(step=-1)
+    number = np.where(side == 0, end["wear_number_without_spin"].values, -np.inf)
+    at = np.unravel_index(number.argmax(), number.shape)
+    first = table.rows[0]
+    assert first[0].text == "wlrm, right wheel: wear number the fatigue law judges by [N]"
+    assert first[table.head.index("Damage above")].value == 15.0
+    assert cells(table, "End: largest index")[0] == number.max()
+    assert first[table.head.index("End: point")].text == str(data["op_label"].values[at[0]])
+    place = cells(table, "End: at y [mm]")[0]
+    half = 500.0 * end["patch_width"].values[at]  # [mm]; the patch's place is its pressure-weighted centre
+    assert abs(place - 1e3 * end["wheel_y"].values[at]) < half
+    pressure = np.nanmax(np.where(side == 0, end["max_pressure"].values, np.nan))
+    local = table.rows[2]
+    assert local[0].text == "surface_fatigue_index_local, right wheel: fatigue index of the surface"
+    # not above mu - k/p0 in the cell of the highest pressure; cells that carry the load reach 2 % above p0
+    friction = data["op_friction"].values.max()
+    assert local[table.head.index("End: largest index")].value <= friction - 300e6 / (1.02 * pressure)
+    below = table.rows[4]
+    assert below[table.head.index("End: largest index")].value >= 1e-6 * pressure / 6.0
+    for role in ("rig", "field"):
+        assert text.count(f'id="table-fatigue-index-{role}"') == 1
+
+
+def test_index_of_a_patch_explains_its_damage(pair):
+    """Damage where the index is above its limit, by the functions of the laws; other quantities missing."""
+    data = pair[1]
+    damage = data["fatigue_damage_passage"].values
+    local = data["fatigue_index"].values[..., 1]
+    here = np.isfinite(damage[..., 0])
+    np.testing.assert_array_equal(np.isfinite(local), here)
+    np.testing.assert_array_equal(np.maximum(local[here], 0.0), damage[..., 1][here])
+    by_wear = data["fatigue_index_force"].values[..., 0][here]
+    expected = 10e-6 * np.clip((by_wear - 15.0) / 50.0, 0.0, 1.0)
+    np.testing.assert_allclose(damage[..., 0][here], expected, rtol=1e-12)
+    assert np.isnan(data["fatigue_index"].values[..., 0]).all()
+    assert np.isnan(data["fatigue_index_stress"].values).all()
+    off = np.abs(data["fatigue_index_y"].values - data["wheel_y"].values[..., None])
+    assert np.nanmax(off) < 20e-3
+    assert (off[np.isfinite(off)] <= np.repeat(data["patch_width"].values[here], 2)).all()
+
+
 def test_agreement_is_weighted_with_the_collective(pair):
     data = pair[1]
     found = tables_damage.cycles(data)
@@ -264,6 +310,12 @@ def test_inspect_tells_the_laws(folder):
     assert list(found["damage"]["beside"]) == ["archard", "none"]
     told = summary_text(found)
     assert re.search(r"archard, largest wear depth \[mm\] +0\.0\d+", told)
+    index = found["damage"]["fatigue_index"]["surface_fatigue_index_local"]
+    assert list(index) == ["fatigue_index", "fatigue_index_y", "op_label"]
+    assert index["op_label"] == ["curve", "curve"]
+    assert re.search(r"surface_fatigue_index_local, largest fatigue index of the surface +-?\d", told)
+    assert re.search(r"wlrm, lateral position of the fatigue index on the wheel profile \[mm\] +-?\d", told)
+    assert "wlrm, operating point of the index: curve (right), curve (left)" in told
     assert re.search(r"Life of wlrm, right wheel, ended by: (cracks|wear)", told)
 
 

@@ -19,6 +19,7 @@ from wearsim.contact.solve import ContactSolution
 from wearsim.damage import fatigue
 from wearsim.damage.coefficients import CoefficientSet
 from wearsim.damage.fatigue import (
+    INDEX_QUANTITIES,
     WEAR_NUMBERS,
     FatigueDamage,
     FatigueSettings,
@@ -27,6 +28,7 @@ from wearsim.damage.fatigue import (
     patch_loads,
 )
 from wearsim.damage.fatigue.balance import balance
+from wearsim.damage.fatigue.surface_fatigue import subsurface_index
 from wearsim.damage.wear import WearSettings, acting_coefficients, passage_depths, regimes
 from wearsim.results import FILL_FLOAT, FILL_INT
 
@@ -227,7 +229,9 @@ def row_beside(state: State, collective: WearRate, laws: LawsBeside) -> dict[str
     return row | {"balanced_wear_rate": balanced, "life_limited_by": limited}
 
 
-def patch_values(solution: ContactSolution, passage: PassageBeside) -> Mapping[str, FloatArray]:
+def patch_values(
+    solution: ContactSolution, passage: PassageBeside, laws: LawsBeside
+) -> Mapping[str, FloatArray]:
     """Return what the fatigue laws make of each patch (m, ...), for the slots of a row.
 
     Parameters
@@ -236,11 +240,27 @@ def patch_values(solution: ContactSolution, passage: PassageBeside) -> Mapping[s
         With `m` patches.
     passage : PassageBeside
         Of them.
+    laws : LawsBeside
+        Settings of the laws.
     """
     if not passage.patches:
         return {}
     loads = patch_loads(solution)
+    missing = np.full(loads.area.shape, FILL_FLOAT)
+    indices = {
+        name: np.stack(
+            [
+                one.index if INDEX_QUANTITIES[law.law] == name else missing
+                for one, law in zip(passage.patches, laws.fatigue, strict=True)
+            ],
+            axis=1,
+        )
+        for name in dict.fromkeys(INDEX_QUANTITIES.values())
+    }
     return {
         "fatigue_damage_passage": np.stack([one.damage for one in passage.patches], axis=1),
+        **indices,
+        "fatigue_index_y": np.stack([one.index_y for one in passage.patches], axis=1),
+        "subsurface_fatigue_index": subsurface_index(loads.utilised_friction, loads.max_pressure),
         **{f"wear_number_{name}": number(loads) for name, number in WEAR_NUMBERS.items()},
     }

@@ -136,7 +136,7 @@ def build_row(
             collective.solution,
             wear,
             len(setup.points.label),
-            {} if beside is None else patch_values(collective.solution, beside),
+            {} if beside is None else patch_values(collective.solution, beside, laws_beside(setup)),
         ),
         **row_choice(state.choice),
         **({} if beside is None else row_beside(state, collective, laws_beside(setup))),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from wearsim.nomenclature.row import PER_KM, Row
+from wearsim.nomenclature.row import LATERAL, PER_KM, Row
 
 _LAW_TEXT = "as the scene asks for them, in its order"
 
@@ -114,6 +114,47 @@ ROWS: tuple[Row, ...] = (
         "1",
         "fatigue damage of one passage of the patch",
         "neither weighted with the share of its operating point nor shared by the width of a place",
+        None,
+    ),
+    (
+        "fatigue_index",
+        "FI",
+        "1",
+        "fatigue index of the surface",
+        "largest of the patch; above 0 the surface ratchets; missing where the law judges by something else",
+        None,
+    ),
+    (
+        "fatigue_index_stress",
+        "|τ| − k",
+        "Pa",
+        "largest shear stress above the yield stress in cyclic shear",
+        "below 0 the margin to it; missing where the law judges by another quantity",
+        None,
+    ),
+    (
+        "fatigue_index_force",
+        "Tγ",
+        "N",
+        "wear number the fatigue law judges by",
+        "with or without spin, as the form of the law says; missing where the law judges by another quantity",
+        ("N", 1.0),
+    ),
+    (
+        "fatigue_index_y",
+        "y",
+        "m",
+        "lateral position of the fatigue index on the wheel profile",
+        f"strip where the index is largest: of the whole patch the highest pressure, of the wear number the "
+        f"most frictional work; {LATERAL}",
+        None,
+    ),
+    (
+        "subsurface_fatigue_index",
+        "FIₛᵤᵦ",
+        "Pa",
+        "fatigue index below the surface",
+        "to be compared with the equivalent shear limit of Dang Van of the steel; without residual stress",
         None,
     ),
     (

@@ -11,7 +11,15 @@ import jinja2
 import xarray as xr
 
 from wearsim.errors import ResultError
-from wearsim.report import pages, pages_counterface, pages_damage, tables, tables_choice, tables_damage
+from wearsim.report import (
+    pages,
+    pages_counterface,
+    pages_damage,
+    tables,
+    tables_choice,
+    tables_damage,
+    tables_index,
+)
 from wearsim.report.convergence import CAPTION, Convergence, read_convergence
 from wearsim.report.style import plain, role_of, shown, to_svg
 from wearsim.results import doubts, open_results
@@ -110,7 +118,7 @@ def render(datasets: list[xr.Dataset], convergence: Sequence[Convergence] = ()) 
             tables_damage.damage_factors(translation, "beside"),
         ],
         "fatigue_tables": [
-            *(tables_damage.fatigue_tables(data) for data in datasets),
+            *(tables_index.table(data) + tables_damage.fatigue_tables(data) for data in datasets),
             tables_damage.damage_factors(translation, "fatigue"),
         ],
         "choice_tables": [tables_choice.chosen(data) for data in datasets],

@@ -10,7 +10,7 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.nomenclature import NOMENCLATURE
-from wearsim.report import pages, pages_counterface, pages_damage, tables_choice, tables_damage
+from wearsim.report import pages, pages_counterface, pages_damage, tables_choice, tables_damage, tables_index
 from wearsim.report.style import capital, role_of, save_svg
 from wearsim.report.tables import UNDEFINED, limit_text, number
 from wearsim.results import doubts, open_results
@@ -144,10 +144,25 @@ def _damage(dataset: xr.Dataset) -> dict[str, Any]:
             }
             for k, name in enumerate(dataset["fatigue_name"].values)
         }
+        told["fatigue_index"] = {
+            str(name): _index(dataset, end, k) for k, name in enumerate(dataset["fatigue_name"].values)
+        }
         found = tables_damage.life(dataset)
         if found is not None:
             told["life"] = {row[0].text: row[found.head.index("Life ends by")].text for row in found.rows}
     return told
+
+
+def _index(dataset: xr.Dataset, row: int, law: int) -> dict[str, Any]:
+    """Largest index of a law with its place and operating point, lists are (right, left)."""
+    found = tables_index.largest(dataset, row, law)
+    return {
+        tables_index.quantity_of(str(dataset["fatigue_name"].values[law])): [
+            None if one is None else one.value for one in found
+        ],
+        "fatigue_index_y": [None if one is None else one.y for one in found],
+        "op_label": [None if one is None else one.point for one in found],
+    }
 
 
 def summary_text(found: dict[str, Any]) -> str:
@@ -221,19 +236,31 @@ def _counterface_lines(worn: dict[str, Any]) -> list[str]:
 
 
 def _damage_lines(damage: dict[str, Any]) -> list[str]:
-    lines = []
+    rows: list[tuple[str, ...]] = []
     for kind in ("beside", "fatigue"):
         for law, values in damage.get(kind, {}).items():
-            for name, ends in values.items():
-                right, left = (_text(name, value) for value in ends)
-                title = f"{law}, {_title(name)[:1].lower()}{_title(name)[1:]}"
-                lines.append(f"{title:<69}{right:>11}{left:>11}")
-    lines += [f"Life of {law}, ended by: {what}" for law, what in damage.get("life", {}).items()]
-    return (
-        [f"{'Laws beside the leading one, and fatigue':<69}{'right':>11}{'left':>11}", *lines, ""]
-        if lines
-        else []
-    )
+            rows += [(f"{law}, {_small(name)}", *_both(name, ends)) for name, ends in values.items()]
+    for law, index in damage.get("fatigue_index", {}).items():
+        (name, ends), (at, places), (_, points) = index.items()
+        rows.append((f"{law}, largest {_small(name).removeprefix('largest ')}", *_both(name, ends)))
+        rows.append((f"{law}, {_small(at)}", *_both(at, places)))
+        rows.append((f"{law}, operating point of the index: {' (right), '.join(map(str, points))} (left)",))
+    rows += [(f"Life of {law}, ended by: {what}",) for law, what in damage.get("life", {}).items()]
+    if not rows:
+        return []
+    rows.insert(0, ("Laws beside the leading one, and fatigue", "right", "left"))
+    width = max(len(row[0]) for row in rows if len(row) > 1)
+    lines = [f"{text:<{width}}" + "".join(f"{end:>11}" for end in ends) for text, *ends in rows]
+    return [*(line.rstrip() for line in lines), ""]
+
+
+def _small(name: str) -> str:
+    """Title of a quantity within a line."""
+    return _title(name)[:1].lower() + _title(name)[1:]
+
+
+def _both(name: str, ends: list[float | None]) -> list[str]:
+    return [_text(name, value) for value in ends]
 
 
 def write_figures(path: str | Path, directory: str | Path) -> list[Path]:

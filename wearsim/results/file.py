@@ -240,8 +240,10 @@ def _open(path: Path) -> netCDF4.Dataset:
         return file
     file.close()
     if schema is None or schema == SCHEMA:
+        without = f" of this version (without {missing[0]})" if missing else ""
         raise ResultError(
-            f"{path} is not a result file of a wearsim campaign; give a .nc that `wearsim run` wrote"
+            f"{path} is not a result file of a wearsim campaign{without}; give a .nc that `wearsim run` "
+            f"wrote, or run its scene again in another directory"
         )
     if schema > SCHEMA:
         raise ResultError(f"{path} has schema {schema}, this wearsim reads {SCHEMA}; update wearsim")

@@ -149,6 +149,11 @@ def _groups() -> dict[str, dict[str, Variable]]:
         "balanced_wear_rate": Variable((*along, "fatigue", "point"), missing=True),
         "life_limited_by": Variable((*along, "fatigue", "point"), "i4", missing=True),
         "fatigue_damage_passage": Variable((*patch, "fatigue"), missing=True),
+        "fatigue_index": Variable((*patch, "fatigue"), missing=True),
+        "fatigue_index_stress": Variable((*patch, "fatigue"), missing=True),
+        "fatigue_index_force": Variable((*patch, "fatigue"), missing=True),
+        "fatigue_index_y": Variable((*patch, "fatigue"), missing=True),
+        "subsurface_fatigue_index": Variable(patch, missing=True),
         "wear_number_without_spin": Variable(patch, missing=True),
         "wear_number_with_spin": Variable(patch, missing=True),
     }

@@ -47,7 +47,9 @@ BURSTOW_2004_20N = replace(
     values=MappingProxyType(
         {
             **BURSTOW_2004.values,
-            "start": Coefficient(20.0, "N", "one published implementation", "uncertain"),
+            "start": Coefficient(
+                20.0, "N", "one published implementation, slopes 2.22e-7 and -9.09e-8 per N", "uncertain"
+            ),
             "floor": Coefficient(0.0, "-", "one published implementation", "uncertain"),
         }
     ),

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 
 _QUOTED = "wear function of the regimes mild, severe, catastrophic; page of the original not checked by us"
+_LIMIT = f"{_QUOTED}; heat in table 3 of the paper: "
 
 LEWIS_DWYER_JOYCE_2004 = CoefficientSet(
     name="lewis_dwyer_joyce_2004",
@@ -19,7 +20,8 @@ LEWIS_DWYER_JOYCE_2004 = CoefficientSet(
     ),
     validity=(
         "Twin discs in line contact, 900 to 1800 MPa, slip 0.2 to 20 %, dry, T-gamma/A as the mean of the "
-        'contact up to about 121 N/mm2. Cell by cell (form "local") the index exceeds its mean in '
+        "contact up to about 121 N/mm2 (heat in table 3 of the paper at 20 % slip and 1500 MPa, with "
+        'disc sizes from memory). Cell by cell (form "local") the index exceeds its mean in '
         "partial slip: an extrapolation, as is anything lubricated, wet or on other steels."
     ),
     departures=(
@@ -34,8 +36,12 @@ LEWIS_DWYER_JOYCE_2004 = CoefficientSet(
             "mild_slope": Coefficient(5.3, "ug m-1 mm-2 per N mm-2", _QUOTED, "confirmed"),
             "severe_level": Coefficient(55.0, "ug m-1 mm-2", _QUOTED, "confirmed"),
             "catastrophic_slope": Coefficient(61.9, "ug m-1 mm-2 per N mm-2", _QUOTED, "confirmed"),
-            "severe_limit": Coefficient(10.4, "N mm-2", _QUOTED, "confirmed"),
-            "catastrophic_limit": Coefficient(77.2, "N mm-2", _QUOTED, "confirmed"),
+            "severe_limit": Coefficient(
+                10.4, "N mm-2", f"{_LIMIT}4.3 N/mm2 at 1 % slip, 17 at 3 %", "confirmed"
+            ),
+            "catastrophic_limit": Coefficient(
+                77.2, "N mm-2", f"{_LIMIT}55 N/mm2 at 10 % slip, 82 at 15 %", "confirmed"
+            ),
         }
     ),
 )

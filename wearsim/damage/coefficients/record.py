@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Literal
 
 CERTAINTIES = ("printed", "confirmed", "derived", "given", "recalled", "uncertain")
 DOUBTFUL = ("recalled", "uncertain")
@@ -100,26 +99,6 @@ class CoefficientSet:
             f"{symbol} = {number.value:.10g}{'' if number.unit == '-' else ' ' + number.unit}"
             for symbol, number in self.values.items()
         )
-
-    def at_end(self, end: Literal["low", "high"]) -> CoefficientSet:
-        """Return the set with every coefficient that has a range at its low or high end.
-
-        Parameters
-        ----------
-        end : {"low", "high"}
-            Which end; numbers without a range stay.
-
-        Returns
-        -------
-        CoefficientSet
-            Named after this one and the end, for the band of a result.
-        """
-        at = 0 if end == "low" else 1
-        chosen = {
-            symbol: number if number.limits is None else replace(number, value=number.limits[at])
-            for symbol, number in self.values.items()
-        }
-        return replace(self, name=f"{self.name}_{end}", values=MappingProxyType(chosen))
 
     def with_value(self, symbol: str, value: float, place: str) -> CoefficientSet:
         """Return the set with another value of one number.

@@ -22,13 +22,13 @@ FATIGUE_LAWS: dict[str, FatigueLaw] = {
     "surface_fatigue_index_local": surface_fatigue.local,
     "wlrm": wlrm.law,
 }
-INDEX_UNITS: dict[str, str] = {
-    "stress_index": "Pa",
-    "surface_fatigue_index": "-",
-    "surface_fatigue_index_local": "-",
-    "wlrm": "N",
+INDEX_QUANTITIES: dict[str, str] = {
+    "stress_index": "fatigue_index_stress",
+    "surface_fatigue_index": "fatigue_index",
+    "surface_fatigue_index_local": "fatigue_index",
+    "wlrm": "fatigue_index_force",
 }
-"""Unit of the index each law judges a patch by."""
+"""Quantity of `wearsim.nomenclature`, with its unit, that the index is by which each law judges a patch."""
 
 DEFAULT_COEFFICIENTS: dict[str, str] = {
     "stress_index": "dirks_enblom_2011",
@@ -270,7 +270,7 @@ __all__ = [
     "COUNT_CYCLES",
     "DEFAULT_COEFFICIENTS",
     "FATIGUE_LAWS",
-    "INDEX_UNITS",
+    "INDEX_QUANTITIES",
     "WEAR_NUMBERS",
     "Branch",
     "FatigueDamage",

@@ -22,44 +22,6 @@ from wearsim.contact.patch import FloatArray, IntArray
 LIMITED_BY = ("nothing", "wear", "cracks")
 
 
-def crack_growth(growth: FloatArray, wear: FloatArray, angle: float) -> FloatArray:
-    r"""Net growth of a crack, :math:`g - \Delta z / \sin\theta`.
-
-    Parameters
-    ----------
-    growth : (...) array
-        Along its plane, per passage or per metre [m].
-    wear : (...) array
-        Depth in the same time [m].
-    angle : float
-        Of the plane to the surface, above 0 up to a right angle [rad].
-
-    Returns
-    -------
-    (...) array
-        Negative where wear is faster [m].
-    """
-    net: FloatArray = growth - wear / np.sin(angle)
-    return net
-
-
-def balanced_wear(growth: FloatArray, angle: float) -> FloatArray:
-    r"""Wear at which a crack just does not grow, :math:`g \sin\theta`.
-
-    Parameters
-    ----------
-    growth, angle
-        As in `crack_growth`.
-
-    Returns
-    -------
-    (...) array
-        Depth in the same time [m].
-    """
-    wear: FloatArray = growth * np.sin(angle)
-    return wear
-
-
 def damage_after(damage: FloatArray, added: FloatArray, worn: FloatArray, crack_depth: float) -> FloatArray:
     r"""Damage after a step of constant rates, :math:`\max(D + \Delta D - \Delta z/h, 0)`.
 

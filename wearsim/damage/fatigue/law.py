@@ -19,9 +19,9 @@ class FatigueDamage:
     Parameters
     ----------
     index : (m,) array
-        What the law judges the patch by, in the unit of `INDEX_UNITS`; above its limit there is damage.
+        What the law judges the patch by, as `INDEX_QUANTITIES` says; above its limit there is damage.
     index_y : (m,) array
-        Lateral position where the index is largest, in the contact plane [m].
+        Lateral position on the wheel profile of the strip where the index is largest [m].
     damage : (m,) array
         Of the passage [-].
     strip_damage : (m, ny) array

@@ -34,7 +34,7 @@ class PatchLoads:
     area : (m,) array
         [m2].
     y : (m, ny) array
-        Strip centres in the contact plane, from the pressure-weighted centre to the field side [m].
+        Strip centres on the wheel profile, positive to the field side [m].
     fields : SurfaceFields
         In the cells.
     """
@@ -71,6 +71,7 @@ def patch_loads(solution: ContactSolution) -> PatchLoads:
     PatchLoads
         Lateral positions in the axes of a right wheel, as the profiles.
     """
+    edges = solution.strip_edges_wheel_y
     return PatchLoads(
         normal_force=solution.normal_force,
         force_x=solution.force_x,
@@ -81,7 +82,7 @@ def patch_loads(solution: ContactSolution) -> PatchLoads:
         spin=solution.spin,
         max_pressure=solution.max_pressure,
         area=solution.area,
-        y=solution.patch.y,
+        y=0.5 * (edges[:, 1:] + edges[:, :-1]),
         fields=solution.fields,
     )
 

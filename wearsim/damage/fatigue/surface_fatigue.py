@@ -47,49 +47,15 @@ def surface_index(utilised_friction: FloatArray, max_pressure: FloatArray, shear
     return utilised_friction - shear_yield / max_pressure
 
 
-def surface_index_of_ellipse(
-    utilised_friction: FloatArray, normal_force: FloatArray, a: FloatArray, b: FloatArray, shear_yield: float
-) -> FloatArray:
-    r"""Fatigue index of the surface from the ellipse, :math:`\mu_u - 2\pi a b k/(3N)`.
+def subsurface_index(utilised_friction: FloatArray, max_pressure: FloatArray) -> FloatArray:
+    r"""Fatigue index below the surface, :math:`p_0 (1 + \mu_u^2)/6`.
 
     Parameters
     ----------
     utilised_friction : (...) array
         Shear over normal force [-].
-    normal_force : (...) array
-        N [N].
-    a, b : (...) array
-        Semi-axes [m].
-    shear_yield : float
-        k [Pa].
-
-    Returns
-    -------
-    (...) array
-        The same as `surface_index` with Hertz's :math:`p_0 = 3N/(2\pi a b)` [-].
-    """
-    return utilised_friction - 2.0 * np.pi * a * b * shear_yield / (3.0 * normal_force)
-
-
-def subsurface_index(
-    utilised_friction: FloatArray,
-    normal_force: FloatArray,
-    a: FloatArray,
-    b: FloatArray,
-    residual: float = 0.0,
-) -> FloatArray:
-    r"""Fatigue index below the surface, :math:`N (1 + \mu_u^2)/(4\pi a b)` and a residual term.
-
-    Parameters
-    ----------
-    utilised_friction : (...) array
-        Shear over normal force [-].
-    normal_force : (...) array
-        N [N].
-    a, b : (...) array
-        Semi-axes [m].
-    residual : float
-        Dang Van's coefficient times the hydrostatic part of the residual stress [Pa].
+    max_pressure : (...) array
+        p0 [Pa].
 
     Returns
     -------
@@ -98,9 +64,10 @@ def subsurface_index(
 
     Notes
     -----
-    :math:`N/(4\pi a b) = p_0/6`.
+    Of an ellipse :math:`p_0/6 = N/(4\pi a b)` [2]_. The term of the residual stress is not in it.
     """
-    return normal_force / (4.0 * np.pi * a * b) * (1.0 + utilised_friction**2) + residual
+    index: FloatArray = max_pressure / 6.0 * (1.0 + utilised_friction**2)
+    return index
 
 
 def patch(
