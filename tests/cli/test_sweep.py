@@ -112,6 +112,33 @@ def test_faults_are_one_line_and_nothing_is_written(folder, capsys, words, told)
     assert not Path("out").exists()
 
 
+def test_the_example_of_the_help_can_run_as_it_stands(folder, capsys):
+    """The words of `wearsim sweep --help`, listed, which checks every case."""
+    with pytest.raises(SystemExit):
+        cli.main(["sweep", "--help"])
+    (example,) = [line for line in capsys.readouterr().out.splitlines() if " --vary wheelset" in line]
+    words = example.split()
+    assert words[:2] == ["wearsim", "sweep"]
+    assert cli.main([*words[1:], "--list"]) == 0
+    listed = capsys.readouterr().out.splitlines()
+    assert len(listed) == 4
+    assert all(line.endswith(": not started") for line in listed)
+
+
+def test_list_tells_impossible_cases(folder, capsys):
+    words = ["sweep", "rig.toml", "--vary", "wear.law=usfd,energy", "--out", "out", "--list"]
+    assert cli.main(words) == 2
+    good, bad = capsys.readouterr().out.splitlines()
+    assert good.endswith("wear.law = usfd: not started")
+    assert "wear.law = energy: impossible; " in bad
+    assert 'coefficients = "lewis_dwyer_joyce_2004" belong to usfd' in bad
+    assert cli.main([*words, "--json"]) == 2
+    told = json.loads(capsys.readouterr().out)["cases"]
+    assert [case["state"] for case in told] == ["not started", "impossible"]
+    assert told[0]["fault"] == ""
+    assert not Path("out").exists()
+
+
 def test_ctrl_c_leaves_all_valid_and_the_same_command_goes_on_to_the_same_bits(folder, capsys):
     """The signal reaches the parent only, as from a scheduler; its workers stop after a step."""
     text = Path("sweep_rig.toml").read_text()

@@ -22,7 +22,7 @@ def add_parser(commands: Commands) -> None:
         "sweep",
         "run many campaigns, each resumable by itself, and write one table of them",
         "wearsim sweep workflows/sweep_rig.toml --out out\n"
-        "wearsim sweep rig.toml --vary wheelset.radius_mm=420,460 --vary wear.law=usfd,energy --out out\n"
+        "wearsim sweep rig.toml --vary wheelset.radius_mm=420,460 --vary wear.form=local,patch_mean --out out\n"
         "wearsim sweep cases.toml --out out --case $SLURM_ARRAY_TASK_ID",
     )
     parser.add_argument("scene", metavar="SCENE", help='sweep file (kind = "sweep"), or a scene to vary')
@@ -39,7 +39,11 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--table", metavar="CSV", help="cases of the scene, with columns named section.key")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--case", metavar="K", type=int, help="run case K only, counted from 1 (job arrays)")
-    what.add_argument("--list", action="store_true", help="show the cases and how they stand; run nothing")
+    what.add_argument(
+        "--list",
+        action="store_true",
+        help="show the cases, how they stand and which are impossible; run nothing",
+    )
     parser.add_argument("--jobs", metavar="N", type=_jobs, help="processes (default: one per core)")
     parser.add_argument("--json", action="store_true", help="print JSON")
 
@@ -190,18 +194,26 @@ def _case_line(number: int, scene: str, values: dict[str, Any]) -> str:
 def _list(sweep: Sweep, out: Path, as_json: bool) -> int:
     import json
 
+    from wearsim.studies.sweep import fault_of
     from wearsim.studies.sweep_directory import outcomes_of, plan_of, read_plan
 
     cases = plan_of(sweep)["cases"]
     begun = read_plan(out).get("cases") == cases
     states = [item.state for item in outcomes_of(out)] if begun else ["not started"] * len(cases)
+    faults = [
+        fault_of(sweep, case["case"], out) if state == "not started" else ""
+        for case, state in zip(cases, states, strict=True)
+    ]
+    states = ["impossible" if fault else state for state, fault in zip(states, faults, strict=True)]
+    told = list(zip(cases, states, faults, strict=True))
     if as_json:
-        listed = [{**case, "state": state} for case, state in zip(cases, states, strict=True)]
+        listed = [{**case, "state": state, "fault": fault} for case, state, fault in told]
         print(json.dumps({"title": sweep.title, "cases": listed}, indent=2, ensure_ascii=False))
-        return 0
-    for case, state in zip(cases, states, strict=True):
-        print(f"{_case_line(case['case'], case['scene'], case['values'])}: {state}")
-    return 0
+    else:
+        for case, state, fault in told:
+            line = f"{_case_line(case['case'], case['scene'], case['values'])}: {state}"
+            print(f"{line}; {fault}" if fault else line)
+    return 2 if any(faults) else 0
 
 
 def _one(sweep: Sweep, number: int, out: Path, arguments: argparse.Namespace) -> int:

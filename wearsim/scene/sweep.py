@@ -235,7 +235,7 @@ def sweep_of_flags(scene: str, vary: Sequence[str], table: str | None) -> Sweep:
             key, sign, values = flag.partition("=")
             if not sign or not values.strip() or not key.strip():
                 faults.append(
-                    Fault(f"--vary {flag}: must be KEY=VALUE,VALUE,... such as wear.law=usfd,energy")
+                    Fault(f"--vary {flag}: must be KEY=VALUE,VALUE,... such as wear.form=local,patch_mean")
                 )
             else:
                 values_of_key = [value_of(value) for value in next(csv.reader([values]))]

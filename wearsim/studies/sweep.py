@@ -110,6 +110,25 @@ def check_cases(sweep: Sweep, out: Path | None = None, only: int | None = None) 
     return tuple(_of_cases(warning, numbers) for warning, numbers in warnings.items())
 
 
+def fault_of(sweep: Sweep, number: int, out: Path | None = None) -> str:
+    """Return what makes a case impossible, in one line; empty if it can run.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        The cases.
+    number : int
+        Of the case, from 1.
+    out : Path, optional
+        Directory of the sweep.
+    """
+    try:
+        check_cases(sweep, out, number)
+    except WearsimError as error:
+        return "; ".join(str(error).splitlines()).replace(f"case {number}: ", "")
+    return ""
+
+
 def chosen(sweep: Sweep, only: int | None) -> tuple[Case, ...]:
     """Return all cases, or the one of this number.
 
