@@ -22,7 +22,7 @@ def add_parser(commands: Commands) -> None:
         "sweep",
         "run many campaigns, each resumable by itself, and write one table of them",
         "wearsim sweep workflows/sweep_rig.toml --out out\n"
-        "wearsim sweep rig.toml --vary wheelset.radius_mm=420,460 --vary wear.form=local,patch_mean --out out\n"
+        "wearsim sweep rig.toml --vary wheelset.radius_mm=420,460 --vary wear.form=local,patch_mean\n"
         "wearsim sweep cases.toml --out out --case $SLURM_ARRAY_TASK_ID",
     )
     parser.add_argument("scene", metavar="SCENE", help='sweep file (kind = "sweep"), or a scene to vary')
@@ -39,11 +39,7 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--table", metavar="CSV", help="cases of the scene, with columns named section.key")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--case", metavar="K", type=int, help="run case K only, counted from 1 (job arrays)")
-    what.add_argument(
-        "--list",
-        action="store_true",
-        help="show the cases, how they stand and which are impossible; run nothing",
-    )
+    what.add_argument("--list", action="store_true", help="show and check the cases; run nothing")
     parser.add_argument("--jobs", metavar="N", type=_jobs, help="processes (default: one per core)")
     parser.add_argument("--json", action="store_true", help="print JSON")
 

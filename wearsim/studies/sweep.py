@@ -125,7 +125,7 @@ def fault_of(sweep: Sweep, number: int, out: Path | None = None) -> str:
     try:
         check_cases(sweep, out, number)
     except WearsimError as error:
-        return "; ".join(str(error).splitlines()).replace(f"case {number}: ", "")
+        return "; ".join(str(error).splitlines()).replace(f"case {number}: ", "", 1)
     return ""
 
 
