@@ -24,8 +24,7 @@ MM3_KM = 1e-12  # [m3/m]
 MODELS = ContactModels(strips=50, cells=50)  # sliding in partial slip takes some cells
 
 
-@pytest.fixture(scope="module")
-def solved():
+def contacts(models):
     """Right wheel at shifts of 0, 1.5, 3 and 4.5 mm on rail, then on rollers; 20 m/s, friction 0.35."""
     wheel = standard.wheel("S1002")
     rail = standard.rail("60E1", 1 / 40, 1.435, 0.75)
@@ -42,9 +41,20 @@ def solved():
     )
     wheelset = Wheelset(wheel, wheel, 0.46, 0.75)
     return [
-        solve(conditions, wheelset, Counterface(rail, curvature), MODELS, sides=(0,))
+        solve(conditions, wheelset, Counterface(rail, curvature), models, sides=(0,))
         for curvature in (0.0, 2.0)
     ]
+
+
+@pytest.fixture(scope="module")
+def solved():
+    return contacts(MODELS)
+
+
+@pytest.fixture(scope="module")
+def by_default():
+    """The same on the default grid."""
+    return contacts(ContactModels())
 
 
 def test_wear_number_with_spin_is_the_power_over_the_speed(solved):
@@ -58,10 +68,17 @@ def test_wear_number_with_spin_is_the_power_over_the_speed(solved):
         assert (wear_number_without_spin(loads) < number).any()
 
 
-def test_archard_and_energy_law_on_solved_contacts(solved):
+@pytest.mark.parametrize(
+    ("grid", "cells", "each", "all_of_them"), [("solved", 50, 0.03, 0.0025), ("by_default", 30, 0.055, 0.005)]
+)
+def test_archard_and_energy_law_on_solved_contacts(request, grid, cells, each, all_of_them):
     """k_e = k / (mu H): p|s| mu over the work density is 1 in cells that slip at both ends; FASTSIM turns
-    the traction within a cell, and slip sets in at one end of a cell: 3 % of the volume on 50 cells.
+    the traction within a cell, and slip sets in at one end of a cell.
+
+    Volume of single patches within 2.4 % on 50 cells, 5.1 % on the 30 of the default grid: worst unshifted,
+    where least slips. Of all patches together 0.2 and 0.5 %.
     """
+    solved = request.getfixturevalue(grid)
     found = COEFFICIENT_SETS["jendel_2002"]
     for name in ("k_mild", "k_oxidative", "k_severe", "k_seizure"):
         found = found.with_value(name, 5e-4, "test")
@@ -76,8 +93,10 @@ def test_archard_and_energy_law_on_solved_contacts(solved):
         assert np.abs(np.median(ratio) - 1.0) < 1e-3
         sliding = archard.depth(fields, area, found).sum(axis=0)
         work = energy.depth(fields, area, by_energy).sum(axis=0)
-        volumes = [(each.sum(axis=1) * fields.strip_width) for each in (sliding, work)]
-        np.testing.assert_allclose(volumes[0], volumes[1], rtol=0.03)
+        volumes = [depth.sum(axis=1) * fields.strip_width for depth in (sliding, work)]
+        assert slips.shape[1] == cells
+        np.testing.assert_allclose(volumes[0], volumes[1], rtol=each)
+        assert volumes[0].sum() == pytest.approx(volumes[1].sum(), rel=all_of_them)
 
 
 def test_all_wear_laws_beside_each_other(solved):
