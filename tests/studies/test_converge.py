@@ -9,10 +9,12 @@ import xarray as xr
 
 from wearsim import cli
 from wearsim.errors import ContactError, NumericalError
+from wearsim.nomenclature import percent
 from wearsim.profile.standard import shipped_path
 from wearsim.report.convergence import markdown, read_convergence
 from wearsim.results import open_results
 from wearsim.scene import load_campaign
+from wearsim.scene.changes import Change
 from wearsim.studies.converge import TABLE, converge, other_models, refinements
 
 ROWS = ["step", "grid", "smoothing-half", "smoothing-double", "points", "together"]
@@ -43,6 +45,41 @@ def test_what_is_refined_in_the_field():
     assert found["points"]["operation.class.2.positions"] == 2 * 11
     together = found["step"] | found["grid"] | found["smoothing-half"] | found["points"]
     assert found["together"] == together
+
+
+@pytest.mark.parametrize(
+    ("wavelength", "spacing", "half", "together", "text"),
+    [
+        (2.5, 0.25, 1.25, 1.25, "all of these, with the wavelength halved"),
+        (0.5, 0.25, None, 0.25, "all of these, with the wavelength halved"),
+        (0.0, 0.25, None, None, "all of these, smoothed as given"),
+        (0.1, 0.05, None, None, "all of these, smoothed as given"),
+    ],
+)
+def test_half_the_wavelength_is_told_where_it_is_taken(
+    tmp_path, rig_text, wavelength, spacing, half, together, text
+):
+    """Half of two points' spacing is resolved by points twice as close, and by these alone."""
+    path = tmp_path / "rig.toml"
+    path.write_text(rig_text)
+    given = (
+        Change("campaign.smoothing_wavelength_mm", wavelength),
+        Change("campaign.point_spacing_mm", spacing),
+    )
+    found = {item.name: item for item in refinements(load_campaign(path, changes=given))}
+    for name, expected in (("smoothing-half", half), ("together", together)):
+        values = {change.key: change.value for change in found[name].changes}
+        assert values.get("campaign.smoothing_wavelength_mm") == expected
+        load_campaign(path, changes=(*given, *found[name].changes))
+    assert found["together"].text == text
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [(1.1, "110 %"), (1, "100 %"), (0.044, "4.4 %"), (2e-6, "less than 0.001 %"), (0, "0 %")],
+)
+def test_shares_are_plain_numbers(share, text):
+    assert percent(share) == text
 
 
 def test_in_a_comparison_both_scenes_are_refined():

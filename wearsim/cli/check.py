@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from wearsim.cli import Commands, add_command
 from wearsim.cli.changes import add_change_flags, load_changed
 from wearsim.cli.study import study
+from wearsim.nomenclature import percent
 
 if TYPE_CHECKING:
     from wearsim.damage.fatigue import FatigueSettings
@@ -203,14 +204,14 @@ def _models(choice: dict[str, Any] | None, contact: dict[str, Any]) -> list[tupl
     lines.append(
         (
             "",
-            f"depth error {100.0 * choice['depth_error']:.2g} % on a sample, cost {choice['cost']:.3g}; one "
+            f"depth error {percent(choice['depth_error'])} on a sample, cost {choice['cost']:.3g}; one "
             f"for all would cost {choice['cost_of_one_for_all']:.3g}",
         )
     )
     lines.append(("for all points", "in units of the cheapest one's time per solution"))
     for one in choice["evidence"]:
         error = one["depth_error"]
-        told = f"depth error {100.0 * error:.2g} %" if error is not None else f"no answer: {one['refusal']}"
+        told = f"depth error {percent(error)}" if error is not None else f"no answer: {one['refusal']}"
         lines.append(("", f"{one['models']}: {told}, cost {one['cost']:g}"))
     return lines
 

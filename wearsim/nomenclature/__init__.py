@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from wearsim.nomenclature import campaign, choice, contact, counterface, damage, field, operation, profile
-from wearsim.nomenclature.row import Quantity, quantity
+from wearsim.nomenclature.row import Quantity, percent, quantity
 
 _ROWS = (
     *campaign.ROWS,
@@ -28,4 +28,4 @@ _ROWS = (
 NOMENCLATURE: Mapping[str, Quantity] = MappingProxyType({row[0]: quantity(row) for row in _ROWS})
 """All quantities by name."""
 
-__all__ = ["NOMENCLATURE", "Quantity"]
+__all__ = ["NOMENCLATURE", "Quantity", "percent"]

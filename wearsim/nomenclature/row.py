@@ -86,3 +86,17 @@ def quantity(row: Row) -> Quantity:
     name, symbol, unit, meaning, sign, shown = row
     shown_unit, factor = shown if shown is not None else _SHOWN[unit]
     return Quantity(name, symbol, unit, shown_unit, factor, meaning, sign)
+
+
+def percent(share: float) -> str:
+    """Write a share with two digits, or to the whole per cent above that, never with an exponent.
+
+    Parameters
+    ----------
+    share : float
+        1 is 100 % [-].
+    """
+    value = 100.0 * share
+    if 0.0 < abs(value) < 1e-3:
+        return "less than 0.001 %"
+    return f"{value:.2g} %" if abs(value) < 99.5 else f"{value:.0f} %"

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from wearsim.errors import ResultError
+from wearsim.nomenclature import percent
 from wearsim.report.tables import Cell, number
 
 TABLE = "convergence.json"
@@ -133,7 +134,7 @@ def _difference(given: dict[str, Any], found: dict[str, Any], name: str, factor:
     cell = _plain(_largest(differences))
     if cell.value is None or not shares:
         return cell
-    return Cell(f"{cell.text} ({100.0 * max(shares):.2g} %)", cell.value)
+    return Cell(f"{cell.text} ({percent(max(shares))})", cell.value)
 
 
 def _anywhere(given: dict[str, Any], found: dict[str, Any]) -> Cell:
@@ -141,7 +142,7 @@ def _anywhere(given: dict[str, Any], found: dict[str, Any]) -> Cell:
     difference, deepest = found["profile_difference"], given["end"]["max_wear_depth"]
     cell = number(1e6 * max(difference), 3)
     shares = [a / b for a, b in zip(difference, deepest, strict=True) if b]
-    return Cell(f"{cell.text} ({100.0 * max(shares):.2g} %)", cell.value) if shares else cell
+    return Cell(f"{cell.text} ({percent(max(shares))})", cell.value) if shares else cell
 
 
 def _largest(values: list[float | None]) -> float | None:

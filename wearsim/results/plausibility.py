@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wearsim.nomenclature import percent
 from wearsim.results.turnings import depth_by_regime, spans
 
 if TYPE_CHECKING:
@@ -294,4 +295,4 @@ def doubts(dataset: xr.Dataset) -> list[str]:
 
 
 def _percent(share: float) -> str:
-    return "less than 0.1 %" if 0.0 < share < 1e-3 else f"{100.0 * share:.2g} %"
+    return "less than 0.1 %" if 0.0 < share < 1e-3 else percent(share)

@@ -23,6 +23,7 @@ from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import CHUNK
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError, NumericalError
+from wearsim.nomenclature import percent
 from wearsim.operation.points import OperatingPoints
 from wearsim.scene import CampaignSetup
 
@@ -119,7 +120,7 @@ def speed_and_accuracy(
             if told is not None:
                 told(
                     f"{setup.kind}: {one.models.normal} + {one.models.tangential}, {one.models.strips}: "
-                    f"{1e3 * seconds[row, column]:.3g} ms, depth error {100.0 * one.depth_error:.2g} %"
+                    f"{1e3 * seconds[row, column]:.3g} ms, depth error {percent(one.depth_error)}"
                 )
     solved = np.isfinite(seconds).all(axis=0)
     per_solution = np.where(solved, seconds.mean(axis=0), np.nan)

@@ -72,6 +72,12 @@ def refinements(scene: RigScene | FieldScene | CompareScene) -> tuple[Refinement
 
     step, grid, points = changes(_step), changes(_grid), changes(_points)
     half, double = (changes(lambda part, f=factor: _smoothing(part, f)) for factor in (0.5, 2.0))
+    # together the points are twice as close, and half the wavelength is resolved wherever the whole one was
+    resolved = changes(lambda part: _smoothing(part, 0.5, _spacing(part)))
+    where = "" if len(resolved) == len(_parts(scene)) else ", where points resolve that"
+    told = (
+        f"all of these, with the wavelength halved{where}" if resolved else "all of these, smoothed as given"
+    )
     no_wave = "the increments are not smoothed, or half the wavelength is below two points of the profile"
     given = "a rig programme gives its operating points one by one"
     return (
@@ -80,7 +86,7 @@ def refinements(scene: RigScene | FieldScene | CompareScene) -> tuple[Refinement
         Refinement("smoothing-half", "smoothing wavelength halved", half, no_wave),
         Refinement("smoothing-double", "smoothing wavelength doubled", double, no_wave),
         Refinement("points", "twice as many lateral positions", points, given),
-        Refinement("together", "all of these, with the wavelength halved", (*step, *grid, *half, *points)),
+        Refinement("together", told, (*step, *grid, *resolved, *points)),
     )
 
 
@@ -271,17 +277,26 @@ def _step(part: RigScene | FieldScene) -> list[tuple[str, float]]:
     return halved
 
 
+def _spacing(part: RigScene | FieldScene) -> float:
+    """Half the spacing of the profile points [mm]."""
+    return max(0.5 * part.campaign.point_spacing_mm, _FINEST_SPACING_MM)
+
+
 def _grid(part: RigScene | FieldScene) -> list[tuple[str, float]]:
     return [
-        ("campaign.point_spacing_mm", max(0.5 * part.campaign.point_spacing_mm, _FINEST_SPACING_MM)),
+        ("campaign.point_spacing_mm", _spacing(part)),
         ("contact.strips", min(2 * part.contact.strips, _MOST_CELLS)),
         ("contact.cells", min(2 * part.contact.cells, _MOST_CELLS)),
     ]
 
 
-def _smoothing(part: RigScene | FieldScene, factor: float) -> list[tuple[str, float]]:
+def _smoothing(
+    part: RigScene | FieldScene, factor: float, spacing: float | None = None
+) -> list[tuple[str, float]]:
+    """Changes of the wavelength; none where the points, by default as given, would not resolve it."""
     wavelength = factor * part.campaign.smoothing_wavelength_mm
-    if wavelength == 0.0 or wavelength < 2.0 * part.campaign.point_spacing_mm:
+    spacing = part.campaign.point_spacing_mm if spacing is None else spacing
+    if wavelength == 0.0 or wavelength < 2.0 * spacing:
         return []
     return [("campaign.smoothing_wavelength_mm", min(wavelength, _LONGEST_WAVE_MM))]
 
