@@ -74,10 +74,10 @@ def refinements(scene: RigScene | FieldScene | CompareScene) -> tuple[Refinement
     half, double = (changes(lambda part, f=factor: _smoothing(part, f)) for factor in (0.5, 2.0))
     # together the points are twice as close, and half the wavelength is resolved wherever the whole one was
     resolved = changes(lambda part: _smoothing(part, 0.5, _spacing(part)))
-    where = "" if len(resolved) == len(_parts(scene)) else ", where points resolve that"
-    told = (
-        f"all of these, with the wavelength halved{where}" if resolved else "all of these, smoothed as given"
-    )
+    told = "all of these, smoothed as given"
+    if resolved:
+        where = "" if len(resolved) == len(_parts(scene)) else ", where points resolve that"
+        told = f"all of these, with the wavelength halved{where}"
     no_wave = "the increments are not smoothed, or half the wavelength is below two points of the profile"
     given = "a rig programme gives its operating points one by one"
     return (
@@ -293,7 +293,7 @@ def _grid(part: RigScene | FieldScene) -> list[tuple[str, float]]:
 def _smoothing(
     part: RigScene | FieldScene, factor: float, spacing: float | None = None
 ) -> list[tuple[str, float]]:
-    """Changes of the wavelength; none where the points, by default as given, would not resolve it."""
+    """Change the wavelength, but to none that the points, by default as given, do not resolve."""
     wavelength = factor * part.campaign.smoothing_wavelength_mm
     spacing = part.campaign.point_spacing_mm if spacing is None else spacing
     if wavelength == 0.0 or wavelength < 2.0 * spacing:
