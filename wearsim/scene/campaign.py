@@ -39,7 +39,11 @@ class CampaignSection(Section):
         "heun", description="the rule that combines wear rates"
     )
     error_tolerance_um: float = quantity(
-        "the largest estimated error of the depth of one step", "um", 1.0, ge=0.001, le=1000
+        "the largest estimated error of one step, of the depth of wheels and counterface",
+        "um",
+        1.0,
+        ge=0.001,
+        le=1000,
     )
     point_spacing_mm: float = quantity("the spacing of the profile's points", "mm", 0.25, ge=0.05, le=2)
     max_step_km: float | None = quantity("the longest step", "km", None, gt=0, le=1e7)
