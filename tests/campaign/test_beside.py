@@ -15,6 +15,7 @@ from wearsim.campaign.step import advance
 from wearsim.damage.fatigue import FATIGUE_LAWS
 from wearsim.errors import ResultError
 from wearsim.profile.shape import vertex_lengths
+from wearsim.report.tables_damage import wear_laws
 from wearsim.results import GROUPS, LAYOUT, layout_of, open_results
 
 FATIGUE = f"""
@@ -50,6 +51,24 @@ def test_law_beside_that_equals_the_leading_one_has_its_bits(integrator, evoluti
     np.testing.assert_array_equal(last.beside_depth[-1], last.wear_depth)
     regimes = last.regime_depth.shape[1]
     np.testing.assert_allclose(last.beside_area[:, -regimes:].sum(axis=1), last.worn_area, rtol=1e-12)
+
+
+def test_both_forms_of_a_law_stand_side_by_side(tmp_path, evolution):
+    """Local leads, the mean of the patch beside: other depths, names that tell them apart."""
+    forms = '[wear]\nlaw = "energy"\nbeside = [{law = "energy", form = "patch_mean"}, "usfd"]\n'
+    path = run_evolution(evolution(forms), tmp_path, "rig")
+    with open_results(path) as data:
+        assert list(data["beside_name"].values) == ["energy (patch mean)", "usfd"]
+        told = [str(name) for name in data["beside_regime_name"].values]
+        assert told[:3] == ["energy (patch mean): mild", "energy (patch mean): severe", "usfd: mild"]
+        mean, local = data["beside_wear_depth"].values[-1, :, 0], data["wear_depth"].values[-1]
+        assert mean.max() > 0.0
+        assert abs(mean.max() / local.max() - 1.0) > 1e-3
+        area = data["beside_worn_area"].values[-1][:, :2].sum()
+        table, numbers = wear_laws(data)[:2]
+        assert [row[0].text for row in table.rows] == ["energy, leading", "energy (patch mean)", "usfd"]
+        assert table.rows[1][3].value == pytest.approx(area / data["worn_area"].values[-1].sum(), rel=1e-12)
+        assert [row[1].text for row in numbers.rows] == ["local", "patch mean", "local"]
 
 
 def test_laws_beside_and_fatigue_change_no_bit_of_the_wear(evolution, all_states):

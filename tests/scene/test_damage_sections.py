@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from wearsim.campaign.beside import laws_beside
 from wearsim.damage import fatigue
-from wearsim.damage.wear import DEFAULT_COEFFICIENTS, WEAR_FORMS, WEAR_LAWS, acting_coefficients
+from wearsim.damage.wear import DEFAULT_COEFFICIENTS, WEAR_FORMS, WEAR_LAWS, acting_coefficients, energy
 from wearsim.scene import build, files_to_copy, load_scene, scene_schema
 
 RIG = (Path(__file__).parents[1] / "data" / "scene_rig.toml").read_text()
@@ -114,6 +115,46 @@ def test_laws_beside_the_leading_one(folder):
         acting_coefficients(settings)
 
 
+def test_a_law_beside_with_another_form_or_set(folder):
+    """The leading law, too; what is not given is as for a name alone."""
+    scene = loaded(
+        '[wear]\nlaw = "energy"\ncoefficients = "krause_poll_1986"\nbeside = ["usfd", '
+        '{law = "usfd", form = "patch_mean"}, {law = "energy", form = "patch_mean"}, '
+        '{law = "energy", coefficients = "zobory_1997"}]\n'
+    )
+    told = [(one.law, one.form, one.coefficients) for one in build(scene).beside]
+    assert told == [
+        ("usfd", "local", "lewis_dwyer_joyce_2004"),
+        ("usfd", "patch_mean", "lewis_dwyer_joyce_2004"),
+        ("energy", "patch_mean", "krause_poll_1986"),
+        ("energy", "local", "zobory_1997"),
+    ]
+    assert laws_beside(build(scene)).names == (
+        "usfd (local)",
+        "usfd (patch mean)",
+        "energy (patch mean, krause_poll_1986)",
+        "energy (local, zobory_1997)",
+    )
+    written = scene.model_dump(by_alias=True, mode="json")["wear"]["beside"]
+    assert written[0] == "usfd"
+    assert written[3] == {"law": "energy", "form": None, "coefficients": "zobory_1997"}
+    alone = loaded('[wear]\nbeside = ["archard", {law = "usfd", form = "patch_mean"}]\n')
+    assert laws_beside(build(alone)).names == ("archard", "usfd (patch mean)")
+
+
+def test_one_energy_coefficient_in_place_of_a_set(folder):
+    scene = loaded(
+        '[wear]\nlaw = "energy"\nenergy_coefficient_mm3_kJ = 0.7\n'
+        'beside = [{law = "energy", coefficients = "zobory_1997"}]\n'
+    )
+    assert scene.wear.coefficients is None
+    setup = build(scene)
+    found = acting_coefficients(setup.wear)
+    assert (found.name, found["mild"], found.doubts) == ("constant", pytest.approx(0.7e-12, rel=1e-15), ())
+    assert energy.power_limit(found) == float("inf")
+    assert laws_beside(setup).names == ("energy (zobory_1997)",)
+
+
 def test_all_fatigue_laws(folder):
     setup = build(
         loaded(
@@ -179,6 +220,31 @@ OWN = (
         (WEAR + 'seizure_cap = "load"\n', 2, 'seizure_cap = "load" is not allowed'),
         ('[wear]\nlaw = "table"\n', 1, 'law: "table" needs its table'),
         (WEAR + 'beside = ["table"]\n', 2, 'beside: "table" needs its table'),
+        (
+            WEAR + 'beside = [{law = "usfd", form = "local"}]\n',
+            2,
+            'beside[0] = "usfd" is the leading law; delete it, or give it another form or other coefficients',
+        ),
+        (
+            WEAR + 'beside = [{law = "usfd", form = "patch_mean"}, {form = "patch_mean", law = "usfd"}]\n',
+            2,
+            'beside[1] = "usfd" is given twice',
+        ),
+        (
+            WEAR + 'beside = [{law = "energy", coefficients = "jendel_2002"}]\n',
+            2,
+            'beside[0] = "energy": coefficients = "jendel_2002" belong to archard',
+        ),
+        (WEAR + 'beside = [{law = "brr", form = "local"}]\n', 2, 'write form = "patch_mean"'),
+        (WEAR + 'beside = [{law = "bbr"}]\n', 2, 'law = "bbr" is not known; did you mean "brr"?'),
+        (WEAR + 'beside = [{law = "brr", shape = 1}]\n', 2, "unknown key shape"),
+        (WEAR + "beside = [3]\n", 2, "beside[0] = 3 must be a table"),
+        (WEAR + "energy_coefficient_mm3_kJ = 0.7\n", 2, 'acts with law = "energy" only, not with "usfd"'),
+        (
+            '[wear]\nlaw = "energy"\ncoefficients = "zobory_1997"\nenergy_coefficient_mm3_kJ = 0.7\n',
+            3,
+            "are both given; delete one",
+        ),
         (WEAR + 'beside = ["brr", "usfd"]\n', 2, 'beside[1] = "usfd" is the leading law'),
         (WEAR + 'beside = ["brr", "brr"]\n', 2, 'beside[1] = "brr" is given twice'),
         (WEAR + 'beside = ["bbr"]\n', 2, 'beside[0] = "bbr" is not known; did you mean "brr"?'),

@@ -55,10 +55,26 @@ class LawsBeside:
         Wear laws.
     fatigue : tuple of FatigueSettings
         Fatigue laws.
+    leading : WearSettings, optional
+        The leading wear law, from which the names of the others tell them apart.
     """
 
     wear: tuple[WearSettings, ...] = ()
     fatigue: tuple[FatigueSettings, ...] = ()
+    leading: WearSettings | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the wear laws: with form and set, where the same law acts with other ones, too."""
+        every = [*self.wear, *([] if self.leading is None else [self.leading])]
+        found = []
+        for one in self.wear:
+            same = [other for other in every if other.law == one.law]
+            form = one.form.replace("_", " ") if len({other.form for other in same}) > 1 else ""
+            sets = {_set_name(other) for other in same}
+            told = ", ".join(filter(None, [form, _set_name(one) if len(sets) > 1 else ""]))
+            found.append(f"{one.law} ({told})" if told else one.law)
+        return tuple(found)
 
     @property
     def crack_depth(self) -> tuple[float, ...]:
@@ -87,7 +103,11 @@ class PassageBeside:
 
 def laws_beside(setup: CampaignSetup) -> LawsBeside:
     """Return the laws beside the leading one of a campaign."""
-    return LawsBeside(setup.beside, setup.fatigue)
+    return LawsBeside(setup.beside, setup.fatigue, setup.wear)
+
+
+def _set_name(settings: WearSettings) -> str:
+    return settings.coefficients if isinstance(settings.coefficients, str) else settings.coefficients.name
 
 
 def passage_beside(solution: ContactSolution, laws: LawsBeside) -> PassageBeside:
@@ -131,7 +151,7 @@ def static_beside(laws: LawsBeside) -> dict[str, Any]:
     if laws.wear:
         sets = [acting_coefficients(one) if one.law != "none" else None for one in laws.wear]
         found |= {
-            "beside_name": tuple(one.law for one in laws.wear),
+            "beside_name": laws.names,
             "beside_coefficients": tuple("" if one is None else one.name for one in sets),
             "beside_source": tuple("" if one is None else one.source for one in sets),
             "beside_doubts": tuple("" if one is None else "; ".join(one.doubts) for one in sets),
@@ -140,7 +160,9 @@ def static_beside(laws: LawsBeside) -> dict[str, Any]:
                 for one in laws.wear
             ),
             "beside_regime_name": tuple(
-                f"{one.law}: {regime}" for one in laws.wear for regime in regimes(one.law)
+                f"{name}: {regime}"
+                for name, one in zip(laws.names, laws.wear, strict=True)
+                for regime in regimes(one.law)
             ),
         }
     if laws.fatigue:

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, Strict, model_validator
+from pydantic import (
+    Field,
+    GetJsonSchemaHandler,
+    SerializerFunctionWrapHandler,
+    Strict,
+    model_serializer,
+    model_validator,
+)
+from pydantic_core import CoreSchema
 
 from wearsim.damage import fatigue
 from wearsim.damage.coefficients import FATIGUE_SETS, CoefficientSet
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.fatigue.wlrm import own_function
-from wearsim.damage.wear import DEFAULT_COEFFICIENTS, WEAR_FORMS, WearSettings, acting_coefficients
+from wearsim.damage.wear import DEFAULT_COEFFICIENTS, WEAR_FORMS, WearSettings, acting_coefficients, energy
 from wearsim.damage.wear.table import WearTable
 from wearsim.damage.wear.table_file import TableFault, wear_table
 from wearsim.errors import SceneError
@@ -51,6 +60,38 @@ class WearTableSection(Section):
     wear_coefficient: Column | None = column("Archard's coefficient", "")
 
 
+class BesideSection(Section):
+    """Entry of beside: a wear law with its own form and set, or the law's name alone."""
+
+    law: WearLawName = Field(description="the wear law")
+    form: Literal["local", "patch_mean"] | None = Field(
+        None, description="whether the law acts in each cell (where it can) or on the mean of the patch"
+    )
+    coefficients: WearSetName | None = Field(None, description="the set of wear coefficients")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_a_name(cls, data: Any) -> Any:
+        """Take the name of a law for a table with that law."""
+        if not isinstance(data, str):
+            return data
+        return {"law": Registered("wearsim.damage.wear", "WEAR_LAWS").check(data)}
+
+    @model_serializer(mode="wrap")
+    def _as_written(self, handler: SerializerFunctionWrapHandler) -> Any:
+        """Give a law without form and set as its name."""
+        return self.law if self.form is None and self.coefficients is None else handler(self)
+
+
+class _OrName:
+    """Tells in the schema that the name of a law stands for a table."""
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> Any:
+        names = Registered("wearsim.damage.wear", "WEAR_LAWS").names()
+        return {"anyOf": [{"type": "string", "enum": names}, handler(schema)]}
+
+
 class WearSection(Section):
     """[wear]: the law that turns frictional work into depth."""
 
@@ -64,6 +105,13 @@ class WearSection(Section):
     form: Literal["local", "patch_mean"] | None = Field(
         None, description="whether the law acts in each cell (where it can) or on the mean of the patch"
     )
+    energy_coefficient_mm3_kJ: float | None = quantity(
+        'the volume lost per frictional work, one constant in place of a set (law = "energy")',
+        "mm3/kJ",
+        None,
+        gt=0,
+        le=1000,
+    )
     density_kg_m3: float = quantity("the density of the wheel", "kg/m3", 7850.0, ge=500, le=25000)
     hardness_GPa: float | None = quantity(
         'the hardness of the wheel, in place of that of the set (law = "archard")', "GPa", None, ge=0.5, le=10
@@ -73,7 +121,7 @@ class WearSection(Section):
     )
     table: WearTableSection | None = None
     table_file: Text | None = words('a CSV or TOML file with the table of law = "table"', None)
-    beside: Annotated[tuple[WearLawName, ...], Strict(False)] = Field(
+    beside: Annotated[tuple[Annotated[BesideSection, _OrName], ...], Strict(False)] = Field(
         (), max_length=20, description="wear laws evaluated on the same contacts beside the leading one"
     )
 
@@ -86,7 +134,8 @@ class WearSection(Section):
         law = data.get("law", "usfd")
         if not isinstance(law, str) or law not in WEAR_FORMS:
             return data
-        own = {"coefficients": DEFAULT_COEFFICIENTS.get(law), "form": WEAR_FORMS[law][0]}
+        named = None if "energy_coefficient_mm3_kJ" in data else DEFAULT_COEFFICIENTS.get(law)
+        own = {"coefficients": named, "form": WEAR_FORMS[law][0]}
         return {**{key: value for key, value in own.items() if value is not None}, **data}
 
 
@@ -173,6 +222,9 @@ def wear_settings(section: WearSection, table: WearTable | None = None) -> WearS
 def beside_settings(section: WearSection, table: WearTable | None = None) -> tuple[WearSettings, ...]:
     """Return the settings of the wear laws beside the leading one, each with its own set and form.
 
+    An entry without form takes that of the leading law where it has it, one without set the law's own, or
+    that of the leading law where it is the same law.
+
     Parameters
     ----------
     section, table
@@ -183,19 +235,29 @@ def beside_settings(section: WearSection, table: WearTable | None = None) -> tup
     tuple of WearSettings
         In the order of `beside`.
     """
-    return tuple(_settings(section, law, table or table_of(section)[0]) for law in section.beside)
-
-
-def _settings(section: WearSection, law: str, table: WearTable | None) -> WearSettings:
-    leads = law == section.law
-    coefficients: str | CoefficientSet | None = (
-        section.coefficients if leads else DEFAULT_COEFFICIENTS.get(law)
+    return tuple(
+        _settings(section, entry.law, table or table_of(section)[0], entry) for entry in section.beside
     )
+
+
+def _settings(
+    section: WearSection, law: str, table: WearTable | None, entry: BesideSection | None = None
+) -> WearSettings:
+    coefficients: str | CoefficientSet | None = DEFAULT_COEFFICIENTS.get(law)
+    if law == section.law and section.coefficients is not None:
+        coefficients = section.coefficients
+    constant = section.energy_coefficient_mm3_kJ
+    if law == section.law == "energy" and constant is not None:
+        coefficients = energy.constant(1e-12 * constant, "energy_coefficient_mm3_kJ as given in the scene")
+    if entry is not None and entry.coefficients is not None:
+        coefficients = entry.coefficients
     if law == "table":
         coefficients = table
-    form = section.form if leads or section.form in WEAR_FORMS[law] else None
+    form = section.form if law == section.law or section.form in WEAR_FORMS[law] else None
+    if entry is not None and entry.form is not None:
+        form = entry.form
     # keys of Archard's law that no law takes are kept, so that they are refused
-    takes = law == "archard" or (leads and "archard" not in section.beside)
+    takes = law == "archard" or (entry is None and "archard" not in (one.law for one in section.beside))
     hardness = section.hardness_GPa
     return WearSettings(
         law=law,
@@ -289,11 +351,23 @@ def _wear_faults(wear: WearSection) -> Told:
     for wrong in table_of(wear)[1]:
         place = tuple(item for item in (wrong.key, wrong.row) if item is not None)
         found.append((("wear", "table", *place), wrong.message))
-    laws = (wear.law, *wear.beside)
-    for k, law in enumerate(wear.beside):
-        if law in laws[: k + 1]:
-            what = "the leading law" if law == wear.law else "given twice"
-            found.append((("wear", "beside", k), f'beside[{k}] = "{law}" is {what}; delete it'))
+    laws = (wear.law, *(entry.law for entry in wear.beside))
+    every = [wear_settings(wear), *beside_settings(wear)]
+    acting = [(one.law, one.form, one.coefficients if one.law != "table" else "") for one in every]
+    for k, entry in enumerate(wear.beside):
+        named = f'beside[{k}] = "{entry.law}"'
+        if acting[k + 1] in acting[: k + 1]:
+            what = "given twice" if acting[k + 1] in acting[1 : k + 1] else "the leading law"
+            way = "delete it, or give it another form or other coefficients"
+            found.append((("wear", "beside", k), f"{named} is {what}; {way}"))
+        elif entry.law == "table" and entry.coefficients is not None:
+            told = f'{named} with coefficients = "{entry.coefficients}": a table has its own numbers'
+            found.append((("wear", "beside", k), f"{told}; delete coefficients"))
+        elif entry.law != "table":
+            try:
+                acting_coefficients(replace(every[k + 1], hardness=None, seizure_cap="none"))
+            except SceneError as error:
+                found += [(("wear", "beside", k), f"{named}: {fault.message}") for fault in error.faults]
     given = [key for key in ("table", "table_file") if getattr(wear, key) is not None]
     if len(given) == 2:
         found.append((("wear", "table_file"), "table_file and [wear.table] are both given; delete one"))
@@ -303,6 +377,14 @@ def _wear_faults(wear: WearSection) -> Told:
     if given and "table" not in laws:
         told = f'{given[0]} acts with law = "table" only, not with "{wear.law}"; delete it, or change the law'
         found.append((("wear", given[0]), told))
+    if wear.energy_coefficient_mm3_kJ is not None:
+        key = "energy_coefficient_mm3_kJ"
+        if wear.law != "energy":
+            told = f'{key} acts with law = "energy" only, not with "{wear.law}"; delete it'
+            return [*found, (("wear", key), told)]
+        if wear.coefficients is not None:
+            told = f'{key} and coefficients = "{wear.coefficients}" are both given; delete one'
+            found.append((("wear", key), told))
     if wear.law == "table":
         if wear.coefficients is not None:
             told = f'coefficients = "{wear.coefficients}": law = "table" has its own numbers; delete it'
