@@ -26,7 +26,7 @@ from wearsim.report.tables_damage import fatigue_laws, wear_laws
 from wearsim.results import layout_of, open_results
 from wearsim.results.limits import limits_met
 from wearsim.results.plausibility import seizure_shares
-from wearsim.results.turnings import spans, turned_rows, turnings
+from wearsim.results.turnings import cracks_left, spans, turned_rows, turnings
 from wearsim.scene import build, load_scene
 
 CAMPAIGN = """\
@@ -355,6 +355,30 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
     assert told in render([ended])
     for draw in (plot_fatigue_damage, plot_wear_depth):
         np.testing.assert_array_equal(draw(ended).lines[-1].get_xydata(), draw(before).lines[-1].get_xydata())
+
+
+def test_a_life_of_cracks_costs_the_diameter_that_they_are_deep(tmp_path, rig_text):
+    """Turned at a limit of damage alone: sound each time, for twice the depth of the deepest crack.
+
+    At most for that over the cosine of the root's slope, below 45 degrees there; what is worn, 1 um, apart.
+    """
+    text = rig_text[: rig_text.index("[campaign.limits]")].replace("distance_km = 12", "distance_km = 4")
+    text += "max_step_km = 1\n[campaign.limits]\ndamage = 0.001\n"
+    text += '[campaign.reprofiling]\nat_limits = ["damage"]\n'
+    text = text.replace('["wlrm"]', '["wlrm"]\nbranch = "rising"\ncrack_depth_mm = 50')
+    (tmp_path / "rig.toml").write_text(text)
+    with open_results(run_scene(tmp_path / "rig.toml", tmp_path / "out")[0]) as opened:
+        found = opened.load()
+    rows = turned_rows(found)
+    assert len(rows) > 1
+    damage, diameter = found["fatigue_damage"].values, found["wheel_diameter"].values
+    for row in rows:
+        assert damage[row - 1].max() >= 0.001
+        assert not damage[row].any()
+        lost, deepest = diameter[row - 1] - diameter[row], 50e-3 * damage[row - 1].max()
+        assert lost.min() > 2.0 * deepest - 2e-6
+        assert lost.max() < 2.0 * deepest / np.cos(np.radians(45.0)) + 2e-6
+    assert cracks_left(found).endswith("and left none.")
 
 
 @pytest.fixture(scope="module")

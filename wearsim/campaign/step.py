@@ -211,8 +211,8 @@ def advance(
     -------
     State
         At the end of the step, with its error: the largest difference in depth between the rules of first
-        and second order, after smoothing, of the wheels and of a counterface that wears. Depths of laws beside
-        and fatigue damage follow the same steps, but their errors are not in it.
+        and second order, after smoothing, of the wheels and of a counterface that wears. Depths of laws
+        beside and fatigue damage follow the same steps, but their errors are not in it.
 
     Raises
     ------

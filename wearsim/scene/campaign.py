@@ -39,7 +39,7 @@ class CampaignSection(Section):
         "heun", description="the rule that combines wear rates"
     )
     error_tolerance_um: float = quantity(
-        "the largest estimated error of one step, of the depth of wheels and counterface",
+        "the largest estimated error of the depth of one step, of wheels and counterface",
         "um",
         1.0,
         ge=0.001,
