@@ -161,7 +161,7 @@ def test_a_distance_that_is_none_is_told(text, capsys):
     assert "must be a distance above 0" in capsys.readouterr().err
 
 
-def test_other_contact_models_tell_how_far_the_end_depends_on_them(converged, tmp_path):
+def test_other_contact_models_tell_how_far_the_end_depends_on_them(converged, tmp_path, undrawn):
     """A scaled friction would move all alike; here the place of the difference counts, too."""
     scene, _ = converged
     out = tmp_path / "out"
