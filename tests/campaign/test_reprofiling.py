@@ -23,7 +23,7 @@ from wearsim.report.html import render
 from wearsim.report.inspect import inspect, summary, summary_text
 from wearsim.report.tables import quality, turned_wheels
 from wearsim.report.tables_damage import fatigue_laws, wear_laws
-from wearsim.results import layout_of, open_results
+from wearsim.results import doubts, layout_of, open_results
 from wearsim.results.limits import limits_met
 from wearsim.results.plausibility import seizure_shares
 from wearsim.results.turnings import cracks_left, spans, turned_rows, turnings
@@ -308,9 +308,11 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     cracked["fatigue_crack_depth"] = ("fatigue", [5e-3])
     assert "(1 is a crack of 5 mm) and left none." in render([cracked])
     damage = data["fatigue_damage"].copy()
-    damage[turned_rows(data)[0], 0, 0, 7] = 0.0123
+    damage[turned_rows(data)[0], 0, 0, 7] = 0.012
     cracked["fatigue_damage"] = damage
-    assert "(1 is a crack of 5 mm) and left at most 0.0123 of it." in render([cracked])
+    page = render([cracked])
+    assert "(1 is a crack of 5 mm) and left at most 0.012 of it." in page
+    assert "the lathe left cracks of wlrm, up to 0.06 mm deep: damage among at_limits" in page
     assert f"{first.distance / 1e3:.3f} km, wheel diameter right 920.00 to 919." in summary_text(found)
 
 
@@ -379,6 +381,7 @@ def test_a_life_of_cracks_costs_the_diameter_that_they_are_deep(tmp_path, rig_te
         assert lost.min() > 2.0 * deepest - 2e-6
         assert lost.max() < 2.0 * deepest / np.cos(np.radians(45.0)) + 2e-6
     assert cracks_left(found).endswith("and left none.")
+    assert not any("the lathe" in line for line in doubts(found))
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wearsim.nomenclature import percent
-from wearsim.results.turnings import depth_by_regime, spans
+from wearsim.results.turnings import damage_left, depth_by_regime, spans
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -272,6 +272,32 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
     )
 
 
+def cracks_warning(dataset: xr.Dataset) -> str | None:
+    """Warn of cracks deeper than the lathe has cut.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+
+    Returns
+    -------
+    str or None
+        One line; None where turned wheels are sound, or no depth of cracks is stated.
+    """
+    told = [
+        f"of {law}, up to {1e3 * damage * crack:.2g} mm deep"
+        for law, (damage, crack) in damage_left(dataset).items()
+        if damage > 0.0
+    ]
+    if not told:
+        return None
+    return (
+        f"the lathe left cracks {'; '.join(told)}: damage among at_limits of [campaign.reprofiling] has them "
+        f"cut out, a larger cut_mm takes more of them"
+    )
+
+
 def doubts(dataset: xr.Dataset) -> list[str]:
     """All warnings of this module for one result, one line each.
 
@@ -290,6 +316,7 @@ def doubts(dataset: xr.Dataset) -> list[str]:
         load_scale_warning(dataset),
         seizure_warning(dataset),
         outside_warning(dataset),
+        cracks_warning(dataset),
     )
     return [line for line in found if line is not None]
 

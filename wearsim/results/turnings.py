@@ -125,6 +125,32 @@ def closing_turning(dataset: xr.Dataset) -> str:
     return "The campaign ends with a turning of the wheels: what is told of its end is the state before it."
 
 
+def damage_left(dataset: xr.Dataset) -> dict[str, tuple[float, float]]:
+    """Tell the damage that the lathe left, of laws that state the depth of their cracks.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From `results.open_results`.
+
+    Returns
+    -------
+    dict of str to (float, float)
+        By law the largest damage of wheels as they come from the lathe [-] and the depth of a crack of
+        damage 1 [m]; empty without turnings.
+    """
+    rows = turned_rows(dataset)
+    if not rows or "fatigue_name" not in dataset:
+        return {}
+    return {
+        str(law): (float(dataset["fatigue_damage"].values[rows, :, k].max()), float(crack))
+        for k, (law, crack) in enumerate(
+            zip(dataset["fatigue_name"].values, dataset["fatigue_crack_depth"].values, strict=True)
+        )
+        if np.isfinite(crack)
+    }
+
+
 def cracks_left(dataset: xr.Dataset) -> str:
     """Say what the lathe made of fatigue damage, law by law; "" where there is none or no turning.
 
@@ -133,18 +159,16 @@ def cracks_left(dataset: xr.Dataset) -> str:
     dataset : Dataset
         From `results.open_results`.
     """
-    rows = turned_rows(dataset)
-    if not rows or "fatigue_name" not in dataset:
+    if not turned_rows(dataset) or "fatigue_name" not in dataset:
         return ""
-    told = []
-    for k, law in enumerate(dataset["fatigue_name"].values):
-        crack = float(dataset["fatigue_crack_depth"].values[k])
-        if not np.isfinite(crack):
+    left, told = damage_left(dataset), []
+    for law in dataset["fatigue_name"].values:
+        if law not in left:
             why = "which states no depth of its cracks"
             told.append(f"The lathe is assumed to take all damage of {law}, {why}.")
             continue
-        left = float(dataset["fatigue_damage"].values[rows, :, k].max())
-        kept = f"left at most {left:.3g} of it" if left > 0.0 else "left none"
+        damage, crack = left[law]
+        kept = f"left at most {damage:.3g} of it" if damage > 0.0 else "left none"
         reached = f"the damage its cut reached (1 is a crack of {1e3 * crack:g} mm)"
         told.append(f"Of {law} the lathe took {reached} and {kept}.")
     return " ".join(told)
