@@ -99,7 +99,8 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
     values = 2 * vertices * (4 + len(regimes(setup.wear.law))) + count * (8 * _PATCH_VALUES + 2)
     laws = len(setup.fatigue)
     values += 2 * vertices * (len(setup.beside) + (1 + 4 * laws if laws else 0))
-    values += count * 8 * (2 + laws) if laws else 0
+    # wear numbers and the index below the surface; of each law damage, place and index in three units
+    values += count * 8 * (3 + 5 * laws) if laws else 0
     if setup.counterface_wear is not None:  # its y, z and depth
         values += 2 * 3 * len(setup.counterface.profile.y)
     return {
