@@ -147,6 +147,8 @@ def test_check_tells_the_laws_beside_and_the_fatigue_laws(capsys):
     told = capsys.readouterr().out
     assert "archard (local), jendel_2002" in told
     assert "wlrm, burstow_2004, rising form, wear number with spin, wear removes cracks of 5 mm" in told
+    assert "cracks of 5 mm; assumed: places 10 mm wide, 3 mm may wear" in told
+    assert "stress_index, dirks_enblom_2011; assumed: places 10 mm wide\n" in told
     assert cli.main(["check", "workflows/fatigue.toml", "--json"]) == 0
     campaign = json.loads(capsys.readouterr().out)["campaigns"][0]
     assert [one["law"] for one in campaign["beside"]] == ["archard", "brr", "energy"]

@@ -149,7 +149,10 @@ def _laws(item: dict[str, Any]) -> list[tuple[str, str]]:
     for one in item["fatigue"]:
         form = f", {one['branch']} form, wear number {one['wear_number']}" if "branch" in one else ""
         removal = f", wear removes cracks of {1e3 * one['crack_depth']:g} mm" if "crack_depth" in one else ""
-        lines.append(("fatigue law", f"{one['law']}, {one['coefficients']}{form.replace('_', ' ')}{removal}"))
+        assumed = f"; assumed: places {1e3 * one['crack_width']:g} mm wide"
+        assumed += f", {1e3 * one['wear_limit']:g} mm may wear" if "wear_limit" in one else ""
+        told = f"{one['law']}, {one['coefficients']}{form.replace('_', ' ')}{removal}{assumed}"
+        lines.append(("fatigue law", told))
     return lines
 
 
