@@ -40,6 +40,29 @@ class Kinematics:
         return value
 
 
+def moved(motion: Kinematics, along: FloatArray, across: FloatArray) -> Kinematics:
+    """Creepage of the same rigid planes at another point of them.
+
+    Parameters
+    ----------
+    motion : Kinematics
+        Of m patches.
+    along, across : (m,) array
+        To the new point, forwards and to the field side [m].
+
+    Returns
+    -------
+    Kinematics
+        With the same spin.
+    """
+
+    def at(value: FloatArray) -> FloatArray:
+        longitudinal, lateral, spin = value.T
+        return np.stack((longitudinal - spin * across, lateral + spin * along, spin), axis=1)
+
+    return Kinematics(at(motion.at_rest), at(motion.per_speed), motion.x + along)
+
+
 def kinematics(
     *,
     wheel_y: FloatArray,

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from wearsim.contact import geometry, roll, rotation
-from wearsim.contact.creepage import Kinematics, kinematics
+from wearsim.contact.creepage import Kinematics, kinematics, moved
 from wearsim.contact.geometry import Attitude, Contour, Rings
 from wearsim.contact.kernel import kernel
 from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
@@ -222,17 +222,18 @@ def _solve_side(
         value: FloatArray = table[line, index] + share * (table[line, index + 1] - table[line, index])
         return value
 
-    centre = normal.centre_y
-    wheel_y = at(gap.wheel_y, centre)
+    wheel_y = at(gap.wheel_y, normal.centre_y)
+    seen = normal.seen_from
+    centre = normal.centre_y if seen is None else seen.y
     ground_z, apart = np.interp(centre, grid, ground.z), at(gap.gap, centre)
     # The wheel goes straight down, the gap is measured along the roller's radius there.
     slope = counterface.curvature * at(gap.x, centre) / (1.0 - counterface.curvature * (ground_z - apart))
     motion = kinematics(
-        wheel_y=wheel_y,
+        wheel_y=at(gap.wheel_y, centre),
         wheel_radius=at(gap.wheel_radius, centre),
         sin_theta=at(gap.sin_theta, centre),
         counterface_z=ground_z,
-        approach=normal.approach,
+        approach=normal.approach if seen is None else seen.approach,
         overlap=normal.descent / np.sqrt(1.0 + slope**2) - apart,
         contact_angle=normal.contact_angle,
         shift=attitude.shift[patch_row],
@@ -242,6 +243,8 @@ def _solve_side(
         track_curvature=sign * chunk.track_curvature[patch_row],
         **span,
     )
+    if seen is not None:
+        motion = moved(motion, seen.along, seen.across)
     if chunk.creepage is not None:
         shared = np.flatnonzero(np.diff(patch_row) == 0)
         if shared.size > 0:

@@ -187,6 +187,22 @@ def test_parts_feel_each_other():
     np.testing.assert_allclose(got.approach, float(exact.approach) + further, rtol=3e-3)
 
 
+def test_parts_near_each_other_share_a_plane_and_a_point(gap_of):
+    """Two parts 8 mm apart and 0.1 rad: one plane, one point for the creepages; far apart each its own."""
+    near = solved(gap_of(5e-3), 80e3)
+    assert near.patch.row.size == 2
+    assert near.contact_angle[0] == pytest.approx(near.contact_angle[1], abs=2e-4)
+    assert near.seen_from.y[0] == pytest.approx(near.seen_from.y[1], abs=1e-9)
+    middle = (near.normal_force * near.centre_y).sum() / near.normal_force.sum()
+    assert near.seen_from.y[0] == pytest.approx(middle, abs=1e-9)
+    apart = np.diff(near.seen_from.across) * np.cos(near.contact_angle[0])
+    assert apart == pytest.approx(np.diff(near.centre_y), rel=0.05)
+    alone = solved(gap_of(0.0), 80e3)
+    assert alone.seen_from.y == pytest.approx(alone.centre_y, abs=1e-12)
+    assert alone.seen_from.across == pytest.approx(0.0, abs=1e-12)
+    assert alone.seen_from.approach == pytest.approx(alone.approach, rel=1e-12)
+
+
 def test_pressure_follows_the_shift_without_jumps(gap_of):
     """From one part through a split to the other in steps of 20 um: pressure and area, 12 % each."""
     shift = np.arange(4.4e-3, 5.8e-3, 20e-6)

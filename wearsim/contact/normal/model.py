@@ -10,6 +10,26 @@ from wearsim.contact.patch import FloatArray, Patch
 
 
 @dataclass(frozen=True)
+class SharedPoint:
+    """Point from which the motion of patches is seen that lie in one plane; of a patch alone, its centre.
+
+    Parameters
+    ----------
+    y : (m,) array
+        On the counterface profile [m].
+    approach : (m,) array
+        Rigid approach of the planes there along the normal [m].
+    across, along : (m,) array
+        How far the patch's centre lies from there, in the plane, to the field side and forwards [m].
+    """
+
+    y: FloatArray
+    approach: FloatArray
+    across: FloatArray
+    along: FloatArray
+
+
+@dataclass(frozen=True)
 class NormalSolution:
     """What a normal model gives; the leading axis is the patch, ordered by row and falling normal force.
 
@@ -34,6 +54,8 @@ class NormalSolution:
         tolerance of the balance; more where a model's load jumps past the wanted one [-].
     descent : (m,) array
         How far the load pushes the wheel down from its design height, alike for its patches [m].
+    seen_from : SharedPoint, optional
+        Where the planes of wheel and counterface are taken for the creepages; none: at the centre.
     """
 
     patch: Patch
@@ -45,6 +67,7 @@ class NormalSolution:
     edge_y: FloatArray
     load_scale: FloatArray
     descent: FloatArray
+    seen_from: SharedPoint | None = None
 
 
 class NormalModel(Protocol):

@@ -54,7 +54,7 @@ def pair_up(strips: FloatArray, lobe: IntArray, total: int, pairs: FloatArray) -
                 across, down = strips[Y, j] - strips[Y, k], strips[Z, j] - strips[Z, k]
                 distance = np.sqrt(across * across + down * down)
                 half = 0.25 * (strips[WIDTH, j] + strips[WIDTH, k])
-                share = fade(strips[ANGLE, j] - strips[ANGLE, k]) * 0.5 / half
+                share = fade(strips[ANGLE, j] - strips[ANGLE, k], distance) * 0.5 / half
                 pairs[NEARER, j, k] = pairs[NEARER, k, j] = np.log(max(distance - half, 0.1 * half))
                 pairs[FARTHER, j, k] = pairs[FARTHER, k, j] = np.log(distance + half)
                 pairs[SHARE, j, k], pairs[SHARE, k, j] = share * strips[WIDTH, k], share * strips[WIDTH, j]

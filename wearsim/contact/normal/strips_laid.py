@@ -25,8 +25,11 @@ FIELDS = 14
 # ends each: one too far out, one too far in, the last one tried.
 STRIPS, OUTER, INNER, LAST = 5, 6, 10, 14
 PART = 18
-# Strips feel each other fully up to 20 degrees between their planes and not at all from 40 on.
-_FULL, _NONE = 0.349, 0.698
+MARGIN = 0.3  # strips' widths laid beyond the end of the patch
+# Angles between the planes up to which strips feel each other fully, and from which on not at all: next to
+# each other, and from 10 mm on as contacts share a plane.
+_NEXT, _AWAY = 4e-3, 10e-3
+_FULL_NEXT, _NONE_NEXT, _FULL_AWAY, _NONE_AWAY = 0.349, 0.698, 0.2, 0.3
 
 
 @kernel
@@ -119,9 +122,12 @@ def lay(
 
 
 @kernel
-def fade(turn: float) -> float:
-    """Share to which strips feel each other whose planes are turned by an angle."""
-    share: float = min(max((_NONE - abs(turn)) / (_NONE - _FULL), 0.0), 1.0)
+def fade(turn: float, distance: float) -> float:
+    """Share to which strips at a distance feel each other whose planes are turned by an angle."""
+    away = min(max((distance - _NEXT) / (_AWAY - _NEXT), 0.0), 1.0)
+    full = _FULL_NEXT + away * (_FULL_AWAY - _FULL_NEXT)
+    none = _NONE_NEXT + away * (_NONE_AWAY - _NONE_NEXT)
+    share: float = min(max((none - abs(turn)) / (none - full), 0.0), 1.0)
     return share
 
 

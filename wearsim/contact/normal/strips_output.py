@@ -21,7 +21,9 @@ from wearsim.contact.normal.strips_laid import (
     SQUARE,
     WIDTH,
     S,
+    Y,
 )
+from wearsim.contact.normal.strips_planes import share_points, value_at
 from wearsim.contact.normal.strips_refit import end_of
 from wearsim.contact.normal.strips_wheel import solve_wheel
 from wearsim.contact.patch import FloatArray, IntArray
@@ -81,8 +83,9 @@ def lay_patches(
 ) -> None:
     """Solve every row and lay its patches, by falling normal force.
 
-    `values` (n, most, 8): centre y, angle, approach, normal force, largest pressure, load scale, descent,
-    width of the strips.
+    `values` (n, most, 13): centre y, angle of the plane, approach, normal force, largest pressure, load
+    scale, descent, width of the strips; place y from which the patch is seen, its angle for itself, approach
+    at that place, and how far across and along its centre lies from there.
     """
     most = 4 * count
     strips, lobe = np.zeros((FIELDS, most)), np.zeros(most, np.int64)
@@ -226,3 +229,9 @@ def lay_patches(
             line = values[row, rank]
             line[0], line[1], line[2], line[3] = centre, delta, (descent - (lowest - low)) * cosine, normal
             line[4], line[5], line[6], line[7] = peak, scale, low + descent, step
+            weighted, total_load = 0.0, 0.0
+            for j in range(a, b + 1):
+                weighted += strips[LOAD, j] * value_at(strips[Y, j], grid_y, angle)
+                total_load += strips[LOAD, j]
+            line[9] = weighted / total_load
+        share_points(runs, descent, grid_y, grid_z, along, out_edge[row], values[row])

@@ -16,6 +16,7 @@ from wearsim.contact.normal.strips_laid import (
     LAST,
     LOAD,
     LOG,
+    MARGIN,
     OUTER,
     SQUARE,
     STRIPS,
@@ -24,9 +25,9 @@ from wearsim.contact.normal.strips_laid import (
     Z,
     fade,
 )
+from wearsim.contact.normal.strips_planes import TILT, WEIGHT, planes_of
 from wearsim.contact.patch import FloatArray, IntArray
 
-MARGIN = 0.3  # strips' widths laid beyond the end of the patch
 _SETTLED = 0.03  # widths of a strip, by which the ends of a patch miss their place between the strips
 _STILL = 1e-4  # rad, by which the plane of a part turns, at most, in the last stage
 _GIVES_WAY = 0.25  # widths of a strip
@@ -74,25 +75,6 @@ def end_of(strips: FloatArray, first: int, step: int, count: int) -> float:
 
 
 @kernel
-def plane_of(
-    left: float, right: float, old: FloatArray, total: int, grid_y: FloatArray, angle: FloatArray
-) -> tuple[float, float, bool]:
-    """Pressure-weighted place and angle of the strips between two places; whether there are any."""
-    weight, moment, tilt = 0.0, 0.0, 0.0
-    for j in range(total):
-        if left <= old[0, j] <= right:
-            i = min(max(np.searchsorted(grid_y, old[0, j]) - 1, 0), grid_y.size - 2)
-            share = (old[0, j] - grid_y[i]) / (grid_y[i + 1] - grid_y[i])
-            load = old[1, j] * old[3, j]
-            weight += load
-            moment += load * old[0, j]
-            tilt += load * (angle[i] + share * (angle[i + 1] - angle[i]))
-    if weight > 0.0:
-        return moment / weight, tilt / weight, True
-    return 0.0, 0.0, False
-
-
-@kernel
 def overlap(
     k: int,
     descent: float,
@@ -111,10 +93,12 @@ def overlap(
         return 0.0
     for j in range(total):
         p = strips[LOAD, j]
-        share = fade(strips[ANGLE, j] - angle[k])
-        if p > 0.0 and share > 0.0:
-            across, down = strips[Y, j] - grid_y[k], strips[Z, j] - grid_z[k]
-            distance = np.sqrt(across * across + down * down)
+        if p <= 0.0:
+            continue
+        across, down = strips[Y, j] - grid_y[k], strips[Z, j] - grid_z[k]
+        distance = np.sqrt(across * across + down * down)
+        share = fade(strips[ANGLE, j] - angle[k], distance)
+        if share > 0.0:
             half = 0.5 * strips[WIDTH, j]
             if distance > 3.0 * half:
                 # The logarithm as a series: it is off by less than 1e-4 of the difference.
@@ -255,23 +239,23 @@ def refit(
 @kernel
 def turned(
     spans: FloatArray,
+    found: int,
     old: FloatArray,
     old_total: int,
     strips: FloatArray,
     lobe: IntArray,
     total: int,
     grid_y: FloatArray,
+    grid_z: FloatArray,
     angle: FloatArray,
+    planes: FloatArray,
 ) -> bool:
     """Whether the plane of a part is not that of its pressures."""
-    base = 0
-    while base < total:
-        k = lobe[base]
-        _, tilt, known = plane_of(spans[k, 0], spans[k, 1], old, old_total, grid_y, angle)
-        if known and abs(tilt - strips[ANGLE, base]) > _STILL:
+    planes_of(spans, found, old, old_total, grid_y, grid_z, angle, planes)
+    for j in range(total):
+        k = lobe[j]
+        if planes[k, WEIGHT] > 0.0 and abs(planes[k, TILT] - strips[ANGLE, j]) > _STILL:
             return True
-        while base < total and lobe[base] == k:
-            base += 1
     return False
 
 

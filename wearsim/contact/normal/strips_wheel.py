@@ -11,8 +11,21 @@ from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import kernel
 from wearsim.contact.normal.refusal import AT_EDGE, NO_BALANCE, NO_TOUCH
 from wearsim.contact.normal.strips_equations import pair_up
-from wearsim.contact.normal.strips_laid import GAP, LOAD, LOG, OUTER, SQUARE, STRIPS, TURN, WIDTH, Y, lay
-from wearsim.contact.normal.strips_refit import APART, MARGIN, another_part, plane_of, refit, turned
+from wearsim.contact.normal.strips_laid import (
+    GAP,
+    LOAD,
+    LOG,
+    MARGIN,
+    OUTER,
+    SQUARE,
+    STRIPS,
+    TURN,
+    WIDTH,
+    Y,
+    lay,
+)
+from wearsim.contact.normal.strips_planes import MIDDLE, PLANE, TILT, WEIGHT, planes_of
+from wearsim.contact.normal.strips_refit import APART, another_part, refit, turned
 from wearsim.contact.normal.strips_solution import newton, relax
 from wearsim.contact.normal.strips_start import first_descent
 from wearsim.contact.patch import FloatArray, IntArray
@@ -22,6 +35,7 @@ _CLOSE = 0.1  # change of q, over the largest, from which Newton's method takes 
 # Changes in Newton's method, over the largest: after the first it is seen whether the strips fit at all,
 # after the second whether they still do, after the third the next one is rounding.
 _FIRST, _ROUGH, _DONE = 3e-2, 3e-3, 1e-4
+_HARD = 8  # stages, after which they do so each time
 _FAR = 0.5  # widths of a strip, by which an end moved, from which lengths and pressures take turns first
 _WIDEST = 0.65e-3  # m, of a strip: profiles change their radius within wide patches
 
@@ -73,6 +87,7 @@ def solve_wheel(
     active = np.empty(most, np.int64)
     before = np.empty((2, most))
     fresh = np.empty_like(spans)
+    planes = np.empty((spans.shape[0], PLANE))
     uncertain = False
     made_for, scale = np.zeros(most + 1, np.int64), np.empty(3)
     may_split, splits = True, 0
@@ -89,6 +104,7 @@ def solve_wheel(
                 found -= 1
             else:
                 k += 1
+        planes_of(spans, found, old, old_total, grid_y, grid_z, angle, planes)
         total = int(np.int64(0))  # numba would compile the kernels for a literal 0 once more
         for k in range(found):
             # Strips much narrower than long make Newton's method fail.
@@ -110,7 +126,8 @@ def solve_wheel(
             a, b = spans[k, 0], spans[k, 1]
             # Middle and angle of the plane: of the pressures, at first of the depths.
             weight, moment, tilt = 0.0, 0.0, 0.0
-            middle, delta, known = plane_of(a, b, old, old_total, grid_y, angle)
+            known = planes[k, WEIGHT] > 0.0
+            middle, delta = planes[k, MIDDLE], planes[k, TILT]
             if not known:
                 i = max(np.searchsorted(grid_y, a), 1)
                 while i < grid_y.size - 1 and grid_y[i] < b:
@@ -151,7 +168,7 @@ def solve_wheel(
         pair_up(strips, lobe, total, pairs)
         for j in range(total):
             strips[SQUARE, j] = max(strips[SQUARE, j], 1e-10)
-        if stage == 0 or uncertain:
+        if stage == 0 or uncertain or stage >= _HARD:
             descent, steps, done = relax(
                 strips, lobe, total, descent, load, vertical, influence, _CLOSE, active, pairs, near, far,
                 plain_matrix, right,
@@ -193,8 +210,10 @@ def solve_wheel(
                 total, influence, spans, fresh,
             )  # fmt: skip
             if not again:
-                again = turned(fresh, old, old_total, strips, lobe, total, grid_y, angle)
-            if again:
+                again = turned(
+                    fresh, kept, old, old_total, strips, lobe, total, grid_y, grid_z, angle, planes
+                )
+            if again and stage < _STAGES - 1:
                 break
         info[0], info[1], info[2], info[3] = total, descent, low, stage
         found = kept
