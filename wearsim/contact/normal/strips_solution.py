@@ -33,6 +33,7 @@ from wearsim.contact.patch import FloatArray, IntArray
 
 _SWEEPS = 40  # of lengths and pressures in turn, at most
 _STEPS = 60  # of Newton's method, at most
+_OVERLAP = 1e-3  # of the descent, of a strip that stays without pressure
 _GOOD = 0.4  # of the last step's change, up to which a Jacobian is kept
 
 
@@ -243,9 +244,9 @@ def newton(
         if left or change > 0.03:
             continue
         # Strips without pressure that overlap come in.
-        entered = False
+        entered, kept_out = False, False
         for i in range(total):
-            if strips[LOAD, i] > 0.0 or barred[i] > 1.0:
+            if strips[LOAD, i] > 0.0:
                 continue
             lifted = strips[GAP, i] - descent * strips[TURN, i]
             nearest, distance = -1, 1e9
@@ -256,10 +257,12 @@ def newton(
                 lifted += pairs[SHARE, i, j] * (a - b) * strips[LOAD, j]
                 if pairs[FARTHER, i, j] < distance and strips[LOAD, j] > 0.0:
                     nearest, distance = j, pairs[FARTHER, i, j]
-            if lifted < -1e-5 * descent:
+            if barred[i] > 1.0:
+                kept_out = kept_out or lifted < -_OVERLAP * descent
+            elif lifted < -1e-5 * descent:
                 entered = True
                 strips[LOAD, i] = 0.05 * strips[LOAD, nearest]
                 strips[SQUARE, i] = 0.05 * strips[SQUARE, nearest]
         if not entered and change < tolerance:
-            return descent, step + 1, True
+            return descent, step + 1, not kept_out
     return descent, _STEPS, False
