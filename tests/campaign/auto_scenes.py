@@ -1,7 +1,8 @@
-"""Made-up rigs on which `model = "auto"` has to keep its tolerance; as a program it writes a test's table.
+"""Made-up scenes on which `model = "auto"` has to keep its tolerance; as a program it writes a test's table.
 
-Run `python tests/campaign/auto_scenes.py` (minutes; with a tolerance behind, the rows of that one alone, on
-standard output). The seed is not that of the collectives on which the margin of the choice was found.
+Run `python tests/campaign/auto_scenes.py` (minutes; with numbers of scenes behind, their rows alone, on
+standard output). The rigs below 50 are those on which the size of the sample was found; rigs and field scenes
+from 50 on were made after it.
 """
 
 import csv
@@ -18,10 +19,20 @@ from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.scene import build, load_scene
 
 TABLE = Path(__file__).parents[1] / "data" / "auto_tolerance.csv"
-POINTS = 24
-SCENES = {0.1: range(30), 0.05: range(30, 50)}  # numbers by tolerance
+SCENES = (
+    *((number, "rig", 24, 0.1) for number in range(30)),
+    *((number, "rig", 24, 0.05) for number in range(30, 50)),
+    *((number, "rig", 60, 0.05) for number in range(50, 60)),
+    *((number, "field", 45, 0.05) for number in range(60, 70)),
+    *((number, "rig", 60, 0.1) for number in range(70, 75)),
+    *((number, "field", 45, 0.1) for number in range(75, 80)),
+)
+"""Number, kind, operating points, tolerance."""
+UNSEEN = 50
+"""Number of the first scene on which nothing was tuned."""
 COLUMNS = (
     "scene",
+    "kind",
     "tolerance",
     "alone",
     "alone_cost",
@@ -34,17 +45,13 @@ COLUMNS = (
 )
 
 
-def tolerance_of(number):
-    """Tolerance of a scene."""
-    return next(tolerance for tolerance, numbers in SCENES.items() if number in numbers)
-
-
 def scene(number):
-    """Text of a rig scene: any standard wheel and rail, roller, and a collective around some mean shift."""
+    """Text of a scene: any standard wheel and rail, on a roller or in the field, around some mean shift."""
+    _, kind, points, tolerance = SCENES[number]
     random = np.random.default_rng([2026, number])
     mean, spread = random.uniform(-2.0, 2.0), random.uniform(0.5, 2.0)
     text = f"""[scene]
-kind = "rig"
+kind = "{kind}"
 [wheelset]
 profile = "{random.choice(["S1002", "EPS", "P8", "1in40"])}"
 radius_mm = {random.uniform(350.0, 500.0):.0f}
@@ -52,14 +59,22 @@ radius_mm = {random.uniform(350.0, 500.0):.0f}
 profile = "{random.choice(["60E1", "54E1", "60E2"])}"
 inclination = "{random.choice(["1:20", "1:40"])}"
 gauge_mm = {random.uniform(1430.0, 1440.0):.0f}
-roller_radius_mm = {10.0 ** random.uniform(2.6, 3.6):.0f}
-[contact]
+"""
+    if kind == "rig":
+        text += f"roller_radius_mm = {10.0 ** random.uniform(2.6, 3.6):.0f}\n"
+    text += f"""[contact]
 model = "auto"
-tolerance = {tolerance_of(number)}
+tolerance = {tolerance}
 [campaign]
 distance_km = 10
 """
-    for point in range(POINTS):
+    return text + (_blocks(random, points, mean, spread) if kind == "rig" else _classes(random, points, mean))
+
+
+def _blocks(random, points, mean, spread):
+    """Blocks of a rig."""
+    text = ""
+    for point in range(points):
         text += f"""[[operation.block]]
 name = "{point}"
 shift_mm = {np.clip(random.normal(mean, spread), -5.0, 5.0):.3f}
@@ -68,6 +83,28 @@ load_kN = {random.uniform(50.0, 120.0):.1f}
 speed_km_h = 72
 friction = {random.uniform(0.1, 0.5):.2f}
 distance_km = 1
+"""
+    return text
+
+
+def _classes(random, points, mean):
+    """Tangent track and curves to either side, in which the wheelset runs outwards with its yaw."""
+    text = ""
+    for name, side, share in (("tangent", 0.0, 0.5), ("right", -1.0, 0.3), ("left", 1.0, 0.2)):
+        curve = 10.0 ** random.uniform(2.6, 3.5)
+        spread = random.uniform(0.3, 1.5)
+        out = side * random.uniform(1.0, 3.5) if side else 0.3 * mean
+        text += f"""[[operation.class]]
+name = "{name}"
+shift_mean_mm = {out:.3f}
+shift_std_mm = {min(spread, (5.0 - abs(out)) / 3.0):.3f}
+positions = {points // 3}
+yaw_mrad = {side * random.uniform(0.0, 3.0):.3f}
+{f"curve_radius_m = {-side * curve:.0f}" if side else ""}
+load_kN = {random.uniform(50.0, 110.0):.1f}
+speed_km_h = 72
+friction = {random.uniform(0.1, 0.5):.2f}
+share = {share}
 """
     return text
 
@@ -98,7 +135,8 @@ def outcome(number, folder):
     whole_alone, whole = (one.depth_error for one in judged)
     return {
         "scene": number,
-        "tolerance": tolerance_of(number),
+        "kind": SCENES[number][1],
+        "tolerance": SCENES[number][3],
         "alone": choose.named(alone.models),
         "alone_cost": choose.COST_ORDER[candidates.index(alone.models)][3],
         "alone_whole": f"{whole_alone:.4f}",
@@ -113,11 +151,11 @@ def outcome(number, folder):
 if __name__ == "__main__":
     import tempfile
 
-    wanted = [float(text) for text in sys.argv[1:]] or list(SCENES)
+    wanted = [int(text) for text in sys.argv[1:]] or range(len(SCENES))
     with open(TABLE, "w", newline="") if len(sys.argv) == 1 else sys.stdout as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
-        for scene_number in (number for tolerance in wanted for number in SCENES[tolerance]):
+        for scene_number in wanted:
             with tempfile.TemporaryDirectory() as scratch:
                 row = outcome(scene_number, scratch)
             writer.writerow(row)

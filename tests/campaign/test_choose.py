@@ -9,7 +9,7 @@ import pytest
 
 from wearsim import open_results
 from wearsim.campaign import choose
-from wearsim.campaign.classes import CLASSES
+from wearsim.campaign.classes import CLASSES, point_classes
 from wearsim.campaign.evidence import judge
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.rate import select
@@ -42,7 +42,9 @@ distance_km = 1
 
 
 def test_a_small_collective_is_its_own_sample():
-    index, weight = choose.sample(np.array([1.0, 5.0, 2.0]), np.array([0.5, 0.0, 0.25]))
+    index, weight = choose.sample(
+        np.array([1.0, 5.0, 2.0]), np.array([0.5, 0.0, 0.25]), np.zeros(3, dtype=np.int64), 2
+    )
     assert index.tolist() == [0, 2]
     assert weight.tolist() == [2.0 / 3.0, 1.0 / 3.0]
 
@@ -51,14 +53,33 @@ def test_a_sample_stands_for_the_work_in_equal_parts():
     """100 points, one of which does half of the work: it is taken, and the rest is spread over the others."""
     work = np.ones(100)
     work[37] = 100.0
-    index, weight = choose.sample(work, np.full(100, 0.01), 10)
+    one_class = np.zeros(100, dtype=np.int64)
+    index, weight = choose.sample(work, np.full(100, 0.01), one_class, 10)
     assert 37 in index
     assert 5 <= index.size <= 10
     assert np.all(np.diff(index) > 0)
     assert weight.sum() == pytest.approx(1.0, rel=1e-12)
     part = weight * work[index] / (weight * work[index]).sum()
     np.testing.assert_allclose(part, np.where(index == 37, 0.5, 0.1), rtol=1e-9)
-    assert choose.sample(np.zeros(100), np.full(100, 0.01), 10)[0].size == 10
+    assert choose.sample(np.zeros(100), np.full(100, 0.01), one_class, 10)[0].size == 10
+
+
+def test_each_class_is_stood_for_by_points_of_its_own_with_its_own_share_of_the_work():
+    rng = np.random.default_rng(3)
+    work, weight = rng.uniform(0.0, 1.0, 60) ** 3, rng.uniform(0.1, 1.0, 60)
+    weight /= weight.sum()
+    whose = point_classes(work, weight)
+    index, own = choose.sample(work, weight, whose, 5)
+    scale = own @ work[index] / (weight @ work)  # weights add up to 1 instead
+    for one in range(len(CLASSES)):
+        assert (whose[index] == one).sum() == min(5, (whose == one).sum())
+        part = (own * work[index])[whose[index] == one].sum() / scale
+        assert part == pytest.approx((weight * work)[whose == one].sum(), rel=1e-12)
+
+
+def test_a_closer_tolerance_takes_more_points():
+    """A point of the sample stands for a share of the work of about the tolerance."""
+    assert [choose.sample_size(tolerance) for tolerance in (0.5, 0.1, 0.05, 0.01)] == [2, 3, 5, 25]
 
 
 @pytest.fixture(scope="module")
@@ -214,6 +235,6 @@ def test_costs_are_those_of_the_committed_chart():
 def test_every_class_that_is_named_has_a_point_in_the_sample(rig, count):
     """However small the sample is, of the 4 points that act and 9 that only monitor."""
     found = choose.sample_of(rig, WheelsetEvolution(rig).start()[0], count)
-    assert found.index.size <= count
+    assert np.bincount(found.point_class[found.index]).max() <= count
     assert found.points.weight.sum() == pytest.approx(1.0, rel=1e-12)
     assert set(found.point_class[found.index]) == set(found.point_class)
