@@ -27,25 +27,23 @@ def rows(made_up):
 
 
 def test_the_table_has_all_scenes(made_up, rows):
-    assert [int(row["scene"]) for row in rows] == [k for numbers in made_up.SCENES.values() for k in numbers]
+    assert [(int(row["scene"]), row["kind"], float(row["tolerance"])) for row in rows] == [
+        (number, kind, tolerance) for number, kind, _, tolerance in made_up.SCENES
+    ]
 
 
-@pytest.mark.parametrize(
-    "tolerance",
-    [
-        0.1,
-        pytest.param(
-            0.05,
-            marks=pytest.mark.xfail(
-                strict=True,
-                reason="measured 18 of 20, target 95 %: 5.2 and 6.9 %, with 2.2 and 3.8 % on the sample, "
-                "which leaves out more than half of the points",
-            ),
-        ),
-    ],
-)
-def test_the_tolerance_is_kept_on_95_percent_of_the_collectives(rows, tolerance):
-    errors = np.array([float(row["whole"]) for row in rows if float(row["tolerance"]) == tolerance])
+@pytest.mark.parametrize("tolerance", [0.1, 0.05])
+@pytest.mark.parametrize("unseen", [True, False])
+def test_the_tolerance_is_kept_on_95_percent_of_the_collectives(made_up, rows, tolerance, unseen):
+    """Field scenes and the larger rigs were made after the last thing that was tuned."""
+    errors = np.array(
+        [
+            float(row["whole"])
+            for row in rows
+            if float(row["tolerance"]) == tolerance and (int(row["scene"]) >= made_up.UNSEEN) == unseen
+        ]
+    )
+    assert errors.size >= 10
     assert errors.max() < 1.5 * tolerance  # a miss is a near one
     assert np.mean(errors <= tolerance) >= 0.95
 
