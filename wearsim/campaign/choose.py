@@ -11,7 +11,7 @@ import numpy as np
 
 from wearsim.campaign.by_point import ModelsByPoint
 from wearsim.campaign.classes import CLASSES, cheapest, point_classes
-from wearsim.campaign.evidence import Evidence, judge
+from wearsim.campaign.evidence import Collective, Evidence, judge
 from wearsim.campaign.rate import select, solve_contact
 from wearsim.campaign.state import Choice, State
 from wearsim.contact.patch import FloatArray, IntArray
@@ -45,6 +45,9 @@ COST_ORDER = (
 those that another is both faster and closer than; grids of 40 lie between 30 and 50 by a power of the grid.
 The last one is the reference: it is always good enough."""
 
+BRIDGE = 2
+"""Place in `COST_ORDER` of the last one that may be solved at all points; those before it are, too."""
+
 CHECKS = (0.25, 0.5, 0.75)
 """Shares of a campaign's distance at which the choice is looked at again."""
 
@@ -56,7 +59,7 @@ class Sample:
     Parameters
     ----------
     points : OperatingPoints
-        k of them; their weights add up to 1.
+        k of them; their weights carry the work of all.
     index : (k,) int array
         Their places in the collective.
     point_class : (n,) int array
@@ -129,7 +132,7 @@ def sample(
         Of each class all that act if they are at most `count`; else those at equal steps of the sorted,
         weighted work summed up, so that every part of the work is stood for by a point of its size. Rising.
     (k,) array
-        Weights that add up to 1: with them the work of each is that of the parts it stands for.
+        Their weights: with them the work of each is that of the parts it stands for.
     """
     own = np.zeros(work.size)
     for one in np.unique(point_class):
@@ -148,7 +151,7 @@ def sample(
         place, times = np.unique(order[np.searchsorted(summed, steps)], return_counts=True)
         own[acting[place]] = weight[acting[place]] * times / share[place] * summed[-1] / count
     chosen = np.flatnonzero(own)
-    return chosen, own[chosen] / own.sum()
+    return chosen, own[chosen]
 
 
 def sample_of(setup: CampaignSetup, state: State, count: int) -> Sample:
@@ -217,8 +220,10 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
     Returns
     -------
     Verdict
-        One combination for all points, or one for each class where that is cheaper. On a sample they keep
-        `MARGIN` times the tolerance.
+        One combination for all points, or one for each class where that is cheaper. Where not all points
+        are solved with the reference they keep `MARGIN` times the tolerance: by what they add up to on a
+        sample, fast models by what they differ on all points from the closest of them, and it on the
+        sample.
 
     Raises
     ------
@@ -231,6 +236,10 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
     whole = found.index.size == np.count_nonzero(setup.points.weight)
     bound = setup.tolerance if whole else MARGIN * setup.tolerance
     there, classes = np.unique(found.point_class, return_inverse=True)
+    acting = np.flatnonzero(setup.points.weight > 0.0)
+    collective = Collective(
+        select(setup.points, acting), classes[acting], models[BRIDGE], models[: BRIDGE + 1]
+    )
     evidence = []
     for one in judge(
         models,
@@ -242,6 +251,7 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
         setup.wear,
         smoothing_wavelength=setup.control.smoothing_wavelength,
         point_class=classes[found.index],
+        collective=None if whole else collective,
         threads=threads,
     ):
         evidence.append(one)

@@ -33,7 +33,8 @@ class Evidence(Generic[ModelsT]):
         The combination and its grid, or those of each point.
     depth_error : float
         Largest difference of the smoothed wear increment over the profiles of both wheels from that of
-        the reference, over the reference's largest depth [-]; inf where it refuses.
+        the reference, over the reference's largest depth [-]; inf where it refuses. On the sample, or as
+        estimated for the whole collective.
     work_error : float
         Integral of the absolute difference of the strip work over that of the reference's [-].
     power_error : float
@@ -54,6 +55,31 @@ class Evidence(Generic[ModelsT]):
 
 
 @dataclass(frozen=True)
+class Collective:
+    """All operating points, of which the sample is a part.
+
+    A fast model tells how the points that the sample leaves out differ from it: what is looked for on all
+    points is the difference to that model on all, and that model's own difference on the sample alone.
+
+    Parameters
+    ----------
+    points : OperatingPoints
+        All n that act; the sample's weights have to carry their work.
+    point_class : (n,) int array
+        Class of each, numbered as those of the sample.
+    bridge : ContactModels
+        The fast model.
+    cheap : tuple of ContactModels
+        Candidates that are solved on all points.
+    """
+
+    points: OperatingPoints
+    point_class: IntArray
+    bridge: ContactModels
+    cheap: tuple[ContactModels, ...]
+
+
+@dataclass(frozen=True)
 class _Increment:
     depth: FloatArray  # (c, 2, n) of each class after smoothing, per metre
     work: FloatArray  # (2, n) of strip work times length
@@ -71,6 +97,7 @@ def judge(
     *,
     smoothing_wavelength: float,
     point_class: IntArray | None = None,
+    collective: Collective | None = None,
     threads: int = 1,
 ) -> Iterator[Evidence[ModelsT]]:
     """Compare the wear increments of models with that of a reference, one after the other as asked for.
@@ -91,6 +118,8 @@ def judge(
         Of the increment, as in the campaign [m].
     point_class : (k,) int array, optional
         Class of each point of the sample, 0 to c - 1; without it all are of one.
+    collective : Collective, optional
+        Of which the points are a sample. Where its fast model refuses, the sample alone counts.
     threads : int
         They do not change the bits of the result.
 
@@ -106,14 +135,17 @@ def judge(
     """
     classes = np.zeros(len(points.label), dtype=np.int64) if point_class is None else point_class
 
+    count = int(classes.max()) + 1
     length = np.stack([vertex_lengths(state.y[wheel], state.z[wheel]) for wheel in (0, 1)])
 
-    def increment(models: ContactModels | ModelsByPoint) -> _Increment:
+    def increment(
+        models: ContactModels | ModelsByPoint, points: OperatingPoints, classes: IntArray
+    ) -> _Increment:
         solution = solve_contact(state, points, wheelset, counterface, models, threads=threads)
         passage = passage_depth(solution.fields, solution.area, wear)
-        depth = np.zeros((classes.max() + 1, *state.y.shape))
+        depth = np.zeros((count, *state.y.shape))
         work = np.zeros_like(state.y)
-        for one in range(len(depth)):
+        for one in range(count):
             weight = np.where(classes == one, points.weight, 0.0)
             rate = accumulate(solution, points, weight, state, wheelset, wear, passage=passage)
             depth[one] = smooth_sides(state.y, state.z, rate.depth, smoothing_wavelength)
@@ -122,15 +154,27 @@ def judge(
         np.add.at(power, solution.point, solution.power)
         return _Increment(depth, work, power)
 
-    truth = increment(reference)
-    deepest = float(truth.depth.sum(axis=0).max())
+    truth = increment(reference, points, classes)
+    left_out = np.zeros_like(truth.depth)
+    cheap: tuple[ContactModels, ...] = ()
+    if collective is not None:
+        try:
+            of_all = increment(collective.bridge, collective.points, collective.point_class)
+            left_out = of_all.depth - increment(collective.bridge, points, classes).depth
+            cheap = collective.cheap
+        except (ContactError, NumericalError):
+            pass
+    deepest = float((truth.depth + left_out).sum(axis=0).max())
     for models in candidates:
         try:
-            answer = truth if models == reference else increment(models)
+            answer = truth if models == reference else increment(models, points, classes)
+            difference = answer.depth - truth.depth
+            if collective is not None and models in cheap:
+                of_all = increment(models, collective.points, collective.point_class)
+                difference = of_all.depth - left_out - truth.depth
         except (ContactError, NumericalError) as error:
             yield Evidence(models, inf, inf, inf, np.full_like(truth.depth, inf), str(error))
             continue
-        difference = answer.depth - truth.depth
         yield Evidence(
             models,
             _share(np.abs(difference.sum(axis=0)).max(), deepest),
