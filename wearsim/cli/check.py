@@ -208,8 +208,8 @@ def _models(choice: dict[str, Any] | None, contact: dict[str, Any]) -> list[tupl
     lines.append(
         (
             "",
-            f"depth error {percent(choice['depth_error'])} on a sample, cost {choice['cost']:.3g}; one "
-            f"for all would cost {choice['cost_of_one_for_all']:.3g}",
+            f"depth error {percent(choice['depth_error'])}, estimated from a sample, "
+            f"cost {choice['cost']:.3g}; one for all would cost {choice['cost_of_one_for_all']:.3g}",
         )
     )
     lines.append(("for all points", "in units of the cheapest one's time per solution"))

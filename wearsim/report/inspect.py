@@ -218,7 +218,7 @@ def _model_lines(chosen: dict[str, Any]) -> list[str]:
     if not chosen:
         return []
     told = [f"{one['points']} {one['class']} operating points: {one['models']}" for one in chosen["classes"]]
-    return [*told, f"Error of their wear increment on a sample: {chosen['error']:.2g}", ""]
+    return [*told, f"Error of their wear increment, estimated from a sample: {chosen['error']:.2g}", ""]
 
 
 def _counterface_lines(worn: dict[str, Any]) -> list[str]:

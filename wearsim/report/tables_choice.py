@@ -44,8 +44,8 @@ def chosen(dataset: xr.Dataset) -> list[Table]:
     models = Table(
         "choice",
         "contact models of the classes of operating points, by rising share of the work, wherever they were "
-        "looked for; depth error: of the wear increment on a sample, by all of them together; tolerance "
-        f"{tolerance:.3g} %",
+        "looked for; depth error: of the wear increment by all of them together, estimated from a sample; "
+        f"tolerance {tolerance:.3g} %",
         ["From, class", "Points", "Contact models", "Rank", "Cost", "Depth error [%]"],
         rows,
     )
@@ -53,8 +53,9 @@ def chosen(dataset: xr.Dataset) -> list[Table]:
     tried = np.flatnonzero(np.isfinite(errors).any(axis=0))
     evidence = Table(
         "candidates",
-        "error of the wear increment if one combination solved all points, against half-space solutions of a "
-        "sample; cost in units of the cheapest one's time per solution",
+        "error of the wear increment if one combination solved all points, against half-space solutions of "
+        "a sample, of fast ones by what they differ from each other at all points, too; cost in "
+        "units of the cheapest one's time per solution",
         ["Contact models", "Rank", "Cost", *(f"Depth error at {place} [%]" for place in places)],
         [
             [
