@@ -94,9 +94,15 @@ def test_defaults_lie_on_the_front_of_the_committed_chart(committed):
 
 
 def test_candidates_of_auto_lie_on_the_front_of_the_committed_chart(committed):
+    """Those with the half-space where the strip model refuses: none without strips is faster and closer."""
     charted = [one[:3] for one in choose.COST_ORDER if one[:3] in committed.index]
-    assert len(charted) >= 5
-    assert all(committed.loc[name, "pareto"].all() for name in charted)
+    assert len(charted) >= 7
+    worst = committed.groupby(level=[0, 1, 2])[["time_ratio", "depth_error", "work_error"]].max()
+    others = worst[worst.index.get_level_values("normal") != "knothe_le_the"]
+    behind = [name for name in charted if not committed.loc[name, "pareto"].all()]
+    assert {normal for normal, *_ in behind} <= {"half_space"}
+    for name in behind:
+        assert not ((others <= worst.loc[name]).all(axis=1) & (others < worst.loc[name]).any(axis=1)).any()
 
 
 def test_errors_of_the_committed_chart_are_found_again():
@@ -111,7 +117,7 @@ def test_errors_of_the_committed_chart_are_found_again():
     assert len(rows) >= 3
     models = [replace(rig.models, normal=name, strips=30, cells=30) for name in rows["normal"]]
     evidence = judge(
-        models, truth, state, choose.sample_of(rig, state).points, rig.wheelset, rig.counterface, rig.wear,
+        models, truth, state, choose.sample_of(rig, state, 10).points, rig.wheelset, rig.counterface, rig.wear,
         smoothing_wavelength=rig.control.smoothing_wavelength,
     )  # fmt: skip
     for one, (_, row) in zip(evidence, rows.iterrows(), strict=True):
