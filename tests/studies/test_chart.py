@@ -117,8 +117,8 @@ def test_errors_of_the_committed_chart_are_found_again():
     assert len(rows) >= 3
     models = [replace(rig.models, normal=name, strips=30, cells=30) for name in rows["normal"]]
     evidence = judge(
-        models, truth, state, choose.sample_of(rig, state, 10).points, rig.wheelset, rig.counterface, rig.wear,
-        smoothing_wavelength=rig.control.smoothing_wavelength,
+        models, truth, state, choose.sample_of(rig, state, 10).points,
+        rig.wheelset, rig.counterface, rig.wear, smoothing_wavelength=rig.control.smoothing_wavelength,
     )  # fmt: skip
     for one, (_, row) in zip(evidence, rows.iterrows(), strict=True):
         assert one.depth_error == pytest.approx(row["depth_error"], abs=2e-3)
