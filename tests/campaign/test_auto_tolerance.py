@@ -35,7 +35,7 @@ def test_the_table_has_all_scenes(made_up, rows):
 @pytest.mark.parametrize("tolerance", [0.1, 0.05])
 @pytest.mark.parametrize("unseen", [True, False])
 def test_the_tolerance_is_kept_on_95_percent_of_the_collectives(made_up, rows, tolerance, unseen):
-    """Field scenes and the larger rigs were made after the last thing that was tuned."""
+    """Those from `UNSEEN` on had no part in the making: they were drawn after the last change."""
     errors = np.array(
         [
             float(row["whole"])

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from wearsim import open_results
-from wearsim.campaign import choose
+from wearsim.campaign import choose, evidence
 from wearsim.campaign.classes import CLASSES, point_classes
 from wearsim.campaign.evidence import Collective, judge
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.rate import select
 from wearsim.campaign.run import resume, run_scene
 from wearsim.contact.normal import NEVER_LEADS
-from wearsim.errors import SceneError
+from wearsim.errors import ContactError, SceneError
 from wearsim.scene import build, load_scene
 
 CONE = """
@@ -120,7 +120,7 @@ def test_points_that_the_sample_leaves_out_count_by_a_fast_model(rig):
         )  # fmt: skip
         return found
 
-    collective = Collective(points, kinds, bridge, (fast, bridge))
+    collective = Collective(points, kinds, (bridge,), (fast, bridge))
     own = np.array([0, 1])
     estimate = differences(halves, own, fast, truth, collective)
     alone = differences(halves, own, fast, truth)
@@ -132,6 +132,67 @@ def test_points_that_the_sample_leaves_out_count_by_a_fast_model(rig):
     only = differences(halves, own, bridge, truth)
     scale = np.abs(found.difference).max() / np.abs(only.difference).max()  # over another largest depth
     np.testing.assert_allclose(found.difference, scale * only.difference, rtol=0.0, atol=1e-9)  # rounding
+
+
+TWELVE = CONE.replace(CONE[CONE.index("[[operation") :], "").replace('"1in40"', '"S1002"') + "".join(
+    f"""[[operation.block]]
+name = "{shift}"
+shift_mm = {shift}
+load_kN = 60
+speed_km_h = 72
+friction = 0.3
+distance_km = {1.0 + 0.1 * shift:.1f}
+"""
+    for shift in (-4, -3, -2.5, -2, -1.5, 1, 1.5, 2, 2.5, 3, 3.5, 4)
+)
+"""Twelve points, of which a sample of two per class is less."""
+
+
+@pytest.fixture(scope="module")
+def twelve(tmp_path_factory):
+    path = tmp_path_factory.mktemp("twelve") / "rig.toml"
+    path.write_text(TWELVE)
+    return replace(build(load_scene(path)), tolerance=0.5)
+
+
+def test_a_model_that_refuses_one_point_of_all_is_not_taken(twelve, monkeypatch):
+    """The sample has none of the points that the strip model is made to refuse: it would be taken."""
+    state, _ = WheelsetEvolution(replace(twelve, tolerance=None)).start()
+    tight = replace(twelve, tolerance=0.15)
+    index = choose.sample_of(tight, state, choose.sample_size(tight.tolerance)).index
+    assert index.size < 12
+    freely = choose.choice(tight, state)
+    bridge = choose.candidates(tight.models)[choose.BRIDGES[0]].normal
+    assert not any(one.refusal for one in freely.evidence)
+    solve = evidence.solve_contact
+
+    def refuse(state, points, wheelset, counterface, models, **named):
+        if models.normal == bridge and len(points.label) == 12:
+            raise ContactError("point 7: no contact for strips", row=7)
+        return solve(state, points, wheelset, counterface, models, **named)
+
+    monkeypatch.setattr(evidence, "solve_contact", refuse)
+    verdict = choose.choice(tight, state)
+    taken = {choose.candidates(tight.models)[place].normal for place in verdict.choice.models}
+    assert bridge not in taken
+    told = {one.models.normal: one.refusal for one in verdict.evidence}
+    assert told.get(bridge, "point 7: no contact for strips") == "point 7: no contact for strips"
+    assert verdict.choice.error <= 0.15
+
+
+def test_the_work_of_points_is_looked_for_with_the_first_model_that_answers(twelve, monkeypatch):
+    state, _ = WheelsetEvolution(replace(twelve, tolerance=None)).start()
+    solve, asked = choose.solve_contact, []
+
+    def refuse(state, points, wheelset, counterface, models, **named):
+        asked.append(models.normal)
+        if models.normal == "kik_piotrowski":
+            raise ContactError("conformal", row=0)
+        return solve(state, points, wheelset, counterface, models, **named)
+
+    monkeypatch.setattr(choose, "solve_contact", refuse)
+    assert choose.sample_of(twelve, state, 2).index.size <= 8
+    assert asked == ["kik_piotrowski", "knothe_le_the"]
 
 
 def test_a_campaign_with_chosen_models_runs_resumes_and_keeps_its_choice(tmp_path, monkeypatch):

@@ -40,6 +40,7 @@ REPORT = REPOSITORY / "reports/where_methods_fail.md"
 SAMPLE = [
     "shift 3 mm",
     "shift 0",
+    "shift 5 mm, yaw 3 mrad, roller 1 m",
     "shift 6.5 mm",
     "flat on flat",
     "1 um, smoothed over 3 mm",

@@ -15,7 +15,8 @@ from wearsim.campaign.evidence import Collective, Evidence, judge
 from wearsim.campaign.rate import select, solve_contact
 from wearsim.campaign.state import Choice, State
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.problem import ContactModels
+from wearsim.contact.problem import ContactModels, ContactSolution
+from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints
 from wearsim.results import FILL_FLOAT
 
@@ -43,12 +44,12 @@ COST_ORDER = (
     ("half_space", "half_space", REFERENCE_GRID, 710.0),
 )
 """Normal model, tangential model, grid and relative time per solution in reports/speed_accuracy.md, without
-those that another is both faster and closer than, but for `half_space` at 30: the strip model refuses noise
-and conformal contacts. The grid of 40 lies between 30 and 50 by a power of the grid. The last one is the
-reference: it is always good enough."""
+those that another is both faster and closer than, but for both half-spaces at 30: the strip model refuses
+noise and conformal contacts. The grid of 40 lies between 30 and 50 by a power of the grid. The last one is
+the reference: it is always good enough."""
 
-BRIDGE = 2
-"""Place in `COST_ORDER` of the last one that may be solved at all points; those before it are, too."""
+BRIDGES = (2, 3)
+"""Places in `COST_ORDER` of those by which all points are judged; the second where the first refuses."""
 
 CHECKS = (0.25, 0.5, 0.75)
 """Shares of a campaign's distance at which the choice is looked at again."""
@@ -174,7 +175,7 @@ def sample_of(setup: CampaignSetup, state: State, count: int) -> Sample:
         Classes in which no point acts join the next one; beyond the last one they join that.
     """
     points = setup.points
-    solution = solve_contact(state, points, setup.wheelset, setup.counterface, candidates(setup.models)[0])
+    solution = _first_answer(setup, state)
     work = np.zeros(len(points.label))
     np.add.at(work, solution.point, solution.power / points.conditions.speed[solution.point])
     work *= points.environment
@@ -183,6 +184,17 @@ def sample_of(setup: CampaignSetup, state: State, count: int) -> Sample:
     there = np.unique(own[index])
     chosen = replace(select(points, index), weight=weight)
     return Sample(chosen, index, there[_nearest(there, own)])
+
+
+def _first_answer(setup: CampaignSetup, state: State) -> ContactSolution:
+    """Solve all operating points by the cheapest models that answer."""
+    *models, reference = candidates(setup.models)
+    for one in models:
+        try:
+            return solve_contact(state, setup.points, setup.wheelset, setup.counterface, one)
+        except (ContactError, NumericalError):
+            continue
+    return solve_contact(state, setup.points, setup.wheelset, setup.counterface, reference)
 
 
 def _nearest(there: IntArray, wanted: IntArray) -> IntArray:
@@ -238,9 +250,8 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
     whole = found.index.size == np.count_nonzero(setup.points.weight)
     bound = setup.tolerance if whole else MARGIN * setup.tolerance
     there, classes = np.unique(found.point_class, return_inverse=True)
-    acting = np.flatnonzero(setup.points.weight > 0.0)
     collective = Collective(
-        select(setup.points, acting), classes[acting], models[BRIDGE], models[: BRIDGE + 1]
+        setup.points, classes, tuple(models[place] for place in BRIDGES), models[: BRIDGES[0] + 1]
     )
     evidence = []
     for one in judge(
@@ -253,7 +264,7 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
         setup.wear,
         smoothing_wavelength=setup.control.smoothing_wavelength,
         point_class=classes[found.index],
-        collective=None if whole else collective,
+        collective=collective,
         threads=threads,
     ):
         evidence.append(one)

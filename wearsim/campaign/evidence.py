@@ -36,9 +36,9 @@ class Evidence(Generic[ModelsT]):
         the reference, over the reference's largest depth [-]; inf where it refuses. On the sample, or as
         estimated for the whole collective.
     work_error : float
-        Integral of the absolute difference of the strip work over that of the reference's [-].
+        Integral of the absolute difference of the strip work over that of the reference's, on the sample [-].
     power_error : float
-        Largest relative error of the frictional power of both wheels at an operating point [-].
+        Largest relative error of the frictional power of both wheels at a point of the sample [-].
     difference : (c, 2, n) array
         What each class of points adds to the difference of the increment over the largest depth [-];
         inf where it refuses.
@@ -64,18 +64,19 @@ class Collective:
     Parameters
     ----------
     points : OperatingPoints
-        All n that act; the sample's weights have to carry their work.
+        All n, those that only monitor, too; the sample's weights have to carry their work.
     point_class : (n,) int array
         Class of each, numbered as those of the sample.
-    bridge : ContactModels
-        The fast model.
+    bridges : tuple of ContactModels
+        Fast models, the best first; the first that answers at all points is taken. Normal models of those
+        before it are refused in all combinations: they have no answer for the campaign.
     cheap : tuple of ContactModels
-        Candidates that are solved on all points.
+        Candidates that are solved at all points, whatever the bridge.
     """
 
     points: OperatingPoints
     point_class: IntArray
-    bridge: ContactModels
+    bridges: tuple[ContactModels, ...]
     cheap: tuple[ContactModels, ...]
 
 
@@ -119,7 +120,7 @@ def judge(
     point_class : (k,) int array, optional
         Class of each point of the sample, 0 to c - 1; without it all are of one.
     collective : Collective, optional
-        Of which the points are a sample. Where its fast model refuses, the sample alone counts.
+        Of which the points are a sample. Without it, or where all bridges refuse, the sample alone counts.
     threads : int
         They do not change the bits of the result.
 
@@ -156,22 +157,27 @@ def judge(
 
     truth = increment(reference, points, classes)
     left_out = np.zeros_like(truth.depth)
-    cheap: tuple[ContactModels, ...] = ()
-    if collective is not None:
+    of_all: dict[ContactModels | ModelsByPoint, _Increment] = {}
+    refused: dict[str, str] = {}
+    for bridge in () if collective is None else collective.bridges:
+        assert collective is not None
         try:
-            of_all = increment(collective.bridge, collective.points, collective.point_class)
-            left_out = of_all.depth - increment(collective.bridge, points, classes).depth
-            cheap = collective.cheap
-        except (ContactError, NumericalError):
-            pass
+            of_all[bridge] = increment(bridge, collective.points, collective.point_class)
+            left_out = of_all[bridge].depth - increment(bridge, points, classes).depth
+            break
+        except (ContactError, NumericalError) as error:
+            refused[bridge.normal] = str(error)
     deepest = float((truth.depth + left_out).sum(axis=0).max())
     for models in candidates:
         try:
+            if isinstance(models, ContactModels) and models != reference and models.normal in refused:
+                raise ContactError(refused[models.normal])
             answer = truth if models == reference else increment(models, points, classes)
             difference = answer.depth - truth.depth
-            if collective is not None and models in cheap:
-                of_all = increment(models, collective.points, collective.point_class)
-                difference = of_all.depth - left_out - truth.depth
+            if collective is not None and (models in collective.cheap or models in of_all):
+                if models not in of_all:
+                    of_all[models] = increment(models, collective.points, collective.point_class)
+                difference = of_all[models].depth - left_out - truth.depth
         except (ContactError, NumericalError) as error:
             yield Evidence(models, inf, inf, inf, np.full_like(truth.depth, inf), str(error))
             continue
@@ -180,7 +186,7 @@ def judge(
             _share(np.abs(difference.sum(axis=0)).max(), deepest),
             _share(np.abs(answer.work - truth.work).sum(), truth.work.sum()),
             max(_share(abs(a - b), b) for a, b in zip(answer.power, truth.power, strict=True)),
-            difference / deepest if deepest > 0.0 else difference,
+            difference / deepest if deepest > 0.0 else np.where(difference == 0.0, 0.0, inf),
         )
 
 

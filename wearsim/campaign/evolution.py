@@ -126,6 +126,8 @@ class WheelsetEvolution:
         digest = hashlib.sha256(self.setup.scene_text.encode())
         for _, value in self.setup.input_hashes:
             digest.update(f"\0{value}".encode())
+        for name in choose.static_choice(self.setup).get("contact_candidate", ()):  # rows tell their places
+            digest.update(f"\0{name}".encode())
         return digest.hexdigest()
 
     @cached_property

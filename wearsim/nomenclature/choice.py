@@ -43,7 +43,7 @@ ROWS: tuple[Row, ...] = (
         "ε",
         "1",
         "error of the wear increment of the contact models when they were chosen",
-        "largest difference from a half-space solution over the largest depth",
+        "largest difference from half-space solutions over the largest depth, estimated from a sample",
         None,
     ),
     (

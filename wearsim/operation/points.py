@@ -18,8 +18,8 @@ class OperatingPoints:
     conditions : ContactConditions
         Of the `n` points.
     weight : (n,) array
-        Share of the distance; sums to 1. Monitoring points have 0: they are solved and stored, but
-        wear nothing.
+        Share of the distance; of a collective they sum to 1. Monitoring points have 0: they are solved
+        and stored, but wear nothing.
     environment : (n,) array
         Environment factor on the wear depth [-], 1 = dry laboratory coefficients.
     block_length : (n,) array

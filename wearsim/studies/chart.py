@@ -13,6 +13,7 @@ import xarray as xr
 
 from wearsim import __version__
 from wearsim.campaign import choose
+from wearsim.campaign.classes import CLASSES
 from wearsim.campaign.evidence import judge
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.rate import select, solve_contact
@@ -100,7 +101,8 @@ def speed_and_accuracy(
     refusal = np.full(shape, "", dtype=object)
     for row, setup in enumerate(setups):
         state, _ = WheelsetEvolution(replace(setup, tolerance=None)).start()
-        chosen = choose.sample_of(setup, state, points).points
+        few = np.count_nonzero(setup.points.weight) <= points
+        chosen = choose.sample_of(setup, state, points if few else points // len(CLASSES)).points
         truth = replace(
             setup.models, normal="half_space", tangential="half_space", strips=reference_grid,
             cells=reference_grid,

@@ -174,6 +174,9 @@ def converge(
     shortened = () if distance is None else (Change("campaign.distance_km", 1e-3 * distance),)
     common = (*changes, *shortened)
     scene = load_campaign(path, changes=common)
+    others = other_models(scene, against)
+    for item in others:  # refused models are told before anything is run
+        load_campaign(path, changes=(*common, *item.changes))
     runs = out / FOLDER if distance is None else out / f"{FOLDER}-{1e-3 * distance:g}km"
     base = out if distance is None else runs / "as-given"
 
@@ -197,7 +200,7 @@ def converge(
     alike = (*common, *_as_far(scene, given))
     runs.mkdir(exist_ok=True)
     rows = []
-    for item in (*(refinements(scene) if refine else ()), *other_models(scene, against)):
+    for item in (*(refinements(scene) if refine else ()), *others):
         row: dict[str, Any] = {"name": item.name, "text": item.text, "told": item.reason}
         if item.changes:
             try:

@@ -41,7 +41,8 @@ _RISING = ("hertz", "kik_piotrowski", "knothe_le_the", "half_space")
 def _cost(combination: tuple[str, str]) -> tuple[bool, int]:
     """Sort key, as in reports/speed_accuracy.md at 50 x 50: the tangential half-space costs most.
 
-    On a patch of the normal half-space it costs least, whose cells it can take as they are.
+    On a patch of the normal half-space it costs least, whose cells it can take as they are; the other two
+    are within 6 % of each other with it.
     """
     normal, tangential = combination
     place = _RISING.index(normal) if normal in _RISING else len(_RISING)
