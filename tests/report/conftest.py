@@ -1,7 +1,15 @@
+from collections import defaultdict
+
 import pytest
 
 from wearsim.report.html import write_report
 from wearsim.results import open_results
+
+
+@pytest.fixture
+def without_figures(monkeypatch):
+    """Reports have tables and texts only: figures take most of their time."""
+    monkeypatch.setattr("wearsim.report.html._plates", lambda *_: defaultdict(list))
 
 
 @pytest.fixture(scope="session")

@@ -32,7 +32,7 @@ def result(scene):
     return path
 
 
-def test_report_shows_classes_models_costs_and_evidence(result):
+def test_report_shows_classes_models_costs_and_evidence(result, without_figures):
     with open_results(result) as data:
         models, evidence = tables_choice.chosen(data)
         steps = tables_choice.looked_at(data)

@@ -84,7 +84,7 @@ def test_report_marks_uncertain_constants_of_every_law(text):
     assert re.search(r"seizure \d+\.\d%", text)  # the share of wear above 0.8 H
 
 
-def test_report_marks_laws_of_the_users_own_with_their_certainty(pair, tmp_path, scene_text):
+def test_report_marks_laws_of_the_users_own_with_their_certainty(pair, tmp_path, scene_text, without_figures):
     own = (
         '[wear]\nlaw = "table"\n[wear.table]\nsource = "twin disc"\ncertainty = "measured, 10 %"\n'
         'interpolation = "linear"\nbeyond = "hold"\nT_gamma_A_N_mm2 = [0, 10]\nmass_rate_ug_m_mm2 = [0, 55]\n'

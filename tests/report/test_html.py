@@ -91,7 +91,7 @@ def test_zero_denominator_is_undefined(page):
     )
 
 
-def test_small_changes_of_the_wheel_shape_have_their_own_reason(rig, field):
+def test_small_changes_of_the_wheel_shape_have_their_own_reason(rig, field, without_figures):
     slow = field.copy(deep=True)
     sd = slow["flange_thickness"].values
     sd[:] = sd[0] + 1e-3 * (sd - sd[0])
@@ -231,7 +231,7 @@ def test_empty_directory_is_one_line(tmp_path):
     assert "\n" not in str(caught.value)
 
 
-def test_limits_are_a_table_of_their_own(rig, field):
+def test_limits_are_a_table_of_their_own(rig, field, without_figures):
     """The field wears 8 nm per metre: 1.1 mm are beyond its 90 km; each campaign has limits of its own."""
     depth = {"max_wear_depth": 1.1e-3}
     page = render(
