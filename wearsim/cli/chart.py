@@ -28,7 +28,12 @@ def add_parser(commands: Commands) -> None:
         "--grids", metavar="N,N,...", default="20,30,50", help="strips and cells (default 20,30,50)"
     )
     parser.add_argument("--reference-grid", metavar="N", default="60", help="of the half-space (default 60)")
-    parser.add_argument("--points", metavar="N", default="40", help="operating points per scene (default 40)")
+    parser.add_argument(
+        "--points",
+        metavar="N",
+        default="40",
+        help="operating points per scene, at most; but one of each class of work (default 40)",
+    )
     parser.add_argument(
         "--out", metavar="DIR", default="reports", help="folder of the report (default reports)"
     )

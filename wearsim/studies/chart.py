@@ -76,7 +76,7 @@ def speed_and_accuracy(
     reference_grid : int
         Of the half-space solution that all are judged by.
     points : int
-        Operating points that stand for each scene, at most.
+        Operating points that stand for each scene, at most; but one of each class of work at least.
     told : callable
         Takes a line of progress for each combination.
 
@@ -102,7 +102,7 @@ def speed_and_accuracy(
     for row, setup in enumerate(setups):
         state, _ = WheelsetEvolution(replace(setup, tolerance=None)).start()
         few = np.count_nonzero(setup.points.weight) <= points
-        chosen = choose.sample_of(setup, state, points if few else points // len(CLASSES)).points
+        chosen = choose.sample_of(setup, state, points if few else max(points // len(CLASSES), 1)).points
         truth = replace(
             setup.models, normal="half_space", tangential="half_space", strips=reference_grid,
             cells=reference_grid,
