@@ -47,33 +47,27 @@ def factorise(matrix: FloatArray, n: int) -> bool:
 
 
 @kernel
+def less_products(start: float, line: FloatArray, right: FloatArray, first: int, last: int) -> float:
+    """Take the products of two rows from `first` up to `last` off a number, in four sums side by side."""
+    a, b, c, d = start, 0.0, 0.0, 0.0
+    k = first
+    while k + 4 <= last:
+        a -= line[k] * right[k]
+        b -= line[k + 1] * right[k + 1]
+        c -= line[k + 2] * right[k + 2]
+        d -= line[k + 3] * right[k + 3]
+        k += 4
+    while k < last:
+        a -= line[k] * right[k]
+        k += 1
+    rest: float = (a + b) + (c + d)
+    return rest
+
+
+@kernel
 def substitute(matrix: FloatArray, right: FloatArray, n: int) -> None:
     """Solve in place with what `factorise` made."""
     for i in range(1, n):
-        line = matrix[i]
-        a, b, c, d = right[i], 0.0, 0.0, 0.0
-        k = 0
-        while k + 4 <= i:
-            a -= line[k] * right[k]
-            b -= line[k + 1] * right[k + 1]
-            c -= line[k + 2] * right[k + 2]
-            d -= line[k + 3] * right[k + 3]
-            k += 4
-        while k < i:
-            a -= line[k] * right[k]
-            k += 1
-        right[i] = (a + b) + (c + d)
+        right[i] = less_products(right[i], matrix[i], right, 0, i)
     for i in range(n - 1, -1, -1):
-        line = matrix[i]
-        a, b, c, d = right[i], 0.0, 0.0, 0.0
-        k = i + 1
-        while k + 4 <= n:
-            a -= line[k] * right[k]
-            b -= line[k + 1] * right[k + 1]
-            c -= line[k + 2] * right[k + 2]
-            d -= line[k + 3] * right[k + 3]
-            k += 4
-        while k < n:
-            a -= line[k] * right[k]
-            k += 1
-        right[i] = ((a + b) + (c + d)) * line[i]
+        right[i] = less_products(right[i], matrix[i], right, i + 1, n) * matrix[i, i]
