@@ -9,7 +9,7 @@ from wearsim import cli
 from wearsim.profile import standard
 from wearsim.report.pages_wear_steps import markdown
 from wearsim.scene import load_scene
-from wearsim.studies.wear_steps import RIPPLE, cases_of, ripple, solve_wear_steps
+from wearsim.studies.wear_steps import RIPPLE, cases_of, ripple, solve_scene, solve_wear_steps
 
 REPOSITORY = Path(__file__).parents[2]
 SCENE = """
@@ -92,18 +92,8 @@ def test_the_committed_report_is_what_its_command_writes():
     """Controlled and semi-implicit rows to the printed digit, unstable ones to 5 % after as many steps."""
     committed = (REPOSITORY / "reports/wear_step_stability.md").read_text()
     scene = load_scene(REPOSITORY / "workflows/wear_step_stability.toml")
-    found = [
-        solve_wear_steps(
-            cases_of(model.normal, model.beyond),
-            1e-6 * model.depth_um,
-            1e-6 * scene.noise_um,
-            scene.strips,
-            scene.cells,
-        )
-        for model in scene.models
-    ]
     command = "wearsim run workflows/wear_step_stability.toml"
-    again = markdown(found, scene.scene.title, scene.remarks, "wear_step_stability.svg", command)
+    again = markdown(solve_scene(scene), scene.scene.title, scene.remarks, "wear_step_stability.svg", command)
     told, new = rows_of(committed), rows_of(again)
     assert told.keys() == new.keys()
     for (model, steps), cells in new.items():

@@ -27,18 +27,9 @@ def write(scene: WearStepsScene, folder: Path, command: str) -> Path:
         Of the report.
     """
     from wearsim.report.pages_wear_steps import write_wear_steps
-    from wearsim.studies.wear_steps import cases_of, solve_wear_steps
+    from wearsim.studies.wear_steps import solve_scene
 
-    datasets = [
-        solve_wear_steps(
-            cases_of(model.normal, model.beyond),
-            1e-6 * model.depth_um,
-            1e-6 * scene.noise_um,
-            scene.strips,
-            scene.cells,
-        )
-        for model in scene.models
-    ]
+    datasets = solve_scene(scene)
     stem = scene.origin.path.stem
     return write_wear_steps(datasets, scene.scene.title or stem, scene.remarks, folder, stem, command)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -22,6 +23,9 @@ from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.profile import standard
 from wearsim.profile.noise import smoothing_spline
 from wearsim.profile.shape import arc_length, vertex_lengths
+
+if TYPE_CHECKING:
+    from wearsim.scene import WearStepsScene
 
 SPACING, RADIUS, HALF_SPAN, DENSITY = 0.25e-3, 0.46, 0.75, 7850.0
 SHIFTS = np.linspace(-4e-3, -1e-3, 7)
@@ -82,6 +86,31 @@ def cases_of(normal: str, factor: float) -> tuple[Case, ...]:
             Case(normal, "beyond the limit, smoothed, semi-implicit", factor, WAVELENGTH, "semi_implicit")
         )
     return tuple(found)
+
+
+def solve_scene(scene: WearStepsScene) -> list[xr.Dataset]:
+    """Wear the wheel in every way that a scene asks for.
+
+    Parameters
+    ----------
+    scene : WearStepsScene
+        As loaded.
+
+    Returns
+    -------
+    list of Dataset
+        One per model.
+    """
+    return [
+        solve_wear_steps(
+            cases_of(model.normal, model.beyond),
+            1e-6 * model.depth_um,
+            1e-6 * scene.noise_um,
+            scene.strips,
+            scene.cells,
+        )
+        for model in scene.models
+    ]
 
 
 def solve_wear_steps(
