@@ -44,7 +44,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """Figure of a report: SVG file in the same folder, text below it and in its place (if not the caption)."""
+    """Figure of a report: SVG file in its folder, caption, text for who cannot see it (or the caption)."""
 
     file: str
     caption: str
