@@ -51,13 +51,13 @@ class Figure:
     alternative: str = ""
 
 
-def output_folder(script: str, description: str | None) -> Path:
+def output_folder(script: str, description: str | None, arguments: Sequence[str] | None = None) -> Path:
     """Folder of a script's option --out, made if it is not there; without the option the script's own."""
     parser = argparse.ArgumentParser(prog=f"python reports/{Path(script).name}", description=description)
     parser.add_argument(
         "--out", metavar="DIR", type=Path, default=HERE, help="folder (default: this script's)"
     )
-    out: Path = parser.parse_args().out
+    out: Path = parser.parse_args(arguments).out
     out.mkdir(parents=True, exist_ok=True)
     return out
 
