@@ -12,9 +12,7 @@ if TYPE_CHECKING:
     from wearsim.scene import StudyScene
 
 _REPORTED = {
-    "published": "wearsim.cli.published",
     "accuracy": "wearsim.cli.accuracy",
-    "location": "wearsim.cli.location",
     "wear_steps": "wearsim.cli.wear_steps",
     "robustness": "wearsim.cli.robustness",
 }

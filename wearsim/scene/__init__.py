@@ -10,9 +10,7 @@ from wearsim.scene.load import (
     load_scene,
     scene_schema,
 )
-from wearsim.scene.location import LocationScene
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
-from wearsim.scene.published import PublishedScene
 from wearsim.scene.robustness import RobustnessScene
 from wearsim.scene.setup import CampaignSetup, build
 from wearsim.scene.sweep import SweepScene
@@ -24,8 +22,6 @@ __all__ = [
     "CampaignSetup",
     "CompareScene",
     "FieldScene",
-    "LocationScene",
-    "PublishedScene",
     "RigScene",
     "RobustnessScene",
     "Scene",

@@ -26,11 +26,11 @@ from wearsim.scene.models import (
     TangentialName,
     WheelsetSection,
 )
-from wearsim.scene.published import Radius
 from wearsim.scene.section import Section, Text, quantity
 
 _MOST_CASES = 20000
 
+Radius = Annotated[float, Field(ge=50, le=100000)]
 _Load = Annotated[float, Field(ge=0.1, le=300)]
 _Yaw = Annotated[float, Field(ge=-100, le=100)]
 _Friction = Annotated[float, Field(gt=0, le=1)]

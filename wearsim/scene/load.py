@@ -14,31 +14,33 @@ from pydantic import TypeAdapter, ValidationError
 from wearsim.errors import Fault, SceneError
 from wearsim.scene.accuracy import AccuracyScene, read_accuracy
 from wearsim.scene.changes import Change, changed_text
-from wearsim.scene.faults import Lines, key_lines, shown, syntax_fault, validation_faults
+from wearsim.scene.faults import Lines, key_lines, line_of, shown, syntax_fault, validation_faults
 from wearsim.scene.inputs import find_file, read_inputs
-from wearsim.scene.location import LocationScene, read_locations
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
-from wearsim.scene.published import PublishedScene, read_published
 from wearsim.scene.robustness import RobustnessScene
 from wearsim.scene.setup import inputs_of
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.wear_steps import WearStepsScene
 
 CampaignScene = RigScene | FieldScene | CompareScene
-StudyScene = PublishedScene | AccuracyScene | LocationScene | SweepScene | RobustnessScene | WearStepsScene
+StudyScene = AccuracyScene | SweepScene | RobustnessScene | WearStepsScene
 Scene = CampaignScene | StudyScene
 
 _MODELS: dict[str, type[Scene]] = {
     "rig": RigScene,
     "field": FieldScene,
     "compare": CompareScene,
-    "published": PublishedScene,
     "accuracy": AccuracyScene,
-    "location": LocationScene,
     "sweep": SweepScene,
     "robustness": RobustnessScene,
     "wear_steps": WearStepsScene,
 }
+_SCRIPTS = {
+    "published": "seed_tables.py",
+    "location": "seed_figure_2.py",
+}
+"""Kinds of scenes of before: the script in reports/ that writes their report now."""
+
 _LARGEST_FILE = 2_000_000
 _INPUTS = "inputs.json"
 _RESERVED = (_INPUTS, "manifest.json")
@@ -81,12 +83,8 @@ def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Chan
     if isinstance(scene, CompareScene):
         for role in ("rig", "field"):
             faults += _read_compared(scene, role, kept, changes)
-    elif isinstance(scene, PublishedScene):
-        scene._inputs, faults = read_published(scene)
     elif isinstance(scene, AccuracyScene):
         scene._inputs, faults = read_accuracy(scene)
-    elif isinstance(scene, LocationScene):
-        scene._inputs, faults = read_locations(scene)
     elif isinstance(scene, SweepScene):
         scene._inputs, faults = read_sweep(scene)
     elif isinstance(scene, RobustnessScene | WearStepsScene):
@@ -200,6 +198,12 @@ def _read(path: Path, role: str, changes: Sequence[Change] = ()) -> Scene:
         raise SceneError([Fault("tables or lists are nested too deeply for a scene file", file)]) from None
     header = data.get("scene")
     kind = header.get("kind") if isinstance(header, dict) else None
+    if isinstance(kind, str) and kind in _SCRIPTS:
+        told = (
+            f'kind = "{kind}" is no scene any more: `python reports/{_SCRIPTS[kind]}` of the repository '
+            f"writes its report; a scene is one of {', '.join(_MODELS)}"
+        )
+        raise SceneError([Fault(told, file, line_of(lines, ("scene", "kind")))])
     acting = _acting(changes, kind, role)
     if acting:
         changed = changed_text(text, acting)
