@@ -93,9 +93,9 @@ def figure(contacts, jumps):
     return drawn
 
 
-def main():
+def main(arguments=None):
     """Write the report."""
-    out = output_folder(__file__, __doc__)
+    out = output_folder(__file__, __doc__, arguments)
     contacts = {name: located(counterface, SHIFT) for name, counterface in COUNTERFACES.items()}
     jumps = {name: two_point_contacts(counterface, SHIFT) for name, counterface in COUNTERFACES.items()}
     save_svg(figure(contacts, jumps), out / "seed_figure_2.svg")

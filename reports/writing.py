@@ -51,7 +51,9 @@ class Figure:
     alternative: str = ""
 
 
-def options(script: str, description: str | None, from_csv: bool = False) -> argparse.Namespace:
+def options(
+    script: str, description: str | None, arguments: Sequence[str] | None = None, from_csv: bool = False
+) -> argparse.Namespace:
     """Options of a script: `out`, made if it is not there, and `from_csv` if it can write from its table."""
     parser = argparse.ArgumentParser(
         prog=f"python reports/{Path(script).name}",
@@ -65,14 +67,14 @@ def options(script: str, description: str | None, from_csv: bool = False) -> arg
         parser.add_argument(
             "--from-csv", action="store_true", help="compute nothing: write from the CSV file"
         )
-    chosen = parser.parse_args()
+    chosen = parser.parse_args(arguments)
     chosen.out.mkdir(parents=True, exist_ok=True)
     return chosen
 
 
-def output_folder(script: str, description: str | None) -> Path:
+def output_folder(script: str, description: str | None, arguments: Sequence[str] | None = None) -> Path:
     """Folder of a script's option --out, made if it is not there; without the option the script's own."""
-    out: Path = options(script, description).out
+    out: Path = options(script, description, arguments).out
     return out
 
 
