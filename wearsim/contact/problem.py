@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray, Patch, SurfaceFields
+from wearsim.contact.rotation import RULES
+from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
 
 
@@ -48,6 +53,93 @@ class ContactConditions:
     torque: float = 0.0
     free_roll: bool = False
     creepage: FloatArray | None = None
+
+    @classmethod
+    def of(
+        cls,
+        shift: Any = 0.0,
+        *,
+        yaw: Any = 0.0,
+        wheel_load: Any = 80e3,
+        speed: Any = 20.0,
+        friction: Any = 0.35,
+        rotation: Any = "free",
+        **others: Any,
+    ) -> ContactConditions:
+        """Operating points from numbers and arrays, which broadcast to (n,).
+
+        Parameters
+        ----------
+        shift, yaw, wheel_load, speed, friction, rotation : float, (n,) array or str
+            As of the class.
+        **others
+            roll = 0, track_curvature = 0, torque = 0, free_roll = False, creepage = None of the class.
+
+        Returns
+        -------
+        ContactConditions
+            Of n operating points.
+
+        Raises
+        ------
+        ContactError
+            A name is unknown, arrays differ in length, or a value is not finite or out of range.
+
+        Examples
+        --------
+        >>> import wearsim
+        >>> points = wearsim.ContactConditions.of([0.0, 3e-3, 6e-3], friction=0.3)
+        >>> points.friction.tolist()
+        [0.3, 0.3, 0.3]
+        """
+        given = {
+            "shift": shift,
+            "yaw": yaw,
+            "roll": others.pop("roll", 0.0),
+            "wheel_load": wheel_load,
+            "speed": speed,
+            "friction": friction,
+            "track_curvature": others.pop("track_curvature", 0.0),
+        }
+        rule = {"rotation": rotation, "torque": others.pop("torque", 0.0)}
+        rule["free_roll"] = bool(others.pop("free_roll", False))
+        creepage = others.pop("creepage", None)
+        if others:
+            known = ", ".join(field.name for field in fields(cls))
+            raise ContactError(f"{next(iter(others))} is not a contact condition; known: {known}")
+        if not isinstance(rotation, str):
+            given["rotation"] = rule.pop("rotation")
+        elif rotation not in RULES:
+            raise ContactError(
+                f"rotation = {rotation!r} must be a number [rad/s] or one of {', '.join(RULES)}"
+            )
+        arrays = {name: np.asarray(value, dtype=np.float64) for name, value in given.items()}
+        shapes = [array.shape for array in arrays.values()]
+        if creepage is not None:
+            creepage = np.asarray(creepage, dtype=np.float64)
+            shapes.append(creepage.shape[:-1])
+        try:
+            shape = np.broadcast_shapes((1,), *shapes)
+        except ValueError:
+            shape = ()
+        if len(shape) != 1 or (creepage is not None and creepage.shape[-1:] != (3,)):
+            lengths = ", ".join(f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
+            raise ContactError(
+                f"contact conditions must be numbers or arrays (n,), creepage (n, 3): {lengths}"
+            )
+        for name, array in arrays.items():
+            lowest = {"wheel_load": "above 0", "speed": "above 0", "friction": "at least 0"}.get(name)
+            wrong = ~np.isfinite(array) | (array < 0.0 if lowest else False)
+            wrong |= array == 0.0 if lowest == "above 0" else False
+            if wrong.any():
+                value = array[wrong][0] if array.ndim else array
+                raise ContactError(f"{name} = {value:g} must be finite{f' and {lowest}' if lowest else ''}")
+        whole: dict[str, Any] = {
+            name: np.array(np.broadcast_to(array, shape)) for name, array in arrays.items()
+        }
+        if creepage is not None:
+            whole["creepage"] = np.array(np.broadcast_to(creepage, (*shape, 3)))
+        return cls(**whole, **rule)
 
 
 @dataclass(frozen=True)

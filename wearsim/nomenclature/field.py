@@ -17,6 +17,12 @@ ROWS: tuple[Row, ...] = (
         None,
     ),
     ("strip_wheel_y", "y", "m", "position of the strip on the wheel profile", LATERAL, None),
+    ("strip_wheel_y_edges", "y", "m", "edges of the strips on the wheel profile", LATERAL, None),
+    ("strip_rail_y_edges", "y", "m", "edges of the strips on the rail or roller profile", LATERAL, None),
+    ("strip_work", "e", "J m-2", "frictional work per area and passage", "", ("J/m²", 1.0)),
+    ("cell_pressure", "p", "Pa", "contact pressure on the grid of the normal model", "", None),
+    ("grid_lead", "x", "m", "leading end of the grid of the normal model", _FORWARD, None),
+    ("grid_trail", "x", "m", "trailing end of the grid of the normal model", _FORWARD, None),
     ("strip_width", "Δy", "m", "width of a strip", "", None),
     (
         "longitudinal",

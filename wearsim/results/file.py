@@ -206,18 +206,42 @@ def open_results(path: str | Path) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        SI units, `units` and `long_name` on every variable; empty patch slots and undefined
-        quantities are NaN.  Values are read when they are used: `.load()` brings them all, and frees the
-        file for the writer of a running campaign when used as a context manager.
+        SI units, `units` and `long_name` on every variable; empty patch slots and undefined quantities are
+        NaN.  `distance` is the index of `step`, the labels of operating points and wheels are those of
+        `operating_point` and `wheel`: `.sel` takes them all; of two steps at one distance (before and after
+        a reprofiling) `method="nearest"` takes the later one.  Values are read when they are used: `.load()`
+        reads them all, and frees the file for the writer of a running campaign when used as a context
+        manager.
+
+    Raises
+    ------
+    ResultError
+        If the file is missing, damaged or not a result of this version of wearsim.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> with wearsim.open_results("out/rig.nc") as rig:
+    ...     state = rig.sel(distance=900.0, method="nearest").sel(operating_point="right")
+    ...     pressure = state["max_pressure"].isel(patch=0).load()
+    >>> pressure.attrs["units"]
+    'Pa'
     """
     import xarray as xr
+
+    from wearsim.results.index import DistanceIndex
 
     path = Path(path)
     with _open(path) as file:
         # a row that a killed writer cut short has no distance; the campaign mends it when resumed
         sound = int(np.count_nonzero(np.asarray(file.variables["distance"][:]) < FILL_FLOAT))
     dataset = _with_retries(lambda: xr.open_dataset(path, engine="netcdf4"))
-    return dataset if dataset.sizes["step"] == sound else dataset.isel(step=slice(0, sound))
+    if dataset.sizes["step"] != sound:
+        dataset = dataset.isel(step=slice(0, sound))
+    for dimension, name in (("operating_point", "op_label"), ("wheel", "wheel_name")):
+        label = dataset[name]
+        dataset = dataset.assign_coords({dimension: (dimension, label.values, label.attrs)})
+    return dataset.set_xindex("distance", DistanceIndex)
 
 
 def _open(path: Path) -> netCDF4.Dataset:

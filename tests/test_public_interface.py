@@ -1,0 +1,161 @@
+"""The public interface: names, cost of the import, examples, same numbers as the modules behind it."""
+
+import doctest
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import wearsim
+from wearsim.contact.solve import solve
+
+EXAMPLES = (
+    "standard_profile", "export_profile", "read_profile", "wheelset", "rails", "rollers", "solve_contact",
+)  # fmt: skip
+REGISTRIES = {
+    "NORMAL_MODELS": "hertz",
+    "TANGENTIAL_MODELS": "fastsim",
+    "WEAR_LAWS": "usfd",
+    "FATIGUE_LAWS": "wlrm",
+    "COEFFICIENT_SETS": "lewis_dwyer_joyce_2004",
+    "QUANTITIES": "power",
+}
+IMPORTED = """\
+import json, sys, time
+before = time.perf_counter()
+import wearsim
+seconds = time.perf_counter() - before
+print(json.dumps([seconds, sorted({"numpy", "xarray", "numba", "pydantic"} & set(sys.modules))]))
+"""
+
+
+def test_import_is_fast_and_loads_no_numpy():
+    runs = [
+        json.loads(subprocess.run([sys.executable, "-c", IMPORTED], check=True, capture_output=True).stdout)
+        for _ in range(2)
+    ]
+    assert min(seconds for seconds, _ in runs) < 0.1
+    assert [modules for _, modules in runs] == [[], []]
+
+
+def test_every_name_is_there_and_documented():
+    assert dir(wearsim) == sorted(wearsim.__all__)
+    for name in set(wearsim.__all__) - {"__version__", *REGISTRIES}:
+        assert getattr(wearsim, name).__doc__
+    with pytest.raises(AttributeError, match="no attribute 'solve'"):
+        _ = wearsim.solve
+
+
+@pytest.mark.parametrize("name", REGISTRIES)
+def test_registries_hold_what_scenes_name(name):
+    assert REGISTRIES[name] in getattr(wearsim, name)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Folder in which the examples run one after the other."""
+    return tmp_path_factory.mktemp("examples")
+
+
+@pytest.mark.parametrize("name", [*EXAMPLES, "ContactConditions.of"])
+def test_the_example_of_each_function_runs(name, folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    function = wearsim
+    for part in name.split("."):
+        function = getattr(function, part)
+    (example,) = doctest.DocTestFinder(recurse=False).find(function, name, globs={})
+    assert len(example.examples) > 1
+    assert doctest.DocTestRunner().run(example).failed == 0
+
+
+@pytest.fixture(scope="module")
+def case():
+    return (
+        wearsim.wheelset("S1002", left="S1002/h30", radius=0.45),
+        wearsim.rollers("60E1", radius=1.0),
+        wearsim.ContactConditions.of(np.linspace(-3e-3, 3e-3, 70), yaw=1e-3, friction=0.3),
+        wearsim.ContactModels(strips=8, cells=8),
+    )
+
+
+@pytest.fixture(scope="module")
+def solution(case):
+    wheelset, counterface, conditions, models = case
+    return solve(conditions, wheelset, counterface, models)
+
+
+@pytest.mark.parametrize("fields", [False, True])
+def test_solve_contact_gives_the_bits_of_the_solver(case, solution, fields):
+    data = wearsim.solve_contact(*case, fields=fields, threads=2)
+    np.testing.assert_array_equal(data["side"] == "left", solution.side == 1)
+    for name in data.data_vars:
+        if data[name].dims == ("patch",) and hasattr(solution, name):
+            np.testing.assert_array_equal(data[name], getattr(solution, name))
+        assert data[name].attrs["long_name"]
+    np.testing.assert_array_equal(data["roll"].values[data["point"].values], solution.roll)
+    np.testing.assert_array_equal(data["shift"], case[2].shift)
+    assert ("pressure" in data) == fields
+    if fields:
+        for name in ("pressure", "shear_x", "slip_y", "strip_work"):
+            np.testing.assert_array_equal(data[name], getattr(solution.fields, name))
+        work = (data["strip_work"] * data["strip_width"]).sum("strip")
+        speed = data["speed"].values[data["point"].values]
+        np.testing.assert_allclose(work * speed, data["power"], rtol=1e-9)
+
+
+def test_grid_models_add_the_pressure_of_their_cells(case):
+    wheelset, counterface, _, _ = case
+    models = wearsim.ContactModels(normal="half_space", strips=10, cells=10)
+    point = wearsim.ContactConditions.of(3e-3)
+    data = wearsim.solve_contact(wheelset, counterface, point, models, sides=["right"], fields=True)
+    cells = (data["grid_lead"] - data["grid_trail"]) / data.sizes["grid_cell"] * data["strip_width"]
+    load = (data["cell_pressure"].sum(["grid_cell", "strip"]) * cells).values
+    np.testing.assert_allclose(load, data["normal_force"], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"wheel_load": 0.0}, "wheel_load = 0 must be finite and above 0"),
+        ({"friction": -0.1}, "friction = -0.1 must be finite and at least 0"),
+        ({"shift": [0.0, np.nan]}, "shift = nan must be finite"),
+        ({"shift": [0.0, 1e-3], "yaw": [0.0] * 3}, r"shift \(2,\), yaw \(3,\)"),
+        ({"rotation": "fixed"}, "one of free, centred, nominal"),
+        ({"creepage": [1e-3, 0.0]}, r"creepage \(n, 3\)"),
+        ({"load": 80e3}, "load is not a contact condition; known: shift"),
+    ],
+)
+def test_unusable_conditions_are_errors(change, message):
+    with pytest.raises(wearsim.WearsimError, match=message):
+        wearsim.ContactConditions.of(**change)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: wearsim.standard_profile("S1003"), "'S1003' is not a standard profile; known: .*S1002"),
+        (lambda: wearsim.read_profile("none.csv", "wheel"), "does not exist"),
+        (lambda: wearsim.wheelset("60E1"), "a wheel is needed"),
+        (lambda: wearsim.wheelset("S1002", radius=0.0), "radius = 0 m must be above 0 m"),
+        (lambda: wearsim.rails(wearsim.standard_profile("S1002")), "a rail is needed"),
+        (lambda: wearsim.rails(wearsim.standard_profile("60E1"), gauge=1.43), "placed in the track already"),
+    ],
+)
+def test_unusable_profiles_are_errors(call, message):
+    with pytest.raises(wearsim.WearsimError, match=message):
+        call()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"models": wearsim.ContactModels(normal="herz")}, "normal = 'herz' is not one of half_space, hertz"),
+        ({"sides": ["both"]}, "sides = 'both' is not one of right, left"),
+        ({"load": "axle"}, "load = 'axle' is not one of wheel, normal_force"),
+    ],
+)
+def test_unknown_names_are_errors(case, change, message):
+    with pytest.raises(wearsim.WearsimError, match=message):
+        wearsim.solve_contact(*case[:3], **change)
