@@ -312,9 +312,14 @@ def write(table, out):
     write_report(out, __file__, TITLE, blocks)
 
 
-if __name__ == "__main__":
-    chosen = options(__file__, __doc__, from_csv=True)
+def main(arguments=None):
+    """Write the report."""
+    chosen = options(__file__, __doc__, arguments, from_csv=True)
     values = chosen.out / "contact_accuracy.csv"
     if not chosen.from_csv:
         compare(all_cases()).to_csv(values, index=False, float_format="%.6g", lineterminator="\n")
     write(read_table(values), chosen.out)
+
+
+if __name__ == "__main__":
+    main()

@@ -249,8 +249,9 @@ def summary(table):
     return Table(head, rows, "llrrrl")
 
 
-if __name__ == "__main__":
-    chosen = options(__file__, __doc__, from_csv=True)
+def main(arguments=None):
+    """Write the report."""
+    chosen = options(__file__, __doc__, arguments, from_csv=True)
     values = chosen.out / "wear_step_stability.csv"
     if not chosen.from_csv:
         wheels = {case: wear(case) for case in CASES}
@@ -264,3 +265,7 @@ if __name__ == "__main__":
         "All steps: [wear_step_stability.csv](wear_step_stability.csv).",
     ]
     write_report(chosen.out, __file__, TITLE, blocks)
+
+
+if __name__ == "__main__":
+    main()

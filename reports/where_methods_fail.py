@@ -385,8 +385,9 @@ def step_table(steps):
     return [Table(head, rows), *([note] if blind else [])]
 
 
-if __name__ == "__main__":
-    chosen = options(__file__, __doc__, from_csv=True)
+def main(arguments=None):
+    """Write the report."""
+    chosen = options(__file__, __doc__, arguments, from_csv=True)
     files = {name: chosen.out / f"where_methods_fail{name}.csv" for name in ("", "_steps")}
     if not chosen.from_csv:
         normals = sorted({normal for normal, _ in STATED})
@@ -412,3 +413,7 @@ if __name__ == "__main__":
         messages,
     ]
     write_report(chosen.out, __file__, TITLE, blocks)
+
+
+if __name__ == "__main__":
+    main()
