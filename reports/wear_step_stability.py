@@ -236,6 +236,11 @@ def table_of(wheels):
     )
 
 
+def read_table(path):
+    """Table of `table_of`, or another with messages, from its CSV file."""
+    return pd.read_csv(path, dtype={"message": str}).fillna({"message": ""})
+
+
 def summary(table):
     """Table of the report: the last step of each case."""
     rows = []
@@ -260,7 +265,7 @@ def main(arguments=None):
     blocks = [
         INTRODUCTION,
         REMARKS,
-        summary(pd.read_csv(values, dtype={"message": str}).fillna({"message": ""})),
+        summary(read_table(values)),
         Figure("wear_step_stability.svg", CAPTION),
         "All steps: [wear_step_stability.csv](wear_step_stability.csv).",
     ]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 from contact_accuracy import ERRORS, WheelSums, errors_of, wheel_sums
-from wear_step_stability import AMPLITUDE, SPACING, STEP_FACTORS, wave_after_one_step
+from wear_step_stability import AMPLITUDE, SPACING, STEP_FACTORS, read_table, wave_after_one_step
 from writing import HERE, Table, options, read_csv, write_report
 
 import wearsim
@@ -274,17 +274,15 @@ def assess(situations=SITUATIONS, models=MODELS, grid=GRID, reference_grid=REFER
     return pd.DataFrame(rows)
 
 
-def read_table(path):
-    """Table from its CSV file."""
-    return pd.read_csv(path, dtype={"message": str}).fillna({"message": ""})
-
-
 def decision_table(table):
     """Table of the cheapest adequate models: a row for each kind of situation, a column for each purpose."""
     solved = table.groupby("situation")["error_area"].transform("count") > 0
     rows = []
     for kind, part in table.groupby("kind", sort=False):
         rows.append([kind])
+        if not solved[part.index].any():
+            rows[-1] += ["none: no model is applicable"] * len(PURPOSES)
+            continue
         for purpose, names in PURPOSES.items():
             errors = (
                 part[solved[part.index]][[f"error_{name}" for name in names]].abs().fillna(np.inf).max(axis=1)
@@ -298,8 +296,6 @@ def decision_table(table):
 
 def _choice(largest):
     """Cheapest combination by the largest error of each, the cheapest first."""
-    if largest.isna().all():
-        return "none: no model is applicable"
     adequate = largest.index[largest <= RIGHT_WITHIN]
     if len(adequate):
         return f"`{adequate[0]}`"

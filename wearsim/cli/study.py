@@ -13,10 +13,7 @@ if TYPE_CHECKING:
 
 _REPORTED = {
     "published": "wearsim.cli.published",
-    "accuracy": "wearsim.cli.accuracy",
     "location": "wearsim.cli.location",
-    "wear_steps": "wearsim.cli.wear_steps",
-    "robustness": "wearsim.cli.robustness",
 }
 """Modules with `write` (solves a scene, writes its report and returns the path of it), `plan` and `text`."""
 

@@ -1,6 +1,5 @@
 """The scene file: read, checked with all faults at once, and made into the ingredients of a campaign."""
 
-from wearsim.scene.accuracy import AccuracyScene
 from wearsim.scene.load import (
     CampaignScene,
     Scene,
@@ -13,13 +12,10 @@ from wearsim.scene.load import (
 from wearsim.scene.location import LocationScene
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
 from wearsim.scene.published import PublishedScene
-from wearsim.scene.robustness import RobustnessScene
 from wearsim.scene.setup import CampaignSetup, build
 from wearsim.scene.sweep import SweepScene
-from wearsim.scene.wear_steps import WearStepsScene
 
 __all__ = [
-    "AccuracyScene",
     "CampaignScene",
     "CampaignSetup",
     "CompareScene",
@@ -27,11 +23,9 @@ __all__ = [
     "LocationScene",
     "PublishedScene",
     "RigScene",
-    "RobustnessScene",
     "Scene",
     "StudyScene",
     "SweepScene",
-    "WearStepsScene",
     "build",
     "files_to_copy",
     "load_campaign",

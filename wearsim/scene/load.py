@@ -12,20 +12,17 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from wearsim.errors import Fault, SceneError
-from wearsim.scene.accuracy import AccuracyScene, read_accuracy
 from wearsim.scene.changes import Change, changed_text
 from wearsim.scene.faults import Lines, key_lines, shown, syntax_fault, validation_faults
 from wearsim.scene.inputs import find_file, read_inputs
 from wearsim.scene.location import LocationScene, read_locations
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
 from wearsim.scene.published import PublishedScene, read_published
-from wearsim.scene.robustness import RobustnessScene
 from wearsim.scene.setup import inputs_of
 from wearsim.scene.sweep import SweepScene, read_sweep
-from wearsim.scene.wear_steps import WearStepsScene
 
 CampaignScene = RigScene | FieldScene | CompareScene
-StudyScene = PublishedScene | AccuracyScene | LocationScene | SweepScene | RobustnessScene | WearStepsScene
+StudyScene = PublishedScene | LocationScene | SweepScene
 Scene = CampaignScene | StudyScene
 
 _MODELS: dict[str, type[Scene]] = {
@@ -33,11 +30,8 @@ _MODELS: dict[str, type[Scene]] = {
     "field": FieldScene,
     "compare": CompareScene,
     "published": PublishedScene,
-    "accuracy": AccuracyScene,
     "location": LocationScene,
     "sweep": SweepScene,
-    "robustness": RobustnessScene,
-    "wear_steps": WearStepsScene,
 }
 _LARGEST_FILE = 2_000_000
 _INPUTS = "inputs.json"
@@ -83,14 +77,10 @@ def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Chan
             faults += _read_compared(scene, role, kept, changes)
     elif isinstance(scene, PublishedScene):
         scene._inputs, faults = read_published(scene)
-    elif isinstance(scene, AccuracyScene):
-        scene._inputs, faults = read_accuracy(scene)
     elif isinstance(scene, LocationScene):
         scene._inputs, faults = read_locations(scene)
     elif isinstance(scene, SweepScene):
         scene._inputs, faults = read_sweep(scene)
-    elif isinstance(scene, RobustnessScene | WearStepsScene):
-        pass  # names no files
     else:
         faults = _read_files(scene, kept)
     if faults:
