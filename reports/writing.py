@@ -51,14 +51,30 @@ class Figure:
     alternative: str = ""
 
 
-def output_folder(script: str, description: str | None, arguments: Sequence[str] | None = None) -> Path:
-    """Folder of a script's option --out, made if it is not there; without the option the script's own."""
-    parser = argparse.ArgumentParser(prog=f"python reports/{Path(script).name}", description=description)
+def options(
+    script: str, description: str | None, arguments: Sequence[str] | None = None, from_csv: bool = False
+) -> argparse.Namespace:
+    """Options of a script: `out`, made if it is not there, and `from_csv` if it can write from its table."""
+    parser = argparse.ArgumentParser(
+        prog=f"python reports/{Path(script).name}",
+        description=description,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument(
         "--out", metavar="DIR", type=Path, default=HERE, help="folder (default: this script's)"
     )
-    out: Path = parser.parse_args(arguments).out
-    out.mkdir(parents=True, exist_ok=True)
+    if from_csv:
+        parser.add_argument(
+            "--from-csv", action="store_true", help="compute nothing: write from the CSV file"
+        )
+    chosen = parser.parse_args(arguments)
+    chosen.out.mkdir(parents=True, exist_ok=True)
+    return chosen
+
+
+def output_folder(script: str, description: str | None, arguments: Sequence[str] | None = None) -> Path:
+    """Folder of a script's option --out, made if it is not there; without the option the script's own."""
+    out: Path = options(script, description, arguments).out
     return out
 
 
@@ -114,4 +130,14 @@ def read_csv(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
-__all__ = ["HERE", "Figure", "Table", "output_folder", "read_csv", "save_svg", "write_csv", "write_report"]
+__all__ = [
+    "HERE",
+    "Figure",
+    "Table",
+    "options",
+    "output_folder",
+    "read_csv",
+    "save_svg",
+    "write_csv",
+    "write_report",
+]

@@ -12,32 +12,28 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from wearsim.errors import Fault, SceneError
-from wearsim.scene.accuracy import AccuracyScene, read_accuracy
 from wearsim.scene.changes import Change, changed_text
 from wearsim.scene.faults import Lines, key_lines, line_of, shown, syntax_fault, validation_faults
 from wearsim.scene.inputs import find_file, read_inputs
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
-from wearsim.scene.robustness import RobustnessScene
 from wearsim.scene.setup import inputs_of
 from wearsim.scene.sweep import SweepScene, read_sweep
-from wearsim.scene.wear_steps import WearStepsScene
 
 CampaignScene = RigScene | FieldScene | CompareScene
-StudyScene = AccuracyScene | SweepScene | RobustnessScene | WearStepsScene
-Scene = CampaignScene | StudyScene
+Scene = CampaignScene | SweepScene
 
 _MODELS: dict[str, type[Scene]] = {
     "rig": RigScene,
     "field": FieldScene,
     "compare": CompareScene,
-    "accuracy": AccuracyScene,
     "sweep": SweepScene,
-    "robustness": RobustnessScene,
-    "wear_steps": WearStepsScene,
 }
 _SCRIPTS = {
     "published": "seed_tables.py",
     "location": "seed_figure_2.py",
+    "accuracy": "contact_accuracy.py",
+    "robustness": "where_methods_fail.py",
+    "wear_steps": "wear_step_stability.py",
 }
 """Kinds of scenes of before: the script in reports/ that writes their report now."""
 
@@ -83,12 +79,8 @@ def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Chan
     if isinstance(scene, CompareScene):
         for role in ("rig", "field"):
             faults += _read_compared(scene, role, kept, changes)
-    elif isinstance(scene, AccuracyScene):
-        scene._inputs, faults = read_accuracy(scene)
     elif isinstance(scene, SweepScene):
         scene._inputs, faults = read_sweep(scene)
-    elif isinstance(scene, RobustnessScene | WearStepsScene):
-        pass  # names no files
     else:
         faults = _read_files(scene, kept)
     if faults:
@@ -115,7 +107,7 @@ def load_campaign(path: str | Path, *, copied: bool = False, changes: Sequence[C
         With all faults, or if the scene is no campaign.
     """
     scene = load_scene(path, copied=copied, changes=changes)
-    if isinstance(scene, StudyScene):
+    if isinstance(scene, SweepScene):
         told = f"kind = {scene.scene.kind!r} is no campaign; run it with `wearsim run`"
         raise SceneError([Fault(told, str(scene.origin.path), scene.line("scene", "kind"))])
     return scene

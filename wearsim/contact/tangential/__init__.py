@@ -1,6 +1,6 @@
 """Tangential contact models by name: from patch, pressure and creepage to shear, slip and forces.
 
-What else was tried and found no place. Errors over the matrix of workflows/contact_accuracy.toml against the
+What else was tried and found no place. Errors over the cases of reports/contact_accuracy.py against the
 half-space solution, all with its normal contact and 50 x 50 cells, in cases with a slip share below | above
 0.9; median and 95 % quantile in per cent, of force (over friction times load), power and strip work:
 
