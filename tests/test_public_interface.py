@@ -241,7 +241,7 @@ def test_translate_gives_the_same_factors_for_files_and_datasets(folder):
     assert by_path.identical(by_dataset)
     with xr.open_dataset(folder / "out" / "translation.nc") as stored:
         assert stored.attrs["rig_sha256"] == by_dataset.attrs["rig_sha256"]
-    with pytest.raises(wearsim.WearsimError, match="cannot be read as a result file"):
+    with pytest.raises(wearsim.WearsimError, match="cannot be read as netCDF"):
         wearsim.translate(folder / "rig.toml", field)
 
 

@@ -14,10 +14,10 @@ from wearsim.contact.problem import ContactConditions, ContactModels, ContactSol
 from wearsim.contact.solve import solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError, ProfileError
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.files import load_profile
 from wearsim.profile.shape import Profile
 from wearsim.profile.sources import GAUGE, INCLINATION, half_span
+from wearsim.quantities import QUANTITIES
 
 Side = Literal["right", "left"]
 SIDES: tuple[Side, Side] = ("right", "left")
@@ -310,7 +310,7 @@ def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variabl
     """Variable with the attributes of its quantity."""
     if name == "point":
         return xr.Variable(dimensions, values, {"long_name": "index of the operating point"})
-    quantity = NOMENCLATURE[name]
+    quantity = QUANTITIES[name]
     attributes = {"long_name": quantity.meaning}
     if quantity.unit:
         attributes["units"] = quantity.unit
