@@ -9,9 +9,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from wearsim.contact import geometry, roll, rotation
+from wearsim.contact import geometry
 from wearsim.contact.creepage import Kinematics, kinematics, moved
-from wearsim.contact.geometry import Attitude, Contour, Rings
+from wearsim.contact.equilibrium import balanced_rotation, resting_roll, rotation_without_creepage
+from wearsim.contact.geometry import CounterfaceProfile, WheelsetPose, WheelSurface
 from wearsim.contact.kernel import kernel
 from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
@@ -113,10 +114,10 @@ def solve_each(
         What `each` returned, in the order of the points.
     """
     count = conditions.shift.size
-    wheels = tuple(geometry.rings(w, wheelset.radius) for w in (wheelset.right, wheelset.left))
-    grounds = (geometry.contour(counterface.profile),) * 2
+    wheels = tuple(geometry.wheel_surface(w, wheelset.radius) for w in (wheelset.right, wheelset.left))
+    grounds = (geometry.counterface_profile(counterface.profile),) * 2
     if counterface.left is not None:
-        grounds = (grounds[0], geometry.contour(counterface.left))
+        grounds = (grounds[0], geometry.counterface_profile(counterface.left))
     starts = range(0, max(count, 1), CHUNK)
 
     def task(start: int) -> Result:
@@ -184,8 +185,8 @@ def _solve_side(
     side: int,
     chunk: ContactConditions,
     start: int,
-    wheel: Rings,
-    grounds: tuple[Contour, ...],
+    wheel: WheelSurface,
+    grounds: tuple[CounterfaceProfile, ...],
     wheelset: Wheelset,
     counterface: Counterface,
     models: ContactModels,
@@ -194,13 +195,13 @@ def _solve_side(
     """Geometrical, normal and kinematical problem of one side; a left wheel is mirrored to the right."""
     ground = grounds[side]
     sign = -1.0 if side else 1.0
-    attitude = Attitude(sign * chunk.shift, sign * chunk.yaw, sign * chunk.roll)
+    pose = WheelsetPose(sign * chunk.shift, sign * chunk.yaw, sign * chunk.roll)
     span = {
         "half_span": wheelset.half_span,
         "nominal_radius": wheelset.radius,
         "curvature": counterface.curvature,
     }
-    gap = geometry.gap(wheel, ground, attitude, **span)
+    gap = geometry.gap(wheel, ground, pose, **span)
     try:
         normal = NORMAL_MODELS[models.normal](
             gap,
@@ -223,7 +224,7 @@ def _solve_side(
         return value
 
     wheel_y = at(gap.wheel_y, normal.centre_y)
-    seen = normal.seen_from
+    seen = normal.reference_point
     centre = normal.centre_y if seen is None else seen.y
     ground_z, apart = np.interp(centre, grid, ground.z), at(gap.gap, centre)
     # The wheel goes straight down, the gap is measured along the roller's radius there.
@@ -234,11 +235,11 @@ def _solve_side(
         sin_theta=at(gap.sin_theta, centre),
         counterface_z=ground_z,
         approach=normal.approach if seen is None else seen.approach,
-        overlap=normal.descent / np.sqrt(1.0 + slope**2) - apart,
+        overlap=normal.vertical_displacement / np.sqrt(1.0 + slope**2) - apart,
         contact_angle=normal.contact_angle,
-        shift=attitude.shift[patch_row],
-        yaw=attitude.yaw[patch_row],
-        roll=attitude.roll[patch_row],
+        shift=pose.shift[patch_row],
+        yaw=pose.yaw[patch_row],
+        roll=pose.roll[patch_row],
         speed=chunk.speed[patch_row],
         track_curvature=sign * chunk.track_curvature[patch_row],
         **span,
@@ -267,8 +268,8 @@ def _solve_side(
 def _solve_chunk(
     chunk: ContactConditions,
     start: int,
-    wheels: tuple[Rings, ...],
-    grounds: tuple[Contour, ...],
+    wheels: tuple[WheelSurface, ...],
+    grounds: tuple[CounterfaceProfile, ...],
     wheelset: Wheelset,
     counterface: Counterface,
     models: ContactModels,
@@ -313,11 +314,11 @@ def _solve_chunk(
         still = np.zeros_like(chunk.shift)
         central = replace(chunk, shift=still, yaw=still, roll=still, track_curvature=still)
         middle = _solve_side(sides[0], central, start, wheels[sides[0]], *shared)
-        speed = rotation.without_creepage(middle.kinematics, middle.normal.patch.row, chunk.shift.size)
+        speed = rotation_without_creepage(middle.kinematics, middle.normal.patch.row, chunk.shift.size)
     else:
         most = chunk.friction * chunk.wheel_load * wheelset.radius
         try:
-            speed = rotation.balanced(torque, nominal, chunk.torque, most)
+            speed = balanced_rotation(torque, nominal, chunk.torque, most)
         except ContactError as error:
             raise _placed(error, chunk, start, None) from None
     wanted = both if needed == sides else _by_point([solved[side] for side in sides])
@@ -331,18 +332,20 @@ def _solve_chunk(
 
 
 def _resting(
-    chunk: ContactConditions, start: int, wheels: tuple[Rings, ...], half_span: float, shared: Any
+    chunk: ContactConditions, start: int, wheels: tuple[WheelSurface, ...], half_span: float, shared: Any
 ) -> FloatArray:
     """Roll of the wheelset that rests on both wheels."""
     rows = np.arange(chunk.shift.size)
 
-    def descents(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def displacements(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
         tilted = replace(chunk, roll=angle, creepage=None)
         sides = [_solve_side(side, tilted, start, wheels[side], *shared).normal for side in (0, 1)]
-        right, left = (normal.descent[np.searchsorted(normal.patch.row, rows)] for normal in sides)
+        right, left = (
+            normal.vertical_displacement[np.searchsorted(normal.patch.row, rows)] for normal in sides
+        )
         return right, left
 
-    angle, found = roll.resting(descents, chunk.roll, half_span)
+    angle, found = resting_roll(displacements, chunk.roll, half_span)
     if not found.all():
         stuck = ContactError(
             "no roll of the wheelset lets both wheels carry their loads", int(np.argmin(found))

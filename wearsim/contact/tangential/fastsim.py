@@ -16,8 +16,8 @@ import numpy as np
 
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.patch import FloatArray, Patch, load_factor
-from wearsim.contact.tangential.kalker_coefficients import coefficients
-from wearsim.contact.tangential.model import TangentialSolution
+from wearsim.contact.tangential.kalker import coefficients
+from wearsim.contact.tangential.model import TangentialModel, TangentialSolution
 
 MOST_STRIPS = 512
 _ROW = MOST_STRIPS + 8  # distance of the rows in the kernel's buffer; not a power of two, for the cache
@@ -214,3 +214,7 @@ def _march(
             total += rows[6 * _ROW + j] * rows[j]
         force[m, 0], force[m, 1], force[m, 2] = f_x * width[m], f_y * width[m], moment * width[m]
         slip_area[m] = total * (2.0 / cells) * width[m]
+
+
+# One cell has no pressure between its ends.
+MODEL = TangentialModel(name="fastsim", solve=solve, cost=1.0, fewest=2, most_strips=MOST_STRIPS)
