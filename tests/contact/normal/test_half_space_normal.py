@@ -273,7 +273,7 @@ def test_refusals_of_its_own():
     with pytest.raises(ContactError, match="at least 8 strips and cells"):
         solved(gap, strips=7)
     with pytest.raises(ContactError, match="at least 8"):
-        solved(gap, cells=4.0)
+        solved(gap, cells=7.0)
     for load in (0.0, -1.0, np.nan, np.inf):
         with pytest.raises(ContactError, match="must be above 0 N and finite"):
             solved(gap, load)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wearsim.contact.creepage import kinematics
-from wearsim.contact.reference.linear_creepage import linear_creepage
+from wearsim.contact.reference import linear_creepage
 from wearsim.errors import ContactError
 
 R0, L, V = 0.46, 0.738, 20.0

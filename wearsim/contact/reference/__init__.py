@@ -1,38 +1,32 @@
-"""Closed solutions of contact mechanics, for anybody's use and for the tests of the numerical models.
+"""Closed forms of contact mechanics, for users, documents and the tests of the numerical models.
 
-``hertz``, ``line_hertz``, ``axis_ratio``
+`axis_ratio`, `hertz`, `line_hertz`
     Normal contact of ellipses and lines.
-``carter``, ``cattaneo_mindlin``
+`carter`, `cattaneo_mindlin`
     Partial slip of rolling cylinders, and of pressed bodies that do not roll.
-``kalker_linear``, ``full_slip``, ``full_slip_spin_moment``, ``frictional_power``
+`kalker_linear`, `full_slip`, `full_slip_spin_moment`, `frictional_power`
     Creep forces at very small and very large creepage.
-``fastsim_*``, ``reduced_creepage``, ``parabolic_reduced_creepage``
-    What simplified theory gives for pure longitudinal creepage.
-``normal_ratios`` and the other ``*_ratio*`` functions
+`reduced_creepage`, `fastsim_elliptic_force`, `fastsim_elliptic_slip_border`, `fastsim_strip_work`
+    Simplified theory for pure longitudinal creepage.
+`linear_creepage`
+    Creepages of a wheelset on a track or on rollers, to second order.
+`normal_ratios`, `normal_exponents`, `spin_ratio`, `longitudinal_creepage_ratio`, `creep_stiffness_ratios`,
+`load_ratio_for_equal_pressure`, `load_ratio_for_equal_area`
     Roller rig against field.
 """
 
-from wearsim.contact.reference.fastsim import (
+from wearsim.contact.reference.creep_forces import (
     fastsim_elliptic_force,
     fastsim_elliptic_slip_border,
-    fastsim_parabolic_force,
     fastsim_strip_work,
-    parabolic_reduced_creepage,
-    reduced_creepage,
-)
-from wearsim.contact.reference.hertzian import (
-    EllipticContact,
-    LineContact,
-    axis_ratio,
-    hertz,
-    line_hertz,
-)
-from wearsim.contact.reference.linear_theory import (
     frictional_power,
     full_slip,
     full_slip_spin_moment,
     kalker_linear,
+    reduced_creepage,
 )
+from wearsim.contact.reference.hertzian import EllipticContact, LineContact, axis_ratio, hertz, line_hertz
+from wearsim.contact.reference.linear_creepage import linear_creepage
 from wearsim.contact.reference.partial_slip import (
     RollingCylinders,
     TangentialLoading,
@@ -43,17 +37,12 @@ from wearsim.contact.reference.rig_ratios import (
     NormalRatios,
     StiffnessRatios,
     creep_stiffness_ratios,
-    lateral_creepage_ratio,
     load_ratio_for_equal_area,
     load_ratio_for_equal_pressure,
     longitudinal_creepage_ratio,
-    mild_ellipticity_area_ratio,
     normal_exponents,
     normal_ratios,
-    saturated_power_ratio,
-    small_creepage_power_ratio,
     spin_ratio,
-    wear_depth_ratio,
 )
 
 __all__ = [
@@ -69,25 +58,19 @@ __all__ = [
     "creep_stiffness_ratios",
     "fastsim_elliptic_force",
     "fastsim_elliptic_slip_border",
-    "fastsim_parabolic_force",
     "fastsim_strip_work",
     "frictional_power",
     "full_slip",
     "full_slip_spin_moment",
     "hertz",
     "kalker_linear",
-    "lateral_creepage_ratio",
     "line_hertz",
+    "linear_creepage",
     "load_ratio_for_equal_area",
     "load_ratio_for_equal_pressure",
     "longitudinal_creepage_ratio",
-    "mild_ellipticity_area_ratio",
     "normal_exponents",
     "normal_ratios",
-    "parabolic_reduced_creepage",
     "reduced_creepage",
-    "saturated_power_ratio",
-    "small_creepage_power_ratio",
     "spin_ratio",
-    "wear_depth_ratio",
 ]

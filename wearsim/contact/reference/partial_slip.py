@@ -91,7 +91,7 @@ def carter(
     creepage : array
         Longitudinal creepage [-].
     half_length, max_pressure : array
-        Of the line contact [m], [Pa], as :func:`line_hertz` returns them.
+        Of the line contact [m], [Pa], as from :func:`line_hertz`.
     friction : array
         Coulomb coefficient [-].
     effective_modulus : array

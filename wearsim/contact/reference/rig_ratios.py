@@ -136,29 +136,6 @@ def normal_exponents(curvature_ratio: ArrayLike) -> NormalRatios:
     )
 
 
-def mild_ellipticity_area_ratio(radius_ratio: ArrayLike) -> FloatArray:
-    r"""Estimate of the area ratio for nearly circular contacts, without knowing the curvatures.
-
-    Parameters
-    ----------
-    radius_ratio : array
-        :math:`\chi = r_0/s_0` [-].
-
-    Returns
-    -------
-    array
-        :math:`(1 + \chi)^{-1/3}`; its reciprocal is that of the pressure [-]. With A/B between 0.1
-        and 10 on rail and rig the true power lies between -0.23 and -0.43.
-
-    Raises
-    ------
-    ContactError
-        If a ratio is negative or not finite.
-    """
-    ratio: FloatArray = np.cbrt(1.0 / (1.0 + _radius_ratio(radius_ratio)))
-    return ratio
-
-
 def spin_ratio(radius_ratio: ArrayLike, roll_share: ArrayLike = 0.0) -> FloatArray:
     r"""Spin on a roller against that on the rail.
 
@@ -227,31 +204,6 @@ def longitudinal_creepage_ratio(
     return ratio
 
 
-def lateral_creepage_ratio(depth: ArrayLike, curvature: ArrayLike) -> FloatArray:
-    r"""Lateral creepage by yaw on a roller against that on the rail.
-
-    Parameters
-    ----------
-    depth : array
-        z of the contact below the top of the counterface's profile [m].
-    curvature : array
-        :math:`\kappa = 1/s_0` of the roller [1/m].
-
-    Returns
-    -------
-    array
-        :math:`s/s_0 = 1 - \kappa z`, 1 within a few parts in a thousand [-].
-
-    Raises
-    ------
-    ContactError
-        If an argument is outside its domain, or shapes do not fit together.
-    """
-    z, kappa = alike(depth=finite("depth", depth, "m"), curvature=_curvature(curvature))
-    ratio: FloatArray = 1.0 - kappa * z
-    return ratio
-
-
 def creep_stiffness_ratios(
     curvature_ratio: ArrayLike, radius_ratio: ArrayLike, poisson_ratio: float
 ) -> StiffnessRatios:
@@ -288,83 +240,6 @@ def creep_stiffness_ratios(
     )
     c11, c22, c23 = rig / field
     return StiffnessRatios(area * c11, area * c22, area**1.5 * c23)
-
-
-def small_creepage_power_ratio(stiffness_ratio: ArrayLike, creepage_ratio: ArrayLike) -> FloatArray:
-    """Frictional power on a roller against that on the rail, far from saturation, one creepage alone.
-
-    Parameters
-    ----------
-    stiffness_ratio : array
-        Of that creepage, from :func:`creep_stiffness_ratios` [-].
-    creepage_ratio : array
-        [-].
-
-    Returns
-    -------
-    array
-        Stiffness ratio times the square of the creepage ratio [-].
-
-    Raises
-    ------
-    ContactError
-        If an argument is outside its domain, or shapes do not fit together.
-    """
-    stiffness, creepage = alike(
-        stiffness_ratio=positive("stiffness ratio", stiffness_ratio, "-"),
-        creepage_ratio=finite("creepage ratio", creepage_ratio, "-"),
-    )
-    ratio: FloatArray = stiffness * creepage**2
-    return ratio
-
-
-def saturated_power_ratio(creepage_ratio: ArrayLike) -> FloatArray:
-    """Frictional power on a roller against that on the rail, all sliding without spin, at the same load.
-
-    Parameters
-    ----------
-    creepage_ratio : array
-        Of the resultant of longitudinal and lateral creepage [-].
-
-    Returns
-    -------
-    array
-        The creepage ratio [-].
-
-    Raises
-    ------
-    ContactError
-        If a ratio is negative or not finite.
-    """
-    return within("creepage ratio", creepage_ratio, "-", 0.0, np.inf)
-
-
-def wear_depth_ratio(power_ratio: ArrayLike, width_ratio: ArrayLike) -> FloatArray:
-    """Wear depth on a roller against that on the rail, for a law in which volume goes with power.
-
-    Parameters
-    ----------
-    power_ratio : array
-        [-].
-    width_ratio : array
-        Of the contact, `semi_axis_y` of :func:`normal_ratios` [-].
-
-    Returns
-    -------
-    array
-        Power ratio over width ratio; per metre, of strips of the same shape [-].
-
-    Raises
-    ------
-    ContactError
-        If an argument is outside its domain, or shapes do not fit together.
-    """
-    power, width = alike(
-        power_ratio=within("power ratio", power_ratio, "-", 0.0, np.inf),
-        width_ratio=positive("width ratio", width_ratio, "-"),
-    )
-    ratio: FloatArray = power / width
-    return ratio
 
 
 def load_ratio_for_equal_pressure(pressure_ratio: ArrayLike) -> FloatArray:

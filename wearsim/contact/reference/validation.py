@@ -1,4 +1,7 @@
-"""What closed forms refuse: input outside the domain of a formula, in one line with its first bad row."""
+"""Limits of the arguments of closed forms: errors in one line with the first row outside a formula's domain.
+
+Every function returns its value as floats and raises ContactError; `name` and `unit` are for the message.
+"""
 
 from __future__ import annotations
 
@@ -9,109 +12,30 @@ from wearsim.contact.patch import FloatArray
 from wearsim.errors import ContactError
 
 
-def positive(name: str, value: ArrayLike, unit: str, way_out: str = "") -> FloatArray:
-    """Array of a quantity that must be above zero and finite.
-
-    Parameters
-    ----------
-    name : str
-        As the message tells it.
-    value : array
-        Any shape.
-    unit : str
-        SI unit, "-" for ratios.
-    way_out : str
-        End of the message.
-
-    Returns
-    -------
-    array
-        The value as floats.
-
-    Raises
-    ------
-    ContactError
-        For the first entry that is not.
-    """
+def positive(name: str, value: ArrayLike, unit: str, hint: str = "") -> FloatArray:
+    """Array that must be above zero and finite; `hint` is the end of the message."""
     array = _floats(name, value)
-    _refuse(~((array > 0.0) & (array < np.inf)), array, name, unit, f"must be above 0 and finite{way_out}")
+    _check(~((array > 0.0) & (array < np.inf)), array, name, unit, f"must be above 0 and finite{hint}")
     return array
 
 
-def within(
-    name: str,
-    value: ArrayLike,
-    unit: str,
-    low: float,
-    high: float,
-    way_out: str = "",
-) -> FloatArray:
-    """Array of a quantity that must be in a closed interval.
-
-    Parameters
-    ----------
-    name : str
-        As the message tells it.
-    value : array
-        Any shape.
-    unit : str
-        SI unit, "-" for ratios.
-    low, high : float
-        Ends of the interval; infinite ones let every finite value pass.
-    way_out : str
-        End of the message.
-
-    Returns
-    -------
-    array
-        The value as floats.
-
-    Raises
-    ------
-    ContactError
-        For the first entry outside.
-    """
+def within(name: str, value: ArrayLike, unit: str, low: float, high: float) -> FloatArray:
+    """Array that must be in a closed interval; infinite ends let every finite value pass."""
     array = _floats(name, value)
     limits = f"must be in {low:g} .. {high:g}"
     if high == np.inf:
         limits = "must be finite" if low == -np.inf else f"must be {low:g} or above, and finite"
-    _refuse(~((array >= low) & (array <= high) & np.isfinite(array)), array, name, unit, limits + way_out)
+    _check(~((array >= low) & (array <= high) & np.isfinite(array)), array, name, unit, limits)
     return array
 
 
 def finite(name: str, value: ArrayLike, unit: str) -> FloatArray:
-    """Array of a quantity that must be finite; parameters as of :func:`within`.
-
-    Raises
-    ------
-    ContactError
-        For the first entry that is not.
-    """
+    """Array that must be finite."""
     return within(name, value, unit, -np.inf, np.inf)
 
 
 def vectors(name: str, value: ArrayLike, unit: str, columns: tuple[int, ...]) -> FloatArray:
-    """Array of one vector per row, all of it finite.
-
-    Parameters
-    ----------
-    name, unit : str
-        As the message tells them.
-    value : (m, k) array
-        Rows of vectors.
-    columns : tuple of int
-        Numbers of columns k that are allowed.
-
-    Returns
-    -------
-    (m, k) array
-        The value as floats.
-
-    Raises
-    ------
-    ContactError
-        If it has another shape, or an entry is not finite.
-    """
+    """Array (m, k) of one vector per row, all of it finite, with k one of `columns`."""
     array = finite(name, value, unit)
     if array.ndim != 2 or array.shape[1] not in columns:
         allowed = " or ".join(f"(m, {k})" for k in columns)
@@ -122,47 +46,14 @@ def vectors(name: str, value: ArrayLike, unit: str, columns: tuple[int, ...]) ->
 
 
 def number(name: str, value: FloatArray) -> float:
-    """Return a quantity that must be a single number.
-
-    Parameters
-    ----------
-    name : str
-        As the message tells it.
-    value : array
-        Checked otherwise.
-
-    Raises
-    ------
-    ContactError
-        If it has axes.
-    """
+    """Single number."""
     if value.ndim != 0:
         raise ContactError(f"{name} has the shape {value.shape} and must be one number for all contacts")
     return float(value)
 
 
 def per_row(name: str, value: FloatArray, count: int) -> FloatArray:
-    """Return a quantity of which each row has one, or all rows the same.
-
-    Parameters
-    ----------
-    name : str
-        As the message tells it.
-    value : (count,) array or float
-        Checked otherwise.
-    count : int
-        Number of rows.
-
-    Returns
-    -------
-    (count,) array
-        Read-only.
-
-    Raises
-    ------
-    ContactError
-        If it has another shape.
-    """
+    """Array (count,), read-only, of a quantity of which each row has one, or all rows the same."""
     if value.shape not in ((), (count,)):
         raise ContactError(
             f"{name} has the shape {value.shape} and must be a number or have ({count},): "
@@ -172,23 +63,7 @@ def per_row(name: str, value: FloatArray, count: int) -> FloatArray:
 
 
 def alike(**values: FloatArray) -> list[FloatArray]:
-    """Broadcast quantities to one shape.
-
-    Parameters
-    ----------
-    **values : array
-        Checked otherwise; underscores of their names are told as spaces.
-
-    Returns
-    -------
-    list of array
-        In the order given, read-only.
-
-    Raises
-    ------
-    ContactError
-        If their shapes do not fit; names all of them that have axes.
-    """
+    """Broadcast quantities to one shape, in the order given, read-only."""
     try:
         return list(np.broadcast_arrays(*values.values()))
     except ValueError:
@@ -203,7 +78,7 @@ def _floats(name: str, value: ArrayLike) -> FloatArray:
         raise ContactError(f"{name} must be numbers in rows of equal length") from None
 
 
-def _refuse(bad: NDArray[np.bool_], array: FloatArray, name: str, unit: str, limits: str) -> None:
+def _check(bad: NDArray[np.bool_], array: FloatArray, name: str, unit: str, limits: str) -> None:
     if bad.any():
         index = int(np.argmax(bad))
         shown = f"{array.reshape(-1)[index]:.4g}" + ("" if unit == "-" else f" {unit}")
