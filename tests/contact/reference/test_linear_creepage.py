@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from wearsim.contact.creepage import kinematics
+from wearsim.contact.creepage import ContactPoint, kinematics
+from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.reference import linear_creepage
 from wearsim.errors import ContactError
 
@@ -127,14 +128,14 @@ def test_vector_form_without_rates_is_that_of_the_solver(kappa):
     state = STATE | dict.fromkeys(RATES, 0.0)
     mine, sine = exact(kappa, state)
     motion = kinematics(
-        wheel_y=np.array([L - 0.75]),
-        wheel_radius=np.array([R0 + state["wheel_rise"]]),
-        sin_theta=np.array([sine]),
-        counterface_z=np.array([state["counterface_z"]]),
-        contact_angle=np.array([state["contact_angle"]]),
-        shift=np.zeros(1),
-        yaw=np.array([state["yaw"]]),
-        roll=np.array([state["roll"]]),
+        ContactPoint(
+            wheel_y=np.array([L - 0.75]),
+            wheel_radius=np.array([R0 + state["wheel_rise"]]),
+            sin_theta=np.array([sine]),
+            counterface_z=np.array([state["counterface_z"]]),
+            contact_angle=np.array([state["contact_angle"]]),
+        ),
+        WheelsetPose(np.zeros(1), np.array([state["yaw"]]), np.array([state["roll"]])),
         speed=np.array([V]),
         track_curvature=np.zeros(1),
         half_span=0.75,

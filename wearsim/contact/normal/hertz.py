@@ -16,8 +16,8 @@ and the model refuses.
 
 References
 ----------
-.. [1] H. Hertz, J. reine angew. Math. 92 (1882) 156-171.
-.. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, chapter 4.
+.. [1] H. Hertz, J. reine angew. Math. 92 (1882) 156-171, doi:10.1515/crll.1882.92.156.
+.. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, chapter 4.
 """
 
 from __future__ import annotations

@@ -2,8 +2,9 @@ r"""Creep forces of an elliptic contact in closed form: no slip, full slip, and 
 
 Axes of the contact frame: x rolling direction, y across to the right, normal into the counterface.
 Creepage is (wheel - counterface)/V; forces and moment are those on the wheel and oppose it. Simplified
-theory, the model that FASTSIM solves, is for pure longitudinal creepage: traction on the wheel grows from the leading
-edge in proportion to creepage and is cut back to the traction bound; shares are positive magnitudes.
+theory, the model that FASTSIM solves, is for pure longitudinal creepage: traction on the wheel grows from
+the leading edge in proportion to creepage and is cut back to the traction bound; shares are
+positive magnitudes.
 
 References
 ----------
@@ -61,7 +62,8 @@ def kalker_linear(
 
     References
     ----------
-    .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
+    .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990,
+       doi:10.1007/978-94-015-7889-9.
     """
     modulus = number("shear modulus G", positive("shear modulus G", shear_modulus, "Pa"))
     poisson = number("Poisson's ratio", within("Poisson's ratio", poisson_ratio, "-", 0.0, 0.5))

@@ -6,8 +6,8 @@ without friction; :math:`1/E^* = (1-\nu_1^2)/E_1 + (1-\nu_2^2)/E_2`, for equal b
 
 References
 ----------
-.. [1] H. Hertz, J. reine angew. Math. 92 (1882) 156-171.
-.. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, chapter 4.
+.. [1] H. Hertz, J. reine angew. Math. 92 (1882) 156-171, doi:10.1515/crll.1882.92.156.
+.. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, chapter 4.
 .. [3] NIST Digital Library of Mathematical Functions, section 19.25 (elliptic integrals by Carlson's).
 """
 

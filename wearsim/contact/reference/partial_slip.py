@@ -5,10 +5,10 @@ and tractions and forces are those on the wheel: they oppose the creepage.
 
 References
 ----------
-.. [1] F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157.
+.. [1] F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157, doi:10.1098/rspa.1926.0100.
 .. [2] C. Cattaneo, Rend. Accad. Naz. Lincei 27 (1938) 342-348, 434-436, 474-478.
-.. [3] R. D. Mindlin, J. Appl. Mech. 16 (1949) 259-268.
-.. [4] K. L. Johnson, Contact Mechanics, Cambridge 1985, chapters 7 and 8.
+.. [3] R. D. Mindlin, J. Appl. Mech. 16 (1949) 259-268, doi:10.1115/1.4009973.
+.. [4] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, chapters 7 and 8.
 """
 
 from __future__ import annotations
@@ -115,8 +115,8 @@ def carter(
 
     References
     ----------
-    .. [1] F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157.
-    .. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985.
+    .. [1] F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157, doi:10.1098/rspa.1926.0100.
+    .. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731.
     """
     xi, half, pressure, mu, modulus = alike(
         creepage=finite("creepage", creepage, "-"),
@@ -217,8 +217,8 @@ def cattaneo_mindlin(
     References
     ----------
     .. [1] C. Cattaneo, Rend. Accad. Naz. Lincei 27 (1938) 342-348, 434-436, 474-478.
-    .. [2] R. D. Mindlin, J. Appl. Mech. 16 (1949) 259-268.
-    .. [3] K. L. Johnson, Contact Mechanics, Cambridge 1985.
+    .. [2] R. D. Mindlin, J. Appl. Mech. 16 (1949) 259-268, doi:10.1115/1.4009973.
+    .. [3] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731.
     """
     push, load, a, b, mu, modulus, poisson = alike(
         tangential_force=finite("tangential force", tangential_force, "N"),

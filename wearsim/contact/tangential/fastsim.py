@@ -6,8 +6,9 @@ surfaces slip. Origin of the split into three flexibilities is the pressure-weig
 
 References
 ----------
-.. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13.
-.. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483 (equivalent ellipse).
+.. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13, doi:10.1080/00423118208968684.
+.. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483,
+   doi:10.1080/00423110500141144 (equivalent ellipse).
 """
 
 from __future__ import annotations
@@ -47,8 +48,9 @@ def flexibilities(patch: Patch, shear_modulus: float, poisson_ratio: float) -> F
 
     References
     ----------
-    .. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13.
-    .. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483.
+    .. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13, doi:10.1080/00423118208968684.
+    .. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483,
+       doi:10.1080/00423110500141144.
     """
     strip = patch.x_lead - patch.x_trail
     area = strip.sum(axis=1) * patch.width

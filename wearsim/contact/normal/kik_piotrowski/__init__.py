@@ -29,7 +29,7 @@ about 10 um at once, up to 0.6 % of the load, at equal force, length and width o
 References
 ----------
 .. [1] W. Kik, J. Piotrowski, 2nd Mini-Conference on Contact Mechanics and Wear, Budapest 1996.
-.. [2] J. Piotrowski, W. Kik, Vehicle System Dynamics 46 (2008) 27-48.
+.. [2] J. Piotrowski, W. Kik, Vehicle System Dynamics 46 (2008) 27-48, doi:10.1080/00423110701586444.
 .. [3] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226, equations (1)-(7), sign of (4) corrected.
 """
 

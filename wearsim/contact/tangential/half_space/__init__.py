@@ -15,7 +15,8 @@ length, as if the contact reached half a cell farther at its trailing end.
 
 References
 ----------
-.. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
+.. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990,
+   doi:10.1007/978-94-015-7889-9.
 .. [2] E. A. H. Vollebregt, user guide of CONTACT, Vtech CMCC.
 """
 

@@ -13,7 +13,8 @@ halves the convolutions and more.
 
 References
 ----------
-.. [1] P. Alart, A. Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353-375.
+.. [1] P. Alart, A. Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353-375,
+   doi:10.1016/0045-7825(91)90022-X.
 """
 
 from __future__ import annotations
