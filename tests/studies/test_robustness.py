@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 from wearsim.cli import main
-from wearsim.contact.closed_forms import hertz
 from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.reference import hertz
 from wearsim.contact.solve import solve
 from wearsim.report.robustness import decision_table, markdown, values_table
 from wearsim.scene import load_scene

@@ -7,13 +7,13 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, Strict
 from pydantic_core import PydanticCustomError
 
-from wearsim.contact.normal import NEVER_LEADS
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.scene.models import Header, NormalName, SceneModel
 from wearsim.scene.section import Section, quantity
 
 
 def _leading(name: str) -> str:
-    if name in NEVER_LEADS:
+    if not NORMAL_MODELS[name].can_update_profile:
         raise PydanticCustomError("out_of_range", "model", {"allowed": "a model that may lead a campaign"})
     return name
 

@@ -152,11 +152,11 @@ def _sections(
         shift, yaw, roll = sign * np.array([conditions.shift[point], *angles])
         profile = wheelset.left if side else wheelset.right
         below = counterface.profiles[side]
-        ground = geometry.contour(below)
+        ground = geometry.counterface_profile(below)
         gap = geometry.gap(
-            geometry.rings(profile, wheelset.radius),
+            geometry.wheel_surface(profile, wheelset.radius),
             ground,
-            geometry.Attitude(np.array([shift]), np.array([yaw]), np.array([roll])),
+            geometry.WheelsetPose(np.array([shift]), np.array([yaw]), np.array([roll])),
             half_span=wheelset.half_span,
             nominal_radius=wheelset.radius,
             curvature=counterface.curvature,

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from wearsim import __version__
-from wearsim.contact import geometry, roll
-from wearsim.contact.geometry import Attitude, Contour, Gap, Rings
+from wearsim.contact import equilibrium, geometry
+from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import Wheelset
 from wearsim.errors import ContactError
@@ -103,13 +103,13 @@ def locate(cases: Locations, curvature: float, shift: FloatArray) -> dict[str, F
     ContactError
         If a wheel does not touch, or no roll lets both wheels touch.
     """
-    wheelset, ground = cases.wheelset, geometry.contour(cases.profile)
-    wheels = [geometry.rings(wheel, wheelset.radius) for wheel in (wheelset.right, wheelset.left)]
+    wheelset, ground = cases.wheelset, geometry.counterface_profile(cases.profile)
+    wheels = [geometry.wheel_surface(wheel, wheelset.radius) for wheel in (wheelset.right, wheelset.left)]
 
     def gap(side: int, angle: FloatArray) -> Gap:
         sign = -1.0 if side else 1.0
-        attitude = Attitude(sign * shift, np.full_like(shift, sign * cases.yaw), sign * angle)
-        return _gap(wheels[side], ground, attitude, wheelset, curvature)
+        pose = WheelsetPose(sign * shift, np.full_like(shift, sign * cases.yaw), sign * angle)
+        return _gap(wheels[side], ground, pose, wheelset, curvature)
 
     angle = np.zeros_like(shift)
     if cases.free_roll:
@@ -117,7 +117,7 @@ def locate(cases: Locations, curvature: float, shift: FloatArray) -> dict[str, F
         def descents(trial: FloatArray) -> tuple[FloatArray, FloatArray]:
             return gap(0, trial).gap.min(axis=1), gap(1, trial).gap.min(axis=1)
 
-        angle, found = roll.resting(descents, angle, wheelset.half_span)
+        angle, found = equilibrium.resting_roll(descents, angle, wheelset.half_span)
         if not found.all():
             raise ContactError(
                 f"shift {1e3 * shift[int(np.argmin(found))]:g} mm: no roll lets both wheels touch; "
@@ -140,11 +140,13 @@ def locate(cases: Locations, curvature: float, shift: FloatArray) -> dict[str, F
     }
 
 
-def _gap(wheel: Rings, ground: Contour, attitude: Attitude, wheelset: Wheelset, curvature: float) -> Gap:
+def _gap(
+    wheel: WheelSurface, ground: CounterfaceProfile, pose: WheelsetPose, wheelset: Wheelset, curvature: float
+) -> Gap:
     return geometry.gap(
         wheel,
         ground,
-        attitude,
+        pose,
         half_span=wheelset.half_span,
         nominal_radius=wheelset.radius,
         curvature=curvature,

@@ -168,12 +168,12 @@ def touch_offset(cases: PublishedCases, profile: Profile, case: Case, solution: 
         Positive to the field side; from the lowest point of the gap, a parabola through three grid points.
     """
     wheelset = cases.wheelset
-    contour = geometry.contour(profile)
+    contour = geometry.counterface_profile(profile)
     zero = np.zeros(1)
     gap = geometry.gap(
-        geometry.rings(wheelset.right, wheelset.radius),
+        geometry.wheel_surface(wheelset.right, wheelset.radius),
         contour,
-        geometry.Attitude(np.array([case.shift]), zero, zero),
+        geometry.WheelsetPose(np.array([case.shift]), zero, zero),
         half_span=wheelset.half_span,
         nominal_radius=wheelset.radius,
         curvature=case.counterface_curvature,

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from wearsim import __version__
-from wearsim.contact.normal import NEVER_LEADS, NORMAL_MODELS
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactSolution
 from wearsim.contact.solve import solve
@@ -306,7 +306,7 @@ def assess(
             "kind": ("situation", [situation.kind for situation in situations]),
             "title": ("situation", [situation.title for situation in situations]),
             "model": [f"{normal} + {tangential}" for normal, tangential in combinations],
-            "leads": ("model", [normal not in NEVER_LEADS for normal, _ in combinations]),
+            "leads": ("model", [NORMAL_MODELS[normal].can_update_profile for normal, _ in combinations]),
             "normal": ("model", [normal for normal, _ in combinations]),
             "tangential": ("model", [tangential for _, tangential in combinations]),
         },

@@ -14,7 +14,7 @@ from wearsim.campaign.control import half_space_depth_limit
 from wearsim.campaign.rate import rate
 from wearsim.campaign.state import State, WearRate
 from wearsim.campaign.step import advance
-from wearsim.contact.normal import NEVER_LEADS, NORMAL_MODELS
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
@@ -83,7 +83,7 @@ def step_limits(names: Sequence[str] = tuple(sorted(NORMAL_MODELS)), strips: int
             "told": (over, told),
             "limit": ("normal", limit),
             "depth": ("normal", depth),
-            "leads": ("normal", [name not in NEVER_LEADS for name in names]),
+            "leads": ("normal", [NORMAL_MODELS[name].can_update_profile for name in names]),
         },
         coords={"normal": list(names), "wavelength": list(WAVELENGTHS), "factor": list(FACTORS)},
         attrs={"spacing": SPACING, "strips": strips},

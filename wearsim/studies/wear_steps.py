@@ -14,7 +14,7 @@ from wearsim.campaign.control import half_space_depth_limit, largest_step
 from wearsim.campaign.rate import rate
 from wearsim.campaign.state import State, WearRate
 from wearsim.campaign.step import advance
-from wearsim.contact.normal import ANSWERS_BY_STRIP
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings, regimes
@@ -81,7 +81,7 @@ def cases_of(normal: str, factor: float) -> tuple[Case, ...]:
         Case(normal, "beyond the limit, no smoothing", factor, 0.0),
         Case(normal, "beyond the limit, smoothed", factor, WAVELENGTH),
     ]
-    if normal in ANSWERS_BY_STRIP:
+    if NORMAL_MODELS[normal].local:
         found.append(
             Case(normal, "beyond the limit, smoothed, semi-implicit", factor, WAVELENGTH, "semi_implicit")
         )
