@@ -161,10 +161,12 @@ def test_grid_models_add_the_pressure_of_their_cells(case):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"wheel_load": 0.0}, "wheel_load = 0 must be finite and above 0"),
-        ({"friction": -0.1}, "friction = -0.1 must be finite and at least 0"),
-        ({"shift": [0.0, np.nan]}, "shift = nan must be finite"),
+        ({"wheel_load": 0.0}, "wheel_load = 0 must be at least 0.1 and at most 300 kN"),
+        ({"friction": -0.1}, "friction = -0.1 must be at least 0 and at most 1$"),
+        ({"shift": [0.0, np.nan]}, "shift = nan must be at least -100 and at most 100 mm"),
+        ({"track_curvature": np.inf}, "track_curvature = inf must be finite 1/m"),
         ({"shift": [0.0, 1e-3], "yaw": [0.0] * 3}, r"shift \(2,\), yaw \(3,\)"),
+        ({"shift": []}, r"shift \(0,\)"),
         ({"rotation": "fixed"}, "one of free, centred, nominal"),
         ({"creepage": [1e-3, 0.0]}, r"creepage \(n, 3\)"),
         ({"load": 80e3}, "load is not a contact condition; known: shift"),
@@ -181,7 +183,11 @@ def test_unusable_conditions_are_errors(change, message):
         (lambda: wearsim.standard_profile("S1003"), "'S1003' is not a standard profile; known: .*S1002"),
         (lambda: wearsim.read_profile("none.csv", "wheel"), "does not exist"),
         (lambda: wearsim.wheelset("60E1"), "a wheel is needed"),
-        (lambda: wearsim.wheelset("S1002", radius=0.0), "radius = 0 m must be above 0 m"),
+        (
+            lambda: wearsim.wheelset("S1002", radius=0.0),
+            "radius = 0 must be at least 100 and at most",
+        ),
+        (lambda: wearsim.wheelset("S1002", back_to_back=1360), "back_to_back = 1.36e.06 must be .* 2000 mm"),
         (lambda: wearsim.rails(wearsim.standard_profile("S1002")), "a rail is needed"),
         (lambda: wearsim.rails(wearsim.standard_profile("60E1"), gauge=1.43), "placed in the track already"),
     ],

@@ -62,7 +62,7 @@ def wheelset(
     Raises
     ------
     ProfileError
-        A name is unknown, a file cannot be read, or the profile is that of a rail.
+        A name is unknown, a file cannot be read, the profile is that of a rail, or a length is out of range.
 
     Examples
     --------
@@ -72,9 +72,8 @@ def wheelset(
     0.75
     """
     right = _wheel(profile)
-    return Wheelset(
-        right, right if left is None else _wheel(left), _positive(radius, "radius"), half_span(back_to_back)
-    )
+    other = right if left is None else _wheel(left)
+    return Wheelset(right, other, _radius(radius, "wheel_radius"), half_span(back_to_back))
 
 
 def rails(
@@ -148,7 +147,7 @@ def rollers(
     Raises
     ------
     ProfileError
-        As `rails`, or the radius is not above 0.
+        As `rails`, or the radius is out of its range.
 
     Examples
     --------
@@ -157,7 +156,7 @@ def rollers(
     2.0
     """
     track = rails(profile, left=left, inclination=inclination, gauge=gauge, back_to_back=back_to_back)
-    return Counterface(track.profile, 1.0 / _positive(radius, "radius"), track.left)
+    return Counterface(track.profile, 1.0 / _radius(radius, "roller_radius"), track.left)
 
 
 def solve_contact(
@@ -352,7 +351,8 @@ def _of_kind(profile: Profile, kind: str) -> Profile:
     return profile
 
 
-def _positive(value: float, name: str) -> float:
-    if not 0.0 < value < np.inf:
-        raise ProfileError(f"{name} = {value:g} m must be above 0 m")
+def _radius(value: float, name: str) -> float:
+    """Radius of a wheel or roller within its range [m]."""
+    if fault := QUANTITIES[name].fault(value, "radius"):
+        raise ProfileError(fault)
     return value
