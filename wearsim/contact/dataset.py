@@ -236,7 +236,7 @@ def solve_contact(
         wheelset,
         counterface,
         models,
-        lambda solution: _columns(solution, fields),
+        lambda solution: patch_columns(solution, fields),
         sides=tuple(sorted({SIDES.index(side) for side in sides})),
         vertical=load == "wheel",
         threads=threads,
@@ -249,7 +249,7 @@ def solve_contact(
     for name in ("roll", "rotation_speed"):  # alike for all patches of a point
         columns[name] = (("operating_point",), columns[name][1][first])
     columns |= {name: (("operating_point",), getattr(conditions, name)) for name in _CONDITIONS}
-    dataset = xr.Dataset({name: _variable(name, *column) for name, column in columns.items()})
+    dataset = xr.Dataset({name: variable(name, *column) for name, column in columns.items()})
     dataset = dataset.set_coords(["point", "side"])
     dataset.attrs = {
         "wheel_profile": wheelset.right.name,
@@ -272,8 +272,21 @@ def _check_name(what: str, name: str, known: Iterable[str]) -> None:
         raise ContactError(f"{what} = {name!r} is not one of {', '.join(known)}")
 
 
-def _columns(solution: ContactSolution, fields: bool) -> Columns:
-    """Quantities of the patches of a chunk of points, with strips and cells where `fields` is true."""
+def patch_columns(solution: ContactSolution, fields: bool) -> Columns:
+    """Quantities of the patches of a solution.
+
+    Parameters
+    ----------
+    solution : ContactSolution
+        Of m patches.
+    fields : bool
+        Whether quantities of strips and cells are among them.
+
+    Returns
+    -------
+    dict
+        Dimensions, `patch` first, and values by name.
+    """
     columns: Columns = {
         "point": (("patch",), solution.point),
         "side": (("patch",), np.array(SIDES)[solution.side]),
@@ -305,8 +318,18 @@ def _columns(solution: ContactSolution, fields: bool) -> Columns:
     return columns
 
 
-def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
-    """Variable with the attributes of its quantity."""
+def variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
+    """Variable with the attributes of its quantity.
+
+    Parameters
+    ----------
+    name : str
+        Key of `QUANTITIES`, or "point".
+    dimensions : tuple of str
+        Of the values.
+    values : array
+        SI units.
+    """
     if name == "point":
         return xr.Variable(dimensions, values, {"long_name": "index of the operating point"})
     quantity = QUANTITIES[name]
