@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wearsim.errors import ProfileError
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.measures import (
     GaugeDistances,
     flange_gradient,
@@ -19,6 +18,7 @@ from wearsim.profile.measures import (
     wheelset_measures,
 )
 from wearsim.profile.standard import rail, wheel
+from wearsim.quantities import QUANTITIES
 
 S1002 = wheel("S1002")
 
@@ -85,7 +85,7 @@ def test_measures_of_a_new_wheel_and_its_wheelset():
         "front_to_front": 1.425,
     }
     assert found.values == pytest.approx(nominal, abs=0.1e-6)
-    assert set(nominal) <= set(NOMENCLATURE)
+    assert set(nominal) <= set(QUANTITIES)
     assert all(type(value) is float for value in found.values.values())
 
 

@@ -26,7 +26,7 @@ NO_WHEEL = 1.0  # gap [m] at lateral positions where there is no wheel above the
 
 
 @dataclass(frozen=True)
-class Rings:
+class WheelSurface:
     """A wheel as rings about its axle, from the flange tip to the field side.
 
     Parameters
@@ -45,7 +45,7 @@ class Rings:
 
 
 @dataclass(frozen=True)
-class Contour:
+class CounterfaceProfile:
     """A counterface's profile on a grid of equal steps of arc length.
 
     Parameters
@@ -65,7 +65,7 @@ class Contour:
 
 
 @dataclass(frozen=True)
-class Attitude:
+class WheelsetPose:
     """Position of a wheelset seen from one wheel, one row each; a left wheel is mirrored first.
 
     Parameters
@@ -85,16 +85,16 @@ class Bodies:
 
     Parameters
     ----------
-    wheel : Rings
+    wheel : WheelSurface
         The wheel.
-    attitude : Attitude
+    pose : WheelsetPose
         n rows.
     half_span, nominal_radius : float
         From the track centre to the origin of the profiles; tape circle radius [m].
     """
 
-    wheel: Rings
-    attitude: Attitude
+    wheel: WheelSurface
+    pose: WheelsetPose
     half_span: float
     nominal_radius: float
 
@@ -105,7 +105,7 @@ class Gap:
 
     Parameters
     ----------
-    contour : Contour
+    counterface : CounterfaceProfile
         The counterface; its grid is that of the arrays below.
     curvature : float
         kappa of the counterface [1/m].
@@ -123,7 +123,7 @@ class Gap:
         What `gap_surface` needs; none for a gap that is only a curve.
     """
 
-    contour: Contour
+    counterface: CounterfaceProfile
     curvature: float
     gap: FloatArray
     wheel_y: FloatArray
@@ -152,7 +152,7 @@ def _steep_free(profile: Profile, spacing: float, start: int) -> tuple[FloatArra
     return y[part], z[part], dz[part] / dy[part]
 
 
-def rings(profile: Profile, radius: float, spacing: float = 1e-4) -> Rings:
+def wheel_surface(profile: Profile, radius: float, spacing: float = 1e-4) -> WheelSurface:
     """Cut a wheel into rings, from the flange tip to the field side.
 
     Parameters
@@ -166,7 +166,7 @@ def rings(profile: Profile, radius: float, spacing: float = 1e-4) -> Rings:
 
     Returns
     -------
-    Rings
+    WheelSurface
         Interpolated by cubic splines over arc length.
 
     Raises
@@ -176,10 +176,10 @@ def rings(profile: Profile, radius: float, spacing: float = 1e-4) -> Rings:
     """
     tip = int(np.argmax(profile.z))
     y, z, slope = _steep_free(profile, spacing, tip)
-    return Rings(np.ascontiguousarray(y), radius + z, np.ascontiguousarray(slope))
+    return WheelSurface(np.ascontiguousarray(y), radius + z, np.ascontiguousarray(slope))
 
 
-def contour(profile: Profile, spacing: float = 1e-4) -> Contour:
+def counterface_profile(profile: Profile, spacing: float = 1e-4) -> CounterfaceProfile:
     """Put a rail or roller profile on a grid of equal steps along its arc, steep flanks included.
 
     Parameters
@@ -191,17 +191,17 @@ def contour(profile: Profile, spacing: float = 1e-4) -> Contour:
 
     Returns
     -------
-    Contour
+    CounterfaceProfile
         The part of the head less steep than 86 degrees.
     """
     y, z, slope = _steep_free(profile, spacing, 0)
-    return Contour(y, z, slope, np.arctan(slope))
+    return CounterfaceProfile(y, z, slope, np.arctan(slope))
 
 
 def gap(
-    wheel: Rings,
-    counterface: Contour,
-    attitude: Attitude,
+    wheel: WheelSurface,
+    counterface: CounterfaceProfile,
+    pose: WheelsetPose,
     *,
     half_span: float,
     nominal_radius: float,
@@ -211,11 +211,11 @@ def gap(
 
     Parameters
     ----------
-    wheel : Rings
+    wheel : WheelSurface
         The wheel.
-    counterface : Contour
+    counterface : CounterfaceProfile
         Rail or roller.
-    attitude : Attitude
+    pose : WheelsetPose
         Of the wheelset, n rows.
     half_span : float
         From the track centre to the origin of the profiles [m].
@@ -230,20 +230,20 @@ def gap(
         Where several parts of the wheel hide each other, that of the lowest one. A roller smaller than its
         profile is deep ends before its axle.
     """
-    rows, points = attitude.shift.size, counterface.y.size
+    rows, points = pose.shift.size, counterface.y.size
     shape = (rows, points)
     # An integer or an array that may not be written would compile another variant of each kernel.
     curvature = float(curvature)
-    attitude = Attitude(plain(attitude.shift), plain(attitude.yaw), plain(attitude.roll))
+    pose = WheelsetPose(plain(pose.shift), plain(pose.yaw), plain(pose.roll))
     result = Gap(
-        contour=counterface,
+        counterface=counterface,
         curvature=curvature,
         gap=np.empty(shape),
         wheel_y=np.zeros(shape),
         sin_theta=np.zeros(shape),
         wheel_radius=np.full(shape, nominal_radius),
         x=np.zeros(shape),
-        bodies=Bodies(wheel, attitude, half_span, nominal_radius),
+        bodies=Bodies(wheel, pose, half_span, nominal_radius),
     )
     height, offset, lever, along = (np.empty(wheel.y.size) for _ in range(4))
     _raster(
@@ -252,9 +252,9 @@ def gap(
         wheel.slope,
         counterface.y,
         counterface.z,
-        attitude.shift,
-        attitude.yaw,
-        attitude.roll,
+        pose.shift,
+        pose.yaw,
+        pose.roll,
         half_span,
         nominal_radius,
         curvature,

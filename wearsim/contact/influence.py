@@ -12,8 +12,8 @@ On a uniform grid the displacements are a convolution, by Fourier transforms on 
 
 References
 ----------
-.. [1] K. L. Johnson, Contact Mechanics, Cambridge 1985, sections 3.2 and 3.6.
-.. [2] A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377-420.
+.. [1] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, sections 3.2 and 3.6.
+.. [2] A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377-420, doi:10.1098/rsta.1929.0009.
 """
 
 from __future__ import annotations
