@@ -292,29 +292,23 @@ def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: b
         if len(patches) > 1 and not vertical:
             raise fault_of(NOT_SINGLE, int(here))
         lines.extend(sorted(patches, key=lambda line: -line.force))
-    grid = PatchGrid(
-        np.array([line.x_lead for line in lines]),
-        np.array([line.x_trail for line in lines]),
-        np.array([line.pressure for line in lines]),
-    )
-    y = np.array([line.y for line in lines])
-    patch = from_grid(
-        np.array([line.row for line in lines], dtype=np.int64),
-        y,
-        np.array([line.width for line in lines]),
-        grid,
-        np.zeros_like(y),
-    )
+
+    def column(name: str) -> FloatArray:
+        return np.array([getattr(line, name) for line in lines])
+
+    grid = PatchGrid(column("x_lead"), column("x_trail"), column("pressure"))
+    y = column("y")
+    patch = from_grid(column("row").astype(np.int64), y, column("width"), grid, np.zeros_like(y))
     return NormalSolution(
         patch=patch,
-        centre_y=np.array([line.centre for line in lines]),
-        contact_angle=np.array([line.angle for line in lines]),
-        approach=np.array([line.approach for line in lines]),
-        normal_force=np.array([line.force for line in lines]),
+        centre_y=column("centre"),
+        contact_angle=column("angle"),
+        approach=column("approach"),
+        normal_force=column("force"),
         max_pressure=grid.pressure.max(axis=(1, 2)),
-        edge_y=np.array([line.edges for line in lines]),
+        edge_y=column("edges"),
         load_scale=np.ones(len(lines)),
-        vertical_displacement=np.array([line.vertical_displacement for line in lines]),
+        vertical_displacement=column("vertical_displacement"),
     )
 
 

@@ -136,8 +136,8 @@ def influence_share(turn: float, distance: float) -> float:
 def bow_of(x_squared: float, radius: float, sigma: float) -> float:
     """Gap that two circles open at a distance from where they are nearest."""
     wheel = x_squared / (radius + np.sqrt(max(radius * radius - x_squared, 0.0)))
-    ground = sigma * x_squared / (1.0 + np.sqrt(max(1.0 - sigma * sigma * x_squared, 0.0)))
-    rise: float = wheel + ground
+    counterface = sigma * x_squared / (1.0 + np.sqrt(max(1.0 - sigma * sigma * x_squared, 0.0)))
+    rise: float = wheel + counterface
     return rise
 
 
