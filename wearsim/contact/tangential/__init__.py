@@ -1,7 +1,7 @@
 """Tangential contact models by name: from patch, pressure and creepage to shear, slip and forces.
 
 The contract of a model stands in `contact.tangential.model`. Candidates that were tried and left out:
-`reports/tangential_candidates.md`.
+`reports/contact_models.md`.
 """
 
 from wearsim.contact.registry import models_in
