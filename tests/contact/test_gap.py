@@ -25,8 +25,8 @@ def bodies_gap(ring_y, radius, slope, pose, profile=0.0, kappa=0.0):
     return Gap(contour, kappa, empty, empty, empty, empty, empty, bodies)
 
 
-def plane_at(y=0.0, x=0.0, angle=0.0, descent=0.0):
-    return ContactPlane(np.array([0]), *(np.array([value]) for value in (y, x, angle, descent)))
+def plane_at(y=0.0, x=0.0, angle=0.0, displacement=0.0):
+    return ContactPlane(np.array([0]), *(np.array([value]) for value in (y, x, angle, displacement)))
 
 
 def searched(wheel, rail, shift, yaw, kappa=0.0, roll=0.0):
@@ -54,7 +54,7 @@ def test_cylinder_and_cone_over_a_flat_rail(cone, yaw):
     ring_y = np.linspace(-30e-3, 30e-3, 61)
     gap = bodies_gap(ring_y, RADIUS + cone * ring_y, 0.0 * ring_y + cone, (2e-3, yaw, 0.0))
     x0 = -np.sin(yaw) * SPAN
-    ours = gap_surface(gap, plane_at(y=3e-3, x=x0, descent=1e-4), X, S)[0]
+    ours = gap_surface(gap, plane_at(y=3e-3, x=x0, displacement=1e-4), X, S)[0]
     x, y = x0 + X[0][:, None], 3e-3 + S[0] - 2e-3 + SPAN
     forward, across = np.cos(yaw) * x + np.sin(yaw) * y, np.cos(yaw) * y - np.sin(yaw) * x - SPAN
     depth = np.sqrt((RADIUS + cone * across) ** 2 - forward**2)
@@ -187,5 +187,5 @@ def test_rays_that_meet_nothing_have_no_gap_and_a_bare_curve_has_no_surface(s100
     height = surface_of(gap, s=np.array([[0.0, 0.2]]))
     assert (height[:, 1] == geometry.NO_WHEEL).all()
     assert (height[:, 0] < 1e-3).all()
-    with pytest.raises(ContactError, match="three-dimensional"):
+    with pytest.raises(ContactError, match="curve without bodies"):
         surface_of(replace(gap, bodies=None))

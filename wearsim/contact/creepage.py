@@ -12,11 +12,14 @@ profile at the centre. The counterface turns with :math:`\omega = (0, \kappa V, 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.patch import FloatArray
+
+if TYPE_CHECKING:
+    from wearsim.contact.geometry import WheelsetPose
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def falling_root(
     -------
     root : (n,) array
         With the same bits whatever other rows are in the batch.
-    found : (n,) bool array
+    solved : (n,) bool array
         False where no bracket holds a root.
     """
     low, high = first - step, first + step
@@ -56,8 +56,8 @@ def falling_root(
         high = np.where(wide_high, high + step, high)
         above = np.where(wide_low, function(low), above)
         below = np.where(wide_high, function(high), below)
-    found = ((above >= 0.0) & (below <= 0.0)) | done
-    root, last, done = first.copy(), np.zeros(first.size), done | ~found
+    solved = ((above >= 0.0) & (below <= 0.0)) | done
+    root, last, done = first.copy(), np.zeros(first.size), done | ~solved
     for _ in range(_MOST_STEPS):
         width = above - below
         flat = width <= 0.0
@@ -74,7 +74,7 @@ def falling_root(
         below = np.where(rising, np.where(last > 0, 0.5 * below, below), value)
         above = np.where(rising, value, np.where(last < 0, 0.5 * above, above))
         last = np.where(rising, 1.0, -1.0)
-    return root, found
+    return root, solved
 
 
 _HEIGHT_TOLERANCE = 1e-11  # m, between the displacements of the two wheels
@@ -99,7 +99,7 @@ def resting_roll(
     -------
     roll : (n,) array
         [rad].
-    found : (n,) bool array
+    solved : (n,) bool array
         False where no roll lets both wheels carry their loads: a wheel that climbs its flange rises faster
         by moving sideways than it sinks by rolling.
     """
@@ -181,7 +181,7 @@ def balanced_rotation(
             f"({2.0 * scale[row]:.3g} N m); lower the torque or raise the friction coefficient",
             row=row,
         )
-    speed, found = falling_root(
+    speed, solved = falling_root(
         lambda speed: torque(speed) - applied,
         nominal,
         np.abs(nominal) * 2e-3,
@@ -189,9 +189,9 @@ def balanced_rotation(
         narrow=1e-14 * np.abs(nominal),
         done=nothing,
     )
-    if not found.all():
+    if not solved.all():
         raise NumericalError(
             "no rotation speed balances the axle torque; lower the applied torque",
-            row=int(np.argmin(found)),
+            row=int(np.argmin(solved)),
         )
     return speed

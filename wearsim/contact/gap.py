@@ -1,6 +1,6 @@
 """The gap in three dimensions, over a contact plane: the exact heights of a yawed wheel and its counterface.
 
-`geometry.gap` knows the gap along the line where each lateral position comes nearest. Here every point of
+`geometry.gap` is the gap along the line where each lateral position comes nearest. Here every point of
 the plane is a ray along the contact normal, cut with both surfaces of revolution by Newton's method; rings
 and profiles are joined by cubic polynomials through positions and slopes, so that the surfaces are smooth.
 """
@@ -99,11 +99,13 @@ def gap_surface(gap: Gap, plane: ContactPlane, x: FloatArray, s: FloatArray) -> 
     Raises
     ------
     ContactError
-        If the gap was not made by `geometry.gap` and knows no bodies.
+        If the gap has no bodies, because it was not made by `geometry.gap`.
     """
     bodies = gap.bodies
     if bodies is None:
-        raise ContactError("this gap is a bare curve; its three-dimensional surface is not known")
+        raise ContactError(
+            "this gap is a curve without bodies; make it with geometry.gap to have its surface"
+        )
     count = plane.row.size
     out = np.empty((count, x.shape[1], s.shape[1]))
     _fill(
@@ -203,7 +205,7 @@ def _fill(
     guess: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Cut the rays of every plane; from the middle outwards, each starting from its neighbour's answer."""
+    """Cut the rays of every plane; from the middle outwards, each starting from its neighbour's solution."""
     lengths, widths = out.shape[1], out.shape[2]
     for m in range(rows.size):
         row = rows[m]
@@ -236,8 +238,8 @@ def _fill(
                 if turn == 0:
                     start_w, start_c = 0.0, 0.0
                     if step > 0:
-                        beside = j - 1 if j > first_s else j + 1
-                        start_w, start_c = guess[0, beside], guess[1, beside]
+                        neighbour = j - 1 if j > first_s else j + 1
+                        start_w, start_c = guess[0, neighbour], guess[1, neighbour]
                 else:
                     start_w, start_c = guess[0, j], guess[1, j]
                 x, s = x_grid[m, i], s_grid[m, j]

@@ -4,7 +4,7 @@ Wheel and counterface are surfaces of revolution. The counterface has curvature 
 direction (a rail: 0) and is unrolled: the height of a point above its axis, measured from the profile's
 top, is ``zeta``; in the plane (y, zeta) rail and roller are the same curve. Each ring of the wheel is
 nearest to the counterface where the wheel's normal has no component along the rolling direction; these
-points form the wheel's contour, and the gap is the distance of the two contours.
+points form the wheel's contact line, and the gap is the distance of it from the counterface profile.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ NO_WHEEL = 1.0  # gap [m] at lateral positions where there is no wheel above the
 
 @dataclass(frozen=True)
 class WheelSurface:
-    """A wheel as rings about its axle, from the flange tip to the field side.
+    """Surface of a wheel: rings about its axle, from the flange tip to the field side.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class WheelSurface:
 
 @dataclass(frozen=True)
 class CounterfaceProfile:
-    """A counterface's profile on a grid of equal steps of arc length.
+    """Profile of a rail or roller on a grid of equal steps of arc length.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class CounterfaceProfile:
 
 @dataclass(frozen=True)
 class WheelsetPose:
-    """Position of a wheelset seen from one wheel, one row each; a left wheel is mirrored first.
+    """Pose of a wheelset in the axes of one wheel, one row each; a left wheel is mirrored first.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class WheelsetPose:
 
 @dataclass(frozen=True)
 class Bodies:
-    """The wheel a gap belongs to, for whoever needs the gap away from the contact line.
+    """The wheel of a gap and its pose, for the gap away from the contact line.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class Bodies:
     pose : WheelsetPose
         n rows.
     half_span, nominal_radius : float
-        From the track centre to the origin of the profiles; tape circle radius [m].
+        From the track centre to the origin of the profiles; radius of the running circle [m].
     """
 
     wheel: WheelSurface
@@ -101,7 +101,7 @@ class Bodies:
 
 @dataclass(frozen=True)
 class Gap:
-    """Gap between the contours of wheel and counterface with the wheel at its design height.
+    """Gap between contact line of the wheel and counterface profile, with the wheel at its design height.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class Gap:
     x : (n, g) array
         Its longitudinal position, from the middle of the axle [m].
     bodies : Bodies, optional
-        What `gap_surface` needs; none for a gap that is only a curve.
+        For `gap_surface`; none for a gap that is only a curve.
     """
 
     counterface: CounterfaceProfile
@@ -160,7 +160,7 @@ def wheel_surface(profile: Profile, radius: float, spacing: float = 1e-4) -> Whe
     profile : Profile
         Of the wheel, in the axes of a right wheel.
     radius : float
-        At the tape circle [m].
+        Of the running circle [m].
     spacing : float
         Distance of the rings along the profile [m].
 
@@ -220,7 +220,7 @@ def gap(
     half_span : float
         From the track centre to the origin of the profiles [m].
     nominal_radius : float
-        Wheel radius at the tape circle [m].
+        Wheel radius at the running circle [m].
     curvature : float
         kappa = 1/s0 of the counterface [1/m]; 0 for a rail.
 
@@ -288,7 +288,7 @@ def _envelope(
     radius_out: FloatArray,
     x_out: FloatArray,
 ) -> None:
-    """Lowest part of the wheel's contour over each grid point."""
+    """Lowest part of the wheel's contact line over each grid point."""
     points = grid_y.size
     gap_out[:] = NO_WHEEL
     first = 0
@@ -335,7 +335,7 @@ def _raster(
     radius_out: FloatArray,
     x_out: FloatArray,
 ) -> None:
-    """Contour of the yawed wheel in the unrolled plane, then its upper envelope on the grid."""
+    """Contact line of the yawed wheel in the unrolled plane, then its upper envelope on the grid."""
     for row in range(shift.size):
         sy, cy = np.sin(yaw[row]), np.cos(yaw[row])
         sr, cr = np.sin(roll[row]), np.cos(roll[row])

@@ -1,4 +1,4 @@
-"""What a contact problem is made of and what its solution holds."""
+"""Input of a contact problem and its solution."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from wearsim.quantities import QUANTITIES
 
 @dataclass(frozen=True)
 class ContactConditions:
-    """How a wheelset runs at `n` operating points.
+    """Operating conditions of a wheelset at `n` points.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class ContactConditions:
     torque : float
         Torque applied to the axle in the rolling direction (rule "free") [N m].
     free_roll : bool
-        Whether the axle rests on both wheels and so finds its own roll; `roll` is then the first guess.
+        Whether the roll follows from the axle resting on both wheels; `roll` is then the first guess.
     creepage : (n, 3) array, optional
         Longitudinal, lateral creepage and spin [-, -, 1/m] of the single patch of each wheel, instead of
         those that follow from the motion; `rotation` then is without effect.
@@ -145,7 +145,7 @@ class ContactConditions:
 
 @dataclass(frozen=True)
 class ContactModels:
-    """Which models solve the contact, how finely, for which material.
+    """Models, grid and material of a contact problem.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ class Wheelset:
     right, left : Profile
         Both in the axes of a right wheel.
     radius : float
-        At the tape circle [m].
+        Of the running circle [m].
     half_span : float
         From the track centre to the origin of the wheel profile [m]; 0.750 at back-to-back 1360 mm.
     """

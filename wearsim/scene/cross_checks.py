@@ -13,7 +13,6 @@ from wearsim.errors import Fault, ProfileError
 from wearsim.operation.field import REACH
 from wearsim.profile.measures import flange_thickness
 from wearsim.profile.shape import Profile
-from wearsim.quantities import QUANTITIES
 from wearsim.scene.campaign import campaign_faults
 from wearsim.scene.clearance import beyond_clearance
 from wearsim.scene.counterface import counterface_faults, counterface_warnings
@@ -96,15 +95,6 @@ def cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
             shares = " + ".join(f"{run.share:g}" for run in scene.operation.classes)
             told = f"share: the shares of all classes, {shares}, must sum to 1, not {total:.7g}; change them"
             found.append(fault_at(scene, ("operation", "class", 0, "share"), told))
-        largest = QUANTITIES["shift"].range.high
-        for index, run in enumerate(scene.operation.classes):
-            reach = abs(run.shift_mean_mm) + REACH * run.shift_std_mm
-            if reach > largest:
-                told = (
-                    f"shift_std_mm = {run.shift_std_mm:g} reaches shifts of {reach:g} mm (mean + 3 standard "
-                    f"deviations), at most {largest:g} mm; give a smaller mean or deviation"
-                )
-                found.append(fault_at(scene, ("operation", "class", index, "shift_std_mm"), told))
     found += _contact_faults(scene)
     found += [
         fault_at(scene, path, told)

@@ -98,7 +98,7 @@ def test_pressure_scales_as_hertz():
     assert other.vertical_displacement == pytest.approx(4.0 * one.vertical_displacement, rel=1e-9)
 
 
-def test_two_grids_share_the_descent():
+def test_two_grids_share_the_vertical_displacement():
     """Grids that do not feel each other: the loads of each are those of Hertz at the common approach."""
     one, first, _ = paraboloid(1.0, 0.3, 48)
     other, second, _ = paraboloid(4.0, 2.0, 48, 20e3)
@@ -220,12 +220,12 @@ def test_patches_far_apart_do_not_feel_each_other():
 
 
 def test_grids_part_without_a_jump():
-    """From one grid to two that feel each other less and less: steps of 0.25 mm move the descent evenly."""
+    """From one grid to two that feel each other less and less: steps of 0.25 mm move the wheel evenly."""
     distance = 1e-3 * np.arange(12.0, 34.0, 0.5)
     found = [solved(curve(lobes(d)), strips=60) for d in distance]
     assert {f.patch.row.size for f in found} == {1, 2}
-    descent = np.array([f.vertical_displacement[0] for f in found])
-    steps = np.diff(descent) / descent[:-1]
+    displacement = np.array([f.vertical_displacement[0] for f in found])
+    steps = np.diff(displacement) / displacement[:-1]
     assert np.all(steps < 1e-3)
     assert np.abs(steps).max() < 0.03
     assert np.abs(np.diff(steps)).max() < 0.02  # the ramp begins and ends
@@ -258,11 +258,11 @@ def lobe(left, right, angle):
 )  # fmt: skip
 def test_rule_of_sharing(apart, turn, share):
     """Distance [mm], angle [rad]: the numbers of the docstring."""
-    groups, together = gather(
+    groups, coupled = gather(
         curve(lambda y: y**2), [lobe(0.0, 2.0, 0.0), lobe(2.0 + apart, 9.0 + apart, turn)]
     )
     assert len(groups) == (1 if share == 1.0 else 2)
-    assert together.sum() == pytest.approx(0.0 if share == 1.0 else 2.0 * share)
+    assert coupled.sum() == pytest.approx(0.0 if share == 1.0 else 2.0 * share)
 
 
 def test_refusals_of_its_own():

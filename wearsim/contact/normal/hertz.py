@@ -8,11 +8,12 @@ touch, is the approach :math:`\delta` of Hertz, and :math:`N = K \delta^{3/2}`. 
 influence on each other.
 
 Rule for several patches: minima of the gap nearer to a lower one than the window are one contact with it; the
-others are contacts of their own, and where two ellipses overlap the model refuses: it never merges them.
+others are contacts of their own, and where two ellipses overlap the model raises an error: it never merges
+them.
 
 Half-space, elastic, curvatures constant over the patch: on profiles of many arcs the last one is the
-assumption that fails first, and nothing in the result tells so. Where B is not positive there is no ellipse
-and the model refuses.
+assumption that fails first, and nothing in the result shows it. Where B is not positive there is no ellipse
+and the model raises an error.
 
 References
 ----------
@@ -34,10 +35,8 @@ from wearsim.contact.patch import FloatArray, IntArray, Patch
 from wearsim.contact.reference import hertz as contact_ellipse
 from wearsim.errors import ContactError
 
-# Half width [m] of the window of the lateral curvature. The gap is interpolated linearly between rings
-# 0.1 mm apart: as the wheel moves sideways by micrometres, B of S1002 on 60E1 ripples by 0.5 % with 0.2 mm,
-# 0.05 % with 0.5 mm and 0.01 % with 1 mm. A wider window sees the next arc of the profile: B is 0.4 % off
-# with 2 mm, 1 % with 3 mm.
+# Half width [m] of the window of the lateral curvature: a narrower one shows the interpolation of the gap, a
+# wider one includes the next arc of the profile; measured in reports/contact_models.md.
 DEFAULTS = {"curvature_window": 1e-3}
 
 _NARROWEST, _WIDEST = 0.2e-3, 10e-3
@@ -73,43 +72,19 @@ def solve(
     strips: int,
     parameters: dict[str, float],
 ) -> NormalSolution:
-    """Ellipses and pressures of every row.
+    """Elliptic patches of every row; contract in `normal.model`.
 
-    Parameters
-    ----------
-    gap : Gap
-        n rows on a grid of g points.
-    load : (n,) array
-        Vertical load of the wheel, balanced by the vertical parts of the normal forces of all its
-        contacts, or (`vertical` false) the normal force of its only contact [N].
-    vertical : bool
-        Which of the two `load` is.
-    effective_modulus : float
-        E* = E / (2 (1 - nu^2)) of two equal bodies [Pa].
-    strips : int
-        Strips per patch.
-    parameters : dict
-        "curvature_window": half width of the window, in the contact plane, over which the parabola of the
-        lateral curvature is fitted, 1 mm by default [m]. Minima of the gap nearer to a lower one than this
-        are one contact with it.
-
-    Returns
-    -------
-    NormalSolution
-        The leading axis is the patch.
-
-    Raises
-    ------
-    ContactError
-        If a wheel does not touch, its ellipse or the window reaches the edge of a profile, a curvature is
-        not positive, two ellipses overlap, or `vertical` is false and several contacts close.
+    Own parameter: "curvature_window", half width of the window, in the contact plane, over which the parabola
+    of the lateral curvature is fitted, 1 mm by default [m]. Minima of the gap nearer to a lower one than this
+    are one contact with it. Also raises ContactError where the window reaches the edge of a profile, a
+    curvature is not positive, or two ellipses overlap.
     """
     window = {**DEFAULTS, **parameters}["curvature_window"]
     if not _NARROWEST <= window <= _WIDEST:
         raise ContactError(
             f"curvature_window = {1e3 * window:g} mm must be in {1e3 * _NARROWEST:g} .. {1e3 * _WIDEST:g} mm"
         )
-    found: list[_Contact] = []
+    loaded: list[_Contact] = []
     forces: list[float] = []
     displacements: list[float] = []
     for row in range(load.size):
@@ -120,10 +95,10 @@ def solve(
         pairs = [(contact, _force(contact, displacement)) for contact in contacts]
         for contact, force in sorted(pairs, key=lambda pair: -pair[1]):
             if force > 0.0:
-                found.append(contact)
+                loaded.append(contact)
                 forces.append(force)
                 displacements.append(displacement)
-    return _lay_strips(gap, found, np.array(forces), np.array(displacements), effective_modulus, strips)
+    return _cut_strips(gap, loaded, np.array(forces), np.array(displacements), effective_modulus, strips)
 
 
 def _contacts(
@@ -243,7 +218,7 @@ def _balance(contacts: list[_Contact], load: float, vertical: bool) -> float:
     return low + approach
 
 
-def _lay_strips(
+def _cut_strips(
     gap: Gap,
     contacts: list[_Contact],
     force: FloatArray,
@@ -322,7 +297,7 @@ def _facing(turn: FloatArray, index: int) -> slice:
 MODEL = NormalModel(
     name="hertz",
     solve=solve,
-    cost=1.0,
+    cost=2.5,
     can_update_profile=False,
     reason="an ellipse from the curvatures under one point evens out no wave shorter than itself, so that "
     "noise in the profile would stay or grow",

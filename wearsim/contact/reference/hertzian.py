@@ -104,12 +104,12 @@ def axis_ratio(curvature_ratio: ArrayLike) -> FloatArray:
     and -3/2 (circle). Every entry goes through the same steps whatever its neighbours.
     """
     ratio = positive("curvature ratio A/B", curvature_ratio, "-")
-    wanted = np.abs(np.log(ratio))
-    log_minor = -wanted / 1.5
+    target = np.abs(np.log(ratio))
+    log_minor = -target / 1.5
     for _ in range(_NEWTON_STEPS):
         square = np.exp(2.0 * log_minor)
         along, across = elliprd(0.0, square, 1.0), elliprd(0.0, 1.0, square)
-        log_minor = log_minor - (np.log(across / along) - wanted) / _slope(square, along, across)
+        log_minor = log_minor - (np.log(across / along) - target) / _slope(square, along, across)
     value: FloatArray = np.exp(np.sign(np.log(ratio)) * log_minor)
     return value
 

@@ -69,7 +69,7 @@ def linear_creepage(
     half_distance : (m,) array or float
         l from the middle of the axle to the contact, along the axle, positive on both sides [m].
     nominal_radius : float
-        Wheel radius :math:`r_0` at the tape circle [m].
+        Wheel radius :math:`r_0` at the running circle [m].
     curvature : float
         :math:`\kappa = 1/s_0` of the roller; 0 is the rail [1/m].
     speed : (m,) array or float
@@ -102,7 +102,7 @@ def linear_creepage(
     -----
     For a right wheel, in the frame of the wheel, with :math:`\beta = l \psi \kappa / (1 + r_0 \kappa)`, the
     angle by which the contact moves around the roller, and
-    :math:`\delta = \phi - \theta - \beta\psi`, the contact angle :math:`\theta` told to the axle, in the
+    :math:`\delta = \phi - \theta - \beta\psi`, the contact angle :math:`\theta` relative to the axle, in the
     paper's sign:
 
     .. math::
@@ -153,19 +153,19 @@ def linear_creepage(
     theta, psi, phi, y_dot, psi_dot, phi_dot = (
         sign * value for value in (theta, psi, phi, y_dot, psi_dot, phi_dot)
     )
-    ground = 1.0 - curvature * z  # s/s0, 1 on a rail
+    surface = 1.0 - curvature * z  # s/s0, 1 on a rail
     beta = l * psi * curvature / (1.0 + nominal_radius * curvature)
     delta = phi - theta - beta * psi
     xi_x = (
-        ground
+        surface
         - r / nominal_radius
         - l * psi_dot / v
         + (y_dot * psi - z_dot * beta - l * phi_dot * beta + r * psi_dot * phi) / v
-        - 0.5 * psi**2 * ground
+        - 0.5 * psi**2 * surface
     )
     xi_y = (
         y_dot - r * phi_dot + r * psi_dot * beta - l * delta * phi_dot - z_dot * delta + z_dot * phi
-    ) / v - ground * (psi + beta * phi)
+    ) / v - surface * (psi + beta * phi)
     spin = -delta / nominal_radius - curvature * (delta - phi + beta * psi) + (psi_dot + phi_dot * beta) / v
     if frame == "counterface":
         cosine, sine = np.cos(psi), np.sin(psi)

@@ -28,7 +28,7 @@ References
 .. [2] M. Sh. Sichani, R. Enblom, M. Berg, Vehicle System Dynamics 54 (2016) 748-764.
 =======
 The contract of a model stands in `contact.tangential.model`. Candidates that were tried and left out:
-`reports/tangential_candidates.md`.
+`reports/contact_models.md`.
 """
 
 from wearsim.contact.registry import models_in

@@ -76,28 +76,10 @@ def solve(
     cells: int,
     fields: bool,
 ) -> TangentialSolution:
-    """Shear, slip and creep forces of each patch.
+    """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
-    Parameters
-    ----------
-    patch : Patch
-        m patches of ny strips.
-    creepage : (m, 3) array
-        Longitudinal, lateral creepage and spin about the patch's centre [-, -, 1/m].
-    friction : (m,) array
-        Coulomb coefficient [-].
-    shear_modulus, poisson_ratio : float
-        Of both bodies [Pa], [-].
-    cells : int
-        nx cells along each strip.
-    fields : bool
-        Whether the cell fields are wanted, or only the resultants.
-
-    Returns
-    -------
-    TangentialSolution
-        Tractions are known at the cell ends and averaged over the cell; so is the traction that the slip
-        is multiplied with, which makes the balance of power exact on any grid for a single flexibility.
+    Tractions are known at the cell ends and averaged over the cell; so is the traction that the slip is
+    multiplied with, which makes the balance of power exact on any grid for a single flexibility.
     """
     flexibility = flexibilities(patch, shear_modulus, poisson_ratio)
     count, strips = patch.y.shape

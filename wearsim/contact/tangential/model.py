@@ -94,8 +94,8 @@ class TangentialModel:
     solve : TangentialSolver
         The function itself, without validation.
     cost : float
-        Time of a contact solution with `kik_piotrowski` over that with the cheapest tangential model, as in
-        reports/speed_accuracy.md: ranks the models [-].
+        Time of a contact solution with `kik_piotrowski`, 30 strips and cells, over that with the fastest
+        model, about: ranks the models (measured in reports/speed_accuracy.md) [-].
     fewest : int
         Strips across a patch, and cells along each, at least.
     most_strips : int, optional

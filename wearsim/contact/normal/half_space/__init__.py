@@ -3,7 +3,7 @@ r"""Elastic half-spaces under any gap: the pressure that Boussinesq's influence 
 The reference among the normal models: no assumption on the shape of patch or pressure, only that the bodies
 are half-spaces behind the contact plane, equal and frictionless. The plane of a patch goes through its
 pressure-weighted centre, at the pressure-weighted mean of the counterface's angle; the gap over it is the
-exact one in three dimensions where the gap knows its bodies. All patches of a wheel share one vertical
+exact one in three dimensions where the gap has its bodies. All patches of a wheel share one vertical
 displacement, and their loads add up vertically.
 
 Steps for each wheel, each of which fixes where the next one lays its grids: the overlap of the rigid
@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL, Gap
-from wearsim.contact.normal.half_space.lobes import gather, lay, lobes_of, missed
+from wearsim.contact.normal.half_space.lobes import gather, lobes_of, missed, place_grids
 from wearsim.contact.normal.half_space.pressure import (
     MOST_ITERATIONS,
     TOLERANCE,
@@ -42,7 +42,7 @@ from wearsim.contact.normal.half_space.regions import (
     origin_x,
     overlaps,
     plane_of,
-    touches_border,
+    touches_edge,
     turned,
 )
 from wearsim.contact.normal.model import (
@@ -59,7 +59,7 @@ from wearsim.contact.normal.model import (
 from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, from_grid
 
 DEFAULTS = {
-    "cells": 0.0,  # along the rolling direction; 0: as many as strips
+    "cells": 0.0,  # along the rolling direction; 0: the number of strips
     "half_space_tolerance": TOLERANCE,
     "half_space_iterations": float(MOST_ITERATIONS),
 }
@@ -68,7 +68,7 @@ _COARSE = (24, 32)
 _TRIALS = 20  # of the displacement
 _NEAR = 1e-3  # m, by which patches move from one state to the next at most
 _FITS = 25  # of grids to patches
-_STILL = 1e-5  # rad, a plane that has found its place
+_STILL = 1e-5  # rad, a plane that stays in place
 _LAID = 4  # fits after which grids keep their borders if they hold their patches
 _GATHERED = 2  # fits after which it is settled which lobes share a grid, and in which share t
 
@@ -107,38 +107,11 @@ def solve(
     strips: int,
     parameters: dict[str, float],
 ) -> NormalSolution:
-    """Patches and pressures of every row.
+    """Patches and pressures of every row; contract in `normal.model`.
 
-    Parameters
-    ----------
-    gap : Gap
-        n rows on a grid of g points.
-    load : (n,) array
-        Vertical load of the wheel, balanced by the vertical parts of the normal forces of all its
-        patches, or (`vertical` false) the normal force of its only patch [N].
-    vertical : bool
-        Which of the two `load` is.
-    effective_modulus : float
-        E* = E / (2 (1 - nu^2)) of two equal bodies [Pa].
-    strips : int
-        Strips per patch: rows of cells, of which 1.5 on each side are left free for the patch's border.
-    parameters : dict
-        "cells": along the rolling direction, of `ContactModels`; as many as strips if it is not given;
-        "half_space_tolerance": change of the pressures at which the iteration stops, 3e-5 by default [-];
-        "half_space_iterations": limit of it, 1000 by default.
-
-    Returns
-    -------
-    NormalSolution
-        The leading axis is the patch; `patch.grid` has the pressure of the cells.
-
-    Raises
-    ------
-    ContactError
-        If a wheel does not touch, its patch reaches the edge of a profile, or `vertical` is false and
-        several patches close.
-    NumericalError
-        If the iteration limit is met.
+    Strips are rows of cells, of which 1.5 on each side are left free for the patch's edge; `patch.grid` has
+    the pressure of the cells. Own parameters: "half_space_tolerance", change of the pressures at which the
+    iteration stops, 3e-5 by default [-]; "half_space_iterations", its limit, 1000 by default.
     """
     options: dict[str, Any] = {"vertical": vertical, "effective_modulus": effective_modulus}
     states = [
@@ -197,15 +170,17 @@ def solve_wheel(
         move = place - start.initial_contact
         move = move if abs(move) < _NEAR else 0.0
         moved = tuple(replace(region, row=row, y=region.y + move) for region in start.regions)
-        found = _fit(task, replace(start, regions=moved, initial_contact=place, iterations=()), shape)
-        if not missed(gap, found.regions, found.pressure, found.vertical_displacement, effective_modulus):
-            return found
+        solution = _fit(task, replace(start, regions=moved, initial_contact=place, iterations=()), shape)
+        if not missed(
+            gap, solution.regions, solution.pressure, solution.vertical_displacement, effective_modulus
+        ):
+            return solution
     return _fit(task, _search(task), shape)
 
 
 @dataclass(frozen=True)
 class _Task:
-    """What is wanted of one wheel."""
+    """Gap, row, load and options of one wheel."""
 
     gap: Gap
     row: int
@@ -217,27 +192,27 @@ class _Task:
     def pressures(
         self,
         regions: list[Region],
-        together: FloatArray,
+        coupled: FloatArray,
         shape: tuple[int, int],
         displacement: float,
         start: list[FloatArray] | None,
         tolerance: float,
     ) -> GridPressure:
-        """Pressures on grids; the displacement is one from that of the heights."""
+        """Pressures on grids; the displacement is in addition to that of the heights."""
         grids = [heights(self.gap, region, shape, displacement) for region in regions]
         load = self.load if self.vertical else self.load * grids[0].cosine
-        found = solve_pressure(
+        solution = solve_pressure(
             grids,
             load,
             self.modulus,
-            coupling=coupling_of(self.gap, regions, together, shape, self.modulus),
+            coupling=coupling_of(self.gap, regions, coupled, shape, self.modulus),
             start=start,
             tolerance=tolerance,
             limit=int(self.parameters["half_space_iterations"]),
         )
-        if not found.converged:
+        if not solution.converged:
             raise fault_of(NO_CONVERGENCE, self.row)
-        return found
+        return solution
 
 
 def _search(task: _Task) -> WheelPressure:
@@ -246,39 +221,43 @@ def _search(task: _Task) -> WheelPressure:
     counts = []
     for trial in range(_TRIALS):
         regions = overlaps(task.gap, task.row, level)
-        apart = np.zeros((len(regions), len(regions)))
-        found = task.pressures(regions, apart, _COARSE, 0.0, None, 1e-3)
-        counts.append(found.iterations)
-        if 0.5 * level < found.vertical_displacement < level / 1.02:
+        uncoupled = np.zeros((len(regions), len(regions)))
+        solution = task.pressures(regions, uncoupled, _COARSE, 0.0, None, 1e-3)
+        counts.append(solution.iterations)
+        if 0.5 * level < solution.vertical_displacement < level / 1.02:
             initial_contact = float(task.gap.counterface.y[task.gap.gap[task.row].argmin()])
             return WheelPressure(
-                tuple(regions), found.pressure, found.vertical_displacement, initial_contact, tuple(counts)
+                tuple(regions),
+                solution.pressure,
+                solution.vertical_displacement,
+                initial_contact,
+                tuple(counts),
             )
-        wanted = 1.15 * min(max(found.vertical_displacement, 0.1 * level), 10.0 * level)
+        aim = 1.15 * min(max(solution.vertical_displacement, 0.1 * level), 10.0 * level)
         # Where surfaces conform, the plane turns with the level: half the way, so as not to go to and fro.
-        level = wanted if trial < 2 else float(np.sqrt(level * wanted))
+        level = aim if trial < 2 else float(np.sqrt(level * aim))
     raise fault_of(NO_CONVERGENCE, task.row)
 
 
 def _fit(task: _Task, state: WheelPressure, shape: tuple[int, int]) -> WheelPressure:
-    """Lay grids around the patches of a state, and again around what is found there, until they stay."""
+    """Fit grids to the patches of a state, and again to the patches on them, until they stay."""
     gap, row = task.gap, task.row
     tolerance = task.parameters["half_space_tolerance"]
-    counts, together, settled = list(state.iterations), np.zeros((0, 0)), 0
+    counts, coupled, settled = list(state.iterations), np.zeros((0, 0)), 0
     for fit in range(_FITS):
         old = list(zip(state.regions, state.pressure, strict=True))
         groups = [lobes_of(gap, region, pressure) for region, pressure in old]
         if not settled:
-            beside = missed(gap, state.regions, state.pressure, state.vertical_displacement, task.modulus)
-            groups, together = gather(gap, [*(lobe for group in groups for lobe in group), *beside])
-            single = len(groups) == 1 and len(old) == 1 and not beside
+            outside = missed(gap, state.regions, state.pressure, state.vertical_displacement, task.modulus)
+            groups, coupled = gather(gap, [*(lobe for group in groups for lobe in group), *outside])
+            single = len(groups) == 1 and len(old) == 1 and not outside
             settled = fit if fit >= _GATHERED or (fit > 0 and single) else 0
         elif not all(groups):  # a grid without load
             kept = [k for k, group in enumerate(groups) if group]
-            groups, together = [groups[k] for k in kept], together[np.ix_(kept, kept)]
-        regions = lay(gap, row, groups, together, shape)
+            groups, coupled = [groups[k] for k in kept], coupled[np.ix_(kept, kept)]
+        regions = place_grids(gap, row, groups, coupled, shape)
         if settled and len(regions) == len(old):
-            inside = [not touches_border(*was) for was in old]
+            inside = [not touches_edge(*was) for was in old]
             before = np.array([was.angle for was in state.regions])
             off = np.array([new.angle for new in regions]) - before
             if np.abs(off).max() < _STILL and all(inside) and fit > 1:
@@ -290,11 +269,11 @@ def _fit(task: _Task, state: WheelPressure, shape: tuple[int, int]) -> WheelPres
                 ]
         start = [carried_over(gap, old, region, shape) for region in regions]
         near = tolerance if fit > 0 else max(tolerance, 3e-4)
-        found = task.pressures(regions, together, shape, state.vertical_displacement, start, near)
-        counts.append(found.iterations)
-        displacement = state.vertical_displacement + found.vertical_displacement
+        solution = task.pressures(regions, coupled, shape, state.vertical_displacement, start, near)
+        counts.append(solution.iterations)
+        displacement = state.vertical_displacement + solution.vertical_displacement
         state = WheelPressure(
-            tuple(regions), found.pressure, displacement, state.initial_contact, tuple(counts)
+            tuple(regions), solution.pressure, displacement, state.initial_contact, tuple(counts)
         )
     raise fault_of(NO_CONVERGENCE, row)
 
@@ -313,29 +292,23 @@ def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: b
         if len(patches) > 1 and not vertical:
             raise fault_of(NOT_SINGLE, int(here))
         lines.extend(sorted(patches, key=lambda line: -line.force))
-    grid = PatchGrid(
-        np.array([line.x_lead for line in lines]),
-        np.array([line.x_trail for line in lines]),
-        np.array([line.pressure for line in lines]),
-    )
-    y = np.array([line.y for line in lines])
-    patch = from_grid(
-        np.array([line.row for line in lines], dtype=np.int64),
-        y,
-        np.array([line.width for line in lines]),
-        grid,
-        np.zeros_like(y),
-    )
+
+    def column(name: str) -> FloatArray:
+        return np.array([getattr(line, name) for line in lines])
+
+    grid = PatchGrid(column("x_lead"), column("x_trail"), column("pressure"))
+    y = column("y")
+    patch = from_grid(column("row").astype(np.int64), y, column("width"), grid, np.zeros_like(y))
     return NormalSolution(
         patch=patch,
-        centre_y=np.array([line.centre for line in lines]),
-        contact_angle=np.array([line.angle for line in lines]),
-        approach=np.array([line.approach for line in lines]),
-        normal_force=np.array([line.force for line in lines]),
+        centre_y=column("centre"),
+        contact_angle=column("angle"),
+        approach=column("approach"),
+        normal_force=column("force"),
         max_pressure=grid.pressure.max(axis=(1, 2)),
-        edge_y=np.array([line.edges for line in lines]),
+        edge_y=column("edges"),
         load_scale=np.ones(len(lines)),
-        vertical_displacement=np.array([line.vertical_displacement for line in lines]),
+        vertical_displacement=column("vertical_displacement"),
     )
 
 

@@ -1,6 +1,6 @@
 """Which contacts of a wheel share a grid.
 
-Lobes are runs of loaded strips. Two of them belong together by the share
+Lobes are runs of loaded strips. Two of them are coupled by the share
 
     t = max( ramp(distance; 10 mm, 20 mm) * ramp(angle between them; 0.2 rad, 0.3 rad),
              ramp(distance; 2 mm, 4 mm) ),
@@ -8,7 +8,7 @@ Lobes are runs of loaded strips. Two of them belong together by the share
 each ramp 1 up to the first, 0 from the second value on. t = 1: one grid in one plane. t = 0: a grid and a
 plane each, and no influence on each other. In between each has its own grid, but their planes lean towards
 the common one, and their elastic influence on each other counts, in the share t: nothing jumps but the
-sampling. Of three lobes and more, those share a grid who all belong together with t = 1 (less than 2 mm
+sampling. Of three lobes and more, those share a grid who all are coupled by t = 1 (less than 2 mm
 apart: in any case); between grids t is the mean over the pairs of their lobes, weighted by both forces.
 """
 
@@ -30,7 +30,7 @@ from wearsim.contact.normal.model import ALIKE, BESIDE, CLEAR, FAR, NEAR, UNLIKE
 from wearsim.contact.patch import FloatArray, IntArray
 
 MARGIN = 1.5  # empty cells between a patch and each border of its grid
-_NEXT = 1e-3  # m, beside a grid, where no other contact begins
+_NEXT = 1e-3  # m, next to a grid, where no other contact begins
 _GROW = 0.2  # of the grid's size, where a patch touches its border
 
 
@@ -90,7 +90,7 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
     origin = origin_x(gap, region)
     ahead = _reach(pressure**2)
     behind = _reach(pressure[::-1] ** 2)
-    found = []
+    lobes = []
     for run in np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1):
         profile = load[run][:, None]
         before, after = float(_reach(profile)[0]), float(_reach(profile[::-1])[0])
@@ -107,7 +107,7 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
         top += _GROW * nx * length if pressure[0, run].any() else 0.0
         bottom -= _GROW * nx * length if pressure[-1, run].any() else 0.0
         total = float(load[run].sum())
-        found.append(
+        lobes.append(
             Lobe(
                 float(edges[0]),
                 float(edges[1]),
@@ -118,7 +118,7 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
                 total,
             )
         )
-    return found
+    return lobes
 
 
 def _reach(value: FloatArray) -> FloatArray:
@@ -144,8 +144,8 @@ def _distance(gap: Gap, one: Lobe, other: Lobe) -> float:
     return float(np.hypot(max(other.left - one.right, 0.0), z[1] - z[0]))
 
 
-def _together(gap: Gap, one: Lobe, other: Lobe) -> float:
-    """Share t in which two lobes, the one on the flange's side first, belong together."""
+def _coupling(gap: Gap, one: Lobe, other: Lobe) -> float:
+    """Share t in which two lobes, the one on the flange's side first, are coupled."""
     distance = _distance(gap, one, other)
     alike = _ramp(abs(other.angle - one.angle), ALIKE, UNLIKE)
     return max(_ramp(distance, NEAR, FAR) * alike, _ramp(distance, BESIDE, CLEAR))
@@ -165,7 +165,7 @@ def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
     -------
     groups : list of list of Lobe
         Those that share a grid, from the flange to the field side.
-    together : (k, k) array
+    coupled : (k, k) array
         Shares t between the groups, zero on the diagonal.
     """
     runs: list[list[Lobe]] = []
@@ -177,26 +177,26 @@ def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
     whole = [_merged(run) for run in runs]
     joined: list[list[int]] = []
     for k, lobe in enumerate(whole):
-        if joined and all(_together(gap, whole[j], lobe) == 1.0 for j in joined[-1]):
+        if joined and all(_coupling(gap, whole[j], lobe) == 1.0 for j in joined[-1]):
             joined[-1].append(k)
         else:
             joined.append([k])
     groups = [[lobe for k in group for lobe in runs[k]] for group in joined]
-    together = np.zeros((len(groups), len(groups)))
+    coupled = np.zeros((len(groups), len(groups)))
     for k, group in enumerate(joined):
         for j in range(k + 1, len(joined)):
             pairs = [(whole[one], whole[other]) for one in group for other in joined[j]]
-            shares = np.array([_together(gap, one, other) for one, other in pairs])
+            shares = np.array([_coupling(gap, one, other) for one, other in pairs])
             weights = np.array([one.force * other.force for one, other in pairs])
             weights = weights if weights.any() else np.ones(weights.size)
-            together[k, j] = together[j, k] = (weights * shares).sum() / weights.sum()
-    return groups, together
+            coupled[k, j] = coupled[j, k] = (weights * shares).sum() / weights.sum()
+    return groups, coupled
 
 
-def lay(
-    gap: Gap, row: int, groups: list[list[Lobe]], together: FloatArray, shape: tuple[int, int]
+def place_grids(
+    gap: Gap, row: int, groups: list[list[Lobe]], coupled: FloatArray, shape: tuple[int, int]
 ) -> list[Region]:
-    """Lay a grid around each group of lobes.
+    """Place a grid around each group of lobes.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def lay(
         n rows.
     row : int
         Which.
-    groups, together
+    groups, coupled
         As from `gather`.
     shape : (int, int)
         nx, ny cells of the grids.
@@ -219,9 +219,9 @@ def lay(
     regions = []
     for k, lobe in enumerate(merged):
         lean = sum(
-            together[k, j] * other.force / (lobe.force + other.force) * (other.angle - lobe.angle)
+            coupled[k, j] * other.force / (lobe.force + other.force) * (other.angle - lobe.angle)
             for j, other in enumerate(merged)
-            if together[k, j] > 0.0 and other.force > 0.0
+            if coupled[k, j] > 0.0 and other.force > 0.0
         )
         low = 0.5 * (merged[k - 1].right + lobe.left) if k > 0 else -np.inf
         high = 0.5 * (lobe.right + merged[k + 1].left) if k < count - 1 else np.inf
@@ -279,15 +279,15 @@ def missed(
         Grids of one wheel.
     pressure : sequence of (nx, ny) arrays
         On them [Pa].
-    vertical_displacement : float
-        From initial contact [m].
+    displacement : float
+        Vertical, of the wheel from initial contact [m].
     modulus : float
         E* [Pa].
 
     Returns
     -------
     list of Lobe
-        Where, along the contact line beside the grids, the rigid surfaces overlap by more than they give
+        Where, along the contact line outside the grids, the rigid surfaces overlap by more than they give
         way under the pressures of the grids; a rough outline, and no force.
     """
     grid, curve = gap.counterface, gap.gap[regions[0].row]
@@ -310,19 +310,19 @@ def missed(
         along = _middle(region.x(field.shape[0]), rows) + origin_x(gap, region)
         s = _middle(region.s(field.shape[1]), columns)
         foot = np.interp(region.y, grid.y, grid.z)
-        beside = np.hypot(
+        lateral = np.hypot(
             y[:, None] - region.y - s * np.cos(region.angle), z[:, None] - foot - s * np.sin(region.angle)
         )
-        share = np.clip((FAR - beside.min(axis=1)) / (FAR - NEAR), 0.0, 1.0)
-        distance = np.sqrt(beside[:, None, :] ** 2 + (x[:, None, None] - along[:, None]) ** 2)
+        share = np.clip((FAR - lateral.min(axis=1)) / (FAR - NEAR), 0.0, 1.0)
+        distance = np.sqrt(lateral[:, None, :] ** 2 + (x[:, None, None] - along[:, None]) ** 2)
         depth -= share * (blocks / distance).sum(axis=(1, 2)) / (np.pi * modulus)
-    found = []
+    lobes = []
     deep = np.flatnonzero(depth > 0.0)
     for run in np.split(deep, np.flatnonzero(np.diff(places[deep]) > 1) + 1):
         if run.size > 0:
             half = float(np.sqrt(2.0 * depth[run].max() / curvature_along(gap, regions[0].row, y[run]).min()))
             middle = run[int(depth[run].argmax())]
-            found.append(
+            lobes.append(
                 Lobe(
                     left=float(grid.y[places[run[0]] - 1]),
                     right=float(grid.y[places[run[-1]] + 1]),
@@ -333,7 +333,7 @@ def missed(
                     force=0.0,
                 )
             )
-    return found
+    return lobes
 
 
 def _middle(place: FloatArray, starts: IntArray) -> FloatArray:

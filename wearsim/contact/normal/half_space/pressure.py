@@ -1,6 +1,7 @@
-r"""Pressure between a rigid body and elastic half-spaces, by conjugate gradients on one or several grids.
+r"""Pressure of elastic half-spaces under a rigid displacement, by conjugate gradients on several grids.
 
-On each grid the height h of the gap, the displacement u and the displacement D of the wheel leave
+On each grid the height h of the gap, the surface displacement u and the vertical displacement D of the wheel
+leave
 
 .. math:: g = h + u - D c \ge 0, \qquad p \ge 0, \qquad g p = 0, \qquad \sum A c p = N,
 

@@ -62,7 +62,7 @@ class Region:
 
 
 class Section:
-    """The counterface's profile seen from a contact plane: s along the plane for each lateral position."""
+    """Counterface profile in the axes of a contact plane: s along the plane for each lateral position."""
 
     def __init__(self, gap: Gap, y: float, angle: float) -> None:
         contour = gap.counterface
@@ -114,7 +114,7 @@ def heights(gap: Gap, region: Region, shape: tuple[int, int], displacement: floa
         The grid's place.
     shape : (int, int)
         nx, ny cells.
-    vertical_displacement : float
+    displacement : float
         How far the wheel is pushed down from initial contact [m].
 
     Returns
@@ -145,7 +145,7 @@ def heights(gap: Gap, region: Region, shape: tuple[int, int], displacement: floa
 
 
 def curvature_along(gap: Gap, row: int, y: FloatArray) -> FloatArray:
-    """Curvature along x of wheel and counterface together, vertically [1/m]."""
+    """Curvature along x of wheel and counterface as a sum, vertically [1/m]."""
     z = np.interp(y, gap.counterface.y, gap.counterface.z)
     ring = np.interp(y, gap.counterface.y, gap.wheel_radius[row])
     value: FloatArray = 1.0 / ring + gap.curvature / (1.0 - gap.curvature * z)
@@ -174,7 +174,7 @@ def overlaps(gap: Gap, row: int, level: float) -> list[Region]:
     limit = float(curve.min()) + level
     inside = np.flatnonzero(curve < limit)
     runs = np.split(inside, np.flatnonzero(np.diff(inside) > 1) + 1)
-    found: list[Region] = []
+    regions: list[Region] = []
     for run in runs:
         part = curve[run]
         inner = 1 + np.flatnonzero((part[1:-1] < part[:-2]) & (part[1:-1] <= part[2:]))
@@ -183,13 +183,13 @@ def overlaps(gap: Gap, row: int, level: float) -> list[Region]:
             if abs(grid.angle[run[b]] - grid.angle[run[a]]) > ALIKE:
                 cuts.append(int(a + np.argmax(part[a:b])))
         for piece in np.split(run, cuts):
-            found.append(_about(gap, row, piece, limit))
-    for k, cut in enumerate(found[:-1]):
-        between = 0.5 * (cut.y_high + found[k + 1].y_low)
-        found[k], found[k + 1] = replace(cut, y_high=between), replace(found[k + 1], y_low=between)
-    if found:
-        found[0], found[-1] = replace(found[0], y_low=-np.inf), replace(found[-1], y_high=np.inf)
-    return found
+            regions.append(_about(gap, row, piece, limit))
+    for k, cut in enumerate(regions[:-1]):
+        between = 0.5 * (cut.y_high + regions[k + 1].y_low)
+        regions[k], regions[k + 1] = replace(cut, y_high=between), replace(regions[k + 1], y_low=between)
+    if regions:
+        regions[0], regions[-1] = replace(regions[0], y_low=-np.inf), replace(regions[-1], y_high=np.inf)
+    return regions
 
 
 def _about(gap: Gap, row: int, piece: IntArray, limit: float) -> Region:
@@ -224,7 +224,7 @@ def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
     )
 
 
-def touches_border(region: Region, pressure: FloatArray) -> bool:
+def touches_edge(region: Region, pressure: FloatArray) -> bool:
     """Whether a patch touches a border of its grid behind which there is no other grid."""
     along, across = pressure.max(axis=1) > 0.0, pressure.max(axis=0) > 0.0
     low = across[0] and not np.isfinite(region.y_low)
@@ -255,9 +255,9 @@ def _linear(place: FloatArray, start: float, stop: float, count: int) -> FloatAr
 
 
 def coupling_of(
-    gap: Gap, regions: list[Region], together: FloatArray, shape: tuple[int, int], effective_modulus: float
+    gap: Gap, regions: list[Region], coupled: FloatArray, shape: tuple[int, int], effective_modulus: float
 ) -> Coupling | None:
-    """Influence of grids on each other, in the share in which they belong together.
+    """Influence of grids on each other, in the share in which they are coupled.
 
     Between grids that lie apart it is smooth: forces are passed on to 8 x 8 Chebyshev nodes of their grid,
     whose displacements 1/(pi E* distance) times the cosine between the planes spread over the other grid by
@@ -269,7 +269,7 @@ def coupling_of(
         n rows.
     regions : list of Region
         k grids.
-    together : (k, k) array
+    coupled : (k, k) array
         From `gather`.
     shape : (int, int)
         nx, ny cells.
@@ -279,9 +279,9 @@ def coupling_of(
     Returns
     -------
     callable or None
-        For `solve_pressure`; none if no grid feels another.
+        For `solve_pressure`; none if no grid influences another.
     """
-    pairs = np.argwhere(together > 0.0)
+    pairs = np.argwhere(coupled > 0.0)
     if pairs.size == 0:
         return None
     nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
@@ -304,7 +304,7 @@ def coupling_of(
     tables = {}
     for j, k in pairs:
         distance = np.sqrt(((points[j][:, :, None] - points[k][:, None, :]) ** 2).sum(axis=0))
-        facing = together[j, k] * max(np.cos(regions[j].angle - regions[k].angle), 0.0)
+        facing = coupled[j, k] * max(np.cos(regions[j].angle - regions[k].angle), 0.0)
         tables[int(j), int(k)] = facing / (np.pi * effective_modulus * distance)
     areas = [np.prod(region.cell(shape)) for region in regions]
 

@@ -63,50 +63,25 @@ def solve(
     strips: int,
     parameters: dict[str, float],
 ) -> NormalSolution:
-    """Patches and pressures of every row.
+    """Patches and pressures of every row; contract in `normal.model`.
 
-    Parameters
-    ----------
-    gap : Gap
-        n rows on a grid of g points.
-    load : (n,) array
-        Vertical load of the wheel, balanced by the vertical parts of the normal forces of all its
-        patches, or (`vertical` false) the normal force of its only patch [N].
-    vertical : bool
-        Which of the two `load` is.
-    effective_modulus : float
-        E* = E / (2 (1 - nu^2)) of two equal bodies [Pa].
-    strips : int
-        Strips per patch.
-    parameters : dict
-        "virtual_penetration_factor": epsilon of [1]_, 0.55 by default.
-
-    Returns
-    -------
-    NormalSolution
-        The leading axis is the patch.
-
-    Raises
-    ------
-    ContactError
-        If a wheel does not touch, its patch reaches the edge of a profile, or `vertical` is false and
-        several patches close.
+    Own parameter: "virtual_penetration_factor", epsilon of [1]_, 0.55 by default.
     """
     rows = load.size
     factor = {**DEFAULTS, **parameters}["virtual_penetration_factor"]
     points = gap.counterface.y.size
     count, fault = np.zeros(rows, np.int64), np.zeros(rows, np.int64)
     patches = np.zeros((rows, MOST_PATCHES, LINE))
-    contour = gap.counterface
-    ground = (contour.y, contour.z, contour.slope, contour.angle)
-    rings, poses = _bodies(gap)
+    counterface = gap.counterface
+    profile = (counterface.y, counterface.z, counterface.slope, counterface.angle)
+    wheel, poses = _bodies(gap)
     balance(
-        ground,
+        profile,
         gap.gap,
         gap.wheel_radius,
         gap.x,
         poses,
-        rings,
+        wheel,
         gap.curvature,
         load,
         vertical,
@@ -125,16 +100,16 @@ def solve(
     edges = np.empty((row.size, strips + 1))
     centre, angle, maximum = (np.empty(row.size) for _ in range(3))
     slope = np.empty(row.size)
-    _lay_strips(
+    _cut_strips(
         row,
         lines,
         gap.curvature,
-        ground,
+        profile,
         gap.gap,
         gap.wheel_radius,
         gap.x,
         poses,
-        rings,
+        wheel,
         y,
         lead,
         trail,
@@ -168,7 +143,7 @@ def solve(
 
 
 def _bodies(gap: Gap) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatArray]:
-    """Rings of the wheel and the pose (n, 8) of each row, as `on_the_wheel` wants them."""
+    """Surface of the wheel and the pose (n, 8) of each row, as `on_the_wheel` takes them."""
     poses = np.zeros((gap.gap.shape[0], 8))
     if gap.bodies is None:
         none = np.empty(0)
@@ -183,16 +158,16 @@ def _bodies(gap: Gap) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatA
 
 
 @kernel
-def _lay_strips(
+def _cut_strips(
     rows: IntArray,
     lines: FloatArray,
     kappa: float,
-    ground: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     gaps: FloatArray,
     radii: FloatArray,
     alongs: FloatArray,
     poses: FloatArray,
-    rings: tuple[FloatArray, FloatArray, FloatArray],
+    wheel: tuple[FloatArray, FloatArray, FloatArray],
     strip_y: FloatArray,
     strip_lead: FloatArray,
     strip_trail: FloatArray,
@@ -205,11 +180,11 @@ def _lay_strips(
 ) -> None:
     """Cut patches into strips of equal width in their contact planes and make the pressure fit the load."""
     strips = strip_y.shape[1]
-    grid_y, grid_z, slope = ground[0], ground[1], ground[2]
+    grid_y, grid_z, slope = profile[0], profile[1], profile[2]
     section = np.zeros(SECTION)
     for m in range(rows.size):
         line = lines[m]
-        skewed = rings[0].size > 0 and poses[rows[m], 0] != 0.0
+        skewed = wheel[0].size > 0 and poses[rows[m], 0] != 0.0
         gap, radius, along = gaps[rows[m]], radii[rows[m]], alongs[rows[m]]
         start, stop = int(line[0]), int(line[1])
         centre, delta, left, right, limit = line[2], line[3], line[6], line[7], line[10]
@@ -246,11 +221,11 @@ def _lay_strips(
             lead, trail = half, -half
             if skewed:
                 place = grid_y[i] + share * (grid_y[i + 1] - grid_y[i])
-                on_the_wheel(place, height, here, middle, poses[rows[m]], rings, section)
+                on_the_wheel(place, height, here, middle, poses[rows[m]], wheel, section)
                 if section[10] > 0.0 and depth > 0.0:
                     circle = np.sqrt(strip_half_length_squared(limit - here, ring, section[9]))
-                    section[13] = end_of_strip(limit - here, circle, section[13], section, rings)
-                    section[14] = end_of_strip(limit - here, -circle, section[14], section, rings)
+                    section[13] = end_of_strip(limit - here, circle, section[13], section, wheel)
+                    section[14] = end_of_strip(limit - here, -circle, section[14], section, wheel)
                     lead, trail = half * section[13], -half * section[14]
             strip_y[m, j // 2] = s
             strip_lead[m, j // 2] = middle + lead

@@ -23,7 +23,7 @@ def on_the_wheel(
     gap: float,
     along: float,
     pose: FloatArray,
-    rings: tuple[FloatArray, FloatArray, FloatArray],
+    wheel: tuple[FloatArray, FloatArray, FloatArray],
     point: FloatArray,
 ) -> None:
     """Point of the wheel nearest to a place of the counterface, and the directions of its section there.
@@ -51,10 +51,10 @@ def on_the_wheel(
     ring = int(point[11])
     point[10] = -1.0
     for _ in range(_STEPS):
-        ring = place_in(rings[0], a + n * point[7], ring)
+        ring = place_in(wheel[0], a + n * point[7], ring)
         if ring < 0:
             return
-        radius, slope = smooth_at(rings[0], rings[1], rings[2], ring, a + n * point[7])
+        radius, slope = smooth_at(wheel[0], wheel[1], wheel[2], ring, a + n * point[7])
         forward, down = f + n * point[6], d + n * point[8]
         length = np.sqrt(forward * forward + down * down)
         move = (radius - length) / ((forward * point[6] + down * point[8]) / length - slope * point[7])
@@ -72,7 +72,7 @@ def end_of_strip(
     circle: float,
     factor: float,
     point: FloatArray,
-    rings: tuple[FloatArray, FloatArray, FloatArray],
+    wheel: tuple[FloatArray, FloatArray, FloatArray],
 ) -> float:
     """Where the section through `point` leaves the counterface when the wheel is pushed in by `depth`.
 
@@ -89,10 +89,10 @@ def end_of_strip(
         f = point[0] + x * point[3] + n * point[6]
         a = point[1] + x * point[4] + n * point[7]
         d = point[2] + x * point[5] + n * point[8]
-        ring = place_in(rings[0], a, ring)
+        ring = place_in(wheel[0], a, ring)
         opening, move = 0.0, 0.0
         if ring >= 0:
-            radius, slope = smooth_at(rings[0], rings[1], rings[2], ring, a)
+            radius, slope = smooth_at(wheel[0], wheel[1], wheel[2], ring, a)
             length = np.sqrt(f * f + d * d)
             opening = (f * (point[3] + tilt * point[6]) + d * (point[5] + tilt * point[8])) / length
             opening -= slope * (point[4] + tilt * point[7])
@@ -279,23 +279,23 @@ def find_outline(
 def fill_strips(
     line: FloatArray,
     row: int,
-    ground: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     here: tuple[FloatArray, FloatArray, FloatArray],
     pose: FloatArray,
-    rings: tuple[FloatArray, FloatArray, FloatArray],
+    wheel: tuple[FloatArray, FloatArray, FloatArray],
     skewed: bool,
     kappa: float,
     work: FloatArray,
     sections: FloatArray,
 ) -> None:
-    """Lay strips of a patch into its contact plane, at the grid points of `line`.
+    """Cut a patch into strips in its contact plane, at the grid points of `line`.
 
     Fills `work` with position s in the contact plane, interpenetration g, width of the strip, squared
     half-length and the longitudinal position of its middle; `sections` keeps the section of the wheel at each
     grid point from one approach to the next. `line` gets the sum of x_l^2 widths, s of the left and right end
     and the deepest x_l^2.
     """
-    grid_y, grid_z, slope = ground[0], ground[1], ground[2]
+    grid_y, grid_z, slope = profile[0], profile[1], profile[2]
     gap, radius = here[0], here[1]
     start, stop = int(line[0]), int(line[1])
     centre, limit = line[2], line[10]
@@ -312,13 +312,13 @@ def fill_strips(
         place[i] = (y[i] - centre) * cosine + (z[i] - centre_z) * sine
     for i in range(1, y.size - 1):
         wheel_slope = tilt[i] - (opening[i + 1] - opening[i - 1]) / (y[i + 1] - y[i - 1])
-        # No interpenetration where the wheel's edge makes a step of the gap: such a patch is refused later.
+        # No interpenetration where the wheel's edge makes a step of the gap: such a patch is an error later.
         depth[i] = max((limit - opening[i]) / (cosine + wheel_slope * sine), 0.0)
     for i in range(1, y.size - 1):
         bend = kappa / (1.0 - kappa * z[i])
         halves[i] = strip_half_length_squared(depth[i], ring[i] / cosine, bend * cosine)
     if skewed:
-        _skew_strips(row, start, stop, limit, ground, here, pose, rings, work, sections)
+        _skew_strips(row, start, stop, limit, profile, here, pose, wheel, work, sections)
     # Ends of the patch: where the interpenetration falls to zero.
     share = (limit - gap[start]) / (gap[start - 1] - gap[start])
     left = work[0, start] + share * (work[0, start - 1] - work[0, start])
@@ -345,10 +345,10 @@ def _skew_strips(
     start: int,
     stop: int,
     limit: float,
-    ground: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     here: tuple[FloatArray, FloatArray, FloatArray],
     pose: FloatArray,
-    rings: tuple[FloatArray, FloatArray, FloatArray],
+    wheel: tuple[FloatArray, FloatArray, FloatArray],
     work: FloatArray,
     sections: FloatArray,
 ) -> None:
@@ -358,20 +358,20 @@ def _skew_strips(
         section = sections[i]
         if section[12] != row + 1.0:
             # The neighbour's ring and ends are near.
-            beside = sections[i - 1] if sections[i - 1, 12] == row + 1.0 else sections[i + 1]
-            near = beside[12] == row + 1.0
+            neighbour = sections[i - 1] if sections[i - 1, 12] == row + 1.0 else sections[i + 1]
+            near = neighbour[12] == row + 1.0
             if near:
-                section[11] = beside[11]
-            on_the_wheel(ground[0][i], ground[1][i], gap[i], along[i], pose, rings, section)
+                section[11] = neighbour[11]
+            on_the_wheel(profile[0][i], profile[1][i], gap[i], along[i], pose, wheel, section)
             section[12] = row + 1.0
-            section[13] = beside[13] if near else 1.0
-            section[14] = beside[14] if near else 1.0
+            section[13] = neighbour[13] if near else 1.0
+            section[14] = neighbour[14] if near else 1.0
         half = np.sqrt(work[3, i])
         lead, trail = half, -half
         if section[10] > 0.0:
             circle = np.sqrt(strip_half_length_squared(limit - gap[i], radius[i], section[9]))
-            section[13] = end_of_strip(limit - gap[i], circle, section[13], section, rings)
-            section[14] = end_of_strip(limit - gap[i], -circle, section[14], section, rings)
+            section[13] = end_of_strip(limit - gap[i], circle, section[13], section, wheel)
+            section[14] = end_of_strip(limit - gap[i], -circle, section[14], section, wheel)
             lead, trail = half * section[13], -half * section[14]
         work[3, i] = 0.25 * (lead - trail) ** 2
         work[4, i] = along[i] + 0.5 * (lead + trail)

@@ -31,46 +31,46 @@ def find_basins(
     indices by rising height. The gap flooded from below joins each basin to a deeper one: `parent` is the
     deepest one that holds the water it joins (-1 for the deepest of all), `saddle` the height of joining.
     """
-    found = 0
+    number = 0
     top = -np.inf
     between = np.empty(MOST_BASINS)  # highest point between each minimum and the one before
     for i in range(1, gap.size - 1):
         top = max(top, gap[i])
         if gap[i] < gap[i - 1] and gap[i] <= gap[i + 1] and gap[i] < highest:
-            if found == MOST_BASINS:
+            if number == MOST_BASINS:
                 break
             bend = gap[i - 1] - 2.0 * gap[i] + gap[i + 1]
             move = 0.5 * (gap[i - 1] - gap[i + 1]) / bend
-            minima[0, found] = i + move
-            minima[1, found] = gap[i] - 0.25 * (gap[i - 1] - gap[i + 1]) * move
-            between[found] = top
+            minima[0, number] = i + move
+            minima[1, number] = gap[i] - 0.25 * (gap[i - 1] - gap[i + 1]) * move
+            between[number] = top
             top = -np.inf
-            found += 1
-    for k in range(found):
+            number += 1
+    for k in range(number):
         j = k
         while j > 0 and minima[1, order[j - 1]] > minima[1, k]:
             order[j] = order[j - 1]
             j -= 1
         order[j] = k
-    for k in range(found):
+    for k in range(number):
         # The lower of the two walks from here to the first deeper minimum, left or right.
         parent[k], saddle[k] = -1, np.inf
         for way in (-1, 1):
             height = -np.inf
             j = k
-            while 0 <= j + way < found:
+            while 0 <= j + way < number:
                 height = max(height, between[j] if way < 0 else between[j + 1])
                 j += way
                 if minima[1, j] < minima[1, k] or (minima[1, j] == minima[1, k] and j < k):
                     if height < saddle[k]:
                         parent[k], saddle[k] = j, height
                     break
-    for rank in range(found):
+    for rank in range(number):
         # Not the first deeper one but the deepest that the flood holds when it reaches the saddle.
         k = order[rank]
         while parent[k] >= 0 and saddle[parent[k]] <= saddle[k]:
             parent[k] = parent[parent[k]]
-    return found
+    return number
 
 
 LINE = 16
@@ -80,7 +80,7 @@ for work."""
 
 _TOO_THIN = 1  # grid points; what lies between two of them carries less than 1e-4 of the load
 _POWER = 1.5  # of the approach that the load grows with, as a first guess
-_BEYOND = 1.0001  # overshoot of a guess, to have the answer between two approaches
+_BEYOND = 1.0001  # overshoot of a guess, to have the solution between two approaches
 _COARSE = 0.02  # error of the load without skew from which one more step leads to that with skew
 _FAINT = 1e-4  # share of a basin in the condition of displacement that is left out
 
@@ -89,7 +89,7 @@ _FAINT = 1e-4  # share of a basin in the condition of displacement that is left 
 def _spread(
     approach: float,
     low: float,
-    found: int,
+    number: int,
     minima: FloatArray,
     order: IntArray,
     parent: IntArray,
@@ -104,7 +104,7 @@ def _spread(
     condition.
     """
     depth = factor * approach
-    for rank in range(found):
+    for rank in range(number):
         k = order[rank]
         p = parent[k]
         if p < 0:
@@ -118,9 +118,9 @@ def _spread(
         basins[1, k], basins[3, k] = -1.0, 0.0
         if rim > height:
             basins[1, k] = basins[1, p] if saddle[k] < joined else k
-            beside = joined - minima[1, p]
-            if beside > 0.0 and saddle[k] > minima[1, p]:
-                share = (saddle[k] - height) / (saddle[k] - minima[1, p]) * (rim - height) / beside
+            deeper = joined - minima[1, p]
+            if deeper > 0.0 and saddle[k] > minima[1, p]:
+                share = (saddle[k] - height) / (saddle[k] - minima[1, p]) * (rim - height) / deeper
                 basins[3, k] = basins[3, p] * max(share, 0.0) ** 3
             else:
                 basins[3, k] = 1.0
@@ -129,14 +129,14 @@ def _spread(
 @kernel
 def _amplitude(
     group: IntArray,
-    wanted: int,
-    found: int,
+    chosen: int,
+    number: int,
     factor: float,
     first: IntArray,
     minima: FloatArray,
     basins: FloatArray,
     lobe: IntArray,
-    ground: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     here: tuple[FloatArray, FloatArray, FloatArray],
     skewed: bool,
     work: FloatArray,
@@ -145,27 +145,27 @@ def _amplitude(
     """Find the common pressure slope of a group of patches, over pi E*: approach over displacement."""
     # The deepest basin of the group leads; a rim lowered by a neighbour means less approach too.
     lead = 0
-    while group[lead] != wanted:
+    while group[lead] != chosen:
         lead += 1
     height = minima[1, first[lead]]
     bottom = height + (basins[0, first[lead]] - height) / factor
     largest = 0.0
-    for k in range(found):
-        if lobe[k] >= 0 and group[lobe[k]] == wanted:
+    for k in range(number):
+        if lobe[k] >= 0 and group[lobe[k]] == chosen:
             largest = max(largest, basins[3, k])
     pushed, moved = 0.0, 0.0
-    for k in range(found):
-        if lobe[k] < 0 or group[lobe[k]] != wanted or basins[3, k] < _FAINT * largest:
+    for k in range(number):
+        if lobe[k] < 0 or group[lobe[k]] != chosen or basins[3, k] < _FAINT * largest:
             continue
         weight = basins[3, k]
         cell = int(minima[0, k])
         share = minima[0, k] - cell
-        y = ground[0][cell] + share * (ground[0][cell + 1] - ground[0][cell])
-        z = ground[1][cell] + share * (ground[1][cell + 1] - ground[1][cell])
+        y = profile[0][cell] + share * (profile[0][cell + 1] - profile[0][cell])
+        z = profile[1][cell] + share * (profile[1][cell + 1] - profile[1][cell])
         x = here[2][cell] + share * (here[2][cell + 1] - here[2][cell])
         pushed += weight * (bottom - minima[1, k]) * np.cos(lines[lobe[k], 3])
         for j in range(group.size):
-            if group[j] == wanted:
+            if group[j] == chosen:
                 moved += weight * displacement_at(y, z, x, lines[j], skewed, work)
     return pushed / moved
 
@@ -175,17 +175,17 @@ def _wheel_load(
     approach: float,
     low: float,
     row: int,
-    found: int,
+    number: int,
     minima: FloatArray,
     order: IntArray,
     parent: IntArray,
     saddle: FloatArray,
     factor: float,
     vertical: bool,
-    ground: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     here: tuple[FloatArray, FloatArray, FloatArray],
     pose: FloatArray,
-    rings: tuple[FloatArray, FloatArray, FloatArray],
+    wheel: tuple[FloatArray, FloatArray, FloatArray],
     skewed: bool,
     kappa: float,
     modulus: float,
@@ -195,16 +195,16 @@ def _wheel_load(
     lines: FloatArray,
 ) -> tuple[float, int]:
     """Load of all patches of one wheel under a rigid approach; `lines` gets one line per patch."""
-    _spread(approach, low, found, minima, order, parent, saddle, factor, basins)
-    lobe = np.full(found, -1)
-    first = np.empty(found, np.int64)  # deepest basin of each patch
+    _spread(approach, low, number, minima, order, parent, saddle, factor, basins)
+    lobe = np.full(number, -1)
+    first = np.empty(number, np.int64)  # deepest basin of each patch
     lobes = 0
-    for rank in range(found):
+    for rank in range(number):
         k = order[rank]
         if int(basins[1, k]) == k:
             line = lines[lobes]
             line[10] = basins[0, k]
-            count = find_outline(minima[0, k], line[10], ground[0], ground[3], here[0], line)
+            count = find_outline(minima[0, k], line[10], profile[0], profile[3], here[0], line)
             if count >= _TOO_THIN:
                 lobe[k] = lobes
                 first[lobes] = k
@@ -239,11 +239,11 @@ def _wheel_load(
         weights[b], tilts[b] = weight, tilt
     slope = np.empty(lobes)
     for j in range(lobes):
-        fill_strips(lines[j], row, ground, here, pose, rings, skewed, kappa, work, sections)
+        fill_strips(lines[j], row, profile, here, pose, wheel, skewed, kappa, work, sections)
         group[j] = j
     for j in range(lobes):
         slope[j] = _amplitude(
-            group, j, found, factor, first, minima, basins, lobe, ground, here, skewed, work, lines
+            group, j, number, factor, first, minima, basins, lobe, profile, here, skewed, work, lines
         )
     for n in range(lobes):
         other = _partner(joins[n], first, parent, lobe)
@@ -256,7 +256,7 @@ def _wheel_load(
                 group[j] = b
         if apart < 1.0:
             common = _amplitude(
-                group, b, found, factor, first, minima, basins, lobe, ground, here, skewed, work, lines
+                group, b, number, factor, first, minima, basins, lobe, profile, here, skewed, work, lines
             )
             for j in range(lobes):
                 if group[j] == b:
@@ -304,12 +304,12 @@ def _move_on(lines: FloatArray, earlier: FloatArray, gap: FloatArray, share: flo
 
 @kernel
 def balance(
-    ground: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     gaps: FloatArray,
     radii: FloatArray,
     alongs: FloatArray,
     poses: FloatArray,
-    rings: tuple[FloatArray, FloatArray, FloatArray],
+    wheel: tuple[FloatArray, FloatArray, FloatArray],
     kappa: float,
     load: FloatArray,
     vertical: bool,
@@ -323,8 +323,8 @@ def balance(
 ) -> None:
     """Find the approach of each row that carries its load.
 
-    `ground` is (y, z, slope, angle) of the contour, `poses` (n, 8) as for `on_the_wheel`: rows with yaw get
-    skewed strips if `rings` are there. `patches` (n, most, LINE) gets a line per patch, by falling force.
+    `profile` is (y, z, slope, angle) of the counterface, `poses` (n, 8) as for `on_the_wheel`: rows with yaw
+    get skewed strips if `wheel` has rings. `patches` (n, most, LINE) gets a line per patch, by falling force.
     """
     minima, saddle = np.empty((2, MOST_BASINS)), np.empty(MOST_BASINS)
     order, parent = np.empty(MOST_BASINS, np.int64), np.empty(MOST_BASINS, np.int64)
@@ -333,21 +333,21 @@ def balance(
     for row in range(load.size):
         here = (gaps[row], radii[row], alongs[row])
         gap = here[0]
-        skewed = rings[0].size > 0 and poses[row, 0] != 0.0
+        skewed = wheel[0].size > 0 and poses[row, 0] != 0.0
         low = gap.min()
         if low >= NO_WHEEL:
             fault[row] = NO_TOUCH
             continue
         # Hertz-like guess for a sphere of the wheel's radius; then grow until the load is exceeded.
         approach = (load[row] / modulus) ** (2.0 / 3.0) * 0.8
-        found = find_basins(gap, low + 0.02, minima, order, parent, saddle)
-        if found == 0:
+        number = find_basins(gap, low + 0.02, minima, order, parent, saddle)
+        if number == 0:
             fault[row] = AT_EDGE
             continue
         low = minima[1, order[0]]
         lower, upper, load_lower, load_upper = 0.0, -1.0, 0.0, 0.0
         value, used = 0.0, 0
-        # Under yaw, strips without skew first: they cost little and lead near the answer.
+        # Under yaw, strips without skew first: they cost little and lead near the solution.
         coarse = skewed
         before, load_before, power = 0.0, 0.0, _POWER
         for trial in range(200):
@@ -355,17 +355,17 @@ def balance(
                 approach,
                 low,
                 row,
-                found,
+                number,
                 minima,
                 order,
                 parent,
                 saddle,
                 factor,
                 vertical,
-                ground,
+                profile,
                 here,
                 poses[row],
-                rings,
+                wheel,
                 skewed and not coarse,
                 kappa,
                 modulus,
@@ -390,7 +390,7 @@ def balance(
             else:
                 upper, load_upper = approach, value
             if abs(excess) < 0.1 and trial < 20 and (before > 0.0 or power != _POWER):
-                # Near the answer: the power of the approach that the last two loads show.
+                # Near the solution: the power of the approach that the last two loads show.
                 if before > 0.0:
                     power = np.log(value / load_before) / np.log(approach / before)
                 aim = approach * (load[row] / value) ** (1.0 / power) if 1.0 < power < 6.0 else 0.0

@@ -1,42 +1,32 @@
-r"""Strips with semi-elliptic pressure that feel each other through the half-space.
+r"""Strips with semi-elliptic pressure, coupled elastically by the half-space.
 
 As in the method of Knothe and Le The [1]_ the patch is cut into strips along the rolling direction, each with
-:math:`p = p_j\sqrt{1-(x/a_j)^2}`, pressure and half-length unknown. Both follow from the gap: what is left
-between the moved surfaces, weighted along each strip with the derivatives of its pressure by
+:math:`p = p_j\sqrt{1-(x/a_j)^2}`, pressure and half-length unknown. Both follow from the residual gap: that
+between the displaced surfaces, weighted along each strip with the derivatives of its pressure by
 :math:`p_j` and by :math:`a_j`, is zero, :math:`\int r \sqrt{1-t^2}\,dt = \int r\,t^2/\sqrt{1-t^2}\,dt = 0`.
 There is no fitted factor, and an ellipse of any ratio of axes is met but for the width of the strips.
+Neglected: the middle line of the pressure is that of the smallest gap, and the surface is flat.
 
-How it is solved: descent from patches pressed into ellipses; pressures that never pull for given lengths, and
-lengths for given pressures, in turn, which closes in from anywhere; then Newton's method, each Jacobian kept
-as long as its steps shrink fast. A coarse set of strips finds the ends of the patch, a finer one is laid on
-it. The outermost strip takes its ratio :math:`p/a` from its neighbour: alone it could shrink to a point
-between overlapping surfaces.
+Solution: the first vertical displacement presses patches into ellipses; pressures that never pull for given
+lengths, and lengths for given pressures, in turn, converge from anywhere; then Newton's method, each Jacobian
+kept as long as its steps shrink fast. A coarse set of strips locates the ends of the patch, a finer one is
+fitted to it. The outermost strip takes its ratio :math:`p/a` from its neighbour: alone it could shrink to a
+point between overlapping surfaces. The fine set is fitted again until the ends of the patch lie at their
+place in the outermost strips, to 3 % of a width, or between two places as near to each other, and the plane
+is that of the pressures, to 1e-4 rad: the solution depends on the state, not on the way to it. Wide patches
+have narrower strips, because profiles change their radius within them.
 
-The fine set is laid again until the ends of the patch lie at their place in the outermost strips, to 3 % of
-a width, or between two places as near to each other, and the plane is that of the pressures, to 1e-4 rad: the
-answer depends on the state, not on the way to it. Within that tolerance, and as the number of strips follows
-the width of the patch, up to 0.3 % of the load still jumps.
+Rule for several patches: parts of the profile in contact 0.3 mm or more from each other have strips of their
+own and share the vertical displacement; parts that come nearer are one. A part with 0.3 mm and more without
+pressure between its loaded strips is split once. Planes of parts lean towards each other in the share in
+which `half_space.lobes` couples them, and patches in one plane have one creepage reference point (share to
+the fourth power, as it moves far). Strips have full influence on each other while their planes differ by less
+than 20 degrees, none from 40 on; where they are 10 mm apart, by less than 0.2 and from 0.3 rad on, as planes
+are shared. A run of loaded strips is a patch; below 5e-4 of the load it is left out. Where the flange climbs
+through the rail's corner no solution is stable: there is one part, over 60 degrees of the profile, whose ends
+do not settle.
 
-Rule for several patches: parts of the profile that touch 0.3 mm or more apart from each other have strips of
-their own and share the descent; parts that come nearer are one. A part with 0.3 mm and more without pressure
-between its loaded strips is split once. Planes of parts lean towards each other in the share in which
-`half_space_lobes` says they belong together, and patches in one plane have one point for their creepages
-(share to the fourth power, as it moves far): power as of the half-space, 95 % of the cases below a slip share
-of 0.9 within 5.2 % with FASTSIM, 0.9 % with its own tangential model; 17 and 14 % when each lobe had its own.
-Strips feel each other fully while their planes differ by less than 20 degrees, not at all from 40 on; where
-they are 10 mm apart by less than 0.2 and from 0.3 rad on, as planes are shared. A run of loaded strips is a
-patch; below 5e-4 of the load it is left out. Where the flange climbs through the rail's corner the rule finds
-no answer that stays, nor do shared planes help: there is one part, over 60 degrees of the profile, whose ends
-do not settle, and up to 70 % of the load jumps to another place.
-
-What is left out: the pressure's middle line is that of the smallest gap, and the surface is flat.
-
-S1002 on 60E1 against the half-space, 95 % of the cases of reports/contact_accuracy.md (shifts to 6 mm): area
-within 2.3 %, largest pressure within 0.4 % for single patches, 1.4 % for split ones. From a shift of 6.5 mm
-on, in the rail's corner and climbing, area was 10 % and pressure 24 % off before planes were shared; which of
-the two omissions does that has not been separated. The number of strips and the
-thresholds were set on these cases. Strips of 1 mm in patches of 20 mm let the pressure jump by 5 % where the
-profile changes its radius; hence the narrower ones in wide patches.
+Measured accuracy, and the cases the thresholds were set on: reports/contact_models.md.
 
 References
 ----------
@@ -52,7 +42,7 @@ import numpy as np
 from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import plain
 from wearsim.contact.normal.knothe_le_the.equations import influence_table
-from wearsim.contact.normal.knothe_le_the.wheel import lay_patches
+from wearsim.contact.normal.knothe_le_the.wheel import solve_patches
 from wearsim.contact.normal.model import (
     MOST_PATCHES,
     NormalModel,
@@ -86,36 +76,10 @@ def solve(
     strips: int,
     parameters: dict[str, float],
 ) -> NormalSolution:
-    """Patches and pressures of every row.
+    """Patches and pressures of every row; contract in `normal.model`.
 
-    Parameters
-    ----------
-    gap : Gap
-        n rows on a grid of g points.
-    load : (n,) array
-        Vertical load of the wheel, balanced by the vertical parts of the normal forces of all its
-        patches, or (`vertical` false) the normal force of its only patch [N].
-    vertical : bool
-        Which of the two `load` is.
-    effective_modulus : float
-        E* = E / (2 (1 - nu^2)) of two equal bodies [Pa].
-    strips : int
-        Strips per patch in the answer; it is interpolated from those solved for.
-    parameters : dict
-        "solved_strips": strips solved for in each part of the profile that touches, 20 by default.
-
-    Returns
-    -------
-    NormalSolution
-        The leading axis is the patch.
-
-    Raises
-    ------
-    ContactError
-        If a wheel does not touch, its patch reaches the edge of a profile, or `vertical` is false and
-        several patches close.
-    NumericalError
-        If the load cannot be balanced.
+    Own parameter: "solved_strips", strips solved for in each part of the profile in contact, 20 by default;
+    the strips of the solution are interpolated from them.
     """
     count = int(min(max({**DEFAULTS, **parameters}["solved_strips"], _FEWEST), _MOST))
     rows = load.size
@@ -124,7 +88,7 @@ def solve(
     y, half, skew, slope = (np.empty(shape) for _ in range(4))
     edges = np.empty((rows, MOST_PATCHES, strips + 1))
     values = np.empty((rows, MOST_PATCHES, 13))
-    lay_patches(
+    solve_patches(
         plain(load),
         vertical,
         effective_modulus,

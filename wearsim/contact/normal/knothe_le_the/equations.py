@@ -35,7 +35,7 @@ from wearsim.contact.normal.knothe_le_the.strips import (
     Y,
     Z,
     bow_of,
-    fade,
+    influence_share,
 )
 from wearsim.contact.patch import FloatArray, IntArray
 
@@ -164,13 +164,13 @@ def in_the_middle(table: FloatArray, distance: float) -> float:
 
 
 # Layers of `pairs`: logarithms of the distance to the nearer and to the farther edge, the same for both of a
-# pair (of strips of unlike width the mean is taken), and the share of the other strip that one feels.
+# pair (of strips of unlike width the mean is taken), and the share of the elastic influence.
 NEARER, FARTHER, SHARE = range(3)
 
 
 @kernel
 def pair_up(strips: FloatArray, lobe: IntArray, total: int, pairs: FloatArray) -> None:
-    """Distances of all strips from each other, and how far they feel each other."""
+    """Distances of all strips from each other, and the shares of their elastic influence."""
     i = 0
     while i < total:
         end = i
@@ -191,7 +191,7 @@ def pair_up(strips: FloatArray, lobe: IntArray, total: int, pairs: FloatArray) -
                 across, down = strips[Y, j] - strips[Y, k], strips[Z, j] - strips[Z, k]
                 distance = np.sqrt(across * across + down * down)
                 half = 0.25 * (strips[WIDTH, j] + strips[WIDTH, k])
-                share = fade(strips[ANGLE, j] - strips[ANGLE, k], distance) * 0.5 / half
+                share = influence_share(strips[ANGLE, j] - strips[ANGLE, k], distance) * 0.5 / half
                 pairs[NEARER, j, k] = pairs[NEARER, k, j] = np.log(max(distance - half, 0.1 * half))
                 pairs[FARTHER, j, k] = pairs[FARTHER, k, j] = np.log(distance + half)
                 pairs[SHARE, j, k], pairs[SHARE, k, j] = share * strips[WIDTH, k], share * strips[WIDTH, j]
@@ -236,7 +236,7 @@ def inner_of(active: IntArray, lobe: IntArray, m: int, row: int) -> int:
 def residuals(
     strips: FloatArray,
     lobe: IntArray,
-    descent: float,
+    displacement: float,
     load: float,
     vertical: bool,
     table: FloatArray,
@@ -249,13 +249,13 @@ def residuals(
     right: FloatArray,
     work: FloatArray,
 ) -> None:
-    """Write what is left of the equations of the strips with pressure, and their Jacobian if wanted.
+    """Write what is left of the equations of the strips with pressure, and their Jacobian if asked for.
 
-    Unknown are P and q of each and the descent, over `scale`. A strip at the rim takes the ratio P/q from
-    its neighbour: alone it could shrink to a point where the surfaces still overlap.
+    Unknown are P and q of each and the displacement, over `scale`. A strip at the rim takes the ratio P/q
+    from its neighbour: alone it could shrink to a point where the surfaces still overlap.
     """
     n = 2 * m + 1
-    per_p, per_q, per_descent = scale[0], scale[1], scale[2]
+    per_p, per_q, per_displacement = scale[0], scale[1], scale[2]
     logs, near, far, near_self, far_self = work[0], work[1], work[2], work[3], work[4]
     for row in range(m):
         logs[row] = 0.5 * np.log(strips[SQUARE, active[row]])
@@ -313,14 +313,14 @@ def residuals(
         q = strips[SQUARE, i]
         low_bow = bow_of(0.25 * q, strips[RADIUS, i], strips[SIGMA, i])
         high_bow = bow_of(0.75 * q, strips[RADIUS, i], strips[SIGMA, i])
-        right[row] = -(near[row] + strips[GAP, i] + low_bow - descent * strips[TURN, i])
+        right[row] = -(near[row] + strips[GAP, i] + low_bow - displacement * strips[TURN, i])
         right[m + row] = -(far[row] - near[row] + high_bow - low_bow)
         lift = 0.5 * np.pi * strips[WIDTH, i] * (strips[COSINE, i] if vertical else 1.0) / load
         carried += lift * strips[LOAD, i]
         if with_matrix:
             matrix[row, m + row] += (0.5 * near_self[row] + low_bow) / q * per_q
             matrix[m + row, m + row] += (0.5 * far_self[row] + high_bow - low_bow) / q * per_q
-            matrix[row, n - 1] = -strips[TURN, i] * per_descent
+            matrix[row, n - 1] = -strips[TURN, i] * per_displacement
             matrix[m + row, n - 1] = matrix[n - 1, m + row] = 0.0
             matrix[n - 1, row] = lift * per_p
         inner = inner_of(active, lobe, m, row)

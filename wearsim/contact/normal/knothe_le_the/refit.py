@@ -25,7 +25,7 @@ from wearsim.contact.normal.knothe_le_the.strips import (
     WIDTH,
     Y,
     Z,
-    fade,
+    influence_share,
     planes_of,
 )
 from wearsim.contact.patch import FloatArray, IntArray
@@ -35,7 +35,7 @@ _STILL = 1e-4  # rad, by which the plane of a part turns, at most, in the last s
 _GIVES_WAY = 0.25  # widths of a strip
 _SLOWEST, _FASTEST = 0.5, 6.0  # of what an end moves, by which it comes nearer to its place
 APART = 0.3e-3  # m, between parts of the profile that have strips of their own
-_OVERLAP = 2e-3  # of the descent, that counts as contact
+_OVERLAP = 2e-3  # of the displacement, that counts as contact
 
 
 @kernel
@@ -79,7 +79,7 @@ def end_of(strips: FloatArray, first: int, step: int, count: int) -> float:
 @kernel
 def overlap(
     k: int,
-    descent: float,
+    displacement: float,
     low: float,
     grid_y: FloatArray,
     grid_z: FloatArray,
@@ -89,8 +89,8 @@ def overlap(
     total: int,
     table: FloatArray,
 ) -> float:
-    """How deep the moved surfaces would overlap at a grid point without pressure, over the descent."""
-    away = (gap[k] - low - descent) * np.cos(angle[k])
+    """How deep the moved surfaces would overlap at a grid point without pressure, over the displacement."""
+    away = (gap[k] - low - displacement) * np.cos(angle[k])
     if away > 0.0:
         return 0.0
     for j in range(total):
@@ -99,7 +99,7 @@ def overlap(
             continue
         across, down = strips[Y, j] - grid_y[k], strips[Z, j] - grid_z[k]
         distance = np.sqrt(across * across + down * down)
-        share = fade(strips[ANGLE, j] - angle[k], distance)
+        share = influence_share(strips[ANGLE, j] - angle[k], distance)
         if share > 0.0:
             half = 0.5 * strips[WIDTH, j]
             if distance > 3.0 * half:
@@ -115,7 +115,7 @@ def overlap(
                 if distance > half:
                     b = in_the_middle(table, np.log(max(distance - half, 0.1 * half)) - strips[LOG, j])
             away += share * (a - b) * p
-    depth: float = -away / descent
+    depth: float = -away / displacement
     return depth
 
 
@@ -154,10 +154,10 @@ def next_end(place: float, miss: float, per: float, span: FloatArray, side: int)
 @kernel
 def refit(
     stage: int,
-    descent: float,
+    displacement: float,
     low: float,
     count: int,
-    found: int,
+    parts: int,
     may_split: bool,
     grid_y: FloatArray,
     grid_z: FloatArray,
@@ -176,7 +176,7 @@ def refit(
     """
     again = stage == 0
     kept, base, splits = 0, 0, 0
-    for k in range(found):
+    for k in range(parts):
         each = 0
         alive = False
         while base + each < total and lobe[base + each] == k:
@@ -197,14 +197,14 @@ def refit(
             skip = max(int(0.4 * per / (grid_y[i + 1] - grid_y[i])), 1) if 0 < i < gap.size - 2 else 1
             reached = False
             while 2 < i < gap.size - 3 and gap[i] < NO_WHEEL:
-                if overlap(i, descent, low, grid_y, grid_z, angle, gap, strips, total, table) < _OVERLAP:
+                if overlap(i, displacement, low, grid_y, grid_z, angle, gap, strips, total, table) < _OVERLAP:
                     break
                 reached = True
                 i -= step * skip
             if reached:
                 move = min(move, -abs(grid_y[i] - spans[k, side]) / per)
-            wanted = MARGIN * min(each / count, 1.0)
-            move = max(move, -0.5 * each) - wanted
+            margin = MARGIN * min(each / count, 1.0)
+            move = max(move, -0.5 * each) - margin
             if stage == 0:
                 fresh[kept, side] = spans[k, side] + step * per * move
             else:
@@ -223,7 +223,7 @@ def refit(
         b = right_end
         while b >= left and strips[LOAD, b] > 0.0:
             b -= 1
-        if a <= b and may_split and kept + found - k < spans.shape[0]:
+        if a <= b and may_split and kept + parts - k < spans.shape[0]:
             stop = strips[Y, a - 1] + 0.8 * (strips[Y, a] - strips[Y, a - 1])
             go = strips[Y, b + 1] - 0.8 * (strips[Y, b + 1] - strips[Y, b])
             if go - stop > APART:
@@ -241,7 +241,7 @@ def refit(
 @kernel
 def turned(
     spans: FloatArray,
-    found: int,
+    parts: int,
     old: FloatArray,
     old_total: int,
     strips: FloatArray,
@@ -253,7 +253,7 @@ def turned(
     planes: FloatArray,
 ) -> bool:
     """Whether the plane of a part is not that of its pressures."""
-    planes_of(spans, found, old, old_total, grid_y, grid_z, angle, planes)
+    planes_of(spans, parts, old, old_total, grid_y, grid_z, angle, planes)
     for j in range(total):
         k = lobe[j]
         if planes[k, WEIGHT] > 0.0 and abs(planes[k, TILT] - strips[ANGLE, j]) > _STILL:
@@ -263,9 +263,9 @@ def turned(
 
 @kernel
 def another_part(
-    descent: float,
+    displacement: float,
     low: float,
-    found: int,
+    parts: int,
     grid_y: FloatArray,
     grid_z: FloatArray,
     angle: FloatArray,
@@ -277,31 +277,31 @@ def another_part(
     spans: FloatArray,
 ) -> bool:
     """Add to the parts one that touches now, if there is any."""
-    if found >= spans.shape[0]:
+    if parts >= spans.shape[0]:
         return False
     for start in range(3, gap.size - 3, 3):
-        if gap[start] - low >= descent:
+        if gap[start] - low >= displacement:
             continue
         free = True
-        for k in range(found):
+        for k in range(parts):
             if spans[k, 0] - 1e-3 < grid_y[start] < spans[k, 1] + 1e-3:
                 free = False
         if not free:
             continue
-        deep = overlap(start, descent, low, grid_y, grid_z, angle, gap, strips, total, table)
+        deep = overlap(start, displacement, low, grid_y, grid_z, angle, gap, strips, total, table)
         if deep > _OVERLAP:
             i = start
             while i < gap.size - 3 and gap[i] < NO_WHEEL and deep > 1e-3:
                 i += 2
-                deep = overlap(i, descent, low, grid_y, grid_z, angle, gap, strips, total, table)
-            k = found
+                deep = overlap(i, displacement, low, grid_y, grid_z, angle, gap, strips, total, table)
+            k = parts
             while k > 0 and spans[k - 1, 0] > grid_y[start]:
                 spans[k] = spans[k - 1]
                 k -= 1
             spans[k, 0], spans[k, 1] = grid_y[start - 2], grid_y[i]
             lowest = gap[start:i].min()
             spans[k, 2] = 2.0 * radius[start]
-            spans[k, 3] = lowest - low + 0.5 * max(deep, 0.02) * descent
+            spans[k, 3] = lowest - low + 0.5 * max(deep, 0.02) * displacement
             spans[k, 4] = 0.5 / (radius[start] * np.pi)
             spans[k, STRIPS:] = 0.0
             return True

@@ -100,7 +100,7 @@ def substitute(matrix: FloatArray, right: FloatArray, n: int) -> None:
 
 _SWEEPS = 40  # of lengths and pressures in turn, at most
 _STEPS = 60  # of Newton's method, at most
-_OVERLAP = 1e-3  # of the descent, of a strip that stays without pressure
+_OVERLAP = 1e-3  # of the displacement, of a strip that stays without pressure
 _GOOD = 0.4  # of the last step's change, up to which a Jacobian is kept
 
 
@@ -109,7 +109,7 @@ def relax(
     strips: FloatArray,
     lobe: IntArray,
     total: int,
-    descent: float,
+    displacement: float,
     load: float,
     vertical: bool,
     table: FloatArray,
@@ -135,7 +135,7 @@ def relax(
                     active[m] = j
                     m += 1
             if m == 0:
-                return descent, sweep, False
+                return displacement, sweep, False
             for row in range(m):
                 i = active[row]
                 for column in range(m):
@@ -146,9 +146,9 @@ def relax(
             matrix[m, m] = 0.0
             right[m] = load
             if not factorise(matrix, m + 1):
-                return descent, sweep, False
+                return displacement, sweep, False
             substitute(matrix, right, m + 1)
-            descent = right[m]
+            displacement = right[m]
             # All that pull leave at once, then all that overlap enter; one by one should that go in circles.
             changed = False
             worst, worst_row = 0.0, -1
@@ -166,14 +166,14 @@ def relax(
                         strips[LOAD, active[row]] = max(right[row], 1e-12)
                     strips[LOAD, active[worst_row]] = 0.0
                 continue
-            worst, worst_row = -1e-9 * descent, -1
+            worst, worst_row = -1e-9 * displacement, -1
             for i in range(total):
                 if strips[LOAD, i] > 0.0:
                     continue
-                lifted = strips[GAP, i] + bow[i] - descent * strips[TURN, i]
+                lifted = strips[GAP, i] + bow[i] - displacement * strips[TURN, i]
                 for row in range(m):
                     lifted += near[i, active[row]] * strips[LOAD, active[row]]
-                if lifted < -1e-9 * descent and turn < 4:
+                if lifted < -1e-9 * displacement and turn < 4:
                     strips[LOAD, i] = 1e-12
                     changed = True
                 if lifted < worst:
@@ -185,7 +185,7 @@ def relax(
                 done = True
                 break
         if not done:
-            return descent, sweep, False
+            return displacement, sweep, False
         change = 0.0
         most = 0.0
         for row in range(m):
@@ -210,7 +210,7 @@ def relax(
         # Lengths of strips without pressure, should they get some.
         for i in range(total):
             if strips[LOAD, i] <= 0.0:
-                lifted = strips[GAP, i] - descent * strips[TURN, i]
+                lifted = strips[GAP, i] - displacement * strips[TURN, i]
                 nearest, distance = 0, 1e9
                 for row in range(m):
                     lifted += near[i, active[row]] * strips[LOAD, active[row]]
@@ -219,8 +219,8 @@ def relax(
                 q = -4.0 * lifted / (1.0 / strips[RADIUS, i] + strips[SIGMA, i])
                 strips[SQUARE, i] = min(max(q, 0.001 * strips[SQUARE, nearest]), strips[SQUARE, nearest])
         if change < tolerance:
-            return descent, sweep + 1, True
-    return descent, _SWEEPS, True
+            return displacement, sweep + 1, True
+    return displacement, _SWEEPS, True
 
 
 @kernel
@@ -228,7 +228,7 @@ def newton(
     strips: FloatArray,
     lobe: IntArray,
     total: int,
-    descent: float,
+    displacement: float,
     load: float,
     vertical: bool,
     table: FloatArray,
@@ -240,7 +240,7 @@ def newton(
     made_for: IntArray,
     scale: FloatArray,
 ) -> tuple[float, int, bool]:
-    """Pressures, half-lengths and descent on given strips; those without pressure leave, overlapped enter.
+    """Pressures, half-lengths, displacement on given strips; those without pressure leave, overlapped enter.
 
     A Jacobian serves as long as each step is much smaller than the one before; `made_for` (number of the
     strips with pressure it was made for, and which) and `scale` (what its unknowns are over) let it serve the
@@ -261,20 +261,20 @@ def newton(
                 same = same and made_for[m] == j
                 most_p, most_q = max(most_p, strips[LOAD, j]), max(most_q, strips[SQUARE, j])
         if m == 0:
-            return descent, step, False
+            return displacement, step, False
         n = 2 * m + 1
         same = same and made_for[0] == m
         if not same:
             taken[:n] = 0.0
-            scale[0], scale[1], scale[2] = most_p, most_q, descent
+            scale[0], scale[1], scale[2] = most_p, most_q, displacement
         residuals(
-            strips, lobe, descent, load, vertical, table, pairs, active, m, scale, not same, matrix, right,
-            work,
+            strips, lobe, displacement, load, vertical, table, pairs, active, m, scale, not same, matrix,
+            right, work,
         )  # fmt: skip
         if not same:
             made_for[0] = 0
             if not factorise(matrix, n):
-                return descent, step, False
+                return displacement, step, False
             made_for[0] = m
             for row in range(m):
                 made_for[row + 1] = active[row]
@@ -297,7 +297,7 @@ def newton(
         for row in range(n):
             right[row] *= longer
             taken[row] = right[row]
-        descent += scale[2] * min(max(right[n - 1], -0.5), 1.0)
+        displacement += scale[2] * min(max(right[n - 1], -0.5), 1.0)
         left = False
         for row in range(m):
             j = active[row]
@@ -315,7 +315,7 @@ def newton(
         for i in range(total):
             if strips[LOAD, i] > 0.0:
                 continue
-            lifted = strips[GAP, i] - descent * strips[TURN, i]
+            lifted = strips[GAP, i] - displacement * strips[TURN, i]
             nearest, distance = -1, 1e9
             for row in range(m):
                 j = active[row]
@@ -325,11 +325,11 @@ def newton(
                 if pairs[FARTHER, i, j] < distance and strips[LOAD, j] > 0.0:
                     nearest, distance = j, pairs[FARTHER, i, j]
             if barred[i] > 1.0:
-                kept_out = kept_out or lifted < -_OVERLAP * descent
-            elif lifted < -1e-5 * descent:
+                kept_out = kept_out or lifted < -_OVERLAP * displacement
+            elif lifted < -1e-5 * displacement:
                 entered = True
                 strips[LOAD, i] = 0.05 * strips[LOAD, nearest]
                 strips[SQUARE, i] = 0.05 * strips[SQUARE, nearest]
         if not entered and change < tolerance:
-            return descent, step + 1, not kept_out
-    return descent, _STEPS, False
+            return displacement, step + 1, not kept_out
+    return displacement, _STEPS, False

@@ -16,7 +16,7 @@ from wearsim.contact.normal.model import ALIKE, BESIDE, CLEAR, FAR, NEAR, UNLIKE
 from wearsim.contact.patch import FloatArray
 
 LOBES = 6  # parts of the profile laid out with strips, at most
-# Fields of a strip: place s in its contact plane, gap, share of the descent in it, radius of the wheel,
+# Fields of a strip: place s in its contact plane, gap, share of the displacement in it, radius of the wheel,
 # curvature of the counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin,
 # logarithm of the half-length.
 S, GAP, TURN, RADIUS, SIGMA, LOAD, SQUARE, Y, Z, WIDTH, COSINE, ANGLE, ORIGIN, LOG = range(14)
@@ -27,14 +27,14 @@ FIELDS = 14
 STRIPS, OUTER, INNER, LAST = 5, 6, 10, 14
 PART = 18
 MARGIN = 0.3  # strips' widths laid beyond the end of the patch
-# Angles between the planes up to which strips feel each other fully, and from which on not at all: next to
-# each other, and from 10 mm on as contacts share a plane.
+# Angles between the planes up to which strips have full influence on each other, and from which on none: next
+# to each other, and from 10 mm on as contacts share a plane.
 _NEXT, _AWAY = 4e-3, 10e-3
 _FULL_NEXT, _NONE_NEXT, _FULL_AWAY, _NONE_AWAY = 0.349, 0.698, 0.2, 0.3
 
 
 @kernel
-def lay(
+def cut_strips(
     left: float,
     right: float,
     middle: float,
@@ -123,8 +123,8 @@ def lay(
 
 
 @kernel
-def fade(turn: float, distance: float) -> float:
-    """Share to which strips at a distance feel each other whose planes are turned by an angle."""
+def influence_share(turn: float, distance: float) -> float:
+    """Share of the elastic influence of strips at a distance whose planes are turned by an angle."""
     away = min(max((distance - _NEXT) / (_AWAY - _NEXT), 0.0), 1.0)
     full = _FULL_NEXT + away * (_FULL_AWAY - _FULL_NEXT)
     none = _NONE_NEXT + away * (_NONE_AWAY - _NONE_NEXT)
@@ -136,8 +136,8 @@ def fade(turn: float, distance: float) -> float:
 def bow_of(x_squared: float, radius: float, sigma: float) -> float:
     """Gap that two circles open at a distance from where they are nearest."""
     wheel = x_squared / (radius + np.sqrt(max(radius * radius - x_squared, 0.0)))
-    ground = sigma * x_squared / (1.0 + np.sqrt(max(1.0 - sigma * sigma * x_squared, 0.0)))
-    rise: float = wheel + ground
+    counterface = sigma * x_squared / (1.0 + np.sqrt(max(1.0 - sigma * sigma * x_squared, 0.0)))
+    rise: float = wheel + counterface
     return rise
 
 
@@ -146,12 +146,12 @@ PLANE = 4
 
 
 @kernel
-def together(distance: float, turn: float) -> float:
-    """Share in which two contacts belong together, by their distance from edge to edge and their angles."""
+def plane_share(distance: float, turn: float) -> float:
+    """Share in which two contacts have one plane, by their distance from edge to edge and their angles."""
     near = min(max((FAR - distance) / (FAR - NEAR), 0.0), 1.0)
     alike = min(max((UNLIKE - abs(turn)) / (UNLIKE - ALIKE), 0.0), 1.0)
-    beside = min(max((CLEAR - distance) / (CLEAR - BESIDE), 0.0), 1.0)
-    share: float = max(near * alike, beside)
+    adjacent = min(max((CLEAR - distance) / (CLEAR - BESIDE), 0.0), 1.0)
+    share: float = max(near * alike, adjacent)
     return share
 
 
@@ -164,7 +164,7 @@ def value_at(y: float, grid_y: FloatArray, table: FloatArray) -> float:
 
 
 @kernel
-def apart(left: float, right: float, grid_y: FloatArray, grid_z: FloatArray) -> float:
+def distance_between(left: float, right: float, grid_y: FloatArray, grid_z: FloatArray) -> float:
     """Straight distance between two places of the profile; nothing if they are in the wrong order."""
     across = right - left
     down = value_at(right, grid_y, grid_z) - value_at(left, grid_y, grid_z)
@@ -175,7 +175,7 @@ def apart(left: float, right: float, grid_y: FloatArray, grid_z: FloatArray) -> 
 @kernel
 def planes_of(
     spans: FloatArray,
-    found: int,
+    parts: int,
     old: FloatArray,
     total: int,
     grid_y: FloatArray,
@@ -187,7 +187,7 @@ def planes_of(
 
     The weight is zero where no strips with pressure were laid yet.
     """
-    for k in range(found):
+    for k in range(parts):
         weight, moment, tilt = 0.0, 0.0, 0.0
         for j in range(total):
             if spans[k, 0] <= old[0, j] <= spans[k, 1]:
@@ -200,16 +200,16 @@ def planes_of(
             planes[k, MIDDLE], planes[k, OWN] = moment / weight, tilt / weight
         else:
             planes[k, MIDDLE] = planes[k, OWN] = 0.0
-    share = np.eye(found)
-    for j in range(found):
-        for k in range(j + 1, found):
+    share = np.eye(parts)
+    for j in range(parts):
+        for k in range(j + 1, parts):
             # Strips are laid beyond the patch by their margin.
             end = spans[j, 1] - MARGIN * (spans[j, 1] - spans[j, 0]) / max(spans[j, STRIPS], 10.0)
             start = spans[k, 0] + MARGIN * (spans[k, 1] - spans[k, 0]) / max(spans[k, STRIPS], 10.0)
             turn = planes[j, OWN] - planes[k, OWN]
-            share[j, k] = share[k, j] = together(apart(end, start, grid_y, grid_z), turn)
-    for k in range(found):
-        planes[k, TILT] = blended(k, found, share, planes[:, WEIGHT], planes[:, OWN])
+            share[j, k] = share[k, j] = plane_share(distance_between(end, start, grid_y, grid_z), turn)
+    for k in range(parts):
+        planes[k, TILT] = blended(k, parts, share, planes[:, WEIGHT], planes[:, OWN])
 
 
 @kernel
@@ -232,31 +232,31 @@ def blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: Fl
 @kernel
 def share_points(
     count: int,
-    descent: float,
+    displacement: float,
     grid_y: FloatArray,
     grid_z: FloatArray,
     along: FloatArray,
     edges: FloatArray,
     values: FloatArray,
 ) -> None:
-    """Place from which patches that belong together are seen, as `lay_patches` has the columns."""
+    """Creepage reference points of patches in one plane, as `solve_patches` has the columns."""
     last = edges.shape[1] - 1
     share = np.eye(count)
     for j in range(count):
         for k in range(count):
             if values[j, 0] < values[k, 0]:
-                distance = apart(edges[j, last], edges[k, 0], grid_y, grid_z)
-                whole = together(distance, values[j, 9] - values[k, 9]) ** 4
+                distance = distance_between(edges[j, last], edges[k, 0], grid_y, grid_z)
+                whole = plane_share(distance, values[j, 9] - values[k, 9]) ** 4
                 share[j, k] = share[k, j] = whole
     for k in range(count):
         own = values[k]
-        lowest, deeper = descent - own[2] / np.cos(own[1]), 0.0
+        lowest, deeper = displacement - own[2] / np.cos(own[1]), 0.0
         for j in range(count):
-            other = descent - values[j, 2] / np.cos(values[j, 1])
+            other = displacement - values[j, 2] / np.cos(values[j, 1])
             deeper = min(deeper, share[j, k] * (other - lowest))
         place = blended(k, count, share, values[:, 3], values[:, 0])
         own[8] = place
-        own[10] = (descent - lowest - deeper) * np.cos(own[1])
+        own[10] = (displacement - lowest - deeper) * np.cos(own[1])
         across = (own[0] - place) * np.cos(own[1])
         down = value_at(own[0], grid_y, grid_z) - value_at(place, grid_y, grid_z)
         own[11] = across + down * np.sin(own[1])
@@ -278,7 +278,7 @@ def hertz_at(table: FloatArray, ratio: float) -> tuple[float, float, float]:
 
 @kernel
 def _start(
-    descent: float,
+    displacement: float,
     low: float,
     vertical: bool,
     grid_y: FloatArray,
@@ -290,7 +290,7 @@ def _start(
     table: FloatArray,
     lobes: FloatArray,
 ) -> tuple[float, int]:
-    """Return load over pi E* at a descent, every part pressed into an ellipse, and their number.
+    """Return load over pi E* at a displacement, every part pressed into an ellipse, and their number.
 
     `lobes` gets a line for each: left and right end (profile y), half-length squared per depth, gap where it
     ends, load per half-length squared.
@@ -299,32 +299,32 @@ def _start(
     i = 1
     last = gap.size - 2
     while i < last and used < lobes.shape[0]:
-        if gap[i] - low >= 0.55 * descent:
+        if gap[i] - low >= 0.55 * displacement:
             i += 1
             continue
         start = i
         deepest = i
-        while i < last and gap[i] - low < 0.55 * descent:
+        while i < last and gap[i] - low < 0.55 * displacement:
             if gap[i] < gap[deepest]:
                 deepest = i
             i += 1
         stop = i - 1
         cosine = np.cos(angle[deepest])
-        reach = 0.55 * descent - (gap[deepest] - low)
+        reach = 0.55 * displacement - (gap[deepest] - low)
         # Ends between grid points.
         left, right = grid_y[start], grid_y[stop]
         if gap[start - 1] < NO_WHEEL:
-            share = (low + 0.55 * descent - gap[start]) / max(gap[start - 1] - gap[start], 1e-12)
+            share = (low + 0.55 * displacement - gap[start]) / max(gap[start - 1] - gap[start], 1e-12)
             left -= min(share, 1.0) * (grid_y[start] - grid_y[start - 1])
         if gap[stop + 1] < NO_WHEEL:
-            share = (low + 0.55 * descent - gap[stop]) / max(gap[stop + 1] - gap[stop], 1e-12)
+            share = (low + 0.55 * displacement - gap[stop]) / max(gap[stop + 1] - gap[stop], 1e-12)
             right += min(share, 1.0) * (grid_y[stop + 1] - grid_y[stop])
         half = 0.5 * (right - left) / cosine
         across = reach * cosine / (half * half)
         along = 0.5 * (cosine / radius[deepest] + kappa / (1.0 - kappa * grid_z[deepest]) * cosine)
         along_share, across_share, slope = hertz_at(table, along / across)
-        # Depth below the rim of the ellipse: `across_share` of the part's own descent.
-        own = descent - (gap[deepest] - low)
+        # Depth below the rim of the ellipse: `across_share` of the part's own displacement.
+        own = displacement - (gap[deepest] - low)
         rim = (gap[deepest] - low) + across_share * own
         per_depth = along_share / across_share * cosine / along
         area = 0.0
@@ -357,7 +357,7 @@ def _start(
 
 
 @kernel
-def first_descent(
+def first_displacement(
     load: float,
     low: float,
     vertical: bool,
@@ -372,19 +372,21 @@ def first_descent(
 ) -> tuple[float, int]:
     """Descent at which patches pressed into ellipses carry the load, to a few per cent, and their number."""
     small, large = 0.0, 0.0
-    descent = 5e-5
-    found = 0
+    displacement = 5e-5
+    parts = 0
     for _ in range(40):
-        value, found = _start(descent, low, vertical, grid_y, grid_z, angle, gap, radius, kappa, table, lobes)
-        if found > 0 and abs(value / load - 1.0) < 0.02:
+        value, parts = _start(
+            displacement, low, vertical, grid_y, grid_z, angle, gap, radius, kappa, table, lobes
+        )
+        if parts > 0 and abs(value / load - 1.0) < 0.02:
             break
         if value < load:
-            small = descent
+            small = displacement
         else:
-            large = descent
-        guess = descent * (load / value) ** (2.0 / 3.0) if value > 0.0 else 4.0 * descent
-        guess = min(max(guess, 0.25 * descent), 4.0 * descent)
+            large = displacement
+        guess = displacement * (load / value) ** (2.0 / 3.0) if value > 0.0 else 4.0 * displacement
+        guess = min(max(guess, 0.25 * displacement), 4.0 * displacement)
         if large > 0.0 and not small < guess < large:
             guess = 0.5 * (small + large)
-        descent = guess
-    return descent, found
+        displacement = guess
+    return displacement, parts

@@ -34,8 +34,8 @@ from wearsim.contact.normal.knothe_le_the.strips import (
     WIDTH,
     S,
     Y,
-    first_descent,
-    lay,
+    cut_strips,
+    first_displacement,
     planes_of,
     share_points,
     value_at,
@@ -76,7 +76,8 @@ def solve_wheel(
     """Find the strips of one wheel under a load (over pi E*); return a fault or 0.
 
     `strips` (fields, most strips) and `lobe` (number of the part of the profile each belongs to) get the
-    strips; `info` the number of strips, the descent from first touch, the lowest gap, stages, sweeps, steps.
+    strips; `info` the number of strips, the displacement from initial contact, the lowest gap, stages,
+    sweeps, steps.
     """
     low = gap.min()
     if low >= NO_WHEEL:
@@ -84,10 +85,10 @@ def solve_wheel(
     k = int(gap.argmin())
     if k < 3 or k > gap.size - 4 or gap[k - 1] >= NO_WHEEL or gap[k + 1] >= NO_WHEEL:
         return AT_EDGE
-    descent, found = first_descent(
+    displacement, parts = first_displacement(
         load, low, vertical, grid_y, grid_z, angle, gap, radius, kappa, hertz, spans
     )
-    if found == 0:
+    if parts == 0:
         return NO_BALANCE
     spans[:, STRIPS:] = 0.0
     most = strips.shape[1]
@@ -107,19 +108,19 @@ def solve_wheel(
     for stage in range(_STAGES):
         # Parts that meet are one.
         k = 0
-        while k + 1 < found:
+        while k + 1 < parts:
             if spans[k + 1, 0] - spans[k, 1] < APART:
                 may_split = may_split and splits == 0
                 spans[k, 1] = max(spans[k + 1, 1], spans[k, 1])
                 spans[k, STRIPS:] = 0.0
-                for other in range(k + 1, found - 1):
+                for other in range(k + 1, parts - 1):
                     spans[other] = spans[other + 1]
-                found -= 1
+                parts -= 1
             else:
                 k += 1
-        planes_of(spans, found, old, old_total, grid_y, grid_z, angle, planes)
+        planes_of(spans, parts, old, old_total, grid_y, grid_z, angle, planes)
         total = int(np.int64(0))  # numba would compile the kernels for a literal 0 once more
-        for k in range(found):
+        for k in range(parts):
             # Strips much narrower than long make Newton's method fail.
             each = coarse if stage == 0 else count
             if stage > 0:
@@ -152,7 +153,7 @@ def solve_wheel(
                 if weight == 0.0:
                     return NO_BALANCE
                 middle, delta = moment / weight, tilt / weight
-            if not lay(
+            if not cut_strips(
                 a, b, middle, delta, low, grid_y, grid_z, slope, gap, radius, kappa, strips, total, each
             ):
                 return AT_EDGE
@@ -182,21 +183,21 @@ def solve_wheel(
         for j in range(total):
             strips[SQUARE, j] = max(strips[SQUARE, j], 1e-10)
         if stage == 0 or uncertain or stage >= _HARD:
-            descent, steps, done = relax(
-                strips, lobe, total, descent, load, vertical, influence, _CLOSE, active, pairs, near, far,
-                plain_matrix, right,
+            displacement, steps, done = relax(
+                strips, lobe, total, displacement, load, vertical, influence, _CLOSE, active, pairs, near,
+                far, plain_matrix, right,
             )  # fmt: skip
             info[4] += steps
             if not done:
                 return NO_BALANCE
-        again, uncertain, kept, more = True, False, found, 0
+        again, uncertain, kept, more = True, False, parts, 0
         for tolerance in (_FIRST if stage == 1 else _ROUGH, _DONE):
             if stage > 0:
-                kept_descent = descent
+                kept_displacement = displacement
                 for j in range(total):
                     before[0, j], before[1, j] = strips[LOAD, j], strips[SQUARE, j]
-                descent, steps, done = newton(
-                    strips, lobe, total, descent, load, vertical, influence, tolerance, active, pairs,
+                displacement, steps, done = newton(
+                    strips, lobe, total, displacement, load, vertical, influence, tolerance, active, pairs,
                     matrix, right, made_for, scale,
                 )  # fmt: skip
                 info[5] += steps
@@ -204,9 +205,9 @@ def solve_wheel(
                     for j in range(total):
                         strips[LOAD, j], strips[SQUARE, j] = before[0, j], before[1, j]
                     made_for[0] = 0
-                    descent, steps, done = relax(
-                        strips, lobe, total, kept_descent, load, vertical, influence, 0.1 * tolerance, active,
-                        pairs, near, far, plain_matrix, right,
+                    displacement, steps, done = relax(
+                        strips, lobe, total, kept_displacement, load, vertical, influence, 0.1 * tolerance,
+                        active, pairs, near, far, plain_matrix, right,
                     )  # fmt: skip
                     info[4] += steps
                 if not done:
@@ -219,7 +220,7 @@ def solve_wheel(
                     old[2, old_total], old[3, old_total] = strips[SQUARE, j], strips[WIDTH, j]
                     old_total += 1
             kept, more, again = refit(
-                stage, descent, low, count, found, may_split, grid_y, grid_z, angle, gap, strips, lobe,
+                stage, displacement, low, count, parts, may_split, grid_y, grid_z, angle, gap, strips, lobe,
                 total, influence, spans, fresh,
             )  # fmt: skip
             if not again:
@@ -228,19 +229,19 @@ def solve_wheel(
                 )
             if again and stage < _STAGES - 1:
                 break
-        info[0], info[1], info[2], info[3] = total, descent, low, stage
-        found = kept
+        info[0], info[1], info[2], info[3] = total, displacement, low, stage
+        parts = kept
         splits += more
         uncertain = more > 0
-        for k in range(found):
+        for k in range(parts):
             for side in range(2):
                 moved = abs(fresh[k, side] - spans[k, side]) / (fresh[k, 1] - fresh[k, 0])
                 uncertain = uncertain or (stage == 0 and moved * count > _FAR)
             spans[k] = fresh[k]
         if (stage == 1 or not again) and another_part(
-            descent, low, found, grid_y, grid_z, angle, gap, radius, strips, total, influence, spans
+            displacement, low, parts, grid_y, grid_z, angle, gap, radius, strips, total, influence, spans
         ):
-            found += 1
+            parts += 1
             again = uncertain = True
             spans[:, OUTER:] = 0.0
         if not again:
@@ -277,7 +278,7 @@ def _between(
 
 
 @kernel
-def lay_patches(
+def solve_patches(
     load: FloatArray,
     vertical: bool,
     modulus: float,
@@ -304,8 +305,8 @@ def lay_patches(
     """Solve every row and lay its patches, by falling normal force.
 
     `values` (n, most, 13): centre y, angle of the plane, approach, normal force, largest pressure, load
-    scale, descent, width of the strips; place y from which the patch is seen, its angle for itself, approach
-    at that place, and how far across and along its centre lies from there.
+    scale, displacement, width of the strips; place y from which the patch is seen, its angle for itself,
+    approach at that place, and how far across and along its centre lies from there.
     """
     most = 4 * count
     strips, lobe = np.zeros((FIELDS, most)), np.zeros(most, np.int64)
@@ -313,7 +314,7 @@ def lay_patches(
     first, last = np.zeros(most, np.int64), np.zeros(most, np.int64)
     force, order = np.zeros(most), np.zeros(most, np.int64)
     x, f, c, tilt = (np.zeros(most + 2), np.zeros(most + 2), np.zeros(most + 2), np.zeros(most + 2))
-    wanted = out_y.shape[2]
+    count_out = out_y.shape[2]
     for row in range(load.size):
         gap, along = gaps[row], alongs[row]
         info[:] = 0.0
@@ -323,7 +324,7 @@ def lay_patches(
         )  # fmt: skip
         if fault[row] != 0:
             continue
-        total, descent, low = int(info[0]), info[1], info[2]
+        total, displacement, low = int(info[0]), info[1], info[2]
         # Runs of strips with pressure are patches.
         runs, j = 0, 0
         carried = 0.0
@@ -391,7 +392,7 @@ def lay_patches(
                 peak = max(peak, ratio * np.sqrt(q))
             normal = force[order[rank]] * scale
             peak *= normal / (0.5 * np.pi * sum_fine * (right - left) / _FINE)
-            # Strips as wanted, along the profile.
+            # Strips of the solution, along the profile.
             delta, origin = strips[ANGLE, a], strips[ORIGIN, a]
             cosine, sine = np.cos(delta), np.sin(delta)
             i = np.searchsorted(grid_y, origin) - 1
@@ -404,9 +405,9 @@ def lay_patches(
                 i -= 1
                 s_here = (grid_y[i] - origin) * cosine + (grid_z[i] - base) * sine
             s_next = (grid_y[i + 1] - origin) * cosine + (grid_z[i + 1] - base) * sine
-            step = (right - left) / wanted
+            step = (right - left) / count_out
             k, volume, moment, lowest = 0, 0.0, 0.0, NO_WHEEL
-            for j in range(2 * wanted + 1):
+            for j in range(2 * count_out + 1):
                 s = left + 0.5 * j * step
                 while s > s_next and i < gap.size - 3:
                     i += 1
@@ -430,28 +431,33 @@ def lay_patches(
                 volume += q * ratio * step
                 moment += q * ratio * step * s
             middle = moment / volume
-            for j in range(wanted):
+            for j in range(count_out):
                 out_y[row, rank, j] -= middle
                 out_slope[row, rank, j] *= normal / (0.5 * np.pi * volume)
-            k = min(max(int((middle - left) / step), 0), wanted - 1)
+            k = min(max(int((middle - left) / step), 0), count_out - 1)
             share = (middle - left) / step - k
             centre = out_edge[row, rank, k] + share * (out_edge[row, rank, k + 1] - out_edge[row, rank, k])
-            k = min(max(int((middle - left) / step - 0.5), 0), wanted - 2) if wanted > 1 else 0
-            if wanted > 1:
+            k = min(max(int((middle - left) / step - 0.5), 0), count_out - 2) if count_out > 1 else 0
+            if count_out > 1:
                 share = (middle - left) / step - 0.5 - k
                 middle_x = out_skew[row, rank, k] + share * (
                     out_skew[row, rank, k + 1] - out_skew[row, rank, k]
                 )
             else:
                 middle_x = out_skew[row, rank, 0]
-            for j in range(wanted):
+            for j in range(count_out):
                 out_skew[row, rank, j] -= middle_x
             line = values[row, rank]
-            line[0], line[1], line[2], line[3] = centre, delta, (descent - (lowest - low)) * cosine, normal
-            line[4], line[5], line[6], line[7] = peak, scale, low + descent, step
+            line[0], line[1], line[2], line[3] = (
+                centre,
+                delta,
+                (displacement - (lowest - low)) * cosine,
+                normal,
+            )
+            line[4], line[5], line[6], line[7] = peak, scale, low + displacement, step
             weighted, total_load = 0.0, 0.0
             for j in range(a, b + 1):
                 weighted += strips[LOAD, j] * value_at(strips[Y, j], grid_y, angle)
                 total_load += strips[LOAD, j]
             line[9] = weighted / total_load
-        share_points(runs, descent, grid_y, grid_z, along, out_edge[row], values[row])
+        share_points(runs, displacement, grid_y, grid_z, along, out_edge[row], values[row])

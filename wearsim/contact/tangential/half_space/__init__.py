@@ -1,17 +1,16 @@
 r"""Steady rolling on the elastic half-space: Cerruti's influence, Coulomb's bound cell by cell.
 
 The reference for the faster models: no flexibilities, no equivalent ellipse, any outline and pressure. Both
-bodies have the same elastic constants (there is one set of them in the signature), so that tractions leave
-the normal problem alone.
+bodies have the same elastic constants, so that tractions do not change the normal problem.
 
 Each cell carries a constant traction. The slip over V is :math:`s = w + (u(x) - u(x + \Delta x))/\Delta x`
 with the difference u of surface displacements, also ahead of the contact, where no traction acts: it belongs
 to the upstream edge of the cell, half a cell ahead of the centre that stands for the traction [1]_, [2]_. The
 rigid slip :math:`w = (\xi_x - \varphi y, \xi_y + \varphi x)` is taken a sixth of a cell ahead of the
 centre: under spin the lateral force errs in one direction with the centre and in the other with the edge,
-and this place leaves about the least. It is also where the program CONTACT has it, to judge by its fields:
-with its pressure tractions agree to 3e-4 of their sum. Errors of the forces are of first order in the cell
-length, as if the contact reached half a cell farther at its trailing end.
+and this place leaves about the least. Errors of the forces are of first order in the cell length, as if the
+contact reached half a cell farther at its trailing end. Agreement with the program CONTACT:
+reports/half_space_fields.md.
 
 References
 ----------
@@ -47,38 +46,12 @@ def solve(
     fields: bool,
     start: TangentialSolution | None = None,
 ) -> TangentialSolution:
-    """Shear, slip and creep forces of each patch.
+    """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
-    Parameters
-    ----------
-    patch : Patch
-        m patches, of strips or with a grid of cells.
-    creepage : (m, 3) array
-        Longitudinal, lateral creepage and spin about the patch's centre [-, -, 1/m].
-    friction : (m,) array
-        Coulomb coefficient [-].
-    shear_modulus, poisson_ratio : float
-        Of both bodies [Pa], [-].
-    cells : int
-        nx cells from the foremost to the hindmost end of a patch of strips; a grid keeps its own.
-    fields : bool
-        Whether the cell fields are wanted, or only the resultants; those are the same.
-    start : TangentialSolution, optional
-        Of a neighbouring state on as many cells, with fields: saves steps, changes nothing else beyond
-        the tolerance of the iteration.
-
-    Returns
-    -------
-    TangentialSolution
-        A cell that sticks has exactly no slip, one that slips has it against the traction; what particles
-        slide is that between the cell edges. Forces and moment are those of the tractions at the centres.
-
-    Raises
-    ------
-    NumericalError
-        If the iteration does not converge; `row` tells for which row of the batch.
-    ContactError
-        If a creepage or friction coefficient is not finite.
+    A cell that sticks has exactly no slip, one that slips has it against the traction; what particles slide
+    is that between the cell edges. Forces and moment are those of the tractions at the centres. `start`, the
+    solution of a neighbouring state on as many cells, with fields, saves steps and changes nothing beyond the
+    tolerance.
     """
     grid = on_grid(patch, cells)
     count, nx, ny = grid.pressure.shape
@@ -208,14 +181,10 @@ def _rolled(
 
 
 def _centred(rolling: RollingSolution) -> FloatArray:
-    """Slip of whole cells, against the traction, from that at their upstream edges.
-
-    Particles slide the same way as by the trapezoidal rule from edge to edge: a cell that slips has the mean
-    of its edges, the first behind a stretch of stick also the half that the rule gives the last cell of
-    stick, and behind the last cell of a strip the slip goes on in a straight line. Traction times slip then
-    adds up to the power of the resultants but for a per cent or two; the slip of the upstream edges alone
-    lacks 5 to 20 per cent, and more where little slips.
-    """
+    """Slip of whole cells, against the traction, from that at their upstream edges."""
+    # Particles slide the same way as by the trapezoidal rule from edge to edge: a cell that slips has the
+    # mean of its edges, the first behind a stretch of stick also the half that the rule gives the last cell
+    # of stick, and behind the last cell of a strip the slip goes on in a straight line.
     slip, slipping = rolling.slip, rolling.slipping
     size = np.hypot(rolling.traction[0], rolling.traction[1])
     touches = slipping | (size > 0.0)
