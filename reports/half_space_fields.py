@@ -9,8 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from writing import HERE, Figure, Table, output_folder, read_csv, save_svg, write_report
 
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
-from wearsim.profile import standard
+import wearsim
 
 DATA = HERE.parent / "tests" / "data"
 # Case: title, shift [m], yaw [rad], curvature of the counterface [1/m].
@@ -46,19 +45,18 @@ def ours(row, case, centre):
     _, shift, yaw, curvature = CASES[case]
     spin = -row["spin"]
     creepage = [-row["xi"] - spin * centre[1], -row["eta"] + spin * centre[0], spin]
-    one = np.ones(1)
-    wheel = standard.wheel("S1002")
-    return solve(
-        ContactConditions(
-            shift * one, yaw * one, 0.0 * one, row["load"] * one, SPEED * one, FRICTION * one, 0.0 * one,
-            "nominal", creepage=np.array([creepage]),
+    return wearsim.solve_contact(
+        wearsim.wheelset("S1002", radius=0.46),
+        wearsim.rollers("60E1", radius=1.0 / curvature) if curvature else wearsim.rails("60E1"),
+        wearsim.ContactConditions.of(
+            shift=shift, yaw=yaw, wheel_load=row["load"], speed=SPEED, friction=FRICTION,
+            rotation="nominal", creepage=[creepage],
         ),
-        Wheelset(wheel, wheel, 0.46, 0.75),
-        Counterface(standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75), curvature),
-        ContactModels("half_space", "half_space", strips=80, cells=80),
-        sides=(0,),
-        vertical=False,
-    )  # fmt: skip
+        wearsim.ContactModels("half_space", "half_space", strips=80, cells=80),
+        sides=["right"],
+        load="normal_force",
+        fields=True,
+    ).isel(patch=0)  # fmt: skip
 
 
 def on_elements(field, x, y, new_x, new_y):
@@ -84,21 +82,19 @@ def compared(row, case):
     reference[3:] *= data["state"].T > 0  # outside the contact we have no slip
     load = reference[0].sum()
     centre = (reference[0].sum(axis=1) * x).sum() / load, (reference[0].sum(axis=0) * s).sum() / load
-    solution = ours(row, case, centre)
-    fields, patch = solution.fields, solution.patch
-    cells = np.stack([fields.pressure[0], fields.shear_x[0], fields.shear_y[0], fields.slip_x[0],
-                      fields.slip_y[0]])  # fmt: skip
-    our_x = fields.x_lead[0, 0] - fields.cell_length[0, 0] * (np.arange(cells.shape[1]) + 0.5)
-    computed = np.stack(
-        [on_elements(part, our_x, patch.y[0], x - centre[0], s - centre[1]) for part in cells]
-    )
+    contact = ours(row, case, centre)
+    fields = [contact[name].values for name in ("pressure", "shear_x", "shear_y", "slip_x", "slip_y")]
+    lead, trail = contact["cells_lead"].values[0], contact["cells_trail"].values[0]
+    our_x = lead - (lead - trail) * (np.arange(contact.sizes["cell"]) + 0.5) / contact.sizes["cell"]
+    our_y, places = contact["lateral"].values, (x - centre[0], s - centre[1])
+    computed = np.stack([on_elements(part, our_x, our_y, *places) for part in fields])
     differences = [
         np.sqrt(((computed[part] - reference[part]) ** 2).sum(axis=0)).sum()
         / np.sqrt((reference[part] ** 2).sum(axis=0)).sum()
         for part in (slice(0, 1), slice(1, 3), slice(3, 5))
     ]
-    share = solution.slip_area[0] / solution.area[0]
-    power = SPEED * row["power"], solution.power[0]
+    share = float(contact["slip_area"] / contact["area"])
+    power = SPEED * row["power"], float(contact["power"])
     shown = [f"{1e2 * value:.1f}" for value in differences]
     shown += [f"{row['slip_share']:.3f}, {share:.3f}", f"{power[0]:.1f}, {power[1]:.1f}"]
     return x - centre[0], reference, computed, shown

@@ -9,16 +9,16 @@ import numpy as np
 from initial_contact import initial_contact
 from writing import Figure, Table, output_folder, save_svg, write_csv, write_report
 
-from wearsim.contact.problem import Counterface, Wheelset
-from wearsim.profile import standard
+import wearsim
 from wearsim.report.style import COLOURS, grid, legend, style
 
 YAW = 60e-3
 SHIFT = 1e-3 * (-8.0 + 0.1 * np.arange(161))
-WHEEL = standard.wheel("S1002")
-WHEELSET = Wheelset(WHEEL, WHEEL, 0.46, 0.75)
-RAIL = standard.rail("60E1", 1.0 / 20.0, 1.435, 0.75)
-COUNTERFACES = {"rail": Counterface(RAIL, 0.0), "roller 1 m": Counterface(RAIL, 1.0)}
+WHEELSET = wearsim.wheelset("S1002", radius=0.46)
+COUNTERFACES = {
+    "rail": wearsim.rails("60E1", inclination=1 / 20),
+    "roller 1 m": wearsim.rollers("60E1", radius=1.0, inclination=1 / 20),
+}
 # Column of the CSV file: value, factor from SI
 COLUMNS = {
     "wheel_y_mm": ("wheel_y", 1e3),

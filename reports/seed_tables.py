@@ -10,23 +10,16 @@ import pandas as pd
 from initial_contact import initial_contact
 from writing import HERE, Figure, Table, output_folder, save_svg, write_csv, write_report
 
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
-from wearsim.profile import standard
-from wearsim.profile.files import load_profile
+import wearsim
+from wearsim.contact.solve import solve
 from wearsim.report import figures_contact
 from wearsim.report.style import COLOURS, SERIES_COLOURS, grid, legend, style
 from wearsim.studies.contact_state import contact_state
 
-WHEEL = standard.wheel("S1002")
-WHEELSET = Wheelset(WHEEL, WHEEL, 0.46, 0.75)
-# The half-space solutions are those on the first rail.
-RAILS = {
-    name: load_profile(name, "rail", inclination=1.0 / 40.0, gauge=1.435, half_span=0.75)
-    for name in ("60E1_benchmark", "60E1")
-}
+WHEELSET = wearsim.wheelset("S1002", radius=0.46)
+RAILS = ("60E1_benchmark", "60E1")  # the half-space solutions are those on the first one
 # Young's modulus is printed in MPa in table 1 of the paper, a misprint of GPa.
-MODELS = ContactModels("kik_piotrowski", "fastsim", strips=100, cells=100, youngs_modulus=210e9)
-LOAD, SPEED, FRICTION = 80e3, 20.0, 0.35
+MODELS = wearsim.ContactModels(strips=100, cells=100, youngs_modulus=210e9)
 CASES = pd.read_csv(HERE / "seed_tables_cases.csv", comment="#", index_col="source")
 TREND_SHIFTS = 1e-3 * np.arange(-6.0, 7.0)
 TREND_RADII = (2.0, 1.5, 1.0, 0.75, 0.5, 0.35)
@@ -122,62 +115,61 @@ creepage differs by spin times distance.
 
 
 def counterface(rail, roller_radius):
-    """Rail, or roller of a radius [m], with a rail's profile."""
-    return Counterface(RAILS[rail], 1.0 / roller_radius if np.isfinite(roller_radius) else 0.0)
+    """Rails, or rollers of a radius [m] with a rail's profile."""
+    if np.isfinite(roller_radius):
+        return wearsim.rollers(rail, radius=roller_radius, inclination=1 / 40)
+    return wearsim.rails(rail, inclination=1 / 40)
 
 
 def conditions(shift, creepage=None):
-    """Operating points at some shifts, without yaw."""
-    one = np.ones(shift.size)
-    return ContactConditions(
-        shift, 0.0 * one, 0.0 * one, LOAD * one, SPEED * one, FRICTION * one, 0.0 * one, "centred",
-        creepage=creepage,
-    )  # fmt: skip
-
-
-def values(solution):
-    """Values of the single patch of a solution by the columns of the cases."""
-    every = {"slip_share": solution.slip_area / solution.area}
-    return {
-        column: factor * float((every[name] if name in every else getattr(solution, name))[0])
-        for column, (name, factor) in COLUMNS.items()
-    }
+    """Operating points at some shifts [m], without yaw."""
+    return wearsim.ContactConditions.of(
+        shift=shift, wheel_load=80e3, speed=20.0, friction=0.35, rotation="centred", creepage=creepage
+    )
 
 
 def solved(rail, case):
-    """Our values of a case by how creepages come about, and its solution with creepages at the centre."""
+    """Our values of a case by how creepages come about: columns of the cases."""
     shift, below = np.array([1e-3 * case.shift_mm]), counterface(rail, 1e-3 * case.roller_radius_mm)
 
-    def solution(creepage=None):
-        return solve(conditions(shift, creepage), WHEELSET, below, MODELS, sides=(0,), vertical=False)
+    def values(creepage=None):
+        contact = wearsim.solve_contact(
+            WHEELSET, below, conditions(shift, creepage), MODELS, sides=["right"], load="normal_force"
+        )
+        contact["slip_share"] = contact["slip_area"] / contact["area"]
+        row = {column: factor * contact[name].item() for column, (name, factor) in COLUMNS.items()}
+        return row, contact["rail_y"].item()
 
-    motion = solution()
-    line = below.profile
-    y = initial_contact(WHEELSET, below, shift)["counterface_y"][0], motion.rail_y[0]
-    z = np.interp(y, line.y, line.z)
-    angle = motion.contact_angle[0]
+    motion, centre_y = values()
+    y = initial_contact(WHEELSET, below, shift)["counterface_y"][0], centre_y
+    z = np.interp(y, below.profile.y, below.profile.z)
+    angle = 1e-3 * motion["contact_angle_mrad"]
     offset = (y[0] - y[1]) * np.cos(angle) + (z[0] - z[1]) * np.sin(angle)
     x, spin = case.creepage_x, case.spin_per_m
-    centre = solution(np.array([[x, 0.0, spin]]))
-    touch = solution(np.array([[x + spin * offset, 0.0, spin]]))
     about = {"initial_contact_mm": 1e3 * offset}
     return {
-        "motion": values(motion),
-        "centre": about | values(centre),
-        "initial_contact": about | values(touch),
-    }, centre
+        "motion": motion,
+        "centre": about | values([[x, 0.0, spin]])[0],
+        "initial_contact": about | values([[x + spin * offset, 0.0, spin]])[0],
+    }
+
+
+def state(case):
+    """Contact of a case on the first rail with creepages at the centre, for the figures."""
+    given = conditions(1e-3 * case.shift_mm, [[case.creepage_x, 0.0, case.spin_per_m]])
+    below = counterface(RAILS[0], 1e-3 * case.roller_radius_mm)
+    return contact_state(
+        given, WHEELSET, below, solve(given, WHEELSET, below, MODELS, sides=(0,), vertical=False)
+    )
 
 
 def trend(roller_radius):
     """Values of the right wheel over `TREND_SHIFTS` on the first rail; creepages from the motion."""
-    below = counterface(next(iter(RAILS)), roller_radius)
-    solution = solve(conditions(TREND_SHIFTS), WHEELSET, below, MODELS, sides=(0,))
-    names = {name: how for name, (_, _, how) in TRENDS.items()}
-    patches = pd.DataFrame(
-        {name: getattr(solution, "slip_area" if name == "slip_share" else name) for name in names}
-    )
-    wheel = patches.groupby(solution.point)
-    totals = wheel.agg(names)
+    below = counterface(RAILS[0], roller_radius)
+    contact = wearsim.solve_contact(WHEELSET, below, conditions(TREND_SHIFTS), MODELS, sides=["right"])
+    contact["slip_share"] = contact["slip_area"]
+    wheel = contact[list(TRENDS)].to_dataframe().groupby("point")
+    totals = wheel.agg({name: how for name, (_, _, how) in TRENDS.items()})
     totals["slip_share"] /= totals["area"]
     return totals.assign(patches=wheel.size())
 
@@ -289,7 +281,7 @@ def compared(paper, cases, ours):
 
 def reference_points(paper, cases, ours):
     """Section on where creepages are prescribed."""
-    mine = ours.loc[next(iter(RAILS))]
+    mine = ours.loc[RAILS[0]]
     columns = [
         ("case", cases),
         ("initial contact from centre [mm]", [f"{v:+.2f}" for v in mine.loc["centre", "initial_contact_mm"]]),
@@ -356,20 +348,17 @@ def main(arguments=None):
     paper = CASES.loc["paper"]
     against = ["rail" if np.isnan(r) else f"roller {1e-3 * r:g} m" for r in paper.roller_radius_mm]
     cases = [f"{shift:g} mm, {what}" for shift, what in zip(paper.shift_mm, against, strict=True)]
-    rows, states = [], []
-    for rail in RAILS:
-        for case in paper.itertuples():
-            ours, centre = solved(rail, case)
-            place = {"shift_mm": case.shift_mm, "roller_radius_mm": case.roller_radius_mm}
-            rows += [{"rail": rail, "source": source} | place | row for source, row in ours.items()]
-            if rail == next(iter(RAILS)):
-                given = conditions(np.array([1e-3 * case.shift_mm]),
-                                   np.array([[case.creepage_x, 0.0, case.spin_per_m]]))  # fmt: skip
-                below = counterface(rail, 1e-3 * case.roller_radius_mm)
-                states.append(contact_state(given, WHEELSET, below, centre))
+    rows = [
+        {"rail": rail, "source": source, "shift_mm": case.shift_mm, "roller_radius_mm": case.roller_radius_mm}
+        | row
+        for rail in RAILS
+        for case in paper.itertuples()
+        for source, row in solved(rail, case).items()
+    ]
     ours = pd.DataFrame(rows).set_index(["rail", "source"]).sort_index()
     columns = ["rail", "source", *CASES.columns]
     write_csv(out / "seed_tables.csv", [{name: row.get(name, "") for name in columns} for row in rows])
+    states = [state(case) for case in paper.itertuples()]
     groups = [states[:3], states[3:]]
     save_svg(patches_figure(groups), out / "seed_tables_patches.svg")
     save_svg(stress_figure(groups), out / "seed_tables_stress.svg")

@@ -89,7 +89,7 @@ from wearsim.scene import load_campaign
 both = load_campaign("workflows/rig_vs_field.toml")
 for scene in (both.rig, both.field):
     print(f"{scene.origin.path}: {scene.wheelset.profile}")
-sys.exit(main(["check", "workflows/seed_tables.toml"]))
+sys.exit(main(["check", "workflows/sweep_rig.toml"]))
 """
 
 
@@ -115,6 +115,6 @@ def test_an_installed_wheel_finds_its_shipped_files_from_any_directory(tmp_path)
         assert line.startswith(f"{installed}/")  # the shipped copy, not the checkout's
     assert rig.endswith("/rig.toml: S1002")
     assert field.endswith("/field.toml: S1002")
-    assert study.endswith("no faults (published)")
-    assert "60E1_benchmark" in "".join(rest)  # a rail read from a file
+    assert study.endswith("no faults (sweep)")
+    assert "6 cases" in "".join(rest)  # of a base scene read from a file
     assert list(elsewhere.iterdir()) == []

@@ -202,7 +202,7 @@ def test_models_that_cannot_lead_are_told(text, capsys):
 
 
 def test_a_study_does_not_converge(capsys, tmp_path):
-    assert cli.main(["run", "seed_tables.toml", "--out", str(tmp_path), "--converge"]) == 2
+    assert cli.main(["run", "sweep_rig.toml", "--out", str(tmp_path), "--converge"]) == 2
     assert "--converge is for campaigns" in capsys.readouterr().err
 
 

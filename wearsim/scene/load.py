@@ -13,26 +13,30 @@ from pydantic import TypeAdapter, ValidationError
 
 from wearsim.errors import Fault, SceneError
 from wearsim.scene.changes import Change, changed_text
-from wearsim.scene.faults import Lines, key_lines, shown, syntax_fault, validation_faults
+from wearsim.scene.faults import Lines, key_lines, line_of, shown, syntax_fault, validation_faults
 from wearsim.scene.inputs import find_file, read_inputs
-from wearsim.scene.location import LocationScene, read_locations
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
-from wearsim.scene.published import PublishedScene, read_published
 from wearsim.scene.setup import inputs_of
 from wearsim.scene.sweep import SweepScene, read_sweep
 
 CampaignScene = RigScene | FieldScene | CompareScene
-StudyScene = PublishedScene | LocationScene | SweepScene
-Scene = CampaignScene | StudyScene
+Scene = CampaignScene | SweepScene
 
 _MODELS: dict[str, type[Scene]] = {
     "rig": RigScene,
     "field": FieldScene,
     "compare": CompareScene,
-    "published": PublishedScene,
-    "location": LocationScene,
     "sweep": SweepScene,
 }
+_SCRIPTS = {
+    "published": "seed_tables.py",
+    "location": "seed_figure_2.py",
+    "accuracy": "contact_accuracy.py",
+    "robustness": "where_methods_fail.py",
+    "wear_steps": "wear_step_stability.py",
+}
+"""Kinds of scenes of before: the script in reports/ that writes their report now."""
+
 _LARGEST_FILE = 2_000_000
 _INPUTS = "inputs.json"
 _RESERVED = (_INPUTS, "manifest.json")
@@ -75,10 +79,6 @@ def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Chan
     if isinstance(scene, CompareScene):
         for role in ("rig", "field"):
             faults += _read_compared(scene, role, kept, changes)
-    elif isinstance(scene, PublishedScene):
-        scene._inputs, faults = read_published(scene)
-    elif isinstance(scene, LocationScene):
-        scene._inputs, faults = read_locations(scene)
     elif isinstance(scene, SweepScene):
         scene._inputs, faults = read_sweep(scene)
     else:
@@ -107,7 +107,7 @@ def load_campaign(path: str | Path, *, copied: bool = False, changes: Sequence[C
         With all faults, or if the scene is no campaign.
     """
     scene = load_scene(path, copied=copied, changes=changes)
-    if isinstance(scene, StudyScene):
+    if isinstance(scene, SweepScene):
         told = f"kind = {scene.scene.kind!r} is no campaign; run it with `wearsim run`"
         raise SceneError([Fault(told, str(scene.origin.path), scene.line("scene", "kind"))])
     return scene
@@ -190,6 +190,12 @@ def _read(path: Path, role: str, changes: Sequence[Change] = ()) -> Scene:
         raise SceneError([Fault("tables or lists are nested too deeply for a scene file", file)]) from None
     header = data.get("scene")
     kind = header.get("kind") if isinstance(header, dict) else None
+    if isinstance(kind, str) and kind in _SCRIPTS:
+        told = (
+            f'kind = "{kind}" is no scene any more: `python reports/{_SCRIPTS[kind]}` of the repository '
+            f"writes its report; a scene is one of {', '.join(_MODELS)}"
+        )
+        raise SceneError([Fault(told, file, line_of(lines, ("scene", "kind")))])
     acting = _acting(changes, kind, role)
     if acting:
         changed = changed_text(text, acting)
