@@ -37,6 +37,9 @@ STRIPS, CELLS = 60, 16
 WAVELENGTH = 2.5e-3  # of the smoothing of increments [m]
 RIPPLE = 4e-3  # waves in the wear depth shorter than this are ripple: the running band is far wider [m]
 CONTROL = {"distance": 1e12, "depth_cap": 8e-6, "stability": 0.4}
+STEP_FACTORS = (1.0, 2.0, 5.0, 10.0)  # lengths of a single step, in longest steps that campaigns take
+WAVES = (0.5e-3, 2.5e-3)  # the shortest wave that points 0.25 mm apart can carry, and half a patch [m]
+AMPLITUDE = 0.2e-6  # of these waves [m]
 BAND = (-18.0, 26.0)  # where the wheel wears [mm]
 
 
@@ -87,6 +90,15 @@ CAPTION = (
     "Top: wear depth at the end. Bottom: what is shorter than 4 mm in it, on the way; a cross marks where "
     "the contact broke up into more patches than a wheel can have."
 )
+ONE_STEP = f"""\
+What one explicit step leaves of a waviness of {1e6 * AMPLITUDE:g} um, without smoothing, points 0.25 mm
+apart: 1 is all of it, more is growth. Steps in units of the longest one the active limit allows; campaigns
+take none that is longer.
+"""
+BLIND = """\
+Within the limit, {} leave{} 99 % or more of one of these waves: noise of a measured profile stays in it.
+Smooth such a profile before the run, and leave the smoothing of the increments on, so that steps add none.
+"""
 
 
 def new_wheels(right_z):
@@ -152,11 +164,6 @@ def ripple(depth):
     return float(np.sqrt(((depth - long)[long > 0.5 * long.max()] ** 2).mean()))
 
 
-STEP_FACTORS = (1.0, 2.0, 5.0, 10.0)  # lengths of a step, in longest steps that campaigns take
-WAVES = (0.5e-3, 2.5e-3)  # the shortest wave that points 0.25 mm apart can carry, and half a patch [m]
-AMPLITUDE = 0.2e-6
-
-
 def wave_after_one_step(normal, strips=STRIPS):
     """Table of what one explicit step without smoothing leaves of a waviness: rows by wave and step length.
 
@@ -196,6 +203,22 @@ def wave_after_one_step(normal, strips=STRIPS):
                 row["message"] = str(error)
             rows.append(row)
     return pd.DataFrame(rows)
+
+
+def one_step_section(steps):
+    """Text and table of `wave_after_one_step`, and a note on models that leave a wave within the limit."""
+    rows, blind = [], set()
+    for (normal, wavelength), part in steps.groupby(["normal", "wavelength"], sort=False):
+        first = part.iloc[0]
+        depth, wave = f"{1e6 * first['depth']:.1f}", f"{1e3 * wavelength:g} mm"
+        cells = [row["message"] or f"{row['left']:.2f}" for row in part.to_dict("records")]
+        rows.append([f"`{normal}`", first["limit"], depth, wave, *cells])
+        if first["left"] > 0.99:
+            blind.add(f"`{normal}`")
+    factors = [f"{factor:g} x" for factor in STEP_FACTORS]
+    head = ["normal model", "active limit", "depth at the limit [um]", "wave", *factors]
+    note = BLIND.format(", ".join(sorted(blind)), "s" if len(blind) == 1 else "")
+    return [ONE_STEP, Table(head, rows, "llrr" + "r" * len(factors)), *([note] if blind else [])]
 
 
 def draw(wheels):

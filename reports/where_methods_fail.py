@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 from contact_accuracy import ERRORS, WheelSums, errors_of, wheel_sums
-from wear_step_stability import AMPLITUDE, SPACING, STEP_FACTORS, read_table, wave_after_one_step
+from wear_step_stability import one_step_section, read_table, wave_after_one_step
 from writing import HERE, Table, options, read_csv, write_report
 
 import wearsim
@@ -48,6 +48,7 @@ STATED = {
 with the errors it keeps within on 30 strips and cells or more, but for known failures the tests name."""
 MODELS = {f"{normal} + {tangential}": (normal, tangential) for normal, tangential in STATED}
 CANNOT_UPDATE = ("hertz",)  # normal models that cannot update the profile
+PLACE = re.compile(r"^(right|left) wheel, shift [^:]*: ")  # of a message
 SYMBOLS = dict(zip(ERRORS, "ApFPW", strict=True))
 PURPOSES = {
     "forces and power": ("force", "power"),
@@ -70,9 +71,9 @@ these situations alone: stay near them, or compare the models on your own contac
 METHOD = f"""\
 {len(SITUATIONS)} situations, {len(MODELS)} combinations of models on {GRID} strips and {GRID} cells, unless
 the situation is one of the grid. Right wheel; S1002 on 60E1 1:40 at a shift of 3 mm, 80 kN, friction
-{FRICTION:g}, {SPEED:g} m/s, steel, unless the situation says otherwise. Reference: `half_space +
-half_space` on {REFERENCE_GRID} x {REFERENCE_GRID}; the column of `half_space + half_space` itself shows
-what the grid alone does.
+{FRICTION:g}, {SPEED:g} m/s, steel, unless the situation says otherwise. Reference:
+`half_space + half_space` on {REFERENCE_GRID} x {REFERENCE_GRID}; the column of `half_space + half_space`
+itself shows what the grid alone does.
 
 Errors: A area, p maximum pressure, P frictional power, relative; F creep force over friction coefficient
 times load; W strip work, the integral of the absolute difference over that of the reference. A cell of the
@@ -87,12 +88,6 @@ error other than a ContactError; more than {SECONDS:g} s.
 Situations: [where_methods_fail_cases.csv](where_methods_fail_cases.csv); all values:
 [where_methods_fail.csv](where_methods_fail.csv),
 [where_methods_fail_steps.csv](where_methods_fail_steps.csv).
-"""
-STEPS = f"""\
-What one explicit step leaves of a waviness of {1e6 * AMPLITUDE:g} um, without smoothing, points {
-    1e3
-    * SPACING:g} mm apart: 1 is all of it, more is growth. Steps in units of the longest one the active limit
-allows; campaigns take none that is longer.
 """
 
 
@@ -170,22 +165,9 @@ def problem_of(situation):
 
 
 def solve(situation, normal, tangential, grid, problem=None):
-    """Solve the right wheel of a situation, whatever happens; a situation of the grid has its own.
+    """Solve the right wheel of a situation, whatever happens, on `grid` strips and cells or its own.
 
-    Parameters
-    ----------
-    situation : dict
-        Row of where_methods_fail_cases.csv.
-    normal, tangential : str
-        Contact models.
-    grid : int
-        Strips, and cells along each.
-    problem : tuple, optional
-        From `problem_of`, if it has been made.
-
-    Returns
-    -------
-    Solution
+    `problem` is what `problem_of` returns for it, if that has been made.
     """
     wheelset, counterface, conditions = problem or problem_of(situation)
     material = {key: float(situation[key]) for key in ("youngs_modulus", "poisson_ratio") if situation[key]}
@@ -256,8 +238,8 @@ def assess(situations=SITUATIONS, models=MODELS, grid=GRID, reference_grid=REFER
     rows = []
     for situation in situations:
         problem = problem_of(situation)
-        own_grid = {"strips": "", "cells": ""}
-        reference = solve(situation | own_grid, "half_space", "half_space", reference_grid, problem)
+        usual_grid = {"strips": "", "cells": ""}
+        reference = solve(situation | usual_grid, "half_space", "half_space", reference_grid, problem)
         for name, (normal, tangential) in models.items():
             solution = solve(situation, normal, tangential, grid, problem)
             outcome, message, errors = solution.outcome, solution.message, {}
@@ -276,18 +258,16 @@ def assess(situations=SITUATIONS, models=MODELS, grid=GRID, reference_grid=REFER
 
 def decision_table(table):
     """Table of the cheapest adequate models: a row for each kind of situation, a column for each purpose."""
-    solved = table.groupby("situation")["error_area"].transform("count") > 0
     rows = []
     for kind, part in table.groupby("kind", sort=False):
         rows.append([kind])
-        if not solved[part.index].any():
+        solved = part.groupby("situation")["error_area"].transform("count") > 0
+        if not solved.any():
             rows[-1] += ["none: no model is applicable"] * len(PURPOSES)
             continue
         for purpose, names in PURPOSES.items():
-            errors = (
-                part[solved[part.index]][[f"error_{name}" for name in names]].abs().fillna(np.inf).max(axis=1)
-            )
-            largest = errors.groupby(part["model"]).max().reindex(MODELS)
+            errors = part[solved][[f"error_{name}" for name in names]].abs().fillna(np.inf)
+            largest = errors.max(axis=1).groupby(part["model"]).max().reindex(MODELS)
             if purpose == "wear (strip work)":
                 largest[[name for name, (normal, _) in MODELS.items() if normal in CANNOT_UPDATE]] = np.inf
             rows[-1].append(_choice(largest))
@@ -317,11 +297,7 @@ def count_table(table):
 
 def general(message):
     """Return a message without its place and values: what it has in common with others of its sort."""
-    return re.sub(r"-?\d[\d.]*(e[+-]?\d+)?", "#", _without_place(message))
-
-
-def _without_place(message):
-    return re.sub(r"^(right|left) wheel, shift [^:]*: ", "", message)
+    return re.sub(r"-?\d[\d.]*(e[+-]?\d+)?", "#", PLACE.sub("", message))
 
 
 def message_list(table):
@@ -331,7 +307,7 @@ def message_list(table):
     for number, (_, part) in enumerate(sorts, start=1):
         by = part["model"].value_counts().reindex(MODELS).dropna()
         models = ", ".join(f"`{model}` {count:.0f}" for model, count in by.items())
-        lines.append(f"{number}. {_without_place(part['message'].iloc[0])} ({models})")
+        lines.append(f"{number}. {PLACE.sub('', part['message'].iloc[0])} ({models})")
     return "\n".join(lines), {sort: number for number, sort in enumerate(sorts.groups, start=1)}
 
 
@@ -361,26 +337,6 @@ def _cell(row, numbers):
     return f"**{text}**" if row["outcome"] == WRONG else text
 
 
-def step_table(steps):
-    """Table of the wear steps, and a note on the models that leave a wave within the limit."""
-    rows, blind = [], set()
-    for (normal, wavelength), part in steps.groupby(["normal", "wavelength"], sort=False):
-        first = part.iloc[0]
-        depth, wave = f"{1e6 * first['depth']:.1f}", f"{1e3 * wavelength:g} mm"
-        cells = [row["message"] or f"{row['left']:.2f}" for row in part.to_dict("records")]
-        rows.append([f"`{normal}`", first["limit"], depth, wave, *cells])
-        if first["left"] > 0.99:
-            blind.add(f"`{normal}`")
-    factors = [f"{factor:g} x" for factor in STEP_FACTORS]
-    head = ["normal model", "active limit", "depth at the limit [um]", "wave", *factors]
-    note = (
-        f"Within the limit, {', '.join(sorted(blind))} leave{'s' if len(blind) == 1 else ''} 99 % or more of "
-        "one of these waves: noise of a measured profile stays in it. Smooth such a profile before the run, "
-        "and leave the smoothing of the increments on, so that steps add none."
-    )
-    return [Table(head, rows), *([note] if blind else [])]
-
-
 def main(arguments=None):
     """Write the report."""
     chosen = options(__file__, __doc__, arguments, from_csv=True)
@@ -403,8 +359,7 @@ def main(arguments=None):
         "## What each model does in each situation",
         matrix(table, numbers),
         "## Wear steps within and beyond the limit of stability",
-        STEPS,
-        *step_table(steps),
+        *one_step_section(steps),
         "## Messages",
         messages,
     ]

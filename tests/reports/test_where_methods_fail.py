@@ -33,9 +33,7 @@ SAMPLE = [
     "shift 0",
     "shift 5 mm, yaw 3 mrad, roller 1 m",
     "shift 6.5 mm",
-    "2 mm deep",
     "flat on flat",
-    "hollow of 100 um over 20 mm",
     "1 um, smoothed over 3 mm",
     "10 kN",
     "1 1/m",
@@ -43,7 +41,6 @@ SAMPLE = [
     "wheel ends 1 mm beyond the middle of the patch",
     "radius 20 mm",
     "100 mrad",
-    "hard: E = 1000 GPa",
 ]
 
 
