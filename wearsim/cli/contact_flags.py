@@ -282,7 +282,7 @@ def _inclination(text: str) -> tuple[float | None, str | None]:
 
 def _rotation(flag: Flag, text: str) -> tuple[str | float | None, str | None]:
     """Rule or rotation speed [rad/s]."""
-    from wearsim.contact.rotation import RULES
+    from wearsim.contact.equilibrium import RULES
 
     if text in RULES:
         return text, None
