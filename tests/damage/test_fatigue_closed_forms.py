@@ -3,13 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.damage.coefficients import FATIGUE_SETS
+from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue import default_settings, passage_damage, shakedown, surface_fatigue, wlrm
 from wearsim.damage.fatigue.agreement import agreement, normalised
 from wearsim.damage.fatigue.balance import LIMITED_BY, balance, damage_after
 
-BURSTOW = FATIGUE_SETS["burstow_2004"]
-VARIANT = FATIGUE_SETS["burstow_2004_20n"]
+BURSTOW = COEFFICIENT_SETS["burstow_2004"]
+VARIANT = COEFFICIENT_SETS["burstow_2004_20n"]
 
 
 def test_both_forms_of_the_surface_index_agree():
@@ -148,7 +148,7 @@ def test_balance_names_what_ends_the_life_first():
     damage = np.array([1e-8, 1e-8, 1e-8, 0.0, 0.0])
     wear = np.array([0.0, 2e-11, 6e-11, 1e-10, 0.0])
     found = balance(damage, wear, crack_depth=5e-3, wear_limit=10e-3)
-    np.testing.assert_allclose(found.balanced_wear, [5e-11, 5e-11, 5e-11, 0.0, 0.0], rtol=1e-12)
+    np.testing.assert_allclose(found.magic_wear_rate, [5e-11, 5e-11, 5e-11, 0.0, 0.0], rtol=1e-12)
     np.testing.assert_allclose(found.crack_distance[:2], [1e8, 1.0 / 0.6e-8], rtol=1e-12)
     assert np.isinf(found.crack_distance[2:]).all()  # wear is faster
     np.testing.assert_allclose(found.wear_distance[1:4], [5e8, 10e-3 / 6e-11, 1e8], rtol=1e-12)

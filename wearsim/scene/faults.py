@@ -251,7 +251,8 @@ def _missing(path: KeyPath, info: FieldInfo | None) -> str:
 def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -> str:
     here = _model_at(model, table)
     what = f"unknown key {_key(name)} in {table_name(table)}"
-    if isinstance(value, Mapping | list) and not table:
+    tables = value if isinstance(value, list) else [value]
+    if not table and all(isinstance(one, Mapping) for one in tables):
         what = f"unknown section [{_key(name)}]"
     if here is None:
         return what
@@ -323,7 +324,8 @@ def _text_range(info: FieldInfo | None) -> str:
 
 def _choices(info: FieldInfo | None) -> tuple[Any, ...]:
     annotation = info.annotation if info is not None else None
-    return get_args(annotation) if get_origin(annotation) is Literal else ()
+    options = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
+    return tuple(each for one in options if get_origin(one) is Literal for each in get_args(one))
 
 
 def _element(annotation: Any) -> type[BaseModel] | None:

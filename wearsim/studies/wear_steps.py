@@ -17,7 +17,7 @@ from wearsim.campaign.step import advance
 from wearsim.contact.normal import ANSWERS_BY_STRIP
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
-from wearsim.damage.wear import WearSettings, regimes
+from wearsim.damage.wear import WEAR_LAWS, WearSettings
 from wearsim.errors import WearsimError
 from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.profile import standard
@@ -179,7 +179,7 @@ def _wear(
     wear = WearSettings()
     settings = ControlSettings(1e12, 8e-6, 0.4, case.smoothing, case.integrator)
     y, z = np.stack([new.y, new.y]), np.stack([height, new.z])
-    blank = np.zeros((2, len(regimes(wear.law)), n))
+    blank = np.zeros((2, len(WEAR_LAWS[wear.law].regimes), n))
     state = State(0, 0.0, y, z, np.zeros((2, n)), blank, np.zeros(2), np.zeros(2))
 
     def rate_at(ahead: State) -> WearRate:

@@ -24,7 +24,7 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients import CoefficientSet
-from wearsim.damage.wear.law import Form
+from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, relative_slip
 
 REGIMES = ("mild", "oxidative", "severe", "seizure")
@@ -105,7 +105,7 @@ def depth(
     coefficients: CoefficientSet,
     *,
     form: Form = "local",
-    density: float = 7850.0,  # noqa: ARG001 -- the signature of every wear law
+    seizure_cap: SeizureCap = "none",
 ) -> FloatArray:
     r"""Depth removed by one passage of each patch.
 
@@ -120,8 +120,8 @@ def depth(
     form : {"local", "patch_mean"}
         Whether the region of the map is taken cell by cell, or from the mean pressure and the mean sliding
         speed, weighted with the pressure, of the patch.
-    density : float
-        Without effect: the law gives volume.
+    seizure_cap : {"none", "pressure", "regime"}
+        What keeps the seizure regime out, see `capped`.
 
     Returns
     -------
@@ -133,6 +133,7 @@ def depth(
     :math:`\Delta z(y) = \frac{1}{H}\int k(p, |s|)\, p\, |s|/V\, dx`, the slip scaled as the frictional
     work is, see `relative_slip`. Where k is the same over a patch both forms are.
     """
+    fields, coefficients = capped(fields, coefficients, seizure_cap)
     coefficient = np.array([coefficients[name] for name in _COEFFICIENTS])
     per_hardness = coefficient / (coefficients["hardness"] * _GPA)
     slip = relative_slip(fields)
@@ -152,3 +153,49 @@ def depth(
     masks = regime(mean_of(load, area), mean_speed, coefficients)
     depths: FloatArray = (per_hardness[:, None] * masks)[:, :, None] * strips
     return depths
+
+
+def energy_coefficient(archard: float, friction: float, hardness: float) -> float:
+    r"""Energy coefficient :math:`k_e = k / (\mu H)` [m3/J] of a coefficient of Archard's law.
+
+    Parameters
+    ----------
+    archard : float
+        k [-].
+    friction : float
+        Coulomb's coefficient [-].
+    hardness : float
+        H [Pa].
+    """
+    return archard / (friction * hardness)
+
+
+def archard_coefficient(volume_per_work: float, friction: float, hardness: float) -> float:
+    r"""Coefficient of Archard's law :math:`k = k_e \mu H` [-] of an energy coefficient.
+
+    Parameters
+    ----------
+    volume_per_work : float
+        k_e [m3/J].
+    friction : float
+        Coulomb's coefficient [-].
+    hardness : float
+        H [Pa].
+    """
+    return volume_per_work * friction * hardness
+
+
+def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001
+    hardness = coefficients["hardness"] * _GPA
+    return {name: energy_coefficient(coefficients[f"k_{name}"], friction, hardness) for name in REGIMES}
+
+
+ARCHARD = WearLaw(
+    "archard",
+    depth,
+    REGIMES,
+    coefficients="jendel_2002",
+    parameters=("hardness", "seizure_cap"),
+    needs_friction=False,
+    energy_coefficients=_energy_coefficients,
+)

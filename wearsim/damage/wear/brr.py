@@ -16,7 +16,7 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients import CoefficientSet
-from wearsim.damage.wear.law import Form
+from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import patch_total, spread
 
 REGIMES = ("mild", "plateau", "severe")
@@ -57,7 +57,6 @@ def depth(
     coefficients: CoefficientSet,
     *,
     form: Form = "patch_mean",  # noqa: ARG001
-    density: float = 7850.0,  # noqa: ARG001
 ) -> FloatArray:
     r"""Depth removed by one passage of each patch.
 
@@ -71,8 +70,6 @@ def depth(
         Slopes, level and limits as quoted.
     form : {"patch_mean"}
         The only one.
-    density : float
-        Without effect: the law gives volume.
 
     Returns
     -------
@@ -89,3 +86,18 @@ def depth(
     wear_number = patch_total(strip_work, fields)
     volume = np.pi * _M2_PER_MM3_KM * area_loss(wear_number, coefficients)
     return spread(volume, strip_work, fields)
+
+
+def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001
+    per_slope = _M2_PER_MM3_KM * np.pi
+    return {name: per_slope * coefficients[f"{name}_slope"] for name in ("mild", "severe")}
+
+
+BRR = WearLaw(
+    "brr",
+    depth,
+    REGIMES,
+    coefficients="pearce_sherratt_1991",
+    forms=("patch_mean",),
+    energy_coefficients=_energy_coefficients,
+)

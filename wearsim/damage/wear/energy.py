@@ -19,7 +19,7 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients import Coefficient, CoefficientSet
-from wearsim.damage.wear.law import Form
+from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total
 
 REGIMES = ("mild", "severe")
@@ -122,3 +122,19 @@ def depth(
     strips = along_strips(work, fields)
     switched = mean_of(patch_total(strips, fields), area) * fields.speed >= limit
     return np.stack([mild * strips * ~switched[:, None], severe * strips * switched[:, None]])
+
+
+def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001
+    return {
+        name: volume_per_work(coefficients, name, density) for name in REGIMES if name in coefficients.values
+    }
+
+
+ENERGY = WearLaw(
+    "energy",
+    depth,
+    REGIMES,
+    coefficients="zobory_1997",
+    parameters=("density", "energy_coefficient"),
+    energy_coefficients=_energy_coefficients,
+)

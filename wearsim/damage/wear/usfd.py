@@ -6,7 +6,7 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients import CoefficientSet
-from wearsim.damage.wear.law import Form
+from wearsim.damage.wear.law import Form, WearLaw
 
 REGIMES = ("mild", "severe", "catastrophic")
 
@@ -120,3 +120,18 @@ def depth(
     share = strip_work / np.where(works, total, 1.0)[:, None]
     removed_area = wear_rate(mean_index, coefficients) * area * (_KG_M3_PER_UG_M_MM2 / density)
     return removed_area[:, :, None] * share
+
+
+def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001
+    per_slope = _KG_M3_PER_UG_M_MM2 / _PASCAL_PER_N_MM2 / density
+    return {name: per_slope * coefficients[f"{name}_slope"] for name in ("mild", "catastrophic")}
+
+
+USFD = WearLaw(
+    "usfd",
+    depth,
+    REGIMES,
+    coefficients="lewis_dwyer_joyce_2004",
+    parameters=("density",),
+    energy_coefficients=_energy_coefficients,
+)
