@@ -7,7 +7,7 @@ from wearsim.contact.patch import Patch, SurfaceFields
 from wearsim.contact.tangential import fastsim
 from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.wear import archard, default_settings, energy, passage_depth, worn_volume
-from wearsim.damage.wear.sliding import relative_slip, sliding_work
+from wearsim.damage.wear.sliding import relative_slip
 
 SET = COEFFICIENT_SETS["jendel_2002"]
 H = 3e9
@@ -75,7 +75,9 @@ def test_archard_is_the_energy_law_cell_by_cell_where_coulombs_bound_is_reached(
     fields = replace(fields, work_density=0.83 * fields.work_density)  # scaled to some resultant power
     slips = fields.slip_x > 0.0
     assert slips.any()
-    np.testing.assert_allclose(sliding_work(fields)[slips], fields.work_density[slips] / 0.3, rtol=1e-12)
+    np.testing.assert_allclose(
+        (fields.pressure * relative_slip(fields))[slips], fields.work_density[slips] / 0.3, rtol=1e-12
+    )
     by_energy = energy.constant(archard.energy_coefficient(5e-4, 0.3, H), "test")
     for form in ("local", "patch_mean"):
         sliding = archard.depth(fields, area, one_k(5e-4), form=form).sum(axis=0)
@@ -151,7 +153,7 @@ def test_both_forms_agree_in_one_region(patches):
 
 def test_patch_mean_takes_the_region_of_mean_pressure_and_mean_speed(patches):
     fields, area = patches(1e6)
-    mean = (sliding_work(fields).sum(axis=1) * fields.cell_length).sum(axis=1) / (
+    mean = ((fields.pressure * relative_slip(fields)).sum(axis=1) * fields.cell_length).sum(axis=1) / (
         fields.pressure.sum(axis=1) * fields.cell_length
     ).sum(axis=1)
     fields.speed[:] = 0.3 / mean[0]  # severe in the first patch, whatever the cells do

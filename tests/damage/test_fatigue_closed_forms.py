@@ -132,15 +132,18 @@ def test_shakedown_limit():
     np.testing.assert_allclose(index, 0.0, atol=1e-12)
 
 
-def test_curves_of_the_map_meet_and_say_how_sure_they_are(loads):
+def test_curves_of_the_map_meet_and_say_how_sure_they_are():
     flow, join, rolling = shakedown.boundaries("line")
     assert (join.friction[-1], join.ratio[-1]) == (flow.friction[0], pytest.approx(flow.ratio[0]))
     assert (flow.certainty, join.certainty) == ("recalled", "join")
     assert rolling.ratio.tolist() == [3.1, 3.3]
+
+
+def test_utilised_friction_is_shear_over_normal_force(loads):
     given = loads(5e6)
-    friction, ratio = shakedown.map_points(given, 250e6)
-    np.testing.assert_allclose(ratio, 4.0, rtol=1e-12)
-    np.testing.assert_allclose(friction * given.normal_force, np.abs(given.force_x), rtol=1e-12)
+    np.testing.assert_allclose(
+        given.utilised_friction * given.normal_force, np.abs(given.force_x), rtol=1e-12
+    )
 
 
 def test_balance_names_what_ends_the_life_first():

@@ -264,7 +264,7 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
         One line; None where no more than `OUTSIDE_SHARE` is worn in any such regime.
     """
     for name, law in WEAR_LAWS.items():
-        shares = {text: regime_shares(dataset, regime).get(name, 0.0) for regime, text in law.outside.items()}
+        shares = {text: regime_shares(dataset, regime).get(name, 0.0) for regime, text in law.outside}
         parts = [
             f"{_percent(share)} of it is {text}" for text, share in shares.items() if share > OUTSIDE_SHARE
         ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
@@ -238,21 +238,14 @@ def _settings(
     form = section.form if active or section.form in record.forms else None
     if entry is not None and entry.form is not None:
         form = entry.form
-
-    def takes(parameter: str) -> bool:
-        # keys that no law of the scene takes are kept for the active law, so that they become faults
-        others = (WEAR_LAWS[one.law].parameters for one in section.also_evaluate)
-        alone = entry is None and not any(parameter in other for other in others)
-        return alone or parameter in record.parameters
-
-    hardness = section.hardness_GPa
+    hardness = section.hardness_GPa if "hardness" in record.parameters else None
     return WearSettings(
         law=law,
         coefficients=coefficients if coefficients is not None else "",
         form=form if form is not None else record.forms[0],
         density=section.density_kg_m3,
-        hardness=1e9 * hardness if hardness is not None and takes("hardness") else None,
-        seizure_cap=section.seizure_cap if takes("seizure_cap") else "none",
+        hardness=None if hardness is None else 1e9 * hardness,
+        seizure_cap=section.seizure_cap if "seizure_cap" in record.parameters else "none",
     )
 
 
@@ -318,12 +311,14 @@ def damage_faults(section: WearSection, fatigue_section: FatigueSection | None) 
 
 
 _Faults = Iterator[tuple[tuple[str | int, ...], str]]
-_KEYS = {
-    "coefficients": "coefficients",
-    "form": "form",
+_PARAMETERS = {
+    "energy_coefficient_mm3_kJ": "energy_coefficient",
+    "hardness_GPa": "hardness",
     "seizure_cap": "seizure_cap",
-    "hardness": "hardness_GPa",
+    "table": "table",
+    "table_file": "table",
 }
+"""Keys of [wear] that only some laws take, with the parameter of the law."""
 
 
 def _messages(settings: WearSettings) -> list[str]:
@@ -338,55 +333,45 @@ def _wear_faults(section: WearSection) -> _Faults:
     for path, message in table_of(section)[1]:
         yield ("table", *path), message
     every = [wear_settings(section), *comparison_settings(section)]
-    own_table = ["table" in WEAR_LAWS[one.law].parameters for one in every]
+    parameters = [WEAR_LAWS[one.law].parameters for one in every]
     alike = [
-        (one.law, one.form, "" if own else one.coefficients)
-        for one, own in zip(every, own_table, strict=True)
+        (one.law, one.form, isinstance(one.coefficients, WearTable) or one.coefficients) for one in every
     ]
-    for k, entry in enumerate(section.also_evaluate):
-        path, named = ("also_evaluate", k), f'also_evaluate[{k}] = "{entry.law}"'
-        if alike[k + 1] in alike[: k + 1]:
-            what = "given twice" if alike[k + 1] in alike[1 : k + 1] else "the active law"
-            fix = "delete it, or give it another form or other coefficients"
-            yield path, f"{named} is {what}; {fix}"
-        elif not own_table[k + 1]:
-            for message in _messages(replace(every[k + 1], hardness=None, seizure_cap="none")):
+    for k, entry in enumerate(section.also_evaluate, start=1):
+        path, named = ("also_evaluate", k - 1), f'also_evaluate[{k - 1}] = "{entry.law}"'
+        if alike[k] in alike[:k]:
+            what = "given twice" if alike[k] in alike[1:k] else "the active law"
+            yield path, f"{named} is {what}; delete it, or give it another form or other coefficients"
+        elif "table" not in parameters[k]:
+            for message in _messages(every[k]):
                 yield path, f"{named}: {message}"
         elif entry.coefficients is not None:
             what = f'{named} with coefficients = "{entry.coefficients}": a table has its own numbers'
             yield path, f"{what}; delete coefficients"
-    yield from _table_faults(section, own_table)
-    constant, law = "energy_coefficient_mm3_kJ", WEAR_LAWS[section.law]
-    if section.energy_coefficient_mm3_kJ is not None:
-        if "energy_coefficient" not in law.parameters:
-            laws = wear.laws_that_take("energy_coefficient")
-            yield (constant,), f'{constant} acts with law = {laws} only, not with "{law.name}"; delete it'
-        elif section.coefficients is not None:
-            what = f'{constant} and coefficients = "{section.coefficients}" are both given; delete one'
-            yield (constant,), what
-    if own_table[0]:
-        if section.coefficients is not None:
-            what = (
-                f'coefficients = "{section.coefficients}": law = "{law.name}" has its own numbers; delete it'
-            )
-            yield ("coefficients",), what
-        return
-    for message in _messages(every[0]):
-        key = _KEYS.get(message.split(" ", 1)[0], "law")
-        yield (key,), message.replace("hardness acts", "hardness_GPa acts")
-
-
-def _table_faults(section: WearSection, own_table: list[bool]) -> _Faults:
-    given = [key for key in ("table", "table_file") if getattr(section, key) is not None]
-    laws = wear.laws_that_take("table")
-    if len(given) == 2:
+    given = [key for key in _PARAMETERS if getattr(section, key) not in (None, "none")]
+    for key in given:
+        parameter = _PARAMETERS[key]
+        takers = parameters[:1] if parameter == "energy_coefficient" else parameters
+        if not any(parameter in taken for taken in takers):
+            laws = wear.laws_that_take(parameter)
+            what = f'{key} acts with law = {laws} only, not with "{section.law}"'
+            yield (key,), f"{what}; delete it, or change the law"
+    if {"table", "table_file"} <= set(given):
         yield ("table_file",), "table_file and [wear.table] are both given; delete one"
-    if any(own_table) and not given:
-        key = "law" if own_table[0] else "also_evaluate"
-        yield (key,), f"{key}: {laws} needs its table; give [wear.table] or table_file"
-    if given and not any(own_table):
-        what = f'{given[0]} acts with law = {laws} only, not with "{section.law}"'
-        yield (given[0],), f"{what}; delete it, or change the law"
+    for k, key in enumerate(["law", *["also_evaluate"] * len(section.also_evaluate)]):
+        if "table" in parameters[k] and not {"table", "table_file"} & set(given):
+            yield (key,), f'{key}: "{every[k].law}" needs its table; give [wear.table] or table_file'
+            break
+    constant, named = "energy_coefficient_mm3_kJ", f'coefficients = "{section.coefficients}"'
+    if "table" in parameters[0]:
+        if section.coefficients is not None:
+            yield ("coefficients",), f'{named}: law = "{section.law}" has its own numbers; delete it'
+        return
+    if constant in given and "energy_coefficient" in parameters[0] and section.coefficients is not None:
+        yield (constant,), f"{constant} and {named} are both given; delete one"
+    for message in _messages(every[0]):
+        word = message.split(" ", 1)[0]
+        yield (word if word in ("coefficients", "form") else "law",), message
 
 
 def _fatigue_faults(section: FatigueSection) -> _Faults:

@@ -28,8 +28,8 @@ JENDEL_2002 = CoefficientSet(
     departures=(
         "The map prints ranges of k; we take their middle (5, 35, 5, 350) x 1e-4. The ends of the ranges "
         "are a factor 10 apart in the mild regimes.",
-        "Elastic contact models exceed 0.8 H in contacts of small radius, so that seizure may be the "
-        "work of the elasticity assumption; its share is told, and seizure_cap limits it.",
+        "Elastic contact models exceed 0.8 H in contacts of small radius, so that seizure may "
+        "follow from the assumption of elasticity; its share is reported, and seizure_cap limits it.",
     ),
     values=MappingProxyType(
         {

@@ -22,7 +22,7 @@ KRAUSE_POLL_1986 = CoefficientSet(
         "uncertain."
     ),
     departures=(
-        "The switch at about 4e6 W/m2 is that of Specht's two-level law; none was found quoted with "
+        "The switch at about 4e6 W/m2 is that of Specht's two-level law; no quotation has one with "
         "these coefficients.",
     ),
     values=MappingProxyType(

@@ -4,7 +4,7 @@ The depth a cell loses in one passage is :math:`\Delta z = k(p, v)\, p\, \Delta 
 distance :math:`\Delta s = |s| \Delta x / V` [1]_. In the map of [2]_ the coefficient k depends on the
 sliding speed v in m/s, and so on the running speed: the same creepage at half the speed may be another
 regime. Above 0.8 of the hardness H the surfaces seize. Pressures of elastic contact models exceed that in
-contacts of small radius, so that the seizure regime may be the work of the elasticity assumption.
+contacts of small radius, so that the seizure regime may follow from the assumption of elasticity.
 
 Where the surfaces slip, :math:`|\tau| = \mu p`, so that this law and the energy law with
 :math:`k_e = k / (\mu H)` are one, in any state of partial slip; they differ in what switches the coefficient.
@@ -12,7 +12,7 @@ Where the surfaces slip, :math:`|\tau| = \mu p`, so that this law and the energy
 References
 ----------
 .. [1] J. F. Archard, J. Appl. Phys. 24 (1953) 981, doi:10.1063/1.1721448.
-.. [2] T. Jendel, Wear 253 (2002) 89-99.
+.. [2] T. Jendel, Wear 253 (2002) 89-99, doi:10.1016/S0043-1648(02)00087-X.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, relative_slip
 
 REGIMES = ("mild", "oxidative", "severe", "seizure")
-"""By falling harmlessness; over the speed they are mild, severe, oxidative."""
+"""From mild to worst; over the speed they are mild, severe, oxidative."""
 
 SeizureCap = Literal["none", "pressure", "regime"]
 SEIZURE_CAPS: tuple[SeizureCap, ...] = ("none", "pressure", "regime")
@@ -131,7 +131,7 @@ def depth(
     Notes
     -----
     :math:`\Delta z(y) = \frac{1}{H}\int k(p, |s|)\, p\, |s|/V\, dx`, the slip scaled as the frictional
-    work is, see `relative_slip`. Where k is the same over a patch both forms are.
+    work is, see `relative_slip`. Both forms agree where k is the same over a patch.
     """
     fields, coefficients = capped(fields, coefficients, seizure_cap)
     coefficient = np.array([coefficients[name] for name in _COEFFICIENTS])

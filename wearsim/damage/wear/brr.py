@@ -7,7 +7,7 @@ whole patch has no local form.
 
 References
 ----------
-.. [1] T. G. Pearce, N. D. Sherratt, Wear 144 (1991) 343-351.
+.. [1] T. G. Pearce, N. D. Sherratt, Wear 144 (1991) 343-351, doi:10.1016/0043-1648(91)90025-P.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def depth(
     -----
     :math:`T\gamma` is the integral of the frictional work over the width, the power over the speed, and
     so with the work of spin. Depth :math:`\Delta z(y) = \pi A D\, e(y) / \int e\,dy`: per metre rolled a
-    strip meets one metre of its ring.
+    strip meets one metre of its circumference.
     """
     strip_work = np.maximum(fields.strip_work, 0.0)
     wear_number = patch_total(strip_work, fields)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from types import MappingProxyType
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Literal
 
 from wearsim.contact.patch import FloatArray
@@ -41,8 +40,8 @@ class WearLaw:
         False for the law that removes nothing.
     needs_friction : bool
         Whether nothing wears without friction.
-    outside : mapping of str to str
-        Regimes in which it goes beyond its data, with the words that say where.
+    outside : tuple of (str, str)
+        Regimes in which it goes beyond its data, each with the words that say where.
     energy_coefficients : callable, optional
         ``energy_coefficients(coefficients, friction, density)`` -> dict: volume per frictional work of each
         straight branch [m3/J]; 1e-12 is 1 mm3/kJ. Plateaus are no lines and do not appear; of a branch with
@@ -57,5 +56,5 @@ class WearLaw:
     parameters: tuple[str, ...] = ()
     wears: bool = True
     needs_friction: bool = True
-    outside: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    outside: tuple[tuple[str, str], ...] = ()
     energy_coefficients: Callable[[CoefficientSet, float, float], dict[str, float]] | None = None

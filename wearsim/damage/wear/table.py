@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,10 +43,6 @@ RATE_COLUMNS: dict[str, float] = {
 }
 """Rate columns and their SI unit: mass lost per distance rolled and area, volume lost per frictional work,
 Archard's coefficient k (which needs `hardness_GPa`)."""
-
-INTERPOLATIONS = ("linear", "step")
-BEYOND = ("hold", "slope")
-BELOW = ("proportional", "hold", "zero")
 
 
 @dataclass(frozen=True, eq=False)
@@ -289,5 +284,5 @@ TABLE = WearLaw(
     coefficients=None,
     parameters=("density", "table"),
     needs_friction=False,
-    outside=MappingProxyType({"below": "below the first row", "beyond": "beyond the last row"}),
+    outside=(("below", "below the first row"), ("beyond", "beyond the last row")),
 )
