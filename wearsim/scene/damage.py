@@ -266,15 +266,7 @@ def _fatigue(section: FatigueSection, law: str) -> FatigueSettings:
     coefficients: str | CoefficientSet = named[0] if named else record.coefficients
     own, depth = section.damage_function, section.crack_depth_mm
     if own is not None and "damage_function" in record.parameters:
-        coefficients = own_function(
-            start=own.start_N,
-            peak=own.peak_N,
-            end=own.end_N,
-            peak_damage=own.peak_damage,
-            floor=own.floor,
-            source=own.source,
-            certainty=own.certainty,
-        )
+        coefficients = own_function(**{key.removesuffix("_N"): value for key, value in own})
     if section.shear_yield_MPa is not None and "shear_yield" in record.parameters:
         acting = COEFFICIENT_SETS[coefficients] if isinstance(coefficients, str) else coefficients
         coefficients = acting.with_value("shear_yield", section.shear_yield_MPa, "yield stress as given")

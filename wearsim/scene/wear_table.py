@@ -9,7 +9,6 @@ from __future__ import annotations
 import csv
 import tomllib
 from pathlib import Path
-from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -117,7 +116,7 @@ def wear_table(section: WearTableSection, name: str) -> tuple[WearTable | None, 
         source=section.source,
         validity=f"{validity} Certainty: {section.certainty}. {rows}.",
         departures=(),
-        values=MappingProxyType({}),
+        values={},
         index=index,
         axes=tuple(axis * INDEX_COLUMNS[key] for axis, key in zip(axes, index, strict=True)),
         rate=rates[0],

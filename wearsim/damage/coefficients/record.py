@@ -72,6 +72,9 @@ class CoefficientSet:
     values: Mapping[str, Coefficient]
     certainty: str = field(default="", kw_only=True)
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
+
     def __getitem__(self, symbol: str) -> float:
         """Return the value of `symbol` in its printed unit."""
         return self.values[symbol].value
@@ -117,9 +120,9 @@ class CoefficientSet:
             Its departures name the change.
         """
         old = self.values[symbol]
-        changed = {**self.values, symbol: replace(old, value=value, place=place, certainty="given")}
+        values = {**self.values, symbol: replace(old, value=value, place=place, certainty="given")}
         change = f"{symbol} = {value:g} {old.unit} ({place}) in place of {old.value:g}."
-        return replace(self, departures=(*self.departures, change), values=MappingProxyType(changed))
+        return replace(self, departures=(*self.departures, change), values=values)
 
 
 def _range(limits: tuple[float, float] | None) -> str:

@@ -5,13 +5,13 @@ Every `FatigueLaw` at the top of a module of this folder is registered.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from dataclasses import fields as dataclass_fields
 
 import numpy as np
 
-from wearsim.contact.patch import SurfaceFields
+from wearsim.damage.batches import batches, part_of
 from wearsim.damage.coefficients import CoefficientSet, coefficient_set
 from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, patch_loads
@@ -20,8 +20,6 @@ from wearsim.errors import Fault, NumericalError, SceneError
 
 FATIGUE_LAWS: Registry[FatigueLaw] = discover("fatigue law", __name__, __path__, FatigueLaw)
 BRANCHES: tuple[Branch, ...] = ("net", "rising")
-
-_CHUNK = 16  # patches; their cells fit the cache
 
 
 @dataclass(frozen=True)
@@ -145,23 +143,6 @@ def _removal_faults(law: FatigueLaw, settings: FatigueSettings) -> Iterator[Faul
         )
 
 
-def _parts(loads: PatchLoads) -> Iterator[PatchLoads]:
-    """Yield the loads of a few patches at a time: laws make several copies of the cells."""
-    for start in range(0, max(loads.area.size, 1), _CHUNK):
-        part = slice(start, start + _CHUNK)
-        cells = {f.name: getattr(loads.fields, f.name)[part] for f in dataclass_fields(loads.fields)}
-        resultants = {
-            f.name: getattr(loads, f.name)[part] for f in dataclass_fields(loads) if f.name != "fields"
-        }
-        yield PatchLoads(**resultants, fields=SurfaceFields(**cells))
-
-
-def _joined(parts: Sequence[FatigueDamage]) -> FatigueDamage:
-    """Put the patches of several parts behind one another."""
-    names = [f.name for f in dataclass_fields(FatigueDamage)]
-    return FatigueDamage(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
-
-
 def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamage:
     """Damage of one passage of each patch, by the law of the settings.
 
@@ -193,7 +174,11 @@ def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamag
     for field in cells:
         good &= np.isfinite(field).all(axis=(1, 2))
     with np.errstate(divide="ignore", invalid="ignore"):
-        passage = _joined([law.damage(part, coefficients, **taken) for part in _parts(loads)])
+        parts = [
+            law.damage(part_of(loads, patches), coefficients, **taken) for patches in batches(loads.area.size)
+        ]
+    names = [field.name for field in dataclass_fields(FatigueDamage)]
+    passage = FatigueDamage(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
     bad = ~(good & np.isfinite(passage.index) & np.isfinite(passage.strip_damage).all(axis=1))
     if bad.any():
         raise NumericalError(

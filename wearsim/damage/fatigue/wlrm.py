@@ -13,8 +13,6 @@ References
 
 from __future__ import annotations
 
-from types import MappingProxyType
-
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
@@ -104,9 +102,7 @@ def own_function(
         source=source,
         validity=f"As given by the user. Certainty: {certainty}.",
         departures=(),
-        values=MappingProxyType(
-            {name: Coefficient(value, unit, source, "given") for name, (value, unit) in numbers.items()}
-        ),
+        values={name: Coefficient(value, unit, source, "given") for name, (value, unit) in numbers.items()},
         certainty=certainty,
     )
 

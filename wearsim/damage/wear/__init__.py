@@ -5,13 +5,12 @@ Every `WearLaw` at the top of a module of this folder is registered.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from dataclasses import fields as dataclass_fields
 
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
+from wearsim.damage.batches import batches, part_of
 from wearsim.damage.coefficients import CoefficientSet, coefficient_set
 from wearsim.damage.registry import Registry, discover, unknown
 from wearsim.damage.wear.archard import SEIZURE_CAPS, SeizureCap
@@ -19,8 +18,6 @@ from wearsim.damage.wear.law import FORMS, Form, WearLaw
 from wearsim.errors import Fault, NumericalError, SceneError
 
 WEAR_LAWS: Registry[WearLaw] = discover("wear law", __name__, __path__, WearLaw)
-
-_CHUNK = 16  # patches; their cells fit the cache
 
 
 @dataclass(frozen=True)
@@ -129,15 +126,6 @@ def laws_that_take(parameter: str) -> str:
     return " or ".join(f'"{name}"' for name, law in WEAR_LAWS.items() if parameter in law.parameters)
 
 
-def _parts(fields: SurfaceFields) -> Iterator[tuple[int, SurfaceFields]]:
-    """Fields of a few patches at a time: laws make several copies of the cells."""
-    count = fields.speed.size
-    names = [field.name for field in dataclass_fields(SurfaceFields)]
-    for start in range(0, max(count, 1), _CHUNK):
-        part = slice(start, start + _CHUNK)
-        yield start, SurfaceFields(**{name: getattr(fields, name)[part] for name in names})
-
-
 def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSettings) -> FloatArray:
     """Depth removed by one passage of each patch, by the law of the settings.
 
@@ -166,8 +154,8 @@ def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSetting
     coefficients = coefficients_of(settings)
     taken = {name: getattr(settings, name) for name in ("density", "seizure_cap") if name in law.parameters}
     parts = [
-        law.depth(part, area[start : start + _CHUNK], coefficients, form=settings.form, **taken)
-        for start, part in _parts(fields)
+        law.depth(part_of(fields, patches), area[patches], coefficients, form=settings.form, **taken)
+        for patches in batches(area.size)
     ]
     depth = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
     bad = ~np.isfinite(depth).all(axis=(0, 2))

@@ -13,8 +13,6 @@ References
 
 from __future__ import annotations
 
-from types import MappingProxyType
-
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
@@ -50,7 +48,7 @@ def constant(volume_per_work: float, source: str) -> CoefficientSet:
         source=source,
         validity="As far as the constant holds.",
         departures=(),
-        values=MappingProxyType({"mild": Coefficient(volume_per_work, "m3 J-1", source, "given")}),
+        values={"mild": Coefficient(volume_per_work, "m3 J-1", source, "given")},
     )
 
 
