@@ -142,3 +142,11 @@ def test_files_that_are_no_tables(tmp_path, content, told):
     if content is not None:
         path.write_bytes(content)
     assert faults_of(path)[0].startswith(told)
+
+
+def test_a_table_is_its_own_dump():
+    """What is not given is None, and None may be given."""
+    section = WearTableSection(**STATED, T_gamma_A_N_mm2=[0, 1], mass_rate_ug_m_mm2=[0, 5])
+    dump = section.model_dump(mode="json")
+    assert dump["pressure_MPa"] is None
+    assert WearTableSection.model_validate(dump) == section

@@ -298,14 +298,21 @@ def _limits(info: FieldInfo | None, entry: bool) -> list[str]:
     """Limits in words, of a key or of the entries of its list; the same that pydantic checks."""
     metadata = list(info.metadata) if info is not None else []
     if entry and info is not None:
-        annotated = next(iter(get_args(info.annotation)), None)
-        metadata = [item for field in get_args(annotated)[1:] for item in getattr(field, "metadata", [])]
+        fields = get_args(_entry(info.annotation))[1:]
+        metadata = [item for field in fields for item in getattr(field, "metadata", [])]
     return [
         f"{word} {limit:.10g}"
         for item in metadata
         for name, word in _BOUNDS
         if (limit := getattr(item, name, None)) is not None
     ]
+
+
+def _entry(annotation: Any) -> Any:
+    """Annotation of the entries of a list, which may be optional."""
+    if get_origin(annotation) is tuple:
+        return get_args(annotation)[0]
+    return next((found for item in get_args(annotation) if (found := _entry(item)) is not None), None)
 
 
 def _range(limits: Sequence[str], unit: str) -> str:

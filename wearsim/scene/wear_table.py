@@ -31,7 +31,7 @@ PathFaults = list[tuple[KeyPath, str]]
 def column(meaning: str, unit: str) -> Any:
     """Field of a column of a table that may be missing."""
     extra: Any = {"unit": unit}
-    return Field((), min_length=1, max_length=10000, description=meaning, json_schema_extra=extra)
+    return Field(None, min_length=1, max_length=10000, description=meaning, json_schema_extra=extra)
 
 
 class WearTableSection(Section):
@@ -47,13 +47,13 @@ class WearTableSection(Section):
         None, description="what holds below the first row, where that is above 0"
     )
     hardness_GPa: float | None = quantity("the hardness of the wheel", "GPa", None, ge=0.1, le=20)
-    T_gamma_A_N_mm2: Column = column("frictional work per area and distance", "N/mm2")
-    power_density_W_mm2: Column = column("frictional power per area", "W/mm2")
-    slip_speed_m_s: Column = column("the sliding speed", "m/s")
-    pressure_MPa: Column = column("the contact pressure", "MPa")
-    mass_rate_ug_m_mm2: Column = column("mass lost per distance and area", "ug/m/mm2")
-    energy_coefficient_mm3_kJ: Column = column("volume lost per frictional work", "mm3/kJ")
-    wear_coefficient: Column = column("Archard's coefficient", "")
+    T_gamma_A_N_mm2: Column | None = column("frictional work per area and distance", "N/mm2")
+    power_density_W_mm2: Column | None = column("frictional power per area", "W/mm2")
+    slip_speed_m_s: Column | None = column("the sliding speed", "m/s")
+    pressure_MPa: Column | None = column("the contact pressure", "MPa")
+    mass_rate_ug_m_mm2: Column | None = column("mass lost per distance and area", "ug/m/mm2")
+    energy_coefficient_mm3_kJ: Column | None = column("volume lost per frictional work", "mm3/kJ")
+    wear_coefficient: Column | None = column("Archard's coefficient", "")
 
 
 def wear_table(section: WearTableSection, name: str) -> tuple[WearTable | None, PathFaults]:
@@ -74,17 +74,18 @@ def wear_table(section: WearTableSection, name: str) -> tuple[WearTable | None, 
         Path of the key and message of each fault between the values.
     """
     faults: PathFaults = []
-    columns = {key: np.array(getattr(section, key)) for key in (*INDEX_COLUMNS, *RATE_COLUMNS)}
-    index = tuple(key for key in INDEX_COLUMNS if columns[key].size)
-    rates = tuple(key for key in RATE_COLUMNS if columns[key].size)
+    given = {key: getattr(section, key) for key in (*INDEX_COLUMNS, *RATE_COLUMNS)}
+    columns = {key: np.array(rows) for key, rows in given.items() if rows is not None}
+    index = tuple(key for key in INDEX_COLUMNS if key in columns)
+    rates = tuple(key for key in RATE_COLUMNS if key in columns)
     if len(index) != 1 and index != ("slip_speed_m_s", "pressure_MPa"):
-        given = f"is {' and '.join(index)}" if index else "is missing"
+        which = f"is {' and '.join(index)}" if index else "is missing"
         known = ", ".join(INDEX_COLUMNS)
-        message = f"the index {given}; give one of {known}, or slip_speed_m_s and pressure_MPa for a map"
+        message = f"the index {which}; give one of {known}, or slip_speed_m_s and pressure_MPa for a map"
         faults.append(((), message))
     if len(rates) != 1:
-        given = f"is {' and '.join(rates)}" if rates else "is missing"
-        faults.append(((), f"the wear rate {given}; give one of {', '.join(RATE_COLUMNS)}"))
+        which = f"is {' and '.join(rates)}" if rates else "is missing"
+        faults.append(((), f"the wear rate {which}; give one of {', '.join(RATE_COLUMNS)}"))
     elif rates == ("wear_coefficient",) and section.hardness_GPa is None:
         message = "hardness_GPa is missing; wear_coefficient needs the hardness of the wheel, about 3"
         faults.append(((), message))
