@@ -114,15 +114,14 @@ def test_a_patch_without_load_is_stopped(loads):
 
 
 def test_every_law_has_a_set_and_a_quantity():
-    assert list(FATIGUE_LAWS) == [
-        "stress_index", "surface_fatigue_index", "surface_fatigue_index_local", "wlrm"
-    ]  # fmt: skip
+    known = {"stress_index", "surface_fatigue_index", "surface_fatigue_index_local", "wlrm"}
+    assert known <= set(FATIGUE_LAWS)
     assert {each.law for each in MADE_FOR} == set(FATIGUE_LAWS)
     for name, law in FATIGUE_LAWS.items():
         assert law.index_quantity in NOMENCLATURE
         assert coefficients_of(default_settings(name)).name == law.coefficients
-    assert [law.name for law in FATIGUE_LAWS.values() if law.contains_removal] == ["wlrm"]
-    assert [name for name in (*FATIGUE_LAWS, "law of a later version") if counts_cycles(name)] == ["wlrm"]
+    assert [name for name in sorted(known) if FATIGUE_LAWS[name].contains_removal] == ["wlrm"]
+    assert [name for name in (*sorted(known), "law of a later version") if counts_cycles(name)] == ["wlrm"]
 
 
 def test_wear_numbers_with_and_without_spin(loads):

@@ -5,10 +5,10 @@ import pytest
 
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
 from wearsim.damage.coefficients import COEFFICIENT_SETS
-from wearsim.damage.fatigue import FATIGUE_LAWS, default_settings, passage_damage, patch_loads
+from wearsim.damage.fatigue import default_settings, passage_damage, patch_loads
 from wearsim.damage.fatigue.agreement import agreement
 from wearsim.damage.fatigue.loads import wear_number_with_spin, wear_number_without_spin
-from wearsim.damage.wear import WEAR_LAWS, archard, energy, passage_depth, worn_volume
+from wearsim.damage.wear import archard, energy, passage_depth, worn_volume
 from wearsim.damage.wear import default_settings as wear_settings
 from wearsim.damage.wear.sliding import relative_slip
 from wearsim.profile import standard
@@ -97,9 +97,7 @@ def test_all_wear_laws_compared(solved):
 
     Rail 23.8, 20.7, 7.0 and 17.8, roller 55.0, 38.9, 13.3 and 33.5 mm3/km by archard, brr, energy, usfd.
     """
-    laws = sorted(name for name, law in WEAR_LAWS.items() if law.coefficients and law.wears)
-    settings = [wear_settings(law) for law in laws]
-    assert [each.law for each in settings] == ["archard", "brr", "energy", "usfd"]
+    settings = [wear_settings(law) for law in ("archard", "brr", "energy", "usfd")]
     worn, power, severe = [], [], []
     for solution in solved:
         at = solution.point == 2
@@ -122,7 +120,8 @@ def test_all_fatigue_laws_compared(solved):
 
     At 3 mm from rail to roller: FI -0.0247 and 0.0393, local 0.083 and 0.151, T-gamma 24.7 and 45.5 N.
     """
-    settings = [default_settings(law) for law in sorted(FATIGUE_LAWS)]
+    laws = ("stress_index", "surface_fatigue_index", "surface_fatigue_index_local", "wlrm")
+    settings = [default_settings(law) for law in laws]
     rail, roller = ([passage_damage(patch_loads(one), each) for each in settings] for one in solved)
     for found in (rail, roller):
         assert (found[2].index >= found[1].index).all()

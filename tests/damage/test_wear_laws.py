@@ -133,7 +133,7 @@ def test_fields_that_are_not_finite_are_stopped(law, name, form, patches):
 
 
 def test_every_law_has_regimes_and_a_set():
-    assert list(WEAR_LAWS) == ["archard", "brr", "energy", "none", "table", "usfd"]
+    assert {"archard", "brr", "energy", "none", "table", "usfd"} <= set(WEAR_LAWS)
     for name, law in WEAR_LAWS.items():
         assert law.name == name
         assert any(made[0] == name for made in MADE_FOR)

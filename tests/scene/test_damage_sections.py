@@ -251,12 +251,12 @@ OWN = (
         (
             WEAR + 'coefficients = "burstow_2004"\n',
             2,
-            '"burstow_2004" is not known; known: jendel_2002',
+            '"burstow_2004" is not known; known: ',
         ),
         (
             LAWS + 'coefficients = ["jendel_2002"]\n',
             2,
-            '"jendel_2002" is not known; known: burstow',
+            '"jendel_2002" is not known; known: ',
         ),
         (WEAR + "also_evaluate = [3]\n", 2, "also_evaluate[0] = 3 must be a table"),
         (WEAR + "energy_coefficient_mm3_kJ = 0.7\n", 2, 'acts with law = "energy" only, not with "usfd"'),
