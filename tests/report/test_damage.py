@@ -17,7 +17,7 @@ from wearsim.translation.translate import translate
 
 LAWS = """
 [wear]
-beside = ["archard", "none"]
+also_evaluate = ["archard", "none"]
 [fatigue]
 laws = ["wlrm", "surface_fatigue_index_local"]
 branch = "rising"
@@ -126,7 +126,7 @@ def test_report_tells_what_the_numbers_of_every_law_hold_for(pair, text):
 def test_every_shipped_set_reaches_the_header_of_a_campaign(tmp_path, scene_text):
     """One line for each law: materials, validity and departures, the jump of brr among them."""
     more = (
-        '[wear]\nbeside = ["brr", "none", "energy"]\n[fatigue]\nlaws = ["stress_index", "wlrm"]\n'
+        '[wear]\nalso_evaluate = ["brr", "none", "energy"]\n[fatigue]\nlaws = ["stress_index", "wlrm"]\n'
         'coefficients = ["burstow_2004_20n"]\n'
     )
     (tmp_path / "rig.toml").write_text(scene_text(BLOCK, more=more))

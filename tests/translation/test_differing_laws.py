@@ -89,7 +89,7 @@ def with_laws(dataset, head, group):
 
 
 def test_tables_beside_with_other_rows_are_not_compared(rig, field, header):
-    text = '[wear]\nbeside = ["archard", "table"]\nhardness_GPa = 3\n'
+    text = '[wear]\nalso_evaluate = ["archard", "table"]\nhardness_GPa = 3\n'
     one, other = (header(text + TABLE.format(last=last)) for last in (20, 21))
     pair = (with_laws(rig, one, "comparison"), with_laws(field, other, "comparison"))
     assert common_laws(pair, "comparison") == (["archard"], ["table"])

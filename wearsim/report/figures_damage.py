@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from wearsim.damage.coefficients import FATIGUE_SETS
+from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue.agreement import normalised
 from wearsim.damage.fatigue.shakedown import boundaries
 from wearsim.report.figures import WHEELS, new_place
@@ -109,7 +109,7 @@ def map_shear_yield(dataset: xr.Dataset) -> float:
     known = known[np.isfinite(known)]
     if known.size:
         return float(known[0])
-    return 1e6 * FATIGUE_SETS[_YIELD_SET]["shear_yield"]
+    return 1e6 * COEFFICIENT_SETS[_YIELD_SET]["shear_yield"]
 
 
 def shear_yield_told(dataset: xr.Dataset) -> str:
@@ -124,7 +124,7 @@ def shear_yield_told(dataset: xr.Dataset) -> str:
         if not doubt:
             return f"{value} as given for {name}"
         return f"{value} of {name} ({numbers}{_range(doubt[0])})"
-    doubt = [part for part in FATIGUE_SETS[_YIELD_SET].doubts if part.startswith("shear_yield")]
+    doubt = [part for part in COEFFICIENT_SETS[_YIELD_SET].uncertain if part.startswith("shear_yield")]
     return f"{value} of {_YIELD_SET}, as no law of the scene has one ({_range(doubt[0]).removeprefix(', ')})"
 
 

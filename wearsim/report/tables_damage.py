@@ -227,7 +227,7 @@ def life(dataset: xr.Dataset) -> Table | None:
                 Cell(first if np.isfinite(ends[first][0]) else "nothing"),
                 number(1e3 * y[wheel, ends[first][1]], 3) if np.isfinite(ends[first][0]) else _NONE,
                 number(100.0 * grown.sum() / acts.sum(), 3) if acts.any() else _NONE,
-                number(shown("magic_wear_rate", found.balanced_wear.max()), 3),
+                number(shown("magic_wear_rate", found.magic_wear_rate.max()), 3),
             ])  # fmt: skip
     if not rows:
         return None
