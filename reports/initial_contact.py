@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from wearsim.contact import geometry, roll
-from wearsim.contact.geometry import Attitude
+from wearsim.contact import equilibrium, geometry
+from wearsim.contact.geometry import WheelsetPose
 from wearsim.errors import ContactError
 
 
@@ -32,12 +32,12 @@ def initial_contact(wheelset, counterface, shift, yaw=0.0, free_roll=False):
     ContactError
         If the wheel does not touch, or no roll lets both wheels touch.
     """
-    profile = geometry.contour(counterface.profile)
-    wheels = [geometry.rings(wheel, wheelset.radius) for wheel in (wheelset.right, wheelset.left)]
+    profile = geometry.counterface_profile(counterface.profile)
+    wheels = [geometry.wheel_surface(wheel, wheelset.radius) for wheel in (wheelset.right, wheelset.left)]
 
     def gap(side, angle):
         sign = -1.0 if side else 1.0
-        pose = Attitude(sign * shift, np.full_like(shift, sign * yaw), sign * angle)
+        pose = WheelsetPose(sign * shift, np.full_like(shift, sign * yaw), sign * angle)
         return geometry.gap(
             wheels[side],
             profile,
@@ -49,7 +49,7 @@ def initial_contact(wheelset, counterface, shift, yaw=0.0, free_roll=False):
 
     angle = np.zeros_like(shift)
     if free_roll:
-        angle, exists = roll.resting(
+        angle, exists = equilibrium.resting_roll(
             lambda trial: (gap(0, trial).gap.min(axis=1), gap(1, trial).gap.min(axis=1)),
             angle,
             wheelset.half_span,

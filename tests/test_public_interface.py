@@ -1,19 +1,56 @@
 """The public interface: names, cost of the import, examples, same numbers as the modules behind it."""
 
+import copy
 import doctest
 import json
 import subprocess
 import sys
+import tomllib
 
+import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
 
 import wearsim
 from wearsim.contact.solve import solve
+from wearsim.profile.standard import shipped_path
+from wearsim.scene import build
+from wearsim.scene.toml import toml_text
 
 EXAMPLES = (
     "standard_profile", "export_profile", "read_profile", "wheelset", "rails", "rollers", "solve_contact",
+    "ContactConditions.of", "load_scene", "run", "resume", "open_results", "translate",
 )  # fmt: skip
+COMMON = {
+    "wheelset": {"profile": "S1002"},
+    "contact": {"strips": np.int64(10), "cells": 10},
+    "campaign": {"distance_km": 2.0, "point_spacing_mm": 0.5, "max_step_km": None},
+}
+RUNNING = {"load_kN": 80, "speed_km_h": 72, "friction": 0.35}
+RIG = COMMON | {
+    "scene": {"kind": "rig", "title": "short rig, µ = 0.35"},
+    "counterface": {"profile": "60E1", "inclination": "1:40", "roller_radius_mm": 1000},
+    "wear": {"law": "usfd", "beside": ["archard", {"law": "usfd", "form": "patch_mean"}]},
+    "operation": {
+        "block": [
+            {"name": "left", "shift_mm": -3, "distance_km": 1, **RUNNING},
+            {"name": "right", "shift_mm": 3, "yaw_mrad": 1, "distance_km": 1, **RUNNING},
+        ],
+        "monitor": {"shifts_mm": np.array([0.0, 3.0]), **RUNNING},
+    },
+}
+FIELD = COMMON | {
+    "scene": {"kind": "field"},
+    "counterface": {"profile": "60E1", "inclination": "1:40"},
+    "operation": {
+        "class": [
+            {"name": "tangent", "shift_mean_mm": 0, "shift_std_mm": 2, "positions": 10, "share": 1, **RUNNING}
+        ],
+        "monitor": RIG["operation"]["monitor"],
+    },
+}
+SHIPPED = shipped_path("workflows", "fatigue.toml")
 REGISTRIES = {
     "NORMAL_MODELS": "hertz",
     "TANGENTIAL_MODELS": "fastsim",
@@ -55,11 +92,17 @@ def test_registries_hold_what_scenes_name(name):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Folder in which the examples run one after the other."""
-    return tmp_path_factory.mktemp("examples")
+    """Folder with a short comparison in `out`, in which the examples run one after the other."""
+    folder = tmp_path_factory.mktemp("examples")
+    (folder / "rig.toml").write_text(toml_text(RIG))
+    (folder / "field.toml").write_text(toml_text(FIELD))
+    both = {"rig": folder / "rig.toml", "field": folder / "field.toml"}
+    paths = wearsim.run({"scene": {"kind": "compare"}, "compare": both}, folder / "out")
+    assert [path.name for path in paths] == ["rig.nc", "field.nc", "translation.nc"]
+    return folder
 
 
-@pytest.mark.parametrize("name", [*EXAMPLES, "ContactConditions.of"])
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_the_example_of_each_function_runs(name, folder, monkeypatch):
     monkeypatch.chdir(folder)
     function = wearsim
@@ -118,10 +161,12 @@ def test_grid_models_add_the_pressure_of_their_cells(case):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"wheel_load": 0.0}, "wheel_load = 0 must be finite and above 0"),
-        ({"friction": -0.1}, "friction = -0.1 must be finite and at least 0"),
-        ({"shift": [0.0, np.nan]}, "shift = nan must be finite"),
+        ({"wheel_load": 0.0}, "wheel_load = 0 must be at least 0.1 and at most 300 kN"),
+        ({"friction": -0.1}, "friction = -0.1 must be at least 0 and at most 1$"),
+        ({"shift": [0.0, np.nan]}, "shift = nan must be at least -100 and at most 100 mm"),
+        ({"track_curvature": np.inf}, "track_curvature = inf must be finite 1/m"),
         ({"shift": [0.0, 1e-3], "yaw": [0.0] * 3}, r"shift \(2,\), yaw \(3,\)"),
+        ({"shift": []}, r"shift \(0,\)"),
         ({"rotation": "fixed"}, "one of free, centred, nominal"),
         ({"creepage": [1e-3, 0.0]}, r"creepage \(n, 3\)"),
         ({"load": 80e3}, "load is not a contact condition; known: shift"),
@@ -138,7 +183,11 @@ def test_unusable_conditions_are_errors(change, message):
         (lambda: wearsim.standard_profile("S1003"), "'S1003' is not a standard profile; known: .*S1002"),
         (lambda: wearsim.read_profile("none.csv", "wheel"), "does not exist"),
         (lambda: wearsim.wheelset("60E1"), "a wheel is needed"),
-        (lambda: wearsim.wheelset("S1002", radius=0.0), "radius = 0 m must be above 0 m"),
+        (
+            lambda: wearsim.wheelset("S1002", radius=0.0),
+            "radius = 0 must be at least 100 and at most",
+        ),
+        (lambda: wearsim.wheelset("S1002", back_to_back=1360), "back_to_back = 1.36e.06 must be .* 2000 mm"),
         (lambda: wearsim.rails(wearsim.standard_profile("S1002")), "a rail is needed"),
         (lambda: wearsim.rails(wearsim.standard_profile("60E1"), gauge=1.43), "placed in the track already"),
     ],
@@ -159,3 +208,65 @@ def test_unusable_profiles_are_errors(call, message):
 def test_unknown_names_are_errors(case, change, message):
     with pytest.raises(wearsim.WearsimError, match=message):
         wearsim.solve_contact(*case[:3], **change)
+
+
+def assert_same_file(first, second):
+    """Same variables, attributes and bits, apart from where the scene came from."""
+    with netCDF4.Dataset(first) as a, netCDF4.Dataset(second) as b:
+        assert set(a.variables) == set(b.variables)
+        for name in a.variables:
+            np.testing.assert_array_equal(np.asarray(a[name][:]), np.asarray(b[name][:]))
+        assert set(a.ncattrs()) == set(b.ncattrs())
+
+
+def test_a_scene_from_a_dict_is_the_scene_of_the_file(folder):
+    loaded, read = wearsim.load_scene(RIG), wearsim.load_scene(folder / "rig.toml")
+    assert loaded.model_dump() == read.model_dump()
+    assert loaded.origin.content == read.origin.content
+    assert build(loaded).title == "short rig, µ = 0.35"
+    with SHIPPED.open("rb") as file:
+        tables = tomllib.load(file)
+    assert wearsim.load_scene(tables).model_dump() == wearsim.load_scene(SHIPPED).model_dump()
+    assert tomllib.loads(toml_text(tables)) == tables
+
+
+def test_run_gives_the_same_bits_for_a_dict_a_file_and_a_loaded_scene(folder, tmp_path):
+    (from_dict,) = wearsim.run(RIG, tmp_path / "dict")
+    (loaded,) = wearsim.run(wearsim.load_scene(RIG), tmp_path / "loaded", threads=1)
+    for path in (from_dict, loaded):
+        assert_same_file(path, folder / "out" / "rig.nc")
+    assert (tmp_path / "dict" / "scene" / "scene.toml").read_bytes() == (folder / "rig.toml").read_bytes()
+    assert wearsim.run(RIG, tmp_path / "dict") == wearsim.resume(tmp_path / "dict") == (from_dict,)
+
+
+def test_translate_gives_the_same_factors_for_files_and_datasets(folder):
+    rig, field = folder / "out" / "rig.nc", folder / "out" / "field.nc"
+    by_path = wearsim.translate(rig, str(field))
+    with wearsim.open_results(rig) as one, wearsim.open_results(field) as other:
+        by_dataset = wearsim.translate(one, other)
+    assert by_path.identical(by_dataset)
+    with xr.open_dataset(folder / "out" / "translation.nc") as stored:
+        assert stored.attrs["rig_sha256"] == by_dataset.attrs["rig_sha256"]
+    with pytest.raises(wearsim.WearsimError, match="cannot be read as netCDF"):
+        wearsim.translate(folder / "rig.toml", field)
+
+
+def test_faults_of_a_dict_name_the_key(folder):
+    tables = copy.deepcopy(RIG)
+    tables["operation"]["block"][1]["load_kN"] = -80
+    del tables["operation"]["block"][0]["friction"]
+    tables["wheelset"]["radius"] = 460
+    with pytest.raises(wearsim.WearsimError) as caught:
+        wearsim.load_scene(tables)
+    begins = [line.split(";")[0] for line in str(caught.value).splitlines()]
+    assert begins[:2] == [
+        "wheelset.radius: unknown key radius in [wheelset]",
+        "operation.block[0]: key friction is missing in [[operation.block]]",
+    ]
+    assert begins[2].startswith("operation.block[1].load_kN: load_kN = -80 must be ")
+    for key, value, message in (
+        ("profile", folder / "none.csv", "^wheelset.profile: profile = .*none.csv"),
+        ("profile", object(), "^wheelset.profile is a object; give a number, a text, a list or a dict$"),
+    ):
+        with pytest.raises(wearsim.WearsimError, match=message):
+            wearsim.load_scene(RIG | {"wheelset": {key: value}})

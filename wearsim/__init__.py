@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from wearsim.damage.fatigue import FATIGUE_LAWS
     from wearsim.damage.wear import WEAR_LAWS
     from wearsim.errors import WearsimError
-    from wearsim.nomenclature import NOMENCLATURE as QUANTITIES
     from wearsim.profile.shape import Profile
     from wearsim.profile.sources import export_profile, read_profile, standard_profile
+    from wearsim.quantities import QUANTITIES
     from wearsim.results.file import open_results
     from wearsim.scene.load import load_scene
     from wearsim.translation.translate import translate
@@ -39,15 +39,15 @@ _MODULES = {
     "damage.fatigue": "FATIGUE_LAWS",
     "damage.wear": "WEAR_LAWS",
     "errors": "WearsimError",
-    "nomenclature": "NOMENCLATURE",
     "profile.shape": "Profile",
     "profile.sources": "export_profile read_profile standard_profile",
+    "quantities": "QUANTITIES",
     "results.file": "open_results",
     "scene.load": "load_scene",
     "translation.translate": "translate",
 }
 _PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names.split()}
-_PLACES |= {"run": _PLACES.pop("run_scene"), "QUANTITIES": _PLACES.pop("NOMENCLATURE")}
+_PLACES["run"] = _PLACES.pop("run_scene")
 
 __all__ = [
     "COEFFICIENT_SETS", "FATIGUE_LAWS", "NORMAL_MODELS", "QUANTITIES", "TANGENTIAL_MODELS", "WEAR_LAWS",

@@ -53,11 +53,11 @@ def add_parser(commands: Commands) -> None:
 
 
 def _models(text: str) -> tuple[str, str]:
-    from wearsim.contact.normal import NEVER_LEADS, NORMAL_MODELS
+    from wearsim.contact.normal import NORMAL_MODELS
     from wearsim.contact.tangential import TANGENTIAL_MODELS
 
     normal, plus, tangential = text.partition("+")
-    leading = [name for name in NORMAL_MODELS if name not in NEVER_LEADS]
+    leading = [name for name, model in NORMAL_MODELS.items() if model.can_update_profile]
     if not plus or normal not in leading or tangential not in TANGENTIAL_MODELS:
         pair = f"one of {', '.join(leading)}, a plus sign, and one of {', '.join(TANGENTIAL_MODELS)}"
         raise argparse.ArgumentTypeError(f"{text} must be {pair}")

@@ -14,10 +14,10 @@ from wearsim.contact.problem import ContactConditions, ContactModels, ContactSol
 from wearsim.contact.solve import solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError, ProfileError
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.files import load_profile
 from wearsim.profile.shape import Profile
 from wearsim.profile.sources import GAUGE, INCLINATION, half_span
+from wearsim.quantities import QUANTITIES
 
 Side = Literal["right", "left"]
 SIDES: tuple[Side, Side] = ("right", "left")
@@ -62,7 +62,7 @@ def wheelset(
     Raises
     ------
     ProfileError
-        A name is unknown, a file cannot be read, or the profile is that of a rail.
+        A name is unknown, a file cannot be read, the profile is that of a rail, or a length is out of range.
 
     Examples
     --------
@@ -72,9 +72,8 @@ def wheelset(
     0.75
     """
     right = _wheel(profile)
-    return Wheelset(
-        right, right if left is None else _wheel(left), _positive(radius, "radius"), half_span(back_to_back)
-    )
+    other = right if left is None else _wheel(left)
+    return Wheelset(right, other, _radius(radius, "wheel_radius"), half_span(back_to_back))
 
 
 def rails(
@@ -148,7 +147,7 @@ def rollers(
     Raises
     ------
     ProfileError
-        As `rails`, or the radius is not above 0.
+        As `rails`, or the radius is out of its range.
 
     Examples
     --------
@@ -157,7 +156,7 @@ def rollers(
     2.0
     """
     track = rails(profile, left=left, inclination=inclination, gauge=gauge, back_to_back=back_to_back)
-    return Counterface(track.profile, 1.0 / _positive(radius, "radius"), track.left)
+    return Counterface(track.profile, 1.0 / _radius(radius, "roller_radius"), track.left)
 
 
 def solve_contact(
@@ -237,7 +236,7 @@ def solve_contact(
         wheelset,
         counterface,
         models,
-        lambda solution: _columns(solution, fields),
+        lambda solution: patch_columns(solution, fields),
         sides=tuple(sorted({SIDES.index(side) for side in sides})),
         vertical=load == "wheel",
         threads=threads,
@@ -250,7 +249,7 @@ def solve_contact(
     for name in ("roll", "rotation_speed"):  # alike for all patches of a point
         columns[name] = (("operating_point",), columns[name][1][first])
     columns |= {name: (("operating_point",), getattr(conditions, name)) for name in _CONDITIONS}
-    dataset = xr.Dataset({name: _variable(name, *column) for name, column in columns.items()})
+    dataset = xr.Dataset({name: variable(name, *column) for name, column in columns.items()})
     dataset = dataset.set_coords(["point", "side"])
     dataset.attrs = {
         "wheel_profile": wheelset.right.name,
@@ -273,8 +272,21 @@ def _check_name(what: str, name: str, known: Iterable[str]) -> None:
         raise ContactError(f"{what} = {name!r} is not one of {', '.join(known)}")
 
 
-def _columns(solution: ContactSolution, fields: bool) -> Columns:
-    """Quantities of the patches of a chunk of points, with strips and cells where `fields` is true."""
+def patch_columns(solution: ContactSolution, fields: bool) -> Columns:
+    """Quantities of the patches of a solution.
+
+    Parameters
+    ----------
+    solution : ContactSolution
+        Of m patches.
+    fields : bool
+        Whether quantities of strips and cells are among them.
+
+    Returns
+    -------
+    dict
+        Dimensions, `patch` first, and values by name.
+    """
     columns: Columns = {
         "point": (("patch",), solution.point),
         "side": (("patch",), np.array(SIDES)[solution.side]),
@@ -306,11 +318,21 @@ def _columns(solution: ContactSolution, fields: bool) -> Columns:
     return columns
 
 
-def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
-    """Variable with the attributes of its quantity."""
+def variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
+    """Variable with the attributes of its quantity.
+
+    Parameters
+    ----------
+    name : str
+        Key of `QUANTITIES`, or "point".
+    dimensions : tuple of str
+        Of the values.
+    values : array
+        SI units.
+    """
     if name == "point":
         return xr.Variable(dimensions, values, {"long_name": "index of the operating point"})
-    quantity = NOMENCLATURE[name]
+    quantity = QUANTITIES[name]
     attributes = {"long_name": quantity.meaning}
     if quantity.unit:
         attributes["units"] = quantity.unit
@@ -352,7 +374,8 @@ def _of_kind(profile: Profile, kind: str) -> Profile:
     return profile
 
 
-def _positive(value: float, name: str) -> float:
-    if not 0.0 < value < np.inf:
-        raise ProfileError(f"{name} = {value:g} m must be above 0 m")
+def _radius(value: float, name: str) -> float:
+    """Radius of a wheel or roller within its range [m]."""
+    if fault := QUANTITIES[name].fault(value, "radius"):
+        raise ProfileError(fault)
     return value

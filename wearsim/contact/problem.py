@@ -1,4 +1,4 @@
-"""What a contact problem is made of and what its solution holds."""
+"""Input of a contact problem and its solution."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from wearsim.contact.equilibrium import RULES
 from wearsim.contact.patch import FloatArray, IntArray, Patch, SurfaceFields
-from wearsim.contact.rotation import RULES
 from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
+from wearsim.quantities import QUANTITIES
 
 
 @dataclass(frozen=True)
 class ContactConditions:
-    """How a wheelset runs at `n` operating points.
+    """Operating conditions of a wheelset at `n` points.
 
     Parameters
     ----------
@@ -36,7 +37,7 @@ class ContactConditions:
     torque : float
         Torque applied to the axle in the rolling direction (rule "free") [N m].
     free_roll : bool
-        Whether the axle rests on both wheels and so finds its own roll; `roll` is then the first guess.
+        Whether the roll follows from the axle resting on both wheels; `roll` is then the first guess.
     creepage : (n, 3) array, optional
         Longitudinal, lateral creepage and spin [-, -, 1/m] of the single patch of each wheel, instead of
         those that follow from the motion; `rotation` then is without effect.
@@ -83,7 +84,7 @@ class ContactConditions:
         Raises
         ------
         ContactError
-            A name is unknown, arrays differ in length, or a value is not finite or out of range.
+            A name is unknown, arrays differ in length, or a value is out of its range in `QUANTITIES`.
 
         Examples
         --------
@@ -122,18 +123,18 @@ class ContactConditions:
             shape = np.broadcast_shapes((1,), *shapes)
         except ValueError:
             shape = ()
-        if len(shape) != 1 or (creepage is not None and creepage.shape[-1:] != (3,)):
+        if len(shape) != 1 or 0 in shape or (creepage is not None and creepage.shape[-1:] != (3,)):
             lengths = ", ".join(f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
             raise ContactError(
-                f"contact conditions must be numbers or arrays (n,), creepage (n, 3): {lengths}"
+                f"contact conditions must be numbers or arrays (n,) of points, creepage (n, 3): {lengths}"
             )
         for name, array in arrays.items():
-            lowest = {"wheel_load": "above 0", "speed": "above 0", "friction": "at least 0"}.get(name)
-            wrong = ~np.isfinite(array) | (array < 0.0 if lowest else False)
-            wrong |= array == 0.0 if lowest == "above 0" else False
-            if wrong.any():
-                value = array[wrong][0] if array.ndim else array
-                raise ContactError(f"{name} = {value:g} must be finite{f' and {lowest}' if lowest else ''}")
+            quantity = QUANTITIES["rotation_speed" if name == "rotation" else name]
+            for value in (np.min(array, initial=np.inf), np.max(array, initial=-np.inf)):
+                if array.size and (fault := quantity.fault(float(value), name)):
+                    raise ContactError(fault)
+        if creepage is not None and not np.isfinite(creepage).all():
+            raise ContactError("creepage must be finite")
         whole: dict[str, Any] = {
             name: np.array(np.broadcast_to(array, shape)) for name, array in arrays.items()
         }
@@ -144,7 +145,7 @@ class ContactConditions:
 
 @dataclass(frozen=True)
 class ContactModels:
-    """Which models solve the contact, how finely, for which material.
+    """Models, grid and material of a contact problem.
 
     Parameters
     ----------
@@ -188,7 +189,7 @@ class Wheelset:
     right, left : Profile
         Both in the axes of a right wheel.
     radius : float
-        At the tape circle [m].
+        Of the running circle [m].
     half_span : float
         From the track centre to the origin of the wheel profile [m]; 0.750 at back-to-back 1360 mm.
     """

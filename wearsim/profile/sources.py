@@ -9,6 +9,7 @@ from wearsim.errors import ProfileError
 from wearsim.profile import standard
 from wearsim.profile.files import load_profile, write_profile
 from wearsim.profile.shape import Profile
+from wearsim.quantities import QUANTITIES
 
 INCLINATION = 1.0 / 40.0
 """Of a rail towards the track centre where nothing else is stated [-]."""
@@ -29,7 +30,14 @@ def half_span(back_to_back: float) -> float:
     -------
     float
         Half of it plus the 70 mm to the running circle [m].
+
+    Raises
+    ------
+    ProfileError
+        The distance is out of its range.
     """
+    if fault := QUANTITIES["back_to_back"].fault(back_to_back):
+        raise ProfileError(fault)
     return 0.5 * back_to_back + _FLANGE_BACK_TO_ORIGIN
 
 

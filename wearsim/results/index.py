@@ -7,6 +7,9 @@ from typing import Any
 import numpy as np
 from xarray.indexes import PandasIndex
 
+INDEXES = ("operating_point", "wheel")
+"""Dimensions whose labels `open_results` makes their index."""
+
 
 class DistanceIndex(PandasIndex):
     """Distances that rise with the step; of equal ones (reprofiling) the later counts."""

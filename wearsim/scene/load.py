@@ -18,6 +18,7 @@ from wearsim.scene.inputs import find_file, read_inputs
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
 from wearsim.scene.setup import inputs_of
 from wearsim.scene.sweep import SweepScene, read_sweep
+from wearsim.scene.toml import toml_text
 
 CampaignScene = RigScene | FieldScene | CompareScene
 Scene = CampaignScene | SweepScene
@@ -37,18 +38,22 @@ _SCRIPTS = {
 }
 """Kinds of scenes of before: the script in reports/ that writes their report now."""
 
+_DICT = Path("scene.toml")  # name of a scene from a dict in results and run directories
 _LARGEST_FILE = 2_000_000
 _INPUTS = "inputs.json"
 _RESERVED = (_INPUTS, "manifest.json")
 
 
-def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Change] = ()) -> Scene:
-    """Read a scene file, and those it names, and check everything that can be checked before a run.
+def load_scene(
+    path: str | Path | Mapping[str, Any], *, copied: bool = False, changes: Sequence[Change] = ()
+) -> Scene:
+    """Read a scene, and the files it names, and check everything that can be checked before a run.
 
     Parameters
     ----------
-    path : str or Path
-        Scene file: as given, or below the shipped files, such as "workflows/rig.toml".
+    path : str, Path or dict
+        Scene file: as given, or below the shipped files, such as "workflows/rig.toml"; or its tables as
+        dicts, which name files relative to the current folder.
     copied : bool
         Whether the file stands in a folder written from `files_to_copy`; the files it names are then
         those beside it, whatever happened to the originals.
@@ -65,8 +70,17 @@ def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Chan
     ------
     SceneError
         With all faults of the first stage that has any: syntax; keys, types and ranges; files and
-        cross-checks.
+        cross-checks. Faults name file and line, those of a dict the key.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> comparison = wearsim.load_scene("workflows/rig_vs_field.toml")
+    >>> comparison.rig.contact.normal
+    'kik_piotrowski'
     """
+    if isinstance(path, Mapping):
+        return _load_dict(path, changes)
     found = find_file(str(path), (), "workflows")
     if found is None:
         known = ", ".join(sorted(item.name for item in _shipped_scenes()))
@@ -74,7 +88,30 @@ def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Chan
         told = f"the scene file {what}, neither as given nor among the shipped workflows ({known})"
         raise SceneError([Fault(told, str(path))])
     kept = _kept_files(found) if copied else {}
-    scene = _read(found, "scene", changes)
+    return _with_files(_read(found, "scene", changes), kept, changes)
+
+
+def _load_dict(data: Mapping[str, Any], changes: Sequence[Change]) -> Scene:
+    """Load the TOML text of a scene that is given as dicts."""
+    text = toml_text(data)
+    try:
+        return _with_files(_read(_DICT, "scene", changes, text.encode()), {}, changes)
+    except SceneError as error:
+        lines = key_lines(text)
+        raise SceneError([_by_key(fault, lines) for fault in error.faults]) from None
+
+
+def _by_key(fault: Fault, lines: Lines) -> Fault:
+    """Fault of a dict with its key in place of a line, others as they are."""
+    if fault.file != str(_DICT):
+        return fault
+    path = max((path for path, line in lines.items() if line == fault.line), key=len, default=())
+    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).removeprefix(".")
+    return Fault(fault.message, key or None)
+
+
+def _with_files(scene: Scene, kept: Mapping[str, Path], changes: Sequence[Change]) -> Scene:
+    """Stage 3: the files that a scene names, and cross-checks."""
     faults: list[Fault] = []
     if isinstance(scene, CompareScene):
         for role in ("rig", "field"):
@@ -88,7 +125,9 @@ def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Chan
     return scene
 
 
-def load_campaign(path: str | Path, *, copied: bool = False, changes: Sequence[Change] = ()) -> CampaignScene:
+def load_campaign(
+    path: str | Path | Mapping[str, Any], *, copied: bool = False, changes: Sequence[Change] = ()
+) -> CampaignScene:
     """Read the scene of a campaign, or of two to compare; see `load_scene`.
 
     Parameters
@@ -167,8 +206,8 @@ def scene_schema() -> dict[str, Any]:
     }
 
 
-def _read(path: Path, role: str, changes: Sequence[Change] = ()) -> Scene:
-    """Stages 1 and 2 of one file: syntax; keys, types and ranges."""
+def _content(path: Path) -> bytes:
+    """Read a scene file."""
     file = str(path)
     try:
         with path.open("rb") as stream:
@@ -177,6 +216,13 @@ def _read(path: Path, role: str, changes: Sequence[Change] = ()) -> Scene:
         raise SceneError([Fault(f"the scene file cannot be read: {error.strerror}", file)]) from error
     if len(content) > _LARGEST_FILE:
         raise SceneError([Fault(f"larger than {_LARGEST_FILE // 1000000} MB; this is no scene file", file)])
+    return content
+
+
+def _read(path: Path, role: str, changes: Sequence[Change] = (), content: bytes | None = None) -> Scene:
+    """Stages 1 and 2 of one file: syntax; keys, types and ranges."""
+    file = str(path)
+    content = _content(path) if content is None else content
     try:
         text = content.decode("utf-8-sig")
         data = tomllib.loads(text)

@@ -12,13 +12,14 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.errors import ResultError
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
+from wearsim.results.file import open_results
+from wearsim.results.index import INDEXES
 from wearsim.translation import compare, damage, factors
 from wearsim.translation.axes import common_axes
 from wearsim.translation.compare import CAMPAIGN, STAGES
 from wearsim.translation.factors import NUMBERS_KEY, STATUS
 
-_INDEXES = {"operating_point", "wheel"}  # labels that `open_results` copies
 Result = str | Path | xr.Dataset
 """A result file, or its Dataset."""
 
@@ -34,7 +35,7 @@ _ATTRIBUTE_UNITS = {
     "wheel_density": "kg/m3", "smoothing_wavelength": "m",
 }  # fmt: skip
 _FILL = 9.969209968386869e36  # the netCDF library's own fill value: every viewer knows it
-_NEEDED = ("distance", "max_wear_depth", "arc_length", "wear_depth_by_regime", "patch_side", "op_weight")
+_NEEDED = ("distance", "max_wear_depth", "arc_length", "wear_depth_by_regime", "side", "weight")
 
 
 def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
@@ -77,7 +78,7 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
             raise ResultError(
                 f"{role} result: variable {missing[0]} is missing; give a file that `wearsim run` wrote"
             )
-        if "last_turning" in data and (data["last_turning"].values > 0).any():
+        if "last_reprofiling" in data and (data["last_reprofiling"].values > 0).any():
             raise ResultError(
                 f"{role} result: its wheels were turned, and factors are of the wear since new; compare a "
                 "campaign without [campaign.reprofiling]"
@@ -151,17 +152,10 @@ def translate_files(rig: str | Path, field: str | Path, out: str | Path) -> Path
 
 
 def _loaded(result: Result) -> xr.Dataset:
-    """Dataset of a result file without a last row that a killed writer cut short; a Dataset as it is."""
     if isinstance(result, xr.Dataset):
         return result
-    try:
-        with xr.open_dataset(result, engine="netcdf4") as data:
-            whole = data.load()
-    except (OSError, ValueError) as fault:
-        raise ResultError(
-            f"{result}: cannot be read as a result file; give one that `wearsim run` wrote"
-        ) from fault
-    return whole.isel(step=np.isfinite(whole["distance"].values)) if "distance" in whole else whole
+    with open_results(result) as data:
+        return data.load()
 
 
 def write(dataset: xr.Dataset, out: str | Path) -> Path:
@@ -235,7 +229,7 @@ def point_table(dataset: xr.Dataset) -> pd.DataFrame:
     """
     rows: list[dict[str, Any]] = []
     if int(dataset.attrs["matched_points"]):
-        shift = dataset["op_shift"].values * NOMENCLATURE["op_shift"].shown_factor
+        shift = dataset["shift"].values * QUANTITIES["shift"].shown_factor
         order = np.argsort(shift, kind="stable")
         rows = [
             {"state": state, "point": str(dataset["rig_label"].values[i]), "shift": float(shift[i]),
@@ -255,7 +249,7 @@ def _entry(
     """One factor of the dataset with its values, in the unit people read."""
     rig, field = (dataset[variable].values[basis, progress, c][place] for c in (0, 1))
     status = int(dataset[f"{variable}_factor_status"].values[basis, progress][place])
-    shown = NOMENCLATURE[name]
+    shown = QUANTITIES[name]
     meaning = shown.meaning if variable == "distance_run" else dataset[variable].attrs["long_name"]
     return {
         "variable": variable,
@@ -271,7 +265,7 @@ def _entry(
 def content_hash(dataset: xr.Dataset) -> str:
     """SHA-256 over names and values: equal for equal results, however the file was put together."""
     digest = hashlib.sha256()
-    for name in sorted({str(name) for name in dataset.variables} - _INDEXES):
+    for name in sorted({str(name) for name in dataset.variables}.difference(INDEXES)):
         values = dataset[name].values
         digest.update(name.encode())
         digest.update(
