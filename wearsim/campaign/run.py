@@ -40,7 +40,7 @@ from wearsim.scene import (
     files_to_copy,
     load_campaign,
 )
-from wearsim.scene.changes import Change
+from wearsim.scene.overrides import Override
 
 
 def run_scene(
@@ -49,7 +49,7 @@ def run_scene(
     *,
     command: str = "",
     observer: Observer | None = None,
-    changes: Sequence[Change] = (),
+    overrides: Sequence[Override] = (),
     threads: int | None = None,
 ) -> tuple[Path, ...]:
     """Run the scene of a file in a run directory, or continue it if it was begun there.
@@ -64,7 +64,7 @@ def run_scene(
         Command line, for the history of the results.
     observer : callable, optional
         Called with an `Event` at each step.
-    changes : sequence of Change
+    overrides : sequence of Override
         Values that replace those in the scene file.
     threads : int, optional
         Of the contact solver, by default all the process may use; they do not change a bit.
@@ -82,7 +82,7 @@ def run_scene(
         If `out` cannot be used; nothing in it is touched then.
     """
     out = Path(out)
-    files = scene_files(load_campaign(path, changes=changes))
+    files = scene_files(load_campaign(path, overrides=overrides))
     refuse_foreign(out)
     with locked(out):
         return _run_claimed(out, claim(out, files, command), observer, threads)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from wearsim.cli import Commands, add_command
-from wearsim.cli.changes import add_change_flags, load_changed
+from wearsim.cli.overrides import add_override_flags, load_overridden
 from wearsim.cli.study import study
 from wearsim.nomenclature import percent
 
@@ -31,7 +31,7 @@ def add_parser(commands: Commands) -> None:
     )
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument("--json", action="store_true", help="print JSON, with every value that would act")
-    add_change_flags(parser)
+    add_override_flags(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -41,7 +41,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.scene import CompareScene, StudyScene
     from wearsim.scene.touch import check_contact
 
-    scene, _ = load_changed(arguments)
+    scene, _ = load_overridden(arguments)
     if isinstance(scene, StudyScene):
         return _check_study(scene, arguments.json)
     warnings = check_contact(scene)

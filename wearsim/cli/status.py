@@ -49,7 +49,7 @@ def _sweep(out: Path, as_json: bool) -> int:
 
     from wearsim.campaign.directory import read_status
     from wearsim.cli.sweep import status_lines
-    from wearsim.studies.sweep_directory import outcomes_of, read_plan
+    from wearsim.studies.sweep import outcomes_of, read_plan
 
     if not as_json:
         print("\n".join(status_lines(out)))

@@ -148,6 +148,16 @@ def table_name(path: Sequence[str | int]) -> str:
     return f"[[{names}]]" if path and isinstance(path[-1], int) else f"[{names}]"
 
 
+def is_key(model: type[BaseModel], keys: Sequence[str]) -> bool:
+    """Whether a dotted key, as an override writes it, exists in a scene."""
+    return _field(model, [int(key) if key.isdecimal() else key for key in keys]) is not None
+
+
+def unknown_key(keys: Sequence[str], model: type[BaseModel]) -> str:
+    """Message on a dotted key that no table has."""
+    return _unknown(keys[-1], tuple(keys[:-1]), model, "")
+
+
 def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
     """Fault of a text that is no TOML."""
     told = str(error)

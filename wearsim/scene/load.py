@@ -13,11 +13,11 @@ from pydantic import TypeAdapter, ValidationError
 
 from wearsim.errors import Fault, SceneError
 from wearsim.scene.accuracy import AccuracyScene, read_accuracy
-from wearsim.scene.changes import Change, changed_text
-from wearsim.scene.faults import Lines, key_lines, shown, syntax_fault, validation_faults
+from wearsim.scene.faults import Lines, is_key, key_lines, shown, syntax_fault, unknown_key, validation_faults
 from wearsim.scene.inputs import find_file, read_inputs
 from wearsim.scene.location import LocationScene, read_locations
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
+from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text
 from wearsim.scene.published import PublishedScene, read_published
 from wearsim.scene.robustness import RobustnessScene
 from wearsim.scene.setup import inputs_of
@@ -44,7 +44,7 @@ _INPUTS = "inputs.json"
 _RESERVED = (_INPUTS, "manifest.json")
 
 
-def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Change] = ()) -> Scene:
+def load_scene(path: str | Path, *, copied: bool = False, overrides: Sequence[Override] = ()) -> Scene:
     """Read a scene file, and those it names, and check everything that can be checked before a run.
 
     Parameters
@@ -54,9 +54,9 @@ def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Chan
     copied : bool
         Whether the file stands in a folder written from `files_to_copy`; the files it names are then
         those beside it, whatever happened to the originals.
-    changes : sequence of Change
-        Values to read in place of those in the file, as a sweep varies them. In a compare scene, keys act
-        on both scenes it names, those that begin with rig or field on the one only.
+    overrides : sequence of Override
+        Values to read in place of those in the file. In a compare scene, keys act on both scenes it names,
+        those that begin with rig or field on the one only.
 
     Returns
     -------
@@ -76,11 +76,11 @@ def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Chan
         told = f"the scene file {what}, neither as given nor among the shipped workflows ({known})"
         raise SceneError([Fault(told, str(path))])
     kept = _kept_files(found) if copied else {}
-    scene = _read(found, "scene", changes)
+    scene = _read(found, "scene", overrides)
     faults: list[Fault] = []
     if isinstance(scene, CompareScene):
         for role in ("rig", "field"):
-            faults += _read_compared(scene, role, kept, changes)
+            faults += _read_compared(scene, role, kept, overrides)
     elif isinstance(scene, PublishedScene):
         scene._inputs, faults = read_published(scene)
     elif isinstance(scene, AccuracyScene):
@@ -94,16 +94,18 @@ def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Chan
     else:
         faults = _read_files(scene, kept)
     if faults:
-        raise SceneError(faults)
+        raise SceneError([at_its_source(fault) for fault in faults])
     return scene
 
 
-def load_campaign(path: str | Path, *, copied: bool = False, changes: Sequence[Change] = ()) -> CampaignScene:
+def load_campaign(
+    path: str | Path, *, copied: bool = False, overrides: Sequence[Override] = ()
+) -> CampaignScene:
     """Read the scene of a campaign, or of two to compare; see `load_scene`.
 
     Parameters
     ----------
-    path, copied, changes
+    path, copied, overrides
         As for `load_scene`.
 
     Returns
@@ -116,7 +118,7 @@ def load_campaign(path: str | Path, *, copied: bool = False, changes: Sequence[C
     SceneError
         With all faults, or if the scene is no campaign.
     """
-    scene = load_scene(path, copied=copied, changes=changes)
+    scene = load_scene(path, copied=copied, overrides=overrides)
     if isinstance(scene, StudyScene):
         told = f"kind = {scene.scene.kind!r} is no campaign; run it with `wearsim run`"
         raise SceneError([Fault(told, str(scene.origin.path), scene.line("scene", "kind"))])
@@ -177,7 +179,7 @@ def scene_schema() -> dict[str, Any]:
     }
 
 
-def _read(path: Path, role: str, changes: Sequence[Change] = ()) -> Scene:
+def _read(path: Path, role: str, overrides: Sequence[Override] = ()) -> Scene:
     """Stages 1 and 2 of one file: syntax; keys, types and ranges."""
     file = str(path)
     try:
@@ -200,40 +202,44 @@ def _read(path: Path, role: str, changes: Sequence[Change] = ()) -> Scene:
         raise SceneError([Fault("tables or lists are nested too deeply for a scene file", file)]) from None
     header = data.get("scene")
     kind = header.get("kind") if isinstance(header, dict) else None
-    acting = _acting(changes, kind, role)
+    acting = _acting(overrides, kind, role)
     if acting:
-        changed = changed_text(text, acting)
-        if changed.faults:
-            raise SceneError(changed.faults)
-        data, lines, content = tomllib.loads(changed.text), changed.lines, changed.text.encode()
+        data = merge(data, acting, lines)
+        content = overridden_text(data, acting).encode()
     model = _MODELS.get(kind) if isinstance(kind, str) else None
     try:
         if model is None:
             AnyScene.model_validate(data)  # tells what is wrong with the kind
             raise AssertionError("a scene of unknown kind was accepted")
         scene = model.model_validate(data)
+        unknown = [item for item in acting if item.value is None and not is_key(model, item.keys)]
+        if unknown:  # a removed key that is misspelt would act on nothing without a word
+            raise SceneError(
+                [Fault(unknown_key(item.keys, model), item.source or file, item.line) for item in unknown]
+            )
     except ValidationError as error:
         errors = error.errors(include_url=False)
-        raise SceneError(validation_faults(errors, model or AnyScene, lines, file)) from error
+        faults = validation_faults(errors, model or AnyScene, lines, file)
+        raise SceneError([at_its_source(fault) for fault in faults]) from error
     scene._origin = Origin(path, role, content, lines)
     return scene
 
 
-def _acting(changes: Sequence[Change], kind: Any, role: str) -> list[Change]:
-    """Pick the changes of one file, without the leading rig or field."""
+def _acting(overrides: Sequence[Override], kind: Any, role: str) -> list[Override]:
+    """Return the overrides of one file, without the leading rig or field."""
     if kind == "compare":
-        return [change for change in changes if change.keys[0] in ("scene", "compare")]
+        return [item for item in overrides if item.keys[0] in ("scene", "compare")]
     acting = []
-    for change in changes:
-        if change.keys[0] == kind and len(change.keys) > 1:
-            acting.append(change.below(change.keys[1:]))
-        elif role == "scene" or change.keys[0] not in ("rig", "field", "scene", "compare"):
-            acting.append(change)
+    for item in overrides:
+        if item.keys[0] == kind and len(item.keys) > 1:
+            acting.append(item.below(item.keys[1:]))
+        elif role == "scene" or item.keys[0] not in ("rig", "field", "scene", "compare"):
+            acting.append(item)
     return acting
 
 
 def _read_compared(
-    scene: CompareScene, role: str, kept: Mapping[str, Path], changes: Sequence[Change]
+    scene: CompareScene, role: str, kept: Mapping[str, Path], overrides: Sequence[Override]
 ) -> list[Fault]:
     """Read one of the scenes that a compare scene names, all stages."""
     name = getattr(scene.compare, role)
@@ -245,7 +251,7 @@ def _read_compared(
         )
         return [Fault(told, *place)]
     try:
-        part = _read(path, role, changes)
+        part = _read(path, role, overrides)
     except SceneError as error:
         return list(error.faults)
     if role == "rig" and isinstance(part, RigScene):
