@@ -164,7 +164,7 @@ def read_accuracy(scene: AccuracyScene) -> tuple[Matrix | None, list[Fault]]:
     """
     file = str(scene.origin.path)
     faults: list[Fault] = []
-    half_span = 0.5e-3 * scene.wheelset.flange_back_mm + FLANGE_BACK_TO_ORIGIN
+    half_span = 0.5e-3 * scene.wheelset.back_to_back_mm + FLANGE_BACK_TO_ORIGIN
     matrix = scene.matrix
 
     def profile(name: str, key: str, table: str, inclination: str = "none") -> Profile | None:

@@ -225,11 +225,11 @@ def fit_faults(
         thickness = [1e3 * flange_thickness(wheel.y, wheel.z) for wheel in wheels]
     except ProfileError as error:
         return [fault_at(scene, ("wheelset", "profile"), f"no flange can be measured: {error}")]
-    over_flanges = scene.wheelset.flange_back_mm + sum(thickness)
+    over_flanges = scene.wheelset.back_to_back_mm + sum(thickness)
     if over_flanges >= gauge:
         told = (
             f"gauge_mm = {gauge:g} must be above {over_flanges:.4g} mm, the width over both flanges "
-            f"(flange_back_mm = {scene.wheelset.flange_back_mm:g} + {thickness[0]:.4g} + {thickness[1]:.4g}"
+            f"(back_to_back_mm = {scene.wheelset.back_to_back_mm:g} + {thickness[0]:.4g} + {thickness[1]:.4g}"
             f"); give the gauge of the track or the flange back distance of the wheelset"
         )
         return [fault_at(scene, ("counterface", "gauge_mm"), told)]
@@ -243,7 +243,7 @@ def fit_faults(
             told = (
                 f"{key}: at a shift of {shift:g} mm the tread ends {1e3 * (top - tread_end):.3g} mm short of "
                 f"the counterface's top: the wheel does not touch it; "
-                f"check gauge_mm = {gauge:g} and flange_back_mm = {scene.wheelset.flange_back_mm:g}"
+                f"check gauge_mm = {gauge:g} and back_to_back_mm = {scene.wheelset.back_to_back_mm:g}"
             )
             return [fault_at(scene, path, told)]
     return []

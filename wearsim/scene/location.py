@@ -110,7 +110,7 @@ def read_locations(scene: LocationScene) -> tuple[Locations | None, list[Fault]]
     """
     file = str(scene.origin.path)
     faults: list[Fault] = []
-    half_span = 0.5e-3 * scene.wheelset.flange_back_mm + FLANGE_BACK_TO_ORIGIN
+    half_span = 0.5e-3 * scene.wheelset.back_to_back_mm + FLANGE_BACK_TO_ORIGIN
     track, sweep = scene.counterface, scene.sweep
 
     def profile(name: str, key: str, table: str, inclination: str = "none") -> Profile | None:

@@ -199,7 +199,7 @@ def read_published(scene: PublishedScene) -> tuple[PublishedCases | None, list[F
     """
     file = str(scene.origin.path)
     faults: list[Fault] = []
-    half_span = 0.5e-3 * scene.wheelset.flange_back_mm + FLANGE_BACK_TO_ORIGIN
+    half_span = 0.5e-3 * scene.wheelset.back_to_back_mm + FLANGE_BACK_TO_ORIGIN
 
     def profile(name: str, line: int, key: str, kind: Literal["wheel", "rail"]) -> Profile | None:
         beside = find_file(name, (scene.origin.path.parent,), "profiles")
