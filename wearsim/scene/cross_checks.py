@@ -33,6 +33,9 @@ SMALLEST_ROLLER_MM = 50.0
 """Below this a roller is no longer large against a contact patch of 10 to 20 mm [mm]."""
 
 LARGEST_SHIFT_MM = 20.0
+SHARES_ROUNDED = 0.01
+"""Shares of classes that sum to 1 within this are taken for rounded ones and normalised."""
+
 WIDEST_POSITION_SPACING_MM = 2.0
 """About half the width of the narrower patches [mm]."""
 
@@ -69,6 +72,10 @@ def scene_warnings(
         )
         found.append(fault_at(scene, ("contact", "torque_Nm"), told))
     if isinstance(scene, FieldScene):
+        total = sum(run.share for run in scene.operation.classes)
+        if abs(total - 1.0) > 1e-6:
+            message = f"share: the shares of all classes sum to {total:.7g}; they are normalised to 1"
+            found.append(fault_at(scene, ("operation", "class", 0, "share"), message))
         for index, run in enumerate(scene.operation.classes):
             step = 2.0 * REACH * run.shift_std_mm / (run.positions - 1)
             if step > WIDEST_POSITION_SPACING_MM:
@@ -103,9 +110,12 @@ def cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
             found.append(fault_at(scene, ("counterface", "roller_radius_mm"), told))
     else:
         total = sum(run.share for run in scene.operation.classes)
-        if abs(total - 1.0) > 1e-6:
+        if abs(total - 1.0) > SHARES_ROUNDED:
             shares = " + ".join(f"{run.share:g}" for run in scene.operation.classes)
-            told = f"share: the shares of all classes, {shares}, must sum to 1, not {total:.7g}; change them"
+            told = (
+                f"share: the shares of all classes, {shares}, must sum to 1 within "
+                f"{100 * SHARES_ROUNDED:g} %, not {total:.7g}; change them"
+            )
             found.append(fault_at(scene, ("operation", "class", 0, "share"), told))
         for index, run in enumerate(scene.operation.classes):
             reach = abs(run.shift_mean_mm) + REACH * run.shift_std_mm
