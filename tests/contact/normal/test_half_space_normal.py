@@ -267,7 +267,7 @@ def test_rule_of_sharing(apart, turn, share):
 
 def test_refusals_of_its_own():
     gap = curve(lambda y: y**2)
-    with pytest.raises(NumericalError, match="has not converged; raise half_space_iterations") as caught:
+    with pytest.raises(NumericalError, match="has not converged; take fewer strips and cells") as caught:
         solved(gap, half_space_iterations=3.0)
     assert caught.value.row == 0
     with pytest.raises(ContactError, match="at least 8 strips and cells"):

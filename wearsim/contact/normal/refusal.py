@@ -18,8 +18,8 @@ _TEXT = {
     NOT_SINGLE: "several patches close: a normal force belongs to one; give the wheel load instead",
     NO_BALANCE: "no descent of the wheel was found that carries the load; check load and profiles, smooth "
     "measured ones, or take the normal model half_space",
-    NO_CONVERGENCE: "the pressure of the half-space has not converged; raise half_space_iterations or "
-    "half_space_tolerance, or take fewer strips and cells",
+    NO_CONVERGENCE: "the pressure of the half-space has not converged; take fewer strips and "
+    "cells, or smooth measured profiles",
 }
 
 
