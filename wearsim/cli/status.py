@@ -40,6 +40,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print(f"{out}: no step finished yet")
     for name, item in campaigns.items():
         print(status_line(name, item))
+    if any(item.get("state") in ("stopped", "interrupted") for item in campaigns.values()):
+        print(f"nobody works in {out}; `wearsim resume {out}` continues it")
     return 0
 
 
