@@ -87,11 +87,16 @@ class AnyScene(Section):
 class WheelsetSection(Section):
     """[wheelset]: two wheels on an axle."""
 
-    not_here: ClassVar[dict[str, str]] = {"flange_back_mm": "the key has a new name; write back_to_back_mm"}
+    not_here: ClassVar[dict[str, str]] = {
+        "flange_back_mm": "the key has a new name; write back_to_back_mm",
+        "profile_right": "profile is that of the right wheel, and of both without profile_left",
+    }
     profile: Text = words("the name of a shipped wheel profile, such as S1002, or a file of points")
     profile_left: Text | None = words("the profile of the left wheel, if it differs", None)
     radius_mm: float = quantity("the wheel radius at the running circle", "mm", 460.0, ge=150, le=1500)
-    back_to_back_mm: float = quantity("the back-to-back distance of the wheels", "mm", 1360.0, ge=900, le=1700)
+    back_to_back_mm: float = quantity(
+        "the back-to-back distance of the wheels", "mm", 1360.0, ge=900, le=1700
+    )
 
 
 class CounterfaceSection(Section):
