@@ -9,7 +9,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import BaseModel, ValidationError
+from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from wearsim.errors import Fault, SceneError
 from wearsim.scene.accuracy import AccuracyScene, read_accuracy
@@ -169,13 +170,26 @@ def scene_schema() -> dict[str, Any]:
     Returns
     -------
     dict
-        Draft 2020-12; any of the kinds.
+        Draft 2020-12. The kind in [scene] selects the model by if and then, so that an editor shows the
+        faults of that kind only.
     """
-    schema = TypeAdapter(Scene).json_schema(by_alias=True)
+    mode: JsonSchemaMode = "validation"
+    models: list[tuple[type[BaseModel], JsonSchemaMode]] = [(model, mode) for model in _MODELS.values()]
+    definitions = models_json_schema(models, by_alias=True)[1]["$defs"]
+
+    def of_kind(kind: dict[str, Any]) -> dict[str, Any]:
+        scene = {"type": "object", "properties": {"kind": kind}, "required": ["kind"]}
+        return {"type": "object", "properties": {"scene": scene}, "required": ["scene"]}
+
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "wearsim scene file",
-        **schema,
+        **of_kind({"enum": list(_MODELS)}),
+        "allOf": [
+            {"if": of_kind({"const": kind}), "then": {"$ref": f"#/$defs/{model.__name__}"}}
+            for kind, model in _MODELS.items()
+        ],
+        "$defs": definitions,
     }
 
 
