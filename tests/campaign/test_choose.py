@@ -218,9 +218,7 @@ def test_a_campaign_with_chosen_models_runs_resumes_and_keeps_its_choice(tmp_pat
         tried = result["contact_candidate_error"].values
         assert np.all(np.nanmin(tried, axis=1) <= 0.5)
         whose = result["contact_point_class"].values
-        power = (result["power"].fillna(0.0).sum("patch") * result["op_weight"] / result["op_speed"]).values[
-            0
-        ]
+        power = (result["power"].fillna(0.0).sum("patch") * result["weight"] / result["speed"]).values[0]
         assert CLASSES[whose[0, np.argmax(power)]] == "leading"
         depth, distance = result["max_wear_depth"].values, result["distance"].values
     stop_after = 2

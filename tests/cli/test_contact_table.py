@@ -197,7 +197,7 @@ def test_the_exit_code_is_that_of_the_worst_row(table, run, monkeypatch):
         ("inclination\n0.0250\n", [":2: inclination = 0.0250 must be 1:N"]),
         ("rotation\nslow\n", [":2: rotation = slow must be free"]),
         ("roll\n200\nresting\n", [":2: roll = 200 must be free or", ":3: roll = resting"]),
-        ("strips\n4.5\n", [":2: strips = 4.5 must be a whole number"]),
+        ("strips\n5.5\n", [":2: strips = 5.5 must be a whole number"]),
         ("curve_radius_m\n0\n", [":2: curve_radius_m = 0 must not lie within"]),
         ("wheel_load_kN,normal_force_kN\n80,80\n", [":2: normal_force_kN and wheel_load_kN exclude each"]),
         ('rotation,creepage\nfree,"0,0,0"\n', [":2: creepage and rotation exclude each other"]),

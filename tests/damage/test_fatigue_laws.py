@@ -22,7 +22,7 @@ from wearsim.damage.fatigue.loads import (
     work_share,
 )
 from wearsim.errors import NumericalError, SceneError
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 
 MADE_FOR = [
     FatigueSettings(law, name, wear_number=number, branch=branch, crack_depth=depth)
@@ -115,7 +115,7 @@ def test_a_patch_without_load_is_stopped(loads):
 
 def test_every_law_has_a_set_and_a_quantity():
     assert set(DEFAULT_COEFFICIENTS) == set(INDEX_QUANTITIES) == set(FATIGUE_LAWS)
-    assert set(INDEX_QUANTITIES.values()) <= set(NOMENCLATURE)
+    assert set(INDEX_QUANTITIES.values()) <= set(QUANTITIES)
     assert {each.law for each in MADE_FOR} == set(FATIGUE_LAWS)
     for law in FATIGUE_LAWS:
         assert acting_coefficients(default_settings(law)).name == DEFAULT_COEFFICIENTS[law]

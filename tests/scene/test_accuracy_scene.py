@@ -57,7 +57,7 @@ def test_every_combination_is_a_case(scene):
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ([("[-3, 0, 3]", "[-3, 0, 33]")], "8: shifts_mm"),
+        ([("[-3, 0, 3]", "[-3, 0, 133]")], "8: shifts_mm"),
         ([('"hertz"', '"herz"')], '14: normal = "herz" is not known; did you mean "hertz"?'),
         ([('"S1002"', '"S1003"')], '4: profile = "S1003"'),
         ([("inclinations", 'profiles = ["60E9"]\ninclinations')], '6: profiles = "60E9"'),

@@ -111,10 +111,10 @@ def test_trends_over_the_curvature_of_the_roller(tables):
 def test_width_rises_slightly(tables):
     """By less than 15 % where pressure rises by 30 %, one patch."""
     single = np.all(tables["trend_patches"].values == 1, axis=1)
-    width, pressure = (tables[f"trend_{name}"].values[single] for name in ("patch_width", "max_pressure"))
+    width, pressure = (tables[f"trend_{name}"].values[single] for name in ("width", "max_pressure"))
     assert np.all(width[:, -1] / width[:, 0] < 1.15)
     assert np.all(pressure[:, -1] / pressure[:, 0] > 1.25)
-    assert set(TRENDS) == {"area", "max_pressure", "patch_length", "patch_width", "slip_share", "power"}
+    assert set(TRENDS) == {"area", "max_pressure", "length", "width", "slip_share", "power"}
 
 
 def test_differences_need_something_to_differ_from():

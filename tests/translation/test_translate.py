@@ -196,7 +196,7 @@ def test_file_holds_neither_nan_nor_infinity(tmp_path, campaign_files, translati
 
 
 def test_campaigns_without_common_points_say_so(rig, field):
-    found = translate(rig, field.assign(op_speed=field["op_speed"] + 1.0))
+    found = translate(rig, field.assign(speed=field["speed"] + 1.0))
     assert found.attrs["matched_points"] == 0
     assert "[operation.monitor]" in found.attrs["warnings"]
     assert "power_point" not in found
@@ -229,6 +229,6 @@ def test_compliance_checker_finds_nothing(tmp_path, campaign_files, assert_cf):
 
 def test_turned_wheels_have_no_factors(rig, field):
     """Wear depth begins anew at a turning."""
-    turned = rig.assign(last_turning=("step", np.minimum(np.arange(rig.sizes["step"]), 2)))
+    turned = rig.assign(last_reprofiling=("step", np.minimum(np.arange(rig.sizes["step"]), 2)))
     with pytest.raises(ResultError, match=r"rig result: its wheels were turned.*\[campaign.reprofiling\]"):
         translate(turned, field)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from wearsim.cli import Commands, add_command
 from wearsim.cli.overrides import add_override_flags, load_overridden
 from wearsim.cli.study import study
-from wearsim.nomenclature import percent
 
 if TYPE_CHECKING:
     from wearsim.damage.fatigue import FatigueSettings
@@ -201,6 +200,8 @@ def _models(choice: dict[str, Any] | None, contact: dict[str, Any]) -> list[tupl
             ("contact models", f"{contact['normal']}, {contact['tangential']}; {motion}"),
             ("cells", f"{contact['strips']} strips x {contact['cells']} cells per patch"),
         ]
+    from wearsim.results.plausibility import percent
+
     lines = [("contact models", f"chosen for a tolerance of {100.0 * choice['tolerance']:.3g} %; {motion}")]
     for one in choice["classes"]:
         if one["points"]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from wearsim.quantities import QUANTITIES
+
 
 class Flag(NamedTuple):
     """One flag. As a column of a table it has underscores for dashes."""
@@ -31,43 +33,49 @@ class Flag(NamedTuple):
         return self.column
 
 
+def _range(name: str) -> tuple[float, float]:
+    return QUANTITIES[name].span
+
+
 _BODIES, _MOTION, _MODELS = "wheelset and counterface", "motion and load", "models"
 
 FLAGS = (
     Flag("wheel", "S1002", "wheel profile, name or file", _BODIES, "word"),
     Flag("rail", "60E1", "rail or roller profile, name or file", _BODIES, "word"),
     Flag("inclination", "1:40", "of the rail, 1:N or none", _BODIES, "inclination"),
-    Flag("gauge-mm", "1435", "gauge, 14 mm below the top", _BODIES, "number", 1e-3, 1000.0, 1700.0),
-    Flag("back-to-back-mm", "1360", "back-to-back distance of the wheels", _BODIES, "number",
-         1e-3, 900.0, 1600.0),
-    Flag("wheel-radius-mm", "460", "wheel radius at the running circle", _BODIES, "number",
-         1e-3, 150.0, 1500.0),
+    Flag("gauge-mm", "1435", "gauge, 14 mm below the top", _BODIES, "number", 1e-3, *_range("gauge")),
+    Flag("back-to-back-mm", "1360", "back-to-back distance of the wheels", _BODIES, "number", 1e-3,
+         *_range("back_to_back")),
+    Flag("wheel-radius-mm", "460", "wheel radius at the running circle", _BODIES, "number", 1e-3,
+         *_range("wheel_radius")),
     Flag("roller-radius-mm", None, "roller radius at its top; without it: rail", _BODIES, "number",
-         1e-3, 50.0, 10000.0),
+         1e-3, *_range("roller_radius")),
     Flag("curve-radius-m", None, "curve radius, positive to the right; without it: tangent", _BODIES, "curve",
-         1.0, -1e6, 1e6),
+         1.0, -_range("curve_radius")[1], _range("curve_radius")[1]),
     Flag("shift-mm", "0", "lateral shift of the wheelset, positive to the right", _MOTION, "number",
-         1e-3, -100.0, 100.0),
+         1e-3, *_range("shift")),
     Flag("yaw-mrad", "0", "yaw of the wheelset, positive to the right", _MOTION, "number",
-         1e-3, -100.0, 100.0),
+         1e-3, *_range("yaw")),
     Flag("roll", None, "roll of the wheelset in mrad, right side down positive, or free: it rests on both "
-         "wheels (default free with --side both, else 0)", _MOTION, "roll", 1e-3, -100.0, 100.0),
-    Flag("wheel-load-kN", "80", "vertical load of each wheel", _MOTION, "number", 1e3, 0.1, 300.0),
+         "wheels (default free with --side both, else 0)", _MOTION, "roll", 1e-3, *_range("roll")),
+    Flag("wheel-load-kN", "80", "vertical load of each wheel", _MOTION, "number", 1e3, *_range("wheel_load")),
     Flag("normal-force-kN", None, "instead of the wheel load: normal force of the single patch of each wheel",
-         _MOTION, "number", 1e3, 0.1, 300.0),
-    Flag("friction", "0.35", "friction coefficient", _MOTION, "number", 1.0, 0.0, 1.0),
-    Flag("speed-km-h", "72", "speed", _MOTION, "number", 1.0 / 3.6, 0.1, 500.0),
+         _MOTION, "number", 1e3, *_range("normal_force")),
+    Flag("friction", "0.35", "friction coefficient", _MOTION, "number", 1.0, *_range("friction")),
+    Flag("speed-km-h", "72", "speed", _MOTION, "number", 1.0 / 3.6, *_range("speed")),
     Flag("rotation", "free", "rotation speed: free (axle torque balance of both wheels), centred, nominal, "
-         "or rad/s", _MOTION, "rotation", 1.0, 0.0, 1000.0),
+         "or rad/s", _MOTION, "rotation", 1.0, *_range("rotation_speed")),
     Flag("creepage", None, "instead of the rotation: given creepages XI_X,XI_Y,SPIN (spin in 1/m) of the "
          "single patch of one wheel", _MOTION, "creepage"),
     Flag("side", "right", "which wheel: right, left or both", _MOTION, "side"),
     Flag("normal", "kik_piotrowski", "normal contact model", _MODELS, "model"),
     Flag("tangential", "fastsim", "tangential contact model", _MODELS, "model"),
-    Flag("youngs-GPa", "210", "Young's modulus of both bodies", _MODELS, "number", 1e9, 1.0, 1000.0),
-    Flag("poisson", "0.3", "Poisson's ratio of both bodies", _MODELS, "number", 1.0, 0.0, 0.5),
-    Flag("strips", "30", "strips across the patch", _MODELS, "count", 1.0, 4.0, 512.0),
-    Flag("cells", "30", "cells along each strip", _MODELS, "count", 1.0, 4.0, 1000.0),
+    Flag("youngs-GPa", "210", "Young's modulus of both bodies", _MODELS, "number", 1e9,
+         *_range("youngs_modulus")),
+    Flag("poisson", "0.3", "Poisson's ratio of both bodies", _MODELS, "number", 1.0,
+         *_range("poisson_ratio")),
+    Flag("strips", "30", "strips across the patch", _MODELS, "count", 1.0, *_range("strips")),
+    Flag("cells", "30", "cells along each strip", _MODELS, "count", 1.0, *_range("cells")),
 )  # fmt: skip
 
 COLUMNS = {flag.column: flag for flag in FLAGS}

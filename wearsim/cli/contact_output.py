@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 from wearsim.cli.contact_points import PATCH_NAMES, PointResult, rail_profile, wheel_profile
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 
 _PRINTED = (
     # column, name, factor to the shown unit, format
@@ -38,7 +38,7 @@ steel, that is 4 GPa."""
 
 def _column(name: str) -> tuple[str, float]:
     """Name of a result with its unit, and the factor from SI."""
-    quantity = NOMENCLATURE[name]
+    quantity = QUANTITIES[name]
     if quantity.shown_unit not in _ENDINGS:  # ratios, also those shown in thousandths
         return name, 1.0
     column = name + _ENDINGS[quantity.shown_unit]

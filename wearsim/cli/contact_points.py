@@ -19,7 +19,7 @@ PATCH_NAMES = (
     "normal_force", "creepage_x", "creepage_y", "spin", "force_x", "force_y", "spin_moment", "slip_area",
     "power", "power_balance",
 )  # fmt: skip
-"""Numbers of each patch, names as in JSON and in the nomenclature."""
+"""Numbers of each patch, names as in JSON and in the table of quantities."""
 
 _SIDES = {"right": (0,), "left": (1,), "both": (0, 1)}
 

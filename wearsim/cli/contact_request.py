@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, create_model
 
 from wearsim.cli.contact_flags import COLUMNS, FLAGS, Flag
+from wearsim.quantities import QUANTITIES
 
-_TIGHTEST_CURVE = 10.0  # m; depot curves have 80
+_TIGHTEST_CURVE = QUANTITIES["curve_radius"].range.low  # m
 _FLANGE_BACK_TO_ORIGIN = 0.070  # from the flange back to the origin line of a wheel profile [m]
 _INSTEAD = (("wheel_load_kN", "normal_force_kN"), ("rotation", "creepage"))  # only one of each pair acts
 
@@ -82,9 +83,10 @@ def inclination(text: str) -> float:
     first, _, second = text.partition(":")
     if text == "none":
         return 0.0
-    if first.strip() == "1" and second.strip().isdecimal() and 10 <= int(second[:9]) <= 100:
+    low, high = QUANTITIES["inclination_ratio"].span
+    if first.strip() == "1" and second.strip().isdecimal() and low <= int(second[:9]) <= high:
         return 1.0 / int(second)
-    raise ValueError("must be 1:N with N from 10 to 100, or none; 60E1 mostly lies at 1:40")
+    raise ValueError(f"must be 1:N with N from {low:g} to {high:g}, or none; 60E1 mostly lies at 1:40")
 
 
 def _number(text: str) -> float:
@@ -129,8 +131,8 @@ def _rotation(flag: Flag, text: str) -> str | float:
     from wearsim.contact.rotation import RULES
 
     speed = _number(text)
-    if text not in RULES and not flag.low < speed < flag.high:
-        raise ValueError(f"must be {', '.join(RULES)}, or a speed above 0 and below {flag.high:g} rad/s")
+    if text not in RULES and not flag.low < speed <= flag.high:
+        raise ValueError(f"must be {', '.join(RULES)}, or a speed above 0 and up to {flag.high:g} rad/s")
     return text if text in RULES else speed
 
 
@@ -138,7 +140,9 @@ def _creepage(text: str) -> tuple[float, ...]:
     numbers = tuple(map(_number, text.split(",")))
     if len(numbers) != 3:
         raise ValueError("must be three numbers with commas between them: XI_X,XI_Y,SPIN")
-    for name, number, limit in zip(("XI_X", "XI_Y", "SPIN"), numbers, (1.0, 1.0, 100.0), strict=True):
+    names = (("XI_X", "creepage_x"), ("XI_Y", "creepage_y"), ("SPIN", "spin"))
+    for (name, quantity), number in zip(names, numbers, strict=True):
+        limit = QUANTITIES[quantity].range.high / QUANTITIES[quantity].shown_factor
         if not abs(number) <= limit:
             raise ValueError(
                 f"must have {name} from {-limit:g} to {limit:g}{' 1/m' if name == 'SPIN' else ''}"

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.studies.published import TRENDS, trend_exceptions
 
 FloatArray = NDArray[np.float64]
@@ -115,13 +115,13 @@ def difference(value: FloatArray, reference: FloatArray) -> list[str]:
 
 
 def _shown(name: str, values: FloatArray, digits: int) -> list[str]:
-    scaled = values * NOMENCLATURE[name].shown_factor
+    scaled = values * QUANTITIES[name].shown_factor
     # Adding 0.0 after rounding turns -0.0 into 0.0.
     return [f"{round(v, digits) + 0.0:.{digits}f}" if np.isfinite(v) else "-" for v in scaled]
 
 
 def _title(name: str) -> str:
-    quantity = NOMENCLATURE[name]
+    quantity = QUANTITIES[name]
     meaning = quantity.meaning[:1].upper() + quantity.meaning[1:]
     return meaning + ("" if quantity.shown_unit in ("", "1") else f" [{quantity.shown_unit}]")
 
@@ -204,7 +204,7 @@ def _motion(dataset: xr.Dataset) -> list[str]:
 _TABLES = (
     (
         "## Normal contact",
-        (("area", 1), ("max_pressure", 0), ("patch_length", 2), ("patch_width", 2)),
+        (("area", 1), ("max_pressure", 0), ("length", 2), ("width", 2)),
     ),
     (
         "## Tangential contact",
@@ -305,7 +305,7 @@ def _touch(dataset: xr.Dataset) -> list[str]:
     head = ["case", "touching point from centre [mm]"]
     columns = [case_names(dataset), [f"{1e3 * value:+.2f}" for value in offset]]
     for name, digits in (("force_x", 2), ("power", 1)):
-        title = f"{NOMENCLATURE[name].symbol} [{NOMENCLATURE[name].shown_unit}]"
+        title = f"{QUANTITIES[name].symbol} [{QUANTITIES[name].shown_unit}]"
         if f"published_{name}" in dataset:
             head.append(f"{title} paper")
             columns.append(_shown(name, dataset[f"published_{name}"].values, digits))
@@ -325,7 +325,7 @@ def _trends(dataset: xr.Dataset) -> list[str]:
     curvatures = dataset["trend_curvature"].values
     radii = ", ".join(f"{1.0 / value:g}" for value in curvatures[1:])
     words = ", ".join(
-        f"{NOMENCLATURE[name].meaning} {'rises' if sign > 0 else 'falls'}" for name, sign in TRENDS.items()
+        f"{QUANTITIES[name].meaning} {'rises' if sign > 0 else 'falls'}" for name, sign in TRENDS.items()
     )
     exceptions = trend_exceptions(dataset)
     count = len(TRENDS) * shifts.size * (curvatures.size - 1)
@@ -343,7 +343,7 @@ def _trends(dataset: xr.Dataset) -> list[str]:
             _table(
                 ["quantity", "shift [mm]", "from", "to", "change", "patches before and after"],
                 [
-                    [NOMENCLATURE[name].meaning for name, _, _ in exceptions],
+                    [QUANTITIES[name].meaning for name, _, _ in exceptions],
                     [f"{shifts[i]:g}" for _, i, _ in exceptions],
                     [_radius(curvatures[j - 1]) for _, _, j in exceptions],
                     [_radius(curvatures[j]) for _, _, j in exceptions],
@@ -365,7 +365,7 @@ def _trends(dataset: xr.Dataset) -> list[str]:
     parts.append(f"Ratios of the smallest roller ({1.0 / curvatures[-1]:g} m) to the rail:")
     parts.append(
         _table(
-            ["shift [mm]", *[NOMENCLATURE[name].meaning for name in TRENDS]],
+            ["shift [mm]", *[QUANTITIES[name].meaning for name in TRENDS]],
             [[f"{shift:g}" for shift in shifts], *smallest],
         )
     )

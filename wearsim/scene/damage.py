@@ -23,7 +23,7 @@ from wearsim.damage.wear import DEFAULT_COEFFICIENTS, WEAR_FORMS, WearSettings, 
 from wearsim.damage.wear.table import WearTable
 from wearsim.damage.wear.table_file import TableFault, wear_table
 from wearsim.errors import SceneError
-from wearsim.scene.section import Registered, Section, Text, quantity, words
+from wearsim.scene.section import Registered, Section, Text, number, words
 
 WearLawName = Annotated[str, Registered("wearsim.damage.wear", "WEAR_LAWS")]
 WearSetName = Annotated[str, Registered("wearsim.damage.coefficients", "COEFFICIENT_SETS")]
@@ -50,7 +50,7 @@ class WearTableSection(Section):
     below: Literal["proportional", "hold", "zero"] | None = Field(
         None, description="what holds below the first row, where that is above 0"
     )
-    hardness_GPa: float | None = quantity("the hardness of the wheel", "GPa", None, ge=0.1, le=20)
+    hardness_GPa: float | None = number("hardness", "the hardness of the wheel", None)
     T_gamma_A_N_mm2: Column | None = column("frictional work per area and distance", "N/mm2")
     power_density_W_mm2: Column | None = column("frictional power per area", "W/mm2")
     slip_speed_m_s: Column | None = column("the sliding speed", "m/s")
@@ -105,16 +105,14 @@ class WearSection(Section):
     form: Literal["local", "patch_mean"] | None = Field(
         None, description="whether the law acts in each cell (where it can) or on the mean of the patch"
     )
-    energy_coefficient_mm3_kJ: float | None = quantity(
+    energy_coefficient_mm3_kJ: float | None = number(
+        "energy_coefficient",
         'the volume lost per frictional work, one constant in place of a set (law = "energy")',
-        "mm3/kJ",
         None,
-        gt=0,
-        le=1000,
     )
-    density_kg_m3: float = quantity("the density of the wheel", "kg/m3", 7850.0, ge=500, le=25000)
-    hardness_GPa: float | None = quantity(
-        'the hardness of the wheel, in place of that of the set (law = "archard")', "GPa", None, ge=0.5, le=10
+    density_kg_m3: float = number("density", "the density of the wheel", 7850.0)
+    hardness_GPa: float | None = number(
+        "hardness", 'the hardness of the wheel, in place of that of the set (law = "archard")', None
     )
     seizure_cap: Literal["none", "pressure", "regime"] = Field(
         "none", description='what keeps elastic pressures out of the seizure regime (law = "archard")'
@@ -144,11 +142,11 @@ class DamageFunctionSection(Section):
 
     source: Text = words("where the break points come from")
     certainty: Text = words("how sure they are, in words")
-    start_N: float = quantity("the wear number at which damage begins", "N", ge=0, le=1e5)
-    peak_N: float = quantity("the wear number of the largest damage", "N", gt=0, le=1e5)
-    end_N: float = quantity("the wear number at which damage is zero again", "N", gt=0, le=1e6)
-    peak_damage: float = quantity("the largest damage of a passage", "", gt=0, le=1)
-    floor: float | None = quantity("the lowest damage beyond the end", "", None, ge=-1, le=0)
+    start_N: float = number("wear_number_start", "the wear number at which damage begins")
+    peak_N: float = number("wear_number_peak", "the wear number of the largest damage")
+    end_N: float = number("wear_number_end", "the wear number at which damage is zero again")
+    peak_damage: float = number("peak_damage", "the largest damage of a passage")
+    floor: float | None = number("damage_floor", "the lowest damage beyond the end", None)
 
 
 class FatigueSection(Section):
@@ -160,12 +158,8 @@ class FatigueSection(Section):
     coefficients: Annotated[tuple[FatigueSetName, ...], Strict(False)] = Field(
         (), max_length=20, description="sets that replace the laws' own ones"
     )
-    shear_yield_MPa: float | None = quantity(
-        "the yield stress of the wheel in cyclic shear",
-        "MPa",
-        None,
-        ge=50,
-        le=1500,
+    shear_yield_MPa: float | None = number(
+        "fatigue_shear_yield", "the yield stress of the wheel in cyclic shear", None
     )
     wear_number: Literal["without_spin", "with_spin"] = Field(
         "without_spin", description="the wear number that laws of T-gamma take"
@@ -173,22 +167,16 @@ class FatigueSection(Section):
     branch: Literal["net", "rising"] = Field(
         "net", description='the form of law = "wlrm": with the removal of cracks by wear in it, or without'
     )
-    crack_depth_mm: float | None = quantity(
-        "the depth of a crack of damage 1, which wear removes",
-        "mm",
-        None,
-        ge=0.001,
-        le=100,
+    crack_depth_mm: float | None = number(
+        "fatigue_crack_depth", "the depth of a crack of damage 1, which wear removes", None
     )
-    crack_width_mm: float = quantity(
-        "the width of profile over which damage counts as that of one place", "mm", 10.0, ge=0.1, le=200
+    crack_width_mm: float = number(
+        "fatigue_crack_width", "the width of profile over which damage counts as that of one place", 10.0
     )
-    wear_limit_mm: float = quantity(
+    wear_limit_mm: float = number(
+        "fatigue_wear_limit",
         "the depth that may wear, against which cracks of a stated depth are weighed",
-        "mm",
         3.0,
-        ge=0.01,
-        le=100,
     )
     damage_function: DamageFunctionSection | None = None
 

@@ -137,7 +137,7 @@ def nearest(name: str, names: Sequence[str]) -> str | None:
     A name that differs by a word of the opposite meaning is none: better no suggestion than a wrong one.
     """
     alike = [other.lower() for other in names if not _opposite(name.lower(), other.lower())]
-    matches = difflib.get_close_matches(name.lower(), alike, n=1, cutoff=0.7)
+    matches = difflib.get_close_matches(name.lower(), alike, n=1, cutoff=0.66)
     return next((other for other in names if matches and other.lower() == matches[0]), None)
 
 

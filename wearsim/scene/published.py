@@ -24,8 +24,8 @@ from wearsim.scene.setup import contact_models
 RESULTS = {
     "area_mm2": ("area", 1e-6),
     "max_pressure_MPa": ("max_pressure", 1e6),
-    "length_mm": ("patch_length", 1e-3),
-    "width_mm": ("patch_width", 1e-3),
+    "length_mm": ("length", 1e-3),
+    "width_mm": ("width", 1e-3),
     "slip_share": ("slip_share", 1.0),
     "force_x_kN": ("force_x", 1e3),
     "force_y_kN": ("force_y", 1e3),

@@ -13,13 +13,14 @@ import numpy as np
 from pydantic import Field, Strict
 
 from wearsim.errors import Fault, SceneError
+from wearsim.quantities import QUANTITIES
 from wearsim.scene.faults import KeyPath, line_of, shown
 from wearsim.scene.inputs import find_file
 from wearsim.scene.models import Header, SceneModel
 from wearsim.scene.overrides import Override, value_of
-from wearsim.scene.section import Section, Text, quantity, words
+from wearsim.scene.section import Section, Text, number, words
 
-MOST_CASES = 100_000
+MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)
 _DIGITS = 6  # significant ones of values drawn from a range: enough for any input, and legible in tables
 
 
@@ -41,8 +42,8 @@ class CasesSection(Section):
         description="every value with every other, the first values of all keys, then the second, or drawn "
         "from ranges",
     )
-    cases: int | None = quantity("the number of cases of a latin_hypercube", "", None, ge=1, le=MOST_CASES)
-    seed: int | None = quantity("the seed of a latin_hypercube", "", None, ge=0, le=2**32 - 1)
+    cases: int | None = number("sweep_cases", "the number of cases of a latin_hypercube", None)
+    seed: int | None = number("sweep_seed", "the seed of a latin_hypercube", None)
     table: Text | None = words("a CSV file of cases, with columns named as keys are", None)
     vary: dict[str, Any] = Field(
         {}, description="the keys that are varied, each with the list of its values, or its range"
@@ -305,8 +306,8 @@ def table_rows(path: Path) -> tuple[list[Row], list[Fault]]:
     except UnicodeDecodeError:
         return [], [Fault("not UTF-8 text; save the table as UTF-8", file)]
     rows = [
-        (number, next(csv.reader([line])))
-        for number, line in enumerate(text.splitlines(), 1)
+        (place, next(csv.reader([line])))
+        for place, line in enumerate(text.splitlines(), 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if len(rows) < 2:
@@ -322,23 +323,23 @@ def table_rows(path: Path) -> tuple[list[Row], list[Fault]]:
     if len(set(keys)) < len(keys):
         faults.append(Fault("two columns have the same key; delete one", file, top))
     faults += [
-        Fault(f"{len(cells)} cells where the first line has {len(keys)} keys", file, number)
-        for number, cells in body
+        Fault(f"{len(cells)} cells where the first line has {len(keys)} keys", file, place)
+        for place, cells in body
         if len(cells) != len(keys)
     ]
     return [
         tuple(
-            Override(key, value_of(cell), file, number)
+            Override(key, value_of(cell), file, place)
             for key, cell in zip(keys, cells, strict=False)
             if cell.strip()
         )
-        for number, cells in body
+        for place, cells in body
     ], faults
 
 
 def _cases(bases: Sequence[Path], rows: Sequence[Row]) -> tuple[Case, ...]:
     pairs = itertools.product(bases, rows)
-    return tuple(Case(number, base, row) for number, (base, row) in enumerate(pairs, 1))
+    return tuple(Case(k, base, row) for k, (base, row) in enumerate(pairs, 1))
 
 
 def _leaves(vary: Mapping[str, Any], path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:

@@ -24,8 +24,8 @@ from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import CHUNK
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError, NumericalError
-from wearsim.nomenclature import percent
 from wearsim.operation.points import OperatingPoints
+from wearsim.results.plausibility import percent
 from wearsim.scene import CampaignSetup
 
 POINTS = 40

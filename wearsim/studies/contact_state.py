@@ -11,19 +11,16 @@ from wearsim.contact import geometry
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactConditions, ContactSolution, Counterface, Wheelset
 from wearsim.errors import ContactError
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.shape import Profile
+from wearsim.quantities import QUANTITIES
 
-_SCALARS = {
-    "wheel_y": "wheel_y", "rail_y": "rail_y", "contact_x": "x", "contact_angle": "contact_angle",
-    "area": "area", "max_pressure": "max_pressure", "patch_length": "length", "patch_width": "width",
-    "approach": "approach", "normal_force": "normal_force", "creepage_x": "creepage_x",
-    "creepage_y": "creepage_y", "spin": "spin", "force_x": "force_x", "force_y": "force_y",
-    "spin_moment": "spin_moment", "slip_area": "slip_area", "power": "power",
-    "power_balance": "power_balance",
-}  # fmt: skip
+_SCALARS = (
+    "wheel_y", "rail_y", "x", "contact_angle", "area", "max_pressure", "length", "width", "approach",
+    "normal_force", "creepage_x", "creepage_y", "spin", "force_x", "force_y", "spin_moment", "slip_area",
+    "power", "power_balance",
+)  # fmt: skip
 _SECTIONS = {
-    # variable: row of the nomenclature, dimension
+    # variable: quantity, dimension
     "wheel_section_y": ("section_y", "wheel_point"),
     "wheel_section_z": ("section_z", "wheel_point"),
     "counterface_section_y": ("section_y", "counterface_point"),
@@ -61,7 +58,7 @@ def contact_state(
     Dataset
         SI units. Over `patch`: side (0 right, 1 left) and the summary of result files. Over (patch, strip)
         and (patch, cell, strip): the fields, cells from the leading edge, lateral directions those of the
-        track, so that those of a left wheel are mirrored. Over `side` and points: wheel and counterface in
+        track, so that those of a left wheel are mirrored. Over `wheel` and points: wheel and counterface in
         the plane across the track, the wheel just touching, and the gap around the patches.
 
     Raises
@@ -82,11 +79,8 @@ def contact_state(
     speed = np.hypot(fields.slip_x[rows], fields.slip_y[rows])
     strip, cell = ("patch", "strip"), ("patch", "cell", "strip")
     data: dict[str, Any] = {
-        "patch_side": _variable("patch_side", ("patch",), solution.side[rows]),
-        **{
-            name: _variable(name, ("patch",), getattr(solution, attribute)[rows])
-            for name, attribute in _SCALARS.items()
-        },
+        "side": _variable("side", ("patch",), solution.side[rows]),
+        **{name: _variable(name, ("patch",), getattr(solution, name)[rows]) for name in _SCALARS},
         "lateral": _variable("lateral", strip, sign[:, None] * patch.y[rows]),
         "strip_wheel_y": _variable("strip_wheel_y", strip, 0.5 * (edges[:, 1:] + edges[:, :-1])),
         "strip_width": _variable("strip_width", ("patch",), patch.width[rows]),
@@ -119,7 +113,7 @@ def contact_state(
 
 
 def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
-    quantity = NOMENCLATURE[name]
+    quantity = QUANTITIES[name]
     attributes = {"long_name": quantity.meaning, "units": quantity.unit or "1"}
     if quantity.sign:
         attributes["comment"] = quantity.sign
@@ -187,10 +181,11 @@ def _sections(
         at = np.linspace(max(low, ground.y[0]), min(high, ground.y[-1]), 401)
         parts.setdefault("gap_rail_y", []).append(at)
         parts.setdefault("gap", []).append(np.interp(at, ground.y, distance))
-    variables = {"side": xr.Variable(("side",), sides, {"long_name": "wheel", "comment": "0 right, 1 left"})}
+    meaning = {"long_name": "wheel", "comment": "0 right, 1 left"}
+    variables = {"wheel": xr.Variable(("wheel",), sides, meaning)}
     for name, lines in parts.items():
         row, along = _SECTIONS[name]
-        variables[name] = _variable(row, ("side", along), np.stack(lines))
+        variables[name] = _variable(row, ("wheel", along), np.stack(lines))
     return variables
 
 

@@ -13,20 +13,20 @@ from wearsim import __version__
 from wearsim.contact import geometry
 from wearsim.contact.solve import ContactConditions, ContactSolution, Counterface, solve
 from wearsim.errors import ContactError
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.shape import Profile
+from wearsim.quantities import QUANTITIES
 from wearsim.scene.published import Case, PublishedCases
 from wearsim.studies.contact_state import contact_state
 
 FloatArray = NDArray[np.float64]
 
 RESULTS = (
-    "area", "max_pressure", "patch_length", "patch_width", "slip_share", "force_x", "force_y",
+    "area", "max_pressure", "length", "width", "slip_share", "force_x", "force_y",
     "spin_moment", "power",
 )  # fmt: skip
 MOTION = ("creepage_x", "creepage_y", "spin", "contact_angle")
 ABOUT = ("centre", "touch")
-TRENDS = {"area": -1, "max_pressure": 1, "patch_length": -1, "patch_width": 1, "slip_share": 1, "power": 1}
+TRENDS = {"area": -1, "max_pressure": 1, "length": -1, "width": 1, "slip_share": 1, "power": 1}
 """Quantities with a published trend over the roller's curvature: 1 rises, -1 falls."""
 
 
@@ -189,8 +189,8 @@ def touch_offset(cases: PublishedCases, profile: Profile, case: Case, solution: 
 
 def _results(solution: ContactSolution) -> dict[str, FloatArray]:
     derived = {
-        "patch_length": solution.length,
-        "patch_width": solution.width,
+        "length": solution.length,
+        "width": solution.width,
         "slip_share": solution.slip_area / solution.area,
     }
     return {name: derived[name] if name in derived else getattr(solution, name) for name in RESULTS}
@@ -237,9 +237,9 @@ def _trends(cases: PublishedCases) -> dict[str, Any]:
         patches[:, j] = np.bincount(solution.point, minlength=shifts.size)
         first = np.searchsorted(solution.point, np.arange(shifts.size))
         values = _results(solution)
-        for name in ("max_pressure", "patch_length"):
+        for name in ("max_pressure", "length"):
             totals[name][:, j] = np.maximum.reduceat(values[name], first)
-        for name in ("area", "patch_width", "power"):
+        for name in ("area", "width", "power"):
             totals[name][:, j] = np.add.reduceat(values[name], first)
         totals["slip_share"][:, j] = np.add.reduceat(solution.slip_area, first) / totals["area"][:, j]
     dims = ("trend_shift", "trend_curvature")
@@ -272,11 +272,11 @@ def trend_exceptions(dataset: xr.Dataset) -> list[tuple[str, int, int]]:
 
 
 def _described(dataset: xr.Dataset) -> xr.Dataset:
-    """Units and long names from the nomenclature, by the last part of each name that is in it."""
+    """Units and long names of the quantities, by the last part of each name that is in it."""
     for name, variable in dataset.variables.items():
         words = str(name).split("_")
         for start in range(len(words)):
-            quantity = NOMENCLATURE.get("_".join(words[start:]))
+            quantity = QUANTITIES.get("_".join(words[start:]))
             if quantity is not None:
                 variable.attrs |= {"units": quantity.unit, "long_name": quantity.meaning}
                 break

@@ -21,7 +21,7 @@ from wearsim.campaign.progress import Observer
 from wearsim.campaign.record import write_atomically
 from wearsim.campaign.run import available_cores
 from wearsim.errors import Fault, ResultError, SceneError
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.results import GROUPS, LAYOUT, open_results
 from wearsim.results.turnings import last_worn_row
 from wearsim.scene.sweep import Case, Sweep
@@ -43,7 +43,7 @@ MEASURES = tuple(
 )
 """Variables of a result file that have one value per campaign or per wheel; the table has their last ones."""
 
-COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area", "counterface_turned_depth")
+COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area", "counterface_redressed_depth")
 """The same of rails or rollers, where those of any case wear."""
 
 WHEELS = ("right", "left")
@@ -304,7 +304,7 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         values = np.full(shape, np.nan)
         for (row, campaign), end in ends.items():
             values[row, campaigns.index(campaign)] = end.get(name, np.nan)
-        quantity = NOMENCLATURE[name]
+        quantity = QUANTITIES[name]
         about = {"units": quantity.unit, "long_name": quantity.meaning}
         if quantity.sign:
             about["comment"] = quantity.sign
@@ -417,7 +417,7 @@ def _plain(value: Any) -> Any:
 
 
 def _measures(row: dict[str, Any], name: str, values: np.ndarray, campaign: int | None) -> None:
-    quantity = NOMENCLATURE[name]
+    quantity = QUANTITIES[name]
     unit, factor = ("km", 1e-3) if name == "distance" else (quantity.shown_unit, quantity.shown_factor)
     suffix = {"mm²": "_mm2", "1": "", "": ""}.get(unit, f"_{unit}")
     wheels = [""] if values.ndim == 1 else [f"_{wheel}" for wheel in WHEELS]

@@ -12,7 +12,7 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.errors import ResultError
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.translation import compare, damage, factors
 from wearsim.translation.axes import common_axes
 from wearsim.translation.compare import CAMPAIGN, STAGES
@@ -30,7 +30,7 @@ _ATTRIBUTE_UNITS = {
     "wheel_density": "kg/m3", "smoothing_wavelength": "m",
 }  # fmt: skip
 _FILL = 9.969209968386869e36  # the netCDF library's own fill value: every viewer knows it
-_NEEDED = ("distance", "max_wear_depth", "arc_length", "wear_depth_by_regime", "patch_side", "op_weight")
+_NEEDED = ("distance", "max_wear_depth", "arc_length", "wear_depth_by_regime", "side", "weight")
 
 
 def translate(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> xr.Dataset:
@@ -60,7 +60,7 @@ def translate(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> xr.Dataset
             raise ResultError(
                 f"{role} result: variable {missing[0]} is missing; give a file that `wearsim run` wrote"
             )
-        if "last_turning" in data and (data["last_turning"].values > 0).any():
+        if "last_reprofiling" in data and (data["last_reprofiling"].values > 0).any():
             raise ResultError(
                 f"{role} result: its wheels were turned, and factors are of the wear since new; compare a "
                 "campaign without [campaign.reprofiling]"
@@ -213,7 +213,7 @@ def point_table(dataset: xr.Dataset) -> pd.DataFrame:
     """
     rows: list[dict[str, Any]] = []
     if int(dataset.attrs["matched_points"]):
-        shift = dataset["op_shift"].values * NOMENCLATURE["op_shift"].shown_factor
+        shift = dataset["shift"].values * QUANTITIES["shift"].shown_factor
         order = np.argsort(shift, kind="stable")
         rows = [
             {"state": state, "point": str(dataset["rig_label"].values[i]), "shift": float(shift[i]),
@@ -233,7 +233,7 @@ def _entry(
     """One factor of the dataset with its values, in the unit people read."""
     rig, field = (dataset[variable].values[basis, progress, c][place] for c in (0, 1))
     status = int(dataset[f"{variable}_factor_status"].values[basis, progress][place])
-    shown = NOMENCLATURE[name]
+    shown = QUANTITIES[name]
     meaning = shown.meaning if variable == "distance_run" else dataset[variable].attrs["long_name"]
     return {
         "variable": variable,

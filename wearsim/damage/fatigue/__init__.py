@@ -28,7 +28,7 @@ INDEX_QUANTITIES: dict[str, str] = {
     "surface_fatigue_index_local": "fatigue_index",
     "wlrm": "fatigue_index_force",
 }
-"""Quantity of `wearsim.nomenclature`, with its unit, that the index is by which each law judges a patch."""
+"""Quantity of `wearsim.quantities`, with its unit, that the index is by which each law judges a patch."""
 
 DEFAULT_COEFFICIENTS: dict[str, str] = {
     "stress_index": "dirks_enblom_2011",
