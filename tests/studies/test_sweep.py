@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wearsim.campaign.directory import read_status
 from wearsim.campaign.run import run_scene
 from wearsim.errors import NumericalError, ResultError, SceneError
 from wearsim.results import ROW, open_results
 from wearsim.scene.sweep import sweep_of_flags
-from wearsim.studies import sweep as sweep_module
-from wearsim.studies.sweep import check_cases, run_case, run_sweep
-from wearsim.studies.sweep_directory import outcomes_of
-from wearsim.studies.sweep_table import sweep_dataset, sweep_rows
+from wearsim.studies import ensemble
+from wearsim.studies.ensemble import check_cases
+from wearsim.studies.sweep import chosen, outcomes_of, run_one, run_sweep, sweep_dataset, sweep_rows
 
 DATA = Path(__file__).parents[1] / "data"
 COARSE = '[contact]\nstrips = 8\ncells = 8\n[wear]\nlaw = "usfd"\ncoefficients = "lewis_dwyer_joyce_2004"\n'
@@ -71,7 +71,7 @@ def contents(out):
 
 def test_processes_give_the_bits_of_a_single_run_and_are_found_finished(sweep, folder):
     told = []
-    outcomes = run_sweep(sweep, "out", jobs=2, command="a command", told=told.append)
+    outcomes = run_sweep(sweep, "out", jobs=2, command="a command", report=told.append)
     assert [(outcome.number, outcome.state) for outcome in outcomes] == [
         (k, "finished") for k in (1, 2, 3, 4)
     ]
@@ -142,7 +142,7 @@ def test_a_case_that_fails_is_a_row_and_the_others_run(sweep, folder, monkeypatc
             raise ZeroDivisionError("a fault")
         return run_scene(path, out, **named)
 
-    monkeypatch.setattr(sweep_module, "run_scene", run)
+    monkeypatch.setattr(ensemble, "run_scene", run)
     outcomes = run_sweep(sweep, "out", jobs=1)
     assert [outcome.state for outcome in outcomes] == ["finished", "failed", "failed", "finished"]
     assert [outcome.exit_code for outcome in outcomes] == [0, 3, 3, 0]
@@ -166,7 +166,7 @@ def test_a_case_another_process_works_in_is_told_and_left(pair, folder):
 
 def test_single_cases_make_up_the_sweep(sweep, folder):
     for number in (3, 1, 4):
-        assert run_case(sweep, number, "out").state == "finished"
+        assert run_one(sweep, sweep.cases[number - 1], "out").state == "finished"
     assert [item.state for item in outcomes_of(folder / "out")] == [
         "finished",
         "not started",
@@ -175,7 +175,7 @@ def test_single_cases_make_up_the_sweep(sweep, folder):
     ]
     before = contents(folder / "out")
     told = []
-    run_sweep(sweep, "out", jobs=1, told=told.append)
+    run_sweep(sweep, "out", jobs=1, report=told.append)
     after = contents(folder / "out")
     assert {name: after[name] for name in before} == before
     assert len(sweep_rows(sweep_dataset("out"))) == 4
@@ -184,13 +184,13 @@ def test_single_cases_make_up_the_sweep(sweep, folder):
 @pytest.mark.parametrize("number", [0, 5, -1])
 def test_a_case_that_is_not_there_is_refused(sweep, number):
     with pytest.raises(SceneError, match=f"there is no case {number}; give --case 1 to 4"):
-        check_cases(sweep, only=number)
+        chosen(sweep, number)
 
 
 def test_faults_of_all_cases_are_told_once_each_before_anything_is_written(folder):
     vary = ["wheelset.radius_mm=420,-1,460", "wear.law=usfd,usdf"]
     with pytest.raises(SceneError) as caught:
-        check_cases(sweep_of_flags("rig.toml", vary, None), folder / "out")
+        check_cases(sweep_of_flags("rig.toml", vary, None).cases, folder / "out")
     lines = str(caught.value).splitlines()
     assert len(lines) == 2
     assert any("cases 3-4: radius_mm = -1 must be at least 100" in line for line in lines)
@@ -199,13 +199,13 @@ def test_faults_of_all_cases_are_told_once_each_before_anything_is_written(folde
 
 
 def test_a_changed_sweep_keeps_out_of_the_directories_of_the_old_one(sweep, folder):
-    run_case(sweep, 1, "out")
+    run_one(sweep, sweep.cases[0], "out")
     before = contents(folder / "out")
     other = sweep_of_flags("rig.toml", ["wheelset.radius_mm=430,460"], None)
     with pytest.raises(ResultError, match=r"case 1: .*belongs to another campaign"):
-        check_cases(other, folder / "out")
+        check_cases(other.cases, folder / "out")
     longer = sweep_of_flags("rig.toml", [VARY[0] + ",500", VARY[1]], None)
-    check_cases(longer, folder / "out")
+    check_cases(longer.cases, folder / "out")
     assert contents(folder / "out") == before
 
 
@@ -232,13 +232,29 @@ def test_ctrl_c_stops_after_the_running_case_and_the_rest_follows(sweep, folder,
         if event.kind == "step" and event.step == 1 and steps.count(1) == 2:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(sweep_module, "_obey", obey)
+    monkeypatch.setattr(ensemble, "_obey", obey)
     with pytest.raises(KeyboardInterrupt):
         run_sweep(sweep, "out", jobs=1)
     states = [item.state for item in outcomes_of(folder / "out")]
     assert states == ["finished", "interrupted", "not started", "not started"]
     assert [row["state"] for row in sweep_rows(sweep_dataset("out"))] == states
     assert {outcome.state for outcome in run_sweep(sweep, "out", jobs=1)} == {"finished"}
+
+
+def test_a_killed_campaign_is_stopped_not_running(pair, folder):
+    """Its status file says running; only the lock shows whether anybody works in the directory."""
+    case = folder / "out" / "case_0001"
+    run_one(pair, pair.cases[0], "out")
+    status = json.loads((case / "status.json").read_text())
+    status["campaigns"]["rig"]["state"] = "running"
+    (case / "status.json").write_text(json.dumps(status))
+    with filelock.FileLock(case / ".lock"):
+        assert outcomes_of(folder / "out")[0].state == "running"
+        assert read_status(case)["campaigns"]["rig"]["state"] == "running"
+    assert outcomes_of(folder / "out")[0].state == "stopped"
+    assert read_status(case)["campaigns"]["rig"]["state"] == "stopped"
+    assert run_one(pair, pair.cases[0], "out").state == "finished"
+    assert read_status(case)["campaigns"]["rig"]["state"] == "finished"
 
 
 class Dying(AtOnce):

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from wearsim.cli import Commands, add_command
-from wearsim.cli.changes import add_change_flags, load_changed
+from wearsim.cli.overrides import add_override_flags, load_overridden
 
 if TYPE_CHECKING:
     from wearsim.damage.fatigue import FatigueSettings
@@ -29,7 +29,7 @@ def add_parser(commands: Commands) -> None:
     )
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument("--json", action="store_true", help="print JSON, with every value that would act")
-    add_change_flags(parser)
+    add_override_flags(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -40,7 +40,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.scene import CompareScene, SweepScene
     from wearsim.scene.touch import check_contact
 
-    scene, _ = load_changed(arguments)
+    scene, _ = load_overridden(arguments)
     told: dict[str, Any]
     if isinstance(scene, SweepScene):
         told = sweep.plan(scene)

@@ -133,7 +133,7 @@ def read_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> tuple
         All that were found.
     """
     origin = scene.origin
-    half_span = 0.5e-3 * scene.wheelset.flange_back_mm + FLANGE_BACK_TO_ORIGIN
+    half_span = 0.5e-3 * scene.wheelset.back_to_back_mm + FLANGE_BACK_TO_ORIGIN
     faults: list[Fault] = []
     files = [InputFile("scene", origin.path.name, origin.path, origin.content)]
     spacing = 1e-3 * scene.campaign.point_spacing_mm
