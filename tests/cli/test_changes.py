@@ -65,5 +65,5 @@ def test_what_is_no_key_and_value_is_told(scene, capsys, text):
 
 
 def test_a_study_has_no_smoothing(capsys):
-    assert cli.main(["check", "seed_tables.toml", "--smoothing", "half"]) == 2
+    assert cli.main(["check", "sweep_rig.toml", "--smoothing", "half"]) == 2
     assert "--smoothing is for campaigns" in capsys.readouterr().err

@@ -144,7 +144,7 @@ def test_a_condemned_wheel_is_condemned_without_its_diameter(thin, capsys):
     text = printed(capsys, *flags)
     for name, by in (
         ("flange thickness Sd", "1.5"),
-        ("flange backs AR", "17.0"),
+        ("back-to-back distance AR", "17.0"),
         ("active flanks SR", "29.0"),
     ):
         (line,) = [line for line in text.splitlines() if name in line and "EXCEEDED" in line]
@@ -172,7 +172,7 @@ def test_the_axle_is_judged_by_its_smaller_wheel(capsys):
 
 def test_a_wheelset_is_judged_by_its_stated_distance(capsys):
     text = printed(capsys, RIGHT, "--diameter-mm", "900", "--flange-back-mm", "1350")
-    (line,) = [line for line in text.splitlines() if "flange backs AR" in line and "EXCEEDED" in line]
+    (line,) = [line for line in text.splitlines() if "back-to-back distance AR" in line and "EXCEEDED" in line]
     assert "EXCEEDED by 7.000" in line
     nothing_stated = told(capsys, RIGHT)
     assert nothing_stated["measures"]["back_to_back"] is None

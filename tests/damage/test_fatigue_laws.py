@@ -19,7 +19,7 @@ from wearsim.damage.fatigue.loads import (
     work_share,
 )
 from wearsim.errors import NumericalError, SceneError
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 
 MADE_FOR = [
     FatigueSettings(law, name, wear_number=number, branch=branch, crack_depth=depth)
@@ -118,7 +118,7 @@ def test_every_law_has_a_set_and_a_quantity():
     assert known <= set(FATIGUE_LAWS)
     assert {each.law for each in MADE_FOR} == set(FATIGUE_LAWS)
     for name, law in FATIGUE_LAWS.items():
-        assert law.index_quantity in NOMENCLATURE
+        assert law.index_quantity in QUANTITIES
         assert coefficients_of(default_settings(name)).name == law.coefficients
     assert [name for name in sorted(known) if FATIGUE_LAWS[name].contains_removal] == ["wlrm"]
     assert [name for name in (*sorted(known), "law of a later version") if counts_cycles(name)] == ["wlrm"]

@@ -91,9 +91,9 @@ def with_laws(dataset, head, group):
 def test_tables_beside_with_other_rows_are_not_compared(rig, field, header):
     text = '[wear]\nalso_evaluate = ["archard", "table"]\nhardness_GPa = 3\n'
     one, other = (header(text + TABLE.format(last=last)) for last in (20, 21))
-    pair = (with_laws(rig, one, "beside"), with_laws(field, other, "beside"))
-    assert common_laws(pair, "beside") == (["archard"], ["table"])
-    assert common_laws((pair[0], pair[0]), "beside") == (["archard", "table"], [])
+    pair = (with_laws(rig, one, "comparison"), with_laws(field, other, "comparison"))
+    assert common_laws(pair, "comparison") == (["archard"], ["table"])
+    assert common_laws((pair[0], pair[0]), "comparison") == (["archard", "table"], [])
 
 
 def test_break_points_of_ones_own_are_compared_by_number(rig, field, header):

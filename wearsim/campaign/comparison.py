@@ -151,15 +151,15 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
     if laws.wear:
         sets = _wear_sets(laws)
         static |= {
-            "beside_name": laws.names,
-            "beside_coefficients": tuple("" if one is None else one.name for one in sets),
-            "beside_source": tuple("" if one is None else one.source for one in sets),
-            "beside_doubts": tuple("" if one is None else "; ".join(one.uncertain) for one in sets),
-            "beside_form": tuple(
+            "comparison_name": laws.names,
+            "comparison_coefficients": tuple("" if one is None else one.name for one in sets),
+            "comparison_source": tuple("" if one is None else one.source for one in sets),
+            "comparison_warnings": tuple("" if one is None else "; ".join(one.uncertain) for one in sets),
+            "comparison_form": tuple(
                 one.form + (f", seizure cap {one.seizure_cap}" if one.seizure_cap != "none" else "")
                 for one in laws.wear
             ),
-            "beside_regime_name": tuple(
+            "comparison_regime_name": tuple(
                 f"{name}: {regime}"
                 for name, one in zip(laws.names, laws.wear, strict=True)
                 for regime in WEAR_LAWS[one.law].regimes
@@ -171,7 +171,7 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
             "fatigue_name": tuple(one.law for one in laws.fatigue),
             "fatigue_coefficients": tuple(one.name for one in numbers),
             "fatigue_source": tuple(one.source for one in numbers),
-            "fatigue_doubts": tuple("; ".join(one.uncertain) for one in numbers),
+            "fatigue_warnings": tuple("; ".join(one.uncertain) for one in numbers),
             "fatigue_form": tuple(_form(one) for one in laws.fatigue),
             "fatigue_crack_width": np.array([one.crack_width for one in laws.fatigue]),
             "fatigue_wear_limit": np.array(
@@ -193,7 +193,7 @@ def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
     Numbers that act, materials and tests they are for, departures from the source.
     """
     groups: dict[str, list[CoefficientSet | None]] = {
-        "beside": _wear_sets(laws),
+        "comparison": _wear_sets(laws),
         "fatigue": [fatigue.coefficients_of(one) for one in laws.fatigue],
     }
     return {
@@ -238,8 +238,8 @@ def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> 
     """
     row: dict[str, np.ndarray] = {}
     if laws.wear:
-        row["beside_wear_depth"] = np.stack(state.comparison_depth, axis=1)
-        row["beside_worn_area"] = state.comparison_area
+        row["comparison_wear_depth"] = np.stack(state.comparison_depth, axis=1)
+        row["comparison_worn_area"] = state.comparison_area
     if not laws.fatigue:
         return row
     row["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
@@ -253,7 +253,7 @@ def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> 
                 rates[:, k], collective.depth, crack_depth=law.crack_depth, wear_limit=law.wear_limit
             )
             balanced[:, k], limited[:, k] = life.magic_wear_rate, life.limited_by
-    return row | {"balanced_wear_rate": balanced, "life_limited_by": limited}
+    return row | {"magic_wear_rate": balanced, "life_limited_by": limited}
 
 
 def patch_values(

@@ -302,8 +302,8 @@ def _turning_attributes(rules: TurningRules | None) -> dict[str, str | float]:
         return {}
     return {
         TURNED_AT: " ".join(rules.limits),
-        "turning_distances": " ".join(f"{place:.12g}" for place in rules.places),
-        "turning_least_cut": rules.cut,
+        "reprofiling_distances": " ".join(f"{place:.12g}" for place in rules.places),
+        "reprofiling_least_cut": rules.cut,
     }
 
 
@@ -312,17 +312,17 @@ def _header(setup: CampaignSetup, command: str) -> Header:
     static = {
         "wheel_name": ("right", "left"),
         "regime_name": WEAR_LAWS[setup.wear.law].regimes,
-        "op_label": points.label,
-        "op_shift": conditions.shift,
-        "op_yaw": conditions.yaw,
-        "op_roll": conditions.roll,
-        "op_wheel_load": conditions.wheel_load,
-        "op_speed": conditions.speed,
-        "op_friction": conditions.friction,
-        "op_track_curvature": conditions.track_curvature,
-        "op_environment": points.environment,
-        "op_weight": points.weight,
-        "op_block_length": points.block_length,
+        "operating_point_name": points.label,
+        "shift": conditions.shift,
+        "yaw": conditions.yaw,
+        "roll": conditions.roll,
+        "wheel_load": conditions.wheel_load,
+        "speed": conditions.speed,
+        "friction": conditions.friction,
+        "track_curvature": conditions.track_curvature,
+        "environment": points.environment,
+        "weight": points.weight,
+        "block_length": points.block_length,
         "arc_length": arc_length(setup.wheelset.right.y, setup.wheelset.right.z),
         "counterface_y": setup.counterface.profile.y,
         "counterface_z": setup.counterface.profile.z,
@@ -351,7 +351,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "wear_coefficients_materials": coefficients.materials if law.wears else "",
         "wear_coefficients_validity": coefficients.validity if law.wears else "",
         "wear_coefficients_departures": " ".join(coefficients.departures) if law.wears else "",
-        "wear_coefficients_doubts": "; ".join(coefficients.uncertain) if law.wears else "",
+        "wear_coefficients_warnings": "; ".join(coefficients.uncertain) if law.wears else "",
         "wear_law_numbers": ", ".join(coefficients.numbers) if law.wears else "",
         "wear_form": wear.form if law.wears else "",
         "seizure_cap": wear.seizure_cap if "seizure_cap" in law.parameters else "",

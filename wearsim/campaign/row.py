@@ -31,29 +31,12 @@ _MEASURES = (
     "equivalent_conicity",
 )
 
-# variable of the result file -> attribute of ContactSolution
-_PATCH_VALUES = {
-    "wheel_y": "wheel_y",
-    "rail_y": "rail_y",
-    "contact_x": "x",
-    "contact_angle": "contact_angle",
-    "area": "area",
-    "max_pressure": "max_pressure",
-    "patch_length": "length",
-    "patch_width": "width",
-    "approach": "approach",
-    "normal_force": "normal_force",
-    "load_scale": "load_scale",
-    "creepage_x": "creepage_x",
-    "creepage_y": "creepage_y",
-    "spin": "spin",
-    "force_x": "force_x",
-    "force_y": "force_y",
-    "spin_moment": "spin_moment",
-    "slip_area": "slip_area",
-    "power": "power",
-    "power_balance": "power_balance",
-}
+# variables of the result file that are fields of the solution
+_PATCH_VALUES = (
+    "wheel_y", "rail_y", "x", "contact_angle", "area", "max_pressure", "length", "width", "approach",
+    "normal_force", "load_scale", "creepage_x", "creepage_y", "spin", "force_x", "force_y", "spin_moment",
+    "slip_area", "power", "power_balance",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -174,7 +157,7 @@ def summarise(
     fields = solution.fields
     cell_area = fields.cell_length * fields.strip_width[:, None]
     work = (fields.work_density * cell_area[:, None, :]).sum(axis=(1, 2))
-    values = {name: getattr(solution, attribute) for name, attribute in _PATCH_VALUES.items()}
+    values = {name: getattr(solution, name) for name in _PATCH_VALUES}
     values["wear_index_mean"] = work / solution.area
     values["wear_index_max"] = fields.work_density.max(axis=(1, 2), initial=0.0)
 
@@ -182,7 +165,7 @@ def summarise(
     values["wear_depth_rate_max"] = wear.depth_rate_max
     values.update(further)
     flags = {
-        "patch_side": solution.side,
+        "side": solution.side,
         "wear_regime": wear.regime,
         "wear_regime_highest": wear.regime_highest,
     }
@@ -267,7 +250,7 @@ def _turning(state: State, setup: CampaignSetup, measures: Mapping[str, np.ndarr
     if setup.templates is None:
         return {}
     return {
-        "last_turning": np.asarray(state.turned, dtype=np.int32),
+        "last_reprofiling": np.asarray(state.turned, dtype=np.int32),
         "wheel_diameter": measures["wheel_diameter"],
     }
 

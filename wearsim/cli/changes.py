@@ -52,7 +52,7 @@ def load_changed(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Change]
         For `run_scene`.
     """
     from wearsim.errors import Fault, SceneError
-    from wearsim.scene import CompareScene, StudyScene, load_scene
+    from wearsim.scene import CompareScene, SweepScene, load_scene
     from wearsim.scene.changes import Change, value_of
 
     changes: list[Change] = []
@@ -69,7 +69,7 @@ def load_changed(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Change]
     scene = load_scene(arguments.scene, changes=changes)
     if arguments.smoothing is None:
         return scene, changes
-    if isinstance(scene, StudyScene):
+    if isinstance(scene, SweepScene):
         told = f"--smoothing is for campaigns; this scene is of kind {scene.scene.kind}"
         raise SceneError([Fault(told, str(scene.origin.path))])
     parts: dict[str, RigScene | FieldScene]

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+from wearsim.quantities import QUANTITIES
+
 
 class Flag(NamedTuple):
     """One flag. As a column of a table it has underscores for dashes."""
@@ -26,47 +28,55 @@ class Flag(NamedTuple):
         return self.name.replace("-", "_")
 
 
+def _range(name: str) -> tuple[float, float]:
+    return QUANTITIES[name].span
+
+
 _BODIES, _MOTION, _MODELS = "wheelset and counterface", "motion and load", "models"
 
 FLAGS = (
     Flag("wheel", "S1002", "wheel profile, name or file", _BODIES, "word"),
     Flag("rail", "60E1", "rail or roller profile, name or file", _BODIES, "word"),
     Flag("inclination", "1:40", "of the rail, 1:N or none", _BODIES, "inclination"),
-    Flag("gauge-mm", "1435", "gauge, 14 mm below the top", _BODIES, "number", 1e-3, 1000.0, 1700.0),
-    Flag("flange-back-mm", "1360", "distance of the flange backs", _BODIES, "number", 1e-3, 900.0, 1600.0),
-    Flag("wheel-radius-mm", "460", "wheel radius at the tape circle", _BODIES, "number", 1e-3, 150.0, 1500.0),
+    Flag("gauge-mm", "1435", "gauge, 14 mm below the top", _BODIES, "number", 1e-3, *_range("gauge")),
+    Flag("flange-back-mm", "1360", "distance of the flange backs", _BODIES, "number", 1e-3,
+         *_range("back_to_back")),
+    Flag("wheel-radius-mm", "460", "wheel radius at the tape circle", _BODIES, "number", 1e-3,
+         *_range("wheel_radius")),
     Flag("roller-radius-mm", None, "roller radius at its top; without it: rail", _BODIES, "number",
-         1e-3, 50.0, 10000.0),
+         1e-3, *_range("roller_radius")),
     Flag("curve-radius-m", None, "curve radius, positive to the right; without it: tangent", _BODIES, "curve",
-         1.0, -1e6, 1e6),
+         1.0, -_range("curve_radius")[1], _range("curve_radius")[1]),
     Flag("shift-mm", "0", "lateral shift of the wheelset, positive to the right", _MOTION, "number",
-         1e-3, -100.0, 100.0),
+         1e-3, *_range("shift")),
     Flag("yaw-mrad", "0", "yaw of the wheelset, positive to the right", _MOTION, "number",
-         1e-3, -100.0, 100.0),
+         1e-3, *_range("yaw")),
     Flag("roll", None, "roll of the wheelset in mrad, right side down positive, or free: it rests on both "
-         "wheels (default free with --side both, else 0)", _MOTION, "roll", 1e-3, -100.0, 100.0),
-    Flag("wheel-load-kN", "80", "vertical load of each wheel", _MOTION, "number", 1e3, 0.1, 300.0),
+         "wheels (default free with --side both, else 0)", _MOTION, "roll", 1e-3, *_range("roll")),
+    Flag("wheel-load-kN", "80", "vertical load of each wheel", _MOTION, "number", 1e3, *_range("wheel_load")),
     Flag("normal-force-kN", None, "instead of the wheel load: normal force of the single patch of each wheel",
-         _MOTION, "number", 1e3, 0.1, 300.0),
-    Flag("friction", "0.35", "friction coefficient", _MOTION, "number", 1.0, 0.0, 1.0),
-    Flag("speed-km-h", "72", "speed", _MOTION, "number", 1.0 / 3.6, 0.1, 500.0),
+         _MOTION, "number", 1e3, *_range("normal_force")),
+    Flag("friction", "0.35", "friction coefficient", _MOTION, "number", 1.0, *_range("friction")),
+    Flag("speed-km-h", "72", "speed", _MOTION, "number", 1.0 / 3.6, *_range("speed")),
     Flag("rotation", "free", "rotation speed: free (axle torque balance of both wheels), centred, nominal, "
-         "or rad/s", _MOTION, "rotation", 1.0, 0.0, 1000.0),
+         "or rad/s", _MOTION, "rotation", 1.0, *_range("rotation_speed")),
     Flag("creepage", None, "instead of the rotation: given creepages XI_X,XI_Y,SPIN (spin in 1/m) of the "
          "single patch of one wheel", _MOTION, "creepage"),
     Flag("side", "right", "which wheel: right, left or both", _MOTION, "side"),
     Flag("normal", "kik_piotrowski", "normal contact model", _MODELS, "model"),
     Flag("tangential", "fastsim", "tangential contact model", _MODELS, "model"),
-    Flag("youngs-GPa", "210", "Young's modulus of both bodies", _MODELS, "number", 1e9, 1.0, 1000.0),
-    Flag("poisson", "0.3", "Poisson's ratio of both bodies", _MODELS, "number", 1.0, 0.0, 0.5),
-    Flag("strips", "30", "strips across the patch", _MODELS, "count", 1.0, 4.0, 512.0),
-    Flag("cells", "30", "cells along each strip", _MODELS, "count", 1.0, 4.0, 1000.0),
+    Flag("youngs-GPa", "210", "Young's modulus of both bodies", _MODELS, "number", 1e9,
+         *_range("youngs_modulus")),
+    Flag("poisson", "0.3", "Poisson's ratio of both bodies", _MODELS, "number", 1.0,
+         *_range("poisson_ratio")),
+    Flag("strips", "30", "strips across the patch", _MODELS, "count", 1.0, *_range("strips")),
+    Flag("cells", "30", "cells along each strip", _MODELS, "count", 1.0, *_range("cells")),
 )  # fmt: skip
 
 COLUMNS = {flag.column: flag for flag in FLAGS}
 """Flags by their name as a column."""
 
-_TIGHTEST_CURVE = 10.0  # m; depot curves have 80
+_TIGHTEST_CURVE = _range("curve_radius")[0]
 _INSTEAD = (("wheel_load_kN", "normal_force_kN"), ("rotation", "creepage"))  # only one of each pair acts
 
 
@@ -263,21 +273,22 @@ def _inclination(text: str) -> tuple[float | None, str | None]:
     """Slope of the rail's axis from 1:N or none."""
     if text == "none":
         return 0.0, None
+    low, high = _range("inclination_ratio")
     first, _, second = text.partition(":")
-    if first.strip() == "1" and second.strip().isdecimal() and 10 <= int(second[:9]) <= 100:
+    if first.strip() == "1" and second.strip().isdecimal() and low <= int(second[:9]) <= high:
         return 1.0 / int(second), None
-    return None, "must be 1:N with N from 10 to 100, or none; 60E1 mostly lies at 1:40"
+    return None, f"must be 1:N with N from {low:g} to {high:g}, or none; 60E1 mostly lies at 1:40"
 
 
 def _rotation(flag: Flag, text: str) -> tuple[str | float | None, str | None]:
     """Rule or rotation speed [rad/s]."""
-    from wearsim.contact.rotation import RULES
+    from wearsim.contact.equilibrium import RULES
 
     if text in RULES:
         return text, None
     speed = _number(text)
-    if not flag.low < speed < flag.high:
-        return None, f"must be {', '.join(RULES)}, or a speed above 0 and below {flag.high:g} rad/s"
+    if not flag.low < speed <= flag.high:
+        return None, f"must be {', '.join(RULES)}, or a speed above 0 and up to {flag.high:g} rad/s"
     return speed, None
 
 
@@ -285,7 +296,9 @@ def _creepage(text: str) -> tuple[tuple[float, ...] | None, str | None]:
     numbers = [_number(part) for part in text.split(",")]
     if len(numbers) != 3:
         return None, "must be three numbers with commas between them: XI_X,XI_Y,SPIN"
-    for name, number, limit in zip(("XI_X", "XI_Y", "SPIN"), numbers, (1.0, 1.0, 100.0), strict=True):
+    names = {"XI_X": "creepage_x", "XI_Y": "creepage_y", "SPIN": "spin"}
+    for (name, quantity), number in zip(names.items(), numbers, strict=True):
+        limit = _range(quantity)[1] / QUANTITIES[quantity].shown_factor
         if not abs(number) <= limit:
             return None, f"must have {name} from {-limit:g} to {limit:g}{' 1/m' if name == 'SPIN' else ''}"
     return tuple(numbers), None

@@ -25,7 +25,7 @@ PATCH_NAMES = (
     "normal_force", "creepage_x", "creepage_y", "spin", "force_x", "force_y", "spin_moment", "slip_area",
     "power", "power_balance",
 )  # fmt: skip
-"""Numbers of each patch, names as in JSON and in the nomenclature."""
+"""Numbers of each patch, names as in JSON and in the table of quantities."""
 
 _SIDES = {"right": (0,), "left": (1,), "both": (0, 1)}
 _REMOVALS = 3  # faulty points taken out of a batch one by one, before the rest is solved point by point

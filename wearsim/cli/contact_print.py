@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from wearsim.cli.contact_points import PATCH_NAMES, PointResult
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 
 _PRINTED = (
     # column, name, factor to the shown unit, format
@@ -32,7 +32,7 @@ _RENAMED = {"normal_force_kN": "patch_normal_force_kN"}  # the first is a flag
 
 def _column(name: str) -> tuple[str, float]:
     """Name of a result with its unit, and the factor from SI."""
-    quantity = NOMENCLATURE[name]
+    quantity = QUANTITIES[name]
     if quantity.shown_unit not in _ENDINGS:  # ratios, also those shown in thousandths
         return name, 1.0
     told = name + _ENDINGS[quantity.shown_unit]

@@ -8,7 +8,7 @@ import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from wearsim.profile.distance_ranges import DISTANCE_RANGES
+from wearsim.quantities import QUANTITIES
 
 PICTURES = ("png", "svg", "pdf")
 WRITTEN = ("two-column", "miniprof", "simpack")
@@ -30,29 +30,36 @@ class Number(NamedTuple):
         return self.name.replace("-", "_")
 
 
+_DIAMETERS = QUANTITIES["wheel_diameter"].span
 BELOW_TIP = Number(
     "below-tip-mm",
     "depth of the upper point of qR below the flange tip (default 2)",
-    *DISTANCE_RANGES["below_tip"],
+    *QUANTITIES["below_tip"].span,
 )
 LEVEL = Number(
     "level-mm",
     "height of Sd and of the lower point of qR above the tape circle (default 10)",
-    *DISTANCE_RANGES["level"],
+    *QUANTITIES["level"].span,
 )
 TAPE = Number(
     "tape-mm",
     "distance of the tape circle from the flange back (default 70)",
-    *DISTANCE_RANGES["flange_back"],
+    *QUANTITIES["flange_back"].span,
 )
-GAUGE = Number("gauge-mm", "gauge, 14 mm below the top (default 1435)", 1000.0, 1700.0)
+GAUGE = Number("gauge-mm", "gauge, 14 mm below the top (default 1435)", *QUANTITIES["gauge"].span)
 FLANGE_BACK = Number(
-    "flange-back-mm", "distance of the flange backs; stated, it is judged, too (default 1360)", 900.0, 1600.0
+    "flange-back-mm",
+    "distance of the flange backs; stated, it is judged, too (default 1360)",
+    *QUANTITIES["back_to_back"].span,
 )
-RADIUS = Number("wheel-radius-mm", "wheel radius at the tape circle", 150.0, 1500.0)
-DIAMETER = Number("diameter-mm", "wheel diameter at the tape circle, instead of the radius", 300.0, 3000.0)
-LEFT_DIAMETER = Number("left-diameter-mm", "diameter of the left wheel, if it differs", 300.0, 3000.0)
-SMOOTH = Number("smooth-mm", "take out waves shorter than this before anything is measured", 0.5, 50.0)
+RADIUS = Number("wheel-radius-mm", "wheel radius at the tape circle", *QUANTITIES["wheel_radius"].span)
+DIAMETER = Number("diameter-mm", "wheel diameter at the tape circle, instead of the radius", *_DIAMETERS)
+LEFT_DIAMETER = Number("left-diameter-mm", "diameter of the left wheel, if it differs", *_DIAMETERS)
+SMOOTH = Number(
+    "smooth-mm",
+    "take out waves shorter than this before anything is measured",
+    *QUANTITIES["noise_wavelength"].span,
+)
 
 _GAUGE_DISTANCES = (BELOW_TIP, LEVEL, TAPE)
 _WHEELSET = (GAUGE, FLANGE_BACK, RADIUS, DIAMETER, LEFT_DIAMETER)

@@ -12,14 +12,14 @@ from pathlib import Path
 from wearsim.cli.profile_flags import Request
 from wearsim.cli.profile_run import Collected, circumstances, kind_faults, save
 from wearsim.errors import Fault
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.limits import load_limits
+from wearsim.quantities import QUANTITIES
 from wearsim.studies.profile_examination import counterpart_of
 from wearsim.studies.profile_fleet import FleetRow, fleet_rows, fleet_state, profile_files
 from wearsim.studies.profile_subject import Subject, read_subject
 
 COLUMNS = {
-    # column: name in the nomenclature, digits
+    # column: quantity, digits
     "Sh_mm": ("flange_height", 3),
     "Sd_mm": ("flange_thickness", 3),
     "qR_mm": ("flange_gradient", 3),
@@ -126,7 +126,7 @@ def _cells(row: FleetRow) -> dict[str, str]:
     cells |= {key: row.identity.get(key, "") for key in _IDENTITY[1:]}
     for column, (name, digits) in COLUMNS.items():
         value = row.values.get(name)
-        factor = NOMENCLATURE[name].shown_factor
+        factor = QUANTITIES[name].shown_factor
         cells[column] = "" if value is None else f"{value * factor:.{digits}f}"
     cells["exceeded"] = " ".join(_SHORT.get(name, name) for name in row.exceeded)
     cells["not_judged"] = " ".join(_SHORT.get(name, name) for name in row.not_judged)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable, Sequence
 
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.limits import NO_DIAMETER, Judgement
 from wearsim.profile.measures import Measures
 from wearsim.profile.shape import arc_length
+from wearsim.quantities import QUANTITIES
 from wearsim.studies.profile_examination import Comparison, Examination
 from wearsim.studies.profile_subject import Subject
 from wearsim.studies.profile_turning import TurnedWheel
@@ -200,7 +200,7 @@ def _limits(found: Examination) -> list[str]:
 
 def _judgement(measure: str, group: Sequence[Judgement]) -> str:
     """Value, limits and margin of one measure, or why it cannot be judged."""
-    factor = NOMENCLATURE[measure].shown_factor
+    factor = QUANTITIES[measure].shown_factor
     value = group[0].value
     bounds = {each.bound: each.limit for each in group}
     cells = [
@@ -227,7 +227,7 @@ def _judgement(measure: str, group: Sequence[Judgement]) -> str:
 
 def _named(name: str) -> str:
     symbol = f" {SYMBOLS[name]}" if name in SYMBOLS else ""
-    return NOMENCLATURE[name].meaning + symbol
+    return QUANTITIES[name].meaning + symbol
 
 
 def _difference(value: float, before: float) -> str:
@@ -254,7 +254,7 @@ def _reasons(columns: Sequence[tuple[str, Measures]]) -> Iterable[str]:
         for title, measures in columns:
             if name in measures.missing:
                 whose = f" of {title}" if len(columns) > 1 else ""
-                missing.setdefault((whose, measures.missing[name]), []).append(NOMENCLATURE[name].meaning)
+                missing.setdefault((whose, measures.missing[name]), []).append(QUANTITIES[name].meaning)
     for (whose, why), names in missing.items():
         yield f"no {', '.join(names)}{whose}: {why}"
 

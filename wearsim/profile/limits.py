@@ -37,7 +37,7 @@ class Judgement:
     Parameters
     ----------
     measure : str
-        Name in `wearsim.nomenclature`.
+        Name in `wearsim.quantities`.
     value : float or None
         Measured, SI; None: not measured.
     bound : {"min", "max"}

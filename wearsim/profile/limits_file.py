@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from wearsim.errors import ProfileError
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.formats.text import Faults, read_text
 from wearsim.profile.standard import shipped_path
+from wearsim.quantities import QUANTITIES
 
 LIMITED = (
     "flange_height",
@@ -81,7 +81,7 @@ class Limit:
     Parameters
     ----------
     measure : str
-        Name in `wearsim.nomenclature`.
+        Name in `wearsim.quantities`.
     least, most : float or None
         In SI units; None: no such bound.
     diameters : DiameterRange
@@ -230,7 +230,7 @@ class _Reader:
             told = "measure is missing" if measure is None else f"measure = {measure!r} is not known"
             self.faults.add(f"{told}; it is one of {', '.join(LIMITED)}{hint}", self.line(block, "measure"))
             return None
-        length = NOMENCLATURE[measure].unit == "m"
+        length = QUANTITIES[measure].unit == "m"
         unit, per = ("_mm", 1e3) if length else ("", 1.0)
         bounds: list[float | None] = []
         for bound in BOUNDS:

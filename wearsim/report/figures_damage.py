@@ -38,8 +38,8 @@ def plot_wear_laws(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 
     leading = str(dataset.attrs.get("wear_law", "leading law"))
     depth = shown("wear_depth", dataset["wear_depth"].values[row, wheel])
     ax.plot(y, depth, color=COLOURS[role_of(dataset)], lw=2.2, label=f"{leading}, leading")
-    for k, name in enumerate(dataset["beside_name"].values):
-        depth = shown("beside_wear_depth", dataset["beside_wear_depth"].values[row, wheel, k])
+    for k, name in enumerate(dataset["comparison_name"].values):
+        depth = shown("comparison_wear_depth", dataset["comparison_wear_depth"].values[row, wheel, k])
         ax.plot(y, depth, color=_colour(k + 1), lw=1.2, label=str(name))
     ax.set_xlabel(_NEW_Y)
     ax.set_ylabel(wrapped(label(dataset, "wear_depth")))
@@ -90,7 +90,7 @@ def plot_balance(dataset: xr.Dataset, ax: Axes | None = None, *, law: int, wheel
     row = last_worn_row(dataset)
     y = shown("profile_y", new_place(dataset, wheel))
     wear = shown("wear_depth_rate", dataset["wear_depth_rate"].values[row, wheel])
-    balanced = shown("balanced_wear_rate", dataset["balanced_wear_rate"].values[row, wheel, law])
+    balanced = shown("magic_wear_rate", dataset["magic_wear_rate"].values[row, wheel, law])
     ax.plot(y, wear, color=COLOURS[role_of(dataset)], label="wear")
     ax.plot(y, balanced, "--", color=COLOURS["difference"], lw=1.2, label="balance: cracks just do not grow")
     grows = balanced > wear
@@ -118,7 +118,7 @@ def shear_yield_told(dataset: xr.Dataset) -> str:
     known = np.flatnonzero(np.isfinite(dataset["fatigue_shear_yield"].values))
     if known.size:
         name, numbers, doubts = (
-            str(dataset[f"fatigue_{key}"].values[known[0]]) for key in ("name", "coefficients", "doubts")
+            str(dataset[f"fatigue_{key}"].values[known[0]]) for key in ("name", "coefficients", "warnings")
         )
         doubt = [part for part in doubts.split("; ") if part.startswith("shear_yield")]
         if not doubt:
@@ -174,7 +174,7 @@ def plot_shakedown(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
         told = f"{curve.label} ({curve.certainty})"
         ax.plot(curve.friction, curve.ratio, line, color="#444444", markersize=12.0, label=told)
     for row, (friction, ratio) in places.items():
-        side = dataset["patch_side"].values[row]
+        side = dataset["side"].values[row]
         for wheel, which in enumerate(WHEELS):
             here = (side == wheel) & np.isfinite(friction)
             ax.plot(
@@ -201,14 +201,14 @@ def plot_passage_damage(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """
     ax = own_axes(ax)
     damage = dataset["fatigue_damage_passage"].values[last_worn_row(dataset)]
-    shift = np.broadcast_to(shown("op_shift", dataset["op_shift"].values)[:, None], damage.shape[:2])
+    shift = np.broadcast_to(shown("shift", dataset["shift"].values)[:, None], damage.shape[:2])
     here = np.isfinite(damage[..., 0])
     for k, name in enumerate(dataset["fatigue_name"].values):
         ax.plot(
             shift[here], normalised(damage[here][:, k]), _MARKERS[k % len(_MARKERS)], color=_colour(k),
             markerfacecolor="none", label=str(name),
         )  # fmt: skip
-    ax.set_xlabel(label(dataset, "op_shift"))
+    ax.set_xlabel(label(dataset, "shift"))
     ax.set_ylabel(wrapped("Damage of a load cycle over the largest of the law"))
     return ax
 

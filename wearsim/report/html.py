@@ -51,7 +51,7 @@ _PROVENANCE = (
     ("wear_coefficients_materials", "Materials of the coefficients"),
     ("wear_coefficients_validity", "Validity of the coefficients"),
     ("wear_coefficients_departures", "Departures from the source"),
-    ("wear_coefficients_doubts", "Uncertain coefficients"),
+    ("wear_coefficients_warnings", "Uncertain coefficients"),
     ("finished", "Finished"),
 )
 
@@ -115,7 +115,7 @@ def render(datasets: list[xr.Dataset], convergence: Sequence[Convergence] = ()) 
         "sections": [s for s in SECTIONS if s[0] not in absent],
         "wear_tables": [
             *(tables_damage.wear_laws(data) + pages_counterface.table(data) for data in datasets),
-            tables_damage.damage_factors(translation, "beside"),
+            tables_damage.damage_factors(translation, "comparison"),
         ],
         "fatigue_tables": [
             *(tables_index.table(data) + tables_damage.fatigue_tables(data) for data in datasets),

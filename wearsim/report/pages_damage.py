@@ -29,7 +29,7 @@ def plates(datasets: list[xr.Dataset]) -> list[Plate]:
     list of Plate
         In the order of the report.
     """
-    beside = [data for data in datasets if "beside_name" in data]
+    beside = [data for data in datasets if "comparison_name" in data]
     tired = [data for data in datasets if "fatigue_name" in data]
     found = [_wear_laws(beside)] if beside else []
     if tired:

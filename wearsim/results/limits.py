@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.damage.fatigue import counts_cycles
-from wearsim.results.layout import FILL_FLOAT
+from wearsim.results.schema import FILL_FLOAT
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,7 +29,7 @@ LIMITED: Mapping[str, float] = {
 
 _ATTRIBUTE = "limit_"
 END = "end_at_limit"
-TURNED_AT = "turning_limits"
+TURNED_AT = "reprofiling_limits"
 """Attribute that names, separated by spaces, the limits at which wheels are turned."""
 
 

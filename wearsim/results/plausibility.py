@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wearsim.damage.wear import WEAR_LAWS
-from wearsim.nomenclature import percent
 from wearsim.results.turnings import damage_left, depth_by_regime, spans
 
 if TYPE_CHECKING:
@@ -136,7 +135,7 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
         None where no factor deviates by more than `LOAD_TOLERANCE`. The distance of a step counts for the
         state it starts from.
     """
-    counts = dataset["op_weight"].values > 0.0
+    counts = dataset["weight"].values > 0.0
     scale = dataset["load_scale"].values[:, counts]
     deviation = np.nan_to_num(np.abs(scale - 1.0)).max(axis=-1, initial=0.0)
     scaled = deviation > LOAD_TOLERANCE
@@ -217,9 +216,9 @@ def regime_shares(dataset: xr.Dataset, wanted: str) -> dict[str, float]:
     depth = depth_by_regime(dataset).sum(axis=0)
     if wanted in names and depth.sum() > 0.0:
         found[str(dataset.attrs["wear_law"])] = float(depth[names.index(wanted)] / depth.sum())
-    if "beside_name" in dataset:
-        area = dataset["beside_worn_area"].values[-1].sum(axis=0)
-        pairs = [str(name).split(": ", 1) for name in dataset["beside_regime_name"].values]
+    if "comparison_name" in dataset:
+        area = dataset["comparison_worn_area"].values[-1].sum(axis=0)
+        pairs = [str(name).split(": ", 1) for name in dataset["comparison_regime_name"].values]
         for k, (law, regime) in enumerate(pairs):
             total = sum(float(area[i]) for i, (owner, _) in enumerate(pairs) if owner == law)
             if regime == wanted and total > 0.0:
@@ -323,6 +322,20 @@ def doubts(dataset: xr.Dataset) -> list[str]:
         cracks_warning(dataset),
     )
     return [line for line in found if line is not None]
+
+
+def percent(share: float) -> str:
+    """Write a share with two digits, or to the whole per cent above that, never with an exponent.
+
+    Parameters
+    ----------
+    share : float
+        1 is 100 % [-].
+    """
+    value = 100.0 * share
+    if 0.0 < abs(value) < 1e-3:
+        return "less than 0.001 %"
+    return f"{value:.2g} %" if abs(value) < 99.5 else f"{value:.0f} %"
 
 
 def _percent(share: float) -> str:

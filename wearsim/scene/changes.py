@@ -14,6 +14,7 @@ from tree_sitter import Language, Node, Parser
 
 from wearsim.errors import Fault
 from wearsim.scene.faults import KeyPath, Lines, header_keys, key_lines, line_of, shown
+from wearsim.scene.toml import toml_value
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
@@ -126,21 +127,6 @@ def changed_text(text: str, changes: Sequence[Change]) -> ChangedText:
             text = made
             lines[path] = ChangedLine(line_of(lines, path), change)
     return ChangedText(text, lines, tuple(faults))
-
-
-def toml_value(value: Any) -> str:
-    """Write a value as TOML.
-
-    Parameters
-    ----------
-    value : str, bool, int, float or list
-        As `tomllib` gives it.
-    """
-    if isinstance(value, bool | str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(toml_value(item) for item in value) + "]"
-    return repr(value)
 
 
 def value_of(text: str) -> Any:

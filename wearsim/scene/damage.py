@@ -23,7 +23,7 @@ from wearsim.damage.fatigue.wlrm import own_function
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, energy
 from wearsim.damage.wear.table import WearTable
 from wearsim.errors import SceneError
-from wearsim.scene.section import Registered, Section, Text, quantity, words
+from wearsim.scene.section import Registered, Section, Text, number, words
 from wearsim.scene.wear_table import PathFaults, WearTableSection, wear_table
 
 
@@ -86,21 +86,17 @@ class WearSection(Section):
         None, description="the set of wear coefficients, named after its paper; each law has one of its own"
     )
     form: Literal["local", "patch_mean"] | None = Field(None, description=_FORM)
-    energy_coefficient_mm3_kJ: float | None = quantity(
+    energy_coefficient_mm3_kJ: float | None = number(
+        "energy_coefficient",
         "the volume lost per frictional work, one constant in place of a set "
         f"(law = {wear.laws_that_take('energy_coefficient')})",
-        "mm3/kJ",
         None,
-        gt=0,
-        le=1000,
     )
-    density_kg_m3: float = quantity("the density of the wheel", "kg/m3", 7850.0, ge=500, le=25000)
-    hardness_GPa: float | None = quantity(
+    density_kg_m3: float = number("density", "the density of the wheel", 7850.0)
+    hardness_GPa: float | None = number(
+        "hardness",
         f"the hardness of the wheel, in place of that of the set (law = {wear.laws_that_take('hardness')})",
-        "GPa",
         None,
-        ge=0.5,
-        le=10,
     )
     seizure_cap: Literal["none", "pressure", "regime"] = Field(
         "none",
@@ -132,11 +128,11 @@ class DamageFunctionSection(Section):
 
     source: Text = words("where the break points come from")
     certainty: Text = words("how sure they are, in words")
-    start_N: float = quantity("the wear number at which damage begins", "N", ge=0, le=1e5)
-    peak_N: float = quantity("the wear number of the largest damage", "N", gt=0, le=1e5)
-    end_N: float = quantity("the wear number at which damage is zero again", "N", gt=0, le=1e6)
-    peak_damage: float = quantity("the largest damage of a passage", "", gt=0, le=1)
-    floor: float | None = quantity("the lowest damage beyond the end", "", None, ge=-1, le=0)
+    start_N: float = number("wear_number_start", "the wear number at which damage begins")
+    peak_N: float = number("wear_number_peak", "the wear number of the largest damage")
+    end_N: float = number("wear_number_end", "the wear number at which damage is zero again")
+    peak_damage: float = number("peak_damage", "the largest damage of a passage")
+    floor: float | None = number("damage_floor", "the lowest damage beyond the end", None)
 
 
 class FatigueSection(Section):
@@ -148,12 +144,8 @@ class FatigueSection(Section):
     coefficients: Annotated[tuple[FatigueSetName, ...], Strict(False)] = Field(
         (), max_length=20, description="sets that replace the laws' own ones"
     )
-    shear_yield_MPa: float | None = quantity(
-        "the yield stress of the wheel in cyclic shear",
-        "MPa",
-        None,
-        ge=50,
-        le=1500,
+    shear_yield_MPa: float | None = number(
+        "fatigue_shear_yield", "the yield stress of the wheel in cyclic shear", None
     )
     wear_number: Literal["without_spin", "with_spin"] = Field(
         "without_spin", description="the wear number that laws of T-gamma take"
@@ -163,22 +155,16 @@ class FatigueSection(Section):
         description=f"the form of law = {fatigue.laws_that_take('branch')}: with the removal of cracks by "
         "wear in it, or without",
     )
-    crack_depth_mm: float | None = quantity(
-        "the depth of a crack of damage 1, which wear removes",
-        "mm",
-        None,
-        ge=0.001,
-        le=100,
+    crack_depth_mm: float | None = number(
+        "fatigue_crack_depth", "the depth of a crack of damage 1, which wear removes", None
     )
-    crack_width_mm: float = quantity(
-        "the width of profile over which damage counts as that of one place", "mm", 10.0, ge=0.1, le=200
+    crack_width_mm: float = number(
+        "fatigue_crack_width", "the width of profile over which damage counts as that of one place", 10.0
     )
-    wear_limit_mm: float = quantity(
+    wear_limit_mm: float = number(
+        "fatigue_wear_limit",
         "the depth that may wear, against which cracks of a stated depth are weighed",
-        "mm",
         3.0,
-        ge=0.01,
-        le=100,
     )
     damage_function: DamageFunctionSection | None = None
 

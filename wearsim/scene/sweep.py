@@ -13,13 +13,14 @@ import numpy as np
 from pydantic import Field, Strict
 
 from wearsim.errors import Fault, SceneError
+from wearsim.quantities import QUANTITIES
 from wearsim.scene.changes import Change, value_of
 from wearsim.scene.faults import KeyPath, line_of, shown
 from wearsim.scene.inputs import find_file
 from wearsim.scene.models import Header, SceneModel
-from wearsim.scene.section import Section, Text, quantity, words
+from wearsim.scene.section import Section, Text, number, words
 
-MOST_CASES = 100_000
+MOST_CASES = QUANTITIES["sweep_cases"].range.high
 DESIGNS = ("full_factorial", "list", "latin_hypercube")
 DIGITS = 6
 """Significant digits of values drawn from a range: enough for any input, and legible in tables."""
@@ -43,8 +44,8 @@ class CasesSection(Section):
         description="every value with every other, the first values of all keys, then the second, or drawn "
         "from ranges",
     )
-    cases: int | None = quantity("the number of cases of a latin_hypercube", "", None, ge=1, le=MOST_CASES)
-    seed: int | None = quantity("the seed of a latin_hypercube", "", None, ge=0, le=2**32 - 1)
+    cases: int | None = number("sweep_cases", "the number of cases of a latin_hypercube", None)
+    seed: int | None = number("sweep_seed", "the seed of a latin_hypercube", None)
     table: Text | None = words("a CSV file of cases, with columns named as keys are", None)
     vary: dict[str, Any] = Field(
         {}, description="the keys that are varied, each with the list of its values, or its range"
@@ -195,7 +196,7 @@ def read_sweep(scene: SweepScene) -> tuple[Sweep | None, list[Fault]]:
         rows, told_of_design = design_rows(varied, section.design, section.cases or 0, section.seed or 0)
         faults += told_of_design
     if len(rows) * len(bases) > MOST_CASES:
-        fault(f"{len(rows) * len(bases)} cases are too many; at most {MOST_CASES}")
+        fault(f"{len(rows) * len(bases)} cases are too many; at most {MOST_CASES:g}")
     if faults:
         return None, sorted(faults, key=lambda fault: (fault.file != file, fault.line or 0))
     pairs = itertools.product([base for base in bases if base is not None], rows)
@@ -308,7 +309,7 @@ def design_rows(
         return list(zip(*columns, strict=True)) if columns else [()], []
     if np.prod([len(item.values) for item in varied], dtype=float) > MOST_CASES:
         place = (varied[0].file, varied[0].line)
-        return [], [Fault(f"more than {MOST_CASES} cases; give fewer values, or a latin_hypercube", *place)]
+        return [], [Fault(f"more than {MOST_CASES:g} cases; give fewer values, or a latin_hypercube", *place)]
     return list(itertools.product(*([item.change(v) for v in item.values] for item in varied))), faults
 
 
@@ -350,14 +351,12 @@ def table_rows(path: Path) -> tuple[list[tuple[Change, ...]], list[Fault]]:
     if len(set(keys)) < len(keys):
         faults.append(Fault("two columns have the same key; delete one", file, top))
     cases = []
-    for number, cells in body:
+    for row, cells in body:
         if len(cells) != len(keys):
-            faults.append(
-                Fault(f"{len(cells)} cells where the first line has {len(keys)} keys", file, number)
-            )
+            faults.append(Fault(f"{len(cells)} cells where the first line has {len(keys)} keys", file, row))
             continue
         pairs = zip(keys, cells, strict=True)
-        cases.append(tuple(Change(k, value_of(cell), file, number) for k, cell in pairs if cell.strip()))
+        cases.append(tuple(Change(k, value_of(cell), file, row) for k, cell in pairs if cell.strip()))
     return cases, faults
 
 

@@ -14,10 +14,10 @@ import xarray as xr
 
 from wearsim.contact.patch import FloatArray
 from wearsim.errors import ProfileError, WearsimError
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.formats import FORMATS
 from wearsim.profile.limits import LimitSet
 from wearsim.profile.shape import Profile, arc_length
+from wearsim.quantities import QUANTITIES
 from wearsim.studies.profile_examination import JUDGED_AMPLITUDE, Circumstances, Examination, examine
 from wearsim.studies.profile_subject import Kind, Subject, read_subject
 
@@ -42,7 +42,7 @@ class FleetRow:
         stock, car, axle and side of the header, as far as they are there, kind and format, and with a
         comparison the rule of alignment.
     values : mapping of str to float
-        By their names in `wearsim.nomenclature`, SI; what could not be measured is left out.
+        By their names in `wearsim.quantities`, SI; what could not be measured is left out.
     exceeded : tuple of str
         Names of measures beyond a limit.
     not_judged : tuple of str
@@ -313,5 +313,5 @@ def fleet_state(rows: list[FleetRow], reference: Subject | None, limits: LimitSe
 
 @lru_cache(maxsize=64)
 def _attributes(name: str) -> dict[str, str]:
-    quantity = NOMENCLATURE[name]
+    quantity = QUANTITIES[name]
     return {"long_name": quantity.meaning, "units": quantity.unit or "1"}

@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 
 from wearsim.errors import ProfileError
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.alignment import Alignment
 from wearsim.profile.measures import flange_gradient, flange_height, flange_thickness
 from wearsim.profile.shape import Profile, extremum
 from wearsim.profile.worn import WearBetween
+from wearsim.quantities import QUANTITIES
 from wearsim.studies.profile_examination import Comparison, Examination
 from wearsim.studies.profile_running import Running
 from wearsim.studies.profile_subject import Subject
@@ -85,7 +85,7 @@ def profile_state(
     distances : mapping of str to float, optional
         `level`, `below_tip` and `tape`, needed with `points` [m].
     measures : mapping of str to float, optional
-        Sh, Sd and qR by their names in the nomenclature, needed with `points` [m].
+        Sh, Sd and qR by their names as quantities, needed with `points` [m].
     wear : WearBetween, optional
         From the reference to the profile.
     running, reference_running : Running, optional
@@ -173,7 +173,7 @@ def examination_state(found: Examination) -> xr.Dataset:
     title = f"{subject.profile.name}: {subject.kind}, {subject.title}"
     exceeded = dict.fromkeys(each.measure for each in found.judgements if each.exceeded)
     lines = {"title": title, "exceeded": " ".join(exceeded)}
-    beyond = [NOMENCLATURE[each.measure].meaning for each in found.left_judgements if each.exceeded]
+    beyond = [QUANTITIES[each.measure].meaning for each in found.left_judgements if each.exceeded]
     if found.left is not None and beyond:
         # its measures have no dimension lines: its label tells them
         told = ", ".join(dict.fromkeys(beyond))
@@ -215,7 +215,7 @@ def _moved(points: np.ndarray, alignment: Alignment) -> np.ndarray:
 
 
 def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
-    quantity = NOMENCLATURE[name]
+    quantity = QUANTITIES[name]
     attributes = {"long_name": quantity.meaning, "units": quantity.unit or "1"}
     if quantity.sign:
         attributes["comment"] = quantity.sign

@@ -12,7 +12,7 @@ import numpy as np
 
 from wearsim.campaign.record import write_atomically
 from wearsim.errors import ResultError
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.results import GROUPS, LAYOUT, open_results
 from wearsim.results.turnings import last_worn_row
 from wearsim.studies.sweep_directory import campaigns_of, outcomes_of, read_plan
@@ -29,7 +29,7 @@ MEASURES = tuple(
 )
 """Variables of a result file that have one value per campaign or per wheel; the table has their last ones."""
 
-BELOW = ("counterface_max_wear_depth", "counterface_worn_area", "counterface_turned_depth")
+BELOW = ("counterface_max_wear_depth", "counterface_worn_area", "counterface_redressed_depth")
 """The same of rails or rollers, where those of any case wear."""
 
 WHEELS = ("right", "left")
@@ -84,7 +84,7 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         values = np.full(shape, np.nan)
         for (row, campaign), end in ends.items():
             values[row, campaigns.index(campaign)] = end.get(name, np.nan)
-        quantity = NOMENCLATURE[name]
+        quantity = QUANTITIES[name]
         about = {"units": quantity.unit, "long_name": quantity.meaning}
         if quantity.sign:
             about["comment"] = quantity.sign
@@ -197,7 +197,7 @@ def _plain(value: Any) -> Any:
 
 
 def _measures(row: dict[str, Any], name: str, values: np.ndarray, campaign: int | None) -> None:
-    quantity = NOMENCLATURE[name]
+    quantity = QUANTITIES[name]
     unit, factor = ("km", 1e-3) if name == "distance" else (quantity.shown_unit, quantity.shown_factor)
     suffix = {"mm²": "_mm2", "1": "", "": ""}.get(unit, f"_{unit}")
     wheels = [""] if values.ndim == 1 else [f"_{wheel}" for wheel in WHEELS]
