@@ -184,7 +184,7 @@ class Increment(NamedTuple):
     Parameters
     ----------
     regime_depth : (2, n_regimes, n) array
-        Depth by the regimes of the leading law [m].
+        Depth by the regimes of the active law [m].
     comparison : tuple of (2, n_regimes, n) arrays
         The same by each comparison law and its regimes [m].
     fatigue : tuple of (2, n) arrays

@@ -1,4 +1,4 @@
-"""Figures of the laws beside the leading wear law, and of rolling contact fatigue."""
+"""Figures of the comparison laws and of rolling contact fatigue."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _BOUNDARY_LINES = ("-", "--", "_")
 
 
 def plot_wear_laws(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
-    """Draw the wear depth along the profile by the leading law and by each law beside it.
+    """Draw the wear depth along the profile by the active law and by each comparison law.
 
     Parameters
     ----------
     dataset : Dataset
-        Result of a campaign with laws beside the leading one.
+        Result of a campaign with comparison laws.
     ax : Axes, optional
         Where to draw.
     wheel : int
@@ -35,9 +35,9 @@ def plot_wear_laws(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 
     ax = own_axes(ax)
     row = last_worn_row(dataset)
     y = shown("profile_y", new_place(dataset, wheel))
-    leading = str(dataset.attrs.get("wear_law", "leading law"))
+    active = str(dataset.attrs.get("wear_law", "active law"))
     depth = shown("wear_depth", dataset["wear_depth"].values[row, wheel])
-    ax.plot(y, depth, color=COLOURS[role_of(dataset)], lw=2.2, label=f"{leading}, leading")
+    ax.plot(y, depth, color=COLOURS[role_of(dataset)], lw=2.2, label=f"{active}, active")
     for k, name in enumerate(dataset["comparison_name"].values):
         depth = shown("comparison_wear_depth", dataset["comparison_wear_depth"].values[row, wheel, k])
         ax.plot(y, depth, color=_colour(k + 1), lw=1.2, label=str(name))

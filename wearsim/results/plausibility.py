@@ -191,7 +191,7 @@ def seizure_shares(dataset: xr.Dataset) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        By law, leading and beside; empty where no law has that regime, or nothing is worn by it.
+        By law, active and comparison laws; empty where no law has that regime, or nothing is worn by it.
     """
     return regime_shares(dataset, "seizure")
 
@@ -209,7 +209,7 @@ def regime_shares(dataset: xr.Dataset, wanted: str) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        By law, leading and beside; empty where no law has that regime, or nothing is worn by it.
+        By law, active and comparison laws; empty where no law has that regime, or nothing is worn by it.
     """
     found = {}
     names = [str(name) for name in dataset["regime_name"].values]

@@ -18,7 +18,7 @@ from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS, WearTable
 from wearsim.errors import Fault, SceneError
 from wearsim.scene.faults import KeyPath, Lines, key_lines, line_of, syntax_fault, validation_faults
-from wearsim.scene.section import Section, Text, quantity, words
+from wearsim.scene.section import Section, Text, number, words
 
 MAX_BYTES = 1_000_000
 _MOST_FAULTS = 20  # lines of one message; a wrong column is a fault of every row
@@ -46,7 +46,7 @@ class WearTableSection(Section):
     below: Literal["proportional", "hold", "zero"] | None = Field(
         None, description="what holds below the first row, where that is above 0"
     )
-    hardness_GPa: float | None = quantity("the hardness of the wheel", "GPa", None, ge=0.1, le=20)
+    hardness_GPa: float | None = number("hardness", "the hardness of the wheel", None)
     T_gamma_A_N_mm2: Column | None = column("frictional work per area and distance", "N/mm2")
     power_density_W_mm2: Column | None = column("frictional power per area", "W/mm2")
     slip_speed_m_s: Column | None = column("the sliding speed", "m/s")
@@ -251,31 +251,31 @@ def _parsed_csv(file: str, text: str) -> tuple[dict[str, Any], Lines]:
     lines: Lines = {}
     faults: list[Fault] = []
     header: list[str] = []
-    for number, row in enumerate(text.split("\n"), start=1):
+    for line, row in enumerate(text.split("\n"), start=1):
         if row.startswith("#"):
             key, equals, value = row[1:].partition("=")
             if equals and key.strip() in WearTableSection.model_fields:
                 data[key.strip()] = _number_or_text(value.strip().strip('"'))
-                lines[key.strip(),] = number
+                lines[key.strip(),] = line
             continue
         try:
             cells = [cell.strip() for cell in next(csv.reader([row]), [])]
         except csv.Error as error:
-            faults.append(Fault(f"is not CSV: {error}", file, number))
+            faults.append(Fault(f"is not CSV: {error}", file, line))
             continue
         if not any(cells):
             continue
         if not header:
             header = cells
             for name in sorted({each for each in header if header.count(each) > 1}):
-                faults.append(Fault(f"column {name} is given twice; delete one", file, number))
+                faults.append(Fault(f"column {name} is given twice; delete one", file, line))
             for name in header:
-                data[name], lines[name,] = [], number
+                data[name], lines[name,] = [], line
         elif len(cells) != len(header):
-            faults.append(Fault(f"has {len(cells)} cells where the header has {len(header)}", file, number))
+            faults.append(Fault(f"has {len(cells)} cells where the header has {len(header)}", file, line))
         else:
             for name, cell in zip(header, cells, strict=True):
-                lines[name, len(data[name])] = number
+                lines[name, len(data[name])] = line
                 data[name].append(_number_or_text(cell))
     if faults:
         raise _error(faults, file)
