@@ -9,6 +9,7 @@ scenes, flags and tables.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -80,6 +81,18 @@ class Quantity:
         if self.allowed is None:
             raise ValueError(f"{self.name} is no input")
         return self.allowed
+
+    def fault(self, value: float, name: str = "") -> str:
+        """Message if an input [SI unit] is not finite or out of its range, else empty; `name` is its own."""
+        shown, unit = value * self.shown_factor, self.shown_unit if self.shown_unit != "1" else ""
+        low, high, above = self.allowed or InputRange(-math.inf, math.inf)
+        slack = 1e-9 * abs(shown)  # of the conversion
+        if math.isfinite(shown) and low - slack <= shown <= high + slack and not (above and shown <= low):
+            return ""
+        limits = f"{'above' if above else 'at least'} {low:g} and at most {high:g}"
+        return (
+            f"{name or self.name} = {shown:g} must be {limits if self.allowed else 'finite'} {unit}".rstrip()
+        )
 
     @property
     def span(self) -> tuple[float, float]:
@@ -371,6 +384,9 @@ _FIELDS = (
     _q("strip_wheel_y_edges", "y", "m", "edges of the strips on the wheel profile", _LATERAL),
     _q("strip_rail_y_edges", "y", "m", "edges of the strips on the rail or roller profile", _LATERAL),
     _q("strip_work", "e", "J m-2", "frictional work per area of the strip in one passage"),
+    _q("cell_pressure", "p", "Pa", "contact pressure on the grid of the normal model"),
+    _q("grid_lead", "x", "m", "leading end of the grid of the normal model", _FORWARD),
+    _q("grid_trail", "x", "m", "trailing end of the grid of the normal model", _FORWARD),
     _q("strip_width", "Δy", "m", "width of a strip"),
     _q("longitudinal", "x", "m", "longitudinal position in the contact plane",
        f"from the contact line, {_FORWARD}"),

@@ -106,5 +106,5 @@ def test_an_empty_value_removes_a_key_or_a_table(scene, tmp_path, capsys):
 
 
 def test_a_study_has_no_smoothing(capsys):
-    assert cli.main(["check", "seed_tables.toml", "--smoothing", "half"]) == 2
+    assert cli.main(["check", "sweep_rig.toml", "--smoothing", "half"]) == 2
     assert "--smoothing is for campaigns" in capsys.readouterr().err

@@ -81,14 +81,44 @@ def test_rows_written_at_once_or_one_by_one_are_the_same(tmp_path, header, rows,
 def test_open_results_is_lazy_and_has_units_long_names_and_coordinates(path, rows):
     with open_results(path) as dataset:
         assert set(LAYOUT) <= set(dataset.variables)
-        for name, variable in dataset.variables.items():
+        for index in ("operating_point", "wheel"):
+            assert dataset[index].attrs == dataset[f"{index}_name"].attrs
+        for name, variable in dataset.drop_vars(["operating_point", "wheel"]).variables.items():
             assert variable.attrs["long_name"] == QUANTITIES[name].meaning
             assert variable.attrs.get("units", "") == QUANTITIES[name].unit
         assert not dataset["profile_z"].variable._in_memory
-        assert set(dataset.coords) == set(schema.COORDINATES)
+        assert set(dataset.coords) == {*schema.COORDINATES, "operating_point", "wheel"}
         np.testing.assert_array_equal(dataset["profile_z"][-1], rows[-1]["profile_z"])
         assert list(dataset["wheel_name"].values) == ["right", "left"]
         assert dataset["operating_point_name"].values[0] == "block 0, µ 0.35"
+
+
+def test_steps_points_and_wheels_are_selected_by_their_labels(path, tmp_path, header, rows):
+    with open_results(path) as dataset:
+        state = dataset.sel(distance=1200.0, method="nearest")
+        assert float(state["distance"]) == 1000.0
+        np.testing.assert_array_equal(state["profile_z"], rows[1]["profile_z"])
+        np.testing.assert_array_equal(
+            dataset.sel(distance=slice(1000.0, 2000.0))["distance"], [1000.0, 2000.0]
+        )
+        point = dataset.sel(wheel="left", operating_point=["block 0, µ 0.35"])
+        assert point.sizes["operating_point"] == 1
+        np.testing.assert_array_equal(point["profile_z"][2], rows[2]["profile_z"][1])
+    twice = [*rows[:3], {**rows[3], "distance": rows[2]["distance"]}]  # a reprofiling
+    create(tmp_path / "twice.nc", header, twice)
+    with open_results(tmp_path / "twice.nc") as dataset:
+        for distance, step in ((1900.0, 3), ([100.0, 1900.0], [0, 3])):
+            state = dataset.sel(distance=distance, method="nearest")
+            np.testing.assert_array_equal(state["profile_z"], dataset["profile_z"][step])
+        assert dataset.sel(distance=2000.0).sizes["step"] == 2
+
+
+def test_a_reader_that_is_done_holds_the_file_no_longer(path):
+    with open_results(path) as dataset:
+        assert float(dataset["distance"][-1]) == 3000.0
+        with pytest.raises(OSError, match=path.name):
+            netCDF4.Dataset(path, "a")
+    netCDF4.Dataset(path, "a").close()
 
 
 def test_missing_values_become_nan_and_nothing_else_does(path):

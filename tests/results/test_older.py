@@ -27,7 +27,7 @@ def path(tmp_path_factory):
 def test_results_of_schema_3_open_with_present_names_and_the_same_values(path):
     with open_results(path) as dataset, xr.open_dataset(path) as stored:
         layout = layout_of(dataset.variables)
-        assert set(dataset.variables) == set(layout)
+        assert set(dataset.variables) == {*layout, "operating_point", "wheel"}
         assert {each.group for each in layout.values()} == {
             "", "comparison", "fatigue", "counterface", "reprofiling",
         }  # fmt: skip

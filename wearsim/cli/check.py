@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from wearsim.cli import Commands, add_command
 from wearsim.cli.overrides import add_override_flags, load_overridden
-from wearsim.cli.study import study
 
 if TYPE_CHECKING:
     from wearsim.damage.fatigue import FatigueSettings
     from wearsim.errors import Fault
-    from wearsim.scene import CampaignSetup, FieldScene, RigScene, StudyScene
+    from wearsim.scene import CampaignSetup, FieldScene, RigScene
 
 _PATCH_VALUES = 25
 """Values stored per patch slot: positions, forces, creepages, wear index and the like."""
@@ -37,37 +36,29 @@ def execute(arguments: argparse.Namespace) -> int:
     """Check the scene and print what it would run."""
     import json
 
-    from wearsim.scene import CompareScene, StudyScene
+    from wearsim.cli import sweep
+    from wearsim.scene import CompareScene, SweepScene
     from wearsim.scene.touch import check_contact
 
     scene, _ = load_overridden(arguments)
-    if isinstance(scene, StudyScene):
-        return _check_study(scene, arguments.json)
-    warnings = check_contact(scene)
-    parts: list[RigScene | FieldScene]
-    parts = [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
-    plans = [plan(part, [item for item in warnings if item.file == str(part.origin.path)]) for part in parts]
+    told: dict[str, Any]
+    if isinstance(scene, SweepScene):
+        told = sweep.plan(scene)
+        texts = [sweep.text(told)]
+    else:
+        warnings = check_contact(scene)
+        parts: list[RigScene | FieldScene]
+        parts = [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
+        plans = [
+            plan(part, [item for item in warnings if item.file == str(part.origin.path)]) for part in parts
+        ]
+        told, texts = {"campaigns": plans}, [_text(item) for item in plans]
+    kind = scene.scene.kind
     if arguments.json:
-        told = {"scene": str(scene.origin.path), "kind": scene.scene.kind, "campaigns": plans}
+        told = {"scene": str(scene.origin.path), "kind": kind, **told}
         print(json.dumps(told, indent=2, ensure_ascii=False))
-        return 0
-    print(f"{scene.origin.path}: no faults ({scene.scene.kind})")
-    for item in plans:
-        print()
-        print(_text(item))
-    return 0
-
-
-def _check_study(scene: StudyScene, as_json: bool) -> int:
-    import json
-
-    module = study(scene)
-    told = module.plan(scene)
-    if as_json:
-        print(json.dumps({"scene": str(scene.origin.path), "kind": scene.scene.kind, **told}, indent=2))
-        return 0
-    print(f"{scene.origin.path}: no faults ({scene.scene.kind})\n")
-    print(module.text(told))
+    else:
+        print("\n\n".join([f"{scene.origin.path}: no faults ({kind})", *texts]))
     return 0
 
 

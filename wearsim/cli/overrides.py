@@ -47,7 +47,7 @@ def load_overridden(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Over
         For `run_scene`.
     """
     from wearsim.errors import Fault, SceneError
-    from wearsim.scene import CompareScene, StudyScene, load_scene
+    from wearsim.scene import CompareScene, SweepScene, load_scene
     from wearsim.scene.overrides import Override, value_of
 
     overrides, faults = [], []
@@ -62,7 +62,7 @@ def load_overridden(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Over
     scene = load_scene(arguments.scene, overrides=overrides)
     if arguments.smoothing is None:
         return scene, overrides
-    if isinstance(scene, StudyScene):
+    if isinstance(scene, SweepScene):
         message = f"--smoothing is for campaigns; this scene is of kind {scene.scene.kind}"
         raise SceneError([Fault(message, str(scene.origin.path))])
     parts: dict[str, RigScene | FieldScene]

@@ -1,16 +1,22 @@
-"""What a contact problem is made of and what its solution holds."""
+"""Input of a contact problem and its solution."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
+import numpy as np
+
+from wearsim.contact.equilibrium import RULES
 from wearsim.contact.patch import FloatArray, IntArray, Patch, SurfaceFields
+from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
+from wearsim.quantities import QUANTITIES
 
 
 @dataclass(frozen=True)
 class ContactConditions:
-    """How a wheelset runs at `n` operating points.
+    """Operating conditions of a wheelset at `n` points.
 
     Parameters
     ----------
@@ -31,7 +37,7 @@ class ContactConditions:
     torque : float
         Torque applied to the axle in the rolling direction (rule "free") [N m].
     free_roll : bool
-        Whether the axle rests on both wheels and so finds its own roll; `roll` is then the first guess.
+        Whether the roll follows from the axle resting on both wheels; `roll` is then the first guess.
     creepage : (n, 3) array, optional
         Longitudinal, lateral creepage and spin [-, -, 1/m] of the single patch of each wheel, instead of
         those that follow from the motion; `rotation` then is without effect.
@@ -49,10 +55,97 @@ class ContactConditions:
     free_roll: bool = False
     creepage: FloatArray | None = None
 
+    @classmethod
+    def of(
+        cls,
+        shift: Any = 0.0,
+        *,
+        yaw: Any = 0.0,
+        wheel_load: Any = 80e3,
+        speed: Any = 20.0,
+        friction: Any = 0.35,
+        rotation: Any = "free",
+        **others: Any,
+    ) -> ContactConditions:
+        """Operating points from numbers and arrays, which broadcast to (n,).
+
+        Parameters
+        ----------
+        shift, yaw, wheel_load, speed, friction, rotation : float, (n,) array or str
+            As of the class.
+        **others
+            roll = 0, track_curvature = 0, torque = 0, free_roll = False, creepage = None of the class.
+
+        Returns
+        -------
+        ContactConditions
+            Of n operating points.
+
+        Raises
+        ------
+        ContactError
+            A name is unknown, arrays differ in length, or a value is out of its range in `QUANTITIES`.
+
+        Examples
+        --------
+        >>> import wearsim
+        >>> points = wearsim.ContactConditions.of([0.0, 3e-3, 6e-3], friction=0.3)
+        >>> points.friction.tolist()
+        [0.3, 0.3, 0.3]
+        """
+        given = {
+            "shift": shift,
+            "yaw": yaw,
+            "roll": others.pop("roll", 0.0),
+            "wheel_load": wheel_load,
+            "speed": speed,
+            "friction": friction,
+            "track_curvature": others.pop("track_curvature", 0.0),
+        }
+        rule = {"rotation": rotation, "torque": others.pop("torque", 0.0)}
+        rule["free_roll"] = bool(others.pop("free_roll", False))
+        creepage = others.pop("creepage", None)
+        if others:
+            known = ", ".join(field.name for field in fields(cls))
+            raise ContactError(f"{next(iter(others))} is not a contact condition; known: {known}")
+        if not isinstance(rotation, str):
+            given["rotation"] = rule.pop("rotation")
+        elif rotation not in RULES:
+            raise ContactError(
+                f"rotation = {rotation!r} must be a number [rad/s] or one of {', '.join(RULES)}"
+            )
+        arrays = {name: np.asarray(value, dtype=np.float64) for name, value in given.items()}
+        shapes = [array.shape for array in arrays.values()]
+        if creepage is not None:
+            creepage = np.asarray(creepage, dtype=np.float64)
+            shapes.append(creepage.shape[:-1])
+        try:
+            shape = np.broadcast_shapes((1,), *shapes)
+        except ValueError:
+            shape = ()
+        if len(shape) != 1 or 0 in shape or (creepage is not None and creepage.shape[-1:] != (3,)):
+            lengths = ", ".join(f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
+            raise ContactError(
+                f"contact conditions must be numbers or arrays (n,) of points, creepage (n, 3): {lengths}"
+            )
+        for name, array in arrays.items():
+            quantity = QUANTITIES["rotation_speed" if name == "rotation" else name]
+            for value in (np.min(array, initial=np.inf), np.max(array, initial=-np.inf)):
+                if array.size and (fault := quantity.fault(float(value), name)):
+                    raise ContactError(fault)
+        if creepage is not None and not np.isfinite(creepage).all():
+            raise ContactError("creepage must be finite")
+        whole: dict[str, Any] = {
+            name: np.array(np.broadcast_to(array, shape)) for name, array in arrays.items()
+        }
+        if creepage is not None:
+            whole["creepage"] = np.array(np.broadcast_to(creepage, (*shape, 3)))
+        return cls(**whole, **rule)
+
 
 @dataclass(frozen=True)
 class ContactModels:
-    """Which models solve the contact, how finely, for which material.
+    """Models, grid and material of a contact problem.
 
     Parameters
     ----------
@@ -96,7 +189,7 @@ class Wheelset:
     right, left : Profile
         Both in the axes of a right wheel.
     radius : float
-        At the tape circle [m].
+        Of the running circle [m].
     half_span : float
         From the track centre to the origin of the wheel profile [m]; 0.750 at back-to-back 1360 mm.
     """

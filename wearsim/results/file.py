@@ -205,18 +205,45 @@ def open_results(path: str | Path) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        SI units, `units` and `long_name` on every variable; empty patch slots and undefined
-        quantities are NaN.  Values are read when they are used: `.load()` brings them all, and frees the
-        file for the writer of a running campaign when used as a context manager.
+        SI units, `units` and `long_name` on every variable; empty patch slots and undefined quantities are
+        NaN.  `distance` is the index of `step`, the labels of operating points and wheels are those of
+        `operating_point` and `wheel`: `.sel` takes them all; of two steps at one distance (before and after
+        a reprofiling) `method="nearest"` takes the later one.  Values are read when they are used: `.load()`
+        reads them all, and frees the file for the writer of a running campaign when used as a context
+        manager.
+
+    Raises
+    ------
+    ResultError
+        If the file is missing, damaged or not a result of this version of wearsim.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> with wearsim.open_results("out/rig.nc") as rig:
+    ...     state = rig.sel(distance=900.0, method="nearest").sel(operating_point="right")
+    ...     pressure = state["max_pressure"].isel(patch=0).load()
+    >>> pressure.attrs["units"]
+    'Pa'
     """
     import xarray as xr
+
+    from wearsim.results.index import INDEXES, DistanceIndex
 
     path = Path(path)
     with _open(path, older=True) as file:
         # a row that a killed writer cut short has no distance; the campaign mends it when resumed
         sound = int(np.count_nonzero(np.asarray(file.variables["distance"][:]) < FILL_FLOAT))
-    dataset = renamed(_with_retries(lambda: xr.open_dataset(path, engine="netcdf4")))
-    return dataset if dataset.sizes["step"] == sound else dataset.isel(step=slice(0, sound))
+    opened = _with_retries(lambda: xr.open_dataset(path, engine="netcdf4"))
+    dataset = renamed(opened)
+    if dataset.sizes["step"] != sound:
+        dataset = dataset.isel(step=slice(0, sound))
+    for dimension in INDEXES:
+        label = dataset[f"{dimension}_name"]
+        dataset = dataset.assign_coords({dimension: (dimension, label.values, label.attrs)})
+    dataset = dataset.set_xindex("distance", DistanceIndex)
+    dataset.set_close(opened.close)
+    return dataset
 
 
 def _open(path: Path, *, older: bool = False) -> netCDF4.Dataset:

@@ -8,7 +8,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from wearsim.contact.normal import ANSWERS_BY_STRIP
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.operation.points import ControlSettings
 from wearsim.scene.faults import shown
 from wearsim.scene.limits import LimitsSection, values
@@ -73,8 +73,8 @@ def campaign_faults(campaign: CampaignSection, normal: str | None) -> Iterator[t
             "[campaign.limits] has no limit; write one, such as flange_thickness_mm = 22, or delete it",
         )
     implicit = campaign.integrator == "semi_implicit"
-    if implicit and normal not in ANSWERS_BY_STRIP:
-        others = " or ".join(f"normal = {shown(name)}" for name in sorted(ANSWERS_BY_STRIP))
+    if implicit and not (normal in NORMAL_MODELS and NORMAL_MODELS[normal].local):
+        others = " or ".join(f"normal = {shown(name)}" for name, one in NORMAL_MODELS.items() if one.local)
         lacks = 'some models that model = "auto" may choose do not have'
         if normal is not None:
             lacks = f"normal = {shown(normal)} does not have"

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from wearsim.contact.normal import NEVER_LEADS, NORMAL_MODELS
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.damage.fatigue import COUNT_CYCLES
 from wearsim.errors import Fault, ProfileError
 from wearsim.operation.field import REACH
@@ -148,13 +148,12 @@ def _contact_faults(scene: RigScene | FieldScene) -> list[Fault]:
     elif contact.tolerance is not None:
         told = f'tolerance = {contact.tolerance:g} is for model = "auto"; write that, too, or delete it'
         found.append(fault_at(scene, ("contact", "tolerance"), told))
-    if contact.normal in NEVER_LEADS:
-        others = " or ".join(f"normal = {shown(name)}" for name in sorted(set(NORMAL_MODELS) - NEVER_LEADS))
-        told = (
-            f"normal = {shown(contact.normal)} cannot lead a campaign: an ellipse from the curvatures under "
-            f"one point evens out no wave shorter than itself, so that noise in the profile would stay or "
-            f"grow; write {others}"
+    model = NORMAL_MODELS[contact.normal]
+    if not model.can_update_profile:
+        others = " or ".join(
+            f"normal = {shown(name)}" for name, one in NORMAL_MODELS.items() if one.can_update_profile
         )
+        told = f"normal = {shown(contact.normal)} cannot lead a campaign: {model.reason}; write {others}"
         found.append(fault_at(scene, ("contact", "normal"), told))
     if contact.roll == "free":
         runs = scene.operation.blocks if isinstance(scene, RigScene) else scene.operation.classes

@@ -69,9 +69,7 @@ class AnyHeader(Section):
     """[scene] while the kind is not known; it decides which other keys are right."""
 
     model_config = ConfigDict(extra="ignore")
-    kind: Literal[
-        "rig", "field", "compare", "published", "accuracy", "location", "sweep", "robustness", "wear_steps"
-    ] = Field(description="what the scene describes")
+    kind: Literal["rig", "field", "compare", "sweep"] = Field(description="what the scene describes")
 
 
 class AnyScene(Section):

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from wearsim.errors import Fault
+from wearsim.errors import Fault, SceneError
 from wearsim.scene.faults import KeyPath, Lines, line_of, shown
+from wearsim.scene.toml import toml_text
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
@@ -81,8 +82,6 @@ def merge(data: Mapping[str, Any], overrides: Sequence[Override], lines: Lines) 
     SceneError
         With the overrides of tables that do not exist.
     """
-    from wearsim.errors import SceneError
-
     merged = copy.deepcopy(dict(data))
     faults = []
     for override in overrides:
@@ -123,24 +122,7 @@ def overridden_text(data: Mapping[str, Any], overrides: Sequence[Override]) -> s
     last = {override.key: override for override in overrides}
     labels = (".".join((*last[key].keys[:-1], last[key].label)) for key in sorted(last))
     note = json.dumps(", ".join(labels), ensure_ascii=False)[1:-1].replace("\x7f", "")
-    return "\n".join([f"# scene with {note}", *_table_lines(data, ())]) + "\n"
-
-
-def toml_value(value: Any) -> str:
-    """Write a value as TOML.
-
-    Parameters
-    ----------
-    value : str, bool, int, float, list, dict or date
-        As `tomllib` reads it.
-    """
-    if isinstance(value, bool | str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(toml_value(item) for item in value) + "]"
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{_name(key)} = {toml_value(item)}" for key, item in value.items()) + "}"
-    return str(value)
+    return f"# scene with {note}\n\n{toml_text(data)}"
 
 
 def value_of(text: str) -> Any:
@@ -198,21 +180,3 @@ def _put(data: Any, path: KeyPath, value: Any) -> bool:
     else:
         data[path[-1]] = copy.deepcopy(value)
     return True
-
-
-def _table_lines(table: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[str]:
-    inner = {key: value for key, value in table.items() if isinstance(value, Mapping) or _is_tables(value)}
-    yield from (f"{_name(key)} = {toml_value(value)}" for key, value in table.items() if key not in inner)
-    for key, value in inner.items():
-        name = ".".join(_name(part) for part in (*path, key))
-        header = f"[{name}]" if isinstance(value, Mapping) else f"[[{name}]]"
-        for item in (value,) if isinstance(value, Mapping) else value:
-            yield from ("", header, *_table_lines(item, (*path, key)))
-
-
-def _is_tables(value: Any) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(item, Mapping) for item in value)
-
-
-def _name(key: str) -> str:
-    return key if re.fullmatch(r"[\w-]+", key, re.ASCII) else toml_value(key)

@@ -13,10 +13,15 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
+from wearsim.results.file import open_results
+from wearsim.results.index import INDEXES
 from wearsim.translation import compare, damage, factors
 from wearsim.translation.axes import common_axes
 from wearsim.translation.compare import CAMPAIGN, STAGES
 from wearsim.translation.factors import NUMBERS_KEY, STATUS
+
+Result = str | Path | xr.Dataset
+"""A result file, or its Dataset."""
 
 BASIS = ("equal distance", "equal worn depth")
 WHEELS = ("right", "left", "both")
@@ -33,7 +38,7 @@ _FILL = 9.969209968386869e36  # the netCDF library's own fill value: every viewe
 _NEEDED = ("distance", "max_wear_depth", "arc_length", "wear_depth_by_regime", "side", "weight")
 
 
-def translate(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> xr.Dataset:
+def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
     """Compare a rig campaign with a field campaign.
 
     No single factor leads from rig to field: each one is given as a function, at equal distance and at
@@ -41,8 +46,8 @@ def translate(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> xr.Dataset
 
     Parameters
     ----------
-    rig, field : Dataset
-        Results as `wearsim.open_results` gives them.
+    rig, field : str, Path or Dataset
+        Result files, or results as `wearsim.open_results` gives them.
     count : int
         Number of stations along each axis; a multiple of 4 plus 1, so that the quarters are met.
 
@@ -53,7 +58,20 @@ def translate(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> xr.Dataset
         both campaigns come), `campaign` (rig, field), `matched_point`, `wheel`, `wheel_group` (right,
         left, both), `stage` and `arc` for values along the profile. Every `x_factor` is rig over field
         of `x`, NaN where undefined, with the reason in `x_factor_status`.
+
+    Raises
+    ------
+    ResultError
+        If a file cannot be read, a variable is missing or wheels were reprofiled.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> factors = wearsim.translate("out/rig.nc", "out/field.nc")
+    >>> factors["worn_area_factor"].dims
+    ('basis', 'progress', 'wheel_group')
     """
+    rig, field = _loaded(rig), _loaded(field)
     for role, data in zip(CAMPAIGN, (rig, field), strict=True):
         missing = [name for name in _NEEDED if name not in data]
         if missing:
@@ -130,16 +148,14 @@ def translate_files(rig: str | Path, field: str | Path, out: str | Path) -> Path
     Path
         `out`.
     """
-    loaded = []
-    for path in (rig, field):
-        try:
-            with xr.open_dataset(path, engine="netcdf4") as data:
-                loaded.append(data.load())
-        except (OSError, ValueError) as fault:
-            raise ResultError(
-                f"{path}: cannot be read as a result file; give one that `wearsim run` wrote"
-            ) from fault
-    return write(translate(loaded[0], loaded[1]), out)
+    return write(translate(rig, field), out)
+
+
+def _loaded(result: Result) -> xr.Dataset:
+    if isinstance(result, xr.Dataset):
+        return result
+    with open_results(result) as data:
+        return data.load()
 
 
 def write(dataset: xr.Dataset, out: str | Path) -> Path:
@@ -249,7 +265,7 @@ def _entry(
 def content_hash(dataset: xr.Dataset) -> str:
     """SHA-256 over names and values: equal for equal results, however the file was put together."""
     digest = hashlib.sha256()
-    for name in sorted(str(name) for name in dataset.variables):
+    for name in sorted({str(name) for name in dataset.variables}.difference(INDEXES)):
         values = dataset[name].values
         digest.update(name.encode())
         digest.update(
