@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from wearsim.cli import contact, contact_points, main
 from wearsim.cli.contact_flags import COLUMNS
-from wearsim.cli.contact_print import RESULT_COLUMNS
+from wearsim.cli.contact_output import RESULT_COLUMNS
 from wearsim.errors import ContactError, NumericalError
 
 COARSE = ("--strips", "16", "--cells", "12")
@@ -178,6 +178,7 @@ def test_the_exit_code_is_that_of_the_worst_row(table, run, monkeypatch):
         ("shift_mm;yaw_mrad\n1,5;2\n", [":1: columns are separated by semicolons"]),
         ("shift_mm\tyaw_mrad\n1\t2\n", [":1: columns are separated by tabs"]),
         ("shift_mm,yaw_mrad,shift_mm\n1,2,3\n", [":1: column shift_mm stands there more than once"]),
+        ("shift_mm,flange_back_mm\n1,1360\n", [":1: column flange_back_mm has a new name"]),
         ("shift_mm,,yaw_mrad\n1,2,3\n", [":1: column 2 has no name"]),
         ("shift_mm,yaw_mrad\n1\n1,2,3\n", [":2: 1 cells, the header has 2", ":3: 3 cells, the header has 2"]),
         ("1,2\n3,4\n", [":1: no column has the name of a flag"]),

@@ -48,7 +48,7 @@ def test_a_shift_beyond_the_clearance_is_warned_of_and_far_beyond_refused(
         assert warning.startswith(
             f"{place}{told.format(shift)} beyond the flange clearance of 6.6 mm: the {wheel}"
         )
-        assert "check gauge_mm = 1435 and flange_back_mm = 1360" in warning
+        assert "check gauge_mm = 1435 and back_to_back_mm = 1360" in warning
     for shift in (10.65, 20):
         (fault,) = faults_of(changed(text, (old, new.format(shift))))
         assert fault.startswith(

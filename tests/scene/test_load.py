@@ -1,6 +1,7 @@
 """Scene files that are right: what is found, built, copied and told of them."""
 
 import json
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -146,7 +147,7 @@ def test_scenes_are_immutable(folder):
 def test_the_schema_knows_every_key_limit_and_name():
     schema = scene_schema()
     json.dumps(schema)
-    kinds = {item["$ref"].rsplit("/", 1)[1] for item in schema["anyOf"]}
+    kinds = {item["then"]["$ref"].rsplit("/", 1)[1] for item in schema["allOf"]}
     assert kinds == {"RigScene", "FieldScene", "CompareScene", "SweepScene"}
     parts = schema["$defs"]
     assert parts["BlockSection"]["properties"]["load_kN"]["minimum"] == 0.1
@@ -157,6 +158,65 @@ def test_the_schema_knows_every_key_limit_and_name():
     assert set(parts["FieldOperation"]["properties"]) == {"class", "monitor"}
     for name, part in parts.items():
         assert part["additionalProperties"] is False, name
+
+
+def schema_faults(value, schema, root, path=()):
+    """Faults of a value as an editor finds them, (path, keyword), by the keywords that the schema uses."""
+    if "$ref" in schema:
+        yield from schema_faults(value, root["$defs"][schema["$ref"].rsplit("/", 1)[1]], root, path)
+    for part in schema.get("allOf", ()):
+        yield from schema_faults(value, part, root, path)
+    if "if" in schema and not list(schema_faults(value, schema["if"], root)):
+        yield from schema_faults(value, schema["then"], root, path)
+    if "anyOf" in schema and all(list(schema_faults(value, part, root)) for part in schema["anyOf"]):
+        yield path, "anyOf"
+    types = {
+        "object": dict,
+        "array": list,
+        "string": str,
+        "boolean": bool,
+        "number": (int, float),
+        "null": type(None),
+    }
+    types["integer"] = int
+    if "type" in schema and not isinstance(value, types[schema["type"]]):
+        yield path, "type"
+    if value not in schema.get("enum", [value]) or value != schema.get("const", value):
+        yield path, "enum"
+    if isinstance(value, dict):
+        known = schema.get("properties", {})
+        yield from (((*path, name), "required") for name in schema.get("required", ()) if name not in value)
+        for name, item in value.items():
+            if name in known:
+                yield from schema_faults(item, known[name], root, (*path, name))
+            elif schema.get("additionalProperties") is False:
+                yield (*path, name), "additionalProperties"
+    if isinstance(value, list):
+        for index, item in enumerate(value):
+            yield from schema_faults(item, schema.get("items", {}), root, (*path, index))
+    if isinstance(value, int | float):
+        low, high = schema.get("minimum", value), schema.get("maximum", value)
+        if not low <= value <= high or value <= schema.get("exclusiveMinimum", value - 1.0):
+            yield path, "range"
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "faults"),
+    [
+        ("rig", (), []),
+        ("field", (), []),
+        ("compare", (), []),
+        ("rig", (("load_kN = 80", "load_kN = 0"),), [(("operation", "block", 0, "load_kN"), "range")]),
+        ("rig", (("inclination", "incline"),), [(("counterface", "incline"), "additionalProperties")]),
+        ("field", (('kind = "field"', 'kind = "filed"'),), [(("scene", "kind"), "enum")]),
+    ],
+)
+def test_an_editor_sees_the_faults_of_the_kind_only(folder, changed, name, changes, faults):
+    """Not those of all kinds that the file might have been: the schema selects the model by the kind."""
+    data = tomllib.loads(changed(Path(f"{name}.toml").read_text(), *changes))
+    schema = scene_schema()
+    found = [fault for fault in schema_faults(data, schema, schema) if fault[1] != "required"]
+    assert found == faults
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ from wearsim.scene import (
     files_to_copy,
     load_campaign,
 )
-from wearsim.scene.changes import Change
+from wearsim.scene.overrides import Override
 
 
 def run_scene(
@@ -50,7 +50,7 @@ def run_scene(
     *,
     command: str = "",
     observer: Observer | None = None,
-    changes: Sequence[Change] = (),
+    overrides: Sequence[Override] = (),
     threads: int | None = None,
 ) -> tuple[Path, ...]:
     """Run a scene in a run directory, or continue it if it was begun there.
@@ -65,7 +65,7 @@ def run_scene(
         Command line, for the history of the results.
     observer : callable, optional
         Called with an `Event` at each step.
-    changes : sequence of Change
+    overrides : sequence of Override
         Values that replace those of a scene file or dict.
     threads : int, optional
         Of the contact solver, by default all the process may use; they do not change a bit.
@@ -100,9 +100,9 @@ def run_scene(
     """
     out = Path(out)
     if not isinstance(scene, CampaignScene):
-        scene = load_campaign(scene, changes=changes)
-    elif changes:
-        raise SceneError([Fault("changes act on a scene file or a dict, not on a scene that is loaded")])
+        scene = load_campaign(scene, overrides=overrides)
+    elif overrides:
+        raise SceneError([Fault("overrides act on a scene file or a dict, not on a scene that is loaded")])
     files = scene_files(scene)
     refuse_foreign(out)
     with locked(out):

@@ -354,7 +354,9 @@ def _inclination(text: str | None) -> tuple[float | None, str | None]:
     """Slope of the rail from 1:N or none, by the rule of `wearsim contact`."""
     if text is None:
         return None, None
-    from wearsim.cli.contact_flags import value
+    from wearsim.cli.contact_request import inclination
 
-    slope, wrong = value("inclination", text.strip())
-    return slope, None if wrong is None else f"--inclination = {_short(text)} {wrong}"
+    try:
+        return inclination(text.strip()), None
+    except ValueError as error:
+        return None, f"--inclination = {_short(text)} {error}"

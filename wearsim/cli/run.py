@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearsim.cli import Commands, add_command
-from wearsim.cli.changes import add_change_flags, load_changed
+from wearsim.cli.overrides import add_override_flags, load_overridden
 
 if TYPE_CHECKING:
-    from wearsim.scene.changes import Change
+    from wearsim.scene.overrides import Override
 
 
 def add_parser(commands: Commands) -> None:
@@ -31,7 +31,7 @@ def add_parser(commands: Commands) -> None:
         metavar="DIR",
         help="run directory (default: the scene file's name without .toml)",
     )
-    add_change_flags(parser)
+    add_override_flags(parser)
     parser.add_argument(
         "--converge",
         metavar="KM",
@@ -82,9 +82,10 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.errors import Fault, SceneError
     from wearsim.report.html import write_report
     from wearsim.scene import SweepScene
+    from wearsim.scene.overrides import at_its_source
     from wearsim.scene.touch import check_contact
 
-    scene, changes = load_changed(arguments)
+    scene, overrides = load_overridden(arguments)
     given = Path(arguments.out) if arguments.out else None
     if isinstance(scene, SweepScene):
         if arguments.converge or arguments.against:
@@ -94,19 +95,19 @@ def execute(arguments: argparse.Namespace) -> int:
         return sweep.run(scene, given, arguments.command_line)
     out = given or Path(Path(arguments.scene).stem)
     for warning in check_contact(scene):
-        print(f"warning: {warning}", file=sys.stderr)
+        print(f"warning: {at_its_source(warning)}", file=sys.stderr)
     with observer() as observe:
         results = run_scene(
-            arguments.scene, out, command=arguments.command_line, observer=observe, changes=changes
+            arguments.scene, out, command=arguments.command_line, observer=observe, overrides=overrides
         )
     tell_doubts(results)
     if arguments.converge or arguments.against:
-        _converge(arguments, out, changes)
+        _converge(arguments, out, overrides)
     print(f"report: {write_report(out)}")
     return 0
 
 
-def _converge(arguments: argparse.Namespace, out: Path, changes: Sequence[Change]) -> None:
+def _converge(arguments: argparse.Namespace, out: Path, overrides: Sequence[Override]) -> None:
     from wearsim.cli.progress import observer
     from wearsim.report.convergence import markdown, read_convergence
     from wearsim.studies.converge import converge
@@ -116,7 +117,7 @@ def _converge(arguments: argparse.Namespace, out: Path, changes: Sequence[Change
         converge(
             arguments.scene,
             out,
-            changes=changes,
+            overrides=overrides,
             distance=1e3 * arguments.converge if short else None,
             refine=bool(arguments.converge),
             against=tuple(dict.fromkeys(arguments.against)),

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.damage.fatigue import COUNT_CYCLES
+from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
+from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, ProfileError
 from wearsim.operation.field import REACH
 from wearsim.profile.measures import flange_thickness
@@ -28,6 +29,9 @@ from wearsim.scene.models import (
     RigScene,
 )
 from wearsim.scene.reprofiling import reprofiling_faults, reprofiling_warnings, turned_at
+
+SHARES_ROUNDED = 0.01
+"""Shares of classes that sum to 1 within this are taken for rounded ones and normalised."""
 
 WIDEST_POSITION_SPACING_MM = 2.0
 """About half the width of the narrower patches [mm]."""
@@ -53,8 +57,7 @@ def scene_warnings(
     found = beyond_clearance(scene, clearance)[1]
     runs = scene.operation.blocks if isinstance(scene, RigScene) else scene.operation.classes
     key = "block" if isinstance(scene, RigScene) else "class"
-    wear = scene.wear
-    if all(run.friction == 0 for run in runs) and wear.law not in ("archard", "table"):  # these need none
+    if all(run.friction == 0 for run in runs) and WEAR_LAWS[scene.wear.law].needs_friction:
         path = ("operation", key, 0, "friction")
         found.append(fault_at(scene, path, "friction = 0 everywhere: nothing will wear"))
     contact = scene.contact
@@ -65,6 +68,10 @@ def scene_warnings(
         )
         found.append(fault_at(scene, ("contact", "torque_Nm"), told))
     if isinstance(scene, FieldScene):
+        total = sum(run.share for run in scene.operation.classes)
+        if abs(total - 1.0) > 1e-6:
+            message = f"share: the shares of all classes sum to {total:.7g}; they are normalised to 1"
+            found.append(fault_at(scene, ("operation", "class", 0, "share"), message))
         for index, run in enumerate(scene.operation.classes):
             step = 2.0 * REACH * run.shift_std_mm / (run.positions - 1)
             if step > WIDEST_POSITION_SPACING_MM:
@@ -91,9 +98,12 @@ def cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
     found = []
     if isinstance(scene, FieldScene):
         total = sum(run.share for run in scene.operation.classes)
-        if abs(total - 1.0) > 1e-6:
+        if abs(total - 1.0) > SHARES_ROUNDED:
             shares = " + ".join(f"{run.share:g}" for run in scene.operation.classes)
-            told = f"share: the shares of all classes, {shares}, must sum to 1, not {total:.7g}; change them"
+            told = (
+                f"share: the shares of all classes, {shares}, must sum to 1 within "
+                f"{100 * SHARES_ROUNDED:g} %, not {total:.7g}; change them"
+            )
             found.append(fault_at(scene, ("operation", "class", 0, "share"), told))
     found += _contact_faults(scene)
     found += [
@@ -104,11 +114,11 @@ def cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
     ]
     damage = None if scene.campaign.limits is None else scene.campaign.limits.damage
     laws = scene.fatigue.laws if scene.fatigue else ()
-    if damage is not None and not set(laws) & set(COUNT_CYCLES):
+    if damage is not None and not any(counts_cycles(law) for law in laws):
         given = f"; {', '.join(laws)} orders passages and counts none" if laws else ""
         told = (
             f"damage = {damage:g} needs a fatigue law that counts cycles{given}; write "
-            f"{' or '.join(COUNT_CYCLES)} among the laws of [fatigue], or delete it"
+            f"{' or '.join(filter(counts_cycles, FATIGUE_LAWS))} among the laws of [fatigue], or delete it"
         )
         found.append(fault_at(scene, ("campaign", "limits", "damage"), told))
     turning = reprofiling_faults(
@@ -204,11 +214,11 @@ def fit_faults(
         thickness = [1e3 * flange_thickness(wheel.y, wheel.z) for wheel in wheels]
     except ProfileError as error:
         return [fault_at(scene, ("wheelset", "profile"), f"no flange can be measured: {error}")]
-    over_flanges = scene.wheelset.flange_back_mm + sum(thickness)
+    over_flanges = scene.wheelset.back_to_back_mm + sum(thickness)
     if over_flanges >= gauge:
         told = (
             f"gauge_mm = {gauge:g} must be above {over_flanges:.4g} mm, the width over both flanges "
-            f"(flange_back_mm = {scene.wheelset.flange_back_mm:g} + {thickness[0]:.4g} + {thickness[1]:.4g}"
+            f"(back_to_back_mm = {scene.wheelset.back_to_back_mm:g} + {thickness[0]:.4g} + {thickness[1]:.4g}"
             f"); give the gauge of the track or the flange back distance of the wheelset"
         )
         return [fault_at(scene, ("counterface", "gauge_mm"), told)]
@@ -222,7 +232,7 @@ def fit_faults(
             told = (
                 f"{key}: at a shift of {shift:g} mm the tread ends {1e3 * (top - tread_end):.3g} mm short of "
                 f"the counterface's top: the wheel does not touch it; "
-                f"check gauge_mm = {gauge:g} and flange_back_mm = {scene.wheelset.flange_back_mm:g}"
+                f"check gauge_mm = {gauge:g} and back_to_back_mm = {scene.wheelset.back_to_back_mm:g}"
             )
             return [fault_at(scene, path, told)]
     return []

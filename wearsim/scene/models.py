@@ -82,10 +82,14 @@ class AnyScene(Section):
 class WheelsetSection(Section):
     """[wheelset]: two wheels on an axle."""
 
+    not_here: ClassVar[dict[str, str]] = {
+        "flange_back_mm": "the key has a new name; write back_to_back_mm",
+        "profile_right": "profile is that of the right wheel, and of both without profile_left",
+    }
     profile: Text = words("the name of a shipped wheel profile, such as S1002, or a file of points")
     profile_left: Text | None = words("the profile of the left wheel, if it differs", None)
-    radius_mm: float = number("wheel_radius", "the wheel radius at the tape circle", 460.0)
-    flange_back_mm: float = number("back_to_back", "the distance between the flange backs", 1360.0)
+    radius_mm: float = number("wheel_radius", "the wheel radius at the running circle", 460.0)
+    back_to_back_mm: float = number("back_to_back", "the back-to-back distance of the wheels", 1360.0)
 
 
 class CounterfaceSection(Section):

@@ -14,6 +14,7 @@ from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError
 from wearsim.scene.load import CampaignScene
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
+from wearsim.scene.overrides import at_its_source
 from wearsim.scene.setup import CampaignSetup, build, warnings_of
 
 _BATCH = 64
@@ -56,7 +57,7 @@ def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
         if not found:
             warnings += _sorted(list(warnings_of(part)) + _roll_warnings(part, setup, places, tilt))
     if faults:
-        raise SceneError(faults)
+        raise SceneError([at_its_source(fault) for fault in faults])
     return tuple(warnings)
 
 

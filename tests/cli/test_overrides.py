@@ -1,4 +1,4 @@
-"""Values of a scene changed on the command line: what acts, and what the run directory keeps."""
+"""Values of a scene overridden on the command line: what acts, and what the run directory keeps."""
 
 import json
 import tomllib
@@ -8,6 +8,8 @@ import pytest
 
 from wearsim import cli
 from wearsim.profile.standard import shipped_path
+from wearsim.scene import load_scene
+from wearsim.scene.overrides import Override
 
 
 @pytest.fixture
@@ -62,6 +64,45 @@ def test_what_is_no_key_and_value_is_told(scene, capsys, text):
     assert capsys.readouterr().err == (
         f"--set {text}: write KEY=VALUE with a dotted key, such as campaign.stability=0.2\n"
     )
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--set", "campaign.stability=-1"], "--set campaign.stability=-1: stability = -1 must be above 0"),
+        (["--set", "campaign.stabilty=1"], "--set campaign.stabilty=1: unknown key stabilty in [campaign]"),
+        (["--set", "campaign.stabilty="], "--set campaign.stabilty=: unknown key stabilty in [campaign]"),
+        (["--set", "operation.block.shift_mm=20"], "--set operation.block.shift_mm=20: "),
+        (["--set", "wheelset.profile="], "--set wheelset.profile=: key profile is missing in [wheelset]"),
+    ],
+)
+def test_a_fault_of_an_override_names_the_flag(scene, capsys, words, told):
+    """Whatever stage of the checks it shows in; not a line of the file, which does not hold the value."""
+    assert cli.main(["check", str(scene), *words]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert all(line.startswith(told) for line in lines)
+    assert "(in rig.toml)" in lines[0] or "unknown key" in lines[0]
+
+
+def test_an_empty_value_removes_a_key_or_a_table(scene, tmp_path, capsys):
+    """Its default applies, also from the copy that a run directory would keep."""
+    words = [
+        str(scene),
+        "--set",
+        "operation.monitor=",
+        "--set",
+        "wheelset.radius_mm=",
+        "--set",
+        "contact.strips=",
+    ]
+    (found,) = settings(capsys, *words)
+    assert found["operation"]["monitor"] is None
+    assert (found["wheelset"]["radius_mm"], found["contact"]["strips"]) == (460.0, 30)
+    copy = tmp_path / "copy.toml"
+    overrides = [Override(word[:-1], None) for word in words[2::2]]
+    copy.write_bytes(load_scene(scene, overrides=overrides).origin.content)
+    assert settings(capsys, str(copy))[0] == found
+    assert "radius_mm" not in tomllib.loads(copy.read_text())["wheelset"]
 
 
 def test_a_study_has_no_smoothing(capsys):
