@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
-from wearsim.profile.noise import smoothing_spline
+from wearsim.profile.smoothing import smoothing_spline
 from wearsim.profile.shape import arc_length, vertex_lengths
 
 

@@ -15,7 +15,7 @@ of the maximum; with 0.95 GPa, high for wheel and rail steel, that is 4 GPa."""
 
 @lru_cache(maxsize=64)
 def _clearance(wheel: str, rail: str, inclination: float, gauge: float, half_span: float) -> float | None:
-    from wearsim.profile.clearance import flange_clearance
+    from wearsim.profile.conicity import flange_clearance
 
     return flange_clearance(wheel_profile(wheel), rail_profile(rail, inclination, gauge, half_span))
 
@@ -27,9 +27,10 @@ def _clearance_of(settings: Settings) -> float | None:
 @lru_cache(maxsize=64)
 def _stand(rail: str, inclination: float) -> str | None:
     """Tell how a measured rail is put into the track, None for standard shapes."""
-    from wearsim.studies.profile_subject import is_file, read_subject, told_stand
+    from wearsim.profile.files import is_file
+    from wearsim.profile.inspection.inputs import placement_notes, read_input
 
-    told = told_stand(read_subject(rail, "rail"), inclination) if is_file(rail) else ()
+    told = placement_notes(read_input(rail, "rail"), inclination) if is_file(rail) else ()
     return told[0] if told else None
 
 

@@ -24,8 +24,8 @@ _SCALES = (
 )
 _END_PIECE = 0.020  # longest straight piece at an end that needs no points between [m]
 _END_POINTS = 3  # points at most between it and the end, or one in fifty
-_TIP_RANGE = (-0.080, -0.030)  # lateral position of flange tips, from the tape circle [m]
-_TAPE_LIMIT = 0.015  # |z| at the tape circle of a worn wheel measured from the new one [m]
+_TIP_RANGE = (-0.080, -0.030)  # lateral position of flange tips, from the running circle [m]
+_CIRCLE_LIMIT = 0.015  # |z| at the running circle of a worn wheel measured from the new one [m]
 
 
 def points_faults(
@@ -253,9 +253,9 @@ def _wheel_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
             )
         ]
     if not _TIP_RANGE[0] <= tip <= _TIP_RANGE[1]:
-        hint = ": y counts from the tape circle"
+        hint = ": y counts from the running circle"
         if _TIP_RANGE[0] <= tip - 0.070 <= _TIP_RANGE[1]:
-            hint = "; it would fit with y counted from the tape circle: subtract 70 mm from y"
+            hint = "; it would fit with y counted from the running circle: subtract 70 mm from y"
         return [
             (
                 f"the flange tip is at y = {tip * 1e3:.4g} mm, which is not within "
@@ -270,12 +270,12 @@ def _wheel_faults(y: FloatArray, z: FloatArray) -> list[tuple[str, int | None]]:
                 None,
             )
         ]
-    tape = float(z[int(np.argmin(np.abs(y)))])
-    if abs(tape) > _TAPE_LIMIT:
+    at_circle = float(z[int(np.argmin(np.abs(y)))])
+    if abs(at_circle) > _CIRCLE_LIMIT:
         return [
             (
-                f"z = {tape * 1e3:.4g} mm at the tape circle (y = 0), which is not within "
-                f"+-{_TAPE_LIMIT * 1e3:g} mm: z counts from the tape circle of the new wheel",
+                f"z = {at_circle * 1e3:.4g} mm at the running circle (y = 0), which is not within "
+                f"+-{_CIRCLE_LIMIT * 1e3:g} mm: z counts from the running circle of the new wheel",
                 None,
             )
         ]

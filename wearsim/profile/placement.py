@@ -74,7 +74,7 @@ def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, ha
         raise ProfileError(f"gauge = {gauge * 1e3:g} mm must be in 500 .. 2000 mm")
     if not 0.25 <= half_span <= 1.1:
         raise ProfileError(
-            f"half distance of the tape circles = {half_span * 1e3:g} mm must be in 250 .. 1100 mm"
+            f"half distance of the running circles = {half_span * 1e3:g} mm must be in 250 .. 1100 mm"
         )
     tilt = math.atan(inclination)
     y_tilted, z_tilted = Placement(tilt, 0.0, 0.0).apply(y, z)

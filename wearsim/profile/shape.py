@@ -28,7 +28,7 @@ class Profile:
         Lateral position [m]; from the wheel profile's origin line, positive to the field side.
         Points run from the flange back (wheel) or the gauge side (rail) to the field side.
     z : (n,) array
-        Wheel: positive radially outward, 0 at the tape circle; rail: positive down, 0 at the top [m].
+        Wheel: positive radially outward, 0 at the running circle; rail: positive down, 0 at the top [m].
     source : str
         Where the shape comes from.
     """

@@ -9,12 +9,19 @@ from pathlib import Path
 from typing import Literal
 
 from wearsim.errors import ProfileError
-from wearsim.profile.definition import Definition, evaluate, junctions, sample
-from wearsim.profile.definition_file import read_definition, read_template
-from wearsim.profile.parameters import parse_parameters
+from wearsim.profile.definitions import (
+    Definition,
+    Template,
+    build,
+    evaluate,
+    junctions,
+    parse_parameters,
+    read_definition,
+    read_template,
+    sample,
+)
 from wearsim.profile.placement import Placement, placement
 from wearsim.profile.shape import Profile
-from wearsim.profile.variation import Template, build
 
 __all__ = [
     "Definition",
@@ -88,7 +95,7 @@ def _unknown(message: str, name: str, names: list[str]) -> str:
     by_lower = {known.lower(): known for known in names}
     near = difflib.get_close_matches(name.lower(), list(by_lower), n=1, cutoff=0.5)
     hint = f"; did you mean {by_lower[near[0]]!r}?" if near else ""
-    return f"{message} ({', '.join(names) or 'none found'}){hint}"
+    return f"{message} ({', '.join(names) or 'there are none'}){hint}"
 
 
 @lru_cache(maxsize=8)
@@ -178,8 +185,8 @@ def definition(name: str, kind: Literal["wheel", "rail"]) -> Definition:
             _unknown(f"{name!r} is neither a file nor a shipped {kind} profile", written[0], names)
         )
     if template.definition.kind != kind:
-        told = f"{name!r} is a {template.definition.kind} profile, a {kind} is needed"
-        raise ProfileError(_unknown(told, written[0] if written else name, shipped_names(kind)))
+        message = f"{name!r} is a {template.definition.kind} profile, a {kind} is needed"
+        raise ProfileError(_unknown(message, written[0] if written else name, shipped_names(kind)))
     values = parse_parameters(written, template.parameters, repr(name))
     return _built(template.path, tuple(values.items()))
 

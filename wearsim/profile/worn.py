@@ -79,11 +79,7 @@ class WearBetween:
 
 
 def wear_between(
-    before: Profile,
-    after: Profile,
-    *,
-    spacing: float = 0.1e-3,
-    zones: tuple[WearZone, ...] | None = None,
+    before: Profile, after: Profile, *, spacing: float = 0.1e-3, zones: tuple[WearZone, ...] | None = None
 ) -> WearBetween:
     r"""Wear depth and worn area between two profiles that are aligned already.
 

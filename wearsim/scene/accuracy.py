@@ -15,7 +15,6 @@ from wearsim.contact.solve import ContactConditions
 from wearsim.errors import Fault, ProfileError
 from wearsim.profile.files import load_profile
 from wearsim.profile.shape import FloatArray, Profile
-from wearsim.scene.faults import shown
 from wearsim.scene.inputs import FLANGE_BACK_TO_ORIGIN, find_file
 from wearsim.scene.models import (
     Header,
@@ -28,6 +27,7 @@ from wearsim.scene.models import (
 )
 from wearsim.scene.published import Radius
 from wearsim.scene.section import Section, Text, quantity
+from wearsim.toml_faults import shown
 
 _MOST_CASES = 20000
 

@@ -13,7 +13,7 @@ import tree_sitter_toml
 from tree_sitter import Language, Node, Parser
 
 from wearsim.errors import Fault
-from wearsim.scene.faults import KeyPath, Lines, header_keys, key_lines, line_of, shown
+from wearsim.toml_faults import KeyPath, Lines, header_keys, key_lines, line_of, shown
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 

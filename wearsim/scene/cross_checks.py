@@ -17,7 +17,6 @@ from wearsim.scene.campaign import campaign_faults
 from wearsim.scene.clearance import beyond_clearance
 from wearsim.scene.counterface import counterface_faults, counterface_warnings
 from wearsim.scene.damage import damage_faults
-from wearsim.scene.faults import shown
 from wearsim.scene.limits import met_by_wheels
 from wearsim.scene.models import (
     BlockSection,
@@ -28,6 +27,7 @@ from wearsim.scene.models import (
     RigScene,
 )
 from wearsim.scene.reprofiling import reprofiling_faults, reprofiling_warnings, turned_at
+from wearsim.toml_faults import shown
 
 SMALLEST_ROLLER_MM = 50.0
 """Below this a roller is no longer large against a contact patch of 10 to 20 mm [mm]."""

@@ -14,7 +14,6 @@ from pydantic import TypeAdapter, ValidationError
 from wearsim.errors import Fault, SceneError
 from wearsim.scene.accuracy import AccuracyScene, read_accuracy
 from wearsim.scene.changes import Change, changed_text
-from wearsim.scene.faults import Lines, key_lines, shown, syntax_fault, validation_faults
 from wearsim.scene.inputs import find_file, read_inputs
 from wearsim.scene.location import LocationScene, read_locations
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
@@ -23,6 +22,7 @@ from wearsim.scene.robustness import RobustnessScene
 from wearsim.scene.setup import inputs_of
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.wear_steps import WearStepsScene
+from wearsim.toml_faults import Lines, key_lines, shown, syntax_fault, validation_faults
 
 CampaignScene = RigScene | FieldScene | CompareScene
 StudyScene = PublishedScene | AccuracyScene | LocationScene | SweepScene | RobustnessScene | WearStepsScene

@@ -14,11 +14,11 @@ from wearsim.contact.problem import Wheelset
 from wearsim.errors import Fault, ProfileError
 from wearsim.profile.files import load_profile
 from wearsim.profile.shape import Profile
-from wearsim.scene.faults import shown
 from wearsim.scene.inputs import FLANGE_BACK_TO_ORIGIN, find_file
 from wearsim.scene.models import Header, Inclination, SceneModel, WheelsetSection
 from wearsim.scene.published import Radius
 from wearsim.scene.section import Section, Text, quantity, words
+from wearsim.toml_faults import shown
 
 
 class LocationHeader(Header):

@@ -13,8 +13,8 @@ from pydantic_core import PydanticCustomError
 from wearsim.scene.campaign import CampaignSection
 from wearsim.scene.counterface import RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
-from wearsim.scene.faults import Lines, line_of
 from wearsim.scene.section import Registered, Section, Text, quantity, words
+from wearsim.toml_faults import Lines, line_of
 
 SMALLEST_LOAD_KN = 0.1
 """Below this a patch is hardly wider than the 0.1 mm grid on which profiles are compared. A wheel of the

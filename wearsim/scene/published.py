@@ -15,11 +15,11 @@ from wearsim.contact.problem import ContactModels, Wheelset
 from wearsim.errors import Fault, ProfileError
 from wearsim.profile.files import load_profile
 from wearsim.profile.shape import Profile
-from wearsim.scene.faults import shown
 from wearsim.scene.inputs import FLANGE_BACK_TO_ORIGIN, find_file
 from wearsim.scene.models import ContactSection, Header, Inclination, SceneModel, Shift, WheelsetSection
 from wearsim.scene.section import Section, Text, quantity, words
 from wearsim.scene.setup import contact_models
+from wearsim.toml_faults import shown
 
 RESULTS = {
     "area_mm2": ("area", 1e-6),

@@ -14,10 +14,10 @@ from pydantic import Field, Strict
 
 from wearsim.errors import Fault, SceneError
 from wearsim.scene.changes import Change, value_of
-from wearsim.scene.faults import KeyPath, line_of, shown
 from wearsim.scene.inputs import find_file
 from wearsim.scene.models import Header, SceneModel
 from wearsim.scene.section import Section, Text, quantity, words
+from wearsim.toml_faults import KeyPath, line_of, shown
 
 MOST_CASES = 100_000
 DESIGNS = ("full_factorial", "list", "latin_hypercube")

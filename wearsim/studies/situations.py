@@ -11,7 +11,7 @@ import numpy as np
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.profile import standard
-from wearsim.profile.noise import smoothed
+from wearsim.profile.smoothing import smoothed
 from wearsim.profile.shape import Profile, resample
 
 _RADIUS, _HALF_SPAN, _GAUGE = 0.46, 0.75, 1.435

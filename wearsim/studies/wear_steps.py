@@ -21,7 +21,7 @@ from wearsim.damage.wear import WearSettings, regimes
 from wearsim.errors import WearsimError
 from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.profile import standard
-from wearsim.profile.noise import smoothing_spline
+from wearsim.profile.smoothing import smoothing_spline
 from wearsim.profile.shape import arc_length, vertex_lengths
 
 if TYPE_CHECKING:

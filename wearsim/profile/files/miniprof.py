@@ -5,25 +5,26 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from decimal import Decimal
-from typing import Literal
 
 from wearsim.profile.checks import MIN_POINTS
-from wearsim.profile.formats.points import (
+from wearsim.profile.files.points import (
     COMMA_TWICE,
     Columns,
+    Faults,
+    Kind,
     Points,
+    Text,
     is_number,
     number_fault,
     separator_of,
     split_cells,
 )
-from wearsim.profile.formats.text import Faults, Text
 
 SUFFIXES = {".whl": "wheel", ".ban": "rail"}
 PART_SUFFIXES = {".mpt": ""}
 
-# Key by which a file written here says whither X grows; other programs skip keys they do not know.
 AXIS_KEY = "AxisX"
+"""Key by which a file written here gives the direction of X; other programs skip keys they do not know."""
 AXIS_FIELD = "field side"
 
 _KNOWN_KEY = re.compile(
@@ -31,73 +32,45 @@ _KNOWN_KEY = re.compile(
     re.IGNORECASE | re.MULTILINE,
 )
 _KEY = re.compile(r"\s*[A-Za-z]\w*\s*=")
-_LEAST_TAPE, _MOST_TAPE = 60.0, 80.0  # tape line from the flange back [mm]
+_LEAST_CIRCLE, _MOST_CIRCLE = 60.0, 80.0  # running circle from the flange back [mm]
 _COLUMNS = {"x", "y", "a", "c", "k", "n"}
 _OLD_STYLE = "(sd/sh/qr)"
-# The word in a comment of another format tells only where its points come from.
+# the word in a comment of another format says only where its points come from
 _OLD_TITLE = re.compile(r"[^#!%=,;]*\bMINI[ _-]?PROF[^=]*$", re.IGNORECASE)
 _SECTION = re.compile(r"\[(.+)\]")
 _PART = re.compile(r"profile(\d+)(info|points)", re.IGNORECASE)
 _ELEMENT = re.compile(r"mpd\d+", re.IGNORECASE)
 
 
-def recognises(text: Text, suffix: str) -> bool:
-    """Tell a MiniProf file by its header, or by its extension."""
-    head = "\n".join(text.lines[:200])[:20_000]
+def recognises(text: Text) -> bool:
+    """Whether a file has the header of MiniProf."""
     if any(_OLD_TITLE.match(line) for line in text.lines[:3]):
         return True
-    return len({key.lower() for key in _KNOWN_KEY.findall(head)}) >= 2 or suffix in SUFFIXES
+    head = "\n".join(text.lines[:200])[:20_000]
+    return len({key.lower() for key in _KNOWN_KEY.findall(head)}) >= 2
 
 
-def recognises_parts(text: Text, suffix: str) -> bool:
-    """Tell a multi-part file by its sections, or by its extension."""
-    found = any(_PART.fullmatch(name) for line in text.lines[:50_000] if (name := _section(line)))
-    return found or suffix in PART_SUFFIXES
+def recognises_parts(text: Text) -> bool:
+    """Whether a file has the sections of a multi-part file."""
+    return any(_PART.fullmatch(name) for line in text.lines[:50_000] if (name := _section(line)))
 
 
-def read(text: Text, kind: Literal["wheel", "rail"], faults: Faults) -> Points:
-    """Points and header of a `.whl` or `.ban` file.
+def read(text: Text, kind: Kind, faults: Faults) -> Points:
+    """Points and header of a `.whl` or `.ban` file; X counts from the flange back on wheels.
 
-    Parameters
-    ----------
-    text : Text
-        Header of ``key=value`` lines (or of the old style), an empty line that may be missing, points.
-    kind : {"wheel", "rail"}
-        Settles which way Y should grow.
-    faults : Faults
-        Takes what is wrong.
-
-    Returns
-    -------
-    Points
-        X is counted from the flange back on wheels.
+    The header has ``key=value`` lines (or is of the old style); an empty line before points may be missing.
     """
+    start = next((k + 1 for k, line in enumerate(text.lines[:1000]) if _OLD_STYLE in line.lower()), 0)
+    first = next((k for k in range(start, len(text.lines)) if _is_data(text.lines[k])), len(text.lines))
     numbered = list(enumerate(text.lines, start=1))
-    first = _first_point(text)
-    header = _header(line for _, line in numbered[: first - 1])
-    return _points(numbered[first - 1 :], header, kind, faults)
+    return _points(numbered[first:], _header(line for _, line in numbered[:first]), kind, faults)
 
 
-def read_part(
-    text: Text, kind: Literal["wheel", "rail"], faults: Faults, part: int | str | None
-) -> Points | None:
-    """Points and header of one curve of a multi-part file.
+def read_part(text: Text, kind: Kind, faults: Faults, part: int | str | None) -> Points | None:
+    """Points and header of one curve of a multi-part file; None if no curve can be chosen.
 
-    Parameters
-    ----------
-    text : Text
-        Sections `[ProfilekInfo]` and `[ProfilekPoints]`.
-    kind : {"wheel", "rail"}
-        Settles which way Y should grow.
-    faults : Faults
-        Takes what is wrong.
-    part : int, str or None
-        Number or name of the curve; needed if there are several.
-
-    Returns
-    -------
-    Points or None
-        None if no curve can be chosen; the fault says why.
+    Sections are `[ProfilekInfo]` and `[ProfilekPoints]`; `part` is the number or name of the curve, needed
+    if there are several.
     """
     info: dict[int, dict[str, str]] = {0: {}}  # 0: of the whole file
     rows: dict[int, list[tuple[int, str]]] = {}
@@ -113,35 +86,26 @@ def read_part(
         elif points:
             rows[where].append((number, line))
         else:
-            key, found, value = line.partition("=")
+            key, equals, value = line.partition("=")
             # the elements a curve was drawn from are as many as its points and not needed here
-            if found and not _ELEMENT.fullmatch(key.strip()):
+            if equals and not _ELEMENT.fullmatch(key.strip()):
                 info.setdefault(where, {})[key.strip()] = value.strip()
-    chosen = _choose(rows, {k: _value(keys, "mpdn") or "" for k, keys in info.items()}, part, faults)
-    if chosen is None:
-        return None
-    return _points(rows[chosen], {**info[0], **info.get(chosen, {})}, kind, faults)
-
-
-def _choose(
-    rows: dict[int, list[tuple[int, str]]], names: dict[int, str], part: int | str | None, faults: Faults
-) -> int | None:
-    """Return the number of the wanted curve."""
+    names = {k: _value(keys, "mpdn") or "" for k, keys in info.items()}
     known = ", ".join(f"{k} {names.get(k, '')!r}" for k in sorted(rows)[:30])
-    if not rows:
+    chosen = next(iter(rows), None)
+    if chosen is None:
         faults.add("holds no [Profile1Points] section; give a multi-part file of MiniProf with points")
         return None
-    if part is None:
-        if len(rows) == 1:
-            return next(iter(rows))
+    if part is None and len(rows) > 1:
         faults.add(f"holds {len(rows)} curves ({known}), which are never joined; choose one with --part")
         return None
-    wanted = str(part).strip()
-    for k in rows:
-        if wanted in (str(k), names.get(k, "")):
-            return k
-    faults.add(f"--part {wanted} is not among its curves ({known})")
-    return None
+    if part is not None:
+        wanted = str(part).strip()
+        chosen = next((k for k in rows if wanted in (str(k), names.get(k, ""))), None)
+        if chosen is None:
+            faults.add(f"--part {wanted} is not among its curves ({known})")
+            return None
+    return _points(rows[chosen], {**info[0], **info.get(chosen, {})}, kind, faults)
 
 
 def _section(line: str) -> str | None:
@@ -150,21 +114,8 @@ def _section(line: str) -> str | None:
     return match[1].strip() if match else None
 
 
-def _first_point(text: Text) -> int:
-    """Line of the first point: numbers only and no `=`; behind the measures of the old style."""
-    start = 0
-    for k, line in enumerate(text.lines[:1000]):
-        if _OLD_STYLE in line.lower():
-            start = k + 1
-            break
-    for k in range(start, len(text.lines)):
-        if _is_data(text.lines[k]):
-            return k + 1
-    return len(text.lines) + 1
-
-
 def _is_data(line: str) -> bool:
-    """Tell whether a line holds two numbers or more and nothing else."""
+    """Whether a line holds two numbers or more and nothing else."""
     bare = _bare(line)
     if not bare or "=" in bare or not (bare[0].isdigit() or bare[0] in "+-."):
         return False
@@ -183,8 +134,8 @@ def _header(lines: Iterable[str]) -> dict[str, str]:
     free = 0
     for raw in lines:
         line = raw.split('"', 1)[0].strip()
-        key, found, value = line.partition("=")
-        if found:
+        key, equals, value = line.partition("=")
+        if equals:
             header[key.strip()] = value.strip()
         elif line:
             free += 1
@@ -194,29 +145,25 @@ def _header(lines: Iterable[str]) -> dict[str, str]:
 
 def _value(header: dict[str, str], key: str) -> str | None:
     """Value of a key in any case of letters."""
-    for name, value in header.items():
-        if name.lower() == key:
-            return value
-    return None
+    return next((value for name, value in header.items() if name.lower() == key), None)
 
 
-def _points(
-    numbered: list[tuple[int, str]], header: dict[str, str], kind: Literal["wheel", "rail"], faults: Faults
-) -> Points:
+def _points(numbered: list[tuple[int, str]], header: dict[str, str], kind: Kind, faults: Faults) -> Points:
     """Points of the lines behind a header."""
     notes: list[str] = []
     column_x, column_y, names = _column_definition(header, faults, notes)
-    joined = cut = False
     needed = max(column_x, column_y) + 1
-    found, off, short = Columns(faults), 0, 0
+    points, off, short = Columns(faults), 0, 0
     separator: str | None = None
+    joined = cut = False
     last = next((number for number, raw in reversed(numbered) if raw.strip()), 0)
     for number, raw in numbered:
         line = _bare(raw)
         if not line:
             off += raw.lstrip()[:1] == '"' and _is_data(raw.lstrip()[1:])
             continue
-        if len(found.lines) >= MIN_POINTS and _begins_a_file(raw):
+        enough = len(points.lines) >= MIN_POINTS
+        if enough and (_KEY.match(raw) or ("=" not in raw and "MINIPROF" in raw.upper())):
             faults.add("a header after the points: two files are joined here; give one", number)
             joined = True
             break
@@ -225,21 +172,19 @@ def _points(
         cells = split_cells(line, separator)
         if separator == "," and names and len(cells) == 2 * len(names):
             faults.add(COMMA_TWICE, number)
-            short += 1
-            continue
-        if len(cells) < needed and number == last and len(found.lines) >= MIN_POINTS:
+        elif len(cells) < needed and number == last and enough:
             cut = True  # in the middle of a line
-            short += 1
+        elif len(cells) < needed:
+            plural = "" if len(cells) == 1 else "s"
+            faults.add(f"{len(cells)} column{plural}, {needed} are needed to find X and Y", number)
+        else:
+            points.add(number, cells[column_x], cells[column_y], separator, "XY")
             continue
-        if len(cells) < needed:
-            columns = f"{len(cells)} column{'' if len(cells) == 1 else 's'}"
-            faults.add(f"{columns}, {needed} are needed to find X and Y", number)
-            short += 1
-            continue
-        found.add(number, cells[column_x], cells[column_y], separator, "XY")
+        short += 1
     before = len(faults.found)
     if not joined:
-        _check_count(header, len(found.lines), off, short + found.refused, last, faults, notes)
+        there = len(points.lines) + off + short + points.refused
+        _check_count(_value(header, "xypoints") or "", len(points.lines), there, last, faults, notes)
     if cut and len(faults.found) == before:
         faults.add("ends in the middle of a line: the file is cut off; copy it again", last)
     if off:
@@ -248,22 +193,16 @@ def _points(
         value = _value(header, key)
         if value and number_fault(value) is None and float(value) != 0.0:
             notes.append(f"{key} = {value} of the header is not added to the points")
-    axis = _value(header, AXIS_KEY.lower())
     return Points(
-        found.lines,
-        found.y,
-        found.z,
-        y_axis="field" if axis == AXIS_FIELD else "unknown",
+        points.lines,
+        points.y,
+        points.z,
+        y_axis="field" if _value(header, AXIS_KEY.lower()) == AXIS_FIELD else "unknown",
         z_axis="down" if kind == "wheel" else "up",
-        tape=_tape(header, notes) if kind == "wheel" else None,
+        running_circle=_running_circle(header, notes) if kind == "wheel" else None,
         header=header,
         notes=tuple(notes),
     )
-
-
-def _begins_a_file(line: str) -> bool:
-    """Tell the first line of a header."""
-    return _KEY.match(line) is not None or ("=" not in line and "MINIPROF" in line.upper())
 
 
 def _column_definition(
@@ -283,36 +222,32 @@ def _column_definition(
     return names.index("x"), names.index("y"), names
 
 
-def _check_count(
-    header: dict[str, str], found: int, off: int, short: int, last: int, faults: Faults, notes: list[str]
-) -> None:
+def _check_count(promised: str, taken: int, there: int, last: int, faults: Faults, notes: list[str]) -> None:
     """Compare the points with the number promised by the header."""
-    promised = _value(header, "xypoints")
-    if not promised or not re.fullmatch(r"\d{1,9}", promised):
+    if not re.fullmatch(r"\d{1,9}", promised):
         return
-    there = found + off + short
     if there < int(promised):
         faults.add(
             f"XYPoints = {promised}, but {there} points are there: the file is cut off; copy it again, or "
             "correct XYPoints if points were taken out on purpose",
             last,
         )
-    elif found > int(promised):
-        notes.append(f"XYPoints = {promised}, but {found} points are there: all are taken")
+    elif taken > int(promised):
+        notes.append(f"XYPoints = {promised}, but {taken} points are there: all are taken")
 
 
-def _tape(header: dict[str, str], notes: list[str]) -> Decimal | None:
-    """Distance of the tape line from the flange back, if the header tells a plausible one [mm]."""
+def _running_circle(header: dict[str, str], notes: list[str]) -> Decimal | None:
+    """Distance of the running circle from the flange back, if the header gives a plausible one [mm]."""
     value = (_value(header, "wheeldiametertaperline") or "").replace(",", ".")
     if number_fault(value) is None:
-        if _LEAST_TAPE <= float(value) <= _MOST_TAPE:
+        if _LEAST_CIRCLE <= float(value) <= _MOST_CIRCLE:
             return Decimal(value)
         if float(value) == 0.0:
             return None  # not set
     if value.strip("-?"):
         notes.append(
-            f"WheelDiameterTaperline = {value[:40]} of the header is not within {_LEAST_TAPE:g} .. "
-            f"{_MOST_TAPE:g} mm and not used: state --tape-mm, and --origin if y does not count from the "
-            "flange back"
+            f"WheelDiameterTaperline = {value[:40]} of the header is not within {_LEAST_CIRCLE:g} .. "
+            f"{_MOST_CIRCLE:g} mm and not used: state --running-circle-mm, and --origin if y does not count "
+            "from the flange back"
         )
     return None

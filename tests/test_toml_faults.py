@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wearsim.scene.faults import key_lines, line_of, nearest, shown, syntax_fault
+from wearsim.toml_faults import key_lines, line_of, nearest, shown, syntax_fault
 
 TEXT = '''\
 # a comment

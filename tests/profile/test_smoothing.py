@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wearsim.errors import ProfileError
-from wearsim.profile.noise import smoothed
 from wearsim.profile.shape import Profile, resample, vertex_normals
+from wearsim.profile.smoothing import smoothed
 from wearsim.profile.standard import rail, wheel
 from wearsim.profile.worn import wear_between
 

@@ -1,4 +1,4 @@
-"""Faults of a scene file with their line: where keys stand, and what the user reads about each fault."""
+"""TOML files of users: where keys stand, and faults of their models with file, line and fix."""
 
 from __future__ import annotations
 
@@ -8,18 +8,22 @@ import re
 import tomllib
 import types
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Literal, Union, get_args, get_origin
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, get_args, get_origin
 
-import tree_sitter_toml
-from pydantic import BaseModel
+from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
-from pydantic_core import ErrorDetails
-from tree_sitter import Language, Node, Parser
+from pydantic_core import ErrorDetails, PydanticCustomError
 
 from wearsim.errors import Fault
 
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
 KeyPath = tuple[str | int, ...]
 Lines = dict[KeyPath, int]
+_Model = TypeVar("_Model", bound=BaseModel)
+_LARGEST_FILE = 2_000_000
 
 _BOUNDS = (("gt", "above"), ("ge", "at least"), ("lt", "below"), ("le", "at most"))
 
@@ -38,6 +42,9 @@ def key_lines(text: str) -> Lines:
         Line, counted from 1, by path: keys as in the parsed data, list elements by index. A table
         stands where its header or its first dotted key does.
     """
+    import tree_sitter_toml  # for faults only
+    from tree_sitter import Language, Parser
+
     root = Parser(Language(tree_sitter_toml.language())).parse(text.encode()).root_node
     lines: Lines = {}
     counts: dict[KeyPath, int] = {}
@@ -63,6 +70,83 @@ def key_lines(text: str) -> Lines:
                 if child.type == "pair":
                     _locate_pair(child, path, lines)
     return lines
+
+
+class Table(BaseModel):
+    """A table of a file: immutable, exact types, no unknown keys, no infinities."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        strict=True,
+        allow_inf_nan=False,
+        validate_by_alias=True,
+        hide_input_in_errors=True,
+    )
+
+
+def cross_check(message: str, key: str = "") -> PydanticCustomError:
+    """Error for the validator of a table: message and the key it refers to.
+
+    Parameters
+    ----------
+    message : str
+        What is wrong, and the fix.
+    key : str
+        Of the table; empty for the table itself.
+
+    Returns
+    -------
+    PydanticCustomError
+        To be raised.
+    """
+    return PydanticCustomError("cross_check", "cross-check", {"message": message, "key": key})
+
+
+def read_toml(path: Path, model: type[_Model]) -> tuple[_Model | None, list[Fault]]:
+    """Read a TOML file into a model.
+
+    Parameters
+    ----------
+    path : Path
+        UTF-8 text of at most 2 MB.
+    model : type
+        Model of the whole file; lists are tuples in it.
+
+    Returns
+    -------
+    data : model or None
+        None if there are faults.
+    faults : list of Fault
+        All of them, with their lines.
+    """
+    file, text = str(path), ""
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(_LARGEST_FILE + 1)
+        if len(content) > _LARGEST_FILE:
+            return None, [Fault(f"larger than {_LARGEST_FILE // 1_000_000} MB; give another file", file)]
+        text = content.decode("utf-8-sig")
+        data = tomllib.loads(text)
+        return model.model_validate(_with_tuples(data)), []
+    except OSError as error:
+        return None, [Fault(f"cannot be read ({error.strerror}); check the path and its permissions", file)]
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        return None, [Fault("is not UTF-8 text; save the file as UTF-8", file, line)]
+    except ValidationError as error:
+        return None, validation_faults(error.errors(include_url=False), model, key_lines(text), file)
+    except ValueError as error:
+        return None, [syntax_fault(error, text, file)]
+    except RecursionError:
+        return None, [Fault("tables or lists are nested too deeply; write flat tables", file)]
+
+
+def _with_tuples(value: Any) -> Any:
+    """Return data with tuples in place of lists."""
+    if isinstance(value, dict):
+        return {key: _with_tuples(item) for key, item in value.items()}
+    return tuple(map(_with_tuples, value)) if isinstance(value, list) else value
 
 
 def line_of(lines: Lines, path: Sequence[str | int]) -> int:
@@ -178,11 +262,17 @@ def validation_faults(
         The scene file's name.
     """
     faults = [
-        Fault(_message(error, model), file, line_of(lines, error["loc"]))  # the way out is in the message
+        Fault(_message(error, model), file, line_of(lines, (*error["loc"], *_key_of(error))))
         for error in errors
         if not _only_follows(error)
     ]
     return sorted(faults, key=lambda fault: fault.line or 0)
+
+
+def _key_of(error: ErrorDetails) -> KeyPath:
+    """Key of a table that a cross-check refers to."""
+    key = error.get("ctx", {}).get("key")
+    return (key,) if key else ()
 
 
 def _only_follows(error: ErrorDetails) -> bool:
@@ -195,6 +285,10 @@ def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
     table, name = path[:-1], path[-1] if path else ""
     info = _field(model, path)
     limits = _limits(info, bool(path) and isinstance(path[-1], int))
+    if kind == "cross_check":
+        return str(error["ctx"]["message"])
+    if kind == "missing" and isinstance(name, int):
+        return f"{_label(table)} has {len(value) if isinstance(value, tuple) else name} entries, needs more"
     if kind == "missing":
         return _missing(path, info)
     if kind == "extra_forbidden":
@@ -202,7 +296,7 @@ def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         return f"{_label(path)} = {shown(value)} must be a table; write its keys below {table_name(path)}"
     if kind in ("tuple_type", "list_type"):
-        if isinstance(value, Mapping):
+        if isinstance(value, Mapping) or (info is not None and _element(info.annotation) is not None):
             return f"[{_dotted(path)}] must be a list of tables; write [[{_dotted(path)}]]"
         return f"{_label(path)} = {shown(value)} must be a list, such as [{shown(value)}]"
     if kind == "literal_error":

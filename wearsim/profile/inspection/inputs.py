@@ -1,4 +1,4 @@
-"""What a user names - a standard shape, a definition or a measured file - as a profile with its story."""
+"""What a user names - a standard shape, a definition or a measured file - as a profile with its origin."""
 
 from __future__ import annotations
 
@@ -8,46 +8,44 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from wearsim.errors import Fault, ProfileError
+from wearsim.errors import ProfileError
 from wearsim.profile import measures, standard
-from wearsim.profile.definition import Definition
-from wearsim.profile.files import ProfileReading, read_profile
-from wearsim.profile.formats import FORMATS
-from wearsim.profile.formats.axes import IN_CM
-from wearsim.profile.placement import UPRIGHT, place_rail, tilt_to_add
+from wearsim.profile.definitions import Definition, read_definition, sample
+from wearsim.profile.files import FORMATS, ProfileReading, is_file, place_file, read_profile
+from wearsim.profile.files.axes import IN_CM
+from wearsim.profile.files.points import Kind
+from wearsim.profile.placement import UPRIGHT, tilt_to_add
 from wearsim.profile.shape import Profile
-
-Kind = Literal["wheel", "rail"]
 
 INCLINATION = 1.0 / 40.0
 """Of an upright rail, if nothing else is stated [-]."""
 
-TAPE = 70e-3
-"""Distance of the tape circle from the flange back, if nothing else is told [m]."""
+RUNNING_CIRCLE = 70e-3
+"""Distance of the running circle from the flange back, if nothing else is known [m]."""
 
 SPACING = 0.25e-3
 """Point distance of standard shapes [m]."""
 
 _WRITTEN = re.compile(r"\s*[#!]\s*(wheel|rail) profile\b")
-_FLANGE_HEIGHT = (20e-3, 45e-3)  # what tells a wheel from a rail head of the same size [m]
+_FLANGE_HEIGHT = (20e-3, 45e-3)  # of a wheel, not of a rail head of the same size [m]
 _WIDEST_HEAD = 0.1  # wider points without a flange might be a tread [m]
 _HIGHEST_HEAD = 0.06  # higher points may be a wheel with its columns swapped [m]
 _BOTH_SIDES = 8e-3  # a head falls off by this on both sides of its top [m]
 _ONE_SIDE = 10e-3  # or by this on one side, and steeper there than a flange [m]
 _STEEPEST_FLANGE = 78.0  # degrees
-_HEADER_LINES = 5  # lines looked at for a word on the kind
+_HEADER_LINES = 5  # lines searched for a word on the kind
 _MOST_SHOWN = 90  # characters
 _NUMBER = re.compile(r"\d{2,4}(\.\d+)?")
 _DIAMETER_RANGE = (0.3, 1.5)  # plausible diameters of a header [m]
 
 
 @dataclass(frozen=True)
-class Subject:
-    """A profile and how it came to be.
+class ProfileInput:
+    """A profile and where it comes from.
 
     Parameters
     ----------
@@ -56,7 +54,7 @@ class Subject:
     profile : Profile
         In our axes [m]; a rail is not yet placed in the track.
     format : str
-        Key of `wearsim.profile.formats.FORMATS`, or "definition".
+        Key of `wearsim.profile.files.FORMATS`, or "definition".
     title : str
         Format or designation, for people.
     notes : tuple of str
@@ -69,8 +67,8 @@ class Subject:
         Whether it is a rail that stands upright, so that it needs an inclination in the track.
     lean : float or None
         Of a measured rail head, see `wearsim.profile.placement.head_lean` [-].
-    header_tape : float or None
-        Distance of the tape circle from the flange back that the header told and that acted [m].
+    header_circle : float or None
+        Distance of the running circle from the flange back that the header gives and that acted [m].
     """
 
     given: str
@@ -83,7 +81,7 @@ class Subject:
     certainty: str
     upright: bool = False
     lean: float | None = None
-    header_tape: float | None = None
+    header_circle: float | None = None
 
     @property
     def kind(self) -> Kind:
@@ -95,19 +93,22 @@ class Subject:
         """Whether the points come from a file, not from a definition."""
         return self.format != "definition"
 
-    def key(self, *names: str) -> str:
-        """Value of the first of these header keys that says something, in any case of letters."""
-        lower = {name.lower(): value.strip() for name, value in self.header.items()}
-        return next((lower[name.lower()] for name in names if lower.get(name.lower())), "")
+    def key(self, name: str) -> str:
+        """Value of a header key in any case of letters, empty if it has none."""
+        return {key.lower(): value.strip() for key, value in self.header.items()}.get(name.lower(), "")
+
+    def noted(self, *notes: str) -> ProfileInput:
+        """Return the same with further notes."""
+        return replace(self, notes=(*self.notes, *notes))
 
     @property
-    def tape(self) -> float:
-        """Distance of the tape circle, y = 0, from the flange back: that of the header, else `TAPE` [m]."""
-        return TAPE if self.header_tape is None else self.header_tape
+    def running_circle(self) -> float:
+        """Distance of the running circle, y = 0, from the flange back [m]."""
+        return RUNNING_CIRCLE if self.header_circle is None else self.header_circle
 
     @property
     def diameter(self) -> float | None:
-        """Wheel diameter at the tape circle that the instrument wrote down [m]."""
+        """Wheel diameter at the running circle that the instrument wrote down [m]."""
         text = self.key("DiameterTaperline").replace(",", ".")
         if self.kind != "wheel" or not _NUMBER.fullmatch(text):
             return None
@@ -115,17 +116,9 @@ class Subject:
         return value if _DIAMETER_RANGE[0] <= value <= _DIAMETER_RANGE[1] else None
 
 
-def is_file(given: str) -> bool:
-    """Tell whether a text is taken for a path, by the rule of `load_profile`."""
-    path = Path(given)
-    return path.is_file() or (
-        not standard.is_designation(given) and (bool(path.suffix) or len(path.parts) != 1)
-    )
-
-
-def read_subject(
-    given: str, kind: Kind | None = None, said: Mapping[str, Any] | None = None, *, spacing: float = SPACING
-) -> Subject:
+def read_input(
+    given: str, kind: Kind | None = None, statements: Mapping[str, Any] | None = None
+) -> ProfileInput:
     """Profile by the name of a standard shape, from a definition (`.toml`) or from a measured file.
 
     Parameters
@@ -133,15 +126,13 @@ def read_subject(
     given : str
         Name, designation such as "S1002/h30", or path.
     kind : {"wheel", "rail"}, optional
-        What it is; told by the definition, the extension or the content of a file.
-    said : mapping, optional
-        Statements on a file, as arguments of `read_profile`.
-    spacing : float
-        Point distance of a standard shape [m].
+        What it is; detected by the definition, the extension or the content of a file.
+    statements : mapping, optional
+        On a file, as arguments of `read_profile`.
 
     Returns
     -------
-    Subject
+    ProfileInput
         A rail is upright if it comes from a definition, and as it was measured if it comes from a file,
         upright or not.
 
@@ -150,23 +141,22 @@ def read_subject(
     ProfileError
         One line per fault.
     """
-    said = {} if said is None else said
-    if Path(given).is_dir():
+    path = Path(given)
+    if path.is_dir():
         raise ProfileError(f"{given}: is a folder; measure all its files with --fleet {given}")
-    if is_file(given):
-        path = Path(given)
-        if path.suffix.lower() == ".toml" and path.is_file():
-            return _defined(given, _definition_of_file(path), kind, spacing)
-        return _from_file(given, kind, said)
-    return _defined(given, _named(given, kind), kind, spacing)
+    if not is_file(given):
+        return _defined(given, _named(given, kind), kind)
+    if path.suffix.lower() == ".toml" and path.is_file():
+        return _defined(given, read_definition(path), kind)
+    return _from_file(given, kind, statements or {})
 
 
-def tilt_of(rail: Subject, inclination: float | None) -> float:
+def tilt_of(rail: ProfileInput, inclination: float | None) -> float:
     """Tilt that brings a rail into the track.
 
     Parameters
     ----------
-    rail : Subject
+    rail : ProfileInput
         Standard or measured.
     inclination : float or None
         As stated; None: `INCLINATION` for a rail that stands upright, else 0, for measured points stand as
@@ -182,12 +172,12 @@ def tilt_of(rail: Subject, inclination: float | None) -> float:
     return tilt_to_add(rail.lean, inclination)
 
 
-def told_stand(rail: Subject, inclination: float | None) -> tuple[str, ...]:
-    """Tell how a measured rail is put into the track.
+def placement_notes(rail: ProfileInput, inclination: float | None) -> tuple[str, ...]:
+    """How a measured rail is put into the track.
 
     Parameters
     ----------
-    rail : Subject
+    rail : ProfileInput
         Any profile.
     inclination : float or None
         As stated [-].
@@ -208,30 +198,31 @@ def told_stand(rail: Subject, inclination: float | None) -> tuple[str, ...]:
     if rail.lean is not None and rail.lean > UPRIGHT:
         again = " and is not tilted again" if inclination else ""
         return (f"in the track as measured: the head leans 1:{1.0 / rail.lean:.3g} already{again}",)
-    way = "" if inclination is not None else "; if it was measured upright, state --inclination 1:40"
-    return (f"in the track as measured{way}",)
+    hint = "" if inclination is not None else "; if it was measured upright, state --inclination 1:40"
+    return (f"in the track as measured{hint}",)
 
 
-def placed(subject: Subject, inclination: float | None, gauge: float, half_span: float) -> Profile:
+def placed(rail: ProfileInput, inclination: float | None, gauge: float, half_span: float) -> Profile:
     """Rail profile in the track.
 
     Parameters
     ----------
-    subject : Subject
-        A rail.
+    rail : ProfileInput
+        Standard or measured.
     inclination : float or None
         Of the rail, see `tilt_of` [-].
     gauge, half_span : float
         See `wearsim.profile.placement.place_rail` [m].
+
+    Returns
+    -------
+    Profile
+        In the axes of the track.
     """
-    tilt = tilt_of(subject, inclination)
-    if not subject.measured and not is_file(subject.given):
-        return standard.rail(subject.given, tilt, gauge, half_span)
-    try:
-        profile = place_rail(subject.profile, tilt, gauge, half_span)
-    except ProfileError as error:
-        raise ProfileError(str(Fault(str(error), subject.given))) from error
-    return replace(profile, source=subject.profile.source)
+    tilt = tilt_of(rail, inclination)
+    if rail.measured or is_file(rail.given):
+        return place_file(rail.profile, rail.given, tilt, gauge, half_span)
+    return standard.rail(rail.given, tilt, gauge, half_span)
 
 
 def _named(given: str, kind: Kind | None) -> Definition:
@@ -250,59 +241,41 @@ def _named(given: str, kind: Kind | None) -> Definition:
     raise ProfileError(f"{given!r} is neither a file nor a shipped profile ({listed}){hint}")
 
 
-def _definition_of_file(path: Path) -> Definition:
-    """Definition in a file of the user."""
-    from wearsim.profile.definition_file import read_definition
-
-    return read_definition(path)
-
-
-def _defined(given: str, shape: Definition, kind: Kind | None, spacing: float) -> Subject:
-    """Subject of a definition."""
+def _defined(given: str, shape: Definition, kind: Kind | None) -> ProfileInput:
     if kind is not None and shape.kind != kind:
         raise ProfileError(f"{given}: is a {shape.kind} profile, a {kind} is needed")
-    y, z = standard.sample(shape, spacing)
-    profile = Profile(shape.name, shape.kind, y, z, shape.source)
+    y, z = sample(shape, SPACING)
     upright = shape.kind == "rail" and shape.inclined_gauge_y is None
-    notes: tuple[str, ...] = (f"points every {spacing * 1e3:g} mm",)
+    notes = [f"points every {SPACING * 1e3:g} mm"]
     if shape.kind == "rail":
-        notes += ("upright, y from the symmetry axis" if upright else "as it stands in the track",)
-    return Subject(
-        given, profile, "definition", shape.title, notes, {}, shape.source, shape.certainty, upright
-    )
+        notes.append("upright, y from the symmetry axis" if upright else "as it stands in the track")
+    return ProfileInput(
+        given, Profile(shape.name, shape.kind, y, z, shape.source), "definition", shape.title, tuple(notes),
+        {}, shape.source, shape.certainty, upright,
+    )  # fmt: skip
 
 
-def _from_file(given: str, kind: Kind | None, said: Mapping[str, Any]) -> Subject:
-    """Subject of a measured file."""
+def _from_file(given: str, kind: Kind | None, statements: Mapping[str, Any]) -> ProfileInput:
     path = Path(given)
-    notes: tuple[str, ...] = ()
-    told = kind
-    if told is None:
-        told, notes = _told_kind(path)
-    if told is None:
-        reading, notes = _either(path, said)
+    detected, notes = (kind, ()) if kind is not None else _stated_kind(path)
+    if detected is None:
+        reading, notes = _either(path, statements)
     else:
-        reading = read_profile(path, told, **said)
-    subject = Subject(
-        given,
-        reading.profile,
-        reading.format,
-        FORMATS[reading.format].title,
-        (*notes, *reading.notes[1:]),
-        reading.header,
-        f"file {path.name}",
-        "",
-        reading.lean is not None and abs(reading.lean) <= UPRIGHT,
-        reading.lean,
-        reading.tape,
+        reading = read_profile(path, detected, **statements)
+    lean = reading.lean
+    result = ProfileInput(
+        given, reading.profile, reading.format, FORMATS[reading.format].title, (*notes, *reading.notes[1:]),
+        reading.header, f"file {path.name}", "", lean is not None and abs(lean) <= UPRIGHT, lean,
+        reading.running_circle,
+    )  # fmt: skip
+    if result.diameter is None:
+        return result
+    return result.noted(
+        f"wheel diameter {1e3 * result.diameter:g} mm of the header taken, if no other is stated"
     )
-    if subject.diameter is None:
-        return subject
-    note = f"wheel diameter {1e3 * subject.diameter:g} mm of the header taken, if no other is stated"
-    return replace(subject, notes=(*subject.notes, note))
 
 
-def _told_kind(path: Path) -> tuple[Kind | None, tuple[str, ...]]:
+def _stated_kind(path: Path) -> tuple[Kind | None, tuple[str, ...]]:
     """Kind that the extension or a first comment stands for, with a note on it."""
     by_suffix = {kind for each in FORMATS.values() if (kind := each.suffixes.get(path.suffix.lower(), ""))}
     if len(by_suffix) == 1:
@@ -316,23 +289,23 @@ def _told_kind(path: Path) -> tuple[Kind | None, tuple[str, ...]]:
         return None, ()  # the reader says what is wrong
     for line in head:
         if match := _WRITTEN.match(line):
-            return "wheel" if match[1] == "wheel" else "rail", (f"a {match[1]}, told by its first comment",)
+            return "wheel" if match[1] == "wheel" else "rail", (f"a {match[1]} by its first comment",)
     return None, ()
 
 
-def _either(path: Path, said: Mapping[str, Any]) -> tuple[ProfileReading, tuple[str, ...]]:
-    """Read a file that says nothing on its kind: by its content, or a question to the user."""
+def _either(path: Path, statements: Mapping[str, Any]) -> tuple[ProfileReading, tuple[str, ...]]:
+    """Read a file that does not name its kind: by its content, or a question to the user."""
     readings: dict[Kind, ProfileReading] = {}
     errors: dict[Kind, str] = {}
     kinds: tuple[Kind, Kind] = ("wheel", "rail")
     for kind in kinds:
         try:
-            readings[kind] = read_profile(path, kind, **said)
+            readings[kind] = read_profile(path, kind, **statements)
         except ProfileError as error:
             errors[kind] = str(error)
             continue
         if kind == "wheel" and _has_flange(readings[kind].profile):
-            return readings[kind], ("a wheel, told by its flange",)
+            return readings[kind], ("a wheel by its flange",)
     if len(errors) == 2:
         if errors["wheel"] == errors["rail"]:
             raise ProfileError(errors["wheel"])
@@ -346,10 +319,10 @@ def _either(path: Path, said: Mapping[str, Any]) -> tuple[ProfileReading, tuple[
             f"{path}: neither a wheel ({why['wheel']}) nor a rail ({why['rail']}): check units and order of "
             f"the columns, or see all faults with --kind wheel or --kind rail{hint}"
         )
-    if "wheel" in readings and "rail" not in readings:
+    if "rail" not in readings:
         return readings["wheel"], ("a wheel, for it is no rail",)
     if "wheel" not in readings and _has_head(readings["rail"].profile):
-        return readings["rail"], ("a rail, told by the shape of its head",)
+        return readings["rail"], ("a rail by the shape of its head",)
     raise ProfileError(
         f"{path}: has neither the flange of a wheel nor crown and sides of a rail head; state --kind wheel "
         "or --kind rail, or check that the columns y and z are not swapped"
@@ -363,7 +336,7 @@ def _short(fault: str) -> str:
 
 
 def _has_head(profile: Profile) -> bool:
-    """Tell whether a profile has the crown and the sides of a rail head."""
+    """Whether a profile has the crown and the sides of a rail head."""
     y, z = profile.y, profile.z
     if np.ptp(y) > _WIDEST_HEAD or np.ptp(z) > _HIGHEST_HEAD:
         return False
@@ -383,7 +356,7 @@ def _has_head(profile: Profile) -> bool:
 
 
 def _has_flange(profile: Profile) -> bool:
-    """Tell whether a profile has the flange of a wheel."""
+    """Whether a profile has the flange of a wheel."""
     try:
         height = measures.flange_height(profile.y, profile.z)
         measures.flange_thickness(profile.y, profile.z)

@@ -1,4 +1,4 @@
-"""Turning a worn wheel to a template profile with the least loss of diameter."""
+"""Reprofiling a worn wheel to a template profile with the least loss of diameter."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from wearsim.errors import ProfileError
-from wearsim.profile.measures import tape_level
+from wearsim.profile.measures import running_circle_level
 from wearsim.profile.shape import FloatArray, Profile
 
 _AT_ONCE = 256  # heights of a polygon are looked for at so many places at once
 
 
 @dataclass(frozen=True)
-class Turning:
-    """A wheel after turning.
+class Reprofiling:
+    """A wheel after reprofiling.
 
     Parameters
     ----------
     profile : Profile
         The template where it was cut, in the axes of the worn profile.
     depth : float
-        How far the template was moved inwards from where its tape circle is at z = 0 [m]. In the axes of
+        How far the template was moved inwards from where its running circle is at z = 0 [m]. In the axes of
         the new wheel that is all the radius the wheel has lost, by wear and on the lathe.
     radius_loss : float
-        Loss of radius at the tape circle on the lathe, from the worn to the turned wheel [m].
+        Loss of radius at the running circle on the lathe, from the worn to the turned wheel [m].
     place : float
         y where the lathe takes least: nothing but `slack` [m].
     slack : float
@@ -43,26 +43,26 @@ class Turning:
     end: float
 
 
-def turn(worn: Profile, template: Profile) -> Turning:
-    r"""Turn a wheel to a template that is moved inwards just as far as the worn wheel contains it.
+def reprofile(worn: Profile, template: Profile) -> Reprofiling:
+    r"""Reprofile a wheel to a template that is moved inwards just as far as the worn wheel contains it.
 
     Parameters
     ----------
     worn : Profile
         Worn wheel, y from the same origin as the template's.
     template : Profile
-        What the wheel gets, with its own flange thickness; tape circle at z = 0.
+        What the wheel gets, with its own flange thickness; running circle at z = 0.
 
     Returns
     -------
-    Turning
+    Reprofiling
         With the least loss of diameter.
 
     Raises
     ------
     ProfileError
         No wheels with a flange, or the worn profile does not reach from the template's flange tip past
-        the tape circle.
+        the running circle.
 
     Notes
     -----
@@ -74,22 +74,22 @@ def turn(worn: Profile, template: Profile) -> Turning:
     """
     for profile in (worn, template):
         if profile.kind != "wheel":
-            raise ProfileError(f"{profile.name} is a {profile.kind}: only wheels are turned")
+            raise ProfileError(f"{profile.name} is a {profile.kind}: only wheels are reprofiled")
     start = float(template.y[int(np.argmax(template.z))])
     end = min(float(worn.y.max()), float(template.y.max()))
     if float(worn.y.min()) > start or end <= 0.0:
         raise ProfileError(
             f"{worn.name} reaches from y = {worn.y.min() * 1e3:.4g} to {worn.y.max() * 1e3:.4g} mm; to be "
-            f"turned to {template.name} it must be known from its flange tip ({start * 1e3:.4g} mm) past "
-            "the tape circle"
+            f"reprofiled to {template.name} it must be known from its flange tip ({start * 1e3:.4g} mm) past "
+            "the running circle"
         )
     inner = np.concatenate((worn.y, template.y))
     at = np.unique(np.concatenate(((start, end), inner[(inner > start) & (inner < end)])))
     missing = _heights(template, at, 1.0) - _heights(worn, at, -1.0)
     tight = int(np.argmax(missing))
-    level, new_level = (tape_level(profile.y, profile.z) for profile in (worn, template))
+    level, new_level = (running_circle_level(profile.y, profile.z) for profile in (worn, template))
     depth = float(missing[tight])
-    return Turning(
+    return Reprofiling(
         profile=replace(template, z=template.z - depth),
         depth=depth,
         radius_loss=level - (new_level - depth),
@@ -100,10 +100,10 @@ def turn(worn: Profile, template: Profile) -> Turning:
     )
 
 
-def turn_axle(
+def reprofile_axle(
     right: Profile, left: Profile, templates: tuple[Profile, Profile], radii: tuple[float, float] = (0.0, 0.0)
-) -> tuple[Turning, Turning]:
-    """Turn both wheels of an axle to one diameter: the smaller one of those each could have.
+) -> tuple[Reprofiling, Reprofiling]:
+    """Reprofile both wheels of an axle to one diameter: the smaller one of those each could have.
 
     Parameters
     ----------
@@ -116,25 +116,22 @@ def turn_axle(
 
     Returns
     -------
-    (Turning, Turning)
+    (Reprofiling, Reprofiling)
         Right and left wheel.
     """
-    alone = (turn(right, templates[0]), turn(left, templates[1]))
+    alone = (reprofile(right, templates[0]), reprofile(left, templates[1]))
     left_in_new = [radius - one.depth for radius, one in zip(radii, alone, strict=True)]
     common = min(left_in_new)
-    return (
-        _deeper(alone[0], left_in_new[0] - common),
-        _deeper(alone[1], left_in_new[1] - common),
-    )
+    return (_deeper(alone[0], left_in_new[0] - common), _deeper(alone[1], left_in_new[1] - common))
 
 
-def _deeper(turning: Turning, more: float) -> Turning:
+def _deeper(reprofiling: Reprofiling, more: float) -> Reprofiling:
     """Turn off some more."""
     return replace(
-        turning,
-        profile=replace(turning.profile, z=turning.profile.z - more),
-        depth=turning.depth + more,
-        radius_loss=turning.radius_loss + more,
+        reprofiling,
+        profile=replace(reprofiling.profile, z=reprofiling.profile.z - more),
+        depth=reprofiling.depth + more,
+        radius_loss=reprofiling.radius_loss + more,
         slack=more,
     )
 

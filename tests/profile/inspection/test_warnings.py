@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from wearsim.profile.inspection import header_notes, hollowing_notes
+from wearsim.profile.inspection.inputs import read_input
 from wearsim.profile.measures import hollowing, wheel_measures
-from wearsim.studies.profile_doubts import header_notes, hollowing_notes
-from wearsim.studies.profile_subject import read_subject
 
-MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
+MEASURED = Path(__file__).parents[3] / "profiles" / "measured"
 
 
 @pytest.fixture(scope="module")
 def wheel():
-    return read_subject(str(MEASURED / "wheel_worn_right.whl"))
+    return read_input(str(MEASURED / "wheel_worn_right.whl"))
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def test_measures_at_other_distances_are_not_compared(wheel, values):
 @pytest.mark.parametrize("noise", [0.0, 3e-6, 50e-6])
 def test_hollowing_of_noise_is_told(noise):
     """White noise of 50 um stands out by 0.2 mm on a tread without hollowing; 3 um by 0.02 mm."""
-    new = read_subject("S1002")
+    new = read_input("S1002")
     z = new.profile.z + np.random.default_rng(5).normal(0.0, noise, len(new.profile.z))
     subject = replace(new, format="two-column", profile=replace(new.profile, z=z))
     found = {"hollowing": hollowing(subject.profile.y, z)}

@@ -10,18 +10,17 @@ import pytest
 from wearsim.errors import ProfileError
 from wearsim.profile import standard
 from wearsim.profile.files import load_profile, read_profile, write_profile
+from wearsim.profile.inspection import Conditions, inspect_profile, running
+from wearsim.profile.inspection.inputs import placed, read_input
 from wearsim.profile.measures import GaugeDistances
-from wearsim.studies.profile_examination import Circumstances, examine
-from wearsim.studies.profile_running import running
-from wearsim.studies.profile_subject import placed, read_subject
 
-MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
+MEASURED = Path(__file__).parents[3] / "profiles" / "measured"
 
 
 @pytest.mark.parametrize("kind", ["wheel", "rail"])
 def test_every_shipped_name_tells_its_kind(kind):
     for name in standard.shipped_names(kind):
-        subject = read_subject(name)
+        subject = read_input(name)
         assert subject.kind == kind
         assert not subject.measured
         assert subject.source
@@ -30,7 +29,7 @@ def test_every_shipped_name_tells_its_kind(kind):
 
 @pytest.mark.parametrize("path", sorted(MEASURED.glob("*.[whbp][hra][lnw]")), ids=lambda path: path.name)
 def test_measured_files_are_those_of_the_reader(path):
-    subject = read_subject(str(path))
+    subject = read_input(str(path))
     reading = read_profile(path, subject.kind)
     np.testing.assert_array_equal(subject.profile.y, reading.profile.y)
     assert subject.notes == reading.notes[1:]
@@ -39,14 +38,14 @@ def test_measured_files_are_those_of_the_reader(path):
 
 def test_rails_stand_in_the_track_as_for_all_commands():
     for name, inclination in (("60E1", 1.0 / 40.0), ("54E2", 1.0 / 20.0), ("EN15302_rail_A", 1.0 / 40.0)):
-        own = placed(read_subject(name), inclination, 1.435, 0.75)
+        own = placed(read_input(name), inclination, 1.435, 0.75)
         other = load_profile(name, "rail", inclination=inclination)
         np.testing.assert_array_equal(own.y, other.y)
         np.testing.assert_array_equal(own.z, other.z)
 
 
 def test_only_upright_shapes_lean_unless_it_is_stated():
-    measured = read_subject(str(MEASURED / "rail_worn_outer.ban"))
+    measured = read_input(str(MEASURED / "rail_worn_outer.ban"))
     assert not measured.upright
     stands, leans = (placed(measured, tilt, 1.435, 0.75) for tilt in (None, 1.0 / 40.0))
     upright = placed(measured, 0.0, 1.435, 0.75)
@@ -55,7 +54,7 @@ def test_only_upright_shapes_lean_unless_it_is_stated():
 
 
 def at(inclination=None):
-    return Circumstances(GaugeDistances(), inclination=inclination)
+    return Conditions(GaugeDistances(), inclination=inclination)
 
 
 @pytest.fixture
@@ -64,11 +63,11 @@ def written(tmp_path):
 
     def write(inclination, name="60E1.ban"):
         path = tmp_path / name
-        shape = read_subject("60E1").profile
+        shape = read_input("60E1").profile
         if inclination:
             shape = standard.rail("60E1", inclination, 1.435, 0.75)
         write_profile(shape, path, "miniprof")
-        return read_subject(str(path))
+        return read_input(str(path))
 
     return write
 
@@ -79,7 +78,7 @@ def test_an_upright_file_is_what_its_definition_is(written, inclination):
     subject = written(0.0)
     assert subject.upright
     assert "head stands upright" in subject.notes
-    found = examine(subject, at(inclination), against=read_subject("60E1"), amplitudes=(3e-3,))
+    found = inspect_profile(subject, at(inclination), against=read_input("60E1"), amplitudes=(3e-3,))
     assert abs(found.comparison.wear.worn_area) < 0.02e-6
     conicity = found.running.conicity[0][1]
     assert conicity == pytest.approx(found.comparison.running.conicity[0][1], abs=1e-6)
@@ -92,28 +91,28 @@ def test_a_file_that_leans_is_not_tilted_again(written, lean, stated):
     subject = written(lean)
     assert subject.lean == pytest.approx(lean, abs=1e-5)
     if not stated:
-        found = examine(subject, at(), amplitudes=(3e-3,))
+        found = inspect_profile(subject, at(), amplitudes=(3e-3,))
     else:
-        found = examine(subject, at(lean), against=read_subject("60E1"), amplitudes=(3e-3,))
+        found = inspect_profile(subject, at(lean), against=read_input("60E1"), amplitudes=(3e-3,))
         assert abs(found.comparison.wear.worn_area) < 0.02e-6
-        assert any("leans 1:" in note and "is not tilted again" in note for note in found.subject.notes)
+        assert any("leans 1:" in note and "is not tilted again" in note for note in found.given.notes)
     assert found.running.conicity[0][1] == pytest.approx(0.174 if lean == 1.0 / 40.0 else 0.010, abs=1e-3)
 
 
 def test_a_worn_head_is_tilted_only_if_that_is_stated_and_so_is_its_reference():
     """A tilt of both leaves the wear between the two as it is."""
-    worn = read_subject(str(MEASURED / "rail_worn_outer.ban"))
+    worn = read_input(str(MEASURED / "rail_worn_outer.ban"))
     assert worn.lean is None
-    alone = examine(worn, at(), against=worn, amplitudes=(3e-3,))
-    assert any("if it was measured upright, state --inclination" in note for note in alone.subject.notes)
-    tilted = examine(worn, at(1.0 / 40.0), against=worn, amplitudes=(3e-3,))
-    assert any("inclined 1:40 by --inclination" in note for note in tilted.subject.notes)
+    alone = inspect_profile(worn, at(), against=worn, amplitudes=(3e-3,))
+    assert any("if it was measured upright, state --inclination" in note for note in alone.given.notes)
+    tilted = inspect_profile(worn, at(1.0 / 40.0), against=worn, amplitudes=(3e-3,))
+    assert any("inclined 1:40 by --inclination" in note for note in tilted.given.notes)
     assert abs(tilted.comparison.wear.worn_area) < 0.02e-6
     assert abs(tilted.running.conicity[0][1] - alone.running.conicity[0][1]) > 0.05
 
 
 def test_diameter_of_the_header():
-    subject = read_subject(str(MEASURED / "wheel_worn_right.whl"))
+    subject = read_input(str(MEASURED / "wheel_worn_right.whl"))
     for text, diameter in (("921.4", 0.9214), ("921,4", 0.9214), ("0", None), ("-", None), ("9999", None)):
         header = {**subject.header, "DIAMETERTAPERLINE": text}
         again = type(subject)(**{**vars(subject), "header": header})
@@ -124,20 +123,20 @@ def test_a_definition_that_is_no_definition_is_told(tmp_path):
     file = tmp_path / "scene.toml"
     file.write_text("[scene]\nkind = 'rig'\n")
     with pytest.raises(ProfileError, match=r"scene\.toml"):
-        read_subject(str(file))
+        read_input(str(file))
 
 
 def test_wheels_with_other_tape_circles_are_compared_at_their_flange_backs(tmp_path):
-    """A header that puts the tape circle at 65 mm must not shift the wear by 5 mm."""
+    """A header that puts the running circle at 65 mm must not shift the wear by 5 mm."""
     file = tmp_path / "near.whl"
     text = (MEASURED / "wheel_worn_right.whl").read_text()
     file.write_text(text.replace("Taperline=70.0000", "Taperline=65.0000"))
-    unmoved, new = Circumstances(GaugeDistances(), align="none"), read_subject("S1002")
+    unmoved, new = Conditions(GaugeDistances(), align="none"), read_input("S1002")
     usual, near = (
-        examine(read_subject(str(path)), unmoved, against=new)
+        inspect_profile(read_input(str(path)), unmoved, against=new)
         for path in (MEASURED / "wheel_worn_right.whl", file)
     )
-    assert near.circumstances.distances.flange_back == pytest.approx(65e-3)
+    assert near.conditions.distances.flange_back == pytest.approx(65e-3)
     assert near.comparison is not None
     assert usual.comparison is not None
     assert near.comparison.wear.worn_area == pytest.approx(usual.comparison.wear.worn_area, rel=1e-6)
@@ -146,9 +145,7 @@ def test_wheels_with_other_tape_circles_are_compared_at_their_flange_backs(tmp_p
 
 
 def test_running_of_mirrored_wheelsets_is_mirrored():
-    right, left = (
-        read_subject(str(MEASURED / f"wheel_worn_{side}.whl")).profile for side in ("right", "left")
-    )
+    right, left = (read_input(str(MEASURED / f"wheel_worn_{side}.whl")).profile for side in ("right", "left"))
     rail = standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75)
     one, other = running(right, left, rail, "", 1e-3), running(left, right, rail, "", -1e-3)
     np.testing.assert_allclose(one.difference, -other.difference[::-1], atol=1e-12)
@@ -172,7 +169,7 @@ def refusal(tmp_path, y, z):
     path = tmp_path / "p.txt"
     path.write_text("\n".join(f"{1e3 * a:.4f} {1e3 * b:.4f}" for a, b in zip(y, z, strict=True)))
     with pytest.raises(ProfileError) as caught:
-        read_subject(str(path))
+        read_input(str(path))
     told = str(caught.value)
     assert len(told.splitlines()) == 1
     assert len(told.replace(str(path), "")) < 330
@@ -181,7 +178,7 @@ def refusal(tmp_path, y, z):
 
 @pytest.mark.parametrize("name", ["S1002", "EPS", "P8", "1in40"])
 def test_wheels_that_are_none_are_not_rails(tmp_path, name):
-    shape = read_subject(name).profile
+    shape = read_input(name).profile
     y, z = shape.y, shape.z
     for sign in (1.0, -1.0):
         assert "swapped" in refusal(tmp_path, sign * z, y) or "order of the columns" in refusal(
@@ -200,4 +197,4 @@ def test_every_rail_head_tells_its_kind(tmp_path, name):
         path.write_text(
             "\n".join(f"{1e3 * a:.4f} {1e3 * b:.4f}" for a, b in zip(shape.y, shape.z, strict=True))
         )
-        assert read_subject(str(path)).kind == "rail"
+        assert read_input(str(path)).kind == "rail"
