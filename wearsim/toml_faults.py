@@ -234,10 +234,10 @@ def table_name(path: Sequence[str | int]) -> str:
 
 def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
     """Fault of a text that is no TOML."""
-    told = str(error)
-    match = re.search(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)", told)
+    words = str(error)
+    match = re.search(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)", words)
     line = int(match[1]) if match and match[1] else max(1, len(text.rstrip().splitlines()))
-    reason = told[: match.start()] if match else told
+    reason = words[: match.start()] if match else words
     place = f" in column {match[2]}" if match and match[2] else " at the end of the file" if match else ""
     reason = reason[:1].lower() + reason[1:]
     if not isinstance(error, tomllib.TOMLDecodeError):  # a number that Python refuses to read
@@ -276,7 +276,7 @@ def _key_of(error: ErrorDetails) -> KeyPath:
 
 
 def _only_follows(error: ErrorDetails) -> bool:
-    """Tell a list that is too short only because entries with faults of their own do not count."""
+    """Whether a list is too short only because entries with faults of their own do not count."""
     return error["type"] == "too_short" and len(error["input"]) >= error["ctx"]["min_length"]
 
 
@@ -325,8 +325,8 @@ def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
         allowed = _range(limits, unit)
         if not limits:
             return f"{_label(path)} = {shown(value)}: {error['msg'][:1].lower()}{error['msg'][1:]}"
-    told = f"{_label(path)} = {shown(value)} must be {allowed.rstrip(', ')}"
-    return f"{told}; give {_what(info)}" if info is not None and info.description else told
+    words = f"{_label(path)} = {shown(value)} must be {allowed.rstrip(', ')}"
+    return f"{words}; give {_what(info)}" if info is not None and info.description else words
 
 
 def _missing(path: KeyPath, info: FieldInfo | None) -> str:
@@ -338,8 +338,8 @@ def _missing(path: KeyPath, info: FieldInfo | None) -> str:
     allowed = _range(_limits(info, False), _extra(info, "unit"))
     if info is not None and not allowed:
         allowed = f"one of {', '.join(map(str, _choices(info)))}" if _choices(info) else ""
-    told = f"key {path[-1]} is missing in {table_name(path[:-1])}; give {_what(info)}"
-    return f"{told}, {allowed}" if allowed else told
+    words = f"key {path[-1]} is missing in {table_name(path[:-1])}; give {_what(info)}"
+    return f"{words}, {allowed}" if allowed else words
 
 
 def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -> str:
@@ -402,10 +402,10 @@ def _limits(info: FieldInfo | None, entry: bool) -> list[str]:
 
 
 def _range(limits: Sequence[str], unit: str) -> str:
-    told = " and ".join(limits)
-    if not told:
+    words = " and ".join(limits)
+    if not words:
         return f"in {unit}" if unit else ""
-    return f"{told} {unit}" if unit else told
+    return f"{words} {unit}" if unit else words
 
 
 def _text_range(info: FieldInfo | None) -> str:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from wearsim.profile.files.axes import MOST_POINTS, thinned
-from wearsim.profile.inspection import Conditions, GaugeDistances, inspect_profile
+from wearsim.profile.inspection import Conditions, inspect_profile
 from wearsim.profile.inspection.inputs import read_input
 from wearsim.profile.standard import wheel
 
@@ -52,10 +52,8 @@ def test_a_wheel_of_many_points_is_measured_against_another(tmp_path):
     path.write_text("\n".join(f"{a:.4f},{b:.4f}" for a, b in zip(1e3 * y, 1e3 * z, strict=True)))
     subject = read_input(str(path))
     assert any("of 50000 points taken" in note or "of 499" in note for note in subject.notes)
-    found = inspect_profile(
-        subject, Conditions(GaugeDistances()), against=read_input("S1002"), amplitudes=(3e-3,)
-    )
+    found = inspect_profile(subject, Conditions(), against=read_input("S1002"), amplitudes=(3e-3,))
     assert abs(found.comparison.wear.worn_area) < 0.02e-6
     assert abs(found.measures["right"].values["flange_height"] - 28e-3) < 0.2e-6
-    smooth = inspect_profile(subject, Conditions(GaugeDistances(), smooth=3e-3), amplitudes=(3e-3,))
+    smooth = inspect_profile(subject, Conditions(smooth=3e-3), amplitudes=(3e-3,))
     assert abs(smooth.measures["right"].values["flange_height"] - 28e-3) < 5e-6

@@ -67,7 +67,7 @@ class Request:
         }
         self.faults: list[str] = []
         self._check_names()
-        self.refuse()  # nothing can be looked up under such names, and more messages would only repeat it
+        self.raise_any()  # nothing can be looked up under such names, and more messages would only repeat it
         self._check_subject()
         self._check_outputs()
         for key, known in _CHOICES.items():
@@ -100,7 +100,7 @@ class Request:
         flag = "" if key == "name" else _flag(key)
         return self.take(lambda: read_input(self.given[key], kind, self.statements), flag)
 
-    def refuse(self) -> None:
+    def raise_any(self) -> None:
         """Raise all faults, each once."""
         if self.faults:
             raise SceneError([Fault(fault) for fault in dict.fromkeys(self.faults)])
@@ -151,6 +151,9 @@ class Request:
             self.take(lambda: counterpart_of(kind, at), "--rail" if kind == "wheel" else "--wheel")
         return at, limits
 
+    def _exclude(self, *rules: tuple[Any, str]) -> None:
+        self.faults += [message for broken, message in rules if broken]
+
     def _check_names(self) -> None:
         """Note names that the operating system takes for none."""
         for key in _NAMES:
@@ -195,15 +198,19 @@ class Request:
             self.faults.append(f"--fleet = {self.fleet} {what}; give a folder of profile files")
 
     def _check_outputs(self) -> None:
-        faults, plot = self.faults, self.plot
-        if self.out is not None and self.convert is None:
-            faults.append("--out needs --convert: it names the file that is written")
-        if self.overwrite and self.convert is None and self.csv in (None, "-"):
-            faults.append("--overwrite needs --convert or --csv: nothing else is guarded")
-        if self.json and self.csv == "-":
-            faults.append("--json and --csv - exclude each other on stdout; give --csv a file")
-        if plot is not None and Path(plot).suffix[1:].lower() not in _PICTURES:
-            faults.append(f"--plot = {_short(plot)} must end with .{', .'.join(_PICTURES)}")
+        faults, plot, csv = self.faults, self.plot, self.csv
+        self._exclude(
+            (self.out and not self.convert, "--out needs --convert: it names the file that is written"),
+            (
+                self.overwrite and not self.convert and csv in (None, "-"),
+                "--overwrite needs --convert or --csv: nothing else is guarded",
+            ),
+            (self.json and csv == "-", "--json and --csv - exclude each other on stdout; give --csv a file"),
+            (
+                plot and Path(plot).suffix[1:].lower() not in _PICTURES,
+                f"--plot = {_short(plot or '')} must end with .{', .'.join(_PICTURES)}",
+            ),
+        )
         files = {key: self.given[key] for key in ("out", "csv", "plot") if self.given[key] not in (None, "-")}
         for key, text in files.items():
             if not Path(text).parent.is_dir():
@@ -218,16 +225,24 @@ class Request:
             faults.append("--out, --csv and --plot must not name the same file")
 
     def _check_comparison(self) -> None:
-        faults = self.faults
-        for key in ("align", "rotate"):
-            if self.given[key] and self.against is None:
-                faults.append(f"--{key} needs --against: it says how the profile is laid on the other")
-        if self.rotate and self.against is not None and self.align not in (None, "best_fit"):
-            faults.append(f"--rotate belongs to --align best_fit, not to {_short(self.align)}; leave one out")
-        if self.rail is not None and self.wheel is not None:
-            faults.append("--rail and --wheel exclude each other; give the counterpart of the profile")
-        if {"diameter_mm", "wheel_radius_mm"} <= self.numbers.keys():
-            faults.append("--diameter-mm and --wheel-radius-mm exclude each other; give one of them")
+        lone = "needs --against: it says how the profile is laid on the other"
+        other = self.align not in (None, "best_fit")
+        self._exclude(
+            (self.align and not self.against, f"--align {lone}"),
+            (self.rotate and not self.against, f"--rotate {lone}"),
+            (
+                self.rotate and self.against and other,
+                f"--rotate belongs to --align best_fit, not to {_short(self.align or '')}; leave one out",
+            ),
+            (
+                self.rail and self.wheel,
+                "--rail and --wheel exclude each other; give the counterpart of the profile",
+            ),
+            (
+                {"diameter_mm", "wheel_radius_mm"} <= self.numbers.keys(),
+                "--diameter-mm and --wheel-radius-mm exclude each other; give one of them",
+            ),
+        )
         if "wheel_radius_mm" in self.numbers:
             self.numbers["diameter_mm"] = 2.0 * self.numbers.pop("wheel_radius_mm")
 
@@ -293,7 +308,7 @@ def measure_one(arguments: Namespace) -> int:
     """Measure one profile, print it and write what is asked for; the exit code is 0."""
     request = Request(arguments)
     if request.name is None:
-        request.refuse()
+        request.raise_any()
     given = request.read("name", request.kind)
     kind = given.kind if given is not None else request.kind
     if kind is not None:
@@ -307,14 +322,14 @@ def measure_one(arguments: Namespace) -> int:
     if request.statements and not any(is_file(name) for name in files if name is not None):
         stated = ", ".join(map(_flag, request.statements))
         request.faults.append(f"{stated}: is a statement on a file, but no file is given; leave it out")
-    request.refuse()
+    request.raise_any()
     assert given is not None
     inspection = inspect_profile(given, at, limits, left=left, against=against)
     wheels = None
     if template is not None:
         reference = template
         wheels = request.take(lambda: reprofiled_wheels(inspection, reference), "--reprofile-to")
-    request.refuse()
+    request.raise_any()
     written = _write(request, inspection, target)
     if request.json:
         value = profile_tables.as_json(inspection) | ({"files": written} if written else {})
@@ -400,7 +415,7 @@ def _save(path: Path, text: str) -> None:
 def measure_fleet(arguments: Namespace) -> int:
     """Measure a folder and print its table; the exit code is 2 if nothing could be measured."""
     request = Request(arguments)
-    request.refuse()
+    request.raise_any()
     folder = Path(request.fleet)
     against = request.read("against", request.kind)
     kind = request.kind or (against.kind if against is not None else "wheel")
@@ -412,7 +427,7 @@ def measure_fleet(arguments: Namespace) -> int:
             f"--fleet = {folder} holds no profile files (.whl, .ban, .prw, .csv, ...); give another folder, "
             "or the format of all its files with --format"
         )
-    request.refuse()
+    request.raise_any()
     assert at is not None and listed is not None  # noqa: PT018 - both follow from the line above
     files, skipped = listed
     rows = []

@@ -15,14 +15,14 @@ from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray, Profile, extremum, resample, vertex_lengths
 
 BACK_FROM = 8e-3
-"""Depth below the flange tip from which the flange back is looked at [m]."""
+"""Depth below the flange tip from which the flange back is used [m]."""
 
 TIP_HALF_WIDTH = 3e-3
 """Half the width around the tip, top or running circle over which a parabola takes out the noise [m]."""
 
 _EITHER_SIDE = 0.5e-3  # how far points must reach on both sides of it [m]
 _TIP_ROUNDS = 20
-_TIP_CLOSE = 1e-9  # change of the tip's place at which it is found [m]
+_TIP_CLOSE = 1e-9  # change of the tip's place at which it is settled [m]
 STEEPEST = math.radians(80.0)
 """Slope from which a piece of the reference is flange back [rad]."""
 
@@ -49,7 +49,7 @@ class FitZone:
     y, z : (float, float)
         Ranges [m]; infinite where nothing limits them.
     needed : bool
-        Whether a profile without points there is refused.
+        Whether a profile without points there is an error.
     """
 
     name: str
@@ -177,7 +177,7 @@ def best_fit(
             turned = lever @ np.array([[c, s], [-s, c]])
             foot, normal, distance = search(turned + place)
             inside = [_within(zone, foot) for zone in held]
-            _refuse_empty(held, inside, reference.name, turn == 0)
+            _check_measured(held, inside, reference.name, turn == 0)
             use = np.any(inside, axis=0)
             step = _step(
                 turned[use], normal[use], distance[use], length[use] * weigh(distance[use]), rotation
@@ -204,10 +204,10 @@ def best_fit(
     )
 
 
-def _refuse_empty(
+def _check_measured(
     zones: tuple[FitZone, ...], inside: list[NDArray[np.bool_]], name: str, first: bool
 ) -> None:
-    """Refuse a profile without enough points on a zone that is needed, at first or as the fit goes on."""
+    """Raise for a profile without enough points on a zone that is needed, at first or as the fit goes on."""
     for zone, members in zip(zones, inside, strict=True):
         count = int(np.count_nonzero(members))
         if zone.needed and count < FEWEST:
@@ -246,7 +246,7 @@ def _extreme(profile: Profile) -> FloatArray:
 
 
 def _within(zone: FitZone, foot: FloatArray) -> NDArray[np.bool_]:
-    """Tell which feet lie in a zone; those beyond the ends of the reference (NaN) do not."""
+    """Mark the feet that lie in a zone; those beyond the ends of the reference (NaN) do not."""
     y, z = foot.T
     inside: NDArray[np.bool_] = (y >= zone.y[0]) & (y <= zone.y[1]) & (z >= zone.z[0]) & (z <= zone.z[1])
     return inside
@@ -309,7 +309,7 @@ class Alignment:
     Parameters
     ----------
     profile : Profile
-        Moved; its source says how.
+        Moved; its source notes how.
     rule : str
         Key of `ALIGNMENTS`.
     dy, dz : float
@@ -434,10 +434,10 @@ def _tip(profile: Profile) -> tuple[float, float]:
     top = int(np.argmax(profile.z))
     at, height = float(profile.y[top]), float(profile.z[top])
     for _ in range(_TIP_ROUNDS):
-        found = _parabola(profile, top, at)
-        if found is None or found[0] >= 0.0:
+        fit = _parabola(profile, top, at)
+        if fit is None or fit[0] >= 0.0:
             raise ProfileError("there are no points on both sides of the flange tip")
-        bend, slope, height = found
+        bend, slope, height = fit
         offset = float(np.clip(-0.5 * slope / bend, -0.5 * TIP_HALF_WIDTH, 0.5 * TIP_HALF_WIDTH))
         at, height = at + offset, height + (slope + bend * offset) * offset
         if abs(offset) < _TIP_CLOSE:
@@ -449,19 +449,19 @@ def _running_circle_level(profile: Profile, dy: float) -> float:
     """Height of the tread 70 mm from the flange back once the profile is shifted by dy [m]."""
     tip = int(np.argmax(profile.z))
     index = tip + int(np.argmin(np.abs(profile.y[tip:] + dy)))
-    found = _parabola(profile, index, -dy)
-    if found is None:
+    fit = _parabola(profile, index, -dy)
+    if fit is None:
         raise ProfileError("there is no tread on both sides of the running circle")
-    return found[2]
+    return fit[2]
 
 
 def _top_level(profile: Profile) -> float:
     """Height of the top of a rail head [m]."""
     top = int(np.argmin(profile.z))
-    found = _parabola(profile, top, float(profile.y[top]))
-    if found is None:
+    fit = _parabola(profile, top, float(profile.y[top]))
+    if fit is None:
         raise ProfileError("there are no points on both sides of the top")
-    bend, slope, height = found
+    bend, slope, height = fit
     if bend <= 0.0:
         return height
     offset = float(np.clip(-0.5 * slope / bend, -TIP_HALF_WIDTH, TIP_HALF_WIDTH))

@@ -6,8 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from wearsim.errors import Fault, ProfileError
-from wearsim.profile.shape import FloatArray, Profile, arc_length
+from wearsim.profile.shape import FloatArray, arc_length
 
 Kind = Literal["wheel", "rail"]
 
@@ -88,24 +87,6 @@ def shape_faults(
     return faults
 
 
-def check_profile(profile: Profile) -> None:
-    """Refuse a profile that cannot be used.
-
-    Parameters
-    ----------
-    profile : Profile
-        From wherever.
-
-    Raises
-    ------
-    ProfileError
-        One line per fault, with the number of the point where there is one.
-    """
-    faults = points_faults(profile.kind, np.asarray(profile.y), np.asarray(profile.z))
-    if faults:
-        raise ProfileError("\n".join(str(Fault(f"{profile.name}: {message}")) for message, _ in faults))
-
-
 def _unit_faults(kind: Kind, y: FloatArray, z: FloatArray, units: str) -> list[tuple[str, int | None]]:
     """Mixed units within the list, single wild points, then the size of the whole."""
     step = np.hypot(np.diff(y), np.diff(z))
@@ -127,10 +108,10 @@ def _unit_faults(kind: Kind, y: FloatArray, z: FloatArray, units: str) -> list[t
     joined = _joined(y, step, usual)
     if joined is not None:
         return [joined]
-    found = [_size_fault(kind, "wide", float(np.ptp(y)), WIDTH_RANGE[kind], units)]
-    if found == [None]:
-        found = [_size_fault(kind, "high", float(np.ptp(z)), HEIGHT_RANGE[kind], units)]
-    return [(message, None) for message in found if message is not None]
+    messages = [_size_fault(kind, "wide", float(np.ptp(y)), WIDTH_RANGE[kind], units)]
+    if messages == [None]:
+        messages = [_size_fault(kind, "high", float(np.ptp(z)), HEIGHT_RANGE[kind], units)]
+    return [(message, None) for message in messages if message is not None]
 
 
 def _joined(y: FloatArray, step: FloatArray, usual: float) -> tuple[str, int] | None:

@@ -12,10 +12,10 @@ from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray, Profile
 
 _GRID = 0.05e-3  # lateral step of the contact search and of the shifts [m]
-_CLOSE = np.linspace(-1.0, 1.0, 41)  # steps at which the smallest gap is looked at closely
+_CLOSE = np.linspace(-1.0, 1.0, 41)  # steps at which the smallest gap is evaluated closely
 _JUMP = 2e-6  # change of the radius difference within a step, beyond its trend, that is a jump [m]
 _CENTRE_RANGE = 4e-3  # how far the centre of the wheelset's motion is looked for off the track centre [m]
-_BATCH = 512  # shifts that are looked at together, for the memory
+_BATCH = 512  # shifts that are evaluated together, for the memory
 _PHASES = 400  # midpoints of the integral over half a wavelength
 _WIDEST = 30e-3  # shift up to which climbing is looked for [m]
 

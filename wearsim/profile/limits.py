@@ -104,7 +104,7 @@ class LimitSet:
     Parameters
     ----------
     name, title : str
-        Name of the file and what it says it is.
+        Name and title of the file.
     limits : tuple of Limit
         In the order of the file.
     """
@@ -266,13 +266,13 @@ class Judgement:
     margin : float or None
         What is left, negative beyond the limit.
     exceeded : bool or None
-        Whether the value is beyond; None: cannot be told, see `reason`.
+        Whether the value is beyond; None: open, see `reason`.
     condition : str
         Diameters it holds for, such as "D > 840 mm"; empty: all.
     source, certainty : str
         Of the limit.
     reason : str
-        Why it cannot be told; empty if it can.
+        Why it is open; empty otherwise.
     """
 
     measure: str
@@ -309,8 +309,8 @@ def judge(
     list of Judgement
         In the order of the limits, one for each bound of each measure that is measured or was tried.
         Without a diameter, a value beyond the limits of all diameters is exceeded (with the margin to the
-        most lenient one), one within all of them is within (to the strictest one); anything else cannot be
-        told.
+        most lenient one), one within all of them is within (to the strictest one); anything else stays
+        open.
     """
     values = measures.values if isinstance(measures, Measures) else measures
     missing = measures.missing if isinstance(measures, Measures) else {}

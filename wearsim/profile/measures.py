@@ -20,7 +20,7 @@ _RADIUS_RANGE = (100.0, 1000.0)
 _BACK_TO_BACK_RANGE = (500.0, 2000.0)
 
 HOLLOWING_REACH = 50e-3
-"""y up to which the tread must be measured to tell its hollowing [m]: no contact band reaches so far."""
+"""y up to which the tread must be measured for its hollowing [m]: no contact band reaches so far."""
 
 _LEAST_FLANGE = 5e-3
 """Lower ones are none: a disc or a roller, or a profile without its flange [m]."""

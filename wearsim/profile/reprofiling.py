@@ -144,12 +144,14 @@ def _heights(profile: Profile, at: FloatArray, side: float) -> FloatArray:
     upright = run == 0.0
     slope = np.diff(z) / np.where(upright, 1.0, run)
     ends = np.maximum(side * z[:-1], side * z[1:])
-    found = np.empty_like(at)
+    heights = np.empty_like(at)
     for first in range(0, len(at), _AT_ONCE):
         here = at[first : first + _AT_ONCE, None]
         # the nearer end of an edge, so that its ends are met to the last bit
         nearer = np.abs(here - y[:-1]) <= np.abs(here - y[1:])
         on_edge = np.where(nearer, z[:-1] + slope * (here - y[:-1]), z[1:] + slope * (here - y[1:]))
         value = np.where(upright, ends, side * on_edge)
-        found[first : first + _AT_ONCE] = np.where((low <= here) & (here <= high), value, -np.inf).max(axis=1)
-    return side * found
+        heights[first : first + _AT_ONCE] = np.where((low <= here) & (here <= high), value, -np.inf).max(
+            axis=1
+        )
+    return side * heights

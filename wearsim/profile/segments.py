@@ -236,7 +236,7 @@ def tangent_arc(zone: str, before: Segment, after: Segment, radius: float, branc
     zone : str
         Its name.
     before, after : Arc or straight Polynomial
-        Neighbours; only the far end of each counts, the near ends are found here.
+        Neighbours; only the far end of each counts, the near ends are computed here.
     radius : float
         Of the new arc [mm].
     branch : int
@@ -260,24 +260,24 @@ def tangent_arc(zone: str, before: Segment, after: Segment, radius: float, branc
     distance R; it is where these two loci meet.
     """
     bend = branch * radius
-    found = []
+    arcs = []
     for centre in _meeting(_locus(before, bend), _locus(after, bend)):
         first, last = _touch(before, centre, bend), _touch(after, centre, bend)
         if first is not None and last is not None and before.start <= first < last <= after.end:
-            found.append(Arc(zone, first, last, centre, radius, branch))
-    if len(found) != 1:
-        how = "no arc" if not found else f"{len(found)} arcs"
+            arcs.append(Arc(zone, first, last, centre, radius, branch))
+    if len(arcs) != 1:
+        how = "no arc" if not arcs else f"{len(arcs)} arcs"
         raise ProfileError(
             f"zone {zone!r}: {how} of radius {radius:g} mm can be tangent to zones "
             f"{before.zone!r} and {after.zone!r}"
         )
-    return found[0]
+    return arcs[0]
 
 
 def _straight(piece: Segment) -> _Line:
     """Return the line a straight segment lies on."""
     if not isinstance(piece, Polynomial) or len(piece.coefficients) > 2:
-        raise ProfileError(f"zone {piece.zone!r} is no arc and no line, which a tangent arc needs beside it")
+        raise ProfileError(f"zone {piece.zone!r} is no arc and no line, which a tangent arc needs next to it")
     slope = piece.coefficients[1] if len(piece.coefficients) > 1 else 0.0
     return _Line(piece.coefficients[0] - slope * piece.origin, slope)
 

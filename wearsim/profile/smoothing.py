@@ -15,10 +15,10 @@ _MM = 1e-3
 _PASSES = 2  # the second one counts arc length along the smoothed shape, free of the noise
 _FIT = 0.8  # wavelengths at an end from which its curvature is taken; a rail's side is not much longer
 _FADE = 4.0  # wavelengths over which that curvature fades out
-_BESIDE = (
+_EITHER_SIDE = (
     1e-3  # length on either side of a corner from which its turn is taken [m]: 20 degrees on 3 mm radius
 )
-_BESIDE_POINTS = 4
+_EITHER_SIDE_POINTS = 4
 _CORNER = np.radians(20.0)
 
 
@@ -47,7 +47,7 @@ def smoothing_spline(
     -----
     Minimises :math:`\int (d - s)^2\,du + \lambda \int s''^2\,du`, transfer function
     :math:`1/(1 + \lambda q^4)`, so :math:`\lambda = (\Lambda/2\pi)^4` halves the amplitude at wavelength
-    :math:`\Lambda`. The natural spline has knots at all points; it is found from its second
+    :math:`\Lambda`. The natural spline has knots at all points; it is computed from its second
     derivatives, one symmetric pentadiagonal system for all rows [1]_, in millimetres for its condition.
 
     References
@@ -143,18 +143,18 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
 def _corners(points: FloatArray, s: FloatArray) -> list[int]:
     """Corners, also those that noise or the point spacing spreads over several vertices."""
     clear = corners(points[0], points[1])
-    low = np.searchsorted(s, s - _BESIDE, side="left")
-    high = np.searchsorted(s, s + _BESIDE, side="right")
+    low = np.searchsorted(s, s - _EITHER_SIDE, side="left")
+    high = np.searchsorted(s, s + _EITHER_SIDE, side="right")
     here = np.arange(len(s))
     before, after = _lines(points, s, low, here + 1), _lines(points, s, here, high)
     turn = np.angle(np.exp(1j * (np.arctan2(after[1], after[0]) - np.arctan2(before[1], before[0]))))
-    enough = (here + 1 - low >= _BESIDE_POINTS) & (high - here >= _BESIDE_POINTS)
+    enough = (here + 1 - low >= _EITHER_SIDE_POINTS) & (high - here >= _EITHER_SIDE_POINTS)
     size = np.where(enough, np.abs(turn), 0.0)
-    found = list(clear)
+    places = list(clear)
     for j in np.argsort(-size, kind="stable"):
         if size[j] <= _CORNER:
             break
-        if any(abs(s[j] - s[k]) < _BESIDE for k in found):
+        if any(abs(s[j] - s[k]) < _EITHER_SIDE for k in places):
             continue
         near = slice(low[j], high[j])
         # the lines on both sides meet where the corner is, the noise of its own vertex left out
@@ -168,8 +168,8 @@ def _corners(points: FloatArray, s: FloatArray) -> list[int]:
             ),
             rcond=None,
         )[0]
-        found.append(int(low[j] + np.argmin(np.hypot(*(points[:, near] - meeting[:, None])))))
-    return sorted(set(found))
+        places.append(int(low[j] + np.argmin(np.hypot(*(points[:, near] - meeting[:, None])))))
+    return sorted(set(places))
 
 
 def _lines(points: FloatArray, s: FloatArray, start: NDArray[np.intp], stop: NDArray[np.intp]) -> FloatArray:

@@ -140,7 +140,7 @@ def _split(designation: str) -> tuple[Template, list[str]] | tuple[None, list[st
 
 
 def is_designation(text: str) -> bool:
-    """Tell whether a text begins with the name of a shipped shape, so that it is no path.
+    """Whether a text begins with the name of a shipped shape, so that it is no path.
 
     Parameters
     ----------

@@ -8,15 +8,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import NamedTuple, Unpack
 
 import numpy as np
 
 from wearsim.errors import Fault, ProfileError
 from wearsim.profile import standard
-from wearsim.profile.checks import points_faults
 from wearsim.profile.files import miniprof, simpack
-from wearsim.profile.files.axes import ORIGINS, RUNNING_CIRCLE, UNITS, Stated, to_our_axes
+from wearsim.profile.files.axes import ORIGINS, RUNNING_CIRCLE, UNITS, Statements, to_our_axes
 from wearsim.profile.files.points import (
     EXACT,
     MAX_BYTES,
@@ -26,12 +25,10 @@ from wearsim.profile.files.points import (
     Points,
     SliceFile,
     Text,
-    columns,
     is_slice_list,
     read_points,
     read_slice_list,
     read_text,
-    scaled,
 )
 from wearsim.profile.placement import head_lean, lean_words, place_rail, tilt_to_add
 from wearsim.profile.shape import Profile
@@ -41,13 +38,11 @@ __all__ = [
     "MAX_BYTES",
     "WRITTEN_FORMATS",
     "ProfileReading",
+    "Statements",
     "load_profile",
     "read_profile",
-    "read_two_column",
     "write_profile",
 ]
-
-Origin = Literal["running_circle", "flange_back"]
 
 
 class Format(NamedTuple):
@@ -71,7 +66,7 @@ _RECOGNISED = {
     "miniprof-parts": miniprof.recognises_parts,
     "miniprof": miniprof.recognises,
     "slices": is_slice_list,
-}  # by content; what is left is told by its extension
+}  # by content; what is left by its extension
 
 
 @dataclass(frozen=True)
@@ -106,18 +101,7 @@ class ProfileReading:
     running_circle: float | None = None
 
 
-def read_profile(
-    path: str | Path,
-    kind: Kind,
-    *,
-    format: str | None = None,
-    units: str | None = None,
-    mirror: bool | None = None,
-    z_up: bool | None = None,
-    origin: Origin | None = None,
-    part: int | str | None = None,
-    slice: int | None = None,
-) -> ProfileReading:
+def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements]) -> ProfileReading:
     """Read a profile from a file of any known format.
 
     Parameters
@@ -126,23 +110,8 @@ def read_profile(
         Text of at most 20 MB and 10^6 points.
     kind : {"wheel", "rail"}
         What it is.
-    format : str, optional
-        Key of `FORMATS`; detected by content, then by extension.
-    units : {"mm", "m", "cm", "in"}, optional
-        Detected by the file, then by the size (mm, m or in).
-    mirror : bool, optional
-        Whether y of the file (after its own keys) grows towards the flange or gauge side, that is the
-        track centre. Detected by the flange of a wheel; of a rail by the format, or by the only side that
-        reaches 14 mm down.
-    z_up : bool, optional
-        Whether z of the file grows upwards, away from the tip of the flange or the foot of the rail.
-        Detected by the flange tip or by the top of the head.
-    origin : {"running_circle", "flange_back"}, optional
-        Where y of a wheel is counted from; detected by the place of the flange tip.
-    part : int or str, optional
-        Number or name of a curve in a multi-part file.
-    slice : int, optional
-        Number of a slice in a list of slices, from 1.
+    **statements
+        What the file does not say or says wrongly, see `Statements`.
 
     Returns
     -------
@@ -155,8 +124,9 @@ def read_profile(
         One line per fault, ``file:line: message``; what cannot be detected names the flag that settles it.
     """
     path = Path(path)
-    _known("units", units, UNITS, path)
-    _known("origin", origin, ORIGINS, path)
+    format, part, slice = statements.get("format"), statements.get("part"), statements.get("slice")
+    _known("units", statements.get("units"), UNITS, path)
+    _known("origin", statements.get("origin"), ORIGINS, path)
     notes: list[str] = []
     header: dict[str, str] = {}
     files = [path]
@@ -168,18 +138,18 @@ def read_profile(
         if stands_for not in ("", kind):
             faults.add(f"{files[-1].suffix} is a {stands_for}, a {kind} profile is needed")
         content = _content(text, name, kind, faults, part, slice)
-        faults.refuse()
+        faults.raise_any()
         notes += [f"format {FORMATS[name].title}", *text.notes]
         if not isinstance(content, SliceFile):
             break
         if depth == 1:
             faults.add("is a list of slices within a list of slices; give the list itself")
-            faults.refuse()
+            faults.raise_any()
         header, format, slice = dict(content.header), None, None
         notes += content.notes
         files.append(_slice_file(path, content))
     assert isinstance(content, Points)
-    ours = to_our_axes(content, kind, Stated(units, mirror, z_up, origin), faults)
+    ours = to_our_axes(content, kind, statements, faults)
     lean = None if kind == "wheel" else head_lean(ours.y, ours.z)
     notes += [*content.notes, *ours.notes, *([] if lean is None else [f"head {lean_words(lean)}"])]
     shown = notes[1:] if name == "two-column" else notes
@@ -239,68 +209,15 @@ def _slice_file(path: Path, listed: SliceFile) -> Path:
     return file
 
 
-def read_two_column(path: str | Path, kind: Kind, units: str = "mm") -> Profile:
-    """Read a profile in our axes from a text file with two columns, y and z; nothing is detected.
-
-    Parameters
-    ----------
-    path : str or Path
-        UTF-8 text of at most 20 MB. Columns are separated by semicolon, tabs, blanks or comma; the
-        decimal mark may be a comma if the separator is not. `#`, `!` and `%` begin comments; one
-        header line may precede the numbers.
-    kind : {"wheel", "rail"}
-        Which axes `z` follows, see `Profile`.
-    units : {"mm", "m"}
-        Of both columns.
-
-    Returns
-    -------
-    Profile
-        In metres, points in the order along the profile, beginning at the end with smaller y. A point
-        equal to the one before it is left out. A rail is not yet placed in the track.
-
-    Raises
-    ------
-    ProfileError
-        One line per fault, ``file:line: message``.
-
-    Notes
-    -----
-    Numbers are scaled to metres as decimals and then rounded once, so that a file written by
-    `write_profile` gives back the same bits.
-    """
-    path = Path(path)
-    _known("units", units, ("mm", "m"), path)
-    faults = Faults(path)
-    points, _ = columns(read_text(path, utf8_only=True), faults)
-    faults.refuse()
-    y, z = (scaled(cells, Decimal(0), UNITS[units], Decimal(0)) for cells in (points.y, points.z))
-    kept = [k for k in range(len(y)) if k == 0 or y[k] != y[k - 1] or z[k] != z[k - 1]]
-    y, z = y[kept], z[kept]
-    hint = f"points are read as {units}: convert them if they are in {'m' if units == 'mm' else 'mm'}"
-    for message, point in points_faults(kind, y, z, hint):
-        faults.add(message, None if point is None else points.lines[kept[point]])
-    faults.refuse()
-    if y[0] > y[-1]:
-        y, z = y[::-1].copy(), z[::-1].copy()
-    return Profile(path.stem, kind, y, z, f"file {path.name}")
-
-
 def load_profile(
     name_or_path: str | Path,
     kind: Kind,
     *,
-    units: str | None = None,
-    mirror: bool | None = None,
-    z_up: bool | None = None,
-    format: str | None = None,
-    origin: Origin | None = None,
-    part: int | str | None = None,
-    slice: int | None = None,
     inclination: float = 0.0,
     gauge: float = 1.435,
     half_span: float = 0.750,
     spacing: float = 0.25e-3,
+    **statements: Unpack[Statements],
 ) -> Profile:
     """Profile by the name of a standard shape or from a file of any known format.
 
@@ -311,8 +228,6 @@ def load_profile(
         `read_profile`; the rest is the name or designation of a shipped shape, such as "S1002/h30".
     kind : {"wheel", "rail"}
         What it is used as.
-    units, mirror, z_up, format, origin, part, slice
-        Statements on a file, see `read_profile`.
     inclination : float
         Of a rail towards the track centre [-]. One from a file is tilted, too, unless its head leans
         already, see `placement.tilt_to_add` (0: it stands as measured).
@@ -320,6 +235,8 @@ def load_profile(
         Placement of a rail, see `place_rail` [m].
     spacing : float
         Point distance of a shipped shape [m]; points of a file are kept.
+    **statements
+        On a file, see `read_profile`.
 
     Returns
     -------
@@ -331,10 +248,7 @@ def load_profile(
         if kind == "wheel":
             return standard.wheel(name, spacing)
         return standard.rail(name, inclination, gauge, half_span, spacing)
-    reading = read_profile(
-        name_or_path, kind, format=format, units=units, mirror=mirror, z_up=z_up, origin=origin, part=part,
-        slice=slice,
-    )  # fmt: skip
+    reading = read_profile(name_or_path, kind, **statements)
     if kind == "wheel":
         return reading.profile
     return place_file(reading.profile, name, tilt_to_add(reading.lean, inclination), gauge, half_span)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Literal
+from typing import Literal, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,26 +52,25 @@ _FLANGE_RISE = 10e-3  # a flange without its back stands off the tread by more t
 _SYMMETRIC = 20e-6  # a head this symmetric is the same mirrored [m]
 
 
-@dataclass(frozen=True)
-class Stated:
-    """Statements of the user on a file; None is left to detection.
+class Statements(TypedDict, total=False):
+    """Statements of the user on a file; what is missing or None is detected.
 
-    Parameters
-    ----------
-    units : str or None
-        One of `UNITS`.
-    mirror : bool or None
-        Whether the file's y grows towards the flange or gauge side.
-    z_up : bool or None
-        Whether the file's z grows upwards, away from the tip of a flange or the foot of a rail.
-    origin : {"running_circle", "flange_back"} or None
-        Where y of a wheel counts from.
+    `format`: key of `wearsim.profile.files.FORMATS`, else by content, then by extension. `units`: mm, m, cm,
+    in, else by the file, then by the size (mm, m, in). `mirror`: whether y of the file, after its own keys,
+    grows towards the flange or gauge side, that is the track centre; else by the flange of a wheel, of a rail
+    by the format or by the only side that reaches 14 mm down. `z_up`: whether z grows upwards, away from the
+    tip of the flange or the foot of the rail; else by the flange tip or by the top of the head. `origin`:
+    "running_circle" or "flange_back", where y of a wheel counts from; else by the place of the flange tip.
+    `part`: number or name of a curve in a multi-part file. `slice`: number of a slice in a list, from 1.
     """
 
-    units: str | None = None
-    mirror: bool | None = None
-    z_up: bool | None = None
-    origin: Literal["running_circle", "flange_back"] | None = None
+    format: str | None
+    units: str | None
+    mirror: bool | None
+    z_up: bool | None
+    origin: Literal["running_circle", "flange_back"] | None
+    part: int | str | None
+    slice: int | None
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ class OurAxes:
     running_circle: float | None
 
 
-def to_our_axes(points: Points, kind: Kind, stated: Stated, faults: Faults) -> OurAxes:
+def to_our_axes(points: Points, kind: Kind, stated: Statements, faults: Faults) -> OurAxes:
     """Points of a file in the axes of `Profile`.
 
     Parameters
@@ -93,7 +92,7 @@ def to_our_axes(points: Points, kind: Kind, stated: Stated, faults: Faults) -> O
         As read.
     kind : {"wheel", "rail"}
         What they are.
-    stated : Stated
+    stated : Statements
         Statements of the user; they overrule the file and all detection.
     faults : Faults
         Takes what is wrong; raised here.
@@ -114,7 +113,7 @@ def to_our_axes(points: Points, kind: Kind, stated: Stated, faults: Faults) -> O
 class _Conversion:
     """One file on its way; each question adds its notes or its fault."""
 
-    def __init__(self, points: Points, kind: Kind, stated: Stated, faults: Faults) -> None:
+    def __init__(self, points: Points, kind: Kind, stated: Statements, faults: Faults) -> None:
         self.points, self.kind, self.stated, self.faults = points, kind, stated, faults
         self.notes: list[str] = []
 
@@ -130,23 +129,23 @@ class _Conversion:
         kept = self._without_stutter(y, z, self._distinct(y, z))
         lines = [points.lines[int(k)] for k in kept]
         y, z = y[kept], z[kept]
-        self._refuse(shape_faults(self.kind, y, z, _STATE_UNITS), lines)
+        self._check(shape_faults(self.kind, y, z, _STATE_UNITS), lines)
         longest = float(np.max(np.hypot(np.diff(y), np.diff(z))))
         if longest > 5e-3:
             notes.append(
                 f"straight piece of {longest * 1e3:.3g} mm without points near an end taken as it is"
             )
         upside = self._flip_z(y, z)
-        faults.refuse()
+        faults.raise_any()
         z = -z if upside else z
         flip = self._flip_wheel(y, z) if wheel else self._flip_rail(y, z)
-        offset = self._wheel_offset(-y if flip else y, z) if wheel and not faults.found else Decimal(0)
-        faults.refuse()
+        offset = self._wheel_offset(-y if flip else y, z) if wheel and not faults.entries else Decimal(0)
+        faults.raise_any()
         factor_y = EXACT.multiply(unit, Decimal(-1 if flip != points.mirror_y else 1))
         factor_z = EXACT.multiply(unit, Decimal(-1 if upside != points.mirror_z else 1))
         y = scaled([points.y[int(k)] for k in kept], points.shift_y, factor_y, offset)
         z = scaled([points.z[int(k)] for k in kept], points.shift_z, factor_z, Decimal(0))
-        self._refuse(points_faults(self.kind, y, z, _STATE_UNITS), lines)
+        self._check(points_faults(self.kind, y, z, _STATE_UNITS), lines)
         if y[0] > y[-1]:
             # some formats prescribe this order; it is reported all the same, for people often wonder
             notes.append("points listed from the field side, order reversed")
@@ -161,21 +160,21 @@ class _Conversion:
         circle = points.running_circle if offset != 0 else None
         return OurAxes(y, z, tuple(notes), 1e-3 * float(circle) if circle else None)
 
-    def _refuse(self, found: list[tuple[str, int | None]], lines: list[int]) -> None:
-        for message, point in found:
+    def _check(self, messages: list[tuple[str, int | None]], lines: list[int]) -> None:
+        for message, point in messages:
             self.faults.add(message, None if point is None else lines[point])
-        self.faults.refuse()
+        self.faults.raise_any()
 
     def _unit(self, y: FloatArray, z: FloatArray) -> Decimal:
         """Length of the file's unit [m]."""
-        kind, stated = self.kind, self.stated.units
+        kind, stated = self.kind, self.stated.get("units")
         if stated is not None:
             self.notes.append(f"units {stated} as stated")
             return UNITS[stated]
         if self.points.metres is not None:
             return self.points.metres
         if len(y) < MIN_POINTS:
-            return UNITS["mm"]  # refused for that
+            return UNITS["mm"]  # too few, an error later
         fits = [name for name in _DETECTED if _plausible(kind, y, z, name)]
         if len(fits) == 1:
             self.notes += [] if fits == ["mm"] else [f"units {fits[0]} by the size"]
@@ -196,7 +195,7 @@ class _Conversion:
             f"and {HEIGHT_RANGE[kind][0] * 1e3:g} .. {HEIGHT_RANGE[kind][1] * 1e3:g} mm high){hint}: check "
             f"the columns and state --units {', '.join(UNITS)}"
         )
-        self.faults.refuse()
+        self.faults.raise_any()
         return UNITS["mm"]
 
     def _distinct(self, y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
@@ -234,7 +233,7 @@ class _Conversion:
 
     def _flip_z(self, y: FloatArray, z: FloatArray) -> bool:
         """Whether z grows upwards in the file."""
-        stated, axis, wheel = self.stated.z_up, self.points.z_axis, self.kind == "wheel"
+        stated, axis, wheel = self.stated.get("z_up"), self.points.z_axis, self.kind == "wheel"
         if stated is not None:
             self.notes.append(f"z {'up, sign changed' if stated else 'down'}, as stated")
             return stated
@@ -254,8 +253,8 @@ class _Conversion:
 
     def _flip_wheel(self, y: FloatArray, z: FloatArray) -> bool:
         """Whether the flange is at the end of larger y; it belongs to that of smaller y."""
-        if self.stated.mirror is not None:
-            return self._mirror_stated(self.stated.mirror)
+        if (mirror := self.stated.get("mirror")) is not None:
+            return self._mirror_stated(mirror)
         place = (float(y[int(np.argmax(z))]) - float(y.min())) / float(np.ptp(y))
         if 0.4 < place < 0.6:
             self.faults.add(
@@ -275,7 +274,7 @@ class _Conversion:
 
     def _wheel_offset(self, y: FloatArray, z: FloatArray) -> Decimal:
         """Shift that lets y of a wheel begin at the running circle [m]."""
-        header, origin = self.points.running_circle, self.stated.origin
+        header, origin = self.points.running_circle, self.stated.get("origin")
         circle = RUNNING_CIRCLE if header is None else header
         offset = -EXACT.multiply(circle, Decimal("0.001"))
         if origin is not None:
@@ -295,10 +294,10 @@ class _Conversion:
     def _flip_rail(self, y: FloatArray, z: FloatArray) -> bool:
         """Whether the gauge side is at the end of larger y; it belongs to that of smaller y."""
         axis = self.points.y_axis
-        if self.stated.mirror is not None:
-            return self._mirror_stated(self.stated.mirror)
+        if (mirror := self.stated.get("mirror")) is not None:
+            return self._mirror_stated(mirror)
         if head_faults(y, z):
-            return axis == "centre"  # refused by the checks
+            return axis == "centre"  # an error of the checks
         top = int(np.argmin(z))
         low = y <= y[top]
         # depth of the flanks below the top, at the ends of smaller and of larger y

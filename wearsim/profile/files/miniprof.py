@@ -181,11 +181,11 @@ def _points(numbered: list[tuple[int, str]], header: dict[str, str], kind: Kind,
             points.add(number, cells[column_x], cells[column_y], separator, "XY")
             continue
         short += 1
-    before = len(faults.found)
+    before = len(faults.entries)
     if not joined:
-        there = len(points.lines) + off + short + points.refused
+        there = len(points.lines) + off + short + points.skipped
         _check_count(_value(header, "xypoints") or "", len(points.lines), there, last, faults, notes)
-    if cut and len(faults.found) == before:
+    if cut and len(faults.entries) == before:
         faults.add("ends in the middle of a line: the file is cut off; copy it again", last)
     if off:
         notes.append(f"{off} switched-off points left out")

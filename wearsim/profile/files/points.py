@@ -137,25 +137,25 @@ class Faults:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.found: list[tuple[str, int | None]] = []
+        self.entries: list[tuple[str, int | None]] = []
         self._like: list[str] = []
 
     def add(self, message: str, line: int | None = None, like: str | None = None) -> None:
         """Note a fault; of many alike, by `like` or by their message, the first is reported."""
-        self.found.append((message, line))
+        self.entries.append((message, line))
         self._like.append(message if like is None else like)
-        if len(self.found) >= _MOST_FAULTS:
-            self.found.append((f"reading stopped after {_MOST_FAULTS} faults", line))
+        if len(self.entries) >= _MOST_FAULTS:
+            self.entries.append((f"reading stopped after {_MOST_FAULTS} faults", line))
             self._like.append("")
-            self.refuse()
+            self.raise_any()
 
-    def refuse(self) -> None:
+    def raise_any(self) -> None:
         """Raise `ProfileError` if there are faults."""
-        if not self.found:
+        if not self.entries:
             return
         count, collapsed = Counter(self._like), set[str]()
         shown: list[tuple[str, int | None]] = []
-        for like, (message, line) in zip(self._like, self.found, strict=True):
+        for like, (message, line) in zip(self._like, self.entries, strict=True):
             if count[like] <= _MOST_ALIKE:
                 shown.append((message, line))
             elif like not in collapsed:
@@ -175,7 +175,7 @@ class Columns:
         self.lines: list[int] = []
         self.y: list[str] = []
         self.z: list[str] = []
-        self.refused = 0  # lines that are there, but hold no point
+        self.skipped = 0  # lines that are there, but hold no point
 
     def add(self, line: int, y: str, z: str, separator: str, names: str = "yz") -> None:
         """Take the cells of one line, or note what is wrong with them."""
@@ -183,7 +183,7 @@ class Columns:
             y, z = y.replace(",", "."), z.replace(",", ".")
         wrong = number_fault(y), number_fault(z)
         if wrong != (None, None):
-            self.refused += 1
+            self.skipped += 1
             for name, cell, fault in zip(names, (y, z), wrong, strict=True):
                 if fault is not None:
                     self.faults.add(f"{name} = {cell[:40]!r} {fault}", line, f"{name} {fault}")
@@ -194,18 +194,16 @@ class Columns:
         if len(self.lines) > MAX_POINTS:
             message = f"more than {MAX_POINTS} points, hardly one profile; give one cross-section"
             self.faults.add(message, line)
-            self.faults.refuse()
+            self.faults.raise_any()
 
 
-def read_text(path: Path, *, utf8_only: bool = False) -> Text:
+def read_text(path: Path) -> Text:
     """Read a text file of at most 20 MB.
 
     Parameters
     ----------
     path : Path
         UTF-8, UTF-16 with a byte order mark, or Latin-1 (instruments write names of places and people so).
-    utf8_only : bool
-        Whether the other two are errors.
 
     Returns
     -------
@@ -221,16 +219,15 @@ def read_text(path: Path, *, utf8_only: bool = False) -> Text:
     notes: tuple[str, ...] = ()
     marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
-        if marked and not utf8_only:
+        if marked:
             text, notes = data.decode("utf-16"), ("text read as UTF-16",)
         else:
             text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        if utf8_only or marked:
-            name = "UTF-8" if utf8_only else "UTF-16, as its first bytes say"
+        if marked:
             line = data.count(b"\n", 0, error.start) + 1
-            fault = Fault(f"is not {name} text; save the file as UTF-8", str(path), line)
-            raise ProfileError(str(fault)) from error
+            message = "is not UTF-16, as its first bytes say, text; save the file as UTF-8"
+            raise ProfileError(str(Fault(message, str(path), line))) from error
         text, notes = data.decode("latin-1"), ("text is not UTF-8: read as Latin-1",)
     text = text.removesuffix("\x1a")  # end mark of DOS files
     if (bad := _CONTROL.search(text)) is not None:
@@ -457,7 +454,7 @@ def read_slice_list(text: Text, faults: Faults, number: int | None) -> SliceFile
         values.append(cells)
     if len(rows) < 4:
         faults.add(f"ends before {names[len(rows)]}: the file is cut off; copy it again", len(text.lines))
-    if faults.found:
+    if faults.entries:
         return None
     total = float(values[1][0])
     if total != int(total) or not 1 <= total <= MAX_SLICES:
@@ -473,14 +470,14 @@ def read_slice_list(text: Text, faults: Faults, number: int | None) -> SliceFile
     if len(rows) - 4 < int(total):
         missing = f"{int(total)} slices are promised, {len(rows) - 4} are listed: the file is cut off"
         faults.add(f"{missing}; copy it again", len(text.lines))
-    if not faults.found and number is None and len(listed) > 1:
+    if not faults.entries and number is None and len(listed) > 1:
         first, last = listed[0][1], listed[-1][1]
         faults.add(f"lists {len(listed)} slices, position {first} to {last}; choose one with --slice 1 .. "
                    f"{len(listed)}")  # fmt: skip
     chosen = 1 if number is None else number
-    if not faults.found and not 1 <= chosen <= len(listed):
+    if not faults.entries and not 1 <= chosen <= len(listed):
         faults.add(f"--slice {chosen} must be in 1 .. {len(listed)}")
-    if faults.found:
+    if faults.entries:
         return None
     at, position, name = listed[chosen - 1]
     header = {"slice": str(chosen), "slices": str(len(listed)), "position": position, "file": name}

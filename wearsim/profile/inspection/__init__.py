@@ -2,66 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from wearsim.errors import ProfileError
 from wearsim.profile.alignment import HOLD_TREAD, Alignment, align
-from wearsim.profile.conicity import equivalent_conicity, rolling_radius_difference
-from wearsim.profile.files.points import Kind, number_fault
+from wearsim.profile.files.points import Kind
 from wearsim.profile.inspection.inputs import ProfileInput, placed, placement_notes, read_input, tilt_of
+from wearsim.profile.inspection.notes import axle_notes, comparison_notes, header_notes, hollowing_notes
+from wearsim.profile.inspection.running import AMPLITUDES, Running, running
 from wearsim.profile.limits import Judgement, LimitSet, judge, judge_wheelset
 from wearsim.profile.measures import (
     GaugeDistances,
     Measures,
     WheelsetMeasures,
-    flange_height,
-    hollowing,
     running_circle_level,
     wheel_measures,
     wheelset_measures,
 )
 from wearsim.profile.reprofiling import Reprofiling, reprofile, reprofile_axle
-from wearsim.profile.shape import FloatArray, Profile, extremum
+from wearsim.profile.shape import Profile
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.worn import WearBetween, wear_between
 
 BACK_TO_BACK = 1.360
 GAUGE = 1.435
-AMPLITUDES = (1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3)
-"""Amplitudes of the conicity, and shifts at which the radius difference is listed [m]."""
-
-JUDGED_AMPLITUDE = 3e-3
-"""Amplitude of the conicity that limits speak of [m]."""
-
 COUNTERPART = {"wheel": "60E1", "rail": "S1002"}
 LARGE_REST = 50e-6
 """Distance left on the zones of a best fit that noise of an instrument does not explain [m]."""
 
-NOISE_WAVELENGTH = 5e-3
-"""Waves shorter than this are no hollowing: a contact band is ten times as wide [m]."""
-
-MOST_NOISE = 50e-6
-"""Share of the hollowing that such waves may have without a warning [m]."""
-
 _STATED = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "front_to_front")
-_REACH, _STEP = 8e-3, 0.1e-3  # shifts drawn, and their distance [m]
-_HEADER_MEASURES = {
-    # key: name of the measure, difference that smoothing in an instrument does not make [m]
-    "Sh": ("flange_height", 0.3e-3),
-    "Sd": ("flange_thickness", 0.3e-3),
-    "qR": ("flange_gradient", 0.5e-3),
-}
-_SAME_WHEEL = ("Stock", "CarNo", "AxleNo", "Side", "WheelID")  # keys that measurements of one wheel share
-_SIDES = {
-    **dict.fromkeys(("l", "left", "li", "links", "g", "gauche", "i", "izq"), "left"),
-    **dict.fromkeys(("r", "right", "re", "rechts", "d", "droite", "der"), "right"),
-}
-_SHOWN = 40  # characters of a header value
 
 
 @dataclass(frozen=True)
@@ -115,41 +86,6 @@ class Conditions:
     def half_span(self) -> float:
         """From the track centre to the running circle [m]."""
         return 0.5 * (self.back_to_back or BACK_TO_BACK) + self.distances.flange_back
-
-
-@dataclass(frozen=True)
-class Running:
-    """Running behaviour of a pair of wheels on a pair of rails.
-
-    Parameters
-    ----------
-    wheel, left, rail : str
-        Names; `left` is empty if both wheels are alike.
-    shift, difference : (n,) array
-        Lateral shift and rolling radius of the right minus that of the left wheel, as far as both stay on
-        their profiles [m].
-    at : tuple of (float, float or None)
-        Shift and difference at the amplitudes, to either side if the wheels differ; None beyond the profiles
-        [m].
-    conicity : tuple of (float, float or None, str)
-        Amplitude [m], equivalent conicity [-], and why there is none.
-    track : str
-        Rail, inclination, gauge and back-to-back distance in words.
-    """
-
-    wheel: str
-    left: str
-    rail: str
-    shift: FloatArray = field(repr=False)
-    difference: FloatArray = field(repr=False)
-    at: tuple[tuple[float, float | None], ...]
-    conicity: tuple[tuple[float, float | None, str], ...]
-    track: str
-
-    @property
-    def judged_conicity(self) -> float | None:
-        """Equivalent conicity at `JUDGED_AMPLITUDE` [-]."""
-        return next((value for a, value, _ in self.conicity if a == JUDGED_AMPLITUDE), None)
 
 
 @dataclass(frozen=True)
@@ -348,125 +284,6 @@ def counterpart_of(kind: Kind, at: Conditions) -> ProfileInput:
     return _prepared(other, replace(at, smooth=None)) if other.kind == "wheel" else other
 
 
-def side_of(given: ProfileInput) -> str:
-    """Side given by the header of a file: "left", "right", or "" if it has none."""
-    return _SIDES.get(given.key("Side").strip(" %.").lower(), "")
-
-
-def axle_notes(right: ProfileInput, left: ProfileInput) -> tuple[str, ...]:
-    """Contradictions between the sides of an axle and the headers of their files.
-
-    Parameters
-    ----------
-    right, left : ProfileInput
-        Wheels as they are used.
-
-    Returns
-    -------
-    tuple of str
-        One sentence for each file that says the other side, and one if both are the same file.
-    """
-    same = right.measured and left.measured and Path(right.given).resolve() == Path(left.given).resolve()
-    one = (f"{right.given} is given for both wheels",) if same else ()
-    return one + tuple(
-        f"used as the {role} wheel, but the header of {each.given} says Side = {each.key('Side')[:_SHOWN]}"
-        for role, each in (("right", right), ("left", left))
-        if side_of(each) not in ("", role)
-    )
-
-
-def comparison_notes(given: ProfileInput, reference: ProfileInput) -> tuple[str, ...]:
-    """Contradictions between the headers of two measurements that are compared.
-
-    Parameters
-    ----------
-    given, reference : ProfileInput
-        Profiles.
-
-    Returns
-    -------
-    tuple of str
-        One sentence with all keys that both headers hold and that differ; none on standard shapes.
-    """
-    differ = []
-    for name in _SAME_WHEEL:
-        here, there = (" ".join(each.key(name).split()) for each in (given, reference))
-        if name == "Side" and side_of(given) and side_of(reference):
-            here, there = side_of(given), side_of(reference)
-        if here and there and here.lower() != there.lower():
-            differ.append(f"{name} {here[:_SHOWN]!r} against {there[:_SHOWN]!r}")
-    return (f"is it the same {given.kind}? The headers differ: {', '.join(differ)}",) if differ else ()
-
-
-def header_notes(
-    given: ProfileInput, values: Mapping[str, float], elsewhere: Collection[str] = ()
-) -> tuple[str, ...]:
-    """Contradictions between the gauge values of a header and those of the points below it.
-
-    Parameters
-    ----------
-    given : ProfileInput
-        A wheel.
-    values : mapping of str to float
-        Its measures [m].
-    elsewhere : collection of str
-        Measures taken at other distances than the usual ones, which no header means.
-
-    Returns
-    -------
-    tuple of str
-        One sentence on all of them; none if there are none.
-    """
-    differ = []
-    for key, (name, most) in _HEADER_MEASURES.items():
-        text = given.key(key).replace(",", ".")
-        if name not in values or name in elsewhere or number_fault(text) is not None:
-            continue
-        header = 1e-3 * float(text)
-        # instruments write 0 for what they did not measure
-        if header > 0.0 and abs(header - values[name]) > most:
-            differ.append((key, f"{1e3 * header:g}", f"{1e3 * values[name]:.2f}"))
-    if not differ:
-        return ()
-    keys, stated, measured = (", ".join(words) for words in zip(*differ, strict=True))
-    return (
-        f"the header says {keys} = {stated} mm, the points give {measured} mm: it is old, of another wheel "
-        "or taken at other distances",
-    )
-
-
-def hollowing_notes(given: ProfileInput, values: Mapping[str, float]) -> tuple[str, ...]:
-    """Warning on a hollowing that is noise for a good part.
-
-    Parameters
-    ----------
-    given : ProfileInput
-        A wheel, as it was measured.
-    values : mapping of str to float
-        Its measures [m].
-
-    Returns
-    -------
-    tuple of str
-        One sentence; none if the hollowing stays without short waves.
-    """
-    whole = values.get("hollowing", 0.0)
-    if whole <= MOST_NOISE or not given.measured:
-        return ()
-    try:
-        profile = smoothed(given.profile, NOISE_WAVELENGTH)
-        rest = hollowing(profile.y, profile.z)
-    except ProfileError:
-        return ()  # points too few to see short waves
-    if whole - rest <= MOST_NOISE:
-        return ()
-    wavelength = f"{1e3 * NOISE_WAVELENGTH:g}"
-    return (
-        f"of {1e3 * whole:.3f} mm hollowing {1e3 * rest:.3f} mm are left without waves shorter than "
-        f"{wavelength} mm: noise or dents (--smooth-mm {wavelength} takes them out)",
-    )
-
-
 def _checked(given: ProfileInput, measures: Measures, at: Conditions) -> ProfileInput:
     """Profile with warnings on its measures."""
     notes = header_notes(given, measures.values, _elsewhere(at.distances))
@@ -607,85 +424,6 @@ def _running(
         return running(wheel.profile, other, in_track, words, more, amplitudes), ""
     except ProfileError as error:
         return None, str(error)
-
-
-def running(
-    right: Profile,
-    left: Profile | None,
-    rail: Profile,
-    track: str = "",
-    diameter_difference: float = 0.0,
-    amplitudes: tuple[float, ...] = AMPLITUDES,
-) -> Running:
-    """Compute rolling radius difference and equivalent conicity.
-
-    Parameters
-    ----------
-    right, left : Profile
-        Wheels in the axes of a right wheel; None: the left one is like the right one.
-    rail : Profile
-        Placed in the track.
-    track : str
-        The track in words.
-    diameter_difference : float
-        Diameter of the right minus that of the left wheel at their running circles, as they are now [m].
-    amplitudes : tuple of float
-        Of the conicity, and shifts at which the radius difference is listed [m].
-
-    Returns
-    -------
-    Running
-        Wheels that differ have equal radii at their running circles but for the difference stated.
-    """
-    differ = left is not None or diameter_difference != 0.0
-    other = right if left is None else left
-    if differ:
-        other, right = _from_running_circle(other), _from_running_circle(right)
-        other = replace(other, z=other.z - 0.5 * diameter_difference)
-    shifts = sorted(sign * each for sign in ((-1.0, 1.0) if differ else (1.0,)) for each in amplitudes)
-
-    def difference_at(shift: float) -> float | None:
-        try:
-            return float(rolling_radius_difference(right, other, rail, np.array([shift]))[0])
-        except ProfileError:
-            return None  # beyond the profiles
-
-    def conicity(amplitude: float) -> tuple[float, float | None, str]:
-        try:
-            value = equivalent_conicity(right, other, rail, amplitude=amplitude)
-        except ProfileError:
-            return amplitude, None, "a contact lies beyond the end of a profile"
-        why = (
-            "" if value is not None else ("undefined: the wheelset is not led to and fro over this amplitude")
-        )
-        return amplitude, value, why
-
-    return Running(
-        right.name,
-        other.name if differ else "",
-        rail.name,
-        *_curve(right, other, rail),
-        tuple((shift, difference_at(shift)) for shift in shifts),
-        tuple(map(conicity, amplitudes)),
-        track,
-    )
-
-
-def _from_running_circle(wheel: Profile) -> Profile:
-    """Wheel with z counted from its own running circle."""
-    tip = extremum(wheel.y, wheel.z, int(np.argmax(wheel.z)))[1]
-    return replace(wheel, z=wheel.z - (tip - flange_height(wheel.y, wheel.z)))
-
-
-def _curve(right: Profile, left: Profile, rail: Profile) -> tuple[FloatArray, FloatArray]:
-    """Radius difference over as much of the range of shifts as the profiles allow."""
-    for count in range(round(_REACH / _STEP), 0, -2):
-        shift = _STEP * np.arange(-count, count + 1, dtype=np.float64)
-        try:
-            return shift, rolling_radius_difference(right, left, rail, shift)
-        except ProfileError:
-            continue
-    return np.empty(0), np.empty(0)
 
 
 @dataclass(frozen=True)
