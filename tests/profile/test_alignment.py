@@ -260,7 +260,6 @@ def test_any_points_are_aligned_or_refused_in_one_line(rule, kind, seed, count, 
 def test_rule_contract(name):
     """Each rule leaves a new profile where it is: within the noise of a parabola through exact points."""
     rule = ALIGNMENTS[name]
-    assert rule.title
     for kind, shape in (("wheel", NEW), ("rail", RAIL)):
         if kind in rule.kinds:
             found = align(shape, shape, name)

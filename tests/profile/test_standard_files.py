@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from wearsim.errors import ProfileError
-from wearsim.profile.definitions import read_definition
 from wearsim.profile.segments import Arc, Polynomial, Spline, line, part_moved, rail_head, tangent_arc
+from wearsim.profile.standard import read_definition
 
 HEAD = 'name = "made up"\nkind = "wheel"\nsource = "test"\ncertainty = "none"\n'
 LINES = """

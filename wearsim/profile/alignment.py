@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -156,10 +157,16 @@ def best_fit(
 
     Notes
     -----
-    Gauss-Newton steps on signed distances to the nearest edge of the reference, points weighted with
-    the length they stand for and with Tukey's biweight at the scale of the median distance, so that what
-    is worn or dirty within a zone loses its say. Begins with the flange tip (the top and the field side
-    of a rail) on that of the reference, so that where the file has its origin does not matter.
+    Gauss-Newton steps on signed distances to the nearest edge of the reference, points weighted with the
+    length they stand for and with Tukey's biweight [1]_, after some with Huber's weights [2]_, at the scale
+    of the median distance, so that what is worn or dirty within a zone loses its say. Begins with the
+    flange tip (the top and the field side of a rail) on that of the reference, so that where the file has
+    its origin does not matter.
+
+    References
+    ----------
+    .. [1] A. E. Beaton, J. W. Tukey, Technometrics 16 (1974) 147-185, doi:10.1080/00401706.1974.10489171.
+    .. [2] P. J. Huber, Ann. Math. Statist. 35 (1964) 73-101, doi:10.1214/aoms/1177703732.
     """
     search = _Nearest(prolonged(resample(reference, _SPACING)))
     points, length = np.column_stack((profile.y, profile.z)), vertex_lengths(profile.y, profile.z)
@@ -332,23 +339,11 @@ class Alignment:
     note: str
 
 
-@dataclass(frozen=True)
-class AlignmentRule:
-    """One way to align.
+class AlignmentRule(NamedTuple):
+    """One way to align: `(profile, reference, **options) -> Move`, and the kinds of profile it is for."""
 
-    Parameters
-    ----------
-    find : callable
-        `(profile, reference, **options) -> Move`; raises ProfileError with what the profile lacks.
-    kinds : tuple of str
-        Wheel, rail or both.
-    title : str
-        What it holds, for lists.
-    """
-
-    find: Callable[..., Move]
+    move: Callable[..., Move]
     kinds: tuple[str, ...]
-    title: str
 
 
 def align(profile: Profile, reference: Profile, rule: str, **options: object) -> Alignment:
@@ -388,7 +383,7 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise ProfileError(f"{rule!r} is no rule of aligning a {profile.kind} ({', '.join(known)}){hint}")
     try:
-        move = ALIGNMENTS[rule].find(profile, reference, **options)
+        move = ALIGNMENTS[rule].move(profile, reference, **options)
     except ProfileError as error:
         working = [name for name in known if name not in (rule, "none") and _works(name, profile, reference)]
         way_out = f"align by {' or '.join(working)}" if working else "only 'none' is possible"
@@ -405,18 +400,15 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
 
 def _works(rule: str, profile: Profile, reference: Profile) -> bool:
     try:
-        ALIGNMENTS[rule].find(profile, reference)
+        ALIGNMENTS[rule].move(profile, reference)
     except ProfileError:
         return False
     return True
 
 
 def _parabola(profile: Profile, index: int, at: float) -> tuple[float, float, float] | None:
-    """Curvature/2, slope and height at y = `at` of the stretch around a point, None if it is too short.
-
-    The stretch is the run of points around `index` that lie within `TIP_HALF_WIDTH`: other parts of the
-    profile at the same y, such as the foot of a rail, are none of it.
-    """
+    """Curvature/2, slope and height at y = `at` of the run of points around `index`, None if too short."""
+    # within `TIP_HALF_WIDTH`: other parts of the profile at the same y, such as a rail's foot, are none of it
     sides = profile.y - at
     far = np.flatnonzero(np.abs(sides) > TIP_HALF_WIDTH)
     first = int(np.max(far[far < index], initial=-1)) + 1
@@ -541,23 +533,16 @@ def _by_best_fit(
     return best_fit(profile, reference, zones, rotation=rotation)
 
 
+_WHEEL, _BOTH = ("wheel",), ("wheel", "rail")
 ALIGNMENTS: Mapping[str, AlignmentRule] = MappingProxyType(
     {
-        "none": AlignmentRule(_none, ("wheel", "rail"), "as measured"),
-        "flange_back": AlignmentRule(
-            _by_flange_back, ("wheel",), "y by the flange back, z = 0 on the tread 70 mm from it"
-        ),
-        "back_and_tip": AlignmentRule(
-            _by_back_and_tip, ("wheel",), "y by the flange back, z by the flange tip"
-        ),
-        "flange_tip": AlignmentRule(_by_flange_tip, ("wheel",), "z by the flange tip, y as measured"),
-        "running_circle": AlignmentRule(
-            _by_running_circle, ("wheel",), "z = 0 on the tread at y = 0, y as measured"
-        ),
-        "best_fit": AlignmentRule(
-            _by_best_fit, ("wheel", "rail"), "least squares on the parts that do not wear"
-        ),
-        "top": AlignmentRule(_by_top, ("rail",), "z by the top of the head, y as measured"),
+        "none": AlignmentRule(_none, _BOTH),
+        "flange_back": AlignmentRule(_by_flange_back, _WHEEL),
+        "back_and_tip": AlignmentRule(_by_back_and_tip, _WHEEL),
+        "flange_tip": AlignmentRule(_by_flange_tip, _WHEEL),
+        "running_circle": AlignmentRule(_by_running_circle, _WHEEL),
+        "best_fit": AlignmentRule(_by_best_fit, _BOTH),
+        "top": AlignmentRule(_by_top, ("rail",)),
     }
 )
 """Rules of alignment by name."""

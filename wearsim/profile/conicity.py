@@ -191,7 +191,11 @@ def rolling_radius_difference(
     Notes
     -----
     Rigid bodies, one contact per wheel at the smallest vertical gap, roll of the wheelset neglected, as
-    EN 15302 prescribes. The gap is searched in steps of 0.05 mm and refined by a parabola.
+    [1]_ prescribes. The gap is searched in steps of 0.05 mm and refined by a parabola.
+
+    References
+    ----------
+    .. [1] EN 15302, Railway applications: method for determining the equivalent conicity.
     """
     shift = np.atleast_1d(np.asarray(shift, dtype=np.float64))
     difference = _radius_difference(wheel_right, wheel_left, rail)(shift)
@@ -235,8 +239,13 @@ def equivalent_conicity(
     yaw angle is :math:`\psi = \sqrt{(S_\mathrm{max} - S(u)) / (e r_0)}`. The wavelength
     :math:`L = 2 \int du/\psi` is integrated with :math:`u = c + A \sin\theta`, which leaves no
     singularity, and :math:`\tan\gamma_e = 4 \pi^2 e r_0 / L^2` does not depend on the half distance e
-    of the running circles nor on the radius :math:`r_0`. The radius difference is linear between shifts of
-    0.05 mm. The centre c is searched within 4 mm of the track centre.
+    of the running circles nor on the radius :math:`r_0` [1]_. The radius difference is linear between shifts
+    of 0.05 mm. The centre c is searched within 4 mm of the track centre.
+
+    References
+    ----------
+    .. [1] EN 15302, Railway applications: method for determining the equivalent conicity; the same definition
+       in UIC 519.
     """
     if not 0.2e-3 <= amplitude <= 15e-3:
         raise ProfileError(f"amplitude = {amplitude * 1e3:g} mm must be in 0.2 .. 15 mm")
@@ -250,7 +259,7 @@ def equivalent_conicity(
     if last <= reach or shift[last] - shift[first] < 2.0 * amplitude:
         raise ProfileError(
             f"{wheel_right.name} on {rail.name}: no contact within the profiles over an amplitude of "
-            f"{amplitude * 1e3:g} mm; check gauge, flange back distance and the ends of the profiles"
+            f"{amplitude * 1e3:g} mm; check gauge, back-to-back distance and the ends of the profiles"
         )
     shift, difference = _with_jumps(shift[first : last + 1], difference[first : last + 1], difference_at)
     step = np.diff(shift)
@@ -308,7 +317,7 @@ def flange_clearance(wheel: Profile, rail: Profile) -> float | None:
     wheel : Profile
         In the axes of a right wheel.
     rail : Profile
-        Placed in the track, so that gauge and flange back distance are in it.
+        Placed in the track, so that gauge and back-to-back distance are in it.
 
     Returns
     -------
@@ -322,7 +331,7 @@ def flange_clearance(wheel: Profile, rail: Profile) -> float | None:
     :math:`h(u) = \max_y (z_w(y - u) - z_r(y))`, and :math:`dh/du` is the tangent of the contact angle
     there. The clearance is the first shift at which this angle is 60 degrees: less than the flank of any
     flange of EN 13715 (70 degrees), and more than the flange root has before the flank takes over. The
-    value hardly depends on the choice: S1002 on 60E1 1:40 at gauge 1435 and flange back distance 1360 mm
+    value hardly depends on the choice: S1002 on 60E1 1:40 at gauge 1435 and back-to-back distance 1360 mm
     passes from 30 to 69 degrees between shifts of 6.55 and 6.65 mm. This definition is wearsim's own.
     """
     from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed

@@ -1,4 +1,4 @@
-"""Gauge values of wheel profiles and wheelsets."""
+"""Gauge values of wheel profiles and wheelsets: Sh, Sd and qR as EN 15313 and UIC 510-2 define them."""
 
 from __future__ import annotations
 
@@ -237,7 +237,7 @@ def wheel_measures(
         Rolling radius at z = 0 of the profile: that of the new wheel where z counts from the new running
         circle, that of the worn one where it was set to 0 on the tread [m].
     back_to_back : float, optional
-        Distance of the flange backs of the wheelset; its wheels are then taken to be alike [m].
+        Back-to-back distance of the wheelset; its wheels are then taken to be alike [m].
 
     Returns
     -------
@@ -296,7 +296,7 @@ def wheelset_measures(
     radius_right, radius_left : float, optional
         Rolling radii at z = 0 of the profiles [m].
     back_to_back : float, optional
-        Distance of the flange backs AR [m].
+        Back-to-back distance AR [m].
 
     Returns
     -------

@@ -105,12 +105,16 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
 
     Notes
     -----
-    The spline filter of ISO 16610-22 with free ends, of y and of z over arc length: waves of length L
+    The spline filter of [1]_ with free ends, of y and of z over arc length: waves of length L
     are left with :math:`1/(1 + (\Lambda/L)^4)` of their amplitude, 6 % at half the wavelength
     :math:`\Lambda`, 94 % at twice. Straight lines pass unchanged, and arcs of radius R but for
     :math:`3 (\Lambda/2\pi)^4/R^3`; the Gaussian filter of the same wavelength would flatten an arc of
     12 mm by 13 um at 3 mm. The free ends would straighten the last stretch, so its curvature is
     taken off before and put back after.
+
+    References
+    ----------
+    .. [1] ISO 16610-22, Geometrical product specifications: linear profile filters, spline filters.
     """
     if not np.isfinite(wavelength) or wavelength < 0.0:
         raise ProfileError(

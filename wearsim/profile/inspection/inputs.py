@@ -14,7 +14,7 @@ import numpy as np
 
 from wearsim.errors import ProfileError
 from wearsim.profile import measures, standard
-from wearsim.profile.definitions import Definition, read_definition, sample
+from wearsim.profile.definitions import Definition, sample
 from wearsim.profile.files import FORMATS, ProfileReading, is_file, place_file, read_profile
 from wearsim.profile.files.axes import IN_CM
 from wearsim.profile.files.points import Kind
@@ -147,7 +147,7 @@ def read_input(
     if not is_file(given):
         return _defined(given, _named(given, kind), kind)
     if path.suffix.lower() == ".toml" and path.is_file():
-        return _defined(given, read_definition(path), kind)
+        return _defined(given, standard.read_definition(path), kind)
     return _from_file(given, kind, statements or {})
 
 
