@@ -145,16 +145,13 @@ def _size(points: _List) -> Iterator[PointFault]:
         size = float(np.ptp(values))
         if low <= size <= high:
             continue
-        allowed = f"which is not within {low * 1e3:g} .. {high * 1e3:g} mm"
+        what = f"the {kind} profile is {size * 1e3:.4g} mm {word}, which is not within"
         column = " in z only, mixed units" if word == "high" else ""
         fits = (words for factor, words in _SCALES.items() if low <= size * factor <= high)
-        other = next(
-            (f"it would fit if the numbers were {words}{column}: {points.units}" for words in fits), None
+        hint = next(
+            (f"it would fit if the numbers were {words}{column}: {points.units}" for words in fits), ""
         )
-        yield (
-            f"the {kind} profile is {size * 1e3:.4g} mm {word}, {allowed}; {other or 'check units and columns'}",
-            None,
-        )
+        yield f"{what} {low * 1e3:g} .. {high * 1e3:g} mm; {hint or 'check units and columns'}", None
         return
 
 
