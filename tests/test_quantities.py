@@ -110,7 +110,7 @@ def test_what_is_no_input_has_no_range():
     ("section", "key", "column"),
     [
         (WheelsetSection, "radius_mm", "wheel_radius_mm"),
-        (WheelsetSection, "flange_back_mm", "flange_back_mm"),
+        (WheelsetSection, "back_to_back_mm", "back_to_back_mm"),
         (ContactSection, "strips", "strips"),
         (ContactSection, "cells", "cells"),
         (ContactSection, "youngs_GPa", "youngs_GPa"),

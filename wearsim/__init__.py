@@ -30,23 +30,23 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _MODULES = {
-    "campaign.run": "resume run_scene",
-    "contact.dataset": "rails rollers solve_contact wheelset",
-    "contact.normal": "NORMAL_MODELS",
-    "contact.problem": "ContactConditions ContactModels Counterface Wheelset",
-    "contact.tangential": "TANGENTIAL_MODELS",
-    "damage.coefficients": "COEFFICIENT_SETS",
-    "damage.fatigue": "FATIGUE_LAWS",
-    "damage.wear": "WEAR_LAWS",
-    "errors": "WearsimError",
-    "profile.shape": "Profile",
-    "profile.sources": "export_profile read_profile standard_profile",
-    "quantities": "QUANTITIES",
-    "results.file": "open_results",
-    "scene.load": "load_scene",
-    "translation.translate": "translate",
+    "campaign.run": ("resume", "run_scene"),
+    "contact.dataset": ("rails", "rollers", "solve_contact", "wheelset"),
+    "contact.normal": ("NORMAL_MODELS",),
+    "contact.problem": ("ContactConditions", "ContactModels", "Counterface", "Wheelset"),
+    "contact.tangential": ("TANGENTIAL_MODELS",),
+    "damage.coefficients": ("COEFFICIENT_SETS",),
+    "damage.fatigue": ("FATIGUE_LAWS",),
+    "damage.wear": ("WEAR_LAWS",),
+    "errors": ("WearsimError",),
+    "profile.shape": ("Profile",),
+    "profile.sources": ("export_profile", "read_profile", "standard_profile"),
+    "quantities": ("QUANTITIES",),
+    "results.file": ("open_results",),
+    "scene.load": ("load_scene",),
+    "translation.translate": ("translate",),
 }
-_PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names.split()}
+_PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names}
 _PLACES["run"] = _PLACES.pop("run_scene")
 
 __all__ = [

@@ -128,7 +128,7 @@ def _name(flag: Flag, text: str) -> str:
 
 
 def _rotation(flag: Flag, text: str) -> str | float:
-    from wearsim.contact.rotation import RULES
+    from wearsim.contact.equilibrium import RULES
 
     speed = _number(text)
     if text not in RULES and not flag.low < speed <= flag.high:
