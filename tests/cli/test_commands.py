@@ -10,6 +10,7 @@ import pytest
 from wearsim import cli
 from wearsim.cli.run import tell_doubts
 from wearsim.profile.standard import shipped_path
+from wearsim.report import html
 
 DISTANCE = {"rig": 5.0, "field": 100.0}  # a few steps at most [km]
 
@@ -90,7 +91,8 @@ def test_status_of_a_killed_run_is_stopped(ended, capsys):
     assert json.loads(capsys.readouterr().out)["campaigns"]["rig"]["state"] == "stopped"
 
 
-def test_the_report_of_a_failed_campaign_says_why_on_top(ended, capsys):
+def test_the_report_of_a_failed_campaign_says_why_on_top(ended, capsys, monkeypatch):
+    monkeypatch.setattr(html, "_plates", lambda *_: {name: [] for name, _ in html.SECTIONS})
     message = "the wear step at 4 km could not be made long enough to move on"
     directory = ended(state="failed", message=message)
     assert cli.main(["report", str(directory)]) == 0

@@ -275,7 +275,8 @@ def _missing(path: KeyPath, info: FieldInfo | None) -> str:
 def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -> str:
     here = _model_at(model, table)
     what = f"unknown key {_key(name)} in {table_name(table)}"
-    if isinstance(value, Mapping | list) and not table:
+    tables = value if isinstance(value, list) else [value]
+    if not table and all(isinstance(one, Mapping) for one in tables):
         what = f"unknown section [{_key(name)}]"
     if here is None:
         return what
@@ -321,14 +322,21 @@ def _limits(info: FieldInfo | None, entry: bool) -> list[str]:
     """Limits in words, of a key or of the entries of its list; the same that pydantic checks."""
     metadata = list(info.metadata) if info is not None else []
     if entry and info is not None:
-        annotated = next(iter(get_args(info.annotation)), None)
-        metadata = [item for field in get_args(annotated)[1:] for item in getattr(field, "metadata", [])]
+        fields = get_args(_entry(info.annotation))[1:]
+        metadata = [item for field in fields for item in getattr(field, "metadata", [])]
     return [
         f"{word} {limit:.10g}"
         for item in metadata
         for name, word in _BOUNDS
         if (limit := getattr(item, name, None)) is not None
     ]
+
+
+def _entry(annotation: Any) -> Any:
+    """Annotation of the entries of a list, which may be optional."""
+    if get_origin(annotation) is tuple:
+        return get_args(annotation)[0]
+    return next((found for item in get_args(annotation) if (found := _entry(item)) is not None), None)
 
 
 def _range(limits: Sequence[str], unit: str) -> str:
@@ -347,7 +355,8 @@ def _text_range(info: FieldInfo | None) -> str:
 
 def _choices(info: FieldInfo | None) -> tuple[Any, ...]:
     annotation = info.annotation if info is not None else None
-    return get_args(annotation) if get_origin(annotation) is Literal else ()
+    options = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
+    return tuple(each for one in options if get_origin(one) is Literal for each in get_args(one))
 
 
 def _element(annotation: Any) -> type[BaseModel] | None:

@@ -11,7 +11,6 @@ from typing import Literal
 import numpy as np
 
 from wearsim.damage.wear.table import WearTable
-from wearsim.damage.wear.table_file import read_wear_table
 from wearsim.errors import Fault, ProfileError, SceneError
 from wearsim.profile import standard
 from wearsim.profile.clearance import flange_clearance
@@ -23,6 +22,7 @@ from wearsim.scene.cross_checks import cross_faults, fault_at, fit_faults, limit
 from wearsim.scene.faults import shown
 from wearsim.scene.models import FieldScene, Origin, RigScene
 from wearsim.scene.reprofiling import template_faults
+from wearsim.scene.wear_table import read_wear_table
 
 FLANGE_BACK_TO_ORIGIN = 0.070
 """From the flange back to the origin line of a wheel profile [m]."""

@@ -68,8 +68,8 @@ def load_scene(
         Whether the file stands in a folder written from `files_to_copy`; the files it names are then
         those beside it, whatever happened to the originals.
     overrides : sequence of Override
-        Values to read in place of those in the file. In a compare scene, keys act on both scenes it names,
-        those that begin with rig or field on the one only.
+        Values to read in place of those in the file, as a sweep varies them. In a compare scene, keys act
+        on both scenes it names, those that begin with rig or field on the one only.
 
     Returns
     -------

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from wearsim.errors import Fault
+from wearsim.errors import Fault, SceneError
 from wearsim.scene.faults import KeyPath, Lines, line_of, shown
 from wearsim.scene.toml import toml_text
 
@@ -82,8 +82,6 @@ def merge(data: Mapping[str, Any], overrides: Sequence[Override], lines: Lines) 
     SceneError
         With the overrides of tables that do not exist.
     """
-    from wearsim.errors import SceneError
-
     merged = copy.deepcopy(dict(data))
     faults = []
     for override in overrides:
@@ -124,7 +122,7 @@ def overridden_text(data: Mapping[str, Any], overrides: Sequence[Override]) -> s
     last = {override.key: override for override in overrides}
     labels = (".".join((*last[key].keys[:-1], last[key].label)) for key in sorted(last))
     note = json.dumps(", ".join(labels), ensure_ascii=False)[1:-1].replace("\x7f", "")
-    return f"# scene with {note}\n{toml_text(data)}"
+    return f"# scene with {note}\n\n{toml_text(data)}"
 
 
 def value_of(text: str) -> Any:

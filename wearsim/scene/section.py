@@ -29,12 +29,6 @@ def number(name: str, meaning: str, default: Any = ...) -> Any:
     return Field(default, description=meaning, json_schema_extra=extra, **range_of(name))
 
 
-def quantity(meaning: str, unit: str = "", default: Any = ..., **limits: Any) -> Any:
-    """Field of a number; its limits, unit and meaning also make the message of a fault."""
-    extra: Any = {"unit": unit} if unit else None
-    return Field(default, description=meaning, json_schema_extra=extra, **limits)
-
-
 def words(meaning: str, default: Any = ...) -> Any:
     """Field of a text of at most 200 characters."""
     return Field(default, description=meaning, min_length=1, max_length=200)

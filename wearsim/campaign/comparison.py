@@ -1,7 +1,7 @@
-"""Laws that act on the same contacts beside the leading wear law, and change no profile.
+"""Comparison laws: wear and fatigue laws evaluated on the same contacts, which change no profile.
 
-Further wear laws tell what they would have worn, fatigue laws the damage they add. Each is carried to the
-vertices of the profile as wear is, and accumulates there along the campaign that the leading law drives.
+Wear laws give the depth they would have worn, fatigue laws the damage they add. Each is carried to the
+vertices of the profile as wear is, and accumulates there along the campaign of the active wear law.
 """
 
 from __future__ import annotations
@@ -19,35 +19,34 @@ from wearsim.contact.solve import ContactSolution
 from wearsim.damage import fatigue
 from wearsim.damage.coefficients import CoefficientSet
 from wearsim.damage.fatigue import (
-    INDEX_QUANTITIES,
+    FATIGUE_LAWS,
     WEAR_NUMBERS,
     FatigueDamage,
     FatigueSettings,
-    damage_at_points,
-    passage_damages,
+    passage_damage,
     patch_loads,
 )
 from wearsim.damage.fatigue.balance import balance
 from wearsim.damage.fatigue.surface_fatigue import subsurface_index
-from wearsim.damage.wear import WearSettings, acting_coefficients, passage_depths, regimes
+from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of, passage_depth
 from wearsim.results import FILL_FLOAT, FILL_INT
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
 _MPA = 1e6
-_TOLD: Mapping[str, Callable[[CoefficientSet], str]] = {
-    "numbers": lambda found: ", ".join(found.numbers),
-    "materials": lambda found: found.materials,
-    "validity": lambda found: found.validity,
-    "departures": lambda found: " ".join(found.departures),
+_ATTRIBUTES: Mapping[str, Callable[[CoefficientSet], str]] = {
+    "numbers": lambda one: ", ".join(one.numbers),
+    "materials": lambda one: one.materials,
+    "validity": lambda one: one.validity,
+    "departures": lambda one: " ".join(one.departures),
 }
 """What a result file says of a coefficient set in attributes of its group."""
 
 
 @dataclass(frozen=True)
-class LawsBeside:
-    """Settings of the laws beside the leading one.
+class ComparisonLaws:
+    """Settings of the comparison laws.
 
     Parameters
     ----------
@@ -55,26 +54,26 @@ class LawsBeside:
         Wear laws.
     fatigue : tuple of FatigueSettings
         Fatigue laws.
-    leading : WearSettings, optional
-        The leading wear law, from which the names of the others tell them apart.
+    active : WearSettings, optional
+        The active wear law, from which the names of the others must differ.
     """
 
     wear: tuple[WearSettings, ...] = ()
     fatigue: tuple[FatigueSettings, ...] = ()
-    leading: WearSettings | None = None
+    active: WearSettings | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the wear laws: with form and set, where the same law acts with other ones, too."""
-        every = [*self.wear, *([] if self.leading is None else [self.leading])]
-        found = []
+        every = [*self.wear, *([] if self.active is None else [self.active])]
+        names = []
         for one in self.wear:
             same = [other for other in every if other.law == one.law]
             form = one.form.replace("_", " ") if len({other.form for other in same}) > 1 else ""
             sets = {_set_name(other) for other in same}
-            told = ", ".join(filter(None, [form, _set_name(one) if len(sets) > 1 else ""]))
-            found.append(f"{one.law} ({told})" if told else one.law)
-        return tuple(found)
+            which = ", ".join(filter(None, [form, _set_name(one) if len(sets) > 1 else ""]))
+            names.append(f"{one.law} ({which})" if which else one.law)
+        return tuple(names)
 
     @property
     def crack_depth(self) -> tuple[float, ...]:
@@ -83,8 +82,8 @@ class LawsBeside:
 
 
 @dataclass(frozen=True)
-class PassageBeside:
-    """What one passage of each of `m` patches is by the laws beside the leading one.
+class ComparisonPassage:
+    """Depth and damage of one passage of each of `m` patches by the comparison laws.
 
     Parameters
     ----------
@@ -101,60 +100,61 @@ class PassageBeside:
     patches: tuple[FatigueDamage, ...] = ()
 
 
-def laws_beside(setup: CampaignSetup) -> LawsBeside:
-    """Return the laws beside the leading one of a campaign."""
-    return LawsBeside(setup.beside, setup.fatigue, setup.wear)
+def comparison_laws(setup: CampaignSetup) -> ComparisonLaws:
+    """Return the comparison laws of a campaign."""
+    return ComparisonLaws(setup.also_evaluate, setup.fatigue, setup.wear)
 
 
 def _set_name(settings: WearSettings) -> str:
     return settings.coefficients if isinstance(settings.coefficients, str) else settings.coefficients.name
 
 
-def passage_beside(solution: ContactSolution, laws: LawsBeside) -> PassageBeside:
-    """Evaluate the laws beside the leading one on a contact solution.
+def comparison_passage(solution: ContactSolution, laws: ComparisonLaws) -> ComparisonPassage:
+    """Evaluate the comparison laws on a contact solution.
 
     Parameters
     ----------
     solution : ContactSolution
         With `m` patches.
-    laws : LawsBeside
+    laws : ComparisonLaws
         Settings of the laws.
 
     Returns
     -------
-    PassageBeside
+    ComparisonPassage
         Of every patch.
     """
-    patches = passage_damages(patch_loads(solution), laws.fatigue) if laws.fatigue else ()
-    return PassageBeside(
-        depth=passage_depths(solution.fields, solution.area, laws.wear),
+    loads = patch_loads(solution) if laws.fatigue else None
+    patches = () if loads is None else tuple(passage_damage(loads, one) for one in laws.fatigue)
+    return ComparisonPassage(
+        depth=tuple(passage_depth(solution.fields, solution.area, one) for one in laws.wear),
         damage=tuple(
-            damage_at_points(one.strip_damage, law) for one, law in zip(patches, laws.fatigue, strict=True)
+            one.strip_damage * law.crack_width for one, law in zip(patches, laws.fatigue, strict=True)
         ),
         patches=patches,
     )
 
 
-def start_beside(state: State, laws: LawsBeside) -> State:
+def start_comparison(state: State, laws: ComparisonLaws) -> State:
     """Return the initial state with nothing worn and no damage by any of the laws."""
     return replace(
         state,
-        beside_depth=tuple(np.zeros_like(state.y) for _ in laws.wear),
-        beside_area=np.zeros((2, sum(len(regimes(one.law)) for one in laws.wear))),
+        comparison_depth=tuple(np.zeros_like(state.y) for _ in laws.wear),
+        comparison_area=np.zeros((2, sum(len(WEAR_LAWS[one.law].regimes) for one in laws.wear))),
         fatigue_damage=tuple(np.zeros_like(state.y) for _ in laws.fatigue),
     )
 
 
-def static_beside(laws: LawsBeside) -> dict[str, Any]:
-    """Return the static variables of a result file that tell the laws."""
-    found: dict[str, Any] = {}
+def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
+    """Return the static variables of a result file that name the laws and their numbers."""
+    static: dict[str, Any] = {}
     if laws.wear:
-        sets = [acting_coefficients(one) if one.law != "none" else None for one in laws.wear]
-        found |= {
+        sets = _wear_sets(laws)
+        static |= {
             "comparison_name": laws.names,
             "comparison_coefficients": tuple("" if one is None else one.name for one in sets),
             "comparison_source": tuple("" if one is None else one.source for one in sets),
-            "comparison_warnings": tuple("" if one is None else "; ".join(one.doubts) for one in sets),
+            "comparison_warnings": tuple("" if one is None else "; ".join(one.uncertain) for one in sets),
             "comparison_form": tuple(
                 one.form + (f", seizure cap {one.seizure_cap}" if one.seizure_cap != "none" else "")
                 for one in laws.wear
@@ -162,16 +162,16 @@ def static_beside(laws: LawsBeside) -> dict[str, Any]:
             "comparison_regime_name": tuple(
                 f"{name}: {regime}"
                 for name, one in zip(laws.names, laws.wear, strict=True)
-                for regime in regimes(one.law)
+                for regime in WEAR_LAWS[one.law].regimes
             ),
         }
     if laws.fatigue:
-        numbers = [fatigue.acting_coefficients(one) for one in laws.fatigue]
-        found |= {
+        numbers = [fatigue.coefficients_of(one) for one in laws.fatigue]
+        static |= {
             "fatigue_name": tuple(one.law for one in laws.fatigue),
             "fatigue_coefficients": tuple(one.name for one in numbers),
             "fatigue_source": tuple(one.source for one in numbers),
-            "fatigue_warnings": tuple("; ".join(one.doubts) for one in numbers),
+            "fatigue_warnings": tuple("; ".join(one.uncertain) for one in numbers),
             "fatigue_form": tuple(_form(one) for one in laws.fatigue),
             "fatigue_crack_width": np.array([one.crack_width for one in laws.fatigue]),
             "fatigue_wear_limit": np.array(
@@ -184,28 +184,33 @@ def static_beside(laws: LawsBeside) -> dict[str, Any]:
                 [_MPA * one["shear_yield"] if "shear_yield" in one.values else FILL_FLOAT for one in numbers]
             ),
         }
-    return found
+    return static
 
 
-def attributes_beside(laws: LawsBeside) -> dict[str, str]:
-    """Return the attributes of a result file with what the numbers of the laws are: one line for each law.
+def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
+    """Return the attributes of a result file on the numbers of the laws, one line for each law.
 
     Numbers that act, materials and tests they are for, departures from the source.
     """
     groups: dict[str, list[CoefficientSet | None]] = {
-        "comparison": [None if one.law == "none" else acting_coefficients(one) for one in laws.wear],
-        "fatigue": [fatigue.acting_coefficients(one) for one in laws.fatigue],
+        "comparison": _wear_sets(laws),
+        "fatigue": [fatigue.coefficients_of(one) for one in laws.fatigue],
     }
     return {
-        f"{group}_{key}": "\n".join("" if one is None else " ".join(told(one).split("\n")) for one in sets)
+        f"{group}_{key}": "\n".join("" if one is None else " ".join(text(one).split("\n")) for one in sets)
         for group, sets in groups.items()
         if sets
-        for key, told in _TOLD.items()
+        for key, text in _ATTRIBUTES.items()
     }
+
+
+def _wear_sets(laws: ComparisonLaws) -> list[CoefficientSet | None]:
+    """Coefficients of each wear law; None for one that wears nothing."""
+    return [coefficients_of(one) if WEAR_LAWS[one.law].wears else None for one in laws.wear]
 
 
 def _form(settings: FatigueSettings) -> str:
-    if settings.law not in fatigue.CONTAIN_REMOVAL:
+    if not FATIGUE_LAWS[settings.law].contains_removal:
         return ""
     branch = {
         "net": "net form, with the removal of cracks by wear in its falling branch",
@@ -214,7 +219,7 @@ def _form(settings: FatigueSettings) -> str:
     return f"{branch}; wear number {settings.wear_number.replace('_', ' ')}"
 
 
-def row_beside(state: State, collective: WearRate, laws: LawsBeside) -> dict[str, np.ndarray]:
+def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> dict[str, np.ndarray]:
     """Return the variables of one row that belong to the laws and stand along the profile.
 
     Parameters
@@ -223,7 +228,7 @@ def row_beside(state: State, collective: WearRate, laws: LawsBeside) -> dict[str
         Both wheels.
     collective : WearRate
         In that state under the weights of the full collective.
-    laws : LawsBeside
+    laws : ComparisonLaws
         Settings of the laws.
 
     Returns
@@ -233,8 +238,8 @@ def row_beside(state: State, collective: WearRate, laws: LawsBeside) -> dict[str
     """
     row: dict[str, np.ndarray] = {}
     if laws.wear:
-        row["comparison_wear_depth"] = np.stack(state.beside_depth, axis=1)
-        row["comparison_worn_area"] = state.beside_area
+        row["comparison_wear_depth"] = np.stack(state.comparison_depth, axis=1)
+        row["comparison_worn_area"] = state.comparison_area
     if not laws.fatigue:
         return row
     row["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
@@ -244,25 +249,25 @@ def row_beside(state: State, collective: WearRate, laws: LawsBeside) -> dict[str
     limited = np.full(rates.shape, FILL_INT, dtype=np.int32)
     for k, law in enumerate(laws.fatigue):
         if law.crack_depth is not None:
-            found = balance(
+            life = balance(
                 rates[:, k], collective.depth, crack_depth=law.crack_depth, wear_limit=law.wear_limit
             )
-            balanced[:, k], limited[:, k] = found.balanced_wear, found.limited_by
+            balanced[:, k], limited[:, k] = life.magic_wear_rate, life.limited_by
     return row | {"magic_wear_rate": balanced, "life_limited_by": limited}
 
 
 def patch_values(
-    solution: ContactSolution, passage: PassageBeside, laws: LawsBeside
+    solution: ContactSolution, passage: ComparisonPassage, laws: ComparisonLaws
 ) -> Mapping[str, FloatArray]:
-    """Return what the fatigue laws make of each patch (m, ...), for the slots of a row.
+    """Return index and damage of each patch (m, ...) by the fatigue laws, for the slots of a row.
 
     Parameters
     ----------
     solution : ContactSolution
         With `m` patches.
-    passage : PassageBeside
+    passage : ComparisonPassage
         Of them.
-    laws : LawsBeside
+    laws : ComparisonLaws
         Settings of the laws.
     """
     if not passage.patches:
@@ -272,12 +277,12 @@ def patch_values(
     indices = {
         name: np.stack(
             [
-                one.index if INDEX_QUANTITIES[law.law] == name else missing
+                one.index if FATIGUE_LAWS[law.law].index_quantity == name else missing
                 for one, law in zip(passage.patches, laws.fatigue, strict=True)
             ],
             axis=1,
         )
-        for name in dict.fromkeys(INDEX_QUANTITIES.values())
+        for name in dict.fromkeys(one.index_quantity for one in FATIGUE_LAWS.values())
     }
     return {
         "fatigue_damage_passage": np.stack([one.damage for one in passage.patches], axis=1),

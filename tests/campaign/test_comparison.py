@@ -1,4 +1,4 @@
-"""Laws beside the leading wear law: on the same contacts, along the same campaign, changing no profile."""
+"""Comparison laws: on the same contacts, along the same campaign, changing no profile."""
 
 from dataclasses import replace
 
@@ -24,7 +24,7 @@ laws = {sorted(FATIGUE_LAWS)}
 branch = "rising"
 crack_depth_mm = 2
 """.replace("'", '"')
-BESIDE = '[wear]\nbeside = ["archard", "energy", "brr", "none"]\n'
+COMPARISON = '[wear]\nalso_evaluate = ["archard", "energy", "brr", "none"]\n'
 
 
 @pytest.fixture
@@ -44,18 +44,19 @@ def evolution(two_blocks):
 
 
 @pytest.mark.parametrize("integrator", ["euler", "heun", "semi_implicit"])
-def test_law_beside_that_equals_the_leading_one_has_its_bits(integrator, evolution, all_states):
-    of = evolution(BESIDE, f'integrator = "{integrator}"')
-    of = WheelsetEvolution(replace(of.setup, beside=(*of.setup.beside, of.setup.wear)), threads=1)
+def test_comparison_law_equal_to_the_active_one_has_its_bits(integrator, evolution, all_states):
+    of = evolution(COMPARISON, f'integrator = "{integrator}"')
+    laws = (*of.setup.also_evaluate, of.setup.wear)
+    of = WheelsetEvolution(replace(of.setup, also_evaluate=laws), threads=1)
     last = all_states(of)[0][-1]
-    np.testing.assert_array_equal(last.beside_depth[-1], last.wear_depth)
+    np.testing.assert_array_equal(last.comparison_depth[-1], last.wear_depth)
     regimes = last.regime_depth.shape[1]
-    np.testing.assert_allclose(last.beside_area[:, -regimes:].sum(axis=1), last.worn_area, rtol=1e-12)
+    np.testing.assert_allclose(last.comparison_area[:, -regimes:].sum(axis=1), last.worn_area, rtol=1e-12)
 
 
 def test_both_forms_of_a_law_stand_side_by_side(tmp_path, evolution):
-    """Local leads, the mean of the patch beside: other depths, names that tell them apart."""
-    forms = '[wear]\nlaw = "energy"\nbeside = [{law = "energy", form = "patch_mean"}, "usfd"]\n'
+    """Local is active, the mean of the patch compared: other depths, other names."""
+    forms = '[wear]\nlaw = "energy"\nalso_evaluate = [{law = "energy", form = "patch_mean"}, "usfd"]\n'
     path = run_evolution(evolution(forms), tmp_path, "rig")
     with open_results(path) as data:
         assert list(data["comparison_name"].values) == ["energy (patch mean)", "usfd"]
@@ -71,35 +72,35 @@ def test_both_forms_of_a_law_stand_side_by_side(tmp_path, evolution):
         assert [row[1].text for row in numbers.rows] == ["local", "patch mean", "local"]
 
 
-def test_laws_beside_and_fatigue_change_no_bit_of_the_wear(evolution, all_states):
+def test_comparison_laws_and_fatigue_change_no_bit_of_the_wear(evolution, all_states):
     alone = all_states(evolution())[0][-1]
-    among = all_states(evolution(BESIDE + FATIGUE))[0][-1]
+    among = all_states(evolution(COMPARISON + FATIGUE))[0][-1]
     for name in ("distance", "y", "z", "wear_depth", "regime_depth", "worn_area", "worn_mass", "step_error"):
         np.testing.assert_array_equal(getattr(among, name), getattr(alone, name), err_msg=name)
-    deepest = [depth.max() for depth in among.beside_depth]
+    deepest = [depth.max() for depth in among.comparison_depth]
     assert deepest[-1] == 0.0  # the law "none"
     assert min(deepest[:-1]) > 0.0
     assert len(set(deepest)) == len(deepest)
 
 
-def test_leading_law_without_wear_has_laws_beside(evolution, all_states):
-    """The profile stays new, and the law beside grows with the distance."""
-    states = all_states(evolution('[wear]\nlaw = "none"\nbeside = ["usfd"]\n' + FATIGUE))[0]
+def test_active_law_without_wear_has_comparison_laws(evolution, all_states):
+    """The profile stays new, and the comparison law grows with the distance."""
+    states = all_states(evolution('[wear]\nlaw = "none"\nalso_evaluate = ["usfd"]\n' + FATIGUE))[0]
     last = states[-1]
     np.testing.assert_array_equal(last.z, states[0].z)
     assert last.worn_area.max() == 0.0
-    assert last.beside_depth[0].max() > 1e-6
+    assert last.comparison_depth[0].max() > 1e-6
 
 
 def test_mirrored_scene_gives_mirrored_damage(evolution, all_states):
     """Right and left change places; 1e-9 of the largest of each law."""
-    scenes = (evolution(BESIDE + FATIGUE, mirrored=mirrored) for mirrored in (False, True))
+    scenes = (evolution(COMPARISON + FATIGUE, mirrored=mirrored) for mirrored in (False, True))
     one, other = (all_states(of)[0][-1] for of in scenes)
-    for name in ("beside_depth", "fatigue_damage"):
+    for name in ("comparison_depth", "fatigue_damage"):
         for here, there in zip(getattr(one, name), getattr(other, name), strict=True):
             np.testing.assert_allclose(there[::-1], here, rtol=0, atol=1e-9 * here.max())
     assert all(damage.max() > 0.0 for damage in one.fatigue_damage)
-    np.testing.assert_allclose(other.beside_area[::-1], one.beside_area, rtol=1e-9, atol=1e-18)
+    np.testing.assert_allclose(other.comparison_area[::-1], one.comparison_area, rtol=1e-9, atol=1e-18)
 
 
 def test_damage_of_an_unworn_wheel_grows_linearly(evolution, all_states):
@@ -151,7 +152,7 @@ def test_damage_of_patches_is_kept_on_the_profile(evolution):
     found = of.evaluate(state)
     setup, solution = of.setup, found.solution
     for k, law in enumerate(setup.fatigue):
-        strips = found.beside.patches[k].strip_damage
+        strips = found.comparison.patches[k].strip_damage
         by_patch = (strips.sum(axis=1) * solution.fields.strip_width) * setup.points.weight[solution.point]
         assert by_patch.sum() > 0.0
         for wheel in (0, 1):
@@ -163,11 +164,11 @@ def test_damage_of_patches_is_kept_on_the_profile(evolution):
 
 
 def test_environment_factor_acts_on_wear_not_on_damage(evolution):
-    of = evolution(BESIDE + FATIGUE)
+    of = evolution(COMPARISON + FATIGUE)
     dry = replace(of.setup, points=replace(of.setup.points, environment=np.ones(2)))
     state, _ = of.start()
     half, full = (WheelsetEvolution(one, threads=1).evaluate(state).collective for one in (of.setup, dry))
-    for one, other in zip(half.beside, full.beside, strict=True):
+    for one, other in zip(half.comparison, full.comparison, strict=True):
         np.testing.assert_allclose(2.0 * one, other, rtol=1e-12)
     for one, other in zip(half.fatigue, full.fatigue, strict=True):
         np.testing.assert_array_equal(one, other)
@@ -182,7 +183,7 @@ def test_resumed_campaign_has_the_same_bits(tmp_path, last, evolution):
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     whole.mkdir()
     cut.mkdir()
-    of = evolution(BESIDE + FATIGUE)
+    of = evolution(COMPARISON + FATIGUE)
 
     def stop(event):
         if event.kind == "step" and event.step == last:
@@ -201,7 +202,7 @@ def test_resumed_campaign_has_the_same_bits(tmp_path, last, evolution):
 
 
 def test_result_file_holds_the_laws(tmp_path, evolution):
-    of = evolution(BESIDE + FATIGUE)
+    of = evolution(COMPARISON + FATIGUE)
     path = run_evolution(of, tmp_path, "rig")
     with open_results(path) as data:
         assert list(data["comparison_name"].values) == ["archard", "energy", "brr", "none"]
@@ -225,7 +226,7 @@ def test_result_file_holds_the_laws(tmp_path, evolution):
 
 
 def test_file_with_half_a_group_is_refused(tmp_path, evolution):
-    path = run_evolution(evolution(BESIDE), tmp_path, "rig")
+    path = run_evolution(evolution(COMPARISON), tmp_path, "rig")
     with netCDF4.Dataset(path, "a") as file:
         file.renameVariable("comparison_wear_depth", "comparison_wear")
     with pytest.raises(ResultError, match="not a result file"):
@@ -234,5 +235,5 @@ def test_file_with_half_a_group_is_refused(tmp_path, evolution):
 
 @pytest.mark.cf
 def test_compliance_checker_finds_nothing(tmp_path, assert_cf, evolution):
-    of = replace(evolution(BESIDE + FATIGUE), command="wearsim run rig.toml")
+    of = replace(evolution(COMPARISON + FATIGUE), command="wearsim run rig.toml")
     assert_cf(run_evolution(of, tmp_path, "rig"))
