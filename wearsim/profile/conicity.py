@@ -235,9 +235,8 @@ def equivalent_conicity(
     of the tape circles nor on the radius :math:`r_0`. The radius difference is linear between shifts of
     0.05 mm. The centre c is searched within 4 mm of the track centre.
     """
-    low, high = QUANTITIES["amplitude"].span
-    if not low <= 1e3 * amplitude <= high:
-        raise ProfileError(f"amplitude = {amplitude * 1e3:g} mm must be in {low:g} .. {high:g} mm")
+    if fault := QUANTITIES["amplitude"].fault(amplitude):
+        raise ProfileError(fault)
     reach = math.ceil((amplitude + _CENTRE_RANGE) / _GRID)
     shift: FloatArray = _GRID * np.arange(-reach, reach + 1, dtype=np.float64)
     difference_at = _radius_difference(wheel_right, wheel_left, rail)

@@ -170,13 +170,12 @@ class GaugeDistances:
 
     def __post_init__(self) -> None:
         for each in fields(self):
-            _check(each.name, getattr(self, each.name), f"gauge distance {each.name}")
+            _check(each.name, getattr(self, each.name))
 
 
-def _check(name: str, value: float, words: str) -> None:
-    low, high = QUANTITIES[name].span
-    if not low <= 1e3 * value <= high:  # also false for NaN
-        raise ProfileError(f"{words} = {1e3 * value:g} mm must be in {low:g} .. {high:g} mm")
+def _check(name: str, value: float) -> None:
+    if fault := QUANTITIES[name].fault(value):
+        raise ProfileError(fault)
 
 
 @dataclass(frozen=True)
@@ -247,7 +246,7 @@ def wheel_measures(
     if profile.kind != "wheel":
         raise ProfileError(f"{profile.name} is a {profile.kind}; gauge values are of wheels")
     if radius is not None:
-        _check("wheel_radius", radius, "rolling radius")
+        _check("wheel_radius", radius)
     at = distances or GaugeDistances()
     y, z = profile.y, profile.z
     values, missing = _collected(
@@ -338,7 +337,7 @@ def _axle(right: Mapping[str, float], left: Mapping[str, float], back_to_back: f
     if back_to_back is None:
         reason = "the back-to-back distance of the wheelset is not given"
         return Measures({}, dict.fromkeys(_OF_AXLE, reason))
-    _check("back_to_back", back_to_back, "back-to-back distance")
+    _check("back_to_back", back_to_back)
     values = {"back_to_back": back_to_back}
     if "flange_thickness" not in right or "flange_thickness" not in left:
         return Measures(values, {"front_to_front": "the flange thickness cannot be measured"})
