@@ -20,8 +20,8 @@ from wearsim.campaign.state import State
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue import counts_cycles
 from wearsim.operation.points import ControlSettings
+from wearsim.profile.reprofiling import reprofile_axle
 from wearsim.profile.shape import Profile, arc_length, vertex_normals
-from wearsim.profile.turning import turn_axle
 from wearsim.profile.worn import LARGEST_DEPTH, cut_along_normals
 from wearsim.results.limits import first_met
 
@@ -85,7 +85,7 @@ def turn_wheels(state: State, setup: CampaignSetup) -> State:
     if "fatigue_damage" in rules.limits:
         right, left = _cracks(state, setup)
         within = (_sound(worn[0], right), _sound(worn[1], left))
-    wheels = [one.profile for one in turn_axle(*within, setup.templates)]
+    wheels = [one.profile for one in reprofile_axle(*within, setup.templates)]
     y = np.stack([wheel.y for wheel in wheels])
     z = np.stack([wheel.z for wheel in wheels]) - rules.cut
     return replace(

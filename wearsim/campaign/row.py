@@ -219,7 +219,7 @@ def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> d
     wheelset = setup.wheelset
 
     def diameter(y: np.ndarray, z: np.ndarray) -> float:
-        return 2.0 * (wheelset.radius + measures.tape_level(y, z))
+        return 2.0 * (wheelset.radius + measures.running_circle_level(y, z))
 
     per_wheel: dict[str, Callable[..., float | None]] = {
         "flange_height": measures.flange_height,

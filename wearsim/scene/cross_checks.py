@@ -18,7 +18,6 @@ from wearsim.scene.campaign import campaign_faults
 from wearsim.scene.clearance import beyond_clearance
 from wearsim.scene.counterface import counterface_faults, counterface_warnings
 from wearsim.scene.damage import damage_faults
-from wearsim.scene.faults import shown
 from wearsim.scene.limits import met_by_wheels
 from wearsim.scene.models import (
     BlockSection,
@@ -29,6 +28,7 @@ from wearsim.scene.models import (
     RigScene,
 )
 from wearsim.scene.reprofiling import reprofiling_faults, reprofiling_warnings, turned_at
+from wearsim.toml_faults import shown
 
 SHARES_ROUNDED = 0.01
 """Shares of classes that sum to 1 within this are taken for rounded ones and normalised."""

@@ -6,12 +6,12 @@ import importlib
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler
+from pydantic import AfterValidator, Field, GetCoreSchemaHandler
 from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.faults import suggestion
+from wearsim.toml_faults import Table, suggestion
 
 _ASCII = str.maketrans("µ²³", "u23")
 
@@ -68,15 +68,7 @@ class Registered:
         return {**handler(schema), "enum": self.names()}
 
 
-class Section(BaseModel):
-    """A table of the scene file: immutable, exact types, no unknown keys, no infinities."""
+class Section(Table):
+    """A table of the scene file; `not_here` holds hints on keys that people look for in it."""
 
-    model_config = ConfigDict(
-        frozen=True,
-        extra="forbid",
-        strict=True,
-        allow_inf_nan=False,
-        validate_by_alias=True,
-        hide_input_in_errors=True,
-    )
     not_here: ClassVar[dict[str, str]] = {}

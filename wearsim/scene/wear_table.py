@@ -17,8 +17,8 @@ from pydantic import AfterValidator, Field, Strict, ValidationError
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS, WearTable
 from wearsim.errors import Fault, SceneError
-from wearsim.scene.faults import KeyPath, Lines, key_lines, line_of, syntax_fault, validation_faults
 from wearsim.scene.section import Section, Text, number, words
+from wearsim.toml_faults import KeyPath, Lines, key_lines, line_of, syntax_fault, validation_faults
 
 MAX_BYTES = 1_000_000
 _MOST_FAULTS = 20  # lines of one message; a wrong column is a fault of every row
