@@ -386,8 +386,8 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
         move = ALIGNMENTS[rule].move(profile, reference, **options)
     except ProfileError as error:
         working = [name for name in known if name not in (rule, "none") and _works(name, profile, reference)]
-        way_out = f"align by {' or '.join(working)}" if working else "only 'none' is possible"
-        raise ProfileError(f"{profile.name}: alignment by {rule}: {error}; {way_out}") from error
+        fix = f"align by {' or '.join(working)}" if working else "only 'none' is possible"
+        raise ProfileError(f"{profile.name}: alignment by {rule}: {error}; {fix}") from error
     c, s = math.cos(move.angle), math.sin(move.angle)
     moved = profile
     if move.dy or move.dz or move.angle:
