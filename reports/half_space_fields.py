@@ -1,21 +1,16 @@
-"""Draw pressure, shear and slip of the half-space models beside those of CONTACT, and tell the differences.
+"""Pressure, shear and slip of the half-space models compared with those of CONTACT.
 
-    python reports/half_space_fields.py
+    python reports/half_space_fields.py [--out DIR]
 
-reads the fields of CONTACT in tests/data and writes half_space_fields.md and .svg beside itself.
+reads the fields of CONTACT in tests/data and writes half_space_fields.md and .svg.
 """
-
-import csv
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from writing import HERE, Figure, Table, output_folder, read_csv, save_svg, write_report
 
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
-from wearsim.profile import standard
-from wearsim.report.style import save_svg
+import wearsim
 
-HERE = Path(__file__).parent
 DATA = HERE.parent / "tests" / "data"
 # Case: title, shift [m], yaw [rad], curvature of the counterface [1/m].
 CASES = {
@@ -30,49 +25,38 @@ CASES = {
 NAMES = ("pressure [MPa]", "shear stress [MPa]", "slip [1/1000]")
 FRICTION, SPEED = 0.35, 20.0
 
-HEAD = """\
-# Local fields of the half-space models beside CONTACT
-
-Written by `python reports/half_space_fields.py`.
-
+SETTING = """
 S1002 on 60E1 1:40, wheel load 80 kN, friction 0.35, steady rolling, right wheel, rotation speed V/r0;
 CONTACT with elements of 0.2 mm, ours with 80 x 80 cells and all of it our own: gap, pressures, and
 tractions at CONTACT's creepages, moved to our centre of pressure. Each cell of the table is the integral
 over the patch of the absolute difference (for shear and slip, of the length of the difference), over that
 of CONTACT's field, in per cent; the fields of both are laid on CONTACT's elements about the centre of
-pressure. CONTACT tells slip at the upstream edges of its elements, we as mean of cells: the difference is
+pressure. CONTACT gives slip at the upstream edges of its elements, we as mean of cells: the difference is
 largest where only a narrow rim slips. tests/contact/tangential/test_half_space_tangential.py compares both
 at the same places under the same pressures: shear within 0.03 %, slip within 0.04 %.
-
-| case | pressure | shear | slip | slip share: CONTACT, ours | power [W]: CONTACT, ours |
-| --- | ---: | ---: | ---: | ---: | ---: |
 """
-TAIL = """
-![Fields along the rolling direction](half_space_fields.svg)
-
-*Along the strip of the largest pressure: CONTACT dashed, ours solid; rolling direction to the right.
-Pressure, size of the shear stress with the bound dotted, size of the slip over V.*
-"""
+CAPTION = """\
+Along the strip of the largest pressure: CONTACT dashed, ours solid; rolling direction to the right.
+Pressure, size of the shear stress with the bound dotted, size of the slip over V."""
 
 
-def ours(row, case, middle):
+def ours(row, case, centre):
     """Solve a case with CONTACT's normal force and creepages."""
     _, shift, yaw, curvature = CASES[case]
     spin = -row["spin"]
-    creepage = [-row["xi"] - spin * middle[1], -row["eta"] + spin * middle[0], spin]
-    one = np.ones(1)
-    wheel = standard.wheel("S1002")
-    return solve(
-        ContactConditions(
-            shift * one, yaw * one, 0.0 * one, row["load"] * one, SPEED * one, FRICTION * one, 0.0 * one,
-            "nominal", creepage=np.array([creepage]),
+    creepage = [-row["xi"] - spin * centre[1], -row["eta"] + spin * centre[0], spin]
+    return wearsim.solve_contact(
+        wearsim.wheelset("S1002", radius=0.46),
+        wearsim.rollers("60E1", radius=1.0 / curvature) if curvature else wearsim.rails("60E1"),
+        wearsim.ContactConditions.of(
+            shift=shift, yaw=yaw, wheel_load=row["load"], speed=SPEED, friction=FRICTION,
+            rotation="nominal", creepage=[creepage],
         ),
-        Wheelset(wheel, wheel, 0.46, 0.75),
-        Counterface(standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75), curvature),
-        ContactModels("half_space", "half_space", strips=80, cells=80),
-        sides=(0,),
-        vertical=False,
-    )  # fmt: skip
+        wearsim.ContactModels("half_space", "half_space", strips=80, cells=80),
+        sides=["right"],
+        load="normal_force",
+        fields=True,
+    ).isel(patch=0)  # fmt: skip
 
 
 def on_elements(field, x, y, new_x, new_y):
@@ -81,33 +65,39 @@ def on_elements(field, x, y, new_x, new_y):
     return np.array([np.interp(new_x, x[::-1], column[::-1], 0.0, 0.0) for column in across.T]).T
 
 
+def cases():
+    """Rows of CONTACT's cases."""
+    rows = {row.pop("case"): row for row in read_csv(DATA / "contact_rolling_fields.csv")}
+    return {case: {name: float(value) for name, value in rows[case].items()} for case in CASES}
+
+
 def compared(row, case):
-    """Fields of both on CONTACT's elements: places along, across, (2, 5, nx, ny); table cells."""
-    there = np.load(DATA / f"contact_rolling_{case}.npz")
-    x, s = there["x"].astype(float), there["s"].astype(float)
-    theirs = np.stack(
-        [sign * there[name].T.astype(float) for sign, name in
+    """Fields of both on CONTACT's elements: places along, (5, nx, ny) of each; cells of the table."""
+    data = np.load(DATA / f"contact_rolling_{case}.npz")
+    x, s = data["x"].astype(float), data["s"].astype(float)
+    reference = np.stack(
+        [sign * data[name].T.astype(float) for sign, name in
          ((1, "p"), (-1, "tau_x"), (-1, "tau_s"), (-1, "slip_x"), (-1, "slip_s"))]
     )  # fmt: skip
-    theirs[3:] *= there["state"].T > 0  # beside the contact slip is not told by us
-    load = theirs[0].sum()
-    middle = (theirs[0].sum(axis=1) * x).sum() / load, (theirs[0].sum(axis=0) * s).sum() / load
-    solution = ours(row, case, middle)
-    fields, patch = solution.fields, solution.patch
-    cells = np.stack([fields.pressure[0], fields.shear_x[0], fields.shear_y[0], fields.slip_x[0],
-                      fields.slip_y[0]])  # fmt: skip
-    our_x = fields.x_lead[0, 0] - fields.cell_length[0, 0] * (np.arange(cells.shape[1]) + 0.5)
-    found = np.stack([on_elements(part, our_x, patch.y[0], x - middle[0], s - middle[1]) for part in cells])
+    reference[3:] *= data["state"].T > 0  # outside the contact we have no slip
+    load = reference[0].sum()
+    centre = (reference[0].sum(axis=1) * x).sum() / load, (reference[0].sum(axis=0) * s).sum() / load
+    contact = ours(row, case, centre)
+    fields = [contact[name].values for name in ("pressure", "shear_x", "shear_y", "slip_x", "slip_y")]
+    lead, trail = contact["cells_lead"].values[0], contact["cells_trail"].values[0]
+    our_x = lead - (lead - trail) * (np.arange(contact.sizes["cell"]) + 0.5) / contact.sizes["cell"]
+    our_y, places = contact["lateral"].values, (x - centre[0], s - centre[1])
+    computed = np.stack([on_elements(part, our_x, our_y, *places) for part in fields])
     differences = [
-        np.sqrt(((found[part] - theirs[part]) ** 2).sum(axis=0)).sum()
-        / np.sqrt((theirs[part] ** 2).sum(axis=0)).sum()
+        np.sqrt(((computed[part] - reference[part]) ** 2).sum(axis=0)).sum()
+        / np.sqrt((reference[part] ** 2).sum(axis=0)).sum()
         for part in (slice(0, 1), slice(1, 3), slice(3, 5))
     ]
-    share = solution.slip_area[0] / solution.area[0]
-    power = SPEED * row["power"], solution.power[0]
-    told = [f"{1e2 * value:.1f}" for value in differences]
-    told += [f"{row['slip_share']:.3f}, {share:.3f}", f"{power[0]:.1f}, {power[1]:.1f}"]
-    return x - middle[0], theirs, found, told
+    share = float(contact["slip_area"] / contact["area"])
+    power = SPEED * row["power"], float(contact["power"])
+    shown = [f"{1e2 * value:.1f}" for value in differences]
+    shown += [f"{row['slip_share']:.3f}, {share:.3f}", f"{power[0]:.1f}, {power[1]:.1f}"]
+    return x - centre[0], reference, computed, shown
 
 
 def sizes(fields):
@@ -115,30 +105,38 @@ def sizes(fields):
     return 1e-6 * fields[0], 1e-6 * np.hypot(*fields[1:3]), 1e3 * np.hypot(*fields[3:])
 
 
-def main():
+def main(arguments=None):
     """Write the report."""
-    with (DATA / "contact_rolling_fields.csv").open() as lines:
-        rows = {row["case"]: row for row in csv.DictReader(line for line in lines if line[0] != "#")}
+    out = output_folder(__file__, __doc__, arguments)
     figure, grid = plt.subplots(
         3, len(CASES), figsize=(2.1 * len(CASES), 6.0), sharey="row", layout="constrained"
     )
-    table = []
-    for case, column in zip(CASES, grid.T, strict=True):
-        row = {name: float(value) for name, value in rows[case].items() if name != "case"}
-        x, theirs, found, told = compared(row, case)
-        strip = int(theirs[0].max(axis=0).argmax())
-        for axes, there, here in zip(column, sizes(theirs), sizes(found), strict=True):
-            axes.plot(1e3 * x, here[:, strip], color="#0072B2", label="wearsim")
-            axes.plot(1e3 * x, there[:, strip], color="#D55E00", linestyle="--", label="CONTACT")
-        column[1].plot(1e3 * x, FRICTION * sizes(theirs)[0][:, strip], color="0.5", linestyle=":")
+    rows = []
+    for (case, row), column in zip(cases().items(), grid.T, strict=True):
+        x, reference, computed, shown = compared(row, case)
+        strip = int(reference[0].max(axis=0).argmax())
+        for axes, theirs, our in zip(column, sizes(reference), sizes(computed), strict=True):
+            axes.plot(1e3 * x, our[:, strip], color="#0072B2", label="wearsim")
+            axes.plot(1e3 * x, theirs[:, strip], color="#D55E00", linestyle="--", label="CONTACT")
+        column[1].plot(1e3 * x, FRICTION * sizes(reference)[0][:, strip], color="0.5", linestyle=":")
         column[0].set_title(CASES[case][0], fontsize=9)
         column[2].set_xlabel("x [mm]")
-        table.append(f"| {CASES[case][0]} | {' | '.join(told)} |")
+        rows.append([CASES[case][0], *shown])
     for axes, name in zip(grid[:, 0], NAMES, strict=True):
         axes.set_ylabel(name)
     grid[0, 0].legend(fontsize=8, frameon=False)
-    save_svg(figure, HERE / "half_space_fields.svg")
-    (HERE / "half_space_fields.md").write_text(HEAD + "\n".join(table) + "\n" + TAIL, encoding="utf-8")
+    save_svg(figure, out / "half_space_fields.svg")
+    head = ["case", "pressure", "shear", "slip", "slip share: CONTACT, ours", "power [W]: CONTACT, ours"]
+    write_report(
+        out,
+        __file__,
+        "Local fields of the half-space models compared with CONTACT",
+        [
+            SETTING,
+            Table(head, rows),
+            Figure("half_space_fields.svg", CAPTION, "Fields along the rolling direction"),
+        ],
+    )
 
 
 if __name__ == "__main__":

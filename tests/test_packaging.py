@@ -50,15 +50,21 @@ def test_the_quick_start_has_two_blocks_of_one_line_that_each_stand_alone():
     assert "pytest" in blocks[1]
 
 
-def test_the_python_example_of_the_readme_draws_one_line_per_state(tmp_path, monkeypatch, undrawn):
+def test_the_python_examples_of_the_readme_run(tmp_path, monkeypatch, undrawn, capsys):
+    """The one draws a line per state, the other prints how much more power rollers take."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
     Path("short.toml").write_text(SHORT_SCENE)
     assert main(["run", "short.toml", "--out", "out"]) == 0
-    (example,) = [text for language, text in BLOCKS if language == "python"]
+    examples = [text for language, text in BLOCKS if language == "python"]
+    capsys.readouterr()
     names = {}
     try:
-        exec(compile(example, "README.md", "exec"), names)
+        for example in examples:
+            exec(compile(example, "README.md", "exec"), names)
+        ratios = [float(text) for text in capsys.readouterr().out.strip("[]\n").split()]
+        assert len(ratios) == 3
+        assert min(ratios) > 1.0
         lines = names["axes"].get_lines()
         assert len(lines) == 4
         assert lines[-1].get_label() == "2 km"
@@ -81,6 +87,17 @@ def test_every_command_stands_in_the_readme_and_no_other():
     assert sorted(re.findall(r"^\| `wearsim (\w+)", README, flags=re.MULTILINE)) == sorted(COMMANDS)
 
 
+def test_the_public_functions_and_registries_stand_in_the_readme():
+    import wearsim
+
+    section = README.split("## From Python")[1].split("\n## ")[0]
+    first = [line.split(" | ")[0] for line in section.splitlines() if line.startswith("|")]
+    table = re.findall(r"`([\w.]+)`", " ".join(first))
+    assert {name.split(".")[0] for name in table} == {
+        name for name in wearsim.__all__ if name not in ("__version__", "Counterface", "Profile", "Wheelset")
+    } - {"WearsimError"}
+
+
 # Solves no contact, for which a fresh installation compiles the kernels.
 READ_AND_CHECK = """\
 import sys
@@ -89,7 +106,7 @@ from wearsim.scene import load_campaign
 both = load_campaign("workflows/rig_vs_field.toml")
 for scene in (both.rig, both.field):
     print(f"{scene.origin.path}: {scene.wheelset.profile}")
-sys.exit(main(["check", "workflows/seed_tables.toml"]))
+sys.exit(main(["check", "workflows/sweep_rig.toml"]))
 """
 
 
@@ -115,6 +132,6 @@ def test_an_installed_wheel_finds_its_shipped_files_from_any_directory(tmp_path)
         assert line.startswith(f"{installed}/")  # the shipped copy, not the checkout's
     assert rig.endswith("/rig.toml: S1002")
     assert field.endswith("/field.toml: S1002")
-    assert study.endswith("no faults (published)")
-    assert "60E1_benchmark" in "".join(rest)  # a rail read from a file
+    assert study.endswith("no faults (sweep)")
+    assert "6 cases" in "".join(rest)  # of a base scene read from a file
     assert list(elsewhere.iterdir()) == []

@@ -1,6 +1,7 @@
 """Lines of keys in TOML texts, and how values and names are told."""
 
 import tomllib
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -170,3 +171,38 @@ def test_values_are_shown_on_one_short_line():
 def test_the_nearest_name_is_found_whatever_its_case_and_only_if_it_is_near():
     assert nearest("load_KN", ["load_kN", "speed_km_h"]) == "load_kN"
     assert nearest("zzz", ["load_kN", "speed_km_h"]) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "other"),
+    [
+        ("profile_right", "profile_left"),
+        ("friction", "rotation"),
+        ("shift_std", "shift_mean_mm"),
+        ("yaw_mrad", "roll_mrad"),
+    ],
+)
+def test_a_name_of_another_meaning_is_no_suggestion(name, other):
+    assert nearest(name, [other]) is None
+    assert nearest(f"{other}x", [other]) == other
+
+
+@pytest.mark.parametrize(
+    ("key", "told"),
+    [
+        ("[contact]\nfriction = 0.3", "unknown key friction in [contact]; it belongs to [[operation.block]]"),
+        (
+            "[wheelset]\nprofile_right = 'S1002'",
+            "unknown key profile_right in [wheelset]: profile is that of the",
+        ),
+        (
+            "[wheelset]\nflange_back_mm = 1360",
+            "unknown key flange_back_mm in [wheelset]: the key has a new name",
+        ),
+    ],
+)
+def test_an_unknown_key_leads_to_the_right_one(folder, faults_of, key, told):
+    table, _ = key.split("\n")
+    text = Path("rig.toml").read_text()
+    text = text.replace(table, key) if table in text else f"{text}\n{key}\n"
+    assert any(told in fault for fault in faults_of(text))

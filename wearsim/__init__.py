@@ -1,24 +1,69 @@
-"""Wear and rolling contact fatigue of railway wheels, on a roller rig and in the field."""
+"""Wear and rolling contact fatigue of railway wheels, on a roller rig and in the field.
+
+The public interface; each name is imported from its module on first use. Scripts may also use documented
+public functions of the subpackages.
+"""
 
 from __future__ import annotations
 
+import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from wearsim.results import open_results
-
-__all__ = ["__version__", "open_results"]
+    from wearsim.campaign.run import resume
+    from wearsim.campaign.run import run_scene as run
+    from wearsim.contact.dataset import rails, rollers, solve_contact, wheelset
+    from wearsim.contact.normal import NORMAL_MODELS
+    from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+    from wearsim.contact.tangential import TANGENTIAL_MODELS
+    from wearsim.damage.coefficients import COEFFICIENT_SETS
+    from wearsim.damage.fatigue import FATIGUE_LAWS
+    from wearsim.damage.wear import WEAR_LAWS
+    from wearsim.errors import WearsimError
+    from wearsim.profile.shape import Profile
+    from wearsim.profile.sources import export_profile, read_profile, standard_profile
+    from wearsim.quantities import QUANTITIES
+    from wearsim.results.file import open_results
+    from wearsim.scene.load import load_scene
+    from wearsim.translation.translate import translate
 
 __version__ = "0.1.0"
 
+_MODULES = {
+    "campaign.run": "resume run_scene",
+    "contact.dataset": "rails rollers solve_contact wheelset",
+    "contact.normal": "NORMAL_MODELS",
+    "contact.problem": "ContactConditions ContactModels Counterface Wheelset",
+    "contact.tangential": "TANGENTIAL_MODELS",
+    "damage.coefficients": "COEFFICIENT_SETS",
+    "damage.fatigue": "FATIGUE_LAWS",
+    "damage.wear": "WEAR_LAWS",
+    "errors": "WearsimError",
+    "profile.shape": "Profile",
+    "profile.sources": "export_profile read_profile standard_profile",
+    "quantities": "QUANTITIES",
+    "results.file": "open_results",
+    "scene.load": "load_scene",
+    "translation.translate": "translate",
+}
+_PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names.split()}
+_PLACES["run"] = _PLACES.pop("run_scene")
+
+__all__ = [
+    "COEFFICIENT_SETS", "FATIGUE_LAWS", "NORMAL_MODELS", "QUANTITIES", "TANGENTIAL_MODELS", "WEAR_LAWS",
+    "ContactConditions", "ContactModels", "Counterface", "Profile", "WearsimError", "Wheelset", "__version__",
+    "export_profile", "load_scene", "open_results", "rails", "read_profile", "resume", "rollers", "run",
+    "solve_contact", "standard_profile", "translate", "wheelset",
+]  # fmt: skip
+
 
 def __getattr__(name: str) -> Any:
-    """Import `open_results` on first use, so that the command line starts without numpy."""
-    if name == "open_results":
-        from wearsim.results import open_results
-
-        return open_results
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    """Import a public name on first use, so that `import wearsim` loads neither numpy nor xarray."""
+    if name not in _PLACES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module, attribute = _PLACES[name]
+    value = globals()[name] = getattr(importlib.import_module(f"{__name__}.{module}"), attribute)
+    return value
 
 
 def __dir__() -> list[str]:

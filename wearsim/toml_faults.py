@@ -25,6 +25,10 @@ Lines = dict[KeyPath, int]
 _Model = TypeVar("_Model", bound=BaseModel)
 _LARGEST_FILE = 2_000_000
 
+_OPPOSITES: tuple[set[str], ...] = (
+    {"left", "right"}, {"wheel", "rail", "roller", "counterface"}, {"rig", "field"}, {"min", "max"},
+    {"mean", "std"}, {"lower", "upper"}, {"start", "end"}, {"normal", "tangential"}, {"yaw", "roll"},
+)  # fmt: skip
 _BOUNDS = (("gt", "above"), ("ge", "at least"), ("lt", "below"), ("le", "at most"))
 
 
@@ -212,9 +216,19 @@ def shown(value: object) -> str:
 
 
 def nearest(name: str, names: Sequence[str]) -> str | None:
-    """Return the most similar of `names`, if one is similar enough to be what was meant."""
-    found = difflib.get_close_matches(name.lower(), [other.lower() for other in names], n=1, cutoff=0.6)
-    return next((other for other in names if found and other.lower() == found[0]), None)
+    """Return the most similar of `names`, if one is similar enough to be what was meant.
+
+    A name that differs by a word of the opposite meaning is none: better no suggestion than a wrong one.
+    """
+    alike = [other.lower() for other in names if not _opposite(name.lower(), other.lower())]
+    matches = difflib.get_close_matches(name.lower(), alike, n=1, cutoff=0.66)
+    return next((other for other in names if matches and other.lower() == matches[0]), None)
+
+
+def _opposite(one: str, other: str) -> bool:
+    """Whether two names hold different words of one group, such as left and right."""
+    first, second = set(one.split("_")), set(other.split("_"))
+    return any(first & group and second & group and not first & second & group for group in _OPPOSITES)
 
 
 def suggestion(name: str, names: Sequence[str]) -> str:
@@ -230,6 +244,16 @@ def table_name(path: Sequence[str | int]) -> str:
     if not names:
         return "the file"
     return f"[[{names}]]" if path and isinstance(path[-1], int) else f"[{names}]"
+
+
+def is_key(model: type[BaseModel], keys: Sequence[str]) -> bool:
+    """Whether a dotted key, as an override writes it, exists in a scene."""
+    return _field(model, [int(key) if key.isdecimal() else key for key in keys]) is not None
+
+
+def unknown_key(keys: Sequence[str], model: type[BaseModel]) -> str:
+    """Message on a dotted key that no table has."""
+    return _unknown(keys[-1], tuple(keys[:-1]), model, "")
 
 
 def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
@@ -345,19 +369,20 @@ def _missing(path: KeyPath, info: FieldInfo | None) -> str:
 def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -> str:
     here = _model_at(model, table)
     what = f"unknown key {_key(name)} in {table_name(table)}"
-    if isinstance(value, Mapping | list) and not table:
+    tables = value if isinstance(value, list) else [value]
+    if not table and all(isinstance(one, Mapping) for one in tables):
         what = f"unknown section [{_key(name)}]"
     if here is None:
         return what
     hint = getattr(here, "not_here", {}).get(name)
     if hint:
         return f"{what}: {hint}"
-    near = nearest(name, _names(here))
-    if near:
-        return f"{what}; did you mean {near}?"
     homes = [table_name(path) for path, other in _tables(model) if name in _names(other)]
     if homes:
         return f"{what}; it belongs to {' or '.join(homes)}"
+    near = nearest(name, _names(here))
+    if near:
+        return f"{what}; did you mean {near}?"
     return f"{what}; known: {', '.join(_names(here))}"
 
 
@@ -391,14 +416,21 @@ def _limits(info: FieldInfo | None, entry: bool) -> list[str]:
     """Limits in words, of a key or of the entries of its list; the same that pydantic checks."""
     metadata = list(info.metadata) if info is not None else []
     if entry and info is not None:
-        annotated = next(iter(get_args(info.annotation)), None)
-        metadata = [item for field in get_args(annotated)[1:] for item in getattr(field, "metadata", [])]
+        fields = get_args(_entry(info.annotation))[1:]
+        metadata = [item for field in fields for item in getattr(field, "metadata", [])]
     return [
         f"{word} {limit:.10g}"
         for item in metadata
         for name, word in _BOUNDS
         if (limit := getattr(item, name, None)) is not None
     ]
+
+
+def _entry(annotation: Any) -> Any:
+    """Annotation of the entries of a list, which may be optional."""
+    if get_origin(annotation) is tuple:
+        return get_args(annotation)[0]
+    return next((found for item in get_args(annotation) if (found := _entry(item)) is not None), None)
 
 
 def _range(limits: Sequence[str], unit: str) -> str:
@@ -417,7 +449,8 @@ def _text_range(info: FieldInfo | None) -> str:
 
 def _choices(info: FieldInfo | None) -> tuple[Any, ...]:
     annotation = info.annotation if info is not None else None
-    return get_args(annotation) if get_origin(annotation) is Literal else ()
+    options = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
+    return tuple(each for one in options if get_origin(one) is Literal for each in get_args(one))
 
 
 def _element(annotation: Any) -> type[BaseModel] | None:

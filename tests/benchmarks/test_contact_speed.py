@@ -111,14 +111,17 @@ def test_full_solution(show, best, scene):
     show(f"two threads: {pair:.0f} us, {alone / pair:.2f} times faster (target 1.7; {os.cpu_count()} cores)")
 
     conditions, wheelset, counterface, models = scene
-    wheel, ground = geometry.rings(wheelset.right, wheelset.radius), geometry.contour(counterface.profile)
+    wheel, ground = (
+        geometry.wheel_surface(wheelset.right, wheelset.radius),
+        geometry.counterface_profile(counterface.profile),
+    )
     spent = dict.fromkeys(("search", "normal", "creepage", "tangential", "power and fields"), 0.0)
     repeats = 5
     for start in list(range(0, POINTS, CHUNK)) * repeats:
         chunk = contact._part(conditions, slice(start, min(start + CHUNK, POINTS)))
         clock = [time.perf_counter()]
-        attitude = geometry.Attitude(chunk.shift, chunk.yaw, chunk.roll)
-        gap = geometry.gap(wheel, ground, attitude, half_span=0.75, nominal_radius=0.46, curvature=0.0)
+        pose = geometry.WheelsetPose(chunk.shift, chunk.yaw, chunk.roll)
+        gap = geometry.gap(wheel, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=0.0)
         clock.append(time.perf_counter())
         normal = NORMAL_MODELS[models.normal](
             gap,

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from wearsim.contact import geometry
-from wearsim.contact.closed_forms import hertz
-from wearsim.contact.geometry import Attitude
+from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.normal import half_space
-from wearsim.contact.normal.half_space_pressure import HeightGrid, solve_pressure
+from wearsim.contact.normal.half_space.pressure import HeightGrid, solve_pressure
+from wearsim.contact.reference import hertz
 from wearsim.profile import standard
 
 pytestmark = pytest.mark.benchmark
@@ -42,10 +42,10 @@ def test_pressure_on_an_ellipse(show, best):
 def test_wheel_on_rail(show, best):
     """Search, planes and pressures of S1002 on 60E1 at cells of 0.5, 0.2 mm and 50 x 50; cold and warm."""
     shift = 1e-3 * np.array([3.0, 3.1])
-    rings = geometry.rings(standard.wheel("S1002"), 0.46)
-    ground = geometry.contour(standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75))
-    attitude = Attitude(shift, 0.0 * shift, 0.0 * shift)
-    gap = geometry.gap(rings, ground, attitude, half_span=0.75, nominal_radius=0.46, curvature=0.0)
+    rings = geometry.wheel_surface(standard.wheel("S1002"), 0.46)
+    ground = geometry.counterface_profile(standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75))
+    pose = WheelsetPose(shift, 0.0 * shift, 0.0 * shift)
+    gap = geometry.gap(rings, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=0.0)
     for name, strips, cells in (("0.5 mm", 20, 32), ("0.2 mm", 44, 76), ("50 x 50", 50, 50)):
         arguments = {
             "vertical": True,

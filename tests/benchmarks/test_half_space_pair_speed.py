@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from wearsim.contact import geometry
-from wearsim.contact.geometry import Attitude
+from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.normal import half_space as normal
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
 from wearsim.contact.tangential import half_space as tangential
-from wearsim.contact.tangential import steady_rolling
+from wearsim.contact.tangential.half_space import steady_rolling
 from wearsim.profile import standard
 
 pytestmark = pytest.mark.benchmark
@@ -25,9 +25,9 @@ def contacts():
     wheel, rail = standard.wheel("S1002"), standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75)
     shift, yaw = np.concatenate((STATES, STATES + STEP)).T
     one = np.ones(shift.size)
-    attitude = Attitude(shift, yaw, 0.0 * one)
-    rings, ground = geometry.rings(wheel, 0.46), geometry.contour(rail)
-    gap = geometry.gap(rings, ground, attitude, half_span=0.75, nominal_radius=0.46, curvature=0.0)
+    pose = WheelsetPose(shift, yaw, 0.0 * one)
+    rings, ground = geometry.wheel_surface(wheel, 0.46), geometry.counterface_profile(rail)
+    gap = geometry.gap(rings, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=0.0)
     found = solve(
         ContactConditions(
             shift, yaw, 0.0 * one, LOAD * one, 20.0 * one, FRICTION * one, 0.0 * one, "nominal"

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from wearsim.contact.patch import PatchGrid, from_grid
-from wearsim.contact.tangential import half_space, steady_rolling
+from wearsim.contact.tangential import half_space
+from wearsim.contact.tangential.half_space import steady_rolling
 
 pytestmark = pytest.mark.benchmark
 

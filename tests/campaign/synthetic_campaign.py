@@ -25,13 +25,13 @@ def header() -> Header:
     static: dict[str, object] = {
         "wheel_name": ("right", "left"),
         "regime_name": REGIMES,
-        "op_label": tuple(f"block {k}, µ 0.35" for k in range(N_OPERATING)),
+        "operating_point_name": tuple(f"block {k}, µ 0.35" for k in range(N_OPERATING)),
         "arc_length": y - y[0],
         "counterface_y": np.linspace(-0.035, 0.035, 60),
         "counterface_z": np.linspace(-0.035, 0.035, 60) ** 2,
     }
     for name, variable in LAYOUT.items():
-        if name.startswith("op_") and variable.kind == "f8":
+        if variable.dimensions == ("operating_point",) and variable.kind == "f8":
             static[name] = np.linspace(0.0, 1.0, N_OPERATING)
     attributes = {
         "title": "synthetic campaign",
@@ -81,7 +81,7 @@ class SyntheticEvolution:
                 else np.full(shape, FILL_INT, np.int32)
             )
             if LAYOUT[name].dimensions[-1] == "patch":
-                fill[:, :2] = 1 if name == "patch_side" else state.step
+                fill[:, :2] = 1 if name == "side" else state.step
             row[name] = fill
         row.update(
             distance=np.asarray(state.distance),

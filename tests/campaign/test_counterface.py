@@ -316,9 +316,11 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, rig):
         (tmp_path / folder).mkdir()
     whole = run_campaign(of.setup, tmp_path / "whole", "rig", command="wearsim run", threads=1)
     with open_results(whole) as data:
-        (turning,) = np.flatnonzero(np.diff(data["counterface_turnings"].values)) + 1
+        (turning,) = np.flatnonzero(np.diff(data["counterface_redressed_count"].values)) + 1
         deepest = data["counterface_max_wear_depth"].values.max(axis=1)
-        assert data["last_turning"].values[turning + 1] == turning + 1  # of the wheels, at the same distance
+        assert (
+            data["last_reprofiling"].values[turning + 1] == turning + 1
+        )  # of the wheels, at the same distance
         assert deepest[turning] > deepest[turning - 1]
         assert deepest[turning + 1] == 0.0
     for stop_at in (1, int(turning), int(turning) + 1):
@@ -336,7 +338,7 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, rig):
             file.set_auto_maskandscale(False)
         for name in one.variables:
             assert np.array_equal(one[name][:], other[name][:]), name
-        assert one["counterface_turnings"][-1] == 1
+        assert one["counterface_redressed_count"][-1] == 1
         assert one.counterface_wear_factor == 0.8
         assert one.redress_distance == 12e3
         assert list(one["counterface_name"][:]) == ["right roller", "left roller"]

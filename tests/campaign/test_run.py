@@ -158,14 +158,12 @@ def test_rows_agree_with_each_other_and_with_the_load(finished, kind):
         # balance): the solver scales them to it, so only rounding of a few sums remains
         vertical = data["normal_force"] * np.cos(data["contact_angle"])
         for wheel in (0, 1):
-            carried = vertical.where(data["patch_side"] == wheel).sum("patch")
-            np.testing.assert_allclose(carried / data["op_wheel_load"], 1.0, rtol=1e-12)
+            carried = vertical.where(data["side"] == wheel).sum("patch")
+            np.testing.assert_allclose(carried / data["wheel_load"], 1.0, rtol=1e-12)
         assert bool((data["n_patch"] == data["area"].notnull().sum("patch")).all())
         assert bool(data["power"].min() >= 0)
         mean, largest = data["wear_index_mean"], data["wear_index_max"]
-        np.testing.assert_allclose(
-            (mean * data["area"] * data["op_speed"]), data["power"], rtol=1e-9, atol=1e-9
-        )
+        np.testing.assert_allclose((mean * data["area"] * data["speed"]), data["power"], rtol=1e-9, atol=1e-9)
         assert bool(((mean <= largest * (1 + 1e-12)) | mean.isnull()).all())
 
 
@@ -182,15 +180,13 @@ def test_wear_factors_at_equal_points_follow_from_the_power(finished):
     for result in (rig, field):
         watched = result.isel(step=0, operating_point=slice(-2, None))
         assert set(np.unique(watched["wear_regime_highest"].dropna("patch", how="all"))) <= {0.0}
-        power = np.stack([watched["power"].where(watched["patch_side"] == w).sum("patch") for w in (0, 1)], 1)
+        power = np.stack([watched["power"].where(watched["side"] == w).sum("patch") for w in (0, 1)], 1)
         expected = 5.3e-9 * power / 20.0 / 7850.0 / (2 * np.pi * 0.46)
-        stored = [
-            watched["wear_area_rate"].where(watched["patch_side"] == w).sum("patch").values for w in (0, 1)
-        ]
+        stored = [watched["wear_area_rate"].where(watched["side"] == w).sum("patch").values for w in (0, 1)]
         np.testing.assert_allclose(np.stack(stored, 1), expected, rtol=7e-3)
         rate.append(expected)
-    order = np.argsort(translation["op_shift"].values)
-    assert translation["op_shift"].values[order] == pytest.approx([0.0, 3e-3])
+    order = np.argsort(translation["shift"].values)
+    assert translation["shift"].values[order] == pytest.approx([0.0, 3e-3])
     found = translation["wear_area_rate_point_factor"].values[0, 0, order]
     # the radius error all but cancels: the running bands of rig and field differ by some 0.1 mm in height
     np.testing.assert_allclose(found, rate[0] / rate[1], rtol=1e-3)
@@ -207,8 +203,8 @@ def test_new_wheel_has_the_measures_of_s1002(finished):
 
 def test_weights_of_blocks_and_monitoring_points(finished):
     with open_results(finished / "rig.nc") as data:
-        np.testing.assert_allclose(data["op_weight"], [0.4, 0.6, 0.0, 0.0])
-        np.testing.assert_allclose(data["op_block_length"], [2000.0, 3000.0, 0.0, 0.0])
+        np.testing.assert_allclose(data["weight"], [0.4, 0.6, 0.0, 0.0])
+        np.testing.assert_allclose(data["block_length"], [2000.0, 3000.0, 0.0, 0.0])
         np.testing.assert_allclose(data["active_weight"].sum("operating_point")[1:], 1.0, rtol=1e-12)
         assert float(data["active_weight"][0].sum()) == 0.0
         assert float(data["active_weight"][:, 2:].max()) == 0.0

@@ -10,6 +10,7 @@ import pytest
 from wearsim import cli
 from wearsim.cli.run import tell_doubts
 from wearsim.profile.standard import shipped_path
+from wearsim.report import html
 
 DISTANCE = {"rig": 5.0, "field": 100.0}  # a few steps at most [km]
 
@@ -64,6 +65,61 @@ def test_status_tells_both_campaigns(out, capsys):
     assert field.startswith("field: finished, step ")
     assert cli.main(["status", str(out), "--json"]) == 0
     assert set(json.loads(capsys.readouterr().out)["campaigns"]) == {"rig", "field"}
+
+
+@pytest.fixture
+def ended(out, tmp_path):
+    """Function that gives a copy of the run directory in which the rig ended otherwise."""
+
+    def copy(**status):
+        directory = shutil.copytree(out, tmp_path / "copy")
+        content = json.loads((directory / "status.json").read_text())
+        content["campaigns"]["rig"] |= status
+        (directory / "status.json").write_text(json.dumps(content))
+        return directory
+
+    return copy
+
+
+def test_status_of_a_killed_run_is_stopped(ended, capsys):
+    directory = ended(state="running")
+    assert cli.main(["status", str(directory)]) == 0
+    rig, _, advice = capsys.readouterr().out.splitlines()
+    assert rig.startswith("rig: stopped, step ")
+    assert advice == f"nobody works in {directory}; `wearsim resume {directory}` continues it"
+    assert cli.main(["status", str(directory), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["campaigns"]["rig"]["state"] == "stopped"
+
+
+def test_the_report_of_a_failed_campaign_says_why_on_top(ended, capsys, monkeypatch):
+    monkeypatch.setattr(html, "_plates", lambda *_: {name: [] for name, _ in html.SECTIONS})
+    message = "the wear step at 4 km could not be made long enough to move on"
+    directory = ended(state="failed", message=message)
+    assert cli.main(["report", str(directory)]) == 0
+    text = (directory / "report.html").read_text()
+    assert f"<strong>Rig: the campaign failed: {message}</strong>" in text
+    assert text.index(message) < text.index("<h2")
+    for name in ("rig", "field"):
+        (directory / f"{name}.nc").unlink()
+    capsys.readouterr()
+    assert cli.main(["report", str(directory)]) == 2
+    assert capsys.readouterr().err.endswith(f"the campaign failed: {message}\n")
+
+
+def test_the_report_of_a_sweep_leads_to_its_table_and_cases(out, tmp_path, capsys):
+    (tmp_path / "sweep.json").write_text('{"cases": []}')
+    shutil.copytree(out, tmp_path / "case_0002")
+    assert cli.main(["report", str(tmp_path)]) == 2
+    told = capsys.readouterr().err
+    assert f"whose table is {tmp_path / 'sweep.csv'}" in told
+    assert told.endswith(f"`wearsim report {tmp_path / 'case_0002'}`\n")
+
+
+def test_a_result_file_is_no_profile(out, capsys):
+    assert cli.main(["profile", str(out / "rig.nc")]) == 2
+    told = capsys.readouterr().err
+    assert f"is a result file, not a profile; `wearsim inspect {out / 'rig.nc'}` shows what it holds" in told
+    assert "UTF-8" not in told
 
 
 def test_a_finished_campaign_is_resumed_with_success_and_left_as_it_is(out, capsys, undrawn):

@@ -293,9 +293,15 @@ def test_help_shows_every_flag_with_its_default(capsys, monkeypatch):
     assert "wearsim contact --table points.csv" in told
 
 
+def test_the_old_name_of_the_back_to_back_distance_leads_to_the_new_one(capsys):
+    with pytest.raises(SystemExit):
+        main(["contact", "--flange-back-mm", "1360"])
+    assert "--flange-back-mm has a new name; write --back-to-back-mm" in capsys.readouterr().err
+
+
 def test_flags_of_the_architecture():
     """Section 7, in its order."""
-    names = "wheel rail inclination gauge-mm flange-back-mm wheel-radius-mm roller-radius-mm curve-radius-m"
+    names = "wheel rail inclination gauge-mm back-to-back-mm wheel-radius-mm roller-radius-mm curve-radius-m"
     names += (
         " shift-mm yaw-mrad wheel-load-kN normal-force-kN friction speed-km-h rotation youngs-GPa poisson"
     )

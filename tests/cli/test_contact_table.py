@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from wearsim.cli import contact, contact_points, main
 from wearsim.cli.contact_flags import COLUMNS
-from wearsim.cli.contact_print import RESULT_COLUMNS
+from wearsim.cli.contact_output import RESULT_COLUMNS
 from wearsim.errors import ContactError, NumericalError
 
 COARSE = ("--strips", "16", "--cells", "12")
@@ -178,6 +178,7 @@ def test_the_exit_code_is_that_of_the_worst_row(table, run, monkeypatch):
         ("shift_mm;yaw_mrad\n1,5;2\n", [":1: columns are separated by semicolons"]),
         ("shift_mm\tyaw_mrad\n1\t2\n", [":1: columns are separated by tabs"]),
         ("shift_mm,yaw_mrad,shift_mm\n1,2,3\n", [":1: column shift_mm stands there more than once"]),
+        ("shift_mm,flange_back_mm\n1,1360\n", [":1: column flange_back_mm has a new name"]),
         ("shift_mm,,yaw_mrad\n1,2,3\n", [":1: column 2 has no name"]),
         ("shift_mm,yaw_mrad\n1\n1,2,3\n", [":2: 1 cells, the header has 2", ":3: 3 cells, the header has 2"]),
         ("1,2\n3,4\n", [":1: no column has the name of a flag"]),
@@ -196,7 +197,7 @@ def test_the_exit_code_is_that_of_the_worst_row(table, run, monkeypatch):
         ("inclination\n0.0250\n", [":2: inclination = 0.0250 must be 1:N"]),
         ("rotation\nslow\n", [":2: rotation = slow must be free"]),
         ("roll\n200\nresting\n", [":2: roll = 200 must be free or", ":3: roll = resting"]),
-        ("strips\n4.5\n", [":2: strips = 4.5 must be a whole number"]),
+        ("strips\n5.5\n", [":2: strips = 5.5 must be a whole number"]),
         ("curve_radius_m\n0\n", [":2: curve_radius_m = 0 must not lie within"]),
         ("wheel_load_kN,normal_force_kN\n80,80\n", [":2: normal_force_kN and wheel_load_kN exclude each"]),
         ('rotation,creepage\nfree,"0,0,0"\n', [":2: creepage and rotation exclude each other"]),
@@ -366,7 +367,7 @@ def test_garbage_is_never_a_traceback(columns, body, noise, quoted, tmp_path_fac
     text = io.StringIO()
     csv.writer(text, quoting=csv.QUOTE_ALL if quoted else csv.QUOTE_MINIMAL).writerows([columns, *body])
     path.write_bytes(text.getvalue().encode("utf-8", "replace") + noise)
-    code = main(["contact", "--strips", "4", "--cells", "4", "--table", str(path)])
+    code = main(["contact", "--strips", "5", "--cells", "5", "--table", str(path)])
     captured = capsys.readouterr()
     assert "internal error" not in captured.err
     assert code in (0, 2, 3)

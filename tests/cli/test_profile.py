@@ -144,7 +144,7 @@ def test_a_condemned_wheel_is_condemned_without_its_diameter(thin, capsys):
     text = printed(capsys, *flags)
     for name, by in (
         ("flange thickness Sd", "1.5"),
-        ("flange backs AR", "17.0"),
+        ("back-to-back distance AR", "17.0"),
         ("active flanks SR", "29.0"),
     ):
         (line,) = [line for line in text.splitlines() if name in line and "EXCEEDED" in line]

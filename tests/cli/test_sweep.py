@@ -96,7 +96,7 @@ def test_a_case_that_cannot_run_gives_the_exit_code_at_the_end(folder, capsys):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["rig.toml"], "rig.toml: tell what to vary"),
+        (["rig.toml"], "rig.toml: say what to vary"),
         (["sweep_rig.toml", "--vary", "wear.law=usfd"], "leave --vary and --table out"),
         (["sweep_rig.toml", "--case", "5"], "there is no case 5; give --case 1 to 4"),
         (["rig.toml", "--vary", "wear.law=usfd,nothing"], 'case 2: law = "nothing" is not'),

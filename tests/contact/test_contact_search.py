@@ -12,8 +12,8 @@ import pandas as pd
 import pytest
 
 from wearsim.contact import geometry
-from wearsim.contact.gap_surface import ContactPlane, gap_surface
-from wearsim.contact.geometry import Attitude
+from wearsim.contact.gap import ContactPlane, gap_surface
+from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.solve import ContactModels, Counterface, Wheelset, solve
 from wearsim.profile import standard
 
@@ -35,13 +35,13 @@ def rails(table):
 @pytest.fixture(scope="module")
 def gaps(table, rails, s1002):
     """Gap of each row."""
-    wheel = geometry.rings(s1002, 0.46)
-    grounds = {key: geometry.contour(rail) for key, rail in rails.items()}
+    wheel = geometry.wheel_surface(s1002, 0.46)
+    grounds = {key: geometry.counterface_profile(rail) for key, rail in rails.items()}
     return [
         geometry.gap(
             wheel,
             grounds[row.geometry, row.inclination],
-            Attitude(np.array([row.shift]), np.array([row.yaw]), np.zeros(1)),
+            WheelsetPose(np.array([row.shift]), np.array([row.yaw]), np.zeros(1)),
             half_span=0.75,
             nominal_radius=0.46,
             curvature=row.curvature,
@@ -79,7 +79,7 @@ def test_interpenetration_along_the_normal(table, gaps):
 
 def reference(row, gap):
     """Place and angle of the contact reference from the interpenetration of the rigid bodies."""
-    grid = gap.contour
+    grid = gap.counterface
     here = int(np.argmin(np.abs(grid.y - row.y)))
     slope = row.curvature * gap.x[0, here]
     depth = row.height / np.sqrt(1.0 + slope**2) - gap.gap[0]

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from wearsim.contact.creepage import kinematics
+from wearsim.contact.creepage import ContactPoint, kinematics
+from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.solve import solve
 
 RADIUS, SPAN, SPEED = 0.46, 0.75, 20.0
@@ -12,17 +13,16 @@ RADIUS, SPAN, SPEED = 0.46, 0.75, 20.0
 def moved(kappa=0.0, angle=-0.09, wheel_y=-12e-3, radius=0.4608, height=0.3e-3, sine=0.0, **state):
     """Kinematics of one contact, with all that is not told at zero."""
     named = dict.fromkeys(("shift", "yaw", "roll", "track_curvature"), 0.0) | state
+    state = {name: np.atleast_1d(value) for name, value in named.items()}
+    point = (np.array([value]) for value in (wheel_y, radius, sine, height, angle))
     return kinematics(
-        wheel_y=np.array([wheel_y]),
-        wheel_radius=np.array([radius]),
-        sin_theta=np.array([sine]),
-        counterface_z=np.array([height]),
-        contact_angle=np.array([angle]),
+        ContactPoint(*point, approach=state.get("approach"), overlap=state.get("overlap")),
+        WheelsetPose(state["shift"], state["yaw"], state["roll"]),
         speed=np.array([SPEED]),
         half_span=SPAN,
         nominal_radius=RADIUS,
         curvature=kappa,
-        **{name: np.atleast_1d(value) for name, value in named.items()},
+        track_curvature=state["track_curvature"],
     )
 
 

@@ -6,7 +6,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
 
 from wearsim.contact import geometry
-from wearsim.contact.geometry import Attitude
+from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.solve import solve
 from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
@@ -16,9 +16,9 @@ RADIUS, SPAN = 0.46, 0.75
 
 def gap_of(wheel, rail, shift, yaw, kappa, roll=0.0):
     return geometry.gap(
-        geometry.rings(wheel, RADIUS),
-        geometry.contour(rail),
-        Attitude(np.array([shift]), np.array([yaw]), np.array([roll])),
+        geometry.wheel_surface(wheel, RADIUS),
+        geometry.counterface_profile(rail),
+        WheelsetPose(np.array([shift]), np.array([yaw]), np.array([roll])),
         half_span=SPAN,
         nominal_radius=RADIUS,
         curvature=kappa,
@@ -48,7 +48,7 @@ def overlap(y, x, z, height, kappa):
 def test_closest_point_against_brute_force(s1002, rail_60e1, radius, yaw, shift):
     """Dense search over rings and angles, polished; ours samples every 0.1 mm of both profiles."""
     kappa, roll = 1.0 / radius, 1e-3
-    wheel, ground = geometry.rings(s1002, RADIUS), geometry.contour(rail_60e1)
+    wheel, ground = geometry.wheel_surface(s1002, RADIUS), geometry.counterface_profile(rail_60e1)
     height, ring = CubicSpline(ground.y, ground.z), CubicSpline(wheel.y, wheel.radius)
     theta = np.linspace(-0.5, 0.5, 1001)
     # Field side first: only the part of the wheel above the rail.
@@ -80,11 +80,11 @@ def test_closest_point_against_brute_force(s1002, rail_60e1, radius, yaw, shift)
 def test_gap_without_yaw_and_roll_is_the_difference_of_the_profiles(s1002, rail_60e1):
     """Rings lie in vertical planes: heights subtract, to the interpolation of the profiles."""
     ours = gap_of(s1002, rail_60e1, 2e-3, 0.0, 0.0)
-    wheel = geometry.rings(s1002, RADIUS)
+    wheel = geometry.wheel_surface(s1002, RADIUS)
     near = ours.gap[0] < 2e-3
-    expected = ours.contour.z - (np.interp(ours.contour.y - 2e-3, wheel.y, wheel.radius) - RADIUS)
+    expected = ours.counterface.z - (np.interp(ours.counterface.y - 2e-3, wheel.y, wheel.radius) - RADIUS)
     np.testing.assert_allclose(ours.gap[0, near], expected[near], atol=1e-12)
-    np.testing.assert_allclose(ours.wheel_y[0, near], ours.contour.y[near] - 2e-3, atol=1e-12)
+    np.testing.assert_allclose(ours.wheel_y[0, near], ours.counterface.y[near] - 2e-3, atol=1e-12)
     assert not ours.sin_theta.any()
 
 
@@ -161,7 +161,7 @@ def test_profile_that_is_too_steep_in_its_middle_is_refused():
     z = np.array([0.0, 0.0, 0.0, -0.005, -0.01, -0.01, -0.01])
     y = np.array([0.0, 0.01, 0.02, 0.02, 0.02, 0.03, 0.04])
     with pytest.raises(ContactError, match="steeper than 86 degrees"):
-        geometry.contour(Profile("step", "rail", y, z))
+        geometry.counterface_profile(Profile("step", "rail", y, z))
 
 
 def test_wheelset_beside_the_rail_names_point_and_wheel(wheelset, counterface, points, coarse):

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from wearsim.contact.closed_forms import hertz
 from wearsim.contact.influence import (
     corner_functions,
     doubled_shape,
@@ -11,6 +10,7 @@ from wearsim.contact.influence import (
     normal_influence,
     tangential_influence,
 )
+from wearsim.contact.reference import hertz
 
 E_STAR, G, NU = 115e9, 80e9, 0.28
 

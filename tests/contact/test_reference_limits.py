@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from wearsim.contact import geometry
-from wearsim.contact.geometry import Attitude
+from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, solve
 from wearsim.profile import standard
 
@@ -47,8 +47,8 @@ def ground(row):
 
 
 def gap_of(wheel, contour, shift, yaw, curvature):
-    attitude = Attitude(np.atleast_1d(shift), np.full(np.size(shift), yaw), np.zeros(np.size(shift)))
-    return geometry.gap(wheel, contour, attitude, half_span=0.75, nominal_radius=0.46, curvature=curvature)
+    pose = WheelsetPose(np.atleast_1d(shift), np.full(np.size(shift), yaw), np.zeros(np.size(shift)))
+    return geometry.gap(wheel, contour, pose, half_span=0.75, nominal_radius=0.46, curvature=curvature)
 
 
 @pytest.fixture(scope="module")
@@ -59,10 +59,10 @@ def table():
 @pytest.fixture(scope="module")
 def distance(table, s1002):
     """From the next jump [m]; jumps are those without yaw on the rail: others are 0.06 mm off at most."""
-    wheel = geometry.rings(s1002, 0.46)
+    wheel = geometry.wheel_surface(s1002, 0.46)
     found = pd.Series(np.inf, index=table.index)
     for _, rows in table.groupby(["geometry", "inclination"]):
-        contour = geometry.contour(ground(rows.iloc[0]))
+        contour = geometry.counterface_profile(ground(rows.iloc[0]))
         shifts = np.arange(-9e-3, 9e-3, 20e-6)
         touch = np.concatenate(
             [contour.y[gap_of(wheel, contour, s, 0.0, 0.0).gap.argmin(axis=1)] for s in np.split(shifts, 9)]
@@ -194,13 +194,13 @@ def overlap(table, s1002):
 
     Mean over the overlap of the rigid bodies at its height of the wheel, weighted with depth^2.5.
     """
-    wheel = geometry.rings(s1002, 0.46)
+    wheel = geometry.wheel_surface(s1002, 0.46)
     contours = {}
     out = []
     for row in table.itertuples():
         key = (row.geometry, row.inclination)
         if key not in contours:
-            contours[key] = geometry.contour(ground(row))
+            contours[key] = geometry.counterface_profile(ground(row))
         grid = contours[key]
         gap = gap_of(wheel, grid, row.shift, row.yaw, row.curvature)
         here = int(np.argmin(np.abs(grid.y - row.y)))

@@ -7,7 +7,7 @@ import pytest
 
 from wearsim.campaign.run import run_scene
 from wearsim.cli import main
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.report import figures_counterface, pages_counterface
 from wearsim.report.html import write_report
 from wearsim.report.inspect import inspect, summary_text
@@ -85,21 +85,21 @@ def test_captions_of_rails_say_that_their_area_is_stated(pair):
 def test_lives_of_the_rollers_are_drawn(pair):
     """Two turnings: what was turned off then, and the end; rails: three quarters of the way and the end."""
     rig, field = pair
-    turnings = rig["counterface_turnings"].values
+    turnings = rig["counterface_redressed_count"].values
     rows = figures_counterface.states_shown(rig)
     assert [int(turnings[row]) for row in rows] == [1, 2, 2]
     deepest = rig["counterface_wear_depth"].values.max(axis=2)
     np.testing.assert_array_equal(deepest, rig["counterface_max_wear_depth"].values)
     off = deepest[rows[:-1]].sum(axis=0)
-    np.testing.assert_allclose(rig["counterface_turned_depth"].values[-1], off, rtol=1e-12)
+    np.testing.assert_allclose(rig["counterface_redressed_depth"].values[-1], off, rtol=1e-12)
     assert rows[-1] == rig.sizes["step"] - 1
-    assert not field["counterface_turnings"].values.any()
+    assert not field["counterface_redressed_count"].values.any()
     assert len(figures_counterface.states_shown(field)) == min(4, field.sizes["step"] - 1)
     ax = figures_counterface.plot_counterface_over_distance(rig, "counterface_max_wear_depth")
     x, y = ax.lines[0].get_data()
     at = np.flatnonzero(np.diff(x) == 0.0)
     np.testing.assert_allclose(x[at], [6.0, 12.0], rtol=1e-12)
-    depth = NOMENCLATURE["counterface_max_wear_depth"].shown_factor
+    depth = QUANTITIES["counterface_max_wear_depth"].shown_factor
     before = rig["counterface_max_wear_depth"].values[np.flatnonzero(np.diff(turnings)) + 1, 0]
     np.testing.assert_allclose(y[at], depth * before, rtol=1e-12)
     assert not y[at + 1].any()
@@ -108,10 +108,10 @@ def test_lives_of_the_rollers_are_drawn(pair):
 def test_inspect_tells_both_sides(folder, pair):
     found = inspect(folder / "out" / "rig.nc")
     worn = found["counterface"]
-    assert worn["counterface_turnings"] == 2
+    assert worn["counterface_redressed_count"] == 2
     assert worn["counterface_worn_area"] == pytest.approx(pair[0]["counterface_worn_area"].values[-1])
     assert json.dumps(found)
-    assert "Number of times the rollers were turned: 2" in summary_text(found)
+    assert "Number of times the rollers were redressed: 2" in summary_text(found)
     rails = summary_text(inspect(folder / "out" / "field.nc"))
     assert "Largest wear depth of the rail" in rails
     assert "turned off" not in rails

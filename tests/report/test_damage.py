@@ -1,4 +1,4 @@
-"""Wear laws beside the leading one and fatigue in the report, from short campaigns of the real physics."""
+"""Comparison laws and fatigue in the report, from short campaigns of the real physics."""
 
 import re
 
@@ -17,7 +17,7 @@ from wearsim.translation.translate import translate
 
 LAWS = """
 [wear]
-beside = ["archard", "none"]
+also_evaluate = ["archard", "none"]
 [fatigue]
 laws = ["wlrm", "surface_fatigue_index_local"]
 branch = "rising"
@@ -70,7 +70,7 @@ def test_report_has_all_tables_and_figures_of_the_laws(text):
     for role in ("rig", "field"):
         for name in (*names, "wear-numbers"):
             assert text.count(f'id="table-{name}-{role}"') == 1, (name, role)
-    for group in ("beside", "fatigue"):
+    for group in ("comparison", "fatigue"):
         assert text.count(f'id="table-{group}-factors-translation"') == 1
     for figure in ("wear_laws", "shakedown", "fatigue_damage", "fatigue_cycles", "balance"):
         assert text.count(f'id="figure-{figure}"') == 1
@@ -96,12 +96,12 @@ def test_report_marks_laws_of_the_users_own_with_their_certainty(pair, tmp_path,
     numbers = tables_damage.wear_laws(pair[0].assign_attrs(header.attributes))[1]
     column = numbers.head.index("Uncertain coefficients")
     assert numbers.rows[0][column].text == "wear.table: given by the user, who says: measured, 10 %"
-    assert header.static["fatigue_doubts"] == ("damage_function: given by the user, who says: a guess",)
+    assert header.static["fatigue_warnings"] == ("damage_function: given by the user, who says: a guess",)
     assert "given by the user" in render([pair[0].assign_attrs(header.attributes)])
 
 
 def test_report_tells_what_the_numbers_of_every_law_hold_for(pair, text):
-    """Not of the leading law alone: rail steel in the life of a wheel, jumps, floors, our own choices."""
+    """Not of the active law alone: rail steel in the life of a wheel, jumps, floors, our own choices."""
     for told in (
         "rail steels R220 and R260",
         "In the net form the damage has no floor",
@@ -111,14 +111,14 @@ def test_report_tells_what_the_numbers_of_every_law_hold_for(pair, text):
     ):
         assert told in text
     table = tables_damage.wear_laws(pair[0])[2]
-    assert [row[0].text for row in table.rows] == ["usfd, leading", "archard", "none"]
+    assert [row[0].text for row in table.rows] == ["usfd, active", "archard", "none"]
     assert table.rows[1][1].text.startswith("wheel and rail steels, dry")
     assert [cell.text for cell in table.rows[2][1:]] == ["–"] * 3
     life = tables_damage.life(pair[0])
     assert "numbers of rail steels R220 and R260 (burstow_2004), not of wheel steel" in life.caption
     assert text.count("not of wheel steel") == 2  # rig and field
     older = pair[0].copy()
-    older.attrs = {k: v for k, v in older.attrs.items() if not k.startswith(("fatigue_", "beside_"))}
+    older.attrs = {k: v for k, v in older.attrs.items() if not k.startswith(("fatigue_", "comparison_"))}
     assert [cell.text for cell in tables_damage.wear_laws(older)[2].rows[1][1:]] == ["–"] * 3
     assert "wheel steel" not in tables_damage.life(older).caption
 
@@ -126,15 +126,15 @@ def test_report_tells_what_the_numbers_of_every_law_hold_for(pair, text):
 def test_every_shipped_set_reaches_the_header_of_a_campaign(tmp_path, scene_text):
     """One line for each law: materials, validity and departures, the jump of brr among them."""
     more = (
-        '[wear]\nbeside = ["brr", "none", "energy"]\n[fatigue]\nlaws = ["stress_index", "wlrm"]\n'
+        '[wear]\nalso_evaluate = ["brr", "none", "energy"]\n[fatigue]\nlaws = ["stress_index", "wlrm"]\n'
         'coefficients = ["burstow_2004_20n"]\n'
     )
     (tmp_path / "rig.toml").write_text(scene_text(BLOCK, more=more))
     told = WheelsetEvolution(build(load_scene(tmp_path / "rig.toml"))).header.attributes
-    departures = told["beside_departures"].split("\n")
+    departures = told["comparison_departures"].split("\n")
     assert "at 200 N the loss jumps from 25 to 84" in departures[0]
     assert departures[1:] == ["", ""]
-    assert "speed" in told["beside_validity"].split("\n")[2]
+    assert "speed" in told["comparison_validity"].split("\n")[2]
     assert told["fatigue_materials"].split("\n") == ["rail and wheel steels", "rail steels R220 and R260"]
     assert "zero beyond 175 N" in told["fatigue_departures"].split("\n")[1]
     assert "R8T" in told["wear_coefficients_materials"]
@@ -170,7 +170,7 @@ def test_shakedown_map_tells_where_its_yield_stress_comes_from(pair):
         f"300 MPa of {source}, as no law of the scene has one (recalled, 200 to 350 MPa in use)"
     )
     own = pair[0].copy(deep=True)
-    own["fatigue_doubts"][1] = ""
+    own["fatigue_warnings"][1] = ""
     assert figures_damage.shear_yield_told(own) == "300 MPa as given for surface_fatigue_index_local"
 
 
@@ -183,14 +183,17 @@ def test_report_without_such_laws_has_no_section(run_directory):
 
 def test_table_of_wear_laws_is_the_dataset(pair):
     table = tables_damage.wear_laws(pair[0])[0]
-    assert [row[0].text for row in table.rows] == ["usfd, leading", "archard", "none"]
-    area = pair[0]["beside_worn_area"].values[-1]
+    assert [row[0].text for row in table.rows] == ["usfd, active", "archard", "none"]
+    area = pair[0]["comparison_worn_area"].values[-1]
     assert table.rows[1][1].value == 1e6 * area[0, :4].sum()
     assert table.rows[1][3].value == pytest.approx(
         area[:, :4].sum() / pair[0]["worn_area"].values[-1].sum(), 1e-12
     )
     assert cells(table, "Deepest, right [mm]")[0] == 1e3 * pair[0]["wear_depth"].values[-1, 0].max()
-    assert cells(table, "Deepest, right [mm]")[1] == 1e3 * pair[0]["beside_wear_depth"].values[-1, 0, 0].max()
+    assert (
+        cells(table, "Deepest, right [mm]")[1]
+        == 1e3 * pair[0]["comparison_wear_depth"].values[-1, 0, 0].max()
+    )
     assert table.rows[2][-1].text == "no wear"
     shares = [float(part) for part in re.findall(r"([\d.]+)%", table.rows[1][-1].text)]
     assert sum(shares) == pytest.approx(100.0, abs=0.2)  # each rounded to 0.1
@@ -213,22 +216,22 @@ def test_largest_index_is_told_with_its_place_and_operating_point(pair, text):
     data = pair[1]
     (table,) = tables_index.table(data)
     assert table.name == "fatigue-index"
-    side, end = data["patch_side"].values[-1], data.isel(step=-1)
+    side, end = data["side"].values[-1], data.isel(step=-1)
     number = np.where(side == 0, end["wear_number_without_spin"].values, -np.inf)
     at = np.unravel_index(number.argmax(), number.shape)
     first = table.rows[0]
     assert first[0].text == "wlrm, right wheel: wear number the fatigue law judges by [N]"
     assert first[table.head.index("Damage above")].value == 15.0
     assert cells(table, "End: largest index")[0] == number.max()
-    assert first[table.head.index("End: point")].text == str(data["op_label"].values[at[0]])
+    assert first[table.head.index("End: point")].text == str(data["operating_point_name"].values[at[0]])
     place = cells(table, "End: at y [mm]")[0]
-    half = 500.0 * end["patch_width"].values[at]  # [mm]; the patch's place is its pressure-weighted centre
+    half = 500.0 * end["width"].values[at]  # [mm]; the patch's place is its pressure-weighted centre
     assert abs(place - 1e3 * end["wheel_y"].values[at]) < half
     pressure = np.nanmax(np.where(side == 0, end["max_pressure"].values, np.nan))
     local = table.rows[2]
     assert local[0].text == "surface_fatigue_index_local, right wheel: fatigue index of the surface"
     # not above mu - k/p0 in the cell of the highest pressure; cells that carry the load reach 2 % above p0
-    friction = data["op_friction"].values.max()
+    friction = data["friction"].values.max()
     assert local[table.head.index("End: largest index")].value <= friction - 300e6 / (1.02 * pressure)
     below = table.rows[4]
     assert below[table.head.index("End: largest index")].value >= 1e-6 * pressure / 6.0
@@ -251,7 +254,7 @@ def test_index_of_a_patch_explains_its_damage(pair):
     assert np.isnan(data["fatigue_index_stress"].values).all()
     off = np.abs(data["fatigue_index_y"].values - data["wheel_y"].values[..., None])
     assert np.nanmax(off) < 20e-3
-    assert (off[np.isfinite(off)] <= np.repeat(data["patch_width"].values[here], 2)).all()
+    assert (off[np.isfinite(off)] <= np.repeat(data["width"].values[here], 2)).all()
 
 
 def test_agreement_is_weighted_with_the_collective(pair):
@@ -259,7 +262,7 @@ def test_agreement_is_weighted_with_the_collective(pair):
     found = tables_damage.cycles(data)
     damage = data["fatigue_damage_passage"].values[-1]
     here = np.isfinite(damage[..., 0])
-    weight = np.broadcast_to(data["op_weight"].values[:, None], here.shape)[here]
+    weight = np.broadcast_to(data["weight"].values[:, None], here.shape)[here]
     expected = agreement({"a": damage[here][:, 0], "b": damage[here][:, 1]}, weight)
     np.testing.assert_array_equal(found.overlap, expected.overlap)
     assert 0.0 < found.overlap[0, 1] < 1.0
@@ -284,8 +287,8 @@ def test_figures_are_made_for_one_campaign_too(pair):
 
 def test_factors_of_damage_are_those_of_both_campaigns(pair):
     factors = translate(*pair)
-    area = [data["beside_worn_area"].values[-1].sum() for data in pair]
-    for name in ("beside_worn_area", "fatigue_damage", "fatigue_damage_rate"):
+    area = [data["comparison_worn_area"].values[-1].sum() for data in pair]
+    for name in ("comparison_worn_area", "fatigue_damage", "fatigue_damage_rate"):
         value = factors[name].values
         ratio = factors[f"{name}_factor"].values
         defined = factors[f"{name}_factor_status"].values == 0
@@ -293,8 +296,8 @@ def test_factors_of_damage_are_those_of_both_campaigns(pair):
         np.testing.assert_allclose(
             ratio[defined], (value[:, :, 0] / np.where(defined, value[:, :, 1], 1.0))[defined]
         )
-    assert factors["beside_worn_area"].values[0, -1, 0, 0, 2] == pytest.approx(area[0], rel=1e-9)
-    assert (factors["beside_worn_area_factor_status"].values[:, :, 1] != 0).all()  # the law "none"
+    assert factors["comparison_worn_area"].values[0, -1, 0, 0, 2] == pytest.approx(area[0], rel=1e-9)
+    assert (factors["comparison_worn_area_factor_status"].values[:, :, 1] != 0).all()  # the law "none"
 
 
 def test_laws_with_other_settings_are_not_compared(pair):
@@ -307,12 +310,12 @@ def test_laws_with_other_settings_are_not_compared(pair):
 
 def test_inspect_tells_the_laws(folder):
     found = inspect(folder / "rig.nc")
-    assert list(found["damage"]["beside"]) == ["archard", "none"]
+    assert list(found["damage"]["comparison"]) == ["archard", "none"]
     told = summary_text(found)
     assert re.search(r"archard, largest wear depth \[mm\] +0\.0\d+", told)
     index = found["damage"]["fatigue_index"]["surface_fatigue_index_local"]
-    assert list(index) == ["fatigue_index", "fatigue_index_y", "op_label"]
-    assert index["op_label"] == ["curve", "curve"]
+    assert list(index) == ["fatigue_index", "fatigue_index_y", "operating_point_name"]
+    assert index["operating_point_name"] == ["curve", "curve"]
     assert re.search(r"surface_fatigue_index_local, largest fatigue index of the surface +-?\d", told)
     assert re.search(r"wlrm, lateral position of the fatigue index on the wheel profile \[mm\] +-?\d", told)
     assert "wlrm, operating point of the index: curve (right), curve (left)" in told

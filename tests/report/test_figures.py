@@ -2,7 +2,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.report import figures, figures_translation, pages
 from wearsim.report.style import COLOURS, grid, plain, to_svg
 from wearsim.translation.translate import translate
@@ -52,9 +52,9 @@ def test_second_campaign_does_not_leave_the_axes(rig, field):
 def test_measure_lines_are_the_data(rig, name):
     ax = figures.plot_over_distance(rig, name)
     for wheel in (0, 1):
-        expected = rig[name].values[:, wheel] * NOMENCLATURE[name].shown_factor
+        expected = rig[name].values[:, wheel] * QUANTITIES[name].shown_factor
         np.testing.assert_array_equal(ax.lines[wheel].get_ydata(), expected)
-    assert NOMENCLATURE[name].shown_unit in ax.get_ylabel()
+    assert QUANTITIES[name].shown_unit in ax.get_ylabel()
 
 
 def test_undefined_conicity_leaves_a_gap(rig):
@@ -65,7 +65,7 @@ def test_undefined_conicity_leaves_a_gap(rig):
 
 def test_contact_marks_are_the_patches(rig):
     ax = figures.plot_contact(rig, "max_pressure", new=True)
-    side = rig["patch_side"].values[0]
+    side = rig["side"].values[0]
     for wheel in (0, 1):
         expected = rig["max_pressure"].values[0][side == wheel] * 1e-6
         np.testing.assert_array_equal(ax.lines[wheel].get_ydata(), expected)

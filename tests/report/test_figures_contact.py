@@ -53,7 +53,7 @@ def test_the_outline_goes_through_the_ends_of_the_strips(state):
     for end, name in ((slice(1, 2 * STRIPS, 2), "x_lead"), (slice(-2, 2 * STRIPS, -2), "x_trail")):
         np.testing.assert_allclose(y[end], 1e3 * state["lateral"].values[0], rtol=1e-12)
         np.testing.assert_allclose(x[end], 1e3 * state[name].values[0], rtol=1e-12)
-    assert np.ptp(y) == pytest.approx(1e3 * float(state["patch_width"][0]), rel=1e-9)
+    assert np.ptp(y) == pytest.approx(1e3 * float(state["width"][0]), rel=1e-9)
     area = 0.5 * abs(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
     # corners cut between strips: second order, 1 % on 24 strips
     assert area == pytest.approx(1e6 * float(state["area"][0]), rel=0.01)
@@ -147,7 +147,7 @@ def test_section_marks_each_contact_on_the_counterface(two):
         ax = figures_contact.plot_section(two, side=side)
         lines = {line.get_label(): line for line in ax.lines}
         assert set(lines) == {"rail 60E1", "wheel S1002", "contact"}
-        own = two["patch_side"].values == side
+        own = two["side"].values == side
         sign = -1.0 if side else 1.0
         np.testing.assert_allclose(lines["contact"].get_xdata(), sign * 1e3 * two["rail_y"].values[own])
         assert own.sum() == count
@@ -160,7 +160,7 @@ def test_gap_shows_each_patch_and_keeps_the_direction_of_the_track(two):
     for side in (0, 1):
         ax = figures_contact.plot_gap(two, side=side)
         assert ax.xaxis_inverted() == (side == 1)
-        assert len(ax.patches) == int((two["patch_side"] == side).sum())
+        assert len(ax.patches) == int((two["side"] == side).sum())
         assert ax.lines[0].get_ydata().min() == pytest.approx(0.0, abs=0.05)
         assert "µm" in ax.get_ylabel()
 

@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 from wearsim.errors import ResultError
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.report.html import SECTIONS, render, warnings, write_report
 from wearsim.report.pages import plates
 from wearsim.results import open_results
@@ -80,7 +80,7 @@ def test_verdict_traces_back_to_the_result_files(page, rig, field):
     for cell, data in ((1, rig), (2, field)):
         assert float(depth[cell][0]) == pytest.approx(1e3 * data["max_wear_depth"].values[6].max(), rel=1e-12)
         assert float(area[cell][0]) == pytest.approx(1e6 * data["worn_area"].values[6].sum(), rel=1e-12)
-    assert depth[0][1] == NOMENCLATURE["max_wear_depth"].shown_unit
+    assert depth[0][1] == QUANTITIES["max_wear_depth"].shown_unit
 
 
 def test_zero_denominator_is_undefined(page):

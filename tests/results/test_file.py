@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 from wearsim.errors import NumericalError, ResultError
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.results import (
     FILL_FLOAT,
     LAYOUT,
     ROW,
     append,
     create,
-    layout,
     open_results,
     read_row,
     row_count,
+    schema,
     verify,
 )
 
@@ -81,14 +81,44 @@ def test_rows_written_at_once_or_one_by_one_are_the_same(tmp_path, header, rows,
 def test_open_results_is_lazy_and_has_units_long_names_and_coordinates(path, rows):
     with open_results(path) as dataset:
         assert set(LAYOUT) <= set(dataset.variables)
-        for name, variable in dataset.variables.items():
-            assert variable.attrs["long_name"] == NOMENCLATURE[name].meaning
-            assert variable.attrs.get("units", "") == NOMENCLATURE[name].unit
+        for index in ("operating_point", "wheel"):
+            assert dataset[index].attrs == dataset[f"{index}_name"].attrs
+        for name, variable in dataset.drop_vars(["operating_point", "wheel"]).variables.items():
+            assert variable.attrs["long_name"] == QUANTITIES[name].meaning
+            assert variable.attrs.get("units", "") == QUANTITIES[name].unit
         assert not dataset["profile_z"].variable._in_memory
-        assert set(dataset.coords) == {"distance", "wheel_name", "regime_name", "op_label", "arc_length"}
+        assert set(dataset.coords) == {*schema.COORDINATES, "operating_point", "wheel"}
         np.testing.assert_array_equal(dataset["profile_z"][-1], rows[-1]["profile_z"])
         assert list(dataset["wheel_name"].values) == ["right", "left"]
-        assert dataset["op_label"].values[0] == "block 0, µ 0.35"
+        assert dataset["operating_point_name"].values[0] == "block 0, µ 0.35"
+
+
+def test_steps_points_and_wheels_are_selected_by_their_labels(path, tmp_path, header, rows):
+    with open_results(path) as dataset:
+        state = dataset.sel(distance=1200.0, method="nearest")
+        assert float(state["distance"]) == 1000.0
+        np.testing.assert_array_equal(state["profile_z"], rows[1]["profile_z"])
+        np.testing.assert_array_equal(
+            dataset.sel(distance=slice(1000.0, 2000.0))["distance"], [1000.0, 2000.0]
+        )
+        point = dataset.sel(wheel="left", operating_point=["block 0, µ 0.35"])
+        assert point.sizes["operating_point"] == 1
+        np.testing.assert_array_equal(point["profile_z"][2], rows[2]["profile_z"][1])
+    twice = [*rows[:3], {**rows[3], "distance": rows[2]["distance"]}]  # a reprofiling
+    create(tmp_path / "twice.nc", header, twice)
+    with open_results(tmp_path / "twice.nc") as dataset:
+        for distance, step in ((1900.0, 3), ([100.0, 1900.0], [0, 3])):
+            state = dataset.sel(distance=distance, method="nearest")
+            np.testing.assert_array_equal(state["profile_z"], dataset["profile_z"][step])
+        assert dataset.sel(distance=2000.0).sizes["step"] == 2
+
+
+def test_a_reader_that_is_done_holds_the_file_no_longer(path):
+    with open_results(path) as dataset:
+        assert float(dataset["distance"][-1]) == 3000.0
+        with pytest.raises(OSError, match=path.name):
+            netCDF4.Dataset(path, "a")
+    netCDF4.Dataset(path, "a").close()
 
 
 def test_missing_values_become_nan_and_nothing_else_does(path):
@@ -105,7 +135,7 @@ def test_file_follows_the_cf_rules_the_checker_does_not_know_by_itself(path):
         assert file.getncattr("Conventions") == "CF-1.11"
         assert all(str(file.getncattr(name)) for name in file.ncattrs())
         assert "warnings" not in file.ncattrs()  # empty ones are left out
-        for name in layout.COORDINATES:
+        for name in schema.COORDINATES:
             assert "_FillValue" not in file[name].ncattrs()
         for name, variable in file.variables.items():
             assert "axis" not in variable.ncattrs()
@@ -169,7 +199,7 @@ def test_missing_foreign_and_damaged_files_are_told_in_one_line(tmp_path, path, 
 
 def test_file_of_a_later_schema_is_refused(path):
     with netCDF4.Dataset(path, "a") as file:
-        file.wearsim_schema = np.int32(layout.SCHEMA + 1)
+        file.wearsim_schema = np.int32(schema.SCHEMA + 1)
     with pytest.raises(ResultError, match="update wearsim"):
         open_results(path)
 
@@ -179,7 +209,7 @@ def test_file_of_an_earlier_schema_is_told_from_a_foreign_one(path):
         file.wearsim_schema = np.int32(1)
         file.renameVariable("load_scale", "load_factor")
     with pytest.raises(
-        ResultError, match=r"older wearsim \(schema 1, this one reads 3\); run its scene again"
+        ResultError, match=r"older wearsim \(schema 1, this one reads 4\); run its scene again"
     ):
         open_results(path)
 

@@ -87,7 +87,7 @@ def test_scaled_loads_of_the_new_wheel_alone(make):
     assert np.array_equal([found.states, found.distance_share], [1, 0.0])
 
 
-def test_share_of_seizure_is_told_of_the_leading_law_and_those_beside(make):
+def test_share_of_seizure_of_the_active_and_the_comparison_laws(make):
     data = make(rate=10e-12)
     assert seizure_shares(data) == {}
     data["regime_name"] = ("regime", ["mild", "seizure"])
@@ -96,9 +96,9 @@ def test_share_of_seizure_is_told_of_the_leading_law_and_those_beside(make):
     area = np.zeros((data.sizes["step"], 2, 3))
     area[-1] = [1e-6, 3e-6, 5e-6]
     data = data.assign(
-        beside_name=("beside", ["archard", "energy"]),
-        beside_regime_name=("beside_regime", ["archard: mild", "archard: seizure", "energy: mild"]),
-        beside_worn_area=(("step", "wheel", "beside_regime"), area),
+        comparison_name=("comparison", ["archard", "energy"]),
+        comparison_regime_name=("comparison_regime", ["archard: mild", "archard: seizure", "energy: mild"]),
+        comparison_worn_area=(("step", "wheel", "comparison_regime"), area),
     ).assign_attrs(wear_law="own")
     assert seizure_shares(data) == pytest.approx({"own": share, "archard": 0.75}, rel=1e-12)
     told = seizure_warning(data)

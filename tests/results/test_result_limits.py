@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.results import FILL_FLOAT, GROUPS, layout_of, open_results
 from wearsim.results.limits import (
     END,
@@ -80,7 +80,7 @@ def test_limited_measures_are_variables_of_the_rows():
     layout = layout_of([next(iter(group)) for group in GROUPS.values()])
     for name in LIMITED:
         assert layout[name].dimensions[:2] in (("step",), ("step", "wheel"))
-        assert name in NOMENCLATURE
+        assert name in QUANTITIES
 
 
 def test_limits_of_an_open_result(tmp_path, write_campaign):

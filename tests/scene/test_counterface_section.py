@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.contact.geometry import contour
+from wearsim.contact.geometry import counterface_profile
 from wearsim.operation.counterface import CounterfaceWear
 from wearsim.profile.shape import arc_length
 from wearsim.scene import build, load_scene
@@ -41,7 +41,7 @@ def test_wear_reaches_the_campaign_in_si(folder, kind, lines, wanted):
     Path("fixed.toml").write_text(TEXT[kind])
     fixed = build(load_scene("fixed.toml"))
     assert fixed.counterface_wear is None
-    new, old = (contour(one) for one in (profile, fixed.counterface.profile))
+    new, old = (counterface_profile(one) for one in (profile, fixed.counterface.profile))
     shared = (old.y > new.y[0]) & (old.y < new.y[-1])
     apart = (np.interp(old.y, new.y, new.z) - old.z) * np.cos(old.angle)
     assert np.abs(apart[shared]).max() < 0.1e-6

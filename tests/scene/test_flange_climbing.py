@@ -48,7 +48,7 @@ def test_a_shift_beyond_the_clearance_is_warned_of_and_far_beyond_refused(
         assert warning.startswith(
             f"{place}{told.format(shift)} beyond the flange clearance of 6.6 mm: the {wheel}"
         )
-        assert "check gauge_mm = 1435 and flange_back_mm = 1360" in warning
+        assert "check gauge_mm = 1435 and back_to_back_mm = 1360" in warning
     for shift in (10.65, 20):
         (fault,) = faults_of(changed(text, (old, new.format(shift))))
         assert fault.startswith(
@@ -70,8 +70,6 @@ def test_the_spread_of_a_class_counts_with_three_standard_deviations(folder, fau
     assert fault.startswith(
         f"{place}3.6: 3 standard deviations about shift_mean_mm = 0 reach 10.8 mm, more than"
     )
-    (fault,) = faults_of(changed(FIELD, (old[1], "shift_std_mm = 9")))  # one fault, not two
-    assert "reaches shifts of 27 mm" in fault
 
 
 def test_each_wheel_has_its_own_clearance(folder, changed):

@@ -1,6 +1,7 @@
 """Scene files that are right: what is found, built, copied and told of them."""
 
 import json
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -146,10 +147,8 @@ def test_scenes_are_immutable(folder):
 def test_the_schema_knows_every_key_limit_and_name():
     schema = scene_schema()
     json.dumps(schema)
-    kinds = {item["$ref"].rsplit("/", 1)[1] for item in schema["anyOf"]}
-    studies = {"PublishedScene", "AccuracyScene", "LocationScene", "SweepScene", "RobustnessScene"}
-    studies |= {"WearStepsScene"}
-    assert kinds == {"RigScene", "FieldScene", "CompareScene"} | studies
+    kinds = {item["then"]["$ref"].rsplit("/", 1)[1] for item in schema["allOf"]}
+    assert kinds == {"RigScene", "FieldScene", "CompareScene", "SweepScene"}
     parts = schema["$defs"]
     assert parts["BlockSection"]["properties"]["load_kN"]["minimum"] == 0.1
     assert parts["BlockSection"]["properties"]["load_kN"]["unit"] == "kN"
@@ -159,6 +158,65 @@ def test_the_schema_knows_every_key_limit_and_name():
     assert set(parts["FieldOperation"]["properties"]) == {"class", "monitor"}
     for name, part in parts.items():
         assert part["additionalProperties"] is False, name
+
+
+def schema_faults(value, schema, root, path=()):
+    """Faults of a value as an editor finds them, (path, keyword), by the keywords that the schema uses."""
+    if "$ref" in schema:
+        yield from schema_faults(value, root["$defs"][schema["$ref"].rsplit("/", 1)[1]], root, path)
+    for part in schema.get("allOf", ()):
+        yield from schema_faults(value, part, root, path)
+    if "if" in schema and not list(schema_faults(value, schema["if"], root)):
+        yield from schema_faults(value, schema["then"], root, path)
+    if "anyOf" in schema and all(list(schema_faults(value, part, root)) for part in schema["anyOf"]):
+        yield path, "anyOf"
+    types = {
+        "object": dict,
+        "array": list,
+        "string": str,
+        "boolean": bool,
+        "number": (int, float),
+        "null": type(None),
+    }
+    types["integer"] = int
+    if "type" in schema and not isinstance(value, types[schema["type"]]):
+        yield path, "type"
+    if value not in schema.get("enum", [value]) or value != schema.get("const", value):
+        yield path, "enum"
+    if isinstance(value, dict):
+        known = schema.get("properties", {})
+        yield from (((*path, name), "required") for name in schema.get("required", ()) if name not in value)
+        for name, item in value.items():
+            if name in known:
+                yield from schema_faults(item, known[name], root, (*path, name))
+            elif schema.get("additionalProperties") is False:
+                yield (*path, name), "additionalProperties"
+    if isinstance(value, list):
+        for index, item in enumerate(value):
+            yield from schema_faults(item, schema.get("items", {}), root, (*path, index))
+    if isinstance(value, int | float):
+        low, high = schema.get("minimum", value), schema.get("maximum", value)
+        if not low <= value <= high or value <= schema.get("exclusiveMinimum", value - 1.0):
+            yield path, "range"
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "faults"),
+    [
+        ("rig", (), []),
+        ("field", (), []),
+        ("compare", (), []),
+        ("rig", (("load_kN = 80", "load_kN = 0"),), [(("operation", "block", 0, "load_kN"), "range")]),
+        ("rig", (("inclination", "incline"),), [(("counterface", "incline"), "additionalProperties")]),
+        ("field", (('kind = "field"', 'kind = "filed"'),), [(("scene", "kind"), "enum")]),
+    ],
+)
+def test_an_editor_sees_the_faults_of_the_kind_only(folder, changed, name, changes, faults):
+    """Not those of all kinds that the file might have been: the schema selects the model by the kind."""
+    data = tomllib.loads(changed(Path(f"{name}.toml").read_text(), *changes))
+    schema = scene_schema()
+    found = [fault for fault in schema_faults(data, schema, schema) if fault[1] != "required"]
+    assert found == faults
 
 
 @pytest.mark.parametrize(
@@ -206,3 +264,23 @@ def test_designations_and_measured_files_are_wheels_of_a_scene(profile, tmp_path
         (copied / name).write_bytes(content)
     again = build(load_scene(copied / "rig.toml", copied=True))
     assert again.wheelset.right.z.tolist() == setup.wheelset.right.z.tolist()
+
+
+@pytest.mark.parametrize(
+    ("kind", "script"),
+    [
+        ("published", "seed_tables"),
+        ("location", "seed_figure_2"),
+        ("accuracy", "contact_accuracy"),
+        ("robustness", "where_methods_fail"),
+        ("wear_steps", "wear_step_stability"),
+    ],
+)
+def test_kinds_of_before_name_the_script_that_writes_their_report(kind, script, tmp_path):
+    path = tmp_path / "old.toml"
+    path.write_text(f'[scene]\nkind = "{kind}"\n[published]\nsource = "a paper"\n')
+    with pytest.raises(SceneError) as caught:
+        load_scene(path)
+    (line,) = str(caught.value).splitlines()
+    assert line.startswith(f'{path}:2: kind = "{kind}" is no scene any more: `python reports/{script}.py`')
+    assert (Path(__file__).parents[2] / f"reports/{script}.py").is_file()

@@ -18,7 +18,7 @@ def cases_of(text):
 
 
 def values(case):
-    return {change.key: change.value for change in case.changes}
+    return {item.key: item.value for item in case.overrides}
 
 
 def test_full_factorial_has_every_value_with_every_other(folder):
@@ -27,7 +27,7 @@ def test_full_factorial_has_every_value_with_every_other(folder):
     assert [case.number for case in cases] == [1, 2, 3, 4, 5, 6]
     found = [tuple(values(case).values()) for case in cases]
     assert found == [(r, f) for r in (420, 460) for f in (0.1, 0.2, 0.3)]
-    scene = load_campaign(cases[-1].base, changes=cases[-1].changes)
+    scene = load_campaign(cases[-1].base, overrides=cases[-1].overrides)
     assert scene.wheelset.radius_mm == 460
     assert {block.friction for block in scene.operation.blocks} == {0.3}
 
@@ -68,7 +68,7 @@ def test_a_table_has_a_case_per_line_and_empty_cells_keep_the_base(folder):
         {"wheelset.radius_mm": 420, "wear.law": "none"},
         {"wear.law": "usfd"},
     ]
-    assert [case.changes[0].line for case in cases] == [3, 5]
+    assert [case.overrides[0].line for case in cases] == [3, 5]
 
 
 def test_flags_make_the_same_cases_as_a_file(folder):
@@ -80,7 +80,7 @@ def test_flags_make_the_same_cases_as_a_file(folder):
 def test_in_a_comparison_keys_act_on_both_scenes_or_on_the_named_one(folder):
     text = HEAD.replace("rig.toml", "compare.toml")
     (case,) = cases_of(text + "[sweep.vary]\nwheelset.radius_mm = [420]\nrig.campaign.distance_km = [7]\n")
-    scene = load_campaign(case.base, changes=case.changes)
+    scene = load_campaign(case.base, overrides=case.overrides)
     assert (scene.rig.wheelset.radius_mm, scene.field.wheelset.radius_mm) == (420, 420)
     assert scene.rig.campaign.distance_km == 7
     assert scene.field.campaign.distance_km != 7
@@ -140,7 +140,7 @@ def test_faults_of_a_table(folder, faults_of, table, told):
 @pytest.mark.parametrize(
     ("vary", "table", "told"),
     [
-        ([], None, "tell what to vary"),
+        ([], None, "say what to vary"),
         (["wear.law"], None, "must be KEY=VALUE"),
         (["wear.law="], None, "must be KEY=VALUE"),
         (["a.b=1", "a.b=2"], None, "varied twice"),

@@ -9,7 +9,7 @@ from wearsim.campaign.control import half_space_depth_limit, largest_step
 from wearsim.campaign.rate import rate
 from wearsim.campaign.state import State
 from wearsim.campaign.step import advance
-from wearsim.contact.normal import NEVER_LEADS, NORMAL_MODELS
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
 from wearsim.operation.points import ControlSettings, OperatingPoints
@@ -19,7 +19,7 @@ from wearsim.profile.smoothing import smoothing_spline
 
 SHIFTS = np.linspace(-4e-3, -1e-3, 5)
 SPACING, NOISE, WAVELENGTH = 0.25e-3, 1e-6, 2.5e-3
-LEADING = sorted(set(NORMAL_MODELS) - NEVER_LEADS)
+LEADING = [name for name, model in NORMAL_MODELS.items() if model.can_update_profile]
 
 
 @pytest.fixture(scope="module")

@@ -15,6 +15,7 @@ from wearsim.cli import main
 from wearsim.contact.problem import ContactModels
 from wearsim.report.chart import markdown, peers, write_chart
 from wearsim.scene import build, load_scene
+from wearsim.studies import chart
 from wearsim.studies.chart import pareto, speed_and_accuracy
 
 REPOSITORY = Path(__file__).parents[2]
@@ -26,6 +27,14 @@ def test_the_front_holds_what_none_beats():
     assert pareto(cost, error).tolist() == [True, True, True, False, False, True]
     other = np.array([0.5, 0.2, 0.1, 0.15, 0.0, 0.6])
     assert pareto(cost, error, other).tolist() == [True, True, True, True, False, False]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_repeats():
+    """Times from a few repeats: none is compared with another here."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(chart, "_ENOUGH", 0.02)
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,8 @@ from wearsim.contact.solve import (
     solve,
 )
 from wearsim.errors import ContactError
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile import standard
+from wearsim.quantities import QUANTITIES
 from wearsim.studies.contact_state import contact_state
 
 
@@ -52,9 +52,9 @@ def test_every_variable_has_unit_and_meaning(state):
     dataset, _ = state(5.1e-3)
     for name, variable in dataset.variables.items():
         assert variable.attrs["long_name"], name
-        assert name == "side" or "units" in variable.attrs, name
-        quantity = NOMENCLATURE.get(name)
-        if quantity is not None and name != "side":  # the wheels that were solved, not that of a patch
+        assert name in ("side", "wheel") or "units" in variable.attrs, name
+        quantity = QUANTITIES.get(name)
+        if quantity is not None:
             assert variable.attrs["long_name"] == quantity.meaning
     assert all(np.isfinite(variable.values).all() for variable in dataset.variables.values())
 
@@ -64,7 +64,7 @@ def test_only_the_patches_of_the_point(state):
     own = solution.point == 1
     assert dataset.sizes["patch"] == own.sum() == 3
     assert dataset["power"].values.tolist() == solution.power[own].tolist()
-    assert dataset["patch_side"].values.tolist() == [0, 0, 1]
+    assert dataset["side"].values.tolist() == [0, 0, 1]
     assert float(dataset["shift"]) == 5.1e-3
     assert dataset.attrs["label"] == "rail"
 
@@ -111,7 +111,7 @@ def test_a_left_wheel_is_the_mirror_image(state):
 def test_wheel_and_counterface_just_touch_in_the_section(state, shift, yaw, kappa):
     """The trace is of first order in the angles and chords cut the curves: 5 um together."""
     dataset, _ = state(shift, yaw, kappa, free_roll=True)
-    for row, side in enumerate(dataset["side"].values):
+    for row, side in enumerate(dataset["wheel"].values):
         y, z = (dataset[f"wheel_section_{axis}"].values[row] for axis in "yz")
         rail_y, rail_z = (dataset[f"counterface_section_{axis}"].values[row] for axis in "yz")
         tip = int(np.argmax(z))
@@ -128,7 +128,7 @@ def test_patches_lie_where_the_gap_is_less_than_the_approach(state):
         assert gap.min() == pytest.approx(0.0, abs=1e-8)  # grid of 401 points
         near = at[gap < float(dataset["approach"][row])]
         assert near.min() < float(dataset["rail_y"][row]) < near.max()
-        assert near.max() - near.min() > float(dataset["patch_width"][row]) * 0.99
+        assert near.max() - near.min() > float(dataset["width"][row]) * 0.99
 
 
 def test_roll_of_the_state_is_the_free_one(state):

@@ -9,12 +9,12 @@ import xarray as xr
 
 from wearsim import cli
 from wearsim.errors import ContactError, NumericalError
-from wearsim.nomenclature import percent
 from wearsim.profile.standard import shipped_path
 from wearsim.report.convergence import markdown, read_convergence
 from wearsim.results import open_results
+from wearsim.results.plausibility import percent
 from wearsim.scene import load_campaign
-from wearsim.scene.changes import Change
+from wearsim.scene.overrides import Override
 from wearsim.studies.converge import TABLE, converge, other_models, refinements
 
 ROWS = ["step", "grid", "smoothing-half", "smoothing-double", "points", "together"]
@@ -26,12 +26,12 @@ def rig_text(scene_text):
     return scene_text({"shift_mm": 3, "distance_km": 2})
 
 
-def changes(scene):
-    return {item.name: {c.key: c.value for c in item.changes} for item in refinements(scene)}
+def overrides_of(scene):
+    return {item.name: {c.key: c.value for c in item.overrides} for item in refinements(scene)}
 
 
 def test_what_is_refined_in_the_field():
-    found = changes(load_campaign(shipped_path("workflows", "field.toml")))
+    found = overrides_of(load_campaign(shipped_path("workflows", "field.toml")))
     assert list(found) == ROWS
     assert found["step"] == {
         "campaign.max_step_depth_um": 4.0,
@@ -63,14 +63,14 @@ def test_half_the_wavelength_is_told_where_it_is_taken(
     path = tmp_path / "rig.toml"
     path.write_text(rig_text)
     given = (
-        Change("campaign.smoothing_wavelength_mm", wavelength),
-        Change("campaign.point_spacing_mm", spacing),
+        Override("campaign.smoothing_wavelength_mm", wavelength),
+        Override("campaign.point_spacing_mm", spacing),
     )
-    found = {item.name: item for item in refinements(load_campaign(path, changes=given))}
+    found = {item.name: item for item in refinements(load_campaign(path, overrides=given))}
     for name, expected in (("smoothing-half", half), ("together", together)):
-        values = {change.key: change.value for change in found[name].changes}
+        values = {item.key: item.value for item in found[name].overrides}
         assert values.get("campaign.smoothing_wavelength_mm") == expected
-        load_campaign(path, changes=(*given, *found[name].changes))
+        load_campaign(path, overrides=(*given, *found[name].overrides))
     assert found["together"].text == text
 
 
@@ -83,7 +83,7 @@ def test_shares_are_plain_numbers(share, text):
 
 
 def test_in_a_comparison_both_scenes_are_refined():
-    found = changes(load_campaign(shipped_path("workflows", "rig_vs_field.toml")))
+    found = overrides_of(load_campaign(shipped_path("workflows", "rig_vs_field.toml")))
     assert {key.split(".")[0] for key in found["together"]} == {"rig", "field"}
     assert {key.split(".")[0] for key in found["points"]} == {"field"}  # a programme gives its points
 
@@ -189,7 +189,7 @@ def test_models_that_a_scene_leaves_open_are_told(rig_text, tmp_path):
     text = rig_text.replace(given, '[contact]\nmodel = "auto"\ntolerance = 0.5\n')
     (tmp_path / "auto.toml").write_text(text)
     (row,) = other_models(load_campaign(tmp_path / "auto.toml"), [("half_space", "half_space")])
-    assert row.changes == ()
+    assert row.overrides == ()
     assert 'model = "auto"' in row.reason
 
 
@@ -202,7 +202,7 @@ def test_models_that_cannot_lead_are_told(text, capsys):
 
 
 def test_a_study_does_not_converge(capsys, tmp_path):
-    assert cli.main(["run", "seed_tables.toml", "--out", str(tmp_path), "--converge"]) == 2
+    assert cli.main(["run", "sweep_rig.toml", "--out", str(tmp_path), "--converge"]) == 2
     assert "--converge is for campaigns" in capsys.readouterr().err
 
 
@@ -221,8 +221,8 @@ def test_refined_campaigns_run_as_far_as_the_one_that_ended_at_a_limit(
     scene.write_text(rig_text + "[campaign.limits]\ndepth_mm = 1\nend = true\n")
     seen = []
 
-    def run_scene(path, directory, *, changes, **_):
-        seen.append({change.key: change.value for change in changes})
+    def run_scene(path, directory, *, overrides, **_):
+        seen.append({item.key: item.value for item in overrides})
         directory.mkdir(parents=True, exist_ok=True)
         write_campaign(directory / "rig.nc", "rig", 2, 20e-9)
         return (directory / "rig.nc",)
@@ -262,8 +262,8 @@ def test_rollers_that_wear_have_columns_of_their_own(tmp_path, converged, rig_te
 def made_up_runs(monkeypatch, write_campaign):
     """Campaigns are loaded and checked as ever, but written, not run; 20 km, some refinements fail."""
 
-    def run_scene(path, directory, *, changes, **_):
-        load_campaign(path, changes=changes)
+    def run_scene(path, directory, *, overrides, **_):
+        load_campaign(path, overrides=overrides)
         if directory.name in ("grid", "step"):
             raise {"grid": ContactError, "step": NumericalError}[directory.name]("the wheel does not touch")
         directory.mkdir(parents=True, exist_ok=True)
@@ -293,12 +293,12 @@ def test_a_campaign_that_ended_with_a_turning_is_compared_by_its_worn_wheels(
     """Its last row, without depth, is one of turned wheels; refined campaigns end at the same place, worn."""
 
     def turned(path):
-        data = open_results(path)
+        data = open_results(path).drop_indexes("distance")
         if path.parent.name != "out":
             return data
         lathe = data.isel(step=slice(0, 1)).assign(distance=data["distance"][-1:])
         both = xr.concat([data, lathe], "step", data_vars="minimal", coords="minimal", compat="override")
-        return both.assign(last_turning=("step", [0, 0, 0, 3]))
+        return both.assign(last_reprofiling=("step", [0, 0, 0, 3]))
 
     monkeypatch.setattr("wearsim.studies.converge.open_results", turned)
     scene = tmp_path / "scene.toml"

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -12,28 +13,32 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wearsim.campaign.directory import read_status
 from wearsim.campaign.run import run_scene
 from wearsim.errors import NumericalError, ResultError, SceneError
 from wearsim.results import ROW, open_results
 from wearsim.scene.sweep import sweep_of_flags
-from wearsim.studies import sweep as sweep_module
-from wearsim.studies.sweep import check_cases, run_case, run_sweep
-from wearsim.studies.sweep_directory import outcomes_of
-from wearsim.studies.sweep_table import sweep_dataset, sweep_rows
+from wearsim.studies import ensemble
+from wearsim.studies.ensemble import check_cases
+from wearsim.studies.sweep import chosen, outcomes_of, run_one, run_sweep, sweep_dataset, sweep_rows
 
 DATA = Path(__file__).parents[1] / "data"
 COARSE = '[contact]\nstrips = 8\ncells = 8\n[wear]\nlaw = "usfd"\ncoefficients = "lewis_dwyer_joyce_2004"\n'
 VARY = ["wheelset.radius_mm=420,460", "operation.block.friction=0.2,0.35"]
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """Working directory with a coarse rig of two steps."""
+def write_rig(folder):
+    """Coarse rig of two steps."""
     text = (DATA / "scene_rig.toml").read_text().replace("distance_km = 100", "distance_km = 2")
     head, operation = text.split("[[operation.block]]", 1)
     text = f"{head}{COARSE}[[operation.block]]{operation}"
     text += "\nintegrator = 'euler'\npoint_spacing_mm = 0.5\nmax_step_km = 1\n"
-    (tmp_path / "rig.toml").write_text(text)
+    (folder / "rig.toml").write_text(text)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    write_rig(tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -41,6 +46,29 @@ def folder(tmp_path, monkeypatch):
 @pytest.fixture
 def sweep(folder):
     return sweep_of_flags("rig.toml", VARY, None)
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """Directory of the sweep, run in two processes, its outcomes and what was reported."""
+    folder = tmp_path_factory.mktemp("swept")
+    write_rig(folder)
+    reported = []
+    sweep = sweep_of_flags(str(folder / "rig.toml"), VARY, None)
+    outcomes = run_sweep(sweep, folder / "out", jobs=2, command="a command", report=reported.append)
+    return folder / "out", outcomes, reported
+
+
+@pytest.fixture
+def cases(folder, swept):
+    """Function that copies finished cases of the sweep into "out"."""
+
+    def copy(*numbers):
+        for number in numbers:
+            name = f"case_{number:04d}"
+            shutil.copytree(swept[0] / name, folder / "out" / name, dirs_exist_ok=True)
+
+    return copy
 
 
 def same_bits(one, other):
@@ -69,13 +97,13 @@ def contents(out):
     return {path.name: path.read_bytes() for path in out.glob("*/*.nc")}
 
 
-def test_processes_give_the_bits_of_a_single_run_and_are_found_finished(sweep, folder):
-    told = []
-    outcomes = run_sweep(sweep, "out", jobs=2, command="a command", told=told.append)
+def test_processes_give_the_bits_of_a_single_run_and_are_found_finished(sweep, folder, swept, cases):
+    _, outcomes, reported = swept
+    cases(1, 2, 3, 4)
     assert [(outcome.number, outcome.state) for outcome in outcomes] == [
         (k, "finished") for k in (1, 2, 3, 4)
     ]
-    assert sorted(outcome.number for outcome in told if outcome.state == "finished") == [1, 2, 3, 4]
+    assert sorted(outcome.number for outcome in reported if outcome.state == "finished") == [1, 2, 3, 4]
     changed = (folder / "rig.toml").read_text().replace("friction = 0.35", "friction = 0.2", 1)
     changed = changed.replace("friction = 0.3\n", "friction = 0.2\n", 1)
     changed = changed.replace('profile = "S1002"', 'profile = "S1002"\nradius_mm = 460')
@@ -91,7 +119,8 @@ def test_processes_give_the_bits_of_a_single_run_and_are_found_finished(sweep, f
     assert contents(folder / "out") == before
 
 
-def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(sweep, folder):
+def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(sweep, folder, cases):
+    cases(1, 2, 3)
     run_sweep(sweep, "out", executor=ThreadPoolExecutor(2))
     with xr.open_dataset("out/sweep.nc") as table:
         assert table["wheelset_radius_mm"].values.tolist() == [420, 420, 460, 460]
@@ -134,7 +163,9 @@ def test_the_table_has_what_rollers_lost_where_any_wear(folder):
     assert not any(name.startswith("counterface_max") for name in sweep_rows(sweep_dataset("plain"))[0])
 
 
-def test_a_case_that_fails_is_a_row_and_the_others_run(sweep, folder, monkeypatch):
+def test_a_case_that_fails_is_a_row_and_the_others_run(sweep, folder, monkeypatch, cases):
+    cases(1, 4)
+
     def run(path, out, **named):
         if out.name == "case_0002":
             raise NumericalError("the iteration of a test did not end")
@@ -142,7 +173,7 @@ def test_a_case_that_fails_is_a_row_and_the_others_run(sweep, folder, monkeypatc
             raise ZeroDivisionError("a fault")
         return run_scene(path, out, **named)
 
-    monkeypatch.setattr(sweep_module, "run_scene", run)
+    monkeypatch.setattr(ensemble, "run_scene", run)
     outcomes = run_sweep(sweep, "out", jobs=1)
     assert [outcome.state for outcome in outcomes] == ["finished", "failed", "failed", "finished"]
     assert [outcome.exit_code for outcome in outcomes] == [0, 3, 3, 0]
@@ -152,6 +183,7 @@ def test_a_case_that_fails_is_a_row_and_the_others_run(sweep, folder, monkeypatc
     assert [row["worn_area_mm2_right"] is None for row in rows] == [False, True, True, False]
     monkeypatch.undo()
     monkeypatch.chdir(folder)
+    cases(2, 3)
     assert {outcome.state for outcome in run_sweep(sweep, "out", jobs=1)} == {"finished"}
     assert {outcome.state for outcome in outcomes_of(folder / "out")} == {"finished"}
 
@@ -164,9 +196,10 @@ def test_a_case_another_process_works_in_is_told_and_left(pair, folder):
     assert "another wearsim run works in" in outcomes[0].fault
 
 
-def test_single_cases_make_up_the_sweep(sweep, folder):
+def test_single_cases_make_up_the_sweep(sweep, folder, cases):
+    cases(1, 3)
     for number in (3, 1, 4):
-        assert run_case(sweep, number, "out").state == "finished"
+        assert run_one(sweep, sweep.cases[number - 1], "out").state == "finished"
     assert [item.state for item in outcomes_of(folder / "out")] == [
         "finished",
         "not started",
@@ -174,8 +207,7 @@ def test_single_cases_make_up_the_sweep(sweep, folder):
         "finished",
     ]
     before = contents(folder / "out")
-    told = []
-    run_sweep(sweep, "out", jobs=1, told=told.append)
+    run_sweep(sweep, "out", jobs=1)
     after = contents(folder / "out")
     assert {name: after[name] for name in before} == before
     assert len(sweep_rows(sweep_dataset("out"))) == 4
@@ -184,28 +216,28 @@ def test_single_cases_make_up_the_sweep(sweep, folder):
 @pytest.mark.parametrize("number", [0, 5, -1])
 def test_a_case_that_is_not_there_is_refused(sweep, number):
     with pytest.raises(SceneError, match=f"there is no case {number}; give --case 1 to 4"):
-        check_cases(sweep, only=number)
+        chosen(sweep, number)
 
 
 def test_faults_of_all_cases_are_told_once_each_before_anything_is_written(folder):
     vary = ["wheelset.radius_mm=420,-1,460", "wear.law=usfd,usdf"]
     with pytest.raises(SceneError) as caught:
-        check_cases(sweep_of_flags("rig.toml", vary, None), folder / "out")
+        check_cases(sweep_of_flags("rig.toml", vary, None).cases, folder / "out")
     lines = str(caught.value).splitlines()
     assert len(lines) == 2
-    assert any("cases 3-4: radius_mm = -1 must be at least 150" in line for line in lines)
+    assert any("cases 3-4: radius_mm = -1 must be at least 100" in line for line in lines)
     assert any('cases 2, 4, 6: law = "usdf" is not' in line for line in lines)
     assert not (folder / "out").exists()
 
 
-def test_a_changed_sweep_keeps_out_of_the_directories_of_the_old_one(sweep, folder):
-    run_case(sweep, 1, "out")
+def test_a_changed_sweep_keeps_out_of_the_directories_of_the_old_one(sweep, folder, cases):
+    cases(1)
     before = contents(folder / "out")
     other = sweep_of_flags("rig.toml", ["wheelset.radius_mm=430,460"], None)
     with pytest.raises(ResultError, match=r"case 1: .*belongs to another campaign"):
-        check_cases(other, folder / "out")
+        check_cases(other.cases, folder / "out")
     longer = sweep_of_flags("rig.toml", [VARY[0] + ",500", VARY[1]], None)
-    check_cases(longer, folder / "out")
+    check_cases(longer.cases, folder / "out")
     assert contents(folder / "out") == before
 
 
@@ -218,27 +250,48 @@ def test_a_second_sweep_in_the_same_directory_is_refused(sweep, folder):
         run_sweep(sweep, "out", jobs=1)
 
 
-def test_a_run_directory_is_no_directory_for_a_sweep(sweep, folder):
-    run_scene("rig.toml", "out")
+def test_a_run_directory_is_no_directory_for_a_sweep(sweep, folder, cases):
+    cases(1)
+    (folder / "out" / "case_0001").rename(folder / "run")
+    (folder / "out").rmdir()
+    (folder / "run").rename(folder / "out")
     with pytest.raises(ResultError, match="is the run directory of a campaign"):
         run_sweep(sweep, "out", jobs=1)
 
 
-def test_ctrl_c_stops_after_the_running_case_and_the_rest_follows(sweep, folder, monkeypatch):
-    steps = []
-
+def test_ctrl_c_stops_after_the_running_case_and_the_rest_follows(sweep, folder, monkeypatch, cases):
     def obey(event):
-        steps.append(event.step)
-        if event.kind == "step" and event.step == 1 and steps.count(1) == 2:
+        if event.kind == "step" and event.step == 1:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(sweep_module, "_obey", obey)
+    cases(1)
+
+    monkeypatch.setattr(ensemble, "_obey", obey)
     with pytest.raises(KeyboardInterrupt):
         run_sweep(sweep, "out", jobs=1)
     states = [item.state for item in outcomes_of(folder / "out")]
     assert states == ["finished", "interrupted", "not started", "not started"]
     assert [row["state"] for row in sweep_rows(sweep_dataset("out"))] == states
+    monkeypatch.undo()
+    monkeypatch.chdir(folder)
+    cases(3, 4)
     assert {outcome.state for outcome in run_sweep(sweep, "out", jobs=1)} == {"finished"}
+
+
+def test_a_killed_campaign_is_stopped_not_running(pair, folder):
+    """Its status file says running; only the lock shows whether anybody works in the directory."""
+    case = folder / "out" / "case_0001"
+    run_one(pair, pair.cases[0], "out")
+    status = json.loads((case / "status.json").read_text())
+    status["campaigns"]["rig"]["state"] = "running"
+    (case / "status.json").write_text(json.dumps(status))
+    with filelock.FileLock(case / ".lock"):
+        assert outcomes_of(folder / "out")[0].state == "running"
+        assert read_status(case)["campaigns"]["rig"]["state"] == "running"
+    assert outcomes_of(folder / "out")[0].state == "stopped"
+    assert read_status(case)["campaigns"]["rig"]["state"] == "stopped"
+    assert run_one(pair, pair.cases[0], "out").state == "finished"
+    assert read_status(case)["campaigns"]["rig"]["state"] == "finished"
 
 
 class Dying(AtOnce):

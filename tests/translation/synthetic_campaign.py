@@ -29,21 +29,21 @@ def campaign_header(kind, steps):
     static = {
         "wheel_name": ("right", "left"),
         "regime_name": ("mild", "severe"),
-        "op_label": [f"{kind} {1e3 * s:+.0f} mm" for s in shifts]
+        "operating_point_name": [f"{kind} {1e3 * s:+.0f} mm" for s in shifts]
         + [f"monitor {1e3 * s:+.0f} mm" for s in MONITORS],
         "arc_length": arc_length(y, z),
         "counterface_y": rail_y,
         "counterface_z": rail_y**2 / 0.6,
-        "op_shift": shift,
-        "op_yaw": np.zeros(n),
-        "op_roll": np.zeros(n),
-        "op_wheel_load": np.full(n, 80e3),
-        "op_speed": np.full(n, 20.0),
-        "op_friction": np.full(n, 0.35),
-        "op_track_curvature": np.zeros(n),
-        "op_environment": np.where(weight > 0, 1.0 if kind == "rig" else 0.2, 1.0),
-        "op_weight": weight,
-        "op_block_length": np.where((weight > 0) & (kind == "rig"), 1e3 * weight, 0.0),
+        "shift": shift,
+        "yaw": np.zeros(n),
+        "roll": np.zeros(n),
+        "wheel_load": np.full(n, 80e3),
+        "speed": np.full(n, 20.0),
+        "friction": np.full(n, 0.35),
+        "track_curvature": np.zeros(n),
+        "environment": np.where(weight > 0, 1.0 if kind == "rig" else 0.2, 1.0),
+        "weight": weight,
+        "block_length": np.where((weight > 0) & (kind == "rig"), 1e3 * weight, 0.0),
     }
     attributes = {
         "title": f"Synthetic {kind} <campaign>",
@@ -86,7 +86,7 @@ def campaign_rows(kind, header, steps, rate, friction_free=False):
     """Rows whose largest wear depth grows by `rate` [m/m]; the band of the rig is narrower."""
     y0, z0 = wheel_profile()
     ny, nz = vertex_normals(y0, z0)
-    n = len(header.static["op_shift"])
+    n = len(header.static["shift"])
     width = 8e-3 if kind == "rig" else 12e-3
     spread = np.exp(-((y0 / width) ** 2))
     spread /= spread.max()
@@ -106,7 +106,7 @@ def campaign_rows(kind, header, steps, rate, friction_free=False):
             "stability_number": np.array(0.3 if k else 0.0),
             "step_error": np.array(2e-7 if k else FILL_FLOAT),
             "rejected_steps": np.array(0, dtype=np.int32),
-            "active_weight": header.static["op_weight"] * (k > 0),
+            "active_weight": header.static["weight"] * (k > 0),
             "profile_y": y,
             "profile_z": z,
             "wear_depth": depth,
@@ -128,19 +128,19 @@ def campaign_rows(kind, header, steps, rate, friction_free=False):
 
 def _patches(kind, header, growth):
     """Two patches on the right wheel, one on the left."""
-    shift = header.static["op_shift"]
+    shift = header.static["shift"]
     n = len(shift)
     radius = 1.3 if kind == "rig" else 1.0
-    used = {"patch_side": np.array([0, 0, 1])}
+    used = {"side": np.array([0, 0, 1])}
     base = {
         "wheel_y": [2e-3, -30e-3, -1e-3],
         "rail_y": [1e-3, -31e-3, -2e-3],
-        "contact_x": [0.0, 1e-3, 0.0],
+        "x": [0.0, 1e-3, 0.0],
         "contact_angle": [0.02, -0.6, -0.02],
         "area": [90e-6, 30e-6, 110e-6],
         "max_pressure": [900e6, 1500e6, 850e6],
-        "patch_length": [12e-3, 8e-3, 12e-3],
-        "patch_width": [9e-3, 4e-3, 10e-3],
+        "length": [12e-3, 8e-3, 12e-3],
+        "width": [9e-3, 4e-3, 10e-3],
         "approach": [60e-6, 60e-6, 62e-6],
         "normal_force": [60e3, 25e3, 80e3],
         "creepage_x": [1e-3, -2e-3, -1e-3],
@@ -171,7 +171,7 @@ def _patches(kind, header, growth):
             slots[:, :3] += 2.0 * shift[:, None]
         row[name] = slots
     for name, values in (
-        ("patch_side", used["patch_side"]),
+        ("side", used["side"]),
         ("wear_regime", [0, 0, 0]),
         ("wear_regime_highest", [0, 1 if kind == "rig" else 0, 0]),
     ):

@@ -44,7 +44,7 @@ def test_patches_of_a_wheel_combine(field, name, right, left):
 
 def test_wheel_without_patch_is_missing(field):
     gone = field.copy()
-    gone["patch_side"] = field["patch_side"].where(field["patch_side"] != 1)
+    gone["side"] = field["side"].where(field["side"] != 1)
     assert np.isnan(factors.per_wheel(gone, "power")[..., 1]).all()
     assert np.isfinite(factors.per_wheel(gone, "power")[..., 0]).all()
 
@@ -52,15 +52,15 @@ def test_wheel_without_patch_is_missing(field):
 def test_equal_points_match_once(rig, field):
     """Shift 0 is a rig block, a field class and a monitor of both: it counts once."""
     pairs = factors.match_points(rig, field)
-    shift = rig["op_shift"].values[pairs[:, 0]]
+    shift = rig["shift"].values[pairs[:, 0]]
     assert sorted(shift) == pytest.approx([-3e-3, 0.0, 3e-3, 5e-3], abs=1e-12)
-    np.testing.assert_array_equal(shift, field["op_shift"].values[pairs[:, 1]])
+    np.testing.assert_array_equal(shift, field["shift"].values[pairs[:, 1]])
 
 
 @pytest.mark.parametrize("key", sorted(factors.MATCH_KEYS))
 def test_each_key_separates_points(rig, field, key):
     other = field.assign({key: field[key] + 10.0 * factors.MATCH_KEYS[key] + 1e-3})
-    if key == "op_shift":
+    if key == "shift":
         other = field.assign({key: field[key] + 0.5e-3})
     assert len(factors.match_points(rig, other)) == 0
 

@@ -196,7 +196,7 @@ def test_file_holds_neither_nan_nor_infinity(tmp_path, campaign_files, translati
 
 
 def test_campaigns_without_common_points_say_so(rig, field):
-    found = translate(rig, field.assign(op_speed=field["op_speed"] + 1.0))
+    found = translate(rig, field.assign(speed=field["speed"] + 1.0))
     assert found.attrs["matched_points"] == 0
     assert "[operation.monitor]" in found.attrs["warnings"]
     assert "power_point" not in found
@@ -212,7 +212,7 @@ def test_content_hash_sees_one_bit(rig):
 def test_unreadable_file_is_one_line(tmp_path, campaign_files):
     bad = tmp_path / "rig.nc"
     bad.write_text("not netCDF")
-    with pytest.raises(ResultError, match=r"rig\.nc: cannot be read") as caught:
+    with pytest.raises(ResultError, match=r"rig\.nc cannot be read") as caught:
         translate_files(bad, campaign_files[1], tmp_path / "out.nc")
     assert "\n" not in str(caught.value)
 
@@ -229,6 +229,6 @@ def test_compliance_checker_finds_nothing(tmp_path, campaign_files, assert_cf):
 
 def test_turned_wheels_have_no_factors(rig, field):
     """Wear depth begins anew at a turning."""
-    turned = rig.assign(last_turning=("step", np.minimum(np.arange(rig.sizes["step"]), 2)))
+    turned = rig.assign(last_reprofiling=("step", np.minimum(np.arange(rig.sizes["step"]), 2)))
     with pytest.raises(ResultError, match=r"rig result: its wheels were turned.*\[campaign.reprofiling\]"):
         translate(turned, field)

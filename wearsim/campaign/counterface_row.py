@@ -52,9 +52,9 @@ def row_below(state: CounterfaceState | None) -> dict[str, np.ndarray]:
         "counterface_wear_depth": state.last_depth,
         "counterface_worn_area": state.worn_area,
         "counterface_max_wear_depth": state.last_depth.max(axis=1),
-        "counterface_turned_depth": state.turned_depth,
-        "counterface_turnings": np.asarray(state.turnings, dtype=np.int32),
-        "counterface_turned_at": np.asarray(state.turned_at),
+        "counterface_redressed_depth": state.turned_depth,
+        "counterface_redressed_count": np.asarray(state.turnings, dtype=np.int32),
+        "counterface_redressed_at": np.asarray(state.turned_at),
     }
 
 
@@ -68,15 +68,15 @@ def counterface_of(row: Mapping[str, np.ndarray]) -> CounterfaceState | None:
     """
     if "counterface_profile_y" not in row:
         return None
-    depth, turnings = row["counterface_wear_depth"], int(row["counterface_turnings"])
-    just_turned = turnings > 0 and row["counterface_turned_at"] == row["distance"]
+    depth, turnings = row["counterface_wear_depth"], int(row["counterface_redressed_count"])
+    just_turned = turnings > 0 and row["counterface_redressed_at"] == row["distance"]
     return CounterfaceState(
         y=row["counterface_profile_y"],
         z=row["counterface_profile_z"],
         depth=np.zeros_like(depth) if just_turned else depth,
         worn_area=row["counterface_worn_area"],
         last_depth=depth,
-        turned_depth=row["counterface_turned_depth"],
+        turned_depth=row["counterface_redressed_depth"],
         turnings=turnings,
-        turned_at=float(row["counterface_turned_at"]),
+        turned_at=float(row["counterface_redressed_at"]),
     )

@@ -21,6 +21,8 @@ from wearsim.errors import ResultError
 SCENE_FOLDER = "scene"
 MANIFEST = "manifest.json"
 STATUS = "status.json"
+_LOCK = ".lock"
+_PATIENCE = 0.2  # `is_locked` holds the lock for a moment [s]
 _OURS = ("rig.nc", "field.nc", "translation.nc", "report.html", STATUS, SCENE_FOLDER)
 
 
@@ -84,7 +86,7 @@ def locked(out: Path) -> Iterator[None]:
         raise ResultError(
             f"{out} cannot be made a run directory: {error.strerror}; choose another --out"
         ) from error
-    lock = filelock.FileLock(out / ".lock", timeout=0)
+    lock = filelock.FileLock(out / _LOCK, timeout=_PATIENCE)
     try:
         lock.acquire()
     except filelock.Timeout:
@@ -243,6 +245,23 @@ def read_manifest(out: Path) -> Manifest:
     return manifest
 
 
+def is_locked(out: Path) -> bool:
+    """Whether a process works in a run directory.
+
+    Parameters
+    ----------
+    out : Path
+        Need not exist.
+    """
+    if not (out / _LOCK).is_file():
+        return False
+    try:
+        with filelock.FileLock(out / _LOCK, timeout=0):
+            return False
+    except (filelock.Timeout, OSError):  # nobody who may only read can see whether it is held
+        return True
+
+
 def write_status(out: Path, name: str, status: Mapping[str, Any]) -> None:
     """Write how far a campaign is into `status.json`, atomically.
 
@@ -255,8 +274,7 @@ def write_status(out: Path, name: str, status: Mapping[str, Any]) -> None:
     status : mapping
         JSON values; wall times are allowed here and nowhere else.
     """
-    content = read_status(out)
-    campaigns = dict(content.get("campaigns", {}))
+    campaigns = dict(_stored_status(out).get("campaigns", {}))
     campaigns[name] = dict(status)
     now = datetime.now(UTC).isoformat(timespec="seconds")
     text = json.dumps({"updated": now, "campaigns": campaigns}, indent=2, allow_nan=False)
@@ -264,13 +282,29 @@ def write_status(out: Path, name: str, status: Mapping[str, Any]) -> None:
 
 
 def read_status(out: Path) -> dict[str, Any]:
-    """Read `status.json`; empty where there is none yet.
+    """Read how far the campaigns of a run directory are.
 
     Parameters
     ----------
     out : Path
         Run directory.
+
+    Returns
+    -------
+    dict
+        Content of `status.json`, empty where there is none yet; a campaign that was running when its process
+        was killed is "stopped".
     """
+    status = _stored_status(out)
+    campaigns = status.get("campaigns")
+    running = [item for item in (campaigns or {}).values() if item.get("state") == "running"]
+    if running and not is_locked(out):
+        for item in running:
+            item["state"] = "stopped"
+    return status
+
+
+def _stored_status(out: Path) -> dict[str, Any]:
     try:
         content = json.loads((out / STATUS).read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -26,6 +26,7 @@ from wearsim.campaign.counterface_row import counterface_of
 from wearsim.campaign.state import State
 from wearsim.errors import ResultError
 from wearsim.results import FILL_FLOAT, ROW
+from wearsim.results.older import RENAMED
 
 
 def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> None:
@@ -133,7 +134,7 @@ class Records:
         for name, (kind, shape) in label["layout"].items():
             dtype = np.dtype(kind)
             size = dtype.itemsize * math.prod(shape)
-            arrays[name] = np.frombuffer(payload[:size], dtype).reshape(shape)
+            arrays[RENAMED.get(name, name)] = np.frombuffer(payload[:size], dtype).reshape(shape)
             payload = payload[size:]
         return (arrays, str(label["source"])) if set(arrays) == set(self.names) else None
 
@@ -221,11 +222,11 @@ def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
         step_length=float(row["step_length"]),
         step_error=_known(row["step_error"]),
         choice=choice_of(row),
-        beside_depth=_by_law(row, "beside_wear_depth"),
-        beside_area=row.get("beside_worn_area", np.zeros((2, 0))),
+        comparison_depth=_by_law(row, "comparison_wear_depth"),
+        comparison_area=row.get("comparison_worn_area", np.zeros((2, 0))),
         fatigue_damage=_by_law(row, "fatigue_damage"),
         counterface=counterface_of(row),
-        turned=int(row.get("last_turning", 0)),
+        turned=int(row.get("last_reprofiling", 0)),
     )
 
 

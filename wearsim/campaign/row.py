@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wearsim.campaign.beside import PassageBeside, laws_beside, patch_values, row_beside
 from wearsim.campaign.choose import row_choice
+from wearsim.campaign.comparison import ComparisonPassage, comparison_laws, comparison_row, patch_values
 from wearsim.campaign.counterface_row import row_below
 from wearsim.campaign.state import PatchWear, State, WearRate
 from wearsim.contact.solve import ContactSolution
@@ -31,29 +31,12 @@ _MEASURES = (
     "equivalent_conicity",
 )
 
-# variable of the result file -> attribute of ContactSolution
-_PATCH_VALUES = {
-    "wheel_y": "wheel_y",
-    "rail_y": "rail_y",
-    "contact_x": "x",
-    "contact_angle": "contact_angle",
-    "area": "area",
-    "max_pressure": "max_pressure",
-    "patch_length": "length",
-    "patch_width": "width",
-    "approach": "approach",
-    "normal_force": "normal_force",
-    "load_scale": "load_scale",
-    "creepage_x": "creepage_x",
-    "creepage_y": "creepage_y",
-    "spin": "spin",
-    "force_x": "force_x",
-    "force_y": "force_y",
-    "spin_moment": "spin_moment",
-    "slip_area": "slip_area",
-    "power": "power",
-    "power_balance": "power_balance",
-}
+# variables of the result file that are fields of the solution
+_PATCH_VALUES = (
+    "wheel_y", "rail_y", "x", "contact_angle", "area", "max_pressure", "length", "width", "approach",
+    "normal_force", "load_scale", "creepage_x", "creepage_y", "spin", "force_x", "force_y", "spin_moment",
+    "slip_area", "power", "power_balance",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -90,7 +73,7 @@ def build_row(
     taken: StepTaken,
     setup: CampaignSetup,
     measures: Mapping[str, np.ndarray],
-    beside: PassageBeside | None = None,
+    comparison: ComparisonPassage | None = None,
 ) -> dict[str, np.ndarray]:
     """Return all variables of one row.
 
@@ -108,8 +91,8 @@ def build_row(
         For operating points and counterface.
     measures : mapping of arrays
         Of the state, from `measures_told`.
-    beside : PassageBeside, optional
-        What laws beside the leading one make of each patch.
+    comparison : ComparisonPassage, optional
+        What the comparison laws make of each patch.
 
     Returns
     -------
@@ -136,10 +119,12 @@ def build_row(
             collective.solution,
             wear,
             len(setup.points.label),
-            {} if beside is None else patch_values(collective.solution, beside, laws_beside(setup)),
+            {}
+            if comparison is None
+            else patch_values(collective.solution, comparison, comparison_laws(setup)),
         ),
         **row_choice(state.choice),
-        **({} if beside is None else row_beside(state, collective, laws_beside(setup))),
+        **({} if comparison is None else comparison_row(state, collective, comparison_laws(setup))),
         **row_below(state.counterface),
     }
 
@@ -172,7 +157,7 @@ def summarise(
     fields = solution.fields
     cell_area = fields.cell_length * fields.strip_width[:, None]
     work = (fields.work_density * cell_area[:, None, :]).sum(axis=(1, 2))
-    values = {name: getattr(solution, attribute) for name, attribute in _PATCH_VALUES.items()}
+    values = {name: getattr(solution, name) for name in _PATCH_VALUES}
     values["wear_index_mean"] = work / solution.area
     values["wear_index_max"] = fields.work_density.max(axis=(1, 2), initial=0.0)
 
@@ -180,7 +165,7 @@ def summarise(
     values["wear_depth_rate_max"] = wear.depth_rate_max
     values.update(further)
     flags = {
-        "patch_side": solution.side,
+        "side": solution.side,
         "wear_regime": wear.regime,
         "wear_regime_highest": wear.regime_highest,
     }
@@ -265,7 +250,7 @@ def _turning(state: State, setup: CampaignSetup, measures: Mapping[str, np.ndarr
     if setup.templates is None:
         return {}
     return {
-        "last_turning": np.asarray(state.turned, dtype=np.int32),
+        "last_reprofiling": np.asarray(state.turned, dtype=np.int32),
         "wheel_diameter": measures["wheel_diameter"],
     }
 

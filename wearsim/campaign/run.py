@@ -11,8 +11,9 @@ import contextlib
 import os
 import signal
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from wearsim.campaign.control import reached
 from wearsim.campaign.directory import (
@@ -29,7 +30,7 @@ from wearsim.campaign.progress import Observer, Progress
 from wearsim.campaign.record import state_of
 from wearsim.campaign.row import StepTaken
 from wearsim.campaign.writer import Writer
-from wearsim.errors import NumericalError, WearsimError
+from wearsim.errors import Fault, NumericalError, SceneError, WearsimError
 from wearsim.results import check_row
 from wearsim.results.limits import ending_limits, first_met
 from wearsim.scene import (
@@ -40,32 +41,32 @@ from wearsim.scene import (
     files_to_copy,
     load_campaign,
 )
-from wearsim.scene.changes import Change
+from wearsim.scene.overrides import Override
 
 
 def run_scene(
-    path: str | Path,
+    scene: str | Path | Mapping[str, Any] | CampaignScene,
     out: str | Path,
     *,
     command: str = "",
     observer: Observer | None = None,
-    changes: Sequence[Change] = (),
+    overrides: Sequence[Override] = (),
     threads: int | None = None,
 ) -> tuple[Path, ...]:
-    """Run the scene of a file in a run directory, or continue it if it was begun there.
+    """Run a scene in a run directory, or continue it if it was begun there.
 
     Parameters
     ----------
-    path : str or Path
-        Scene file of a rig, a field or a comparison.
+    scene : str, Path, dict or scene
+        A rig, a field or a comparison: its file, its tables as dicts, or loaded by `load_scene`.
     out : str or Path
         Run directory.
     command : str
         Command line, for the history of the results.
     observer : callable, optional
         Called with an `Event` at each step.
-    changes : sequence of Change
-        Values that replace those in the scene file.
+    overrides : sequence of Override
+        Values that replace those of a scene file or dict.
     threads : int, optional
         Of the contact solver, by default all the process may use; they do not change a bit.
 
@@ -80,9 +81,29 @@ def run_scene(
         With all faults of the scene; nothing is written then.
     ResultError
         If `out` cannot be used; nothing in it is touched then.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> paths = wearsim.run("workflows/rig_vs_field.toml", "out")  # doctest: +SKIP
+    >>> scene = {
+    ...     "scene": {"kind": "rig"},
+    ...     "wheelset": {"profile": "S1002"},
+    ...     "counterface": {"profile": "60E1", "inclination": "1:40", "roller_radius_mm": 1000},
+    ...     "contact": {"strips": 10, "cells": 10},
+    ...     "operation": {"block": [{"name": "right", "shift_mm": 3, "load_kN": 80, "speed_km_h": 72,
+    ...                              "friction": 0.35, "distance_km": 1}]},
+    ...     "campaign": {"distance_km": 1},
+    ... }
+    >>> [path.name for path in wearsim.run(scene, "rig")]
+    ['rig.nc']
     """
     out = Path(out)
-    files = scene_files(load_campaign(path, changes=changes))
+    if not isinstance(scene, CampaignScene):
+        scene = load_campaign(scene, overrides=overrides)
+    elif overrides:
+        raise SceneError([Fault("overrides act on a scene file or a dict, not on a scene that is loaded")])
+    files = scene_files(scene)
     refuse_foreign(out)
     with locked(out):
         return _run_claimed(out, claim(out, files, command), observer, threads)
@@ -113,6 +134,17 @@ def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, 
     -------
     tuple of Path
         Result files, as for `run_scene`.
+
+    Raises
+    ------
+    ResultError
+        If `out` is no run directory, or its copy of the scene was changed.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> [path.name for path in wearsim.resume("out")]
+    ['rig.nc', 'field.nc', 'translation.nc']
     """
     out = Path(out)
     read_manifest(out)

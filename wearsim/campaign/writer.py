@@ -14,13 +14,12 @@ import numpy as np
 
 from wearsim.campaign.record import Records, write_atomically
 from wearsim.errors import ResultError
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.results import (
     Header,
     append,
     create,
     open_results,
-    read_row,
     row_count,
     row_names,
     verify,
@@ -85,11 +84,10 @@ class Writer:
 
     def outcome(self) -> tuple[int, float, float, str]:
         """Read steps, distance [m], largest depth [m] and reason of the end of the finished file."""
-        last = row_count(self.path) - 1
-        row = read_row(self.path, last)
         with open_results(self.path) as data:
-            ended = str(data.attrs["finished"])
-        return last, float(row["distance"]), float(row["max_wear_depth"].max()), ended
+            last = data.isel(step=-1)
+            deepest = float(last["max_wear_depth"].max())
+            return data.sizes["step"] - 1, float(last["distance"]), deepest, str(data.attrs["finished"])
 
     def recover(self) -> int:
         """Bring the result file to the state of the records; return how many steps are recorded."""
@@ -167,7 +165,7 @@ class Writer:
         limits = limits_of(given)
         laws = self.header.static.get("fatigue_name", ())
         met = first_met(self.records.row(count - 1), ending_limits(given), laws)
-        ended = f"limit of {NOMENCLATURE[met].meaning} met" if met else "distance reached"
+        ended = f"limit of {QUANTITIES[met].meaning} met" if met else "distance reached"
         header = replace(
             self.header,
             attributes={

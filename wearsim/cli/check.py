@@ -8,14 +8,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from wearsim.cli import Commands, add_command
-from wearsim.cli.changes import add_change_flags, load_changed
-from wearsim.cli.study import study
-from wearsim.nomenclature import percent
+from wearsim.cli.overrides import add_override_flags, load_overridden
 
 if TYPE_CHECKING:
     from wearsim.damage.fatigue import FatigueSettings
     from wearsim.errors import Fault
-    from wearsim.scene import CampaignSetup, FieldScene, RigScene, StudyScene
+    from wearsim.scene import CampaignSetup, FieldScene, RigScene
 
 _PATCH_VALUES = 25
 """Values stored per patch slot: positions, forces, creepages, wear index and the like."""
@@ -31,44 +29,36 @@ def add_parser(commands: Commands) -> None:
     )
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument("--json", action="store_true", help="print JSON, with every value that would act")
-    add_change_flags(parser)
+    add_override_flags(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Check the scene and print what it would run."""
     import json
 
-    from wearsim.scene import CompareScene, StudyScene
+    from wearsim.cli import sweep
+    from wearsim.scene import CompareScene, SweepScene
     from wearsim.scene.touch import check_contact
 
-    scene, _ = load_changed(arguments)
-    if isinstance(scene, StudyScene):
-        return _check_study(scene, arguments.json)
-    warnings = check_contact(scene)
-    parts: list[RigScene | FieldScene]
-    parts = [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
-    plans = [plan(part, [item for item in warnings if item.file == str(part.origin.path)]) for part in parts]
+    scene, _ = load_overridden(arguments)
+    told: dict[str, Any]
+    if isinstance(scene, SweepScene):
+        told = sweep.plan(scene)
+        texts = [sweep.text(told)]
+    else:
+        warnings = check_contact(scene)
+        parts: list[RigScene | FieldScene]
+        parts = [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
+        plans = [
+            plan(part, [item for item in warnings if item.file == str(part.origin.path)]) for part in parts
+        ]
+        told, texts = {"campaigns": plans}, [_text(item) for item in plans]
+    kind = scene.scene.kind
     if arguments.json:
-        told = {"scene": str(scene.origin.path), "kind": scene.scene.kind, "campaigns": plans}
+        told = {"scene": str(scene.origin.path), "kind": kind, **told}
         print(json.dumps(told, indent=2, ensure_ascii=False))
-        return 0
-    print(f"{scene.origin.path}: no faults ({scene.scene.kind})")
-    for item in plans:
-        print()
-        print(_text(item))
-    return 0
-
-
-def _check_study(scene: StudyScene, as_json: bool) -> int:
-    import json
-
-    module = study(scene)
-    told = module.plan(scene)
-    if as_json:
-        print(json.dumps({"scene": str(scene.origin.path), "kind": scene.scene.kind, **told}, indent=2))
-        return 0
-    print(f"{scene.origin.path}: no faults ({scene.scene.kind})\n")
-    print(module.text(told))
+    else:
+        print("\n\n".join([f"{scene.origin.path}: no faults ({kind})", *texts]))
     return 0
 
 
@@ -87,7 +77,7 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
     dict
         JSON values, SI units; `settings` holds every value that would act, defaults included.
     """
-    from wearsim.damage.wear import acting_coefficients, regimes
+    from wearsim.damage.wear import WEAR_LAWS, coefficients_of
     from wearsim.scene import build
 
     setup = build(scene)
@@ -96,9 +86,9 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
     vertices = len(setup.wheelset.right.y)
     evaluations = 2  # at both ends of a step: for the mean of both rates, or for the error of Euler's rule
     # two wheels: y, z, depth, work, depth by regime; eight patch slots per point
-    values = 2 * vertices * (4 + len(regimes(setup.wear.law))) + count * (8 * _PATCH_VALUES + 2)
+    values = 2 * vertices * (4 + len(WEAR_LAWS[setup.wear.law].regimes)) + count * (8 * _PATCH_VALUES + 2)
     laws = len(setup.fatigue)
-    values += 2 * vertices * (len(setup.beside) + (1 + 4 * laws if laws else 0))
+    values += 2 * vertices * (len(setup.also_evaluate) + (1 + 4 * laws if laws else 0))
     # wear numbers and the index below the surface; of each law damage, place and index in three units
     values += count * 8 * (3 + 5 * laws) if laws else 0
     if setup.counterface_wear is not None:  # its y, z and depth
@@ -118,11 +108,11 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
         "profile_points": vertices,
         "bytes_per_step": 8 * values,
         "inputs": [{"name": name, "sha256": digest} for name, digest in setup.input_hashes],
-        "wear_coefficients": acting_coefficients(setup.wear).name,
+        "wear_coefficients": coefficients_of(setup.wear).name,
         "wear_form": setup.wear.form,
-        "beside": [
-            {"law": one.law, "form": one.form, "coefficients": acting_coefficients(one).name}
-            for one in setup.beside
+        "comparison_laws": [
+            {"law": one.law, "form": one.form, "coefficients": coefficients_of(one).name}
+            for one in setup.also_evaluate
         ],
         "fatigue": [_fatigue(one) for one in setup.fatigue],
         "settings": scene.model_dump(by_alias=True, mode="json"),
@@ -132,20 +122,21 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
 
 
 def _fatigue(settings: FatigueSettings) -> dict[str, Any]:
-    from wearsim.damage.fatigue import CONTAIN_REMOVAL, acting_coefficients
+    from wearsim.damage.fatigue import FATIGUE_LAWS, coefficients_of
 
-    told: dict[str, Any] = {"law": settings.law, "coefficients": acting_coefficients(settings).name}
-    told["crack_width"] = settings.crack_width
-    if settings.law in CONTAIN_REMOVAL:
-        told |= {"branch": settings.branch, "wear_number": settings.wear_number}
+    shown: dict[str, Any] = {"law": settings.law, "coefficients": coefficients_of(settings).name}
+    shown["crack_width"] = settings.crack_width
+    if FATIGUE_LAWS[settings.law].contains_removal:
+        shown |= {"branch": settings.branch, "wear_number": settings.wear_number}
     if settings.crack_depth is not None:
-        told |= {"crack_depth": settings.crack_depth, "wear_limit": settings.wear_limit}
-    return told
+        shown |= {"crack_depth": settings.crack_depth, "wear_limit": settings.wear_limit}
+    return shown
 
 
 def _laws(item: dict[str, Any]) -> list[tuple[str, str]]:
-    """Lines on the laws beside the leading one and on fatigue."""
-    lines = [("beside", f"{one['law']} ({one['form']}), {one['coefficients']}") for one in item["beside"]]
+    """Lines on the comparison laws and on fatigue."""
+    laws = item["comparison_laws"]
+    lines = [("comparison law", f"{one['law']} ({one['form']}), {one['coefficients']}") for one in laws]
     for one in item["fatigue"]:
         form = f", {one['branch']} form, wear number {one['wear_number']}" if "branch" in one else ""
         removal = f", wear removes cracks of {1e3 * one['crack_depth']:g} mm" if "crack_depth" in one else ""
@@ -201,6 +192,8 @@ def _models(choice: dict[str, Any] | None, contact: dict[str, Any]) -> list[tupl
             ("contact models", f"{contact['normal']}, {contact['tangential']}; {motion}"),
             ("cells", f"{contact['strips']} strips x {contact['cells']} cells per patch"),
         ]
+    from wearsim.results.plausibility import percent
+
     lines = [("contact models", f"chosen for a tolerance of {100.0 * choice['tolerance']:.3g} %; {motion}")]
     for one in choice["classes"]:
         if one["points"]:

@@ -9,15 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearsim.cli import Commands, add_command
-from wearsim.cli.contact_flags import COLUMNS, FLAGS, conflict, faults_of, merged, point, without_faults
+from wearsim.cli.contact_flags import COLUMNS, FLAGS
 
 if TYPE_CHECKING:
-    from wearsim.cli.contact_notes import Notes
     from wearsim.cli.contact_points import PointResult
+    from wearsim.cli.contact_request import Request
     from wearsim.cli.contact_table import Row, Table
     from wearsim.errors import ContactError, Fault
-
-    Window = list[tuple[Row, PointResult | ContactError]]
 
 _WINDOW = 64
 """Rows of a table solved and printed together; the memory a table takes does not grow beyond them."""
@@ -28,7 +26,7 @@ _ABOUT_TABLES = """\
 Tables: a CSV file with a header, columns named like the flags (shift_mm, yaw_mrad, roll, creepage, ...), one
 row per operating point. An empty cell takes the flag's value; other columns are carried through. What a row
 gives goes before the flags. Nothing is computed before the whole table is free of faults; a row whose contact
-has no answer is named on stderr, the others are printed, and the exit code is 2 (3 if a computation failed).
+has no solution is named on stderr, the others are printed, the exit code is 2 (3 if a computation failed).
 The output holds one line per patch and is a table for this command again: lines of further patches of a
 wheel (patch 2, 3, ...) are then left out.
 """
@@ -40,6 +38,11 @@ wearsim contact --shift-mm 3 --yaw-mrad 2 --side both
 wearsim contact --shift-mm 3 --creepage=-0.0016,0,-0.197
 wearsim contact --shift-mm 5 --plot contact.png
 wearsim contact --table points.csv --roller-radius-mm 500 > solved.csv"""
+
+
+class _Renamed(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        parser.error("--flange-back-mm has a new name; write --back-to-back-mm")
 
 
 def add_parser(commands: Commands) -> None:
@@ -62,6 +65,7 @@ def add_parser(commands: Commands) -> None:
         groups[flag.group].add_argument(
             f"--{flag.name}", metavar="X", dest=flag.column, default=None, help=flag.meaning + default
         )
+    parser.add_argument("--flange-back-mm", action=_Renamed, help=argparse.SUPPRESS)
     output = parser.add_argument_group("tables and output")
     output.add_argument("--table", metavar="CSV", help="solve every row of a table, - for stdin; prints CSV")
     output.add_argument("--json", action="store_true", help="print JSON, SI units")
@@ -71,39 +75,37 @@ def add_parser(commands: Commands) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Solve and print."""
     from wearsim.cli.contact_points import profile_faults
+    from wearsim.cli.contact_request import faults_of, request_of
     from wearsim.errors import Fault, SceneError
 
     flags = {column: text.strip() for column in COLUMNS if (text := getattr(arguments, column)) is not None}
-    faults = faults_of(flags, as_flags=True)
+    request, wrong = request_of(flags)
+    faults = faults_of(flags, wrong, as_flags=True)
     if arguments.plot is not None:
         faults += _plot_faults(arguments.plot, arguments.table)
-    good = without_faults(flags)
-    contradiction = conflict(merged(good, {}))
-    if contradiction and arguments.table is None:
-        faults.append(contradiction)
-    faults += [
-        f"--{column}: {message}" for column, message in profile_faults(point(merged(good, {})).settings)
-    ]
+    if request.conflict and arguments.table is None:
+        faults.append(request.conflict)
+    faults += [f"--{column}: {message}" for column, message in profile_faults(request)]
     if arguments.table is not None:
-        return _solve_table(arguments.table, good, [Fault(fault) for fault in faults], arguments.json)
+        right = {column: text for column, text in flags.items() if column not in wrong}
+        return _solve_table(arguments.table, right, [Fault(fault) for fault in faults], arguments.json)
     if faults:
         raise SceneError([Fault(fault) for fault in faults])
-    _solve_point(flags, arguments)
+    _solve_point(request, arguments)
     return 0
 
 
-def _solve_point(flags: Mapping[str, str], arguments: argparse.Namespace) -> None:
+def _solve_point(request: Request, arguments: argparse.Namespace) -> None:
     import json
     import sys
 
-    from wearsim.cli.contact_notes import notes
+    from wearsim.cli.contact_output import as_json, as_text, notes
     from wearsim.cli.contact_points import solve_one
-    from wearsim.cli.contact_print import as_json, as_text
 
-    problem, solution, result = solve_one(point(merged(flags, {})))
+    problem, solution, result = solve_one(request)
     print(json.dumps({"points": [as_json(result)]}, indent=2) if arguments.json else as_text(result))
     sys.stdout.flush()  # kept even if the drawing fails
-    for note in notes(result):
+    for note in notes(result).values():
         print(f"note: {note}", file=sys.stderr)
     if arguments.plot is not None:
         from wearsim.report.pages_contact import write_contact_figure
@@ -128,107 +130,80 @@ def _solve_table(source: str, flags: Mapping[str, str], faults: list[Fault], as_
     """Print the solution of every row, window by window; the exit code is that of the worst row."""
     import sys
 
-    from wearsim.cli.contact_notes import Notes
-    from wearsim.cli.contact_table import checked, opened, rows_of
-    from wearsim.errors import SceneError
+    from wearsim.cli.contact_output import notes
+    from wearsim.cli.contact_table import read_table
+    from wearsim.errors import ContactError, Fault, SceneError
 
-    with opened(source) as (name, stream):
-        try:
-            table = checked(name, stream, flags)
-        except SceneError as error:
-            raise SceneError([*faults, *error.faults]) from None
-        if faults:
-            raise SceneError(faults)
-        for warning in table.warnings:
-            print(f"{name}: {warning}", file=sys.stderr)
-        write = _write_json if as_json else _write_csv
-        collected = Notes()
-        worst = write(table, flags, _noted(_solved(rows_of(table), flags), collected))
-        for note in collected.told():
-            print(f"{name}: note: {note}", file=sys.stderr)
-        return worst
+    try:
+        table = read_table(source, flags)
+    except SceneError as error:
+        raise SceneError([*faults, *error.faults]) from None
+    if faults:
+        raise SceneError(faults)
+    for warning in table.warnings:
+        print(f"{table.name}: {warning}", file=sys.stderr)
+    worst = 0
+    noted: dict[str, list[str]] = {}
+
+    def results() -> Iterator[tuple[Row, PointResult]]:
+        nonlocal worst
+        for row, result in _solved(table, flags):
+            if isinstance(result, ContactError):
+                worst = max(worst, result.exit_code)
+                print(Fault(str(result), table.name, row.line), file=sys.stderr)
+                continue
+            for kind, note in notes(result).items():
+                noted.setdefault(kind, []).append(f"line {row.line}: {note}")
+            yield row, result
+
+    (_write_json if as_json else _write_csv)(table, flags, results())
+    for first, *more in noted.values():
+        rows = f" ({len(more)} more row{'s' if len(more) > 1 else ''} like it)" if more else ""
+        print(f"{table.name}: note: {first}{rows}", file=sys.stderr)
+    return worst
 
 
-def _noted(windows: Iterator[Window], collected: Notes) -> Iterator[Window]:
-    """Pass the answers on and collect what deserves a note."""
-    from wearsim.cli.contact_points import PointResult
-
-    for window in windows:
-        for row, answer in window:
-            if isinstance(answer, PointResult):
-                collected.add(row.line, answer)
-        yield window
-
-
-def _solved(rows: Iterator[Row], flags: Mapping[str, str]) -> Iterator[Window]:
-    """Rows with their answers, a window at a time."""
+def _solved(table: Table, flags: Mapping[str, str]) -> Iterator[tuple[Row, PointResult | ContactError]]:
+    """Rows with their solutions, or why they have none; solved a window at a time."""
+    import sys
     from itertools import islice
 
     from wearsim.cli.contact_points import solve_points
+    from wearsim.cli.contact_request import request_of
 
+    rows = table.rows()
     while window := list(islice(rows, _WINDOW)):
-        answers = solve_points([point(merged(flags, row.given)) for row in window])
-        yield list(zip(window, answers, strict=True))
+        requests = [request_of(flags, row.given)[0] for row in window]
+        yield from zip(window, solve_points(requests), strict=True)
+        sys.stdout.flush()
 
 
-def _write_csv(
-    table: Table,
-    flags: Mapping[str, str],
-    windows: Iterator[Window],
-) -> int:
+def _write_csv(table: Table, flags: Mapping[str, str], results: Iterator[tuple[Row, PointResult]]) -> None:
     import csv
     import sys
 
-    from wearsim.cli.contact_print import RESULT_COLUMNS, result_cells
-    from wearsim.errors import ContactError
+    from wearsim.cli.contact_output import RESULT_COLUMNS, result_cells
+    from wearsim.cli.contact_request import texts_of
 
-    # flags beside the table become columns, too: the output tells all that was not a default
+    # flags given with the table become columns, too: the output holds all that was not a default
     stated = ("side", "roll", "normal", "tangential")
     columns = list(dict.fromkeys([*table.kept, *flags, *stated, *RESULT_COLUMNS]))
     writer = csv.DictWriter(sys.stdout, columns, restval="", extrasaction="ignore", lineterminator="\n")
     writer.writeheader()
-    worst = 0
-    for window in windows:
-        for row, answer in window:
-            if isinstance(answer, ContactError):
-                worst = max(worst, _tell(table.name, row.line, answer))
-                continue
-            given = merged(flags, row.given) | row.carried
-            writer.writerows(given | cells for cells in result_cells(answer, row.line))
-        sys.stdout.flush()
-    return worst
+    for row, result in results:
+        given = texts_of(flags, row.given) | row.carried
+        writer.writerows(given | cells for cells in result_cells(result, row.line))
 
 
-def _write_json(
-    table: Table,
-    flags: Mapping[str, str],  # noqa: ARG001  (the points hold what acted)
-    windows: Iterator[Window],
-) -> int:
+def _write_json(table: Table, flags: Mapping[str, str], results: Iterator[tuple[Row, PointResult]]) -> None:  # noqa: ARG001
     import json
     import sys
 
-    from wearsim.cli.contact_print import row_json
-    from wearsim.errors import ContactError
+    from wearsim.cli.contact_output import as_json
 
-    worst, between = 0, "\n"
+    between = "\n"
     sys.stdout.write('{"points": [')
-    for window in windows:
-        for row, answer in window:
-            if isinstance(answer, ContactError):
-                worst = max(worst, _tell(table.name, row.line, answer))
-                continue
-            sys.stdout.write(between + json.dumps(row_json(answer, row.line, row.carried)))
-            between = ",\n"
-        sys.stdout.flush()
+    for row, result in results:
+        sys.stdout.write(between + json.dumps(as_json(result, row.line, row.carried)))
+        between = ",\n"
     sys.stdout.write("\n]}\n")
-    return worst
-
-
-def _tell(name: str, line: int, error: ContactError) -> int:
-    """Name a row without an answer on stderr; its exit code."""
-    import sys
-
-    from wearsim.errors import Fault
-
-    print(Fault(str(error), name, line), file=sys.stderr)
-    return error.exit_code

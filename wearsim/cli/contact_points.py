@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from wearsim.cli.contact_flags import Point, Settings
+from wearsim.cli.contact_request import Request
 from wearsim.errors import ContactError, NumericalError, ProfileError
 
 if TYPE_CHECKING:
-    from wearsim.contact.solve import (
-        ContactConditions,
-        ContactModels,
-        ContactSolution,
-        Counterface,
-        Wheelset,
-    )
+    from wearsim.contact.solve import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
     from wearsim.profile.shape import Profile
 
 PATCH_NAMES = (
@@ -25,26 +19,21 @@ PATCH_NAMES = (
     "normal_force", "creepage_x", "creepage_y", "spin", "force_x", "force_y", "spin_moment", "slip_area",
     "power", "power_balance",
 )  # fmt: skip
-"""Numbers of each patch, names as in JSON and in the nomenclature."""
+"""Numbers of each patch, names as in JSON and in the table of quantities."""
 
 _SIDES = {"right": (0,), "left": (1,), "both": (0, 1)}
-_REMOVALS = 3  # faulty points taken out of a batch one by one, before the rest is solved point by point
-
-
-class PatchResult(NamedTuple):
-    """One patch: its wheel and the numbers of `PATCH_NAMES`."""
-
-    side: str
-    values: dict[str, float]
 
 
 class PointResult(NamedTuple):
-    """One solved point; `rotation_speed` is None if creepages were given."""
+    """One solved point; `rotation_speed` is None if creepages were given.
 
-    point: Point
+    Each patch holds its side and the numbers of `PATCH_NAMES`.
+    """
+
+    request: Request
     roll: float
     rotation_speed: float | None
-    patches: tuple[PatchResult, ...]
+    patches: tuple[dict[str, Any], ...]
 
 
 class Problem(NamedTuple):
@@ -73,143 +62,115 @@ def rail_profile(name: str, inclination: float, gauge: float, half_span: float) 
     return load_profile(name, "rail", inclination=inclination, gauge=gauge, half_span=half_span)
 
 
-def profile_faults(settings: Settings) -> list[tuple[str, str]]:
+def profile_faults(request: Request) -> list[tuple[str, str]]:
     """Faults of the profiles, as (column, message), one line each."""
     faults = []
-    try:
-        wheel_profile(settings.wheel)
-    except ProfileError as error:
-        faults += [("wheel", line) for line in str(error).splitlines()]
-    try:
-        rail_profile(settings.rail, settings.inclination, settings.gauge, settings.half_span)
-    except ProfileError as error:
-        faults += [("rail", line) for line in str(error).splitlines()]
+    for column, read, given in (
+        ("wheel", wheel_profile, (request.wheel,)),
+        ("rail", rail_profile, request.placed_rail),
+    ):
+        try:
+            read(*given)
+        except ProfileError as error:
+            faults += [(column, line) for line in str(error).splitlines()]
     return faults
 
 
-def problem(points: Sequence[Point]) -> Problem:
-    """Batch of points that share their settings and rules."""
+def problem(points: Sequence[Request]) -> Problem:
+    """Batch of points that have all in common that `Request.batch` holds."""
     import numpy as np
 
     from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 
     first = points[0]
-    shared = first.settings
-    wheel = wheel_profile(shared.wheel)
+    wheel = wheel_profile(first.wheel)
 
-    def column(values: Iterable[float]) -> Any:
-        return np.array(list(values), dtype=np.float64)
+    def column(name: str) -> Any:
+        return np.array([getattr(point, name) for point in points], dtype=np.float64)
 
-    rotation: Any = first.rotation
     return Problem(
         ContactConditions(
-            shift=column(p.shift for p in points),
-            yaw=column(p.yaw for p in points),
-            roll=column(p.roll or 0.0 for p in points),
-            wheel_load=column(p.load for p in points),
-            speed=column(p.speed for p in points),
-            friction=column(p.friction for p in points),
-            track_curvature=column(p.track_curvature for p in points),
-            rotation=rotation if isinstance(rotation, str) else column(float(p.rotation) for p in points),
-            free_roll=first.roll is None,
-            creepage=None if first.creepage is None else np.array([p.creepage for p in points]),
+            shift=column("shift"),
+            yaw=column("yaw"),
+            roll=np.zeros(len(points)) if first.free_roll else np.nan_to_num(column("roll")),
+            wheel_load=column("load"),
+            speed=column("speed"),
+            friction=column("friction"),
+            track_curvature=column("track_curvature"),
+            rotation=first.rule if isinstance(first.rule, str) else column("rule"),
+            free_roll=first.free_roll,
+            creepage=None if first.creepage is None else column("creepage"),
         ),
-        Wheelset(wheel, wheel, shared.wheel_radius, shared.half_span),
-        Counterface(
-            rail_profile(shared.rail, shared.inclination, shared.gauge, shared.half_span), shared.curvature
-        ),
+        Wheelset(wheel, wheel, first.wheel_radius, first.half_span),
+        Counterface(rail_profile(*first.placed_rail), first.counterface_curvature),
         ContactModels(
-            normal=shared.normal,
-            tangential=shared.tangential,
-            strips=shared.strips,
-            cells=shared.cells,
-            youngs_modulus=shared.youngs_modulus,
-            poisson_ratio=shared.poisson_ratio,
+            normal=first.normal,
+            tangential=first.tangential,
+            strips=first.strips,
+            cells=first.cells,
+            youngs_modulus=first.youngs,
+            poisson_ratio=first.poisson,
         ),
-        {"sides": _SIDES[shared.side], "vertical": first.vertical},
+        {"sides": _SIDES[first.side], "vertical": first.normal_force is None},
     )
 
 
-def results(solution: ContactSolution, points: Sequence[Point]) -> list[tuple[int, PointResult]]:
-    """Results of a solution by index of the point; `solution` may hold some of the points only."""
+def _results(solution: ContactSolution, points: Sequence[Request]) -> list[PointResult]:
+    """Results of a solution, which may hold some of the points only."""
     import numpy as np
 
     index = solution.point
     starts = np.flatnonzero(np.diff(index, prepend=-1))
     numbers = np.stack([getattr(solution, name) for name in PATCH_NAMES], axis=1)
-    found = []
+    results = []
     for start, stop in zip(starts, [*starts[1:], index.size], strict=True):
-        given = points[index[start]]
-        patches = tuple(
-            PatchResult(
-                "left" if solution.side[k] else "right",
-                dict(zip(PATCH_NAMES, numbers[k].tolist(), strict=True)),
-            )
-            for k in range(start, stop)
-        )
-        speed = None if given.creepage is not None else float(solution.rotation_speed[start])
-        found.append((int(index[start]), PointResult(given, float(solution.roll[start]), speed, patches)))
+        request = points[index[start]]
         if not (np.isfinite(numbers[start:stop]).all() and np.isfinite(solution.roll[start])):
             raise NumericalError("the solution is not finite; use other models", int(index[start]))
-    return found
+        patches = tuple(
+            {"side": "left" if solution.side[k] else "right"}
+            | dict(zip(PATCH_NAMES, numbers[k].tolist(), strict=True))
+            for k in range(start, stop)
+        )
+        speed = None if request.creepage is not None else float(solution.rotation_speed[start])
+        results.append(PointResult(request, float(solution.roll[start]), speed, patches))
+    return results
 
 
-def solve_points(points: Sequence[Point]) -> list[PointResult | ContactError]:
+def solve_points(points: Sequence[Request]) -> list[PointResult | ContactError]:
     """Solve points, each as if it were alone.
 
     Parameters
     ----------
-    points : sequence of Point
-        Any points; those that share settings and rules are solved together.
+    points : sequence of Request
+        Any points; those of one batch are solved together.
 
     Returns
     -------
     list
         Result of each point, or why it has none; its message does not count the point.
     """
-    groups: dict[Any, list[int]] = {}
-    for index, given in enumerate(points):
-        rule = given.rotation if isinstance(given.rotation, str) else "number"
-        key = (given.settings, rule, given.vertical, given.roll is None, given.creepage is None)
-        groups.setdefault(key, []).append(index)
+    batches: dict[Any, list[int]] = {}
+    for index, request in enumerate(points):
+        batches.setdefault(request.batch, []).append(index)
     solved: dict[int, PointResult | ContactError] = {}
-    for members in groups.values():
-        answers = _together([points[index] for index in members])
-        solved |= dict(zip(members, answers, strict=True))
+    for members in batches.values():
+        solved |= dict(zip(members, _together([points[index] for index in members]), strict=True))
     return [solved[index] for index in range(len(points))]
 
 
-def _together(points: list[Point]) -> list[PointResult | ContactError]:
-    """Solve a batch; if points have no answer, the others are solved without them."""
-    from wearsim.contact.solve import CHUNK
-
+def _together(points: list[Request]) -> list[PointResult | ContactError]:
+    """Solve a batch; if points have no solution, halves of it, down to single points."""
     try:
         return list(_batch(points))
-    except ContactError:
-        if len(points) > CHUNK:  # other chunks need not be solved again and again
-            chunks = [points[i : i + CHUNK] for i in range(0, len(points), CHUNK)]
-            return [answer for chunk in chunks for answer in _together(chunk)]
-    answers: dict[int, PointResult | ContactError] = {}
-    left = list(range(len(points)))
-    for _ in range(_REMOVALS):
-        if not left:
-            break
-        try:
-            answers |= dict(zip(left, _batch([points[i] for i in left]), strict=True))
-            left = []
-        except ContactError as error:
-            if error.row is None:
-                break
-            answers[left.pop(error.row)] = _unnumbered(error)
-    for i in left:
-        try:
-            answers[i] = _batch([points[i]])[0]
-        except ContactError as error:
-            answers[i] = _unnumbered(error)
-    return [answers[i] for i in range(len(points))]
+    except ContactError as error:
+        if len(points) == 1:
+            return [_unnumbered(error)]
+    half = len(points) // 2
+    return _together(points[:half]) + _together(points[half:])
 
 
-def _batch(points: list[Point]) -> list[PointResult]:
+def _batch(points: list[Request]) -> list[PointResult]:
     from wearsim.contact.solve import solve_each
 
     conditions, wheelset, counterface, models, options = problem(points)
@@ -218,21 +179,21 @@ def _batch(points: list[Point]) -> list[PointResult]:
         wheelset,
         counterface,
         models,
-        lambda solution: results(solution, points),
+        lambda solution: _results(solution, points),
         threads=os.cpu_count() or 1,
         **options,
     )
-    return [result for part in parts for _, result in part]
+    return [result for part in parts for result in part]
 
 
-def solve_one(given: Point) -> tuple[Problem, ContactSolution, PointResult]:
+def solve_one(request: Request) -> tuple[Problem, ContactSolution, PointResult]:
     """Solve a single point and keep the whole solution."""
     from wearsim.contact.solve import solve
 
-    made = problem([given])
+    made = problem([request])
     try:
         solution = solve(made.conditions, made.wheelset, made.counterface, made.models, **made.options)
-        return made, solution, results(solution, [given])[0][1]
+        return made, solution, _results(solution, [request])[0]
     except ContactError as error:
         raise _unnumbered(error) from None
 

@@ -1,20 +1,19 @@
-"""Tables of operating points for `wearsim contact --table`: read twice, first for faults, then to solve."""
+"""Tables of operating points for `wearsim contact --table`."""
 
 from __future__ import annotations
 
 import csv
 import difflib
-import shutil
+import io
 import sys
-import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import NamedTuple
 
-from wearsim.cli.contact_flags import COLUMNS, conflict, faults_of, merged, point, without_faults
+from wearsim.cli.contact_flags import COLUMNS
+from wearsim.cli.contact_output import RESULT_COLUMNS
 from wearsim.cli.contact_points import profile_faults
-from wearsim.cli.contact_print import RESULT_COLUMNS
+from wearsim.cli.contact_request import faults_of, request_of
 from wearsim.errors import Fault, SceneError
 
 _LONGEST_LINE = 1_000_000  # characters; longer ones are no table of operating points
@@ -31,14 +30,14 @@ class Row(NamedTuple):
 
 
 class Table(NamedTuple):
-    """A table whose header was read.
+    """A table without faults.
 
     Parameters
     ----------
     name : str
         What the user calls it.
-    stream : file
-        Of bytes, that can be read again.
+    text : str
+        Its lines.
     columns : tuple of str
         Of the header, in its order.
     warnings : tuple of str
@@ -46,7 +45,7 @@ class Table(NamedTuple):
     """
 
     name: str
-    stream: BinaryIO
+    text: str
     columns: tuple[str, ...]
     warnings: tuple[str, ...]
 
@@ -55,111 +54,91 @@ class Table(NamedTuple):
         """Columns that are flags or carried through; results of an earlier run are not."""
         return tuple(column for column in self.columns if column not in RESULT_COLUMNS)
 
-
-@contextmanager
-def opened(source: str) -> Iterator[tuple[str, BinaryIO]]:
-    """Open a table so that it can be read twice; standard input (-) and pipes are copied first.
-
-    Yields
-    ------
-    name : str
-        For messages.
-    stream : file
-        Of bytes.
-    """
-    if source == "-":
-        with tempfile.TemporaryFile() as copy:
-            shutil.copyfileobj(sys.stdin.buffer, copy)
-            yield "stdin", copy
-        return
-    path = Path(source)
-    try:
-        if path.is_dir():
-            raise SceneError([Fault("is a folder, not a table; give a CSV file", source)])
-        stream = path.open("rb")
-    except (OSError, ValueError) as error:
-        told = getattr(error, "strerror", None) or error
-        raise SceneError(
-            [Fault(f"cannot be read ({told}); give a CSV file, or - for stdin", source)]
-        ) from None
-    with stream:
-        if path.is_file():
-            yield source, stream
-            return
-        with tempfile.TemporaryFile() as copy:
-            shutil.copyfileobj(stream, copy)
-            yield source, copy
+    def rows(self) -> Iterator[Row]:
+        """Rows that are solved, one after the other."""
+        records = (item for item in _records(self.name, self.text) if any(cell.strip() for cell in item[1]))
+        next(records)  # the header
+        yield from (_row(self.columns, *item) for item in records if not _is_further(self.columns, item[1]))
 
 
-def checked(name: str, stream: BinaryIO, flags: Mapping[str, str]) -> Table:
-    """Read a whole table and refuse it with all its faults.
+def read_table(source: str, flags: Mapping[str, str]) -> Table:
+    """Read a whole table and check it.
 
     Parameters
     ----------
-    name : str
-        For messages.
-    stream : file
-        Of bytes.
+    source : str
+        A CSV file, or - for standard input.
     flags : mapping
-        Texts of the flags given beside the table, by column, without faults.
+        Texts of the flags that the rows are merged into, by column, without faults.
 
     Raises
     ------
     SceneError
         All faults, each with its line.
     """
+    name, text = _text(source)
     faults: list[Fault] = []
-    rest = 0
     columns: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
-    rows, further, empty = 0, 0, list[int]()
+    warnings: list[str] = []
+    rows, further, rest, empty = 0, 0, 0, list[int]()
     seen: set[tuple[object, ...]] = set()
     try:
-        for line, cells in _records(name, stream):
-            if not columns and any(cell.strip() for cell in cells):
-                columns = _header(name, line, cells)
-                warnings = tuple(_warnings(columns))
-                continue
+        for line, cells in _records(name, text):
             if not any(cell.strip() for cell in cells):
-                empty.append(line)
-                continue
-            if _is_further(columns, cells):
+                empty += [line] if columns else []
+            elif not columns:
+                columns = _header(name, line, cells)
+                warnings = list(_warnings(columns))
+            elif _is_further(columns, cells):
                 further += 1
-                continue
-            rows += 1
-            for message in _row_faults(columns, line, cells, flags, seen):
-                if len(faults) < _MOST_FAULTS:
-                    faults.append(Fault(message, name, line))
-                else:
-                    rest += 1
+            else:
+                rows += 1
+                for fault in _row_faults(columns, line, cells, flags, seen):
+                    if len(faults) < _MOST_FAULTS:
+                        faults.append(Fault(fault, name, line))
+                    else:
+                        rest += 1
     except SceneError as error:
         faults += error.faults
     else:
         if rows == 0:
             missing = "only a header" if columns else "nothing"
             faults.append(Fault(f"holds {missing}; give a header with flags and a row per point", name))
-    if further:
-        warnings += (f"{further} lines of further patches (column patch above 1) are left out",)
-    if empty:
-        told = f"{len(empty)} rows of empty cells are left out, the first is line {empty[0]}"
-        warnings += (told + "; a row of defaults needs one value",)
     if rest:
         faults.append(Fault(f"{rest} more faults are not shown", name))
     if faults:
         raise SceneError(faults)
-    return Table(name, stream, columns, warnings)
+    if further:
+        warnings.append(f"{further} lines of further patches (column patch above 1) are left out")
+    if empty:
+        listed = f"{len(empty)} rows of empty cells are left out, the first is line {empty[0]}"
+        warnings.append(f"{listed}; a row of defaults needs one value")
+    return Table(name, text, columns, tuple(warnings))
 
 
-def rows_of(table: Table) -> Iterator[Row]:
-    """Rows of a checked table, one after the other."""
-    header = True
-    for line, cells in _records(table.name, table.stream):
-        if not any(cell.strip() for cell in cells) or (not header and _is_further(table.columns, cells)):
-            continue
-        if header:
-            header = False
-        else:
-            yield _row(table.columns, line, cells)
+def _text(source: str) -> tuple[str, str]:
+    """Name for messages, and text with plain ends of lines."""
+    name = "stdin" if source == "-" else source
+    try:
+        if Path(source).is_dir():
+            raise SceneError([Fault("is a folder, not a table; give a CSV file", source)])
+        content = sys.stdin.buffer.read() if source == "-" else Path(source).read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise SceneError(
+            [Fault(f"cannot be read ({reason}); give a CSV file, or - for stdin", source)]
+        ) from None
+    content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        message = "is not UTF-8 text; save the table as CSV in UTF-8"
+        raise SceneError([Fault(message, name, line)]) from None
+    if "\0" in text:
+        line = text[: text.index("\0")].count("\n") + 1
+        raise SceneError([Fault("holds zero bytes; save the table as CSV in UTF-8", name, line)])
+    return name, text
 
 
 def _is_further(columns: tuple[str, ...], cells: list[str]) -> bool:
@@ -184,23 +163,20 @@ def _row_faults(
     flags: Mapping[str, str],
     seen: set[tuple[object, ...]],
 ) -> list[str]:
-    """All that is wrong with one row; profiles are told at the first row that uses them."""
+    """All that is wrong with one row; faults of profiles only at the first row that uses them."""
     if len(cells) < len(columns) or any(cell.strip() for cell in cells[len(columns) :]):
         return [f"{len(cells)} cells, the header has {len(columns)}; quote cells that hold commas"]
     given = _row(columns, line, cells).given
-    faults = faults_of(given, as_flags=False)
-    texts = merged(flags, without_faults(given))
-    wrong = conflict(texts)
-    settings = point(texts).settings
-    key = (settings.wheel, settings.rail, settings.inclination, settings.gauge, settings.half_span)
-    if key not in seen:
-        seen.add(key)
-        for column, message in profile_faults(settings):
-            told = (column, message)
-            if told not in seen:
-                seen.add(told)
-                faults.append(f"{column}: {message}")
-    return faults + ([wrong] if wrong else [])
+    request, wrong = request_of(flags, given)
+    faults = faults_of(given, wrong, as_flags=False)
+    profiles = (request.wheel, *request.placed_rail)
+    if profiles not in seen:
+        seen.add(profiles)
+        for fault in profile_faults(request):
+            if fault not in seen:
+                seen.add(fault)
+                faults.append(": ".join(fault))
+    return faults + ([request.conflict] if request.conflict else [])
 
 
 def _header(name: str, line: int, cells: list[str]) -> tuple[str, ...]:
@@ -211,15 +187,19 @@ def _header(name: str, line: int, cells: list[str]) -> tuple[str, ...]:
     only = " ".join(cells)
     for mark, called in ((";", "semicolons"), ("\t", "tabs")):
         if len(columns) == 1 and mark in only:
-            told = f"columns are separated by {called}; save the table with commas between columns and points"
-            raise SceneError([Fault(told + " as decimal marks", name, line)])
+            message = (
+                f"columns are separated by {called}; save the table with commas between columns and points"
+            )
+            raise SceneError([Fault(message + " as decimal marks", name, line)])
     faults = [f"column {k} has no name" for k, column in enumerate(columns, 1) if not column]
     twice = sorted({column for column in columns if column and columns.count(column) > 1})
     faults += [f"column {_short(column)} stands there more than once; keep one" for column in twice]
-    if not any(column in COLUMNS for column in columns):
-        told = "no column has the name of a flag, such as shift_mm, yaw_mrad or wheel_load_kN"
+    if "flange_back_mm" in columns:
+        faults.append("column flange_back_mm has a new name; write back_to_back_mm")
+    elif not any(column in COLUMNS for column in columns):
+        message = "no column has the name of a flag, such as shift_mm, yaw_mrad or wheel_load_kN"
         near = [hint for column in columns if (hint := _nearest(column))]
-        faults.append(told + (f"; did you mean {', '.join(near[:5])}?" if near else ""))
+        faults.append(message + (f"; did you mean {', '.join(near[:5])}?" if near else ""))
     if faults:
         raise SceneError([Fault(fault, name, line) for fault in faults])
     return tuple(columns)
@@ -256,33 +236,18 @@ def _warnings(columns: tuple[str, ...]) -> Iterator[str]:
             continue
         near = _nearest(column)
         if near is not None and near not in columns:
-            told = f"column {_short(column)} is not a flag of wearsim and is carried through"
-            yield f"{told}; did you mean {near}?"
+            message = f"column {_short(column)} is not a flag of wearsim and is carried through"
+            yield f"{message}; did you mean {near}?"
 
 
-def _records(name: str, stream: BinaryIO) -> Iterator[tuple[int, list[str]]]:
+def _records(name: str, text: str) -> Iterator[tuple[int, list[str]]]:
     """Line and cells of each record that holds anything, be it empty cells."""
-    stream.seek(0)
-    count = 0
 
     def lines() -> Iterator[str]:
-        nonlocal count
-        while raw := stream.readline(_LONGEST_LINE + 1):
-            if len(raw) > _LONGEST_LINE:
-                told = "is too long a line for a table of operating points"
-                raise SceneError([Fault(told, name, count + 1)])
-            try:
-                text = raw.decode("utf-8-sig" if count == 0 else "utf-8")
-            except UnicodeDecodeError:
-                told = "is not UTF-8 text; save the table as CSV in UTF-8"
-                raise SceneError([Fault(told, name, count + 1)]) from None
-            text = text.replace("\r\n", "\n").replace("\r", "\n")
-            for line in text.removesuffix("\n").split("\n"):
-                count += 1
-                if "\0" in line:
-                    told = "holds zero bytes; save the table as CSV in UTF-8"
-                    raise SceneError([Fault(told, name, count)])
-                yield line + "\n"
+        for number, line in enumerate(io.StringIO(text), 1):
+            if len(line) > _LONGEST_LINE:
+                raise SceneError([Fault("is too long a line for a table of operating points", name, number)])
+            yield line
 
     start = 1
     reader = csv.reader(lines(), strict=True, skipinitialspace=True)
@@ -290,7 +255,7 @@ def _records(name: str, stream: BinaryIO) -> Iterator[tuple[int, list[str]]]:
         for cells in reader:
             if len(cells) > 1 or any(cell.strip() for cell in cells):
                 yield start, cells
-            start = count + 1
+            start = reader.line_num + 1
     except csv.Error as error:
-        told = f"is not well-formed CSV ({error}); quotes within a quoted cell are doubled"
-        raise SceneError([Fault(told, name, start)]) from None
+        message = f"is not well-formed CSV ({error}); quotes within a quoted cell are doubled"
+        raise SceneError([Fault(message, name, start)]) from None

@@ -29,19 +29,20 @@ from wearsim.profile.inspection import (
 from wearsim.profile.inspection.fleet import fleet_rows, profile_files
 from wearsim.profile.inspection.inputs import RUNNING_CIRCLE, ProfileInput, read_input
 from wearsim.profile.limits import LimitSet, load_limits
-from wearsim.profile.measures import DISTANCE_RANGES, GaugeDistances
+from wearsim.profile.measures import GaugeDistances
+from wearsim.quantities import QUANTITIES
 
 _PICTURES = ("png", "svg", "pdf")
-_NUMBERS = {  # smallest and largest value [mm]
-    "below_tip_mm": DISTANCE_RANGES["below_tip"],
-    "level_mm": DISTANCE_RANGES["level"],
-    "running_circle_mm": DISTANCE_RANGES["flange_back"],
-    "gauge_mm": (1000.0, 1700.0),
-    "back_to_back_mm": (900.0, 1600.0),
-    "wheel_radius_mm": (150.0, 1500.0),
-    "diameter_mm": (300.0, 3000.0),
-    "left_diameter_mm": (300.0, 3000.0),
-    "smooth_mm": (0.5, 50.0),
+_NUMBERS = {  # quantity whose input range holds
+    "below_tip_mm": "below_tip",
+    "level_mm": "level",
+    "running_circle_mm": "flange_back",
+    "gauge_mm": "gauge",
+    "back_to_back_mm": "back_to_back",
+    "wheel_radius_mm": "wheel_radius",
+    "diameter_mm": "wheel_diameter",
+    "left_diameter_mm": "wheel_diameter",
+    "smooth_mm": "noise_wavelength",
 }
 _NAMES = ("name", "left", "rail", "wheel", "against", "reprofile_to", "limits", "fleet", "out", "csv", "plot")
 _SINGLE = ("left", "convert", "out", "part", "slice", "left_diameter_mm", "reprofile_to")  # not of a folder
@@ -266,7 +267,8 @@ class Request:
     def _numbers(self) -> dict[str, float]:
         """Return the stated lengths [m]."""
         numbers = {}
-        for key, (low, high) in _NUMBERS.items():
+        for key, quantity in _NUMBERS.items():
+            low, high = QUANTITIES[quantity].span
             text = self.given[key]
             if text is None:
                 continue
@@ -287,13 +289,14 @@ class Request:
         """Slope of the rail from 1:N or none, by the rule of `wearsim contact`."""
         if self.given["inclination"] is None:
             return None
-        from wearsim.cli.contact_flags import value
+        from wearsim.cli.contact_request import inclination
 
         text = self.given["inclination"]
-        slope, wrong = value("inclination", text.strip())
-        if wrong is not None:
-            self.faults.append(f"--inclination = {_short(text)} {wrong}")
-        return slope
+        try:
+            return inclination(text.strip())
+        except ValueError as error:
+            self.faults.append(f"--inclination = {_short(text)} {error}")
+            return None
 
 
 def _flag(key: str) -> str:

@@ -9,7 +9,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.inspection import BACK_TO_BACK, GAUGE, Comparison, Inspection, ReprofiledWheel
 from wearsim.profile.inspection.fleet import FleetRow
 from wearsim.profile.inspection.inputs import ProfileInput
@@ -17,6 +16,7 @@ from wearsim.profile.inspection.running import Running
 from wearsim.profile.limits import NO_DIAMETER, Judgement
 from wearsim.profile.measures import Measures
 from wearsim.profile.shape import arc_length
+from wearsim.quantities import QUANTITIES
 
 MEASURES = {
     "flange_height": "Sh", "flange_thickness": "Sd", "flange_gradient": "qR", "hollowing": "hollow",
@@ -174,13 +174,13 @@ def _reasons(columns: Sequence[tuple[str, Measures]]) -> Iterable[str]:
         for title, measures in columns:
             if name in measures.missing and name not in _IF_KNOWN:
                 whose = f" of {title}" if len(columns) > 1 else ""
-                missing.setdefault((whose, measures.missing[name]), []).append(NOMENCLATURE[name].meaning)
+                missing.setdefault((whose, measures.missing[name]), []).append(QUANTITIES[name].meaning)
     return (f"no {', '.join(names)}{whose}: {why}" for (whose, why), names in missing.items())
 
 
 def _named(name: str) -> str:
     symbol = MEASURES.get(name)
-    return f"{NOMENCLATURE[name].meaning} {symbol}" if symbol in _SYMBOLS else NOMENCLATURE[name].meaning
+    return f"{QUANTITIES[name].meaning} {symbol}" if symbol in _SYMBOLS else QUANTITIES[name].meaning
 
 
 def _cut(title: str, most: int = 17) -> str:
@@ -208,7 +208,7 @@ def _limits(result: Inspection) -> list[str]:
 
 def _judgement(measure: str, group: Sequence[Judgement]) -> str:
     """Value, limits and margin of one measure, or why it cannot be judged."""
-    factor = NOMENCLATURE[measure].shown_factor
+    factor = QUANTITIES[measure].shown_factor
     value = group[0].value
     bounds = {each.bound: each.limit for each in group}
     least, most = ("-" if (at := bounds.get(key)) is None else f"{at * factor:g}" for key in ("min", "max"))
@@ -385,7 +385,7 @@ def _fleet_cells(row: FleetRow) -> dict[str, str]:
     cells = {"file": row.file, **dict.fromkeys(_IDENTITY, ""), "wheel": row.wheel, **row.identity}
     for column, (name, digits, _) in _FLEET.items():
         value = row.values.get(name)
-        cells[column] = "" if value is None else f"{value * NOMENCLATURE[name].shown_factor:.{digits}f}"
+        cells[column] = "" if value is None else f"{value * QUANTITIES[name].shown_factor:.{digits}f}"
     short = {**MEASURES, "equivalent_conicity": "conicity"}
     cells["exceeded"] = " ".join(short.get(name, name) for name in row.exceeded)
     cells["not_judged"] = " ".join(short.get(name, name) for name in row.not_judged)

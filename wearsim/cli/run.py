@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearsim.cli import Commands, add_command
-from wearsim.cli.changes import add_change_flags, load_changed
-from wearsim.cli.study import study
+from wearsim.cli.overrides import add_override_flags, load_overridden
 
 if TYPE_CHECKING:
-    from wearsim.scene.changes import Change
+    from wearsim.scene.overrides import Override
 
 
 def add_parser(commands: Commands) -> None:
@@ -30,9 +29,9 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument(
         "--out",
         metavar="DIR",
-        help="run directory (default: the scene file's name without .toml; reports, if it is no campaign)",
+        help="run directory (default: the scene file's name without .toml)",
     )
-    add_change_flags(parser)
+    add_override_flags(parser)
     parser.add_argument(
         "--converge",
         metavar="KM",
@@ -54,11 +53,11 @@ def add_parser(commands: Commands) -> None:
 
 
 def _models(text: str) -> tuple[str, str]:
-    from wearsim.contact.normal import NEVER_LEADS, NORMAL_MODELS
+    from wearsim.contact.normal import NORMAL_MODELS
     from wearsim.contact.tangential import TANGENTIAL_MODELS
 
     normal, plus, tangential = text.partition("+")
-    leading = [name for name in NORMAL_MODELS if name not in NEVER_LEADS]
+    leading = [name for name, model in NORMAL_MODELS.items() if model.can_update_profile]
     if not plus or normal not in leading or tangential not in TANGENTIAL_MODELS:
         pair = f"one of {', '.join(leading)}, a plus sign, and one of {', '.join(TANGENTIAL_MODELS)}"
         raise argparse.ArgumentTypeError(f"{text} must be {pair}")
@@ -78,35 +77,37 @@ def _kilometres(text: str) -> float | str:
 def execute(arguments: argparse.Namespace) -> int:
     """Run the scene; a directory in which it runs already is continued."""
     from wearsim.campaign.run import run_scene
+    from wearsim.cli import sweep
     from wearsim.cli.progress import observer
     from wearsim.errors import Fault, SceneError
     from wearsim.report.html import write_report
-    from wearsim.scene import StudyScene
+    from wearsim.scene import SweepScene
+    from wearsim.scene.overrides import at_its_source
     from wearsim.scene.touch import check_contact
 
-    scene, changes = load_changed(arguments)
+    scene, overrides = load_overridden(arguments)
     given = Path(arguments.out) if arguments.out else None
-    if isinstance(scene, StudyScene):
+    if isinstance(scene, SweepScene):
         if arguments.converge or arguments.against:
             flag = "--converge" if arguments.converge else "--against"
             told = f"{flag} is for campaigns; this scene is of kind {scene.scene.kind}"
             raise SceneError([Fault(told, str(scene.origin.path))])
-        return study(scene).run(scene, given, arguments.command_line)
+        return sweep.run(scene, given, arguments.command_line)
     out = given or Path(Path(arguments.scene).stem)
     for warning in check_contact(scene):
-        print(f"warning: {warning}", file=sys.stderr)
+        print(f"warning: {at_its_source(warning)}", file=sys.stderr)
     with observer() as observe:
         results = run_scene(
-            arguments.scene, out, command=arguments.command_line, observer=observe, changes=changes
+            arguments.scene, out, command=arguments.command_line, observer=observe, overrides=overrides
         )
     tell_doubts(results)
     if arguments.converge or arguments.against:
-        _converge(arguments, out, changes)
+        _converge(arguments, out, overrides)
     print(f"report: {write_report(out)}")
     return 0
 
 
-def _converge(arguments: argparse.Namespace, out: Path, changes: Sequence[Change]) -> None:
+def _converge(arguments: argparse.Namespace, out: Path, overrides: Sequence[Override]) -> None:
     from wearsim.cli.progress import observer
     from wearsim.report.convergence import markdown, read_convergence
     from wearsim.studies.converge import converge
@@ -116,7 +117,7 @@ def _converge(arguments: argparse.Namespace, out: Path, changes: Sequence[Change
         converge(
             arguments.scene,
             out,
-            changes=changes,
+            overrides=overrides,
             distance=1e3 * arguments.converge if short else None,
             refine=bool(arguments.converge),
             against=tuple(dict.fromkeys(arguments.against)),

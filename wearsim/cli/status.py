@@ -40,6 +40,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print(f"{out}: no step finished yet")
     for name, item in campaigns.items():
         print(status_line(name, item))
+    if any(item.get("state") in ("stopped", "interrupted") for item in campaigns.values()):
+        print(f"nobody works in {out}; `wearsim resume {out}` continues it")
     return 0
 
 
@@ -49,7 +51,7 @@ def _sweep(out: Path, as_json: bool) -> int:
 
     from wearsim.campaign.directory import read_status
     from wearsim.cli.sweep import status_lines
-    from wearsim.studies.sweep_directory import outcomes_of, read_plan
+    from wearsim.studies.sweep import outcomes_of, read_plan
 
     if not as_json:
         print("\n".join(status_lines(out)))

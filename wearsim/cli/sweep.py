@@ -11,8 +11,8 @@ from wearsim.cli import Commands, add_command
 
 if TYPE_CHECKING:
     from wearsim.scene import SweepScene
-    from wearsim.scene.sweep import Sweep
-    from wearsim.studies.sweep_directory import Outcome
+    from wearsim.scene.sweep import Case, Sweep
+    from wearsim.studies.ensemble import Outcome
 
 
 def add_parser(commands: Commands) -> None:
@@ -34,7 +34,8 @@ def add_parser(commands: Commands) -> None:
         metavar="KEY=VALUE,...",
         action="append",
         default=[],
-        help="vary a key of the scene; given several times, every value with every other",
+        help="vary a key of the scene; given several times, every value with every other; an empty value "
+        "removes the key, so that its default applies",
     )
     parser.add_argument("--table", metavar="CSV", help="cases of the scene, with columns named section.key")
     what = parser.add_mutually_exclusive_group()
@@ -59,110 +60,49 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.errors import Fault, SceneError
     from wearsim.scene import SweepScene, load_scene
     from wearsim.scene.sweep import sweep_of_flags
-    from wearsim.studies.sweep import check_cases
 
     scene = load_scene(arguments.scene)
-    if isinstance(scene, SweepScene):
-        if arguments.vary or arguments.table:
-            told = "a sweep file says itself what is varied; leave --vary and --table out"
-            raise SceneError([Fault(told, arguments.scene)])
-        sweep = sweep_of_scene(scene)
-    else:
+    if not isinstance(scene, SweepScene):
         sweep = sweep_of_flags(arguments.scene, arguments.vary, arguments.table)
+    elif arguments.vary or arguments.table:
+        message = "a sweep file states itself what is varied; leave --vary and --table out"
+        raise SceneError([Fault(message, arguments.scene)])
+    else:
+        sweep = _sweep_of(scene)
     out = Path(arguments.out or Path(arguments.scene).stem)
     if arguments.list:
         return _list(sweep, out, arguments.json)
-    for warning in check_cases(sweep, out, arguments.case):
-        print(f"warning: {warning}", file=sys.stderr)
     if arguments.case is not None:
-        return _one(sweep, arguments.case, out, arguments)
+        return _one(sweep, out, arguments)
     return _all(sweep, out, arguments.jobs, arguments.command_line, arguments.json)
 
 
-def sweep_of_scene(scene: SweepScene) -> Sweep:
-    """Return the cases of a sweep file.
-
-    Parameters
-    ----------
-    scene : SweepScene
-        As loaded.
-    """
-    from wearsim.scene.sweep import Sweep
-
-    sweep = scene._inputs
-    assert isinstance(sweep, Sweep)
-    return sweep
-
-
 def run(scene: SweepScene, out: Path | None, command: str) -> int:
-    """Run a sweep file for `wearsim run`.
-
-    Parameters
-    ----------
-    scene : SweepScene
-        As loaded.
-    out : Path, optional
-        Directory of the sweep; the file's name without .toml if not given.
-    command : str
-        Command line, for the history of the results.
-
-    Returns
-    -------
-    int
-        Exit code.
-    """
-    from wearsim.studies.sweep import check_cases
-
-    sweep, out = sweep_of_scene(scene), out or Path(scene.origin.path.stem)
-    for warning in check_cases(sweep, out):
-        print(f"warning: {warning}", file=sys.stderr)
-    return _all(sweep, out, None, command, False)
+    """Run a sweep file for `wearsim run`; the exit code."""
+    return _all(_sweep_of(scene), out or Path(scene.origin.path.stem), None, command, False)
 
 
 def plan(scene: SweepScene) -> dict[str, Any]:
-    """Tell what a sweep file would run, for `wearsim check`.
+    """Return what a sweep file would run, for `wearsim check`: title, cases and warnings."""
+    from wearsim.studies.ensemble import check_cases
+    from wearsim.studies.sweep import plan_of
 
-    Parameters
-    ----------
-    scene : SweepScene
-        As loaded.
-
-    Returns
-    -------
-    dict
-        Title and cases.
-    """
-    from wearsim.studies.sweep import check_cases
-    from wearsim.studies.sweep_directory import plan_of
-
-    sweep = sweep_of_scene(scene)
-    return {**plan_of(sweep), "warnings": [str(warning) for warning in check_cases(sweep)]}
+    sweep = _sweep_of(scene)
+    return {**plan_of(sweep), "warnings": [str(warning) for warning in check_cases(sweep.cases)]}
 
 
-def text(told: dict[str, Any]) -> str:
-    """Lines for `wearsim check` from what `plan` told.
-
-    Parameters
-    ----------
-    told : dict
-        From `plan`.
-    """
-    lines = [f"{told['title']}: {len(told['cases'])} cases"]
-    lines += [_case_line(case["case"], case["scene"], case["values"]) for case in told["cases"]]
-    return "\n".join(lines + [f"warning: {warning}" for warning in told["warnings"]])
+def text(planned: dict[str, Any]) -> str:
+    """Lines for `wearsim check` from what `plan` returns."""
+    lines = [f"{planned['title']}: {len(planned['cases'])} cases"]
+    lines += map(_case_line, planned["cases"])
+    return "\n".join(lines + [f"warning: {warning}" for warning in planned["warnings"]])
 
 
 def status_lines(out: Path) -> list[str]:
-    """Lines for `wearsim status` on a sweep.
-
-    Parameters
-    ----------
-    out : Path
-        Directory of the sweep.
-    """
+    """Lines for `wearsim status` on the directory of a sweep."""
     from wearsim.campaign.directory import read_status
     from wearsim.cli.progress import status_line
-    from wearsim.studies.sweep_directory import outcomes_of, read_plan
+    from wearsim.studies.sweep import outcomes_of, read_plan
 
     lines = []
     outcomes = outcomes_of(out)
@@ -170,10 +110,15 @@ def status_lines(out: Path) -> list[str]:
         campaigns = read_status(out / entry["directory"]).get("campaigns") or {}
         lines += [status_line(f"case {outcome.number}, {name}", item) for name, item in campaigns.items()]
         if not campaigns or (outcome.fault and not any(item.get("message") for item in campaigns.values())):
-            lines.append(
-                f"case {outcome.number}: {outcome.state}" + (f"; {outcome.fault}" if outcome.fault else "")
-            )
+            lines.append(_with_fault(f"case {outcome.number}: {outcome.state}", outcome.fault))
     return [*lines, _counted(outcomes)]
+
+
+def _sweep_of(scene: SweepScene) -> Sweep:
+    from wearsim.scene.sweep import Sweep
+
+    assert isinstance(scene._inputs, Sweep)
+    return scene._inputs
 
 
 def _counted(outcomes: tuple[Outcome, ...]) -> str:
@@ -182,73 +127,82 @@ def _counted(outcomes: tuple[Outcome, ...]) -> str:
     return f"{len(outcomes)} cases: {', '.join(counts)}"
 
 
-def _case_line(number: int, scene: str, values: dict[str, Any]) -> str:
-    told = ", ".join(f"{key} = {value}" for key, value in values.items())
-    return f"  case {number}: {scene}" + (f", {told}" if told else "")
+def _case_line(case: dict[str, Any]) -> str:
+    values = [f"{key} = {'removed' if value is None else value}" for key, value in case["values"].items()]
+    return ", ".join([f"  case {case['case']}: {case['scene']}", *values])
+
+
+def _with_fault(line: str, fault: str) -> str:
+    return f"{line}; {fault}" if fault else line
 
 
 def _list(sweep: Sweep, out: Path, as_json: bool) -> int:
+    """Print all cases, each with its state, or with what makes it impossible."""
     import json
 
-    from wearsim.studies.sweep import fault_of
-    from wearsim.studies.sweep_directory import outcomes_of, plan_of, read_plan
+    from wearsim.errors import WearsimError
+    from wearsim.studies.ensemble import check_cases
+    from wearsim.studies.sweep import outcomes_of, plan_of, read_plan
 
     cases = plan_of(sweep)["cases"]
     begun = read_plan(out).get("cases") == cases
     states = [item.state for item in outcomes_of(out)] if begun else ["not started"] * len(cases)
-    faults = [
-        fault_of(sweep, case["case"], out) if state == "not started" else ""
-        for case, state in zip(cases, states, strict=True)
-    ]
-    states = ["impossible" if fault else state for state, fault in zip(states, faults, strict=True)]
-    told = list(zip(cases, states, faults, strict=True))
+    listed = []
+    for case, entry, state in zip(sweep.cases, cases, states, strict=True):
+        listed.append({**entry, "state": state, "fault": ""})
+        try:
+            if state == "not started":
+                check_cases((case,), out)
+        except WearsimError as error:
+            fault = "; ".join(str(error).splitlines()).replace(f"case {case.number}: ", "", 1)
+            listed[-1] |= {"state": "impossible", "fault": fault}
     if as_json:
-        listed = [{**case, "state": state, "fault": fault} for case, state, fault in told]
         print(json.dumps({"title": sweep.title, "cases": listed}, indent=2, ensure_ascii=False))
     else:
-        for case, state, fault in told:
-            line = f"{_case_line(case['case'], case['scene'], case['values'])}: {state}"
-            print(f"{line}; {fault}" if fault else line)
-    return 2 if any(faults) else 0
+        for entry in listed:
+            print(_with_fault(f"{_case_line(entry)}: {entry['state']}", entry["fault"]))
+    return 2 if any(entry["fault"] for entry in listed) else 0
 
 
-def _one(sweep: Sweep, number: int, out: Path, arguments: argparse.Namespace) -> int:
+def _one(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
     import json
     from dataclasses import asdict
 
     from wearsim.cli.progress import observer
-    from wearsim.studies.sweep import run_case
+    from wearsim.studies.sweep import chosen, run_one
 
+    (case,) = chosen(sweep, arguments.case)
+    _warn((case,), out)
     with observer() as observe:
-        outcome = run_case(sweep, number, out, command=arguments.command_line, observer=observe)
+        outcome = run_one(sweep, case, out, command=arguments.command_line, observer=observe)
     if arguments.json:
         print(json.dumps(asdict(outcome), indent=2, ensure_ascii=False))
     elif not outcome.fault:
-        print(f"case {number}: {outcome.state}, {out / sweep.cases[number - 1].name}")
+        print(f"case {case.number}: {outcome.state}, {out / case.name}")
     if outcome.fault:
-        print(f"case {number}: {outcome.fault}", file=sys.stderr)
+        print(f"case {case.number}: {outcome.fault}", file=sys.stderr)
     return outcome.exit_code
 
 
 def _all(sweep: Sweep, out: Path, jobs: int | None, command: str, as_json: bool) -> int:
     import json
 
-    from wearsim.studies.sweep import run_sweep
-    from wearsim.studies.sweep_table import sweep_dataset, sweep_rows
+    from wearsim.studies.sweep import run_sweep, sweep_dataset, sweep_rows
 
+    _warn(sweep.cases, out)
     ended: set[int] = set()
 
-    def tell(outcome: Outcome) -> None:
-        case = sweep.cases[outcome.number - 1]
+    def report(outcome: Outcome) -> None:
         if outcome.state == "running":
-            print(f"case {outcome.number}: begun, {case.label}", file=sys.stderr, flush=True)
-            return
-        ended.add(outcome.number)
-        told = f"case {outcome.number}: {outcome.state} ({len(ended)} of {len(sweep.cases)})"
-        print(f"{told}; {outcome.fault}" if outcome.fault else told, file=sys.stderr, flush=True)
+            line = f"case {outcome.number}: begun, {sweep.cases[outcome.number - 1].label}"
+        else:
+            ended.add(outcome.number)
+            count = f"({len(ended)} of {len(sweep.cases)})"
+            line = _with_fault(f"case {outcome.number}: {outcome.state} {count}", outcome.fault)
+        print(line, file=sys.stderr, flush=True)
 
     try:
-        outcomes = run_sweep(sweep, out, jobs=jobs, command=command, told=tell)
+        outcomes = run_sweep(sweep, out, jobs=jobs, command=command, report=report)
     except KeyboardInterrupt:
         print("interrupted; the same command goes on where the cases stopped", file=sys.stderr)
         return 130
@@ -258,3 +212,10 @@ def _all(sweep: Sweep, out: Path, jobs: int | None, command: str, as_json: bool)
         print(_counted(outcomes))
         print(f"table: {out / 'sweep.csv'}, {out / 'sweep.nc'}")
     return max(outcome.exit_code for outcome in outcomes)
+
+
+def _warn(cases: tuple[Case, ...], out: Path) -> None:
+    from wearsim.studies.ensemble import check_cases
+
+    for warning in check_cases(cases, out):
+        print(f"warning: {warning}", file=sys.stderr)

@@ -12,10 +12,14 @@ profile at the centre. The counterface turns with :math:`\omega = (0, \kappa V, 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
+
+if TYPE_CHECKING:
+    from wearsim.contact.geometry import WheelsetPose
 
 
 @dataclass(frozen=True)
@@ -63,47 +67,58 @@ def moved(motion: Kinematics, along: FloatArray, across: FloatArray) -> Kinemati
     return Kinematics(at(motion.at_rest), at(motion.per_speed), motion.x + along)
 
 
+@dataclass(frozen=True)
+class ContactPoint:
+    """Creepage reference points on wheel and counterface.
+
+    Parameters
+    ----------
+    wheel_y, wheel_radius : (m,) array
+        On the wheel: lateral position on the profile and rolling radius [m].
+    sin_theta : (m,) array
+        Sine of its angle about the axle [-].
+    counterface_z : (m,) array
+        Height on the counterface's profile [m].
+    contact_angle : (m,) array
+        About e_x, z down [rad].
+    approach, overlap : (m,) array, optional
+        Rigid approach of the patch along the normal, and how far the wheel's point overlaps the counterface,
+        along the counterface's radius [m]; none: the wheel's point itself is taken.
+    """
+
+    wheel_y: FloatArray
+    wheel_radius: FloatArray
+    sin_theta: FloatArray
+    counterface_z: FloatArray
+    contact_angle: FloatArray
+    approach: FloatArray | None = None
+    overlap: FloatArray | None = None
+
+
 def kinematics(
+    point: ContactPoint,
+    pose: WheelsetPose,
     *,
-    wheel_y: FloatArray,
-    wheel_radius: FloatArray,
-    sin_theta: FloatArray,
-    counterface_z: FloatArray,
-    contact_angle: FloatArray,
-    shift: FloatArray,
-    yaw: FloatArray,
-    roll: FloatArray,
     speed: FloatArray,
     track_curvature: FloatArray,
     half_span: float,
     nominal_radius: float,
     curvature: float,
-    approach: FloatArray | None = None,
-    overlap: FloatArray | None = None,
 ) -> Kinematics:
     r"""Creepage of right wheels as a function of their rotation speed.
 
     Parameters
     ----------
-    wheel_y, wheel_radius : (m,) array
-        Contact on the wheel: lateral position on the profile and rolling radius [m].
-    sin_theta : (m,) array
-        Sine of its angle about the axle [-].
-    counterface_z : (m,) array
-        Height of the contact on the counterface's profile [m].
-    contact_angle : (m,) array
-        About e_x, z down [rad].
-    shift, yaw, roll : (m,) array
-        Of the wheelset [m, rad, rad].
+    point : ContactPoint
+        m reference points.
+    pose : WheelsetPose
+        Of the wheelset at each, (m,) arrays.
     speed : (m,) array
         V [m/s].
     track_curvature : (m,) array
         1/R, positive to the right [1/m].
     half_span, nominal_radius, curvature : float
-        Lateral origin of the profiles, tape circle radius [m], kappa of the counterface [1/m].
-    approach, overlap : (m,) array, optional
-        Rigid approach of the patch along the normal, and how far the wheel's point overlaps the counterface,
-        along the counterface's radius [m]; none: the wheel's point itself is taken.
+        Lateral origin of the profiles, radius of the running circle [m], kappa of the counterface [1/m].
 
     Returns
     -------
@@ -118,6 +133,8 @@ def kinematics(
     ----------
     .. [1] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226.
     """
+    wheel_radius, sin_theta = point.wheel_radius, point.sin_theta
+    yaw, roll, approach, overlap = pose.yaw, pose.roll, point.approach, point.overlap
     sy, cy, sr, cr = np.sin(yaw), np.cos(yaw), np.sin(roll), np.cos(roll)
     zero, one = np.zeros_like(yaw), np.ones_like(yaw)
     # Columns of Rz(yaw) Rx(roll).
@@ -127,23 +144,23 @@ def kinematics(
     cosine = np.sqrt(1.0 - sin_theta**2)
     arm = (
         (wheel_radius * sin_theta)[:, None] * forward
-        + (half_span + wheel_y)[:, None] * axle
+        + (half_span + point.wheel_y)[:, None] * axle
         + (wheel_radius * cosine)[:, None] * down
     )
-    x, y, z = arm[:, 0], shift + arm[:, 1], arm[:, 2] - nominal_radius
+    x, y, z = arm[:, 0], pose.shift + arm[:, 1], arm[:, 2] - nominal_radius
     along = np.stack((1.0 - curvature * z, zero, curvature * x), axis=1)
     e_x = along / np.linalg.norm(along, axis=1)[:, None]
     e_y = np.stack((zero, one, zero), axis=1)
     e_d = np.stack((-e_x[:, 2], zero, e_x[:, 0]), axis=1)
-    sine, cosine = np.sin(contact_angle)[:, None], np.cos(contact_angle)[:, None]
+    angle = point.contact_angle
+    sine, cosine = np.sin(angle)[:, None], np.cos(angle)[:, None]
     e_s = cosine * e_y + sine * e_d
     e_n = -sine * e_y + cosine * e_d
     if approach is not None and overlap is not None:
         arm = arm + approach[:, None] * e_n - overlap[:, None] * e_d
     wheel = np.cross(axle, arm)  # surface velocity of the wheel per rotation speed
-    counterface = -(speed * (1.0 - curvature * counterface_z))[:, None] * e_x + (speed * track_curvature)[
-        :, None
-    ] * np.stack((y, -x, zero), axis=1)
+    rolling = -(speed * (1.0 - curvature * point.counterface_z))[:, None] * e_x
+    counterface = rolling + (speed * track_curvature)[:, None] * np.stack((y, -x, zero), axis=1)
     turning = np.stack((zero, curvature * speed, -speed * track_curvature), axis=1)
 
     def frame(velocity: FloatArray, spin: FloatArray) -> FloatArray:

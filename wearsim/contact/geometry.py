@@ -4,7 +4,7 @@ Wheel and counterface are surfaces of revolution. The counterface has curvature 
 direction (a rail: 0) and is unrolled: the height of a point above its axis, measured from the profile's
 top, is ``zeta``; in the plane (y, zeta) rail and roller are the same curve. Each ring of the wheel is
 nearest to the counterface where the wheel's normal has no component along the rolling direction; these
-points form the wheel's contour, and the gap is the distance of the two contours.
+points form the wheel's contact line, and the gap is the distance of it from the counterface profile.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ NO_WHEEL = 1.0  # gap [m] at lateral positions where there is no wheel above the
 
 
 @dataclass(frozen=True)
-class Rings:
-    """A wheel as rings about its axle, from the flange tip to the field side.
+class WheelSurface:
+    """Surface of a wheel: rings about its axle, from the flange tip to the field side.
 
     Parameters
     ----------
@@ -45,8 +45,8 @@ class Rings:
 
 
 @dataclass(frozen=True)
-class Contour:
-    """A counterface's profile on a grid of equal steps of arc length.
+class CounterfaceProfile:
+    """Profile of a rail or roller on a grid of equal steps of arc length.
 
     Parameters
     ----------
@@ -65,8 +65,8 @@ class Contour:
 
 
 @dataclass(frozen=True)
-class Attitude:
-    """Position of a wheelset seen from one wheel, one row each; a left wheel is mirrored first.
+class WheelsetPose:
+    """Pose of a wheelset in the axes of one wheel, one row each; a left wheel is mirrored first.
 
     Parameters
     ----------
@@ -81,31 +81,31 @@ class Attitude:
 
 @dataclass(frozen=True)
 class Bodies:
-    """The wheel a gap belongs to, for whoever needs the gap away from the contact line.
+    """The wheel of a gap and its pose, for the gap away from the contact line.
 
     Parameters
     ----------
-    wheel : Rings
+    wheel : WheelSurface
         The wheel.
-    attitude : Attitude
+    pose : WheelsetPose
         n rows.
     half_span, nominal_radius : float
-        From the track centre to the origin of the profiles; tape circle radius [m].
+        From the track centre to the origin of the profiles; radius of the running circle [m].
     """
 
-    wheel: Rings
-    attitude: Attitude
+    wheel: WheelSurface
+    pose: WheelsetPose
     half_span: float
     nominal_radius: float
 
 
 @dataclass(frozen=True)
 class Gap:
-    """Gap between the contours of wheel and counterface with the wheel at its design height.
+    """Gap between contact line of the wheel and counterface profile, with the wheel at its design height.
 
     Parameters
     ----------
-    contour : Contour
+    counterface : CounterfaceProfile
         The counterface; its grid is that of the arrays below.
     curvature : float
         kappa of the counterface [1/m].
@@ -120,10 +120,10 @@ class Gap:
     x : (n, g) array
         Its longitudinal position, from the middle of the axle [m].
     bodies : Bodies, optional
-        What `gap_surface` needs; none for a gap that is only a curve.
+        For `gap_surface`; none for a gap that is only a curve.
     """
 
-    contour: Contour
+    counterface: CounterfaceProfile
     curvature: float
     gap: FloatArray
     wheel_y: FloatArray
@@ -152,7 +152,7 @@ def _steep_free(profile: Profile, spacing: float, start: int) -> tuple[FloatArra
     return y[part], z[part], dz[part] / dy[part]
 
 
-def rings(profile: Profile, radius: float, spacing: float = 1e-4) -> Rings:
+def wheel_surface(profile: Profile, radius: float, spacing: float = 1e-4) -> WheelSurface:
     """Cut a wheel into rings, from the flange tip to the field side.
 
     Parameters
@@ -160,13 +160,13 @@ def rings(profile: Profile, radius: float, spacing: float = 1e-4) -> Rings:
     profile : Profile
         Of the wheel, in the axes of a right wheel.
     radius : float
-        At the tape circle [m].
+        Of the running circle [m].
     spacing : float
         Distance of the rings along the profile [m].
 
     Returns
     -------
-    Rings
+    WheelSurface
         Interpolated by cubic splines over arc length.
 
     Raises
@@ -176,10 +176,10 @@ def rings(profile: Profile, radius: float, spacing: float = 1e-4) -> Rings:
     """
     tip = int(np.argmax(profile.z))
     y, z, slope = _steep_free(profile, spacing, tip)
-    return Rings(np.ascontiguousarray(y), radius + z, np.ascontiguousarray(slope))
+    return WheelSurface(np.ascontiguousarray(y), radius + z, np.ascontiguousarray(slope))
 
 
-def contour(profile: Profile, spacing: float = 1e-4) -> Contour:
+def counterface_profile(profile: Profile, spacing: float = 1e-4) -> CounterfaceProfile:
     """Put a rail or roller profile on a grid of equal steps along its arc, steep flanks included.
 
     Parameters
@@ -191,17 +191,17 @@ def contour(profile: Profile, spacing: float = 1e-4) -> Contour:
 
     Returns
     -------
-    Contour
+    CounterfaceProfile
         The part of the head less steep than 86 degrees.
     """
     y, z, slope = _steep_free(profile, spacing, 0)
-    return Contour(y, z, slope, np.arctan(slope))
+    return CounterfaceProfile(y, z, slope, np.arctan(slope))
 
 
 def gap(
-    wheel: Rings,
-    counterface: Contour,
-    attitude: Attitude,
+    wheel: WheelSurface,
+    counterface: CounterfaceProfile,
+    pose: WheelsetPose,
     *,
     half_span: float,
     nominal_radius: float,
@@ -211,16 +211,16 @@ def gap(
 
     Parameters
     ----------
-    wheel : Rings
+    wheel : WheelSurface
         The wheel.
-    counterface : Contour
+    counterface : CounterfaceProfile
         Rail or roller.
-    attitude : Attitude
+    pose : WheelsetPose
         Of the wheelset, n rows.
     half_span : float
         From the track centre to the origin of the profiles [m].
     nominal_radius : float
-        Wheel radius at the tape circle [m].
+        Wheel radius at the running circle [m].
     curvature : float
         kappa = 1/s0 of the counterface [1/m]; 0 for a rail.
 
@@ -230,20 +230,20 @@ def gap(
         Where several parts of the wheel hide each other, that of the lowest one. A roller smaller than its
         profile is deep ends before its axle.
     """
-    rows, points = attitude.shift.size, counterface.y.size
+    rows, points = pose.shift.size, counterface.y.size
     shape = (rows, points)
     # An integer or an array that may not be written would compile another variant of each kernel.
     curvature = float(curvature)
-    attitude = Attitude(plain(attitude.shift), plain(attitude.yaw), plain(attitude.roll))
+    pose = WheelsetPose(plain(pose.shift), plain(pose.yaw), plain(pose.roll))
     result = Gap(
-        contour=counterface,
+        counterface=counterface,
         curvature=curvature,
         gap=np.empty(shape),
         wheel_y=np.zeros(shape),
         sin_theta=np.zeros(shape),
         wheel_radius=np.full(shape, nominal_radius),
         x=np.zeros(shape),
-        bodies=Bodies(wheel, attitude, half_span, nominal_radius),
+        bodies=Bodies(wheel, pose, half_span, nominal_radius),
     )
     height, offset, lever, along = (np.empty(wheel.y.size) for _ in range(4))
     _raster(
@@ -252,9 +252,9 @@ def gap(
         wheel.slope,
         counterface.y,
         counterface.z,
-        attitude.shift,
-        attitude.yaw,
-        attitude.roll,
+        pose.shift,
+        pose.yaw,
+        pose.roll,
         half_span,
         nominal_radius,
         curvature,
@@ -288,7 +288,7 @@ def _envelope(
     radius_out: FloatArray,
     x_out: FloatArray,
 ) -> None:
-    """Lowest part of the wheel's contour over each grid point."""
+    """Lowest part of the wheel's contact line over each grid point."""
     points = grid_y.size
     gap_out[:] = NO_WHEEL
     first = 0
@@ -335,7 +335,7 @@ def _raster(
     radius_out: FloatArray,
     x_out: FloatArray,
 ) -> None:
-    """Contour of the yawed wheel in the unrolled plane, then its upper envelope on the grid."""
+    """Contact line of the yawed wheel in the unrolled plane, then its upper envelope on the grid."""
     for row in range(shift.size):
         sy, cy = np.sin(yaw[row]), np.cos(yaw[row])
         sr, cr = np.sin(roll[row]), np.cos(roll[row])

@@ -1,7 +1,7 @@
 r"""Displacements of an elastic half-space under uniform tractions on the cells of a grid.
 
-Two equal bodies, so that normal and tangential tractions do not feel one another. Relative displacement of
-the surfaces, with :math:`\rho` the distance to the loaded point and 1/E* = (1 - nu)/G:
+Two equal bodies, so that normal and tangential tractions do not influence each other. Relative displacement
+of the surfaces, with :math:`\rho` the distance to the loaded point and 1/E* = (1 - nu)/G:
 
 .. math:: u_z = \frac{1}{\pi E^*}\iint\frac{p}{\rho},\qquad
    u_x = \frac{1}{\pi G}\iint\Big(\frac{1-\nu}{\rho}+\frac{\nu x^2}{\rho^3}\Big)\tau_x
@@ -12,8 +12,8 @@ On a uniform grid the displacements are a convolution, by Fourier transforms on 
 
 References
 ----------
-.. [1] K. L. Johnson, Contact Mechanics, Cambridge 1985, sections 3.2 and 3.6.
-.. [2] A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377-420.
+.. [1] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, sections 3.2 and 3.6.
+.. [2] A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377-420, doi:10.1098/rsta.1929.0009.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ def _log_sum(one: FloatArray, other: FloatArray, distance: FloatArray) -> FloatA
     """ln(one + distance) without cancellation where `one` is negative; 0 where it has no value."""
     size = np.abs(one) + distance
     wide = np.log(np.where(size > 0.0, size, 1.0))
-    beside = np.log(np.where(other != 0.0, np.abs(other), 1.0))
-    value: FloatArray = np.where(one >= 0.0, wide, 2.0 * beside - wide)
+    cross = np.log(np.where(other != 0.0, np.abs(other), 1.0))
+    value: FloatArray = np.where(one >= 0.0, wide, 2.0 * cross - wide)
     return value
 
 
@@ -44,7 +44,7 @@ def corner_functions(x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray
     Parameters
     ----------
     x, y : arrays that broadcast
-        A corner, from the point where the displacement is wanted [m].
+        A corner, from the point of the displacement [m].
 
     Returns
     -------
@@ -80,7 +80,7 @@ def _edges(count: int, size: FloatArray, start: float) -> FloatArray:
 def normal_influence(
     cell_length: ArrayLike, cell_width: ArrayLike, shape: tuple[int, int], effective_modulus: float
 ) -> FloatArray:
-    """Find the normal displacement of cells under unit pressure on the first cell of a grid (Boussinesq).
+    """Displacements along the normal under unit pressure on the first cell of a grid (Boussinesq).
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def tangential_influence(
     poisson_ratio : float
         [-].
     ahead : float
-        How many cells ahead of the centres (towards the leading end) the displacement is wanted: 0, or 1
+        How many cells ahead of the centres (towards the leading end) the displacement is taken: 0, or 1
         for the difference along the way of a particle.
 
     Returns

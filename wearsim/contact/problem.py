@@ -1,16 +1,22 @@
-"""What a contact problem is made of and what its solution holds."""
+"""Input of a contact problem and its solution."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
+import numpy as np
+
+from wearsim.contact.equilibrium import RULES
 from wearsim.contact.patch import FloatArray, IntArray, Patch, SurfaceFields
+from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
+from wearsim.quantities import QUANTITIES
 
 
 @dataclass(frozen=True)
 class ContactConditions:
-    """How a wheelset runs at `n` operating points.
+    """Operating conditions of a wheelset at `n` points.
 
     Parameters
     ----------
@@ -31,7 +37,7 @@ class ContactConditions:
     torque : float
         Torque applied to the axle in the rolling direction (rule "free") [N m].
     free_roll : bool
-        Whether the axle rests on both wheels and so finds its own roll; `roll` is then the first guess.
+        Whether the roll follows from the axle resting on both wheels; `roll` is then the first guess.
     creepage : (n, 3) array, optional
         Longitudinal, lateral creepage and spin [-, -, 1/m] of the single patch of each wheel, instead of
         those that follow from the motion; `rotation` then is without effect.
@@ -49,10 +55,88 @@ class ContactConditions:
     free_roll: bool = False
     creepage: FloatArray | None = None
 
+    @classmethod
+    def of(
+        cls,
+        shift: Any = 0.0,
+        *,
+        yaw: Any = 0.0,
+        wheel_load: Any = 80e3,
+        speed: Any = 20.0,
+        friction: Any = 0.35,
+        rotation: Any = "free",
+        **others: Any,
+    ) -> ContactConditions:
+        """Operating points from numbers and arrays, which broadcast to (n,).
+
+        Parameters
+        ----------
+        shift, yaw, wheel_load, speed, friction : float or (n,) array
+            See the class [m, rad, N, m/s, -].
+        rotation : str, float or (n,) array
+            See the class.
+        **others
+            `roll` and `track_curvature`, both 0 if not given, `torque`, `free_roll` and `creepage` of the
+            class.
+
+        Returns
+        -------
+        ContactConditions
+            Of n operating points.
+
+        Raises
+        ------
+        ContactError
+            A name is unknown, arrays differ in length, or a value is out of its range in `QUANTITIES`.
+
+        Examples
+        --------
+        >>> import wearsim
+        >>> points = wearsim.ContactConditions.of([0.0, 3e-3, 6e-3], friction=0.3)
+        >>> points.friction.tolist()
+        [0.3, 0.3, 0.3]
+        """
+        given = {"shift": shift, "yaw": yaw, "wheel_load": wheel_load, "speed": speed, "friction": friction}
+        given = {"roll": 0.0, "track_curvature": 0.0, **given, "rotation": rotation, **others}
+        names = [field.name for field in fields(cls)]
+        unknown = [name for name in given if name not in names]
+        if unknown:
+            raise ContactError(f"{unknown[0]} is not a contact condition; known: {', '.join(names)}")
+        whole: dict[str, Any] = {name: given.pop(name) for name in ("torque", "free_roll") if name in given}
+        if isinstance(rotation, str):
+            whole["rotation"] = given.pop("rotation")
+            if rotation not in RULES:
+                known = ", ".join(RULES)
+                raise ContactError(f"rotation = {rotation!r} must be a number [rad/s] or one of {known}")
+        arrays = {name: np.asarray(value, dtype=float) for name, value in given.items() if value is not None}
+        creepage = arrays.pop("creepage", np.zeros(3))
+        try:
+            shape = np.broadcast_shapes(
+                (1,), creepage.shape[:-1], *(array.shape for array in arrays.values())
+            )
+        except ValueError:
+            shape = ()
+        if len(shape) != 1 or 0 in shape or creepage.shape[-1:] != (3,):
+            shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
+            raise ContactError(
+                f"contact conditions must be numbers or arrays (n,) of points, creepage (n, 3): {shapes}"
+            )
+        for name, array in arrays.items():
+            quantity = QUANTITIES["rotation_speed" if name == "rotation" else name]
+            for value in (float(array.min()), float(array.max())):
+                if fault := quantity.fault(value, name):
+                    raise ContactError(fault)
+        if not np.isfinite(creepage).all():
+            raise ContactError("creepage must be finite")
+        whole |= {name: np.array(np.broadcast_to(array, shape)) for name, array in arrays.items()}
+        if given.get("creepage") is not None:
+            whole["creepage"] = np.array(np.broadcast_to(creepage, (*shape, 3)))
+        return cls(**whole)
+
 
 @dataclass(frozen=True)
 class ContactModels:
-    """Which models solve the contact, how finely, for which material.
+    """Models, grid and material of a contact problem.
 
     Parameters
     ----------
@@ -96,7 +180,7 @@ class Wheelset:
     right, left : Profile
         Both in the axes of a right wheel.
     radius : float
-        At the tape circle [m].
+        Of the running circle [m].
     half_span : float
         From the track centre to the origin of the wheel profile [m]; 0.750 at back-to-back 1360 mm.
     """

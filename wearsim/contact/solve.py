@@ -9,9 +9,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from wearsim.contact import geometry, roll, rotation
-from wearsim.contact.creepage import Kinematics, kinematics, moved
-from wearsim.contact.geometry import Attitude, Contour, Rings
+from wearsim.contact import geometry
+from wearsim.contact.creepage import ContactPoint, Kinematics, kinematics, moved
+from wearsim.contact.equilibrium import balanced_rotation, resting_roll, rotation_without_creepage
+from wearsim.contact.geometry import CounterfaceProfile, WheelsetPose, WheelSurface
 from wearsim.contact.kernel import kernel
 from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
@@ -53,13 +54,13 @@ def solve(
     conditions : ContactConditions
         n operating points.
     wheelset : Wheelset
-        Both wheels; free rotation and free roll need both even if one side is asked for.
+        Both wheels; free rotation and free roll need both even if `sides` is one.
     counterface : Counterface
         Rails or rollers.
     models : ContactModels
         Normal and tangential model, grid and material.
     sides : tuple of int
-        Which wheels are wanted: 0 right, 1 left.
+        Wheels in the solution: 0 right, 1 left.
     vertical : bool
         Whether `wheel_load` is the vertical load of the wheel, carried by the vertical parts of the
         normal forces of its patches, or the normal force of its single patch.
@@ -113,22 +114,43 @@ def solve_each(
         What `each` returned, in the order of the points.
     """
     count = conditions.shift.size
-    wheels = tuple(geometry.rings(w, wheelset.radius) for w in (wheelset.right, wheelset.left))
-    grounds = (geometry.contour(counterface.profile),) * 2
-    if counterface.left is not None:
-        grounds = (grounds[0], geometry.contour(counterface.left))
+    task = _Task(
+        wheels=tuple(geometry.wheel_surface(one, wheelset.radius) for one in (wheelset.right, wheelset.left)),
+        counterfaces=_counterface_profiles(counterface),
+        wheelset=wheelset,
+        curvature=counterface.curvature,
+        models=models,
+        sides=sides,
+        vertical=vertical,
+    )
     starts = range(0, max(count, 1), CHUNK)
 
-    def task(start: int) -> Result:
+    def part(start: int) -> Result:
         chunk = _part(conditions, slice(start, min(start + CHUNK, count)))
-        return each(
-            _solve_chunk(chunk, start, wheels, grounds, wheelset, counterface, models, sides, vertical)
-        )
+        return each(_solve_chunk(task, chunk, start))
 
     if threads > 1 and len(starts) > 1:
         with ThreadPoolExecutor(threads) as pool:
-            return list(pool.map(task, starts))
-    return [task(start) for start in starts]
+            return list(pool.map(part, starts))
+    return [part(start) for start in starts]
+
+
+@dataclass(frozen=True)
+class _Task:
+    """Everything but the operating points; pairs are for the right and the left side."""
+
+    wheels: tuple[WheelSurface, ...]
+    counterfaces: tuple[CounterfaceProfile, ...]
+    wheelset: Wheelset
+    curvature: float
+    models: ContactModels
+    sides: tuple[int, ...]
+    vertical: bool
+
+
+def _counterface_profiles(counterface: Counterface) -> tuple[CounterfaceProfile, CounterfaceProfile]:
+    right = geometry.counterface_profile(counterface.profile)
+    return right, right if counterface.left is None else geometry.counterface_profile(counterface.left)
 
 
 def _part(conditions: ContactConditions, part: slice) -> ContactConditions:
@@ -163,11 +185,10 @@ class _Wheels:
     speed: FloatArray
     wheel_y: FloatArray
     edges_wheel_y: FloatArray
-    edges_rail_y: FloatArray
 
 
 def _placed(
-    error: ContactError, chunk: ContactConditions, start: int, side: int | None, way_out: str = ""
+    error: ContactError, chunk: ContactConditions, start: int, side: int | None, hint: str = ""
 ) -> ContactError:
     """Return the same error with its operating point."""
     row = error.row or 0
@@ -177,114 +198,92 @@ def _placed(
     place = f"{wheel}, {place}" if wheel else place
     if start > 0 or chunk.shift.size > 1:  # a single point needs no number
         place = f"point {start + row}, {place}"
-    return type(error)(f"{place}: {error}{way_out}", row=start + row)
+    return type(error)(f"{place}: {error}{hint}", row=start + row)
 
 
-def _solve_side(
-    side: int,
-    chunk: ContactConditions,
-    start: int,
-    wheel: Rings,
-    grounds: tuple[Contour, ...],
-    wheelset: Wheelset,
-    counterface: Counterface,
-    models: ContactModels,
-    vertical: bool,
-) -> _Wheels:
+def _solve_side(task: _Task, side: int, chunk: ContactConditions, start: int) -> _Wheels:
     """Geometrical, normal and kinematical problem of one side; a left wheel is mirrored to the right."""
-    ground = grounds[side]
+    profile, models = task.counterfaces[side], task.models
     sign = -1.0 if side else 1.0
-    attitude = Attitude(sign * chunk.shift, sign * chunk.yaw, sign * chunk.roll)
+    pose = WheelsetPose(sign * chunk.shift, sign * chunk.yaw, sign * chunk.roll)
     span = {
-        "half_span": wheelset.half_span,
-        "nominal_radius": wheelset.radius,
-        "curvature": counterface.curvature,
+        "half_span": task.wheelset.half_span,
+        "nominal_radius": task.wheelset.radius,
+        "curvature": task.curvature,
     }
-    gap = geometry.gap(wheel, ground, attitude, **span)
+    gap = geometry.gap(task.wheels[side], profile, pose, **span)
     try:
         normal = NORMAL_MODELS[models.normal](
             gap,
             chunk.wheel_load,
-            vertical=vertical,
+            vertical=task.vertical,
             effective_modulus=models.effective_modulus,
             strips=models.strips,
             parameters={"cells": models.cells, **dict(models.parameters)},
         )
     except ContactError as error:
         raise _placed(error, chunk, start, side) from None
-    patch_row = normal.patch.row
-    grid = ground.y
+    row = normal.patch.row
+    grid = profile.y
 
     def at(table: FloatArray, y: FloatArray) -> FloatArray:
         index = np.clip(np.searchsorted(grid, y, side="right") - 1, 0, grid.size - 2)
         share = (y - grid[index]) / (grid[index + 1] - grid[index])
-        line = patch_row.reshape((-1,) + (1,) * (y.ndim - 1))
+        line = row.reshape((-1,) + (1,) * (y.ndim - 1))
         value: FloatArray = table[line, index] + share * (table[line, index + 1] - table[line, index])
         return value
 
-    wheel_y = at(gap.wheel_y, normal.centre_y)
-    seen = normal.seen_from
-    centre = normal.centre_y if seen is None else seen.y
-    ground_z, apart = np.interp(centre, grid, ground.z), at(gap.gap, centre)
+    reference = normal.reference_point
+    centre = normal.centre_y if reference is None else reference.y
+    counterface_z, apart = np.interp(centre, grid, profile.z), at(gap.gap, centre)
     # The wheel goes straight down, the gap is measured along the roller's radius there.
-    slope = counterface.curvature * at(gap.x, centre) / (1.0 - counterface.curvature * (ground_z - apart))
+    slope = task.curvature * at(gap.x, centre) / (1.0 - task.curvature * (counterface_z - apart))
     motion = kinematics(
-        wheel_y=at(gap.wheel_y, centre),
-        wheel_radius=at(gap.wheel_radius, centre),
-        sin_theta=at(gap.sin_theta, centre),
-        counterface_z=ground_z,
-        approach=normal.approach if seen is None else seen.approach,
-        overlap=normal.descent / np.sqrt(1.0 + slope**2) - apart,
-        contact_angle=normal.contact_angle,
-        shift=attitude.shift[patch_row],
-        yaw=attitude.yaw[patch_row],
-        roll=attitude.roll[patch_row],
-        speed=chunk.speed[patch_row],
-        track_curvature=sign * chunk.track_curvature[patch_row],
+        ContactPoint(
+            wheel_y=at(gap.wheel_y, centre),
+            wheel_radius=at(gap.wheel_radius, centre),
+            sin_theta=at(gap.sin_theta, centre),
+            counterface_z=counterface_z,
+            contact_angle=normal.contact_angle,
+            approach=normal.approach if reference is None else reference.approach,
+            overlap=normal.vertical_displacement / np.sqrt(1.0 + slope**2) - apart,
+        ),
+        WheelsetPose(pose.shift[row], pose.yaw[row], pose.roll[row]),
+        speed=chunk.speed[row],
+        track_curvature=sign * chunk.track_curvature[row],
         **span,
     )
-    if seen is not None:
-        motion = moved(motion, seen.along, seen.across)
+    if reference is not None:
+        motion = moved(motion, reference.along, reference.across)
     if chunk.creepage is not None:
-        shared = np.flatnonzero(np.diff(patch_row) == 0)
+        shared = np.flatnonzero(np.diff(row) == 0)
         if shared.size > 0:
-            several = ContactError("several patches close", row=int(patch_row[shared[0]]))
+            several = ContactError("several patches close", row=int(row[shared[0]]))
             raise _placed(several, chunk, start, side, ": given creepages belong to one; leave them out")
-        given = chunk.creepage[patch_row] * np.array([1.0, sign, sign])
+        given = chunk.creepage[row] * np.array([1.0, sign, sign])
         motion = replace(motion, at_rest=given, per_speed=np.zeros_like(given))
     return _Wheels(
-        np.full(patch_row.size, sign),
-        normal,
-        motion,
-        chunk.friction[patch_row],
-        chunk.speed[patch_row],
-        wheel_y,
-        at(gap.wheel_y, normal.edge_y),
-        normal.edge_y,
+        sign=np.full(row.size, sign),
+        normal=normal,
+        kinematics=motion,
+        friction=chunk.friction[row],
+        speed=chunk.speed[row],
+        wheel_y=at(gap.wheel_y, normal.centre_y),
+        edges_wheel_y=at(gap.wheel_y, normal.edge_y),
     )
 
 
-def _solve_chunk(
-    chunk: ContactConditions,
-    start: int,
-    wheels: tuple[Rings, ...],
-    grounds: tuple[Contour, ...],
-    wheelset: Wheelset,
-    counterface: Counterface,
-    models: ContactModels,
-    sides: tuple[int, ...],
-    vertical: bool,
-) -> ContactSolution:
+def _solve_chunk(task: _Task, chunk: ContactConditions, start: int) -> ContactSolution:
     """All four problems for one chunk."""
-    shared = (grounds, wheelset, counterface, models, vertical)
+    models, radius, sides = task.models, task.wheelset.radius, task.sides
     balance = isinstance(chunk.rotation, str) and chunk.rotation == "free" and chunk.creepage is None
     needed = (0, 1) if balance else sides
     if chunk.free_roll:
-        chunk = replace(chunk, roll=_resting(chunk, start, wheels, wheelset.half_span, shared))
-    solved = {side: _solve_side(side, chunk, start, wheels[side], *shared) for side in needed}
+        chunk = replace(chunk, roll=_free_roll(task, chunk, start))
+    solved = {side: _solve_side(task, side, chunk, start) for side in needed}
     both = _by_point([solved[side] for side in needed])
 
-    def tangential(part: _Wheels, speed: FloatArray, cells: bool) -> TangentialSolution:
+    def tangential(part: _Wheels, speed: FloatArray, fields: bool) -> TangentialSolution:
         return TANGENTIAL_MODELS[models.tangential](
             part.normal.patch,
             part.kinematics.creepage(speed[part.normal.patch.row]),
@@ -292,7 +291,7 @@ def _solve_chunk(
             shear_modulus=models.shear_modulus,
             poisson_ratio=models.poisson_ratio,
             cells=models.cells,
-            fields=cells,
+            fields=fields,
         )
 
     def torque(speed: FloatArray) -> FloatArray:
@@ -302,7 +301,7 @@ def _solve_chunk(
         np.add.at(total, both.normal.patch.row, work)
         return total
 
-    nominal = -chunk.speed / wheelset.radius
+    nominal = -chunk.speed / radius
     if chunk.creepage is not None:
         speed = nominal
     elif not isinstance(chunk.rotation, str):
@@ -312,42 +311,40 @@ def _solve_chunk(
     elif chunk.rotation == "centred":
         still = np.zeros_like(chunk.shift)
         central = replace(chunk, shift=still, yaw=still, roll=still, track_curvature=still)
-        middle = _solve_side(sides[0], central, start, wheels[sides[0]], *shared)
-        speed = rotation.without_creepage(middle.kinematics, middle.normal.patch.row, chunk.shift.size)
+        middle = _solve_side(task, sides[0], central, start)
+        speed = rotation_without_creepage(middle.kinematics, middle.normal.patch.row, chunk.shift.size)
     else:
-        most = chunk.friction * chunk.wheel_load * wheelset.radius
+        most = chunk.friction * chunk.wheel_load * radius
         try:
-            speed = rotation.balanced(torque, nominal, chunk.torque, most)
+            speed = balanced_rotation(torque, nominal, chunk.torque, most)
         except ContactError as error:
             raise _placed(error, chunk, start, None) from None
-    wanted = both if needed == sides else _by_point([solved[side] for side in sides])
+    asked = both if needed == sides else _by_point([solved[side] for side in sides])
     try:
-        contact = tangential(wanted, speed, True)
+        contact = tangential(asked, speed, True)
     except ContactError as error:
         if error.row is None:  # the grid: a fault of no point
             raise
         raise _placed(error, chunk, start, None) from None
-    return _finish(wanted, contact, chunk.roll, speed, start)
+    return _finish(asked, contact, chunk.roll, speed, start)
 
 
-def _resting(
-    chunk: ContactConditions, start: int, wheels: tuple[Rings, ...], half_span: float, shared: Any
-) -> FloatArray:
+def _free_roll(task: _Task, chunk: ContactConditions, start: int) -> FloatArray:
     """Roll of the wheelset that rests on both wheels."""
     rows = np.arange(chunk.shift.size)
 
-    def descents(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def displacements(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
         tilted = replace(chunk, roll=angle, creepage=None)
-        sides = [_solve_side(side, tilted, start, wheels[side], *shared).normal for side in (0, 1)]
-        right, left = (normal.descent[np.searchsorted(normal.patch.row, rows)] for normal in sides)
+        sides = [_solve_side(task, side, tilted, start).normal for side in (0, 1)]
+        right, left = (one.vertical_displacement[np.searchsorted(one.patch.row, rows)] for one in sides)
         return right, left
 
-    angle, found = roll.resting(descents, chunk.roll, half_span)
-    if not found.all():
-        stuck = ContactError(
-            "no roll of the wheelset lets both wheels carry their loads", int(np.argmin(found))
+    angle, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span)
+    if not solved.all():
+        error = ContactError(
+            "no roll of the wheelset lets both wheels carry their loads", int(np.argmin(solved))
         )
-        raise _placed(stuck, chunk, start, None, "; check shift, gauge and profiles, or give the roll")
+        raise _placed(error, chunk, start, None, "; check shift, gauge and profiles, or give the roll")
     return angle
 
 
@@ -369,7 +366,7 @@ def _finish(
     creepage = solved.kinematics.creepage(speed[patch.row])
     # Adding 0.0 below turns a mirrored -0.0 into 0.0.
     power = np.maximum(-(contact.force * creepage).sum(axis=1) * solved.speed, 0.0)
-    assert contact.cells is not None  # they were asked for
+    assert contact.cells is not None
     pressure, shear_x, shear_y, slip_x, slip_y = contact.cells
     cell_length = (contact.x_lead - contact.x_trail) / pressure.shape[1]
     local, local_power = np.empty(pressure.shape), np.empty(power.size)
@@ -401,7 +398,7 @@ def _finish(
         roll=roll[patch.row],
         rotation_speed=-speed[patch.row],
         strip_edges_wheel_y=solved.edges_wheel_y,
-        strip_edges_rail_y=solved.edges_rail_y,
+        strip_edges_rail_y=normal.edge_y,
         patch=replace(patch, row=start + patch.row),
         fields=SurfaceFields(
             pressure=pressure,

@@ -10,6 +10,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray, Profile
+from wearsim.quantities import QUANTITIES
 
 _GRID = 0.05e-3  # lateral step of the contact search and of the shifts [m]
 _CLOSE = np.linspace(-1.0, 1.0, 41)  # steps at which the smallest gap is evaluated closely
@@ -241,8 +242,9 @@ def equivalent_conicity(
     .. [1] EN 15302, Railway applications: method for determining the equivalent conicity; the same definition
        in UIC 519.
     """
-    if not 0.2e-3 <= amplitude <= 15e-3:
-        raise ProfileError(f"amplitude = {amplitude * 1e3:g} mm must be in 0.2 .. 15 mm")
+    low, high = QUANTITIES["amplitude"].span
+    if not low <= 1e3 * amplitude <= high:
+        raise ProfileError(f"amplitude = {amplitude * 1e3:g} mm must be in {low:g} .. {high:g} mm")
     reach = math.ceil((amplitude + _CENTRE_RANGE) / _GRID)
     shift: FloatArray = _GRID * np.arange(-reach, reach + 1, dtype=np.float64)
     difference_at = _radius_difference(wheel_right, wheel_left, rail)

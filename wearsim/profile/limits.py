@@ -18,9 +18,9 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from wearsim.errors import Fault, ProfileError
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.measures import Measures, WheelsetMeasures
 from wearsim.profile.standard import shipped_path
+from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import Table, cross_check, key_lines, line_of, read_toml
 
 _Limited = Literal[
@@ -80,7 +80,7 @@ class Limit:
     Parameters
     ----------
     measure : str
-        Name in `wearsim.nomenclature`.
+        Name in `wearsim.quantities`.
     least, most : float or None
         In SI units; None: no such bound.
     diameters : DiameterRange
@@ -163,7 +163,7 @@ class _LimitTable(Table):
 
     @property
     def _unit(self) -> str:
-        return "_mm" if NOMENCLATURE[self.measure].unit == "m" else ""
+        return "_mm" if QUANTITIES[self.measure].unit == "m" else ""
 
     @property
     def bounds(self) -> tuple[float | None, float | None]:
@@ -256,7 +256,7 @@ class Judgement:
     Parameters
     ----------
     measure : str
-        Name in `wearsim.nomenclature`.
+        Name in `wearsim.quantities`.
     value : float or None
         Measured, SI; None: not measured.
     bound : {"min", "max"}

@@ -10,13 +10,7 @@ import numpy as np
 
 from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
-
-DISTANCE_RANGES = {"below_tip": (0.5, 10.0), "level": (2.0, 25.0), "flange_back": (50.0, 100.0)}
-"""Smallest and largest value of each of `GaugeDistances` that can be meant [mm]."""
-
-# the same of a rolling radius and of a back-to-back distance
-_RADIUS_RANGE = (100.0, 1000.0)
-_BACK_TO_BACK_RANGE = (500.0, 2000.0)
+from wearsim.quantities import QUANTITIES
 
 HOLLOWING_REACH = 50e-3
 """y up to which the tread must be measured for its hollowing [m]: no contact band reaches so far."""
@@ -175,18 +169,18 @@ class GaugeDistances:
 
     def __post_init__(self) -> None:
         for each in fields(self):
-            value, (low, high) = 1e3 * getattr(self, each.name), DISTANCE_RANGES[each.name]
-            _check(f"gauge distance {each.name}", value, low, high)
+            _check(each.name, getattr(self, each.name), f"gauge distance {each.name}")
 
 
-def _check(words: str, value_mm: float, low: float, high: float) -> None:
-    if not low <= value_mm <= high:  # also false for NaN
-        raise ProfileError(f"{words} = {value_mm:g} mm must be in {low:g} .. {high:g} mm")
+def _check(name: str, value: float, words: str) -> None:
+    low, high = QUANTITIES[name].span
+    if not low <= 1e3 * value <= high:  # also false for NaN
+        raise ProfileError(f"{words} = {1e3 * value:g} mm must be in {low:g} .. {high:g} mm")
 
 
 @dataclass(frozen=True)
 class Measures:
-    """Gauge values by their names in `wearsim.nomenclature`.
+    """Gauge values by their names in `wearsim.quantities`.
 
     Parameters
     ----------
@@ -252,7 +246,7 @@ def wheel_measures(
     if profile.kind != "wheel":
         raise ProfileError(f"{profile.name} is a {profile.kind}; gauge values are of wheels")
     if radius is not None:
-        _check("rolling radius", 1e3 * radius, *_RADIUS_RANGE)
+        _check("wheel_radius", radius, "rolling radius")
     at = distances or GaugeDistances()
     y, z = profile.y, profile.z
     gauge: dict[str, Callable[[], float]] = {
@@ -327,7 +321,7 @@ def _axle(right: Mapping[str, float], left: Mapping[str, float], back_to_back: f
     if back_to_back is None:
         reason = "the back-to-back distance of the wheelset is not given"
         return Measures({}, dict.fromkeys(_OF_AXLE, reason))
-    _check("back-to-back distance", 1e3 * back_to_back, *_BACK_TO_BACK_RANGE)
+    _check("back_to_back", back_to_back, "back-to-back distance")
     values = {"back_to_back": back_to_back}
     if "flange_thickness" not in right or "flange_thickness" not in left:
         return Measures(values, {"front_to_front": "the flange thickness cannot be measured"})

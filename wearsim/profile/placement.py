@@ -9,6 +9,7 @@ import numpy as np
 
 from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
+from wearsim.quantities import QUANTITIES
 
 # Gauge is taken between the innermost points of both heads down to here (EN 13848-1) [m].
 GAUGE_DEPTH = 14e-3
@@ -68,14 +69,14 @@ def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, ha
     The gauge point is the innermost point of the inclined head in the band 0..14 mm below its highest
     point, convention of EN 13848-1.
     """
-    if not 0.0 <= inclination <= 0.1:
-        raise ProfileError(f"rail inclination = {inclination:g} must be in 0 .. 0.1 (1:40 is 0.025)")
-    if not 0.5 <= gauge <= 2.0:
-        raise ProfileError(f"gauge = {gauge * 1e3:g} mm must be in 500 .. 2000 mm")
-    if not 0.25 <= half_span <= 1.1:
-        raise ProfileError(
-            f"half distance of the running circles = {half_span * 1e3:g} mm must be in 250 .. 1100 mm"
-        )
+    steepest = 1.0 / QUANTITIES["inclination_ratio"].range.low
+    if not 0.0 <= inclination <= steepest:
+        raise ProfileError(f"rail inclination = {inclination:g} must be in 0 .. {steepest:g} (1:40 is 0.025)")
+    for name, value in (("gauge", gauge), ("half_span", half_span)):
+        low, high = QUANTITIES[name].span
+        if not low <= 1e3 * value <= high:
+            meaning = QUANTITIES[name].meaning
+            raise ProfileError(f"{meaning} = {value * 1e3:g} mm must be in {low:g} .. {high:g} mm")
     tilt = math.atan(inclination)
     y_tilted, z_tilted = Placement(tilt, 0.0, 0.0).apply(y, z)
     top = int(np.argmin(z_tilted))

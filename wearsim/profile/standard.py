@@ -155,7 +155,24 @@ def is_designation(text: str) -> bool:
     bool
         Whether `wheel` or `rail` should be asked for it.
     """
-    return _split(text)[0] is not None
+    return designation_kind(text) is not None
+
+
+def designation_kind(text: str) -> Literal["wheel", "rail"] | None:
+    """Kind of the shipped shape whose name a text begins with.
+
+    Parameters
+    ----------
+    text : str
+        Such as "S1002/h30" or "60E1".
+
+    Returns
+    -------
+    {"wheel", "rail"} or None
+        None if no shipped shape has that name.
+    """
+    template = _split(text)[0]
+    return None if template is None else template.definition.kind
 
 
 def parse_parameters(

@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wearsim.report.folder import report_folder
+from wearsim.errors import ResultError
 from wearsim.report.style import SERIES_COLOURS, grid, legend, save_svg, style
 
 _MARKERS = ("o", "s", "^", "D", "v", "P")
@@ -41,7 +41,8 @@ def write_chart(dataset: xr.Dataset, out: Path, stem: str, command: str) -> Path
     ResultError
         If the folder cannot be written to.
     """
-    with report_folder(out):
+    try:
+        out.mkdir(parents=True, exist_ok=True)
         figure, caption = chart_figure(dataset)
         save_svg(figure, out / f"{stem}.svg")
         names = ["normal", "tangential", "grid", "depth_error", "work_error", "power_error", "refusal"]
@@ -51,6 +52,8 @@ def write_chart(dataset: xr.Dataset, out: Path, stem: str, command: str) -> Path
         table.to_csv(out / f"{stem}.csv", index=False, float_format="%.6g", lineterminator="\n")
         path = out / f"{stem}.md"
         path.write_text(markdown(dataset, command, (f"{stem}.svg", caption)), encoding="utf-8")
+    except OSError as error:
+        raise ResultError(f"{out}: cannot be written ({error.strerror}); choose another --out") from error
     return path
 
 

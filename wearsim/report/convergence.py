@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from wearsim.errors import ResultError
-from wearsim.nomenclature import percent
 from wearsim.report.tables import Cell, number
+from wearsim.results.plausibility import percent
 
 TABLE = "convergence.json"
 COLUMNS = (

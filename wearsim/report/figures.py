@@ -234,9 +234,9 @@ def plot_contact(
     ax = own_axes(ax)
     role = role_of(dataset)
     row = 0 if new else _row(dataset, distance)
-    side = dataset["patch_side"].values[row]
+    side = dataset["side"].values[row]
     values = shown(name, dataset[name].values[row])
-    shift = np.broadcast_to(shown("op_shift", dataset["op_shift"].values)[:, None], values.shape)
+    shift = np.broadcast_to(shown("shift", dataset["shift"].values)[:, None], values.shape)
     for wheel, which in enumerate(WHEELS):
         here = (side == wheel) & np.isfinite(values)
         ax.plot(
@@ -244,7 +244,7 @@ def plot_contact(
             markerfacecolor="white" if new else COLOURS[role], alpha=1.0 if new else 0.75,
             label=f"{'new' if new else 'worn'}, {which} wheel",
         )  # fmt: skip
-    ax.set_xlabel(label(dataset, "op_shift"))
+    ax.set_xlabel(label(dataset, "shift"))
     ax.set_ylabel(wrapped(label(dataset, name)))
     return ax
 

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch as Swatch
 
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.report.style import COLOURS, capital, own_axes, plain, wrapped
 
 STICK, SLIP = "#cfe3ee", "#f6dca6"
@@ -30,12 +30,12 @@ _MAP = "viridis"
 
 def shown_values(dataset: xr.Dataset, name: str, **at: int) -> np.ndarray:
     """Values in the unit people read."""
-    quantity = NOMENCLATURE[name]
+    quantity = QUANTITIES[name]
     return np.asarray(dataset[name].isel(at).values, dtype=np.float64) * quantity.shown_factor
 
 
 def _label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
-    quantity = NOMENCLATURE[name or variable]
+    quantity = QUANTITIES[name or variable]
     return f"{capital(str(dataset[variable].attrs['long_name']))} [{quantity.shown_unit}]"
 
 
@@ -221,7 +221,7 @@ def plot_shear(
     shear = [shown_values(dataset, f"shear_{axis}", patch=patch)[cells, strips] for axis in "yx"]
     size = np.hypot(*shear)
     most = float(np.hypot(*(shown_values(dataset, f"shear_{axis}", patch=patch) for axis in "xy")).max())
-    most = most if largest is None else largest * NOMENCLATURE["shear_x"].shown_factor
+    most = most if largest is None else largest * QUANTITIES["shear_x"].shown_factor
     if most > 0.0:
         at = (
             shown_values(dataset, "lateral", patch=patch)[strips],
@@ -238,7 +238,7 @@ def plot_shear(
             )  # fmt: skip
         key = float(f"{most:.1g}")
         ax.quiverkey(
-            quiver, 0.9, 0.04, key, f"{plain(key, 1)} {NOMENCLATURE['shear_x'].shown_unit}",
+            quiver, 0.9, 0.04, key, f"{plain(key, 1)} {QUANTITIES['shear_x'].shown_unit}",
             labelpos="N", coordinates="axes", color=_WHEEL, fontproperties={"size": 7.5},
         )  # fmt: skip
     swatches = [Swatch(color=STICK, label="stick"), Swatch(color=SLIP, label="slip")]
@@ -277,8 +277,8 @@ def plot_section(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) 
         0 right, 1 left: one of those solved.
     """
     ax = own_axes(ax)
-    row = int(np.flatnonzero(dataset["side"].values == side)[0])
-    factor = NOMENCLATURE["section_y"].shown_factor
+    row = int(np.flatnonzero(dataset["wheel"].values == side)[0])
+    factor = QUANTITIES["section_y"].shown_factor
     for what, colour in (("counterface", _colour(dataset)), ("wheel", _WHEEL)):
         y, z = (dataset[f"{what}_section_{axis}"].values[row] * factor for axis in "yz")
         name = f"wheel {dataset.attrs['wheel_profile']}" if what == "wheel" else (
@@ -288,7 +288,7 @@ def plot_section(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) 
     sign = -1.0 if side else 1.0
     rail_y, rail_z = (dataset[f"counterface_section_{axis}"].values[row] for axis in "yz")
     order = np.argsort(rail_y)
-    own = dataset["patch_side"].values == side
+    own = dataset["side"].values == side
     place = sign * dataset["rail_y"].values[own]
     height = np.interp(place, rail_y[order], rail_z[order])
     ax.plot(place * factor, height * factor, "o", color=_CONTACT, label="contact", zorder=4)
@@ -319,11 +319,11 @@ def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0, **li
         Further properties of the line.
     """
     ax = own_axes(ax)
-    row = int(np.flatnonzero(dataset["side"].values == side)[0])
+    row = int(np.flatnonzero(dataset["wheel"].values == side)[0])
     at = dataset["gap_rail_y"].values[row] * 1e3
-    gap = dataset["gap"].values[row] * NOMENCLATURE["gap"].shown_factor
+    gap = dataset["gap"].values[row] * QUANTITIES["gap"].shown_factor
     ax.plot(at, gap, **({"color": _WHEEL} | line))
-    own = np.flatnonzero(dataset["patch_side"].values == side)
+    own = np.flatnonzero(dataset["side"].values == side)
     deepest, highest = float(gap.max()), 0.0
     sign = -1.0 if side else 1.0
     for number in map(int, own):

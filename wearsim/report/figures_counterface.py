@@ -27,7 +27,7 @@ def states_shown(dataset: xr.Dataset) -> list[int]:
         nearest to a quarter, half and three quarters of the distance.
     """
     last = dataset.sizes["step"] - 1
-    turnings = dataset["counterface_turnings"].values
+    turnings = dataset["counterface_redressed_count"].values
     earlier = np.flatnonzero(np.diff(turnings) > 0) + 1  # such a row holds the depth before
     if earlier.size == 0:
         run = dataset["distance"].values
@@ -84,7 +84,7 @@ def plot_counterface_over_distance(dataset: xr.Dataset, name: str, ax: Axes | No
     run = shown("distance", dataset["distance"].values)
     values = shown(name, dataset[name].values)
     if name == "counterface_max_wear_depth":
-        turned = np.flatnonzero(np.diff(dataset["counterface_turnings"].values) > 0) + 1
+        turned = np.flatnonzero(np.diff(dataset["counterface_redressed_count"].values) > 0) + 1
         run = np.insert(run, turned + 1, run[turned])
         values = np.insert(values, turned + 1, 0.0, axis=0)
     for side, where in enumerate(WHEELS):

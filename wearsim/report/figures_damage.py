@@ -1,4 +1,4 @@
-"""Figures of the laws beside the leading wear law, and of rolling contact fatigue."""
+"""Figures of the comparison laws and of rolling contact fatigue."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from wearsim.damage.coefficients import FATIGUE_SETS
+from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue.agreement import normalised
 from wearsim.damage.fatigue.shakedown import boundaries
 from wearsim.report.figures import WHEELS, new_place
@@ -21,12 +21,12 @@ _BOUNDARY_LINES = ("-", "--", "_")
 
 
 def plot_wear_laws(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
-    """Draw the wear depth along the profile by the leading law and by each law beside it.
+    """Draw the wear depth along the profile by the active law and by each comparison law.
 
     Parameters
     ----------
     dataset : Dataset
-        Result of a campaign with laws beside the leading one.
+        Result of a campaign with comparison laws.
     ax : Axes, optional
         Where to draw.
     wheel : int
@@ -35,11 +35,11 @@ def plot_wear_laws(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 
     ax = own_axes(ax)
     row = last_worn_row(dataset)
     y = shown("profile_y", new_place(dataset, wheel))
-    leading = str(dataset.attrs.get("wear_law", "leading law"))
+    active = str(dataset.attrs.get("wear_law", "active law"))
     depth = shown("wear_depth", dataset["wear_depth"].values[row, wheel])
-    ax.plot(y, depth, color=COLOURS[role_of(dataset)], lw=2.2, label=f"{leading}, leading")
-    for k, name in enumerate(dataset["beside_name"].values):
-        depth = shown("beside_wear_depth", dataset["beside_wear_depth"].values[row, wheel, k])
+    ax.plot(y, depth, color=COLOURS[role_of(dataset)], lw=2.2, label=f"{active}, active")
+    for k, name in enumerate(dataset["comparison_name"].values):
+        depth = shown("comparison_wear_depth", dataset["comparison_wear_depth"].values[row, wheel, k])
         ax.plot(y, depth, color=_colour(k + 1), lw=1.2, label=str(name))
     ax.set_xlabel(_NEW_Y)
     ax.set_ylabel(wrapped(label(dataset, "wear_depth")))
@@ -90,7 +90,7 @@ def plot_balance(dataset: xr.Dataset, ax: Axes | None = None, *, law: int, wheel
     row = last_worn_row(dataset)
     y = shown("profile_y", new_place(dataset, wheel))
     wear = shown("wear_depth_rate", dataset["wear_depth_rate"].values[row, wheel])
-    balanced = shown("balanced_wear_rate", dataset["balanced_wear_rate"].values[row, wheel, law])
+    balanced = shown("magic_wear_rate", dataset["magic_wear_rate"].values[row, wheel, law])
     ax.plot(y, wear, color=COLOURS[role_of(dataset)], label="wear")
     ax.plot(y, balanced, "--", color=COLOURS["difference"], lw=1.2, label="balance: cracks just do not grow")
     grows = balanced > wear
@@ -109,7 +109,7 @@ def map_shear_yield(dataset: xr.Dataset) -> float:
     known = known[np.isfinite(known)]
     if known.size:
         return float(known[0])
-    return 1e6 * FATIGUE_SETS[_YIELD_SET]["shear_yield"]
+    return 1e6 * COEFFICIENT_SETS[_YIELD_SET]["shear_yield"]
 
 
 def shear_yield_told(dataset: xr.Dataset) -> str:
@@ -118,13 +118,13 @@ def shear_yield_told(dataset: xr.Dataset) -> str:
     known = np.flatnonzero(np.isfinite(dataset["fatigue_shear_yield"].values))
     if known.size:
         name, numbers, doubts = (
-            str(dataset[f"fatigue_{key}"].values[known[0]]) for key in ("name", "coefficients", "doubts")
+            str(dataset[f"fatigue_{key}"].values[known[0]]) for key in ("name", "coefficients", "warnings")
         )
         doubt = [part for part in doubts.split("; ") if part.startswith("shear_yield")]
         if not doubt:
             return f"{value} as given for {name}"
         return f"{value} of {name} ({numbers}{_range(doubt[0])})"
-    doubt = [part for part in FATIGUE_SETS[_YIELD_SET].doubts if part.startswith("shear_yield")]
+    doubt = [part for part in COEFFICIENT_SETS[_YIELD_SET].uncertain if part.startswith("shear_yield")]
     return f"{value} of {_YIELD_SET}, as no law of the scene has one ({_range(doubt[0]).removeprefix(', ')})"
 
 
@@ -174,7 +174,7 @@ def plot_shakedown(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
         told = f"{curve.label} ({curve.certainty})"
         ax.plot(curve.friction, curve.ratio, line, color="#444444", markersize=12.0, label=told)
     for row, (friction, ratio) in places.items():
-        side = dataset["patch_side"].values[row]
+        side = dataset["side"].values[row]
         for wheel, which in enumerate(WHEELS):
             here = (side == wheel) & np.isfinite(friction)
             ax.plot(
@@ -201,14 +201,14 @@ def plot_passage_damage(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """
     ax = own_axes(ax)
     damage = dataset["fatigue_damage_passage"].values[last_worn_row(dataset)]
-    shift = np.broadcast_to(shown("op_shift", dataset["op_shift"].values)[:, None], damage.shape[:2])
+    shift = np.broadcast_to(shown("shift", dataset["shift"].values)[:, None], damage.shape[:2])
     here = np.isfinite(damage[..., 0])
     for k, name in enumerate(dataset["fatigue_name"].values):
         ax.plot(
             shift[here], normalised(damage[here][:, k]), _MARKERS[k % len(_MARKERS)], color=_colour(k),
             markerfacecolor="none", label=str(name),
         )  # fmt: skip
-    ax.set_xlabel(label(dataset, "op_shift"))
+    ax.set_xlabel(label(dataset, "shift"))
     ax.set_ylabel(wrapped("Damage of a load cycle over the largest of the law"))
     return ax
 

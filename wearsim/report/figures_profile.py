@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.report.style import COLOURS, SERIES_COLOURS, WHEEL_LINES, label, own_axes, plain, shown
 
 EXCEEDED = "#882255"
@@ -239,6 +239,6 @@ def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> A
         ax.text(0.5, 0.5, "undefined over all amplitudes", transform=ax.transAxes, ha="center", va="center")
     ax.set_xlim(0.5, 6.5)
     ax.set_ylim(0.0, 1.25 * highest)
-    ax.set_xlabel(f"Amplitude [{NOMENCLATURE['amplitude'].shown_unit}]")
+    ax.set_xlabel(f"Amplitude [{QUANTITIES['amplitude'].shown_unit}]")
     ax.set_ylabel("Equivalent conicity, EN 15302")
     return ax

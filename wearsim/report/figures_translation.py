@@ -84,7 +84,7 @@ def plot_factor_at_points(
         Index of the state: 0 the new wheel, -1 as far as both campaigns come.
     """
     ax = own_axes(ax)
-    shift = shown("op_shift", translation["op_shift"].values)
+    shift = shown("shift", translation["shift"].values)
     order = np.argsort(shift, kind="stable")
     values = translation[f"{name}_point_factor"].values[basis, progress]
     new = progress == 0
@@ -96,7 +96,7 @@ def plot_factor_at_points(
         )  # fmt: skip
     text = str(translation[f"{name}_point"].attrs["long_name"]).removesuffix(" at equal operating points")
     ax.set_title(wrapped(capital(text), 30))
-    ax.set_xlabel(label(translation, "op_shift"))
+    ax.set_xlabel(label(translation, "shift"))
     ax.set_ylabel("Factor, rig over field")
     return ax
 

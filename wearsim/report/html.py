@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import jinja2
 import xarray as xr
 
+from wearsim.campaign.directory import read_status
 from wearsim.errors import ResultError
 from wearsim.report import (
     pages,
@@ -51,7 +52,7 @@ _PROVENANCE = (
     ("wear_coefficients_materials", "Materials of the coefficients"),
     ("wear_coefficients_validity", "Validity of the coefficients"),
     ("wear_coefficients_departures", "Departures from the source"),
-    ("wear_coefficients_doubts", "Uncertain coefficients"),
+    ("wear_coefficients_warnings", "Uncertain coefficients"),
     ("finished", "Finished"),
 )
 
@@ -76,19 +77,40 @@ def write_report(directory: str | Path) -> Path:
     """
     directory = Path(directory)
     found = [directory / f"{name}.nc" for name in ("rig", "field") if (directory / f"{name}.nc").exists()]
+    failures = {
+        name: str(item.get("message") or "no reason is stored")
+        for name, item in (read_status(directory).get("campaigns") or {}).items()
+        if item.get("state") == "failed"
+    }
     if not found:
-        raise ResultError(
-            f"{directory}: there is no rig.nc or field.nc to report on; "
-            f"`wearsim run SCENE --out {directory}` makes them"
-        )
+        raise ResultError(f"{directory}: there is no rig.nc or field.nc; {_advice(directory, failures)}")
     datasets = []
     for path in found:
         with open_results(path) as data:
             datasets.append(data.load())
-    return _write(render(datasets, read_convergence(directory)), directory / "report.html")
+    text = render(datasets, read_convergence(directory), failures)
+    return _write(text, directory / "report.html")
 
 
-def render(datasets: list[xr.Dataset], convergence: Sequence[Convergence] = ()) -> str:
+def _advice(directory: Path, failures: Mapping[str, str]) -> str:
+    """Say what to do with a directory without results."""
+    if (directory / "sweep.json").is_file():
+        cases = sorted(path.parent for path in directory.glob("case_*/*.nc"))
+        example = cases[0] if cases else directory / "case_0001"
+        return (
+            f"it is the directory of a sweep, whose table is {directory / 'sweep.csv'}; report on one of its "
+            f"cases: `wearsim report {example}`"
+        )
+    if failures:
+        return f"the campaign failed: {'; '.join(failures.values())}"
+    return f"`wearsim run SCENE --out {directory}` makes them"
+
+
+def render(
+    datasets: list[xr.Dataset],
+    convergence: Sequence[Convergence] = (),
+    failures: Mapping[str, str] | None = None,
+) -> str:
     """Make the text of a report.
 
     Parameters
@@ -96,7 +118,9 @@ def render(datasets: list[xr.Dataset], convergence: Sequence[Convergence] = ()) 
     datasets : list of Dataset
         One result, or rig and field in this order.
     convergence : sequence of Convergence
-        What `wearsim run --converge` found.
+        Results of `wearsim run --converge`.
+    failures : mapping of str to str, optional
+        Why campaigns failed, by role.
 
     Returns
     -------
@@ -115,7 +139,7 @@ def render(datasets: list[xr.Dataset], convergence: Sequence[Convergence] = ()) 
         "sections": [s for s in SECTIONS if s[0] not in absent],
         "wear_tables": [
             *(tables_damage.wear_laws(data) + pages_counterface.table(data) for data in datasets),
-            tables_damage.damage_factors(translation, "beside"),
+            tables_damage.damage_factors(translation, "comparison"),
         ],
         "fatigue_tables": [
             *(tables_index.table(data) + tables_damage.fatigue_tables(data) for data in datasets),
@@ -124,6 +148,9 @@ def render(datasets: list[xr.Dataset], convergence: Sequence[Convergence] = ()) 
         "choice_tables": [tables_choice.chosen(data) for data in datasets],
         "plates": _plates(datasets, translation),
         "summary": [_campaign_line(data) for data in datasets],
+        "failures": [
+            f"{role.capitalize()}: the campaign failed: {text}" for role, text in (failures or {}).items()
+        ],
         "warnings": warnings(datasets, translation),
         "environment": pages.environment_note(datasets),
         "settings": tables.settings(datasets),

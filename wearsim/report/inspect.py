@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from wearsim.errors import ResultError
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.report import pages, pages_counterface, pages_damage, tables_choice, tables_damage, tables_index
 from wearsim.report.style import capital, role_of, save_svg
 from wearsim.report.tables import UNDEFINED, limit_text, number
@@ -80,8 +80,8 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "distance": _plain(dataset["distance"].values[-1]),
         "steps": wear_steps(dataset),
         "operating_points": dataset.sizes["operating_point"],
-        "monitoring_points": int((dataset["op_weight"].values == 0.0).sum()),
-        "environment": [_plain(v) for v in _ends(dataset["op_environment"].values)],
+        "monitoring_points": int((dataset["weight"].values == 0.0).sum()),
+        "environment": [_plain(v) for v in _ends(dataset["environment"].values)],
         "warnings": [
             *(line.strip() for line in str(dataset.attrs.get("warnings", "")).split("; ") if line.strip()),
             *doubts(dataset),
@@ -110,7 +110,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         for one in turnings(dataset)
     ]
     found["cracks_left"] = cracks_left(dataset)
-    if "beside_name" in dataset or "fatigue_name" in dataset:
+    if "comparison_name" in dataset or "fatigue_name" in dataset:
         found["damage"] = _damage(dataset)
     if "contact_candidate" in dataset:
         found["contact_models"] = {
@@ -119,21 +119,21 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         }
     if pages_counterface.wears(dataset):
         found["counterface"] = {
-            "counterface_turnings": int(dataset["counterface_turnings"].values[-1]),
+            "counterface_redressed_count": int(dataset["counterface_redressed_count"].values[-1]),
             **{name: [_plain(v) for v in dataset[name].values[-1]] for name in pages_counterface.MEASURES},
         }
     return found
 
 
 def _damage(dataset: xr.Dataset) -> dict[str, Any]:
-    """Wear by the laws beside the leading one and damage by the fatigue laws, lists are (right, left)."""
+    """Wear by the comparison laws and damage by the fatigue laws, lists are (right, left)."""
     told: dict[str, Any] = {}
     end = last_worn_row(dataset)
-    if "beside_name" in dataset:
-        depth = dataset["beside_wear_depth"].values[end].max(axis=2)
-        told["beside"] = {
+    if "comparison_name" in dataset:
+        depth = dataset["comparison_wear_depth"].values[end].max(axis=2)
+        told["comparison"] = {
             str(name): {"max_wear_depth": [_plain(v) for v in depth[:, k]]}
-            for k, name in enumerate(dataset["beside_name"].values)
+            for k, name in enumerate(dataset["comparison_name"].values)
         }
     if "fatigue_name" in dataset:
         damage, rate = (dataset[f"fatigue_damage{what}"].values[end].max(axis=2) for what in ("", "_rate"))
@@ -161,7 +161,7 @@ def _index(dataset: xr.Dataset, row: int, law: int) -> dict[str, Any]:
             None if one is None else one.value for one in found
         ],
         "fatigue_index_y": [None if one is None else one.y for one in found],
-        "op_label": [None if one is None else one.point for one in found],
+        "operating_point_name": [None if one is None else one.point for one in found],
     }
 
 
@@ -178,14 +178,14 @@ def summary_text(found: dict[str, Any]) -> str:
     str
         Several lines.
     """
-    run = NOMENCLATURE["distance"]
+    run = QUANTITIES["distance"]
     end = f"finished ({found['ended']})" if found["finished"] else "unfinished"
     lines = [
         found["title"] or found["kind"],
         f"{found['kind']}, {end}: {_text('distance', found['distance'])} {run.shown_unit} "
         f"in {found['steps']} wear steps",
         f"{found['operating_points']} operating points, {found['monitoring_points']} of them only monitored; "
-        f"environment factor {_span('op_environment', found['environment'])}",
+        f"environment factor {_span('environment', found['environment'])}",
         "",
         f"{'':<46}{'new right':>11}{'left':>11}{'worn right':>12}{'left':>11}",
     ]
@@ -226,18 +226,18 @@ def _counterface_lines(worn: dict[str, Any]) -> list[str]:
     if not worn:
         return []
     lines = [f"{'':<69}{'right':>11}{'left':>11}"]
-    turned = pages_counterface.MEASURES[2:] if worn["counterface_turnings"] else ()
+    turned = pages_counterface.MEASURES[2:] if worn["counterface_redressed_count"] else ()
     for name in (*pages_counterface.MEASURES[:2], *turned):
         right, left = (_text(name, value) for value in worn[name])
         lines.append(f"{_title(name):<69}{right:>11}{left:>11}")
     if turned:
-        lines.append(f"{_title('counterface_turnings')}: {worn['counterface_turnings']}")
+        lines.append(f"{_title('counterface_redressed_count')}: {worn['counterface_redressed_count']}")
     return [*lines, ""]
 
 
 def _damage_lines(damage: dict[str, Any]) -> list[str]:
     rows: list[tuple[str, ...]] = []
-    for kind in ("beside", "fatigue"):
+    for kind in ("comparison", "fatigue"):
         for law, values in damage.get(kind, {}).items():
             rows += [(f"{law}, {_small(name)}", *_both(name, ends)) for name, ends in values.items()]
     for law, index in damage.get("fatigue_index", {}).items():
@@ -248,7 +248,7 @@ def _damage_lines(damage: dict[str, Any]) -> list[str]:
     rows += [(f"Life of {law}, ended by: {what}",) for law, what in damage.get("life", {}).items()]
     if not rows:
         return []
-    rows.insert(0, ("Laws beside the leading one, and fatigue", "right", "left"))
+    rows.insert(0, ("Comparison laws and fatigue", "right", "left"))
     width = max(len(row[0]) for row in rows if len(row) > 1)
     lines = [f"{text:<{width}}" + "".join(f"{end:>11}" for end in ends) for text, *ends in rows]
     return [*(line.rstrip() for line in lines), ""]
@@ -299,7 +299,7 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
 
 def _limit(name: str, entry: dict[str, Any]) -> str:
     """Line on one limit; of a measure of each wheel the values are (right, left)."""
-    run = NOMENCLATURE["distance"].shown_unit
+    run = QUANTITIES["distance"].shown_unit
     sides = ("right ", "left ") if len(entry["met"]) == 2 else ("",)
     told = [
         f"{side}not met" if at is None else f"{side}met at {_text('distance', at)} {run}"
@@ -335,15 +335,15 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
 
 
 def _title(name: str) -> str:
-    unit = NOMENCLATURE[name].shown_unit
-    text = capital(NOMENCLATURE[name].meaning).removesuffix(" of the wheel")
+    unit = QUANTITIES[name].shown_unit
+    text = capital(QUANTITIES[name].meaning).removesuffix(" of the wheel")
     return text + (f" [{unit}]" if unit != "1" else "")
 
 
 def _text(name: str, value: float | None) -> str:
     if value is None:
         return UNDEFINED
-    return number(value * NOMENCLATURE[name].shown_factor).text.replace("\N{MINUS SIGN}", "-")
+    return number(value * QUANTITIES[name].shown_factor).text.replace("\N{MINUS SIGN}", "-")
 
 
 def _span(name: str, ends: list[float | None]) -> str:

@@ -46,7 +46,7 @@ class Plate:
 
 def environment_text(dataset: xr.Dataset) -> str:
     """Environment factor of the points that wear, as a range where they differ."""
-    factor = dataset["op_environment"].values[dataset["op_weight"].values > 0.0]
+    factor = dataset["environment"].values[dataset["weight"].values > 0.0]
     if factor.size == 0:
         return "none: no point wears"
     low, high = float(factor.min()), float(factor.max())

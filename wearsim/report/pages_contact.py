@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from wearsim.errors import ResultError
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.report import figures_contact
 from wearsim.report.figures import WHEELS
 from wearsim.report.style import plain, save_svg, style
@@ -21,7 +21,7 @@ def title_of(dataset: xr.Dataset) -> str:
     """Conditions of a contact state in two lines."""
 
     def said(name: str, digits: int = 4) -> str:
-        quantity = NOMENCLATURE[name]
+        quantity = QUANTITIES[name]
         value = float(dataset[name]) * quantity.shown_factor
         unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
         return (
@@ -30,7 +30,7 @@ def title_of(dataset: xr.Dataset) -> str:
             else f"0{unit}"
         )
 
-    sides = " and ".join(WHEELS[side] for side in dataset["side"].values)
+    sides = " and ".join(WHEELS[side] for side in dataset["wheel"].values)
     kappa = float(dataset["counterface_curvature"])
     on = "rail" if kappa == 0.0 else f"roller of {1e3 / kappa:.6g} mm"
     first = (
@@ -63,7 +63,7 @@ def contact_figure(dataset: xr.Dataset) -> Figure:
     Figure
         Not yet drawn.
     """
-    sides = [int(side) for side in dataset["side"].values]
+    sides = [int(side) for side in dataset["wheel"].values]
     patches = dataset.sizes["patch"]
     heights = [2.6] * len(sides) + [2.9] * patches
     with style():
@@ -80,7 +80,7 @@ def contact_figure(dataset: xr.Dataset) -> Figure:
         spans = _spans(dataset)
         count = dict.fromkeys(sides, 0)
         for patch in range(patches):
-            side = int(dataset["patch_side"].values[patch])
+            side = int(dataset["side"].values[patch])
             count[side] += 1
             row = len(sides) + patch
             axes = [figure.add_subplot(grid[row, 2 * k : 2 * k + 2]) for k in range(3)]
@@ -107,9 +107,9 @@ def _spans(dataset: xr.Dataset) -> list[tuple[tuple[float, float], tuple[float, 
 def _patch_titles(dataset: xr.Dataset, patch: int, side: int, number: int) -> tuple[str, str, str]:
     def said(name: str, places: int) -> str:
         value = round(float(figures_contact.shown_values(dataset, name, patch=patch)), places) + 0.0
-        return f"{value:.{places}f} {NOMENCLATURE[name].shown_unit}".replace("-", "\N{MINUS SIGN}")
+        return f"{value:.{places}f} {QUANTITIES[name].shown_unit}".replace("-", "\N{MINUS SIGN}")
 
-    several = int((dataset["patch_side"].values == side).sum()) > 1
+    several = int((dataset["side"].values == side).sum()) > 1
     name = f"{WHEELS[side].capitalize()} wheel" + (f", patch {number}" if several else "")
     share = float(dataset["slip_area"][patch] / dataset["area"][patch])
     return (

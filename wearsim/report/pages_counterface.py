@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.report import figures, figures_counterface
 from wearsim.report.pages import Plate, environment_note
 from wearsim.report.style import capital, grid, legend, role_of, shown, style
 from wearsim.report.tables import Cell, number
 from wearsim.report.tables_damage import Table
 
-MEASURES = ("counterface_max_wear_depth", "counterface_worn_area", "counterface_turned_depth")
+MEASURES = ("counterface_max_wear_depth", "counterface_worn_area", "counterface_redressed_depth")
 
 
 def wears(dataset: xr.Dataset) -> bool:
@@ -41,12 +41,12 @@ def table(dataset: xr.Dataset) -> list[Table]:
     if not wears(dataset):
         return []
     names = [str(name) for name in dataset["counterface_name"].values]
-    turnings = int(dataset["counterface_turnings"].values[-1])
+    turnings = int(dataset["counterface_redressed_count"].values[-1])
     rows = []
     for name in MEASURES if turnings else MEASURES[:2]:
-        unit = NOMENCLATURE[name].shown_unit
+        unit = QUANTITIES[name].shown_unit
         values = shown(name, dataset[name].values[-1])
-        text = f"{capital(NOMENCLATURE[name].meaning)} [{unit}]"
+        text = f"{capital(QUANTITIES[name].meaning)} [{unit}]"
         rows.append([Cell(text), *(number(value, 4) for value in values)])
     told = f"the rollers were turned {turnings} times" if turnings != 1 else "the rollers were turned once"
     caption = "wear of the counterface at the end of the campaign"

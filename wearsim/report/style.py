@@ -14,7 +14,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 
 COLOURS = {"rig": "#d55e00", "field": "#0072b2", "rail": "#6b6b6b", "new": "#8c8c8c", "difference": "#1a1a1a"}
 """Colours with a fixed meaning (palette of Okabe and Ito)."""
@@ -133,7 +133,7 @@ def role_of(dataset: xr.Dataset) -> str:
 
 def shown(name: str, values: Any) -> np.ndarray:
     """Values in the unit people read."""
-    return np.asarray(values, dtype=np.float64) * NOMENCLATURE[name].shown_factor
+    return np.asarray(values, dtype=np.float64) * QUANTITIES[name].shown_factor
 
 
 def label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
@@ -146,10 +146,10 @@ def label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
     variable : str
         Its name.
     name : str, optional
-        Row of the nomenclature table, if it is not the variable's name.
+        Quantity, if it is not the variable's name.
     """
     text = str(dataset[variable].attrs.get("long_name", variable))
-    unit = NOMENCLATURE[name or variable].shown_unit
+    unit = QUANTITIES[name or variable].shown_unit
     return capital(text) + (f" [{unit}]" if unit not in ("", "1") else "")
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.shape import polygon_area_between
+from wearsim.quantities import QUANTITIES
 from wearsim.report.pages import environment_text
 from wearsim.report.style import capital, plain, role_of, shown
 from wearsim.results.limits import LIMITED, LimitMet, limits_met
@@ -141,7 +141,7 @@ def patch_rules() -> str:
     """Say how the patches of one wheel make one value."""
     rules: dict[str, list[str]] = {}
     for name, rule in POINT_QUANTITIES.items():
-        rules.setdefault(rule, []).append(NOMENCLATURE[name].meaning)
+        rules.setdefault(rule, []).append(QUANTITIES[name].meaning)
     parts = "; ".join(f"{rule}: {', '.join(names)}" for rule, names in rules.items())
     return (
         "Contact values of each wheel are in translation.nc. "
@@ -198,17 +198,17 @@ def verdict_sentences(table: pd.DataFrame, translation: xr.Dataset) -> list[str]
 def operating_points(dataset: xr.Dataset) -> tuple[list[str], list[list[Cell]]]:
     """Header and rows of the operating points of a campaign."""
     names = [
-        "op_shift", "op_yaw", "op_roll", "op_wheel_load", "op_speed", "op_friction", "op_track_curvature",
-        "op_environment", "op_weight", "op_block_length",
+        "shift", "yaw", "roll", "wheel_load", "speed", "friction", "track_curvature",
+        "environment", "weight", "block_length",
     ]  # fmt: skip
     header = ["Operating point"]
     for name in names:
-        unit = NOMENCLATURE[name].shown_unit
+        unit = QUANTITIES[name].shown_unit
         text = str(dataset[name].attrs["long_name"])
         header.append(capital(text) + (f" [{unit}]" if unit not in ("", "1") else ""))
     columns = [shown(name, dataset[name].values) for name in names]
     rows = []
-    for index, text in enumerate(dataset["op_label"].values):
+    for index, text in enumerate(dataset["operating_point_name"].values):
         rows.append([Cell(str(text)), *(given(column[index]) for column in columns)])
     return header, rows
 
@@ -254,10 +254,10 @@ def settings(datasets: list[xr.Dataset]) -> list[tuple[str, list[Cell], bool]]:
     rows.append(
         ("Counterface", [Cell(f"roller, radius {1e3 / k:.4g} mm") if k else Cell("rail") for k in roller])
     )
-    weighted = [data["op_weight"].values > 0.0 for data in datasets]
-    for name in ("op_shift", "op_yaw", "op_wheel_load", "op_speed", "op_friction", "op_track_curvature"):
+    weighted = [data["weight"].values > 0.0 for data in datasets]
+    for name in ("shift", "yaw", "wheel_load", "speed", "friction", "track_curvature"):
         cells = [_range(name, data[name].values[on]) for data, on in zip(datasets, weighted, strict=True)]
-        unit = NOMENCLATURE[name].shown_unit
+        unit = QUANTITIES[name].shown_unit
         text = str(datasets[0][name].attrs["long_name"])
         rows.append((capital(text) + (f" [{unit}]" if unit != "1" else ""), cells))
     rows.append(("Environment factor on the wear depth", [Cell(environment_text(data)) for data in datasets]))
@@ -317,7 +317,7 @@ def turned_wheels(dataset: xr.Dataset) -> list[tuple[Cell, list[Cell]]]:
 
 def limit_text(name: str, values: Sequence[float]) -> str:
     """Write a limit, or the limits of several campaigns, on one measure."""
-    quantity = NOMENCLATURE[name]
+    quantity = QUANTITIES[name]
     unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
     most = "at most" if LIMITED[name] > 0.0 else "at least"
     told = " or ".join(f"{value:g}" for value in shown(name, values))
@@ -326,7 +326,7 @@ def limit_text(name: str, values: Sequence[float]) -> str:
 
 def _where_met(limit: LimitMet) -> Cell:
     sides = ("right: ", "left: ") if len(limit.distance) == 2 else ("",)
-    unit = NOMENCLATURE["distance"].shown_unit
+    unit = QUANTITIES["distance"].shown_unit
     met = [
         "not met" if at is None else f"{plain(float(shown('distance', at)))} {unit}" for at in limit.distance
     ]
@@ -403,7 +403,7 @@ def regimes(translation: xr.Dataset, progress: int) -> list[tuple[str, str, Cell
     names = str(translation["regime_point"].attrs["flag_meanings"]).split()
     regime = translation["regime_point"].values[0, progress].astype(int)
     differs = translation["regime_point_differs"].values[0, progress]
-    shift = shown("op_shift", translation["op_shift"].values)
+    shift = shown("shift", translation["shift"].values)
     return [
         (
             str(translation["rig_label"].values[i]), side, given(shift[i]), names[regime[0, i, w] + 1],
@@ -445,7 +445,7 @@ def state(dataset: xr.Dataset) -> list[tuple[str, list[Cell]]]:
     )  # fmt: skip
     for name in names:
         values = shown(name, dataset[name].values[[0, last_worn_row(dataset)]])
-        text, unit = str(dataset[name].attrs["long_name"]), NOMENCLATURE[name].shown_unit
+        text, unit = str(dataset[name].attrs["long_name"]), QUANTITIES[name].shown_unit
         text = capital(text) + (f" [{unit}]" if unit != "1" else "")
         columns = (
             [("", values)] if values.ndim == 1 else [(", right", values[:, 0]), (", left", values[:, 1])]

@@ -9,7 +9,7 @@ import xarray as xr
 
 from wearsim.damage.fatigue.agreement import Agreement, agreement
 from wearsim.damage.fatigue.balance import LIMITED_BY, balance
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.report.figures import WHEELS
 from wearsim.report.style import shown
 from wearsim.report.tables import Cell, number
@@ -50,7 +50,7 @@ class Table:
 
 
 def wear_laws(dataset: xr.Dataset) -> list[Table]:
-    """Worn area, deepest depth and share of each regime by the leading law and the laws beside it.
+    """Worn area, deepest depth and share of each regime by the active law and the comparison laws.
 
     Parameters
     ----------
@@ -66,46 +66,46 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
     depth = [dataset["wear_depth"].values[row]]
     by_regime = depth_by_regime(dataset)
     total = by_regime.sum(axis=1, keepdims=True)
-    # of the leading law the file has depths by regime: their sums share out the exact area
+    # of the active law the file has depths by regime: their sums share out the exact area
     share = np.divide(by_regime, total, out=np.zeros_like(by_regime), where=total > 0.0)
-    names = [f"{dataset.attrs.get('wear_law', 'law')}, leading"]
+    names = [f"{dataset.attrs.get('wear_law', 'law')}, active"]
     area = [share * dataset["worn_area"].values[-1][:, None]]
     regime_names = [[str(name) for name in dataset["regime_name"].values]]
-    keys = ("wear_form", "wear_coefficients", "wear_coefficients_source", "wear_coefficients_doubts")
+    keys = ("wear_form", "wear_coefficients", "wear_coefficients_source", "wear_coefficients_warnings")
     origin = [[str(dataset.attrs.get(key, "")) for key in keys]]
-    if "beside_name" in dataset:
-        pairs = [str(text).split(": ", 1) for text in dataset["beside_regime_name"].values]
-        for k, law in enumerate(str(name) for name in dataset["beside_name"].values):
+    if "comparison_name" in dataset:
+        pairs = [str(text).split(": ", 1) for text in dataset["comparison_regime_name"].values]
+        for k, law in enumerate(str(name) for name in dataset["comparison_name"].values):
             here = [i for i, (owner, _) in enumerate(pairs) if owner == law]
             names.append(law)
-            depth.append(dataset["beside_wear_depth"].values[row, :, k])
-            area.append(dataset["beside_worn_area"].values[-1][:, here])
+            depth.append(dataset["comparison_wear_depth"].values[row, :, k])
+            area.append(dataset["comparison_worn_area"].values[-1][:, here])
             regime_names.append([pairs[i][1] for i in here])
-            origin.append(_origin(dataset, "beside", k))
-    leading = (float(area[0].sum()), float(depth[0].max()))
+            origin.append(_origin(dataset, "comparison", k))
+    active = (float(area[0].sum()), float(depth[0].max()))
     rows = []
     for k, name in enumerate(names):
         worn, deepest = area[k].sum(axis=1), depth[k].max(axis=1)
         rows.append([
             Cell(name),
             *(number(value, 4) for value in shown("worn_area", worn)),
-            _ratio(float(worn.sum()), leading[0]),
+            _ratio(float(worn.sum()), active[0]),
             *(number(value, 4) for value in shown("wear_depth", deepest)),
-            _ratio(float(deepest.max()), leading[1]),
+            _ratio(float(deepest.max()), active[1]),
             Cell(_shares(regime_names[k], area[k].sum(axis=0))),
         ])  # fmt: skip
     head = [
-        "Wear law", "Worn area, right [mm²]", "left [mm²]", "over leading", "Deepest, right [mm]",
-        "left [mm]", "over leading", "Share of the worn area by regime",
+        "Wear law", "Worn area, right [mm²]", "left [mm²]", "over active", "Deepest, right [mm]",
+        "left [mm]", "over active", "Share of the worn area by regime",
     ]  # fmt: skip
-    text = "Wear laws on the contacts of the campaign; the profile wears by the leading law alone."
+    text = "Wear laws on the contacts of the campaign; the profile wears by the active law alone."
     if turned_rows(dataset):
         text += " Area is of all wear, depth of the last stretch that was run since a turning."
-    leading_set = [str(dataset.attrs.get(f"wear_coefficients_{key}", "")) for key in _HOLDS]
+    active_set = [str(dataset.attrs.get(f"wear_coefficients_{key}", "")) for key in _HOLDS]
     return [
         Table("wear-laws", text, head, rows),
         _origins("wear-law-numbers", "Wear law", names, origin),
-        _holds("wear-law-validity", "Wear law", names, [leading_set, *_told(dataset, "beside")]),
+        _holds("wear-law-validity", "Wear law", names, [active_set, *_told(dataset, "comparison")]),
     ]
 
 
@@ -160,7 +160,7 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
 def _origin(dataset: xr.Dataset, group: str, law: int) -> list[str]:
     """Form, coefficients, their source and doubts of a law."""
     return [
-        str(dataset[f"{group}_{key}"].values[law]) for key in ("form", "coefficients", "source", "doubts")
+        str(dataset[f"{group}_{key}"].values[law]) for key in ("form", "coefficients", "source", "warnings")
     ]
 
 
@@ -227,7 +227,7 @@ def life(dataset: xr.Dataset) -> Table | None:
                 Cell(first if np.isfinite(ends[first][0]) else "nothing"),
                 number(1e3 * y[wheel, ends[first][1]], 3) if np.isfinite(ends[first][0]) else _NONE,
                 number(100.0 * grown.sum() / acts.sum(), 3) if acts.any() else _NONE,
-                number(shown("balanced_wear_rate", found.balanced_wear.max()), 3),
+                number(shown("magic_wear_rate", found.magic_wear_rate.max()), 3),
             ])  # fmt: skip
     if not rows:
         return None
@@ -259,7 +259,7 @@ def cycles(dataset: xr.Dataset) -> Agreement:
     """Compare the fatigue laws over the load cycles of the worn wheels, weighted as they occur."""
     damage = dataset["fatigue_damage_passage"].values[last_worn_row(dataset)]
     here = np.isfinite(damage[..., 0])
-    weight = np.broadcast_to(dataset["op_weight"].values[:, None], here.shape)[here]
+    weight = np.broadcast_to(dataset["weight"].values[:, None], here.shape)[here]
     laws = [str(name) for name in dataset["fatigue_name"].values]
     return agreement({law: damage[here][:, k] for k, law in enumerate(laws)}, weight)
 
@@ -281,7 +281,7 @@ def overlaps(dataset: xr.Dataset) -> Table:
 def wear_numbers(dataset: xr.Dataset) -> Table:
     """Largest wear numbers of each wheel, with and without spin."""
     end = last_worn_row(dataset)
-    side = dataset["patch_side"].values[end]
+    side = dataset["side"].values[end]
     rows = []
     for name in ("wear_number_without_spin", "wear_number_with_spin"):
         values = shown(name, dataset[name].values[end])
@@ -314,7 +314,7 @@ def damage_factors(translation: xr.Dataset | None, group: str) -> list[Table]:
     ----------
     translation : Dataset or None
         From `wearsim.translation.translate.translate`.
-    group : {"beside", "fatigue"}
+    group : {"comparison", "fatigue"}
         Which laws.
 
     Returns
@@ -324,7 +324,7 @@ def damage_factors(translation: xr.Dataset | None, group: str) -> list[Table]:
     """
     if translation is None or f"{group}_name" not in translation:
         return []
-    names = ("beside_worn_area",) if group == "beside" else ("fatigue_damage", "fatigue_damage_rate")
+    names = ("comparison_worn_area",) if group == "comparison" else ("fatigue_damage", "fatigue_damage_rate")
     rows = []
     for k, law in enumerate(translation[f"{group}_name"].values):
         for name in names:
@@ -332,7 +332,7 @@ def damage_factors(translation: xr.Dataset | None, group: str) -> list[Table]:
             for basis in (0, 1):
                 cells += [number(v, 3) for v in shown(name, translation[name].values[basis, -1, :, k, 2])]
                 cells.append(number(translation[f"{name}_factor"].values[basis, -1, k, 2], 3))
-            unit = NOMENCLATURE[name].shown_unit
+            unit = QUANTITIES[name].shown_unit
             text = str(translation[name].attrs["long_name"]) + (f" [{unit}]" if unit != "1" else "")
             rows.append([Cell(f"{law}: {text}"), *cells])
     ends = [f"{basis}: {what}" for basis in ("Equal distance", "Equal worn depth") for what in _COLUMNS]
@@ -343,8 +343,8 @@ def damage_factors(translation: xr.Dataset | None, group: str) -> list[Table]:
     return [Table(f"{group}-factors", text, ["Law and quantity", *ends], rows)]
 
 
-def _ratio(value: float, leading: float) -> Cell:
-    return number(value / leading, 3) if leading > 0.0 else Cell("leading law wears nothing")
+def _ratio(value: float, active: float) -> Cell:
+    return number(value / active, 3) if active > 0.0 else Cell("active law wears nothing")
 
 
 def _distance(value: float) -> Cell:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from wearsim.damage.fatigue import INDEX_QUANTITIES
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.damage.fatigue import FATIGUE_LAWS
+from wearsim.quantities import QUANTITIES
 from wearsim.report.figures import WHEELS
 from wearsim.report.style import shown
 from wearsim.report.tables import Cell, number
@@ -39,8 +39,8 @@ class LargestIndex:
 
 
 def quantity_of(law: str) -> str:
-    """Return the quantity a law judges by, as `wearsim.nomenclature` names it."""
-    return INDEX_QUANTITIES.get(law, SUBSURFACE)
+    """Return the quantity a law judges by, as `wearsim.quantities` names it."""
+    return FATIGUE_LAWS[law].index_quantity if law in FATIGUE_LAWS else SUBSURFACE
 
 
 def largest(dataset: xr.Dataset, row: int, law: int | None) -> tuple[LargestIndex | None, ...]:
@@ -65,7 +65,7 @@ def largest(dataset: xr.Dataset, row: int, law: int | None) -> tuple[LargestInde
     else:
         name = quantity_of(str(dataset["fatigue_name"].values[law]))
         index, y = dataset[name].values[row, ..., law], dataset["fatigue_index_y"].values[row, ..., law]
-    side = dataset["patch_side"].values[row]
+    side = dataset["side"].values[row]
     found: list[LargestIndex | None] = []
     for wheel in range(len(WHEELS)):
         here = np.where((side == wheel) & np.isfinite(index), index, -np.inf)
@@ -73,8 +73,8 @@ def largest(dataset: xr.Dataset, row: int, law: int | None) -> tuple[LargestInde
         if not np.isfinite(here[at]):
             found.append(None)
             continue
-        label = str(dataset["op_label"].values[at[0]])
-        monitored = dataset["op_weight"].values[at[0]] == 0.0
+        label = str(dataset["operating_point_name"].values[at[0]])
+        monitored = dataset["weight"].values[at[0]] == 0.0
         found.append(
             LargestIndex(float(here[at]), float(y[at]), f"{label} (monitored)" if monitored else label)
         )
@@ -107,7 +107,7 @@ def table(dataset: xr.Dataset) -> list[Table]:
     laws = [(k, str(name)) for k, name in enumerate(dataset["fatigue_name"].values)]
     rows = []
     for law, name in [*laws, (None, "below the surface")]:
-        entry = NOMENCLATURE[quantity_of(name)]
+        entry = QUANTITIES[quantity_of(name)]
         unit = f" [{entry.shown_unit}]" if entry.shown_unit != "1" else ""
         limit = Cell("the steel's own") if law is None else _limit(numbers[law] if law < len(numbers) else "")
         states = [largest(dataset, row, law) for row in (0, end)]

@@ -1,7 +1,8 @@
-"""The result file: its layout, and how it is created, appended to, verified and opened."""
+"""The result file: what it holds, and how it is created, appended to, verified and opened."""
 
 from wearsim.results.file import append, create, open_results, read_row, row_count, verify
-from wearsim.results.layout import (
+from wearsim.results.plausibility import doubts
+from wearsim.results.schema import (
     FILL_FLOAT,
     FILL_INT,
     GROUPS,
@@ -15,7 +16,6 @@ from wearsim.results.layout import (
     layout_of,
     row_names,
 )
-from wearsim.results.plausibility import doubts
 
 __all__ = [
     "FILL_FLOAT",

@@ -1,9 +1,8 @@
 """The result file: created, appended to row by row, verified, opened.
 
 A campaign creates the file once, then opens, appends one row and closes it at each step, so that the
-file can be read at any time between steps.  Quantities, units and long names come from
-`wearsim.nomenclature`; the dimensions of each variable stand in `wearsim.results.layout`.  Readers use
-`open_results`, which gives a lazy xarray Dataset.
+file can be read at any time between steps.  Variables, units and long names come from
+`wearsim.quantities`.  Readers use `open_results`, which gives a lazy xarray Dataset.
 """
 
 from __future__ import annotations
@@ -21,8 +20,9 @@ import netCDF4
 import numpy as np
 
 from wearsim.errors import ResultError
-from wearsim.nomenclature import NOMENCLATURE
-from wearsim.results.layout import (
+from wearsim.quantities import Quantity
+from wearsim.results.older import OLDER_SCHEMAS, RENAMED, renamed
+from wearsim.results.schema import (
     FILL_FLOAT,
     FILL_INT,
     LABELS,
@@ -30,7 +30,6 @@ from wearsim.results.layout import (
     SCHEMA,
     Header,
     Row,
-    Variable,
     check_row,
     layout_of,
     row_names,
@@ -206,22 +205,49 @@ def open_results(path: str | Path) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        SI units, `units` and `long_name` on every variable; empty patch slots and undefined
-        quantities are NaN.  Values are read when they are used: `.load()` brings them all, and frees the
-        file for the writer of a running campaign when used as a context manager.
+        SI units, `units` and `long_name` on every variable; empty patch slots and undefined quantities are
+        NaN.  `distance` is the index of `step`, the labels of operating points and wheels are those of
+        `operating_point` and `wheel`: `.sel` takes them all; of two steps at one distance (before and after
+        a reprofiling) `method="nearest"` takes the later one.  Values are read when they are used: `.load()`
+        reads them all, and frees the file for the writer of a running campaign when used as a context
+        manager.
+
+    Raises
+    ------
+    ResultError
+        If the file is missing, damaged or not a result of this version of wearsim.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> with wearsim.open_results("out/rig.nc") as rig:
+    ...     state = rig.sel(distance=900.0, method="nearest").sel(operating_point="right")
+    ...     pressure = state["max_pressure"].isel(patch=0).load()
+    >>> pressure.attrs["units"]
+    'Pa'
     """
     import xarray as xr
 
+    from wearsim.results.index import INDEXES, DistanceIndex
+
     path = Path(path)
-    with _open(path) as file:
+    with _open(path, older=True) as file:
         # a row that a killed writer cut short has no distance; the campaign mends it when resumed
         sound = int(np.count_nonzero(np.asarray(file.variables["distance"][:]) < FILL_FLOAT))
-    dataset = _with_retries(lambda: xr.open_dataset(path, engine="netcdf4"))
-    return dataset if dataset.sizes["step"] == sound else dataset.isel(step=slice(0, sound))
+    opened = _with_retries(lambda: xr.open_dataset(path, engine="netcdf4"))
+    dataset = renamed(opened)
+    if dataset.sizes["step"] != sound:
+        dataset = dataset.isel(step=slice(0, sound))
+    for dimension in INDEXES:
+        label = dataset[f"{dimension}_name"]
+        dataset = dataset.assign_coords({dimension: (dimension, label.values, label.attrs)})
+    dataset = dataset.set_xindex("distance", DistanceIndex)
+    dataset.set_close(opened.close)
+    return dataset
 
 
-def _open(path: Path) -> netCDF4.Dataset:
-    """Open for reading, exact values unmasked, or tell what is wrong with the file."""
+def _open(path: Path, *, older: bool = False) -> netCDF4.Dataset:
+    """Open for reading, exact values unmasked, or raise with what is wrong with the file."""
     if not path.exists():
         raise ResultError(f"{path} does not exist; `wearsim run SCENE --out DIR` writes result files")
     if not path.is_file():
@@ -234,12 +260,14 @@ def _open(path: Path) -> netCDF4.Dataset:
             f"`wearsim resume {path.parent}` while its campaign is unfinished"
         ) from error
     file.set_auto_maskandscale(False)
-    missing = [name for name in layout_of(file.variables) if name not in file.variables]
     schema = int(file.getncattr("wearsim_schema")) if "wearsim_schema" in file.ncattrs() else None
-    if schema == SCHEMA and not missing:
+    older = older and schema in OLDER_SCHEMAS
+    names = [RENAMED.get(name, name) if older else name for name in file.variables]
+    missing = [name for name in layout_of(names) if name not in names]
+    if (schema == SCHEMA or older) and not missing:
         return file
     file.close()
-    if schema is None or schema == SCHEMA:
+    if schema is None or schema == SCHEMA or older:
         without = f" of this version (without {missing[0]})" if missing else ""
         raise ResultError(
             f"{path} is not a result file of a wearsim campaign{without}; give a .nc that `wearsim run` "
@@ -275,8 +303,7 @@ def _define(file: netCDF4.Dataset, header: Header) -> None:
     file.set_auto_maskandscale(False)
 
 
-def _define_variable(file: netCDF4.Dataset, name: str, variable: Variable, header: Header) -> None:
-    quantity = NOMENCLATURE[name]
+def _define_variable(file: netCDF4.Dataset, name: str, variable: Quantity, header: Header) -> None:
     if variable.kind == "str":
         made = file.createVariable(name, str, variable.dimensions)
     else:
@@ -296,18 +323,18 @@ def _define_variable(file: netCDF4.Dataset, name: str, variable: Variable, heade
             chunksizes=chunks,
             fill_value=fill,
         )
-    if quantity.unit:
-        made.units = quantity.unit
-    made.long_name = quantity.meaning
-    if quantity.sign:
-        made.comment = quantity.sign
+    if variable.unit:
+        made.units = variable.unit
+    made.long_name = variable.meaning
+    if variable.sign:
+        made.comment = variable.sign
     # CF 5: coordinates that are not dimensions are named by the variables that have them
     layout = layout_of(header.static)
     near = [c for c in LABELS if c in layout and c != name]
     labels = [c for c in near if set(layout[c].dimensions) <= set(variable.dimensions)]
     if name not in LABELS and labels:
         made.coordinates = " ".join(labels)
-    if name == "patch_side":
+    if name == "side":
         made.flag_values = np.array([0, 1], dtype=np.int32)
         made.flag_meanings = "right left"
     if name == "life_limited_by":

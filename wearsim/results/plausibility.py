@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wearsim.nomenclature import percent
+from wearsim.damage.wear import WEAR_LAWS
 from wearsim.results.turnings import damage_left, depth_by_regime, spans
 
 if TYPE_CHECKING:
@@ -78,7 +78,8 @@ def tread_wear_warning(dataset: xr.Dataset) -> str | None:
         One line; None within `TREAD_WEAR_BAND`, for other campaigns than those in the field, before the
         first step and for the law that wears nothing.
     """
-    if dataset.attrs.get("scene_kind") != "field" or dataset.attrs.get("wear_law") == "none":
+    law = WEAR_LAWS.get(dataset.attrs.get("wear_law", ""))
+    if dataset.attrs.get("scene_kind") != "field" or (law is not None and not law.wears):
         return None
     wear = tread_wear(dataset)
     low, high = TREAD_WEAR_BAND
@@ -134,7 +135,7 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
         None where no factor deviates by more than `LOAD_TOLERANCE`. The distance of a step counts for the
         state it starts from.
     """
-    counts = dataset["op_weight"].values > 0.0
+    counts = dataset["weight"].values > 0.0
     scale = dataset["load_scale"].values[:, counts]
     deviation = np.nan_to_num(np.abs(scale - 1.0)).max(axis=-1, initial=0.0)
     scaled = deviation > LOAD_TOLERANCE
@@ -190,7 +191,7 @@ def seizure_shares(dataset: xr.Dataset) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        By law, leading and beside; empty where no law has that regime, or nothing is worn by it.
+        By law, active and comparison laws; empty where no law has that regime, or nothing is worn by it.
     """
     return regime_shares(dataset, "seizure")
 
@@ -208,16 +209,16 @@ def regime_shares(dataset: xr.Dataset, wanted: str) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        By law, leading and beside; empty where no law has that regime, or nothing is worn by it.
+        By law, active and comparison laws; empty where no law has that regime, or nothing is worn by it.
     """
     found = {}
     names = [str(name) for name in dataset["regime_name"].values]
     depth = depth_by_regime(dataset).sum(axis=0)
     if wanted in names and depth.sum() > 0.0:
         found[str(dataset.attrs["wear_law"])] = float(depth[names.index(wanted)] / depth.sum())
-    if "beside_name" in dataset:
-        area = dataset["beside_worn_area"].values[-1].sum(axis=0)
-        pairs = [str(name).split(": ", 1) for name in dataset["beside_regime_name"].values]
+    if "comparison_name" in dataset:
+        area = dataset["comparison_worn_area"].values[-1].sum(axis=0)
+        pairs = [str(name).split(": ", 1) for name in dataset["comparison_regime_name"].values]
         for k, (law, regime) in enumerate(pairs):
             total = sum(float(area[i]) for i, (owner, _) in enumerate(pairs) if owner == law)
             if regime == wanted and total > 0.0:
@@ -249,7 +250,7 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
 
 
 def outside_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of wear outside the rows of a wear table of the user's own.
+    """Warn of wear in regimes in which a law goes beyond its data, such as the rows of a wear table.
 
     Parameters
     ----------
@@ -259,17 +260,19 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
     Returns
     -------
     str or None
-        One line; None where no more than `OUTSIDE_SHARE` is worn on either side of the rows.
+        One line; None where no more than `OUTSIDE_SHARE` is worn in any such regime.
     """
-    places = {"below": "below the first row", "beyond": "beyond the last row"}
-    found = {text: regime_shares(dataset, regime).get("table", 0.0) for regime, text in places.items()}
-    told = [f"{_percent(share)} of it is {text}" for text, share in found.items() if share > OUTSIDE_SHARE]
-    if not told:
-        return None
-    return (
-        f"wear by the table of one's own lies outside its rows: {', '.join(told)}, where it follows what the "
-        f"table assumes: give it more rows"
-    )
+    for name, law in WEAR_LAWS.items():
+        shares = {text: regime_shares(dataset, regime).get(name, 0.0) for regime, text in law.outside}
+        parts = [
+            f"{_percent(share)} of it is {text}" for text, share in shares.items() if share > OUTSIDE_SHARE
+        ]
+        if parts:
+            return (
+                f"wear by the law {name} lies outside its data: {', '.join(parts)}, where it follows what "
+                f"the {name} assumes: give it more rows"
+            )
+    return None
 
 
 def cracks_warning(dataset: xr.Dataset) -> str | None:
@@ -319,6 +322,20 @@ def doubts(dataset: xr.Dataset) -> list[str]:
         cracks_warning(dataset),
     )
     return [line for line in found if line is not None]
+
+
+def percent(share: float) -> str:
+    """Write a share with two digits, or to the whole per cent above that, never with an exponent.
+
+    Parameters
+    ----------
+    share : float
+        1 is 100 % [-].
+    """
+    value = 100.0 * share
+    if 0.0 < abs(value) < 1e-3:
+        return "less than 0.001 %"
+    return f"{value:.2g} %" if abs(value) < 99.5 else f"{value:.0f} %"
 
 
 def _percent(share: float) -> str:

@@ -38,9 +38,9 @@ def turned_rows(dataset: xr.Dataset) -> list[int]:
     dataset : Dataset
         From `results.open_results`.
     """
-    if "last_turning" not in dataset:
+    if "last_reprofiling" not in dataset:
         return []
-    last = dataset["last_turning"].values
+    last = dataset["last_reprofiling"].values
     return [int(row) for row in np.flatnonzero((last == np.arange(last.size)) & (last > 0))]
 
 
@@ -113,9 +113,9 @@ def new_row(dataset: xr.Dataset, row: int) -> int:
     row : int
         Any; depth and damage in it stand at the points of that profile.
     """
-    if "last_turning" not in dataset:
+    if "last_reprofiling" not in dataset:
         return 0
-    return int(dataset["last_turning"].values[row])
+    return int(dataset["last_reprofiling"].values[row])
 
 
 def closing_turning(dataset: xr.Dataset) -> str:

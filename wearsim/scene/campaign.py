@@ -8,11 +8,11 @@ from typing import Literal
 
 from pydantic import Field
 
-from wearsim.contact.normal import ANSWERS_BY_STRIP
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.operation.points import ControlSettings
 from wearsim.scene.limits import LimitsSection, values
 from wearsim.scene.reprofiling import ReprofilingSection, turning_rules
-from wearsim.scene.section import Section, quantity
+from wearsim.scene.section import Section, number
 from wearsim.toml_faults import shown
 
 _EXPLICIT_LIMIT = 2.0
@@ -22,31 +22,25 @@ _EXPLICIT_LIMIT = 2.0
 class CampaignSection(Section):
     """[campaign]: how far, and in which steps."""
 
-    distance_km: float = quantity("the distance of the campaign", "km", gt=0, le=1e7)
-    max_step_depth_um: float = quantity("the largest wear depth of one step", "um", 8.0, ge=0.1, le=200)
-    first_step_depth_um: float | None = quantity(
+    distance_km: float = number("distance", "the distance of the campaign")
+    max_step_depth_um: float = number("depth_cap", "the largest wear depth of one step", 8.0)
+    first_step_depth_um: float | None = number(
+        "first_depth",
         "the largest wear depth of the first step and of that after a turning, doubled from step to step",
-        "um",
         None,
-        ge=0.01,
-        le=200,
     )
-    stability: float = quantity("the limit of the stability number S", "", 0.4, gt=0, le=10)
-    smoothing_wavelength_mm: float = quantity(
-        "the wavelength that smoothing halves, 0 for none", "mm", 2.5, ge=0, le=50
+    stability: float = number("stability_number", "the limit of the stability number S", 0.4)
+    smoothing_wavelength_mm: float = number(
+        "smoothing_wavelength", "the wavelength that smoothing halves, 0 for none", 2.5
     )
     integrator: Literal["heun", "euler", "semi_implicit"] = Field(
         "heun", description="the rule that combines wear rates"
     )
-    error_tolerance_um: float = quantity(
-        "the largest estimated error of the depth of one step, of wheels and counterface",
-        "um",
-        1.0,
-        ge=0.001,
-        le=1000,
+    error_tolerance_um: float = number(
+        "step_error", "the largest estimated error of the depth of one step, of wheels and counterface", 1.0
     )
-    point_spacing_mm: float = quantity("the spacing of the profile's points", "mm", 0.25, ge=0.05, le=2)
-    max_step_km: float | None = quantity("the longest step", "km", None, gt=0, le=1e7)
+    point_spacing_mm: float = number("point_spacing", "the spacing of the profile's points", 0.25)
+    max_step_km: float | None = number("step_length", "the longest step", None)
     limits: LimitsSection | None = None
     reprofiling: ReprofilingSection | None = None
 
@@ -79,8 +73,8 @@ def campaign_faults(campaign: CampaignSection, normal: str | None) -> Iterator[t
             "[campaign.limits] has no limit; write one, such as flange_thickness_mm = 22, or delete it",
         )
     implicit = campaign.integrator == "semi_implicit"
-    if implicit and normal not in ANSWERS_BY_STRIP:
-        others = " or ".join(f"normal = {shown(name)}" for name in sorted(ANSWERS_BY_STRIP))
+    if implicit and not (normal in NORMAL_MODELS and NORMAL_MODELS[normal].local):
+        others = " or ".join(f"normal = {shown(name)}" for name, one in NORMAL_MODELS.items() if one.local)
         lacks = 'some models that model = "auto" may choose do not have'
         if normal is not None:
             lacks = f"normal = {shown(normal)} does not have"

@@ -56,7 +56,7 @@ def beyond_clearance(
         wheel = "right" if to_right else "left"
         way_out = (
             f"give smaller shifts, or check gauge_mm = {scene.counterface.gauge_mm:g} and "
-            f"flange_back_mm = {scene.wheelset.flange_back_mm:g}"
+            f"back_to_back_mm = {scene.wheelset.back_to_back_mm:g}"
         )
         if beyond > FURTHEST_CLIMB_MM:
             message = (

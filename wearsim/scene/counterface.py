@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import ClassVar
 
+from wearsim.damage.wear import WEAR_LAWS
 from wearsim.operation.counterface import CounterfaceWear
-from wearsim.scene.section import Section, quantity
+from wearsim.scene.section import Section, number
 
 _STATED = (
     "a rail is passed by other wheels, too: state what it loses as area_mm2_per_1000km, or write "
@@ -23,25 +24,17 @@ class RollerWearSection(Section):
     """[counterface.wear] on a rig: both rollers wear, each under its wheel, and are turned together."""
 
     not_here: ClassVar[dict[str, str]] = {"area_mm2_per_1000km": _FOUND}
-    factor: float = quantity(
+    factor: float = number(
+        "counterface_wear_factor",
         "the wear depth of a roller in one passage over that of the wheel by the law of [wear]",
-        "",
-        gt=0,
-        le=100,
     )
-    redress_every_km: float | None = quantity(
-        "the running after which both rollers are turned back to their new profile",
-        "km",
-        None,
-        ge=0.01,
-        le=1e7,
+    redress_every_km: float | None = number(
+        "redress_distance", "the running after which both rollers are turned back to their new profile", None
     )
-    redress_depth_um: float | None = quantity(
+    redress_depth_um: float | None = number(
+        "redress_depth",
         "the wear depth of either roller at which both are turned back to their new profile",
-        "um",
         None,
-        ge=1,
-        le=20000,
     )
 
 
@@ -51,8 +44,8 @@ class RailWearSection(Section):
     not_here: ClassVar[dict[str, str]] = dict.fromkeys(
         ("factor", "redress_every_km", "redress_depth_um"), _STATED
     )
-    area_mm2_per_1000km: float = quantity(
-        "the area each rail's cross-section loses while the wheelset runs 1000 km", "mm2", gt=0, le=1000
+    area_mm2_per_1000km: float = number(
+        "counterface_area_rate", "the area each rail's cross-section loses while the wheelset runs 1000 km"
     )
 
 
@@ -98,10 +91,10 @@ def counterface_faults(
     tuple of (key, message)
         The key as a path from the top of the scene.
     """
-    if section is not None and law == "none":
+    if section is not None and not WEAR_LAWS[law].wears:
         yield (
             ("counterface", "wear"),
-            '[counterface.wear] wears where the law of [wear] does, and law = "none" wears nowhere; write '
+            f'[counterface.wear] wears where the law of [wear] does, and law = "{law}" wears nowhere; write '
             "another law, or delete the table",
         )
 

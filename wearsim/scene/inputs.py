@@ -11,7 +11,6 @@ from typing import Literal
 import numpy as np
 
 from wearsim.damage.wear.table import WearTable
-from wearsim.damage.wear.table_file import read_wear_table
 from wearsim.errors import Fault, ProfileError, SceneError
 from wearsim.profile import standard
 from wearsim.profile.conicity import flange_clearance
@@ -22,6 +21,7 @@ from wearsim.scene.clearance import beyond_clearance
 from wearsim.scene.cross_checks import cross_faults, fault_at, fit_faults, limit_faults
 from wearsim.scene.models import FieldScene, Origin, RigScene
 from wearsim.scene.reprofiling import template_faults
+from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import shown
 
 FLANGE_BACK_TO_ORIGIN = 0.070
@@ -133,7 +133,7 @@ def read_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> tuple
         All that were found.
     """
     origin = scene.origin
-    half_span = 0.5e-3 * scene.wheelset.flange_back_mm + FLANGE_BACK_TO_ORIGIN
+    half_span = 0.5e-3 * scene.wheelset.back_to_back_mm + FLANGE_BACK_TO_ORIGIN
     faults: list[Fault] = []
     files = [InputFile("scene", origin.path.name, origin.path, origin.content)]
     spacing = 1e-3 * scene.campaign.point_spacing_mm

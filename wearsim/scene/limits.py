@@ -7,29 +7,27 @@ from collections.abc import Callable, Mapping
 from pydantic import Field
 
 from wearsim.errors import ProfileError
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import FloatArray, Profile
+from wearsim.quantities import QUANTITIES
 from wearsim.results.limits import LIMITED
-from wearsim.scene.section import Section, quantity
+from wearsim.scene.section import Section, number
 
 
 class LimitsSection(Section):
     """[campaign.limits]: what ends the life of a wheel; the distance at which each is met is told."""
 
-    depth_mm: float | None = quantity("the largest wear depth", "mm", None, gt=0, le=50)
-    flange_height_mm: float | None = quantity("the largest flange height Sh", "mm", None, ge=20, le=45)
-    flange_thickness_mm: float | None = quantity("the least flange thickness Sd", "mm", None, ge=15, le=40)
-    flange_gradient_mm: float | None = quantity("the least flange gradient qR", "mm", None, ge=0, le=20)
-    hollowing_mm: float | None = quantity("the largest hollowing of the tread", "mm", None, gt=0, le=20)
-    conicity: float | None = quantity("the largest equivalent conicity", "", None, gt=0, le=5)
-    damage: float | None = quantity(
-        "the largest fatigue damage by a law that counts cycles (wlrm)", "", None, gt=0, le=1000
+    depth_mm: float | None = number("max_wear_depth", "the largest wear depth", None)
+    flange_height_mm: float | None = number("flange_height", "the largest flange height Sh", None)
+    flange_thickness_mm: float | None = number("flange_thickness", "the least flange thickness Sd", None)
+    flange_gradient_mm: float | None = number("flange_gradient", "the least flange gradient qR", None)
+    hollowing_mm: float | None = number("hollowing", "the largest hollowing of the tread", None)
+    conicity: float | None = number("equivalent_conicity", "the largest equivalent conicity", None)
+    damage: float | None = number(
+        "fatigue_damage", "the largest fatigue damage by a law that counts cycles (wlrm)", None
     )
-    diameter_mm: float | None = quantity(
-        "the least wheel diameter after turning", "mm", None, ge=300, le=3000
-    )
+    diameter_mm: float | None = number("wheel_diameter", "the least wheel diameter after turning", None)
     end: bool = Field(False, description="whether the campaign ends at the first limit that is met")
 
 
@@ -64,9 +62,7 @@ def values(section: LimitsSection | None) -> dict[str, float]:
     if section is None:
         return {}
     given = {name: getattr(section, key) for name, key in KEYS.items()}
-    return {
-        name: value / NOMENCLATURE[name].shown_factor for name, value in given.items() if value is not None
-    }
+    return {name: value / QUANTITIES[name].shown_factor for name, value in given.items() if value is not None}
 
 
 def met_by_wheels(
@@ -110,7 +106,7 @@ def met_by_wheels(
         ]
         if met:
             who, value = met[0]
-            quantity_ = NOMENCLATURE[name]
+            quantity_ = QUANTITIES[name]
             unit = "" if quantity_.shown_unit == "1" else f" {quantity_.shown_unit}"
             found[KEYS[name]] = f"{who} ({value * quantity_.shown_factor:.4g}{unit})"
     return found

@@ -9,52 +9,65 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import BaseModel, ValidationError
+from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from wearsim.errors import Fault, SceneError
-from wearsim.scene.accuracy import AccuracyScene, read_accuracy
-from wearsim.scene.changes import Change, changed_text
 from wearsim.scene.inputs import find_file, read_inputs
-from wearsim.scene.location import LocationScene, read_locations
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
-from wearsim.scene.published import PublishedScene, read_published
-from wearsim.scene.robustness import RobustnessScene
+from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text
 from wearsim.scene.setup import inputs_of
 from wearsim.scene.sweep import SweepScene, read_sweep
-from wearsim.scene.wear_steps import WearStepsScene
-from wearsim.toml_faults import Lines, key_lines, shown, syntax_fault, validation_faults
+from wearsim.scene.toml import toml_text
+from wearsim.toml_faults import (
+    Lines,
+    is_key,
+    key_lines,
+    line_of,
+    shown,
+    syntax_fault,
+    unknown_key,
+    validation_faults,
+)
 
 CampaignScene = RigScene | FieldScene | CompareScene
-StudyScene = PublishedScene | AccuracyScene | LocationScene | SweepScene | RobustnessScene | WearStepsScene
-Scene = CampaignScene | StudyScene
+Scene = CampaignScene | SweepScene
 
 _MODELS: dict[str, type[Scene]] = {
     "rig": RigScene,
     "field": FieldScene,
     "compare": CompareScene,
-    "published": PublishedScene,
-    "accuracy": AccuracyScene,
-    "location": LocationScene,
     "sweep": SweepScene,
-    "robustness": RobustnessScene,
-    "wear_steps": WearStepsScene,
 }
+_SCRIPTS = {
+    "published": "seed_tables.py",
+    "location": "seed_figure_2.py",
+    "accuracy": "contact_accuracy.py",
+    "robustness": "where_methods_fail.py",
+    "wear_steps": "wear_step_stability.py",
+}
+"""Kinds of scenes of before: the script in reports/ that writes their report now."""
+
+_DICT = Path("scene.toml")  # name of a scene from a dict in results and run directories
 _LARGEST_FILE = 2_000_000
 _INPUTS = "inputs.json"
 _RESERVED = (_INPUTS, "manifest.json")
 
 
-def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Change] = ()) -> Scene:
-    """Read a scene file, and those it names, and check everything that can be checked before a run.
+def load_scene(
+    path: str | Path | Mapping[str, Any], *, copied: bool = False, overrides: Sequence[Override] = ()
+) -> Scene:
+    """Read a scene, and the files it names, and check everything that can be checked before a run.
 
     Parameters
     ----------
-    path : str or Path
-        Scene file: as given, or below the shipped files, such as "workflows/rig.toml".
+    path : str, Path or dict
+        Scene file: as given, or below the shipped files, such as "workflows/rig.toml"; or its tables as
+        dicts, which name files relative to the current folder.
     copied : bool
         Whether the file stands in a folder written from `files_to_copy`; the files it names are then
         those beside it, whatever happened to the originals.
-    changes : sequence of Change
+    overrides : sequence of Override
         Values to read in place of those in the file, as a sweep varies them. In a compare scene, keys act
         on both scenes it names, those that begin with rig or field on the one only.
 
@@ -67,8 +80,17 @@ def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Chan
     ------
     SceneError
         With all faults of the first stage that has any: syntax; keys, types and ranges; files and
-        cross-checks.
+        cross-checks. Faults name file and line, those of a dict the key.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> comparison = wearsim.load_scene("workflows/rig_vs_field.toml")
+    >>> comparison.rig.contact.normal
+    'kik_piotrowski'
     """
+    if isinstance(path, Mapping):
+        return _load_dict(path, overrides)
     found = find_file(str(path), (), "workflows")
     if found is None:
         known = ", ".join(sorted(item.name for item in _shipped_scenes()))
@@ -76,34 +98,51 @@ def load_scene(path: str | Path, *, copied: bool = False, changes: Sequence[Chan
         told = f"the scene file {what}, neither as given nor among the shipped workflows ({known})"
         raise SceneError([Fault(told, str(path))])
     kept = _kept_files(found) if copied else {}
-    scene = _read(found, "scene", changes)
+    return _with_files(_read(found, "scene", overrides), kept, overrides)
+
+
+def _load_dict(data: Mapping[str, Any], overrides: Sequence[Override]) -> Scene:
+    """Load the TOML text of a scene that is given as dicts."""
+    text = toml_text(data)
+    try:
+        return _with_files(_read(_DICT, "scene", overrides, text.encode()), {}, overrides)
+    except SceneError as error:
+        lines = key_lines(text)
+        raise SceneError([_by_key(fault, lines) for fault in error.faults]) from None
+
+
+def _by_key(fault: Fault, lines: Lines) -> Fault:
+    """Fault of a dict with its key in place of a line, others as they are."""
+    if fault.file != str(_DICT):
+        return fault
+    path = max((path for path, line in lines.items() if line == fault.line), key=len, default=())
+    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).removeprefix(".")
+    return Fault(fault.message, key or None)
+
+
+def _with_files(scene: Scene, kept: Mapping[str, Path], overrides: Sequence[Override]) -> Scene:
+    """Stage 3: the files that a scene names, and cross-checks."""
     faults: list[Fault] = []
     if isinstance(scene, CompareScene):
         for role in ("rig", "field"):
-            faults += _read_compared(scene, role, kept, changes)
-    elif isinstance(scene, PublishedScene):
-        scene._inputs, faults = read_published(scene)
-    elif isinstance(scene, AccuracyScene):
-        scene._inputs, faults = read_accuracy(scene)
-    elif isinstance(scene, LocationScene):
-        scene._inputs, faults = read_locations(scene)
+            faults += _read_compared(scene, role, kept, overrides)
     elif isinstance(scene, SweepScene):
         scene._inputs, faults = read_sweep(scene)
-    elif isinstance(scene, RobustnessScene | WearStepsScene):
-        pass  # names no files
     else:
         faults = _read_files(scene, kept)
     if faults:
-        raise SceneError(faults)
+        raise SceneError([at_its_source(fault) for fault in faults])
     return scene
 
 
-def load_campaign(path: str | Path, *, copied: bool = False, changes: Sequence[Change] = ()) -> CampaignScene:
+def load_campaign(
+    path: str | Path | Mapping[str, Any], *, copied: bool = False, overrides: Sequence[Override] = ()
+) -> CampaignScene:
     """Read the scene of a campaign, or of two to compare; see `load_scene`.
 
     Parameters
     ----------
-    path, copied, changes
+    path, copied, overrides
         As for `load_scene`.
 
     Returns
@@ -116,8 +155,8 @@ def load_campaign(path: str | Path, *, copied: bool = False, changes: Sequence[C
     SceneError
         With all faults, or if the scene is no campaign.
     """
-    scene = load_scene(path, copied=copied, changes=changes)
-    if isinstance(scene, StudyScene):
+    scene = load_scene(path, copied=copied, overrides=overrides)
+    if isinstance(scene, SweepScene):
         told = f"kind = {scene.scene.kind!r} is no campaign; run it with `wearsim run`"
         raise SceneError([Fault(told, str(scene.origin.path), scene.line("scene", "kind"))])
     return scene
@@ -167,18 +206,31 @@ def scene_schema() -> dict[str, Any]:
     Returns
     -------
     dict
-        Draft 2020-12; any of the kinds.
+        Draft 2020-12. The kind in [scene] selects the model by if and then, so that an editor shows the
+        faults of that kind only.
     """
-    schema = TypeAdapter(Scene).json_schema(by_alias=True)
+    mode: JsonSchemaMode = "validation"
+    models: list[tuple[type[BaseModel], JsonSchemaMode]] = [(model, mode) for model in _MODELS.values()]
+    definitions = models_json_schema(models, by_alias=True)[1]["$defs"]
+
+    def of_kind(kind: dict[str, Any]) -> dict[str, Any]:
+        scene = {"type": "object", "properties": {"kind": kind}, "required": ["kind"]}
+        return {"type": "object", "properties": {"scene": scene}, "required": ["scene"]}
+
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "wearsim scene file",
-        **schema,
+        **of_kind({"enum": list(_MODELS)}),
+        "allOf": [
+            {"if": of_kind({"const": kind}), "then": {"$ref": f"#/$defs/{model.__name__}"}}
+            for kind, model in _MODELS.items()
+        ],
+        "$defs": definitions,
     }
 
 
-def _read(path: Path, role: str, changes: Sequence[Change] = ()) -> Scene:
-    """Stages 1 and 2 of one file: syntax; keys, types and ranges."""
+def _content(path: Path) -> bytes:
+    """Read a scene file."""
     file = str(path)
     try:
         with path.open("rb") as stream:
@@ -187,6 +239,13 @@ def _read(path: Path, role: str, changes: Sequence[Change] = ()) -> Scene:
         raise SceneError([Fault(f"the scene file cannot be read: {error.strerror}", file)]) from error
     if len(content) > _LARGEST_FILE:
         raise SceneError([Fault(f"larger than {_LARGEST_FILE // 1000000} MB; this is no scene file", file)])
+    return content
+
+
+def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: bytes | None = None) -> Scene:
+    """Stages 1 and 2 of one file: syntax; keys, types and ranges."""
+    file = str(path)
+    content = _content(path) if content is None else content
     try:
         text = content.decode("utf-8-sig")
         data = tomllib.loads(text)
@@ -200,40 +259,50 @@ def _read(path: Path, role: str, changes: Sequence[Change] = ()) -> Scene:
         raise SceneError([Fault("tables or lists are nested too deeply for a scene file", file)]) from None
     header = data.get("scene")
     kind = header.get("kind") if isinstance(header, dict) else None
-    acting = _acting(changes, kind, role)
+    if isinstance(kind, str) and kind in _SCRIPTS:
+        told = (
+            f'kind = "{kind}" is no scene any more: `python reports/{_SCRIPTS[kind]}` of the repository '
+            f"writes its report; a scene is one of {', '.join(_MODELS)}"
+        )
+        raise SceneError([Fault(told, file, line_of(lines, ("scene", "kind")))])
+    acting = _acting(overrides, kind, role)
     if acting:
-        changed = changed_text(text, acting)
-        if changed.faults:
-            raise SceneError(changed.faults)
-        data, lines, content = tomllib.loads(changed.text), changed.lines, changed.text.encode()
+        data = merge(data, acting, lines)
+        content = overridden_text(data, acting).encode()
     model = _MODELS.get(kind) if isinstance(kind, str) else None
     try:
         if model is None:
             AnyScene.model_validate(data)  # tells what is wrong with the kind
             raise AssertionError("a scene of unknown kind was accepted")
         scene = model.model_validate(data)
+        unknown = [item for item in acting if item.value is None and not is_key(model, item.keys)]
+        if unknown:  # a removed key that is misspelt would act on nothing without a word
+            raise SceneError(
+                [Fault(unknown_key(item.keys, model), item.source or file, item.line) for item in unknown]
+            )
     except ValidationError as error:
         errors = error.errors(include_url=False)
-        raise SceneError(validation_faults(errors, model or AnyScene, lines, file)) from error
+        faults = validation_faults(errors, model or AnyScene, lines, file)
+        raise SceneError([at_its_source(fault) for fault in faults]) from error
     scene._origin = Origin(path, role, content, lines)
     return scene
 
 
-def _acting(changes: Sequence[Change], kind: Any, role: str) -> list[Change]:
-    """Pick the changes of one file, without the leading rig or field."""
+def _acting(overrides: Sequence[Override], kind: Any, role: str) -> list[Override]:
+    """Return the overrides of one file, without the leading rig or field."""
     if kind == "compare":
-        return [change for change in changes if change.keys[0] in ("scene", "compare")]
+        return [item for item in overrides if item.keys[0] in ("scene", "compare")]
     acting = []
-    for change in changes:
-        if change.keys[0] == kind and len(change.keys) > 1:
-            acting.append(change.below(change.keys[1:]))
-        elif role == "scene" or change.keys[0] not in ("rig", "field", "scene", "compare"):
-            acting.append(change)
+    for item in overrides:
+        if item.keys[0] == kind and len(item.keys) > 1:
+            acting.append(item.below(item.keys[1:]))
+        elif role == "scene" or item.keys[0] not in ("rig", "field", "scene", "compare"):
+            acting.append(item)
     return acting
 
 
 def _read_compared(
-    scene: CompareScene, role: str, kept: Mapping[str, Path], changes: Sequence[Change]
+    scene: CompareScene, role: str, kept: Mapping[str, Path], overrides: Sequence[Override]
 ) -> list[Fault]:
     """Read one of the scenes that a compare scene names, all stages."""
     name = getattr(scene.compare, role)
@@ -245,7 +314,7 @@ def _read_compared(
         )
         return [Fault(told, *place)]
     try:
-        part = _read(path, role, changes)
+        part = _read(path, role, overrides)
     except SceneError as error:
         return list(error.faults)
     if role == "rig" and isinstance(part, RigScene):

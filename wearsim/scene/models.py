@@ -10,37 +10,34 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, Strict
 from pydantic_core import PydanticCustomError
 
+from wearsim.quantities import QUANTITIES
 from wearsim.scene.campaign import CampaignSection
 from wearsim.scene.counterface import RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
-from wearsim.scene.section import Registered, Section, Text, quantity, words
+from wearsim.scene.section import Registered, Section, Text, number, range_of, words
 from wearsim.toml_faults import Lines, line_of
-
-SMALLEST_LOAD_KN = 0.1
-"""Below this a patch is hardly wider than the 0.1 mm grid on which profiles are compared. A wheel of the
-smallest radius allowed, a third of the full size, carries 3 kN where the full one carries 80."""
-
-SLOWEST_KM_H = 0.1
-"""Slower is no service and no test; speeds near 0 would only end in rounding."""
 
 
 def _inclination(text: str) -> str:
     ratio = re.fullmatch(r"1:(\d+(?:\.\d+)?)", text)
-    if text != "none" and not (ratio and 10.0 <= float(ratio[1]) <= 100.0):
-        raise PydanticCustomError("out_of_range", "inclination", {"allowed": '"1:10" to "1:100", or "none"'})
+    low, high = QUANTITIES["inclination_ratio"].span
+    if text != "none" and not (ratio and low <= float(ratio[1]) <= high):
+        allowed = f'"1:{low:g}" to "1:{high:g}", or "none"'
+        raise PydanticCustomError("out_of_range", "inclination", {"allowed": allowed})
     return text
 
 
 def _curve_radius(radius: float) -> float:
-    if not 50.0 <= abs(radius) <= 1e5:
-        allowed = "between 50 and 100000 m, with + to the right or - to the left"
+    low, high = QUANTITIES["curve_radius"].span
+    if not low <= abs(radius) <= high:
+        allowed = f"between {low:.10g} and {high:.10g} m, with + to the right or - to the left"
         raise PydanticCustomError("out_of_range", "radius", {"allowed": allowed})
     return radius
 
 
 Inclination = Annotated[str, AfterValidator(_inclination)]
 CurveRadius = Annotated[float, AfterValidator(_curve_radius)]
-Shift = Annotated[float, Field(ge=-20, le=20)]
+Shift = Annotated[float, Field(**range_of("shift"))]
 
 
 class Header(Section):
@@ -72,9 +69,7 @@ class AnyHeader(Section):
     """[scene] while the kind is not known; it decides which other keys are right."""
 
     model_config = ConfigDict(extra="ignore")
-    kind: Literal[
-        "rig", "field", "compare", "published", "accuracy", "location", "sweep", "robustness", "wear_steps"
-    ] = Field(description="what the scene describes")
+    kind: Literal["rig", "field", "compare", "sweep"] = Field(description="what the scene describes")
 
 
 class AnyScene(Section):
@@ -87,10 +82,14 @@ class AnyScene(Section):
 class WheelsetSection(Section):
     """[wheelset]: two wheels on an axle."""
 
+    not_here: ClassVar[dict[str, str]] = {
+        "flange_back_mm": "the key has a new name; write back_to_back_mm",
+        "profile_right": "profile is that of the right wheel, and of both without profile_left",
+    }
     profile: Text = words("the name of a shipped wheel profile, such as S1002, or a file of points")
     profile_left: Text | None = words("the profile of the left wheel, if it differs", None)
-    radius_mm: float = quantity("the wheel radius at the tape circle", "mm", 460.0, ge=150, le=1500)
-    flange_back_mm: float = quantity("the distance between the flange backs", "mm", 1360.0, ge=900, le=1700)
+    radius_mm: float = number("wheel_radius", "the wheel radius at the running circle", 460.0)
+    back_to_back_mm: float = number("back_to_back", "the back-to-back distance of the wheels", 1360.0)
 
 
 class CounterfaceSection(Section):
@@ -98,7 +97,7 @@ class CounterfaceSection(Section):
 
     profile: Text = words("the name of a shipped rail profile, such as 60E1, or a file of points")
     inclination: Inclination = words('the inclination of the rail, such as "1:40", or "none"')
-    gauge_mm: float = quantity("the track gauge", "mm", 1435.0, ge=950, le=1750)
+    gauge_mm: float = number("gauge", "the track gauge", 1435.0)
 
 
 class RailSection(CounterfaceSection):
@@ -113,7 +112,7 @@ class RailSection(CounterfaceSection):
 class RollerSection(CounterfaceSection):
     """[counterface] on a rig: rollers with a rail's profile."""
 
-    roller_radius_mm: float = quantity("the radius of the rollers at the profile's top", "mm", ge=1, le=5000)
+    roller_radius_mm: float = number("roller_radius", "the radius of the rollers at the profile's top")
     wear: RollerWearSection | None = None
 
 
@@ -139,19 +138,17 @@ class ContactSection(Section):
         None,
         description="auto: the cheapest models whose wear is close enough to that of a half-space",
     )
-    tolerance: float | None = quantity(
+    tolerance: float | None = number(
+        "contact_tolerance",
         "with model = auto, the largest error of the wear increment over its largest depth",
-        "",
         None,
-        gt=0,
-        le=1,
     )
     normal: NormalName = Field("kik_piotrowski", description="the model of the normal contact")
     tangential: TangentialName = Field("fastsim", description="the model of the tangential contact")
-    strips: int = quantity("the number of strips across a patch", "", 30, ge=5, le=400)
-    cells: int = quantity("the number of cells along a strip", "", 30, ge=5, le=400)
-    youngs_GPa: float = quantity("Young's modulus of both bodies", "GPa", 210.0, ge=1, le=1000)
-    poisson: float = quantity("Poisson's ratio of both bodies", "", 0.3, ge=0, le=0.49)
+    strips: int = number("strips", "the number of strips across a patch", 30)
+    cells: int = number("cells", "the number of cells along a strip", 30)
+    youngs_GPa: float = number("youngs_modulus", "Young's modulus of both bodies", 210.0)
+    poisson: float = number("poisson_ratio", "Poisson's ratio of both bodies", 0.3)
     rotation: Literal["free", "centred", "nominal"] = Field(
         "free", description="the rule that gives the wheels' rotation speed"
     )
@@ -160,9 +157,9 @@ class ContactSection(Section):
         description="given: the roll of blocks and classes is roll_mrad; free: the wheelset rests on both "
         "wheels, whatever their wear",
     )
-    torque_Nm: float = quantity("the torque on the axle, driving forward", "N m", 0.0, ge=-50000, le=50000)
-    virtual_penetration_factor: float = quantity(
-        "the share of the approach that is virtual penetration", "", 0.55, gt=0, le=1
+    torque_Nm: float = number("axle_torque", "the torque on the axle, driving forward", 0.0)
+    virtual_penetration_factor: float = number(
+        "virtual_penetration_factor", "the share of the approach that is virtual penetration", 0.55
     )
 
 
@@ -170,35 +167,35 @@ class Running(Section):
     """How the wheelset runs, alike in blocks and classes."""
 
     name: Text = words("a name for tables and figures")
-    yaw_mrad: float = quantity("the yaw of the wheelset", "mrad", 0.0, ge=-100, le=100)
-    roll_mrad: float = quantity("the roll of the wheelset", "mrad", 0.0, ge=-100, le=100)
-    load_kN: float = quantity("the vertical load of one wheel", "kN", ge=SMALLEST_LOAD_KN, le=250)
-    speed_km_h: float = quantity("the speed", "km/h", ge=SLOWEST_KM_H, le=400)
-    friction: float = quantity("Coulomb's coefficient of friction", "", ge=0, le=1)
-    environment: float = quantity(
-        "the factor on the wear depth, 1 for dry laboratory coefficients", "", 1.0, gt=0, le=10
+    yaw_mrad: float = number("yaw", "the yaw of the wheelset", 0.0)
+    roll_mrad: float = number("roll", "the roll of the wheelset", 0.0)
+    load_kN: float = number("wheel_load", "the vertical load of one wheel")
+    speed_km_h: float = number("speed", "the speed")
+    friction: float = number("friction", "Coulomb's coefficient of friction")
+    environment: float = number(
+        "environment", "the factor on the wear depth, 1 for dry laboratory coefficients", 1.0
     )
 
 
 class BlockSection(Running):
     """[[operation.block]]: one block of the rig programme."""
 
-    shift_mm: float = quantity("the lateral shift, + to the right", "mm", ge=-20, le=20)
-    distance_km: float = quantity("the distance run in this block of the loop", "km", gt=0, le=1e7)
+    shift_mm: float = number("shift", "the lateral shift, + to the right")
+    distance_km: float = number("block_length", "the distance run in this block of the loop")
 
 
 class ClassSection(Running):
     """[[operation.class]]: one class of track in the field."""
 
-    curve_radius_m: CurveRadius | None = quantity(
-        "the curve radius, + to the right; none in tangent track", "m", None
+    curve_radius_m: CurveRadius | None = Field(
+        None,
+        description="the curve radius, + to the right; none in tangent track",
+        json_schema_extra={"unit": "m"},
     )
-    shift_mean_mm: float = quantity("the mean lateral shift, + to the right", "mm", ge=-20, le=20)
-    shift_std_mm: float = quantity("the standard deviation of the lateral shift", "mm", ge=0, le=10)
-    positions: int = quantity(
-        "the number of lateral positions within 3 standard deviations", "", 15, ge=10, le=200
-    )
-    share: float = quantity("the share of the distance", "", gt=0, le=1)
+    shift_mean_mm: float = number("shift", "the mean lateral shift, + to the right")
+    shift_std_mm: float = number("shift_std", "the standard deviation of the lateral shift")
+    positions: int = number("positions", "the number of lateral positions within 3 standard deviations", 15)
+    share: float = number("weight", "the share of the distance")
 
 
 class MonitorSection(Section):
@@ -210,10 +207,10 @@ class MonitorSection(Section):
         description="the lateral shifts to watch",
         json_schema_extra={"unit": "mm"},
     )
-    yaw_mrad: float = quantity("the yaw of the wheelset", "mrad", 0.0, ge=-100, le=100)
-    load_kN: float = quantity("the vertical load of one wheel", "kN", ge=SMALLEST_LOAD_KN, le=250)
-    speed_km_h: float = quantity("the speed", "km/h", ge=SLOWEST_KM_H, le=400)
-    friction: float = quantity("Coulomb's coefficient of friction", "", ge=0, le=1)
+    yaw_mrad: float = number("yaw", "the yaw of the wheelset", 0.0)
+    load_kN: float = number("wheel_load", "the vertical load of one wheel")
+    speed_km_h: float = number("speed", "the speed")
+    friction: float = number("friction", "Coulomb's coefficient of friction")
 
 
 class RigOperation(Section):

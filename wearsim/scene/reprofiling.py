@@ -10,7 +10,7 @@ from pydantic import Field, Strict
 from wearsim.operation.points import TurningRules
 from wearsim.profile.shape import Profile
 from wearsim.scene.limits import KEYS, LimitsSection, met_by_wheels, values
-from wearsim.scene.section import Section, Text, quantity, words
+from wearsim.scene.section import Section, Text, number, range_of, words
 from wearsim.toml_faults import shown, suggestion
 
 Told = tuple[tuple[str, ...], str]
@@ -26,11 +26,11 @@ class ReprofilingSection(Section):
     at_limits: Annotated[tuple[str, ...], Strict(False)] = Field(
         (), description="the keys of [campaign.limits] at which the wheels are turned instead of worn on"
     )
-    at_km: Annotated[tuple[Annotated[float, Field(gt=0, le=1e7)], ...], Strict(False)] = Field(
+    at_km: Annotated[tuple[Annotated[float, Field(**range_of("distance"))], ...], Strict(False)] = Field(
         (), description="the distances at which they are turned", json_schema_extra={"unit": "km"}
     )
     profile: Text | None = words("the profile they get, by default that of [wheelset]", None)
-    cut_mm: float = quantity("the least depth that the lathe takes everywhere", "mm", 0.0, ge=0, le=20)
+    cut_mm: float = number("least_cut", "the least depth that the lathe takes everywhere", 0.0)
 
 
 def turning_rules(section: ReprofilingSection | None) -> TurningRules | None:

@@ -10,13 +10,23 @@ from pydantic import AfterValidator, Field, GetCoreSchemaHandler
 from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import Table, suggestion
 
+_ASCII = str.maketrans("µ²³", "u23")
 
-def quantity(meaning: str, unit: str = "", default: Any = ..., **limits: Any) -> Any:
-    """Field of a number; its limits, unit and meaning also make the message of a fault."""
-    extra: Any = {"unit": unit} if unit else None
-    return Field(default, description=meaning, json_schema_extra=extra, **limits)
+
+def range_of(name: str) -> dict[str, Any]:
+    """Input range of a quantity as arguments of `Field`."""
+    low, high, above = QUANTITIES[name].range
+    return {"gt" if above else "ge": low, "le": high}
+
+
+def number(name: str, meaning: str, default: Any = ...) -> Any:
+    """Field of the quantity `name`: its unit and limits are those of `wearsim.quantities`."""
+    unit = QUANTITIES[name].shown_unit.translate(_ASCII)
+    extra: Any = {"unit": unit} if unit != "1" else None
+    return Field(default, description=meaning, json_schema_extra=extra, **range_of(name))
 
 
 def words(meaning: str, default: Any = ...) -> Any:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import csv
 import itertools
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,16 +13,15 @@ import numpy as np
 from pydantic import Field, Strict
 
 from wearsim.errors import Fault, SceneError
-from wearsim.scene.changes import Change, value_of
+from wearsim.quantities import QUANTITIES
 from wearsim.scene.inputs import find_file
 from wearsim.scene.models import Header, SceneModel
-from wearsim.scene.section import Section, Text, quantity, words
+from wearsim.scene.overrides import Override, value_of
+from wearsim.scene.section import Section, Text, number, words
 from wearsim.toml_faults import KeyPath, line_of, shown
 
-MOST_CASES = 100_000
-DESIGNS = ("full_factorial", "list", "latin_hypercube")
-DIGITS = 6
-"""Significant digits of values drawn from a range: enough for any input, and legible in tables."""
+MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)
+_DIGITS = 6  # significant ones of values drawn from a range: enough for any input, and legible in tables
 
 
 class SweepHeader(Header):
@@ -43,8 +42,8 @@ class CasesSection(Section):
         description="every value with every other, the first values of all keys, then the second, or drawn "
         "from ranges",
     )
-    cases: int | None = quantity("the number of cases of a latin_hypercube", "", None, ge=1, le=MOST_CASES)
-    seed: int | None = quantity("the seed of a latin_hypercube", "", None, ge=0, le=2**32 - 1)
+    cases: int | None = number("sweep_cases", "the number of cases of a latin_hypercube", None)
+    seed: int | None = number("sweep_seed", "the seed of a latin_hypercube", None)
     table: Text | None = words("a CSV file of cases, with columns named as keys are", None)
     vary: dict[str, Any] = Field(
         {}, description="the keys that are varied, each with the list of its values, or its range"
@@ -58,9 +57,13 @@ class SweepScene(SceneModel):
     sweep: CasesSection
 
 
+Row = tuple[Override, ...]
+"""What one case overrides in its base scene."""
+
+
 @dataclass(frozen=True)
 class Case:
-    """One campaign, or comparison, of a sweep.
+    """One campaign, or comparison, of many.
 
     Parameters
     ----------
@@ -68,13 +71,13 @@ class Case:
         Counted from 1.
     base : Path
         The scene file it is made from.
-    changes : tuple of Change
+    overrides : tuple of Override
         What it sets in it.
     """
 
     number: int
     base: Path
-    changes: tuple[Change, ...]
+    overrides: Row = ()
 
     @property
     def name(self) -> str:
@@ -84,33 +87,7 @@ class Case:
     @property
     def label(self) -> str:
         """What makes it differ from the others."""
-        return ", ".join(change.label for change in self.changes) or self.base.name
-
-
-@dataclass(frozen=True)
-class Varied:
-    """One key and the values a sweep gives it.
-
-    Parameters
-    ----------
-    key : str
-        Dotted key.
-    values : sequence
-        As in TOML.
-    file : str, optional
-        Where it stands.
-    line : int, optional
-        Its line there.
-    """
-
-    key: str
-    values: Sequence[Any]
-    file: str | None = None
-    line: int | None = None
-
-    def change(self, value: Any) -> Change:
-        """Return the change to one of the values."""
-        return Change(self.key, value, self.file, self.line)
+        return ", ".join(override.label for override in self.overrides) or self.base.name
 
 
 @dataclass(frozen=True)
@@ -149,58 +126,56 @@ def read_sweep(scene: SweepScene) -> tuple[Sweep | None, list[Fault]]:
     file, folder = str(origin.path), origin.path.parent
     faults: list[Fault] = []
 
-    def fault(told: str, *keys: str) -> None:
-        faults.append(Fault(told, file, scene.line("sweep", *keys)))
+    def fault(message: str, key: str) -> None:
+        faults.append(Fault(message, file, scene.line("sweep", key)))
 
     if (section.base is None) == (not section.scenes):
         fault("give either base, one scene, or scenes, a list of them", "base")
-    names = [section.base] if section.base is not None else list(section.scenes)
-    key = "base" if section.base is not None else "scenes"
-    bases = [find_file(name, (folder,), "workflows") for name in names]
-    for name, base in zip(names, bases, strict=True):
-        if base is None:
-            fault(
-                f"{key} = {shown(name)} does not exist as given, beside the sweep or among the workflows",
-                key,
+    key = "scenes" if section.base is None else "base"
+    bases = []
+    for name in section.scenes if section.base is None else (section.base,):
+        path = find_file(name, (folder,), "workflows")
+        if path is None:
+            message = (
+                f"{key} = {shown(name)} does not exist as given, beside the sweep or among the workflows"
             )
-    varied = []
-    for path, values in _leaves(section.vary):
-        line = line_of(origin.lines, ("sweep", "vary", *path))
-        if not isinstance(values, list) or not values:
-            told = f"{path[-1]} = {shown(values)} must be a list of values; write [{shown(values)}]"
-            faults.append(Fault(told, file, line))
-        elif any(isinstance(value, Mapping) for value in values):
-            faults.append(Fault(f"{path[-1]} = {shown(values)}: vary keys, not tables", file, line))
+            fault(message, key)
         else:
-            varied.append(Varied(".".join(str(part) for part in path), values, file, line))
+            bases.append(path)
+    varied = []
+    for leaf, values in _leaves(section.vary):
+        line = line_of(origin.lines, ("sweep", "vary", *leaf))
+        if not isinstance(values, list) or not values:
+            message = f"{leaf[-1]} = {shown(values)} must be a list of values; write [{shown(values)}]"
+            faults.append(Fault(message, file, line))
+        elif any(isinstance(value, Mapping) for value in values):
+            faults.append(Fault(f"{leaf[-1]} = {shown(values)}: vary keys, not tables", file, line))
+        else:
+            varied.append([Override(".".join(map(str, leaf)), value, file, line) for value in values])
     if section.table is not None and section.vary:
         fault("give either table, a CSV file of cases, or [sweep.vary]", "table")
     hypercube = section.design == "latin_hypercube"
-    for name, value in (("cases", section.cases), ("seed", section.seed)):
-        if hypercube and value is None:
-            fault(f'design = "latin_hypercube" needs {name}; give {name} in [sweep]', "design")
-        if not hypercube and value is not None:
-            fault(f'{name} belongs to design = "latin_hypercube"; delete {name}, or change design', name)
+    for key, given in (("cases", section.cases), ("seed", section.seed)):
+        if hypercube and given is None:
+            fault(f'design = "latin_hypercube" needs {key}; give {key} in [sweep]', "design")
+        if not hypercube and given is not None:
+            fault(f'{key} belongs to design = "latin_hypercube"; delete {key}, or change design', key)
     if section.table is not None and "design" in section.model_fields_set:
         fault("design belongs to [sweep.vary]; a table lists its cases itself", "design")
-    rows: list[tuple[Change, ...]] = []
+    rows: list[Row] = []
     if not faults and section.table is not None:
         table = find_file(section.table, (folder,), "workflows")
         if table is None:
             fault(f"table = {shown(section.table)} does not exist as given or beside the sweep", "table")
         else:
-            rows, told_of_table = table_rows(table)
-            faults += told_of_table
+            rows, faults = table_rows(table)
     elif not faults:
-        rows, told_of_design = design_rows(varied, section.design, section.cases or 0, section.seed or 0)
-        faults += told_of_design
+        rows, faults = design_rows(varied, section.design, section.cases or 0, section.seed or 0)
     if len(rows) * len(bases) > MOST_CASES:
-        fault(f"{len(rows) * len(bases)} cases are too many; at most {MOST_CASES}")
+        fault(f"{len(rows) * len(bases)} cases are too many; at most {MOST_CASES}", "vary")
     if faults:
         return None, sorted(faults, key=lambda fault: (fault.file != file, fault.line or 0))
-    pairs = itertools.product([base for base in bases if base is not None], rows)
-    cases = tuple(Case(number, base, row) for number, (base, row) in enumerate(pairs, 1))
-    return Sweep(scene.scene.title or origin.path.stem, file, cases), []
+    return Sweep(scene.scene.title or origin.path.stem, file, _cases(bases, rows)), []
 
 
 def sweep_of_flags(scene: str, vary: Sequence[str], table: str | None) -> Sweep:
@@ -211,7 +186,7 @@ def sweep_of_flags(scene: str, vary: Sequence[str], table: str | None) -> Sweep:
     scene : str
         Scene file of a rig, a field or a comparison.
     vary : sequence of str
-        Each "KEY=VALUE,VALUE,..."; every value with every other.
+        Each "KEY=VALUE,VALUE,..."; every value with every other, an empty one removes the key.
     table : str, optional
         CSV file of cases, in place of `vary`.
 
@@ -222,41 +197,38 @@ def sweep_of_flags(scene: str, vary: Sequence[str], table: str | None) -> Sweep:
     """
     base = find_file(scene, (), "workflows")
     faults = [] if base else [Fault("the scene file does not exist", scene)]
+    rows: list[Row] = []
+    more: list[Fault] = []
     if bool(vary) == (table is not None):
-        told = "tell what to vary, by --vary KEY=VALUE,VALUE or by --table CSV, or give a sweep file"
-        faults.append(Fault(told, scene))
-    rows: list[tuple[Change, ...]] = []
-    if table is not None and not vary:
-        rows, found = table_rows(Path(table))
-        faults += found
-    elif vary:
+        message = "say what to vary, by --vary KEY=VALUE,VALUE or by --table CSV, or give a sweep file"
+        faults.append(Fault(message, scene))
+    elif table is not None:
+        rows, more = table_rows(Path(table))
+    else:
         varied = []
         for flag in vary:
-            key, sign, values = flag.partition("=")
-            if not sign or not values.strip() or not key.strip():
-                faults.append(
-                    Fault(f"--vary {flag}: must be KEY=VALUE,VALUE,... such as wear.form=local,patch_mean")
-                )
+            key, sign, values = (part.strip() for part in flag.partition("="))
+            if sign and values and key:
+                texts = next(csv.reader([values]))
+                varied.append([Override(key, value_of(text), f"--vary {flag}") for text in texts])
             else:
-                values_of_key = [value_of(value) for value in next(csv.reader([values]))]
-                varied.append(Varied(key.strip(), values_of_key, f"--vary {flag}"))
-        rows, found = design_rows(varied, "full_factorial")
-        faults += found
-    if faults or base is None:
-        raise SceneError(faults)
-    cases = tuple(Case(number, base, row) for number, row in enumerate(rows, 1))
-    return Sweep(base.stem, str(base), cases)
+                message = "must be KEY=VALUE,VALUE,... such as wear.form=local,patch_mean"
+                faults.append(Fault(message, f"--vary {flag}"))
+        rows, more = design_rows(varied, "full_factorial")
+    if faults or more or base is None:
+        raise SceneError([*faults, *more])
+    return Sweep(base.stem, str(base), _cases([base], rows))
 
 
 def design_rows(
-    varied: Sequence[Varied], design: str, cases: int = 0, seed: int = 0
-) -> tuple[list[tuple[Change, ...]], list[Fault]]:
+    varied: Sequence[Sequence[Override]], design: str, cases: int = 0, seed: int = 0
+) -> tuple[list[Row], list[Fault]]:
     """Combine the values of all keys.
 
     Parameters
     ----------
-    varied : sequence of Varied
-        Keys with their values; the last one changes fastest.
+    varied : sequence of sequence of Override
+        All values of each key; the last key changes fastest.
     design : {"full_factorial", "list", "latin_hypercube"}
         How.
     cases, seed : int
@@ -264,55 +236,55 @@ def design_rows(
 
     Returns
     -------
-    tuple of list of tuple of Change, list of Fault
+    tuple of list of tuple of Override, list of Fault
         One entry per case; without any key one case, the base itself.
 
     Notes
     -----
-    The Latin hypercube draws one value from each of `cases` equal parts of every range, in random order.
+    The Latin hypercube draws one value from each of `cases` equal parts of every range, in random order
+    [1]_.
+
+    References
+    ----------
+    .. [1] M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21 (1979) 239,
+       doi:10.1080/00401706.1979.10489755.
     """
     faults: list[Fault] = []
-    keys = [item.key for item in varied]
-    for item in varied:
-        if keys.count(item.key) > 1 and keys.index(item.key) == varied.index(item):
-            faults.append(
-                Fault(f"{item.key} is varied twice; give all its values in one place", item.file, item.line)
-            )
+
+    def fault(item: Sequence[Override], message: str) -> None:
+        faults.append(Fault(f"{item[0].key} {message}", item[0].source, item[0].line))
+
+    keys = [item[0].key for item in varied]
+    length = max((len(item) for item in varied), default=0)
+    for index, item in enumerate(varied):
+        values = [override.value for override in item]
+        numbers = [v for v in values if isinstance(v, int | float) and not isinstance(v, bool)]
+        if keys[index] in keys[index + 1 :]:
+            fault(item, "is varied twice; give all its values in one place")
+        if design == "latin_hypercube" and not (len(numbers) == len(values) == 2 and numbers[0] < numbers[1]):
+            fault(item, f"= {shown(values)} must be a range [lowest, highest] for a latin_hypercube")
+        if design == "list" and len(item) != length:
+            fault(item, f"has {len(item)} values, another key {length}; a list needs as many for each")
+    if design == "full_factorial" and np.prod([len(item) for item in varied], dtype=float) > MOST_CASES:
+        message = f"more than {MOST_CASES} cases; give fewer values, or a latin_hypercube"
+        faults.append(Fault(message, varied[0][0].source, varied[0][0].line))
+    if faults:
+        return [], faults
+    if design == "full_factorial":
+        return list(itertools.product(*varied)), []
     if design == "latin_hypercube":
-        for item in varied:
-            numbers = [v for v in item.values if isinstance(v, int | float) and not isinstance(v, bool)]
-            if len(numbers) != len(item.values) or len(numbers) != 2 or not numbers[0] < numbers[1]:
-                given = shown(list(item.values))
-                told = f"{item.key} = {given} must be a range [lowest, highest] for a latin_hypercube"
-                faults.append(Fault(told, item.file, item.line))
-        if faults:
-            return [], faults
         random = np.random.default_rng(seed)
-        columns = []
-        for item in varied:
-            low, high = (float(value) for value in item.values)
-            part = (random.permutation(cases) + random.random(cases)) / cases
-            drawn = [float(f"{low + (high - low) * share:.{DIGITS}g}") for share in part]
-            columns.append([item.change(min(max(value, low), high)) for value in drawn])
-        return list(zip(*columns, strict=True)) if columns else [()], []
-    if design == "list":
-        length = max((len(item.values) for item in varied), default=0)
-        for item in varied:
-            if len(item.values) != length:
-                count = len(item.values)
-                told = f"{item.key} has {count} values, another key {length}; a list needs as many for each"
-                faults.append(Fault(told, item.file, item.line))
-        if faults:
-            return [], faults
-        columns = [[item.change(value) for value in item.values] for item in varied]
-        return list(zip(*columns, strict=True)) if columns else [()], []
-    if np.prod([len(item.values) for item in varied], dtype=float) > MOST_CASES:
-        place = (varied[0].file, varied[0].line)
-        return [], [Fault(f"more than {MOST_CASES} cases; give fewer values, or a latin_hypercube", *place)]
-    return list(itertools.product(*([item.change(v) for v in item.values] for item in varied))), faults
+        varied = [_drawn(item, (random.permutation(cases) + random.random(cases)) / cases) for item in varied]
+    return (list(zip(*varied, strict=True)) if varied else [()]), []
 
 
-def table_rows(path: Path) -> tuple[list[tuple[Change, ...]], list[Fault]]:
+def _drawn(ends: Sequence[Override], part: np.ndarray) -> list[Override]:
+    low, high = (float(end.value) for end in ends)
+    drawn = [float(f"{low + (high - low) * share:.{_DIGITS}g}") for share in part]
+    return [replace(ends[0], value=min(max(value, low), high)) for value in drawn]
+
+
+def table_rows(path: Path) -> tuple[list[Row], list[Fault]]:
     """Read cases from a CSV file.
 
     Parameters
@@ -323,7 +295,7 @@ def table_rows(path: Path) -> tuple[list[tuple[Change, ...]], list[Fault]]:
 
     Returns
     -------
-    tuple of list of tuple of Change, list of Fault
+    tuple of list of tuple of Override, list of Fault
         One entry per case.
     """
     file = str(path)
@@ -333,40 +305,47 @@ def table_rows(path: Path) -> tuple[list[tuple[Change, ...]], list[Fault]]:
         return [], [Fault(f"cannot be read ({error.strerror}); give a CSV file of cases", file)]
     except UnicodeDecodeError:
         return [], [Fault("not UTF-8 text; save the table as UTF-8", file)]
-    lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
-    lines = [(number, line) for number, line in lines if not line.lstrip().startswith("#")]
-    rows = [(number, next(csv.reader([line]))) for number, line in lines]
+    rows = [
+        (place, next(csv.reader([line])))
+        for place, line in enumerate(text.splitlines(), 1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
     if len(rows) < 2:
-        return [], [
-            Fault("no cases; give a line of keys such as wheelset.radius_mm, and a line per case", file)
-        ]
+        message = "no cases; give a line of keys such as wheelset.radius_mm, and a line per case"
+        return [], [Fault(message, file)]
     (top, header), body = rows[0], rows[1:]
     keys = [key.strip() for key in header]
-    faults = []
-    for key in keys:
-        if "." not in key:
-            told = f"column {shown(key)} must be named section.key, such as wheelset.radius_mm"
-            faults.append(Fault(told, file, top))
+    faults = [
+        Fault(f"column {shown(key)} must be named section.key, such as wheelset.radius_mm", file, top)
+        for key in keys
+        if "." not in key
+    ]
     if len(set(keys)) < len(keys):
         faults.append(Fault("two columns have the same key; delete one", file, top))
-    cases = []
-    for number, cells in body:
-        if len(cells) != len(keys):
-            faults.append(
-                Fault(f"{len(cells)} cells where the first line has {len(keys)} keys", file, number)
-            )
-            continue
-        pairs = zip(keys, cells, strict=True)
-        cases.append(tuple(Change(k, value_of(cell), file, number) for k, cell in pairs if cell.strip()))
-    return cases, faults
+    faults += [
+        Fault(f"{len(cells)} cells where the first line has {len(keys)} keys", file, place)
+        for place, cells in body
+        if len(cells) != len(keys)
+    ]
+    return [
+        tuple(
+            Override(key, value_of(cell), file, place)
+            for key, cell in zip(keys, cells, strict=False)
+            if cell.strip()
+        )
+        for place, cells in body
+    ], faults
 
 
-def _leaves(vary: Mapping[str, Any], path: KeyPath = ()) -> list[tuple[KeyPath, Any]]:
+def _cases(bases: Sequence[Path], rows: Sequence[Row]) -> tuple[Case, ...]:
+    pairs = itertools.product(bases, rows)
+    return tuple(Case(k, base, row) for k, (base, row) in enumerate(pairs, 1))
+
+
+def _leaves(vary: Mapping[str, Any], path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:
     """Keys of nested tables with their values; quoted keys with dots mean the same."""
-    found: list[tuple[KeyPath, Any]] = []
     for key, value in vary.items():
         if isinstance(value, Mapping) and value:
-            found += _leaves(value, (*path, key))
+            yield from _leaves(value, (*path, key))
         else:
-            found.append(((*path, key), value))
-    return found
+            yield (*path, key), value

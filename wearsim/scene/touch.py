@@ -7,13 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from wearsim.contact import geometry
-from wearsim.contact.geometry import Attitude
+from wearsim.contact.equilibrium import resting_roll
+from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.roll import resting
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError
 from wearsim.scene.load import CampaignScene
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
+from wearsim.scene.overrides import at_its_source
 from wearsim.scene.setup import CampaignSetup, build, warnings_of
 
 _BATCH = 64
@@ -56,7 +57,7 @@ def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
         if not found:
             warnings += _sorted(list(warnings_of(part)) + _roll_warnings(part, setup, places, tilt))
     if faults:
-        raise SceneError(faults)
+        raise SceneError([at_its_source(fault) for fault in faults])
     return tuple(warnings)
 
 
@@ -100,11 +101,11 @@ def _descent(
     conditions, models, wheelset = setup.points.conditions, setup.models, setup.wheelset
     roll = conditions.roll[rows] if roll is None else roll
     sign = -1.0 if side else 1.0  # a left wheel is solved as the right wheel of the mirrored wheelset
-    attitude = Attitude(sign * conditions.shift[rows], sign * conditions.yaw[rows], sign * roll)
+    pose = WheelsetPose(sign * conditions.shift[rows], sign * conditions.yaw[rows], sign * roll)
     gap = geometry.gap(
-        geometry.rings(wheelset.left if side else wheelset.right, wheelset.radius),
-        geometry.contour(setup.counterface.profiles[side]),
-        attitude,
+        geometry.wheel_surface(wheelset.left if side else wheelset.right, wheelset.radius),
+        geometry.counterface_profile(setup.counterface.profiles[side]),
+        pose,
         half_span=wheelset.half_span,
         nominal_radius=wheelset.radius,
         curvature=setup.counterface.curvature,
@@ -122,7 +123,7 @@ def _descent(
         return None  # no fault of the scene; the run tells it
     except ContactError as error:
         return str(error)
-    return solution.descent[np.searchsorted(solution.patch.row, np.arange(rows.size))]
+    return solution.vertical_displacement[np.searchsorted(solution.patch.row, np.arange(rows.size))]
 
 
 def _without_rest(setup: CampaignSetup, row: int) -> tuple[int | None, str] | None:
@@ -164,14 +165,16 @@ def _resting_roll(setup: CampaignSetup, row: int) -> float | None:
     """Roll at which both wheels carry their loads [rad]; None where there is none."""
     rows = np.array([row])
 
-    def descents(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def displacements(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
         right, left = (_descent(setup, side, rows, angle) for side in (0, 1))
         if isinstance(right, np.ndarray) and isinstance(left, np.ndarray):
             return right, left
         raise ContactError("no contact at this roll")
 
     try:
-        angle, found = resting(descents, setup.points.conditions.roll[rows], setup.wheelset.half_span)
+        angle, found = resting_roll(
+            displacements, setup.points.conditions.roll[rows], setup.wheelset.half_span
+        )
     except ContactError:
         return None
     return float(angle[0]) if found[0] else None

@@ -18,14 +18,14 @@ from wearsim.campaign.evidence import judge
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.rate import select, solve_contact
 from wearsim.campaign.state import State
-from wearsim.contact.normal import NEVER_LEADS, NORMAL_MODELS
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import CHUNK
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError, NumericalError
-from wearsim.nomenclature import percent
 from wearsim.operation.points import OperatingPoints
+from wearsim.results.plausibility import percent
 from wearsim.scene import CampaignSetup
 
 POINTS = 40
@@ -132,7 +132,7 @@ def speed_and_accuracy(
         "normal": ("model", [one.normal for one in models]),
         "tangential": ("model", [one.tangential for one in models]),
         "grid": ("model", [one.strips for one in models]),
-        "leads": ("model", [one.normal not in NEVER_LEADS for one in models]),
+        "leads": ("model", [NORMAL_MODELS[one.normal].can_update_profile for one in models]),
         "time": ("model", per_solution),
         "worst_depth_error": ("model", worst),
         "pareto": ("model", pareto(per_solution, worst, worst_work)),

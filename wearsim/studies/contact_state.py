@@ -8,22 +8,14 @@ import numpy as np
 import xarray as xr
 
 from wearsim.contact import geometry
+from wearsim.contact.dataset import patch_columns, variable
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactConditions, ContactSolution, Counterface, Wheelset
 from wearsim.errors import ContactError
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.shape import Profile
 
-_SCALARS = {
-    "wheel_y": "wheel_y", "rail_y": "rail_y", "contact_x": "x", "contact_angle": "contact_angle",
-    "area": "area", "max_pressure": "max_pressure", "patch_length": "length", "patch_width": "width",
-    "approach": "approach", "normal_force": "normal_force", "creepage_x": "creepage_x",
-    "creepage_y": "creepage_y", "spin": "spin", "force_x": "force_x", "force_y": "force_y",
-    "spin_moment": "spin_moment", "slip_area": "slip_area", "power": "power",
-    "power_balance": "power_balance",
-}  # fmt: skip
 _SECTIONS = {
-    # variable: row of the nomenclature, dimension
+    # variable: quantity, dimension
     "wheel_section_y": ("section_y", "wheel_point"),
     "wheel_section_z": ("section_z", "wheel_point"),
     "counterface_section_y": ("section_y", "counterface_point"),
@@ -61,7 +53,7 @@ def contact_state(
     Dataset
         SI units. Over `patch`: side (0 right, 1 left) and the summary of result files. Over (patch, strip)
         and (patch, cell, strip): the fields, cells from the leading edge, lateral directions those of the
-        track, so that those of a left wheel are mirrored. Over `side` and points: wheel and counterface in
+        track, so that those of a left wheel are mirrored. Over `wheel` and points: wheel and counterface in
         the plane across the track, the wheel just touching, and the gap around the patches.
 
     Raises
@@ -72,36 +64,23 @@ def contact_state(
     rows = np.flatnonzero(solution.point == point)
     if rows.size == 0:
         raise ContactError(f"point {point} is not in the solution")
-    sign = np.where(solution.side[rows] == 1, -1.0, 1.0)
-    fields, patch = solution.fields, solution.patch
+    data = {
+        name: variable(name, dimensions, values[rows])
+        for name, (dimensions, values) in patch_columns(solution, fields=True).items()
+        if name not in ("point", "roll", "rotation_speed")
+    }
+    cells = data["pressure"].sizes["cell"]
+    along = xr.Variable("cell", (np.arange(cells) + 0.5) / cells)
+    lead, trail = data["cells_lead"], data["cells_trail"]
+    place = lead - along * (lead - trail)
     edges = solution.strip_edges_wheel_y[rows]
-    cells = fields.pressure.shape[1]
-    lead = fields.x_lead[rows]
-    trail = lead - cells * fields.cell_length[rows]
-    along = (np.arange(cells) + 0.5) / cells
-    speed = np.hypot(fields.slip_x[rows], fields.slip_y[rows])
+    slip = np.hypot(data["slip_x"].values, data["slip_y"].values)
     strip, cell = ("patch", "strip"), ("patch", "cell", "strip")
-    data: dict[str, Any] = {
-        "patch_side": _variable("patch_side", ("patch",), solution.side[rows]),
-        **{
-            name: _variable(name, ("patch",), getattr(solution, attribute)[rows])
-            for name, attribute in _SCALARS.items()
-        },
-        "lateral": _variable("lateral", strip, sign[:, None] * patch.y[rows]),
-        "strip_wheel_y": _variable("strip_wheel_y", strip, 0.5 * (edges[:, 1:] + edges[:, :-1])),
-        "strip_width": _variable("strip_width", ("patch",), patch.width[rows]),
-        "x_lead": _variable("x_lead", strip, patch.x_lead[rows]),
-        "x_trail": _variable("x_trail", strip, patch.x_trail[rows]),
-        "cells_lead": _variable("cells_lead", strip, lead),
-        "cells_trail": _variable("cells_trail", strip, trail),
-        "longitudinal": _variable(
-            "longitudinal", cell, lead[:, None, :] - along[:, None] * (lead - trail)[:, None, :]
-        ),
-        **{
-            name: _variable(name, cell, getattr(fields, name)[rows])
-            for name in ("pressure", "shear_x", "shear_y", "slip_x", "slip_y", "work_density")
-        },
-        "slipping": _variable("slipping", cell, (speed > 0.0).astype(np.int8)),
+    data |= {
+        "side": variable("side", ("patch",), solution.side[rows]),
+        "strip_wheel_y": variable("strip_wheel_y", strip, 0.5 * (edges[:, 1:] + edges[:, :-1])),
+        "longitudinal": variable("longitudinal", cell, place.transpose(*cell).values),
+        "slipping": variable("slipping", cell, (slip > 0.0).astype(np.int8)),
         **_point(conditions, solution, counterface, point, rows[0]),
         **_sections(conditions, wheelset, counterface, solution, point, rows),
     }
@@ -118,14 +97,6 @@ def contact_state(
     })  # fmt: skip
 
 
-def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
-    quantity = NOMENCLATURE[name]
-    attributes = {"long_name": quantity.meaning, "units": quantity.unit or "1"}
-    if quantity.sign:
-        attributes["comment"] = quantity.sign
-    return xr.Variable(dimensions, np.asarray(values), attributes)
-
-
 def _point(
     conditions: ContactConditions, solution: ContactSolution, counterface: Counterface, point: int, row: int
 ) -> dict[str, xr.Variable]:
@@ -137,7 +108,7 @@ def _point(
     values["roll"] = solution.roll[row]
     values["rotation_speed"] = solution.rotation_speed[row]
     values["counterface_curvature"] = counterface.curvature
-    return {name: _variable(name, (), float(value)) for name, value in values.items()}
+    return {name: variable(name, (), float(value)) for name, value in values.items()}
 
 
 def _sections(
@@ -158,11 +129,11 @@ def _sections(
         shift, yaw, roll = sign * np.array([conditions.shift[point], *angles])
         profile = wheelset.left if side else wheelset.right
         below = counterface.profiles[side]
-        ground = geometry.contour(below)
+        ground = geometry.counterface_profile(below)
         gap = geometry.gap(
-            geometry.rings(profile, wheelset.radius),
+            geometry.wheel_surface(profile, wheelset.radius),
             ground,
-            geometry.Attitude(np.array([shift]), np.array([yaw]), np.array([roll])),
+            geometry.WheelsetPose(np.array([shift]), np.array([yaw]), np.array([roll])),
             half_span=wheelset.half_span,
             nominal_radius=wheelset.radius,
             curvature=counterface.curvature,
@@ -187,10 +158,11 @@ def _sections(
         at = np.linspace(max(low, ground.y[0]), min(high, ground.y[-1]), 401)
         parts.setdefault("gap_rail_y", []).append(at)
         parts.setdefault("gap", []).append(np.interp(at, ground.y, distance))
-    variables = {"side": xr.Variable(("side",), sides, {"long_name": "wheel", "comment": "0 right, 1 left"})}
+    meaning = {"long_name": "wheel", "comment": "0 right, 1 left"}
+    variables = {"wheel": xr.Variable(("wheel",), sides, meaning)}
     for name, lines in parts.items():
         row, along = _SECTIONS[name]
-        variables[name] = _variable(row, ("side", along), np.stack(lines))
+        variables[name] = variable(row, ("wheel", along), np.stack(lines))
     return variables
 
 

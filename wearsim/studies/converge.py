@@ -18,7 +18,7 @@ from wearsim.errors import ContactError
 from wearsim.results import open_results
 from wearsim.results.turnings import last_worn_row, new_row, wear_steps
 from wearsim.scene import CompareScene, FieldScene, RigScene, load_campaign
-from wearsim.scene.changes import Change
+from wearsim.scene.overrides import Override
 
 FOLDER = "converge"
 TABLE = "convergence.json"
@@ -39,7 +39,7 @@ class Refinement:
         Of its run directory.
     text : str
         What is refined.
-    changes : tuple of Change
+    overrides : tuple of Override
         To the scene; empty where there is nothing to refine.
     reason : str
         Why there is nothing.
@@ -47,7 +47,7 @@ class Refinement:
 
     name: str
     text: str
-    changes: tuple[Change, ...]
+    overrides: tuple[Override, ...]
     reason: str = ""
 
 
@@ -65,15 +65,15 @@ def refinements(scene: RigScene | FieldScene | CompareScene) -> tuple[Refinement
         Step, grid, smoothing (half and double), operating points, and all but double smoothing together.
     """
 
-    def changes(of: Any) -> tuple[Change, ...]:
+    def overrides(of: Any) -> tuple[Override, ...]:
         return tuple(
-            Change(role + key, value) for role, part in _parts(scene).items() for key, value in of(part)
+            Override(role + key, value) for role, part in _parts(scene).items() for key, value in of(part)
         )
 
-    step, grid, points = changes(_step), changes(_grid), changes(_points)
-    half, double = (changes(lambda part, f=factor: _smoothing(part, f)) for factor in (0.5, 2.0))
+    step, grid, points = overrides(_step), overrides(_grid), overrides(_points)
+    half, double = (overrides(lambda part, f=factor: _smoothing(part, f)) for factor in (0.5, 2.0))
     # together the points are twice as close, and half the wavelength is resolved wherever the whole one was
-    resolved = changes(lambda part: _smoothing(part, 0.5, _spacing(part)))
+    resolved = overrides(lambda part: _smoothing(part, 0.5, _spacing(part)))
     told = "all of these, smoothed as given"
     if resolved:
         where = "" if len(resolved) == len(_parts(scene)) else ", where points resolve that"
@@ -116,7 +116,7 @@ def other_models(
             ()
             if chosen
             else tuple(
-                Change(f"{role}contact.{key}", value)
+                Override(f"{role}contact.{key}", value)
                 for role in parts
                 for key, value in (("normal", normal), ("tangential", tangential))
             ),
@@ -137,7 +137,7 @@ def converge(
     path: str | Path,
     out: str | Path,
     *,
-    changes: Sequence[Change] = (),
+    overrides: Sequence[Override] = (),
     distance: float | None = None,
     refine: bool = True,
     against: Sequence[tuple[str, str]] = (),
@@ -152,7 +152,7 @@ def converge(
         Scene file of a campaign.
     out : str or Path
         Run directory of the campaign itself; it is run there unless it is finished.
-    changes : sequence of Change
+    overrides : sequence of Override
         Values that replace those in the scene file, in all of them.
     distance : float, optional
         Run all of them, the scene as it is too, for this distance only [m].
@@ -171,23 +171,23 @@ def converge(
         The table, JSON; what was finished before is not run again.
     """
     out = Path(out)
-    shortened = () if distance is None else (Change("campaign.distance_km", 1e-3 * distance),)
-    common = (*changes, *shortened)
-    scene = load_campaign(path, changes=common)
+    shortened = () if distance is None else (Override("campaign.distance_km", 1e-3 * distance),)
+    common = (*overrides, *shortened)
+    scene = load_campaign(path, overrides=common)
     others = other_models(scene, against)
     for item in others:  # refused models are told before anything is run
-        load_campaign(path, changes=(*common, *item.changes))
+        load_campaign(path, overrides=(*common, *item.overrides))
     runs = out / FOLDER if distance is None else out / f"{FOLDER}-{1e-3 * distance:g}km"
     base = out if distance is None else runs / "as-given"
 
-    def run(directory: Path, all_changes: Sequence[Change]) -> dict[str, dict[str, Any]]:
+    def run(directory: Path, all_overrides: Sequence[Override]) -> dict[str, dict[str, Any]]:
         def observe(event: Event) -> None:
             if observer is not None:
                 observer(
                     replace(event, name=f"{event.name}, {directory.name}" if directory != out else event.name)
                 )
 
-        paths = run_scene(path, directory, changes=all_changes, command=command, observer=observe)
+        paths = run_scene(path, directory, overrides=all_overrides, command=command, observer=observe)
         return {item.stem: _end(item) for item in paths if item.stem in ("rig", "field")}
 
     def apart(directory: Path, ends: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
@@ -202,9 +202,9 @@ def converge(
     rows = []
     for item in (*(refinements(scene) if refine else ()), *others):
         row: dict[str, Any] = {"name": item.name, "text": item.text, "told": item.reason}
-        if item.changes:
+        if item.overrides:
             try:
-                ends = run(runs / item.name, (*alike, *item.changes))
+                ends = run(runs / item.name, (*alike, *item.overrides))
                 row["ends"], row["told"] = apart(runs / item.name, ends), ""
             except ContactError as error:
                 row["told"] = f"failed: {error}"
@@ -216,15 +216,15 @@ def converge(
 
 def _as_far(
     scene: RigScene | FieldScene | CompareScene, given: dict[str, dict[str, Any]]
-) -> tuple[Change, ...]:
-    """Make the changes that let refined campaigns run as far as those given that ended at a limit."""
-    found: list[Change] = []
+) -> tuple[Override, ...]:
+    """Return the overrides that let refined campaigns run as far as those given that ended at a limit."""
+    found: list[Override] = []
     for kind, end in given.items():
         part = getattr(scene, kind) if isinstance(scene, CompareScene) else scene
         role = f"{kind}." if isinstance(scene, CompareScene) else ""
         if part.campaign.limits is not None and part.campaign.limits.end:
-            found.append(Change(f"{role}campaign.distance_km", 1e-3 * end["distance"]))
-            found.append(Change(f"{role}campaign.limits.end", False))
+            found.append(Override(f"{role}campaign.distance_km", 1e-3 * end["distance"]))
+            found.append(Override(f"{role}campaign.limits.end", False))
     return tuple(found)
 
 

@@ -1,132 +1,134 @@
-"""Many campaigns: each case of a sweep in a run directory of its own, through any executor.
-
-A case is a campaign like any other: it is locked, recorded, continued and found finished by itself, so
-that a sweep is repeated with the same command whatever stopped it.
-"""
+"""Sweeps: the cases of a design in one directory, its plan, and the table of how each case ended."""
 
 from __future__ import annotations
 
-import contextlib
-import multiprocessing
+import csv
+import io
+import json
 import os
-import signal
-import threading
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    CancelledError,
-    Executor,
-    Future,
-    ProcessPoolExecutor,
-    wait,
-)
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from wearsim.campaign.directory import is_claimed, read_manifest, refuse_other
-from wearsim.campaign.progress import Event, Observer
-from wearsim.campaign.run import available_cores, run_scene, scene_files
-from wearsim.errors import Fault, ResultError, SceneError, WearsimError
-from wearsim.scene import load_campaign
-from wearsim.scene.changes import ChangedLine
+import filelock
+import numpy as np
+
+from wearsim.campaign.directory import is_claimed
+from wearsim.campaign.progress import Observer
+from wearsim.campaign.record import write_atomically
+from wearsim.campaign.run import available_cores
+from wearsim.errors import Fault, ResultError, SceneError
+from wearsim.quantities import QUANTITIES
+from wearsim.results import GROUPS, LAYOUT, open_results
+from wearsim.results.turnings import last_worn_row
 from wearsim.scene.sweep import Case, Sweep
-from wearsim.scene.touch import check_contact
-from wearsim.studies.sweep_directory import (
-    Outcome,
-    locked_sweep,
-    outcomes_of,
-    plan_of,
-    read_plan,
-    refuse_run_directory,
-    write_plan,
-)
-from wearsim.studies.sweep_table import write_tables
+from wearsim.studies.ensemble import CaseRunner, Outcome, campaigns_of, outcome_in, run_cases
 
 if TYPE_CHECKING:
-    from multiprocessing.synchronize import Event as Signal
+    import xarray as xr
 
-PATIENCE = 60.0
-"""Tasks of a job array wait for each other so long when they write which cases there are [s]."""
+SWEEP_FILE = "sweep.json"
+_LOCK = ".sweep.lock"
+_PATIENCE = 60.0  # tasks of a job array wait for each other so long when they write the plan [s]
 
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-_MOST_LOSSES = 2
-_LOST = "its process died, killed or out of memory; its finished steps are safe, run the same command again"
+MEASURES = tuple(
+    name
+    for name, variable in LAYOUT.items()
+    if variable.dimensions in (("step",), ("step", "wheel"))
+    and variable.kind == "f8"
+    and name not in ("step_length", "stability_number", "step_error", "contact_models_error")
+)
+"""Variables of a result file that have one value per campaign or per wheel; the table has their last ones."""
 
-_one_per_process = threading.Lock()
-"""The netCDF library crashes when two threads use it; threads of one worker wait for each other."""
+COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area", "counterface_redressed_depth")
+"""The same of rails or rollers, where those of any case wear."""
 
-Told = Callable[[Outcome], None]
+WHEELS = ("right", "left")
 
 
-def check_cases(sweep: Sweep, out: Path | None = None, only: int | None = None) -> tuple[Fault, ...]:
-    """Check the scene of every case, and that none would meet another campaign in its directory.
+def run_sweep(
+    sweep: Sweep,
+    out: str | Path,
+    executor: Executor | None = None,
+    *,
+    jobs: int | None = None,
+    command: str = "",
+    report: Callable[[Outcome], None] | None = None,
+) -> tuple[Outcome, ...]:
+    """Run all cases of a sweep, or continue them, each in its run directory, and write their table.
 
     Parameters
     ----------
     sweep : Sweep
-        The cases.
-    out : Path, optional
-        Directory of the sweep.
-    only : int, optional
-        Check this case only.
+        The cases; `check_cases` finds all their faults before.
+    out : str or Path
+        Directory; case 1 runs in `case_0001` in it, `sweep.csv` and `sweep.nc` have a row for each.
+    executor, jobs, command, report
+        As for `run_cases`.
 
     Returns
     -------
-    tuple of Fault
-        Warnings.
+    tuple of Outcome
+        In the order of the cases; one that fails does not stop the others.
 
     Raises
     ------
-    SceneError
-        With the faults of all cases, each told once with the numbers of its cases.
     ResultError
-        If run directories belong to other campaigns; nothing is touched then.
+        If the directory cannot be written, or another sweep runs in it.
+    KeyboardInterrupt
+        After Ctrl-C, when the running cases have written their last step.
     """
-    faults: dict[Fault, list[int]] = {}
-    warnings: dict[Fault, list[int]] = {}
-    refused = []
-    for case in chosen(sweep, only):
+    out = Path(out).absolute()
+    if not sweep.cases:
+        raise ResultError(f"{sweep.file}: a sweep without cases")
+    failed: dict[str, Any] = {}
+
+    def ended(outcome: Outcome) -> None:
+        if outcome.state == "failed":
+            failed[str(outcome.number)] = asdict(outcome)
+            _write_plan(sweep, out, failed)
+        if report is not None:
+            report(outcome)
+
+    with _locked(out, 0.0):
+        _write_plan(sweep, out, failed)
         try:
-            scene = load_campaign(case.base, changes=case.changes)
-            if out is not None and is_claimed(out / case.name):
-                refuse_other(out / case.name, read_manifest(out / case.name), scene_files(scene))
-            for warning in check_contact(scene):
-                warnings.setdefault(_placed(warning), []).append(case.number)
-        except SceneError as error:
-            for fault in error.faults:
-                numbers = faults.setdefault(_placed(fault), [])
-                if case.number not in numbers:
-                    numbers.append(case.number)
-        except ResultError as error:
-            refused.append(f"case {case.number}: {error}")
-    if faults:
-        told = [_of_cases(fault, numbers) for fault, numbers in faults.items()]
-        raise SceneError(sorted(told, key=lambda fault: (fault.file or "", fault.line or 0)))
-    if refused:
-        raise ResultError("\n".join(refused))
-    return tuple(_of_cases(warning, numbers) for warning, numbers in warnings.items())
+            return run_cases(sweep.cases, out, executor, jobs=jobs, command=command, report=ended)
+        finally:
+            write_tables(out)
 
 
-def fault_of(sweep: Sweep, number: int, out: Path | None = None) -> str:
-    """Return what makes a case impossible, in one line; empty if it can run.
+def run_one(
+    sweep: Sweep, case: Case, out: str | Path, *, command: str = "", observer: Observer | None = None
+) -> Outcome:
+    """Run one case of a sweep in this process, or continue it, whatever the others do.
 
     Parameters
     ----------
     sweep : Sweep
         The cases.
-    number : int
-        Of the case, from 1.
-    out : Path, optional
+    case : Case
+        One of them, as a job array counts them.
+    out : str or Path
         Directory of the sweep.
+    command : str
+        Command line, for the history of the results.
+    observer : callable, optional
+        Called with an `Event` at each step.
+
+    Returns
+    -------
+    Outcome
+        Of this case. The tables are written by `run_sweep`.
     """
-    try:
-        check_cases(sweep, out, number)
-    except WearsimError as error:
-        return "; ".join(str(error).splitlines()).replace(f"case {number}: ", "", 1)
-    return ""
+    out = Path(out).absolute()
+    if read_plan(out).get("cases") != plan_of(sweep)["cases"]:
+        with _locked(out, _PATIENCE):
+            _write_plan(sweep, out, {})
+    return CaseRunner(out, command, available_cores(), observer)(case)
 
 
 def chosen(sweep: Sweep, only: int | None) -> tuple[Case, ...]:
@@ -147,302 +149,281 @@ def chosen(sweep: Sweep, only: int | None) -> tuple[Case, ...]:
     if only is None:
         return sweep.cases
     if not 1 <= only <= len(sweep.cases):
-        told = f"there is no case {only}; give --case 1 to {len(sweep.cases)}"
-        raise SceneError([Fault(told, sweep.file)])
+        message = f"there is no case {only}; give --case 1 to {len(sweep.cases)}"
+        raise SceneError([Fault(message, sweep.file)])
     return (sweep.cases[only - 1],)
 
 
-def run_sweep(
-    sweep: Sweep,
-    out: str | Path,
-    *,
-    jobs: int | None = None,
-    executor: Executor | None = None,
-    command: str = "",
-    told: Told | None = None,
-) -> tuple[Outcome, ...]:
-    """Run all cases of a sweep, or continue them, each in its run directory.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        The cases; `check_cases` tells all their faults before.
-    out : str or Path
-        Directory; case 1 runs in `case_0001` in it, `sweep.csv` and `sweep.nc` have a row for each.
-    jobs : int, optional
-        Processes on this machine with one thread each, by default as many as it has cores to use.
-    executor : concurrent.futures.Executor, optional
-        Runs the cases in place of processes of this machine: that of Dask (`Client.get_executor()`), of
-        mpi4py, or any other. `out` must be the same directory for all its workers; threads of one process
-        run one case at a time.
-    command : str
-        Command line, for the history of the results.
-    told : callable, optional
-        Called with the outcome of each case when it ends, and with state "running" when it is handed over.
-
-    Returns
-    -------
-    tuple of Outcome
-        In the order of the cases; one that fails does not stop the others.
-
-    Raises
-    ------
-    ResultError
-        If the directory cannot be written, or another sweep runs in it.
-    KeyboardInterrupt
-        After Ctrl-C, when the running cases have written their last step.
-    """
-    out = Path(out).absolute()
-    refuse_run_directory(out)
-    if not sweep.cases:
-        raise ResultError(f"{sweep.file}: a sweep without cases")
-    with locked_sweep(out, 0.0):
-        write_plan(sweep, out, {})
-        outcomes: dict[int, Outcome] = {}
-
-        def ended(outcome: Outcome) -> None:
-            if outcome.state != "running":
-                outcomes[outcome.number] = outcome
-                if outcome.state == "failed":
-                    failed = {number: item for number, item in outcomes.items() if item.state == "failed"}
-                    write_plan(sweep, out, failed)
-            if told is not None:
-                told(outcome)
-
-        task = _Task(out, command)
-        try:
-            if executor is not None:
-                _hand_out(sweep.cases, executor, len(sweep.cases), task, ended)
-            else:
-                _run_here(sweep.cases, min(jobs or available_cores(), len(sweep.cases)), task, ended)
-        finally:
-            write_tables(out)
-        found = outcomes_of(out)
-    return tuple(outcomes.get(item.number, item) for item in found)
-
-
-def run_case(
-    sweep: Sweep, number: int, out: str | Path, *, command: str = "", observer: Observer | None = None
-) -> Outcome:
-    """Run one case of a sweep in this process, or continue it, whatever the others do.
+def plan_of(sweep: Sweep) -> dict[str, Any]:
+    """Return what the directory of a sweep says about its cases.
 
     Parameters
     ----------
     sweep : Sweep
         The cases.
-    number : int
-        Of the case, from 1: what a job array counts.
-    out : str or Path
-        Directory of the sweep.
-    command : str
-        Command line, for the history of the results.
-    observer : callable, optional
-        Called with an `Event` at each step.
 
     Returns
     -------
-    Outcome
-        Of this case. The tables are written by `run_sweep`, which finds it.
+    dict
+        JSON values.
     """
-    out = Path(out).absolute()
-    (case,) = chosen(sweep, number)
-    refuse_run_directory(out)
-    if read_plan(out).get("cases") != plan_of(sweep)["cases"]:
-        with locked_sweep(out, PATIENCE):
-            write_plan(sweep, out, {})
-    return _Task(out, command, available_cores(), observer)(case)
+    cases = [
+        {
+            "case": case.number,
+            "directory": case.name,
+            "scene": case.base.name,
+            "values": {override.key: override.value for override in case.overrides},
+        }
+        for case in sweep.cases
+    ]
+    return {"title": sweep.title, "cases": cases}
 
 
-@dataclass(frozen=True)
-class _Task:
-    """Runs a case; travels to other processes and machines."""
+def read_plan(out: Path) -> dict[str, Any]:
+    """Read `sweep.json`; empty where there is none.
 
-    out: Path
-    command: str
-    threads: int = 1
-    observer: Observer | None = None
-
-    def __call__(self, case: Case) -> Outcome:
-        try:
-            with _one_per_process:
-                run_scene(
-                    case.base,
-                    self.out / case.name,
-                    command=self.command,
-                    observer=self.observer or _obey,
-                    changes=case.changes,
-                    threads=self.threads,
-                )
-        except WearsimError as error:
-            return Outcome(case.number, "failed", " ".join(str(error).split("\n")), error.exit_code)
-        except KeyboardInterrupt:
-            return Outcome(case.number, "interrupted", exit_code=130)
-        except Exception as error:
-            fault = f"internal error, {type(error).__name__}: {' '.join(str(error).split())}"
-            return Outcome(case.number, "failed", f"{fault}; this is a fault of wearsim", 3)
-        return Outcome(case.number, "finished")
-
-
-class _InProcess(Executor):
-    """Runs at once what is handed to it."""
-
-    def submit(self, task, /, *given, **named):  # type: ignore[no-untyped-def]
-        done: Future[object] = Future()
-        done.set_result(task(*given, **named))
-        return done
-
-
-def _run_here(cases: tuple[Case, ...], jobs: int, task: _Task, ended: Told) -> None:
-    """Run cases in processes of this machine; those whose process dies are tried once more."""
-    if jobs == 1:
-        _hand_out(cases, _InProcess(), 1, task, ended)
-        return
-    losses: Counter[int] = Counter()
-    while cases:
-        with _processes(jobs) as (executor, stop):
-            left = _hand_out(cases, executor, jobs, _InChild(task), ended, stop)
-        lost = [case for case, died in left if died]
-        losses.update(case.number for case in lost)
-        for case in lost:
-            if losses[case.number] >= _MOST_LOSSES:
-                ended(Outcome(case.number, "failed", _LOST, 3))
-        cases = tuple(case for case, _ in left if losses[case.number] < _MOST_LOSSES)
-
-
-def _hand_out(
-    cases: Iterable[Case],
-    executor: Executor,
-    at_a_time: int,
-    task: Callable[[Case], Outcome],
-    ended: Told,
-    stop: Signal | None = None,
-) -> list[tuple[Case, bool]]:
-    """Let an executor run cases, no more than `at_a_time` waiting in it.
-
-    Returns the cases without outcome, and whether they were running: of a pool of ours that broke down.
-    After Ctrl-C the running cases are told to stop and waited for; then KeyboardInterrupt is raised.
+    Parameters
+    ----------
+    out : Path
+        Directory of a sweep.
     """
-    waiting = list(cases)[::-1]
-    running: dict[Future[Outcome], Case] = {}
-    left: list[tuple[Case, bool]] = []
-    interrupted = False
-    while running or (waiting and not interrupted):
-        try:
-            while waiting and len(running) < at_a_time and not interrupted:
-                ended(Outcome(waiting[-1].number, "running"))
-                try:
-                    running[executor.submit(task, waiting[-1])] = waiting[-1]
-                except BrokenExecutor:
-                    break
-                waiting.pop()
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                case = running.pop(future)
-                try:
-                    outcome = future.result()
-                except BrokenExecutor:
-                    left.append((case, True))
-                    continue
-                except CancelledError:
-                    continue
-                except Exception as error:  # of the executor: what the case itself raises is in its outcome
-                    told = " ".join(str(error).split())
-                    outcome = Outcome(case.number, "failed", f"{type(error).__name__}: {told}", 3)
-                interrupted = interrupted or outcome.state == "interrupted"
-                ended(outcome)
-        except KeyboardInterrupt:
-            if interrupted:  # a second time: do not wait
-                raise
-            interrupted = True
-        if interrupted:
-            if stop is not None:
-                stop.set()
-            for future in running:
-                future.cancel()
-        if left and not running:
-            break
-    if interrupted:
-        raise KeyboardInterrupt
-    left += [(case, False) for case in reversed(waiting)]
-    if left and stop is None:
-        for case, _ in left:
-            ended(Outcome(case.number, "failed", _LOST, 3))
-        return []
-    return left
-
-
-_stop: Signal | None = None
-
-
-@contextlib.contextmanager
-def _processes(jobs: int) -> Iterator[tuple[Executor, Signal]]:
-    """Pool of processes with one thread each, and the signal at which their cases stop after a step."""
-    context = multiprocessing.get_context("spawn")
-    stop = context.Event()
-    kept = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))  # read once, when a worker starts
     try:
-        with ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=(stop,)) as executor:
-            yield executor, stop
+        content = json.loads((out / SWEEP_FILE).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError) as error:
+        raise ResultError(
+            f"{out / SWEEP_FILE} cannot be read ({error}); delete it and run the same sweep again: "
+            f"its finished cases stay"
+        ) from error
+    if not isinstance(content, dict) or not isinstance(content.get("cases"), list):
+        raise ResultError(f"{out / SWEEP_FILE} is not that of a wearsim sweep; choose another --out")
+    return content
+
+
+def outcomes_of(out: Path) -> tuple[Outcome, ...]:
+    """Return how the cases of a sweep stand, from what their run directories say.
+
+    Parameters
+    ----------
+    out : Path
+        Directory of the sweep.
+
+    Returns
+    -------
+    tuple of Outcome
+        In the order of the cases.
+    """
+    plan = read_plan(out)
+    outcomes = []
+    for entry in plan.get("cases", ()):
+        outcome = outcome_in(out / str(entry["directory"]), int(entry["case"]))
+        fault = plan.get("faults", {}).get(str(entry["case"]))
+        if fault is not None and outcome.state in ("not started", "stopped"):
+            outcome = Outcome(**fault)
+        outcomes.append(outcome)
+    return tuple(outcomes)
+
+
+@contextmanager
+def _locked(out: Path, patience: float) -> Iterator[None]:
+    """Hold the lock of a sweep's directory, which is made if need be."""
+    if is_claimed(out):
+        raise ResultError(f"{out} is the run directory of a campaign; choose another --out for the sweep")
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        lock = filelock.FileLock(out / _LOCK, timeout=patience)
+        lock.acquire()
+    except filelock.Timeout:
+        raise ResultError(
+            f"another wearsim sweep runs in {out}; wait for it (see `wearsim status {out}`) "
+            f"or choose another --out"
+        ) from None
+    except OSError as error:
+        raise ResultError(
+            f"{out} cannot be used for a sweep: {error.strerror}; choose another --out"
+        ) from error
+    try:
+        yield
     finally:
-        for name, value in kept.items():
-            os.environ.pop(name)
-            if value is not None:
-                os.environ[name] = value
+        lock.release()
 
 
-def _begin(stop: Signal) -> None:
-    """Start a worker: Ctrl-C reaches it while a case runs only, and it does not outlive its parent."""
-    global _stop
-    _stop = stop
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-
-        def end_with_parent() -> None:
-            parent.join()
-            os._exit(1)  # as a kill: what is finished is safe
-
-        threading.Thread(target=end_with_parent, daemon=True).start()
+def _write_plan(sweep: Sweep, out: Path, failed: dict[str, Any]) -> None:
+    """Write `sweep.json`; run directories of cases that failed need not know why."""
+    text = json.dumps({**plan_of(sweep), "faults": failed}, indent=1, ensure_ascii=False)
+    write_atomically(out / SWEEP_FILE, text.encode())
 
 
-@dataclass(frozen=True)
-class _InChild:
-    """Runs a case in a worker process."""
+def sweep_dataset(out: str | Path) -> xr.Dataset:
+    """Gather the cases of a sweep.
 
-    task: _Task
+    Parameters
+    ----------
+    out : str or Path
+        Directory of the sweep.
 
-    def __call__(self, case: Case) -> Outcome:
-        try:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-            return self.task(case)
-        except KeyboardInterrupt:
-            return Outcome(case.number, "interrupted", exit_code=130)
-        finally:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Returns
+    -------
+    xarray.Dataset
+        Over `case`, `campaign` (rig, field) and `wheel`: the varied values as the scene has them, state and
+        fault of each case, and of finished ones the last value of each measure [SI], that of the worn
+        wheels where a campaign ends with a turning; others are NaN.
+    """
+    import xarray as xr
+
+    out = Path(out)
+    plan = read_plan(out)
+    entries = plan.get("cases", [])
+    if not entries:
+        raise ResultError(f"{out} is not the directory of a sweep; start one with `wearsim sweep`")
+    outcomes = outcomes_of(out)
+    ends: dict[tuple[int, str], dict[str, np.ndarray]] = {}
+    for row, (entry, outcome) in enumerate(zip(entries, outcomes, strict=True)):
+        if outcome.state == "finished":
+            directory = out / entry["directory"]
+            for name in campaigns_of(directory):
+                ends[row, name] = _end(directory / f"{name}.nc")
+    campaigns = [name for name in ("rig", "field") if any(key[1] == name for key in ends)]
+    variables: dict[str, Any] = {}
+    for key in dict.fromkeys(key for entry in entries for key in entry["values"]):
+        variables[key.replace(".", "_")] = _varied(key, [entry["values"].get(key) for entry in entries])
+    if len({entry["scene"] for entry in entries}) > 1:
+        variables["scene"] = (
+            "case",
+            _texts([e["scene"] for e in entries]),
+            {"long_name": "scene file of the case"},
+        )
+    variables["state"] = ("case", _texts([o.state for o in outcomes]), {"long_name": "state of the case"})
+    variables["fault"] = ("case", _texts([o.fault for o in outcomes]), {"long_name": "why the case failed"})
+    layout = {**LAYOUT, **GROUPS["counterface"]}
+    counterface = [name for name in COUNTERFACE_MEASURES if any(name in end for end in ends.values())]
+    for name in (*MEASURES, *counterface) if campaigns else ():
+        per_wheel = "wheel" in layout[name].dimensions
+        shape = (len(entries), len(campaigns), *((2,) if per_wheel else ()))
+        values = np.full(shape, np.nan)
+        for (row, campaign), end in ends.items():
+            values[row, campaigns.index(campaign)] = end.get(name, np.nan)
+        quantity = QUANTITIES[name]
+        about = {"units": quantity.unit, "long_name": quantity.meaning}
+        if quantity.sign:
+            about["comment"] = quantity.sign
+        dimensions = ("case", "campaign", "wheel") if per_wheel else ("case", "campaign")
+        variables[name] = (dimensions, values, about)
+    coordinates: dict[str, Any] = {
+        "case": ("case", np.array([entry["case"] for entry in entries]), {"long_name": "number of the case"})
+    }
+    if campaigns:
+        # as in result files: a text variable per dimension, since coordinates of CF are numbers
+        coordinates["campaign_name"] = ("campaign", _texts(campaigns), {"long_name": "campaign"})
+        coordinates["wheel_name"] = ("wheel", _texts(list(WHEELS)), {"long_name": "wheel"})
+    title = str(plan.get("title") or "sweep")
+    about_all = {"Conventions": "CF-1.11", "title": title, "history": "gathered by wearsim sweep"}
+    return xr.Dataset(variables, coordinates, about_all)
 
 
-def _obey(event: Event) -> None:
-    """Stop a case of a worker process after a step when its sweep was interrupted."""
-    if event.kind == "step" and _stop is not None and _stop.is_set():
-        raise KeyboardInterrupt
+def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
+    """Rows of the table, one per case and campaign, in the units people read.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `sweep_dataset`.
+
+    Returns
+    -------
+    list of dict
+        Values by column; None where there is none.
+    """
+    campaigns = (
+        [str(name) for name in dataset["campaign_name"].values] if "campaign" in dataset.dims else [""]
+    )
+    rows = []
+    for at, number in enumerate(dataset["case"].values):
+        ended = [
+            c for c in campaigns if c and np.isfinite(dataset["distance"].values[at, campaigns.index(c)])
+        ]
+        for campaign in ended or [""]:
+            row: dict[str, Any] = {"case": int(number)}
+            for name, variable in dataset.data_vars.items():
+                if variable.dims == ("case",) and name not in ("state", "fault"):
+                    row[str(variable.attrs.get("key", name))] = _plain(variable.values[at])
+            row |= {"state": str(dataset["state"].values[at]), "fault": str(dataset["fault"].values[at])}
+            row["campaign"] = campaign
+            for name in [one for one in (*MEASURES, *COUNTERFACE_MEASURES) if one in dataset]:
+                _measures(
+                    row, name, dataset[name].values[at], campaigns.index(campaign) if campaign else None
+                )
+            rows.append(row)
+    return rows
 
 
-def _placed(fault: Fault) -> Fault:
-    """Fault at the place that asks for the value, if it was changed."""
-    if not isinstance(fault.line, ChangedLine):
-        return fault
-    change = fault.line.change
-    where = f" (in {Path(fault.file).name})" if fault.file else ""
-    return Fault(f"{fault.message}{where}", change.file or fault.file, change.line)
+def write_tables(out: Path) -> None:
+    """Write `sweep.csv` and `sweep.nc` of a sweep, each atomically.
+
+    Parameters
+    ----------
+    out : Path
+        Directory of the sweep.
+    """
+    dataset = sweep_dataset(out)
+    rows = sweep_rows(dataset)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({key: "" if value is None else value for key, value in row.items()} for row in rows)
+    write_atomically(out / "sweep.csv", text.getvalue().encode())
+    path = out / "sweep.nc"
+    part = out / ".sweep.nc.tmp"
+    encoding = {name: {"_FillValue": None} for name in dataset.coords}
+    try:
+        part.unlink(missing_ok=True)
+        dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
+        os.replace(part, path)
+    except OSError as error:
+        raise ResultError(
+            f"{path} cannot be written: {error.strerror or error}; all cases are safe, make room and run the "
+            f"same command again"
+        ) from error
 
 
-def _of_cases(fault: Fault, numbers: list[int]) -> Fault:
-    """Fault with the numbers of the cases it stands in, runs of them as 3-7."""
-    runs: list[list[int]] = []
-    for number in numbers:
-        if runs and number == runs[-1][1] + 1:
-            runs[-1][1] = number
-        else:
-            runs.append([number, number])
-    told = ", ".join(str(first) if first == last else f"{first}-{last}" for first, last in runs)
-    return replace(fault, message=f"{'case' if len(numbers) == 1 else 'cases'} {told}: {fault.message}")
+def _end(path: Path) -> dict[str, np.ndarray]:
+    with open_results(path) as result:
+        last = result.isel(step=last_worn_row(result))
+        told = (*MEASURES, *(name for name in COUNTERFACE_MEASURES if name in result))
+        return {name: np.asarray(last[name].values, dtype=float) for name in told}
+
+
+def _varied(key: str, values: list[Any]) -> tuple[str, np.ndarray, dict[str, str]]:
+    about = {"long_name": f"{key} of the scene", "key": key}
+    given = [value for value in values if value is not None]
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in given):
+        return "case", np.array([np.nan if value is None else float(value) for value in values]), about
+    return "case", _texts(["" if value is None else _text(value) for value in values]), about
+
+
+def _text(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _texts(values: list[str]) -> np.ndarray:
+    return np.array(values, dtype=object)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float | np.floating):
+        return None if np.isnan(value) else float(value)
+    return str(value)
+
+
+def _measures(row: dict[str, Any], name: str, values: np.ndarray, campaign: int | None) -> None:
+    quantity = QUANTITIES[name]
+    unit, factor = ("km", 1e-3) if name == "distance" else (quantity.shown_unit, quantity.shown_factor)
+    suffix = {"mm²": "_mm2", "1": "", "": ""}.get(unit, f"_{unit}")
+    wheels = [""] if values.ndim == 1 else [f"_{wheel}" for wheel in WHEELS]
+    for index, wheel in enumerate(wheels):
+        value = None
+        if campaign is not None:
+            found = float(values[campaign] if values.ndim == 1 else values[campaign, index])
+            value = float(f"{found * factor:.9g}") if np.isfinite(found) else None
+        row[f"{name}{suffix}{wheel}"] = value

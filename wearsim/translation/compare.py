@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.translation import factors
 from wearsim.translation.axes import CommonAxes, FloatArray, IntArray, at_distances, rows_at
 from wearsim.translation.factors import STATUS, WORN_SHARE, Factor
@@ -29,7 +29,7 @@ def add_quantity(
     quantity: str, meaning: str, comment: str, share: float | None = None,
 ) -> None:  # fmt: skip
     """Add values (with a campaign dimension), their factor and its status; `share` as for `factors.ratio`."""
-    attrs = {"units": NOMENCLATURE[quantity].unit, "long_name": meaning, "quantity": quantity}
+    attrs = {"units": QUANTITIES[quantity].unit, "long_name": meaning, "quantity": quantity}
     out[variable] = (dims, values, attrs | ({"comment": comment} if comment else {}))
     rest = tuple(dim for dim in dims if dim != "campaign")
     out[f"{variable}_factor"] = (
@@ -83,7 +83,7 @@ def add_wear(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> None:
         reach = axes.reachable[:, :, None]
         change = rule == "change"
         factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, factors.zero_share(name), reach)
-        meaning = NOMENCLATURE[name].meaning
+        meaning = QUANTITIES[name].meaning
         add_quantity(
             out,
             f"{name}_change" if change else name,
@@ -99,7 +99,7 @@ def add_wear(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> None:
     conicity = along(pair, [np.asarray(data["equivalent_conicity"].values) for data in pair], axes.distance)
     scale = float(np.nan_to_num(np.abs(conicity)).max())
     factor = factors.ratio(conicity[:, :, 0], conicity[:, :, 1], scale, reachable=axes.reachable)
-    meaning = NOMENCLATURE["equivalent_conicity"].meaning
+    meaning = QUANTITIES["equivalent_conicity"].meaning
     dims = ("basis", "progress", "campaign")
     add_quantity(out, "equivalent_conicity", dims, conicity, factor, "equivalent_conicity", meaning, "")
 
@@ -109,11 +109,11 @@ def add_contact(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> int:
     matched = factors.match_points(*pair)
     dims = ("basis", "progress", "campaign", "matched_point", "wheel")
     for name, rule in factors.POINT_QUANTITIES.items():
-        meaning = NOMENCLATURE[name].meaning
+        meaning = QUANTITIES[name].meaning
         share = factors.zero_share(name)
         remark = "; the environment factor does not enter" if name in _BARE else ""
         wheels = [factors.per_wheel(data, name) for data in pair]
-        weight = [np.asarray(data["op_weight"].values, dtype=np.float64) for data in pair]
+        weight = [np.asarray(data["weight"].values, dtype=np.float64) for data in pair]
         means = [factors.collective_mean(wheels[c], weight[c]) for c in (0, 1)]
         means = [np.column_stack([mean, mean.mean(axis=1)]) for mean in means]
         values = along(pair, means, axes.distance)
@@ -165,7 +165,7 @@ def _differs_attrs(meaning: str) -> dict[str, Any]:
 
 def _add_points(out: dict[str, Any], pair: Pair, axes: CommonAxes, matched: IntArray) -> None:
     for name in factors.MATCH_KEYS:
-        entry = NOMENCLATURE[name]
+        entry = QUANTITIES[name]
         attrs = {"units": entry.unit, "long_name": entry.meaning}
         out[name] = (
             "matched_point",
@@ -173,7 +173,7 @@ def _add_points(out: dict[str, Any], pair: Pair, axes: CommonAxes, matched: IntA
             attrs,
         )
     for c, role in enumerate(CAMPAIGN):
-        labels = [str(pair[c]["op_label"].values[i]) for i in matched[:, c]]
+        labels = [str(pair[c]["operating_point_name"].values[i]) for i in matched[:, c]]
         out[f"{role}_label"] = (
             "matched_point",
             labels,

@@ -1,4 +1,4 @@
-"""Factors of damage: wear laws beside the leading one and fatigue laws that both campaigns have."""
+"""Factors of damage: comparison wear laws and fatigue laws that both campaigns have."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
 from wearsim.translation import factors
 from wearsim.translation.axes import CommonAxes, FloatArray
 from wearsim.translation.compare import Pair, add_quantity, along
 
 _SETTINGS = {
-    "beside": ("coefficients", "form"),
+    "comparison": ("coefficients", "form"),
     "fatigue": ("coefficients", "form", "crack_width", "crack_depth", "shear_yield"),
 }
 """What laws of one name must share to be compared, with all their numbers."""
@@ -26,7 +26,7 @@ def common_laws(pair: Pair, group: str) -> tuple[list[str], list[str]]:
     ----------
     pair : (Dataset, Dataset)
         Rig and field.
-    group : {"beside", "fatigue"}
+    group : {"comparison", "fatigue"}
         Group of variables of the result files.
 
     Returns
@@ -51,13 +51,13 @@ def common_laws(pair: Pair, group: str) -> tuple[list[str], list[str]]:
 
 
 def _settings(dataset: xr.Dataset, group: str, law: int, known: bool) -> list[str]:
-    keys = _SETTINGS[group] if known else (*_SETTINGS[group], "doubts")
+    keys = _SETTINGS[group] if known else (*_SETTINGS[group], "warnings")
     named = [str(dataset[f"{group}_{key}"].values[law]) for key in keys]
     return [*named, str(dataset.attrs[f"{group}_numbers"]).split("\n")[law]] if known else named
 
 
 def add_damage(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> list[str]:
-    """Add worn area by laws beside, and fatigue damage, with their factors; return what to know of them.
+    """Add worn area by comparison laws, and fatigue damage, with their factors; return what to know of them.
 
     Parameters
     ----------
@@ -74,22 +74,23 @@ def add_damage(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> list[str]:
         Notes for the reader.
     """
     notes = []
-    for group, what in (("beside", "wear law beside the leading one"), ("fatigue", "fatigue law")):
+    for group, what in (("comparison", "comparison wear law"), ("fatigue", "fatigue law")):
         same, other = common_laws(pair, group)
         notes += [f"{what} {name}: its settings differ, it is not compared" for name in other]
         if not same:
             continue
         out[f"{group}_name"] = (group, same, {"long_name": f"{what} of both campaigns"})
-        for name in ("beside_worn_area",) if group == "beside" else ("fatigue_damage", "fatigue_damage_rate"):
+        wear = group == "comparison"
+        for name in ("comparison_worn_area",) if wear else ("fatigue_damage", "fatigue_damage_rate"):
             values = along(pair, [_by_wheel(data, name, same) for data in pair], axes.distance)
             scale = np.nan_to_num(np.abs(values)).max(axis=(0, 1, 2))
             reach = axes.reachable[:, :, None, None]
             factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, reachable=reach)
-            rule = "sum" if group == "beside" else "the larger one"
-            meaning = NOMENCLATURE[name].meaning.removesuffix(", by regime")
+            rule = "sum" if wear else "the larger one"
+            meaning = QUANTITIES[name].meaning.removesuffix(", by regime")
             add_quantity(
                 out, name, ("basis", "progress", "campaign", group, "wheel_group"), values, factor, name,
-                meaning if group == "beside" else f"largest {meaning} of the wheel", f"both wheels: {rule}",
+                meaning if wear else f"largest {meaning} of the wheel", f"both wheels: {rule}",
             )  # fmt: skip
     return notes
 
@@ -97,8 +98,8 @@ def add_damage(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> list[str]:
 def _by_wheel(dataset: xr.Dataset, name: str, laws: list[str]) -> FloatArray:
     """Values of some laws on the right wheel, the left wheel and both (step, law, 3)."""
     value = np.asarray(dataset[name].values, dtype=np.float64)
-    if name == "beside_worn_area":
-        owner = np.array([str(text).split(": ", 1)[0] for text in dataset["beside_regime_name"].values])
+    if name == "comparison_worn_area":
+        owner = np.array([str(text).split(": ", 1)[0] for text in dataset["comparison_regime_name"].values])
         wheels = np.stack([value[:, :, owner == law].sum(axis=2) for law in laws], axis=1)
         return np.concatenate([wheels, wheels.sum(axis=2, keepdims=True)], axis=2)
     own = [str(text) for text in dataset["fatigue_name"].values]

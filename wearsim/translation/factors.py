@@ -41,13 +41,13 @@ WORN_SHARE = 0.01
 spreads beyond the running band is no wear to compare."""
 
 MATCH_KEYS: dict[str, float] = {
-    "op_shift": 1e-9,
-    "op_yaw": 1e-9,
-    "op_roll": 1e-9,
-    "op_wheel_load": 1e-3,
-    "op_speed": 1e-9,
-    "op_friction": 1e-9,
-    "op_track_curvature": 1e-12,
+    "shift": 1e-9,
+    "yaw": 1e-9,
+    "roll": 1e-9,
+    "wheel_load": 1e-3,
+    "speed": 1e-9,
+    "friction": 1e-9,
+    "track_curvature": 1e-12,
 }
 """What two operating points must share to be compared, with the rounding allowed [SI unit of each]."""
 
@@ -156,7 +156,7 @@ def zero_share(name: str) -> float:
     Parameters
     ----------
     name : str
-        Quantity, as in `wearsim.nomenclature`.
+        Quantity, as in `wearsim.quantities`.
 
     Returns
     -------
@@ -208,7 +208,7 @@ def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
     """
     rule = POINT_QUANTITIES[name]
     value = np.asarray(dataset[name].values, dtype=np.float64)
-    side = dataset["patch_side"].values
+    side = dataset["side"].values
     weight = np.ones_like(value)
     if rule.endswith("mean"):
         weight = np.asarray(dataset["normal_force" if rule.startswith("load") else "area"].values)
@@ -366,7 +366,7 @@ def highest_regime(dataset: xr.Dataset) -> IntArray:
         By wheel; -1 where nothing wears.
     """
     regime = np.nan_to_num(np.asarray(dataset["wear_regime_highest"].values, dtype=np.float64), nan=-1.0)
-    side = dataset["patch_side"].values
+    side = dataset["side"].values
     return np.stack([np.where(side == wheel, regime, -1.0).max(axis=-1) for wheel in (0, 1)], axis=-1).astype(
         np.int64
     )

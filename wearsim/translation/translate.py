@@ -12,11 +12,16 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.errors import ResultError
-from wearsim.nomenclature import NOMENCLATURE
+from wearsim.quantities import QUANTITIES
+from wearsim.results.file import open_results
+from wearsim.results.index import INDEXES
 from wearsim.translation import compare, damage, factors
 from wearsim.translation.axes import common_axes
 from wearsim.translation.compare import CAMPAIGN, STAGES
 from wearsim.translation.factors import NUMBERS_KEY, STATUS
+
+Result = str | Path | xr.Dataset
+"""A result file, or its Dataset."""
 
 BASIS = ("equal distance", "equal worn depth")
 WHEELS = ("right", "left", "both")
@@ -30,10 +35,10 @@ _ATTRIBUTE_UNITS = {
     "wheel_density": "kg/m3", "smoothing_wavelength": "m",
 }  # fmt: skip
 _FILL = 9.969209968386869e36  # the netCDF library's own fill value: every viewer knows it
-_NEEDED = ("distance", "max_wear_depth", "arc_length", "wear_depth_by_regime", "patch_side", "op_weight")
+_NEEDED = ("distance", "max_wear_depth", "arc_length", "wear_depth_by_regime", "side", "weight")
 
 
-def translate(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> xr.Dataset:
+def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
     """Compare a rig campaign with a field campaign.
 
     No single factor leads from rig to field: each one is given as a function, at equal distance and at
@@ -41,8 +46,8 @@ def translate(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> xr.Dataset
 
     Parameters
     ----------
-    rig, field : Dataset
-        Results as `wearsim.open_results` gives them.
+    rig, field : str, Path or Dataset
+        Result files, or results as `wearsim.open_results` gives them.
     count : int
         Number of stations along each axis; a multiple of 4 plus 1, so that the quarters are met.
 
@@ -53,14 +58,27 @@ def translate(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> xr.Dataset
         both campaigns come), `campaign` (rig, field), `matched_point`, `wheel`, `wheel_group` (right,
         left, both), `stage` and `arc` for values along the profile. Every `x_factor` is rig over field
         of `x`, NaN where undefined, with the reason in `x_factor_status`.
+
+    Raises
+    ------
+    ResultError
+        If a file cannot be read, a variable is missing or wheels were reprofiled.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> factors = wearsim.translate("out/rig.nc", "out/field.nc")
+    >>> factors["worn_area_factor"].dims
+    ('basis', 'progress', 'wheel_group')
     """
+    rig, field = _loaded(rig), _loaded(field)
     for role, data in zip(CAMPAIGN, (rig, field), strict=True):
         missing = [name for name in _NEEDED if name not in data]
         if missing:
             raise ResultError(
                 f"{role} result: variable {missing[0]} is missing; give a file that `wearsim run` wrote"
             )
-        if "last_turning" in data and (data["last_turning"].values > 0).any():
+        if "last_reprofiling" in data and (data["last_reprofiling"].values > 0).any():
             raise ResultError(
                 f"{role} result: its wheels were turned, and factors are of the wear since new; compare a "
                 "campaign without [campaign.reprofiling]"
@@ -130,16 +148,14 @@ def translate_files(rig: str | Path, field: str | Path, out: str | Path) -> Path
     Path
         `out`.
     """
-    loaded = []
-    for path in (rig, field):
-        try:
-            with xr.open_dataset(path, engine="netcdf4") as data:
-                loaded.append(data.load())
-        except (OSError, ValueError) as fault:
-            raise ResultError(
-                f"{path}: cannot be read as a result file; give one that `wearsim run` wrote"
-            ) from fault
-    return write(translate(loaded[0], loaded[1]), out)
+    return write(translate(rig, field), out)
+
+
+def _loaded(result: Result) -> xr.Dataset:
+    if isinstance(result, xr.Dataset):
+        return result
+    with open_results(result) as data:
+        return data.load()
 
 
 def write(dataset: xr.Dataset, out: str | Path) -> Path:
@@ -213,7 +229,7 @@ def point_table(dataset: xr.Dataset) -> pd.DataFrame:
     """
     rows: list[dict[str, Any]] = []
     if int(dataset.attrs["matched_points"]):
-        shift = dataset["op_shift"].values * NOMENCLATURE["op_shift"].shown_factor
+        shift = dataset["shift"].values * QUANTITIES["shift"].shown_factor
         order = np.argsort(shift, kind="stable")
         rows = [
             {"state": state, "point": str(dataset["rig_label"].values[i]), "shift": float(shift[i]),
@@ -233,7 +249,7 @@ def _entry(
     """One factor of the dataset with its values, in the unit people read."""
     rig, field = (dataset[variable].values[basis, progress, c][place] for c in (0, 1))
     status = int(dataset[f"{variable}_factor_status"].values[basis, progress][place])
-    shown = NOMENCLATURE[name]
+    shown = QUANTITIES[name]
     meaning = shown.meaning if variable == "distance_run" else dataset[variable].attrs["long_name"]
     return {
         "variable": variable,
@@ -249,7 +265,7 @@ def _entry(
 def content_hash(dataset: xr.Dataset) -> str:
     """SHA-256 over names and values: equal for equal results, however the file was put together."""
     digest = hashlib.sha256()
-    for name in sorted(str(name) for name in dataset.variables):
+    for name in sorted({str(name) for name in dataset.variables}.difference(INDEXES)):
         values = dataset[name].values
         digest.update(name.encode())
         digest.update(

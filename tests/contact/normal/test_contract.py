@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from wearsim.contact import geometry
-from wearsim.contact.geometry import Attitude, Contour, Gap
-from wearsim.contact.normal import NEVER_LEADS, NORMAL_MODELS
+from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.solve import solve as solve_contact
 from wearsim.errors import ContactError
 
@@ -26,11 +26,11 @@ pytestmark = pytest.mark.parametrize("name", sorted(NORMAL_MODELS))
 @pytest.fixture(scope="module")
 def gap_of(s1002, rail_60e1):
     """Factory of gaps for a curvature of the counterface [1/m]."""
-    wheel, ground = geometry.rings(s1002, 0.46), geometry.contour(rail_60e1)
+    wheel, ground = geometry.wheel_surface(s1002, 0.46), geometry.counterface_profile(rail_60e1)
 
     def gap(curvature=0.0, shift=SHIFT, yaw=YAW):
-        attitude = Attitude(shift, yaw, np.zeros_like(shift))
-        return geometry.gap(wheel, ground, attitude, half_span=0.75, nominal_radius=0.46, curvature=curvature)
+        pose = WheelsetPose(shift, yaw, np.zeros_like(shift))
+        return geometry.gap(wheel, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=curvature)
 
     return gap
 
@@ -43,11 +43,11 @@ def solved(name, gap, load=LOAD, strips=20, vertical=True):
 
 def rows_of(gap, rows):
     """The gap of some rows alone."""
-    whole = ("contour", "curvature", "bodies")
+    whole = ("counterface", "curvature", "bodies")
     parts = {f.name: getattr(gap, f.name)[rows] for f in fields(gap) if f.name not in whole}
-    attitude = gap.bodies.attitude
-    attitude = Attitude(attitude.shift[rows], attitude.yaw[rows], attitude.roll[rows])
-    return replace(gap, **parts, bodies=replace(gap.bodies, attitude=attitude))
+    pose = gap.bodies.pose
+    pose = WheelsetPose(pose.shift[rows], pose.yaw[rows], pose.roll[rows])
+    return replace(gap, **parts, bodies=replace(gap.bodies, pose=pose))
 
 
 def flat(solution):
@@ -116,7 +116,7 @@ def test_patches_are_ordered_by_row_and_falling_force(name, gap_of):
     assert np.count_nonzero(shared) == (name not in SHARED)
     assert np.all(np.diff(force)[shared] < 0.0)
     # Patches of one wheel share its way down.
-    assert np.ptp(result.descent[row == 6]) < 1e-15
+    assert np.ptp(result.vertical_displacement[row == 6]) < 1e-15
     assert np.all(result.load_scale == pytest.approx(1.0, abs=1e-8))
 
 
@@ -155,7 +155,7 @@ def test_a_left_wheel_is_the_mirror_of_a_right_one(name, wheelset, counterface, 
 def test_more_load_presses_harder_and_deeper(name, gap_of):
     gap = rows_of(gap_of(), np.array([1, 1, 1]))
     result = solved(name, gap, np.array([40e3, 80e3, 160e3]))
-    for rising in (result.max_pressure, result.approach, result.descent, result.patch.width):
+    for rising in (result.max_pressure, result.approach, result.vertical_displacement, result.patch.width):
         assert np.all(np.diff(rising) > 0.0)
 
 
@@ -178,7 +178,7 @@ def made_up(gap):
     zero = np.zeros_like(y)
     heights = np.full_like(y, geometry.NO_WHEEL) if gap is None else gap(y)
     return Gap(
-        Contour(y, zero, zero, zero),
+        CounterfaceProfile(y, zero, zero, zero),
         0.0,
         heights[None],
         y[None],
@@ -216,6 +216,9 @@ def test_what_has_no_answer_is_refused_in_the_same_words(name, gap, vertical, me
     assert caught.value.row == 1
 
 
-def test_models_that_never_lead_are_registered(name):
-    assert set(NORMAL_MODELS) >= NEVER_LEADS
-    assert (name in NEVER_LEADS) == (name == "hertz")
+def test_record_states_what_a_campaign_may_use(name):
+    model = NORMAL_MODELS[name]
+    assert model.name == name
+    assert model.can_update_profile == (name != "hertz")
+    assert model.can_update_profile or model.reason
+    assert model.local == (name == "kik_piotrowski")

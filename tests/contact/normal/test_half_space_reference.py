@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from wearsim.contact import geometry
-from wearsim.contact.geometry import Attitude
+from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.normal import half_space
 from wearsim.profile import standard
 
@@ -19,10 +19,10 @@ BESIDE = {"s1002_60e1": 0.0, "mbench": 10.532e-3}
 
 
 def gap_of(s1002, geometry_name, inclination, curvature, shift, yaw):
-    ground = geometry.contour(standard.rail(RAILS[geometry_name], 1.0 / inclination, 1.435, 0.75))
-    attitude = Attitude(np.asarray(shift, float), np.asarray(yaw, float), np.zeros(len(shift)))
-    wheel = geometry.rings(s1002, 0.46)
-    return geometry.gap(wheel, ground, attitude, half_span=0.75, nominal_radius=0.46, curvature=curvature)
+    ground = geometry.counterface_profile(standard.rail(RAILS[geometry_name], 1.0 / inclination, 1.435, 0.75))
+    pose = WheelsetPose(np.asarray(shift, float), np.asarray(yaw, float), np.zeros(len(shift)))
+    wheel = geometry.wheel_surface(s1002, 0.46)
+    return geometry.gap(wheel, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=curvature)
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,8 @@ def both(s1002):
     """Reference table, and our solution of each of its rows on its own normal force."""
     table = pd.read_csv(DATA / "contact_normal.csv", comment="#")
     ours = pd.DataFrame(
-        index=table.index, columns=["area", "max_pressure", "approach", "descent", "rail_y", "angle"]
+        index=table.index,
+        columns=["area", "max_pressure", "approach", "descent", "rail_y", "angle"],
     )
     for (name, inclination, curvature), group in table.groupby(["geometry", "inclination", "curvature"]):
         gap = gap_of(s1002, name, inclination, curvature, group["shift"], group.yaw)
@@ -45,7 +46,7 @@ def both(s1002):
         ours.loc[group.index, "area"] = found.patch.area
         ours.loc[group.index, "max_pressure"] = found.max_pressure
         ours.loc[group.index, "approach"] = found.approach
-        ours.loc[group.index, "descent"] = found.descent
+        ours.loc[group.index, "descent"] = found.vertical_displacement
         ours.loc[group.index, "rail_y"] = found.centre_y - BESIDE[name]
         ours.loc[group.index, "angle"] = found.contact_angle
     return table, ours.astype(float)

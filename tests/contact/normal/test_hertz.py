@@ -9,7 +9,7 @@ import pytest
 from scipy.special import ellipe, ellipk
 
 from wearsim.contact import geometry
-from wearsim.contact.geometry import Attitude, Contour, Gap, Rings
+from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface
 from wearsim.contact.normal import hertz
 from wearsim.errors import ContactError
 
@@ -34,7 +34,7 @@ def made_up(gap, kappa=0.0, spacing=1e-4, half_width=30e-3):
     y = np.linspace(-half_width, half_width, 2 * round(half_width / spacing) + 1)
     zero = np.zeros_like(y)
     row, radius = zero[None], np.full((1, y.size), 0.46)
-    return Gap(Contour(y, zero, zero, zero), kappa, gap(y)[None], y[None], row, radius, row)
+    return Gap(CounterfaceProfile(y, zero, zero, zero), kappa, gap(y)[None], y[None], row, radius, row)
 
 
 def arcs(rail_radius, wheel_curvature, angle=0.0, kappa=0.0, reach=0.6):
@@ -57,9 +57,9 @@ def arcs(rail_radius, wheel_curvature, angle=0.0, kappa=0.0, reach=0.6):
     else:
         wheel = touch[0] + s * np.cos(angle), touch[1] + s * np.sin(angle)
     return geometry.gap(
-        Rings(wheel[0], 0.46 + wheel[1], np.tan(away)),
-        Contour(*rail, np.tan(tilt), tilt),
-        Attitude(ZERO, ZERO, ZERO),
+        WheelSurface(wheel[0], 0.46 + wheel[1], np.tan(away)),
+        CounterfaceProfile(*rail, np.tan(tilt), tilt),
+        WheelsetPose(ZERO, ZERO, ZERO),
         half_span=0.75,
         nominal_radius=0.46,
         curvature=kappa,
@@ -124,7 +124,7 @@ def test_ball_on_a_plane(radius):
     assert result.patch.x_lead.max() == pytest.approx(a, rel=2e-4)
     assert result.max_pressure[0] == pytest.approx(1.5 * load / (np.pi * a**2), rel=2e-4)
     assert result.approach[0] == pytest.approx(a**2 / radius, rel=2e-4)
-    assert result.descent[0] == pytest.approx(a**2 / radius, rel=2e-4)
+    assert result.vertical_displacement[0] == pytest.approx(a**2 / radius, rel=2e-4)
 
 
 def test_outline_is_the_ellipse():
@@ -139,7 +139,7 @@ def test_outline_is_the_ellipse():
 def test_strips_follow_a_yawed_wheel():
     """Middles of the strips lie where each ring of the wheel is lowest, from the touching point."""
     gap = made_up(lambda y: 2.0 * (y - 3e-3) ** 2)
-    result = solved(replace(gap, x=0.02 * gap.contour.y[None] + 1e-3))
+    result = solved(replace(gap, x=0.02 * gap.counterface.y[None] + 1e-3))
     middle = 0.5 * (result.patch.x_lead + result.patch.x_trail)
     np.testing.assert_allclose(middle, 0.02 * result.patch.y, atol=1e-12)
 
@@ -217,9 +217,9 @@ def test_what_has_no_ellipse_is_refused(gap, parameters, message):
 def test_flat_seed_state_is_refused(s1002, rail_60e1):
     """At zero shift S1002 lies on 60E1 with two lobes: no two ellipses."""
     gap = geometry.gap(
-        geometry.rings(s1002, 0.46),
-        geometry.contour(rail_60e1),
-        Attitude(ZERO, ZERO, ZERO),
+        geometry.wheel_surface(s1002, 0.46),
+        geometry.counterface_profile(rail_60e1),
+        WheelsetPose(ZERO, ZERO, ZERO),
         half_span=0.75,
         nominal_radius=0.46,
         curvature=0.0,
@@ -232,12 +232,12 @@ def test_flat_seed_state_is_refused(s1002, rail_60e1):
 def half_space(s1002, rail_60e1):
     """The 65 single patches of a half-space solution, and ours with the same normal force."""
     table = pd.read_csv(DATA / "contact_half_space.csv", comment="#")
-    wheel, ground = geometry.rings(s1002, 0.46), geometry.contour(rail_60e1)
+    wheel, ground = geometry.wheel_surface(s1002, 0.46), geometry.counterface_profile(rail_60e1)
     for curvature, group in table.groupby("curvature"):
         gap = geometry.gap(
             wheel,
             ground,
-            Attitude(group["shift"].to_numpy(), group["yaw"].to_numpy(), np.zeros(len(group))),
+            WheelsetPose(group["shift"].to_numpy(), group["yaw"].to_numpy(), np.zeros(len(group))),
             half_span=0.75,
             nominal_radius=0.46,
             curvature=curvature,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipe, ellipk
 
-from wearsim.contact.geometry import Contour, Gap
+from wearsim.contact.geometry import CounterfaceProfile, Gap
 from wearsim.contact.normal import kik_piotrowski
 from wearsim.contact.solve import ContactModels, solve
 from wearsim.errors import ContactError
@@ -30,7 +30,13 @@ def parabolic(radius, across, kappa=0.0, spacing=2.5e-5, minima=((0.0, 0.0),), h
     zero = np.zeros_like(y)
     gap = np.min([across * (y - y0) ** 2 + lift for y0, lift in minima], axis=0)
     return Gap(
-        Contour(y, zero, zero, zero), kappa, gap[None], y[None], zero[None], 0 * y[None] + radius, zero[None]
+        CounterfaceProfile(y, zero, zero, zero),
+        kappa,
+        gap[None],
+        y[None],
+        zero[None],
+        0 * y[None] + radius,
+        zero[None],
     )
 
 

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from wearsim.contact import geometry
-from wearsim.contact.gap_surface import contact_plane, gap_surface
-from wearsim.contact.geometry import Attitude
+from wearsim.contact.gap import contact_plane, gap_surface
+from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.normal import kik_piotrowski
-from wearsim.contact.normal.basins import MOST_BASINS, find_basins
-from wearsim.contact.normal.virtual_penetration import displacement_integral, skewed_displacement_integrals
+from wearsim.contact.normal.kik_piotrowski.strips import displacement_integral, skewed_displacement_integrals
+from wearsim.contact.normal.kik_piotrowski.wheel_load import MOST_BASINS, find_basins
 
 E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))
 
@@ -19,13 +19,13 @@ E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))
 @pytest.fixture(scope="module")
 def patches(s1002, rail_60e1):
     """Function: gap and solution of one state."""
-    wheel, ground = geometry.rings(s1002, 0.46), geometry.contour(rail_60e1)
+    wheel, ground = geometry.wheel_surface(s1002, 0.46), geometry.counterface_profile(rail_60e1)
 
     def of(shift, yaw, kappa=0.0, strips=40):
         gap = geometry.gap(
             wheel,
             ground,
-            Attitude(np.array([shift]), np.array([yaw]), np.zeros(1)),
+            WheelsetPose(np.array([shift]), np.array([yaw]), np.zeros(1)),
             half_span=0.75,
             nominal_radius=0.46,
             curvature=kappa,
@@ -85,7 +85,9 @@ def test_both_ends_of_a_strip_lie_on_the_interpenetration(patches, shift, yaw, a
     patch = result.patch
     plane = contact_plane(gap, patch.row, result.centre_y, result.contact_angle)
     for m in range(patch.row.size):
-        one = type(plane)(*(getattr(plane, n)[[m]] for n in ("row", "y", "x", "angle", "descent")))
+        one = type(plane)(
+            *(getattr(plane, n)[[m]] for n in ("row", "y", "x", "angle", "vertical_displacement"))
+        )
         inner = slice(2, -2)
         ends = [
             np.array([
@@ -105,8 +107,8 @@ def test_strips_are_not_symmetric_about_the_contact_line(patches):
     patch = result.patch
     m = int(result.centre_y.argmin())
     profile = np.interp(patch.y[m], patch.y[m], 0.5 * (result.edge_y[m, 1:] + result.edge_y[m, :-1]))
-    line = np.interp(profile, gap.contour.y, gap.x[0]) - np.interp(
-        result.centre_y[m], gap.contour.y, gap.x[0]
+    line = np.interp(profile, gap.counterface.y, gap.x[0]) - np.interp(
+        result.centre_y[m], gap.counterface.y, gap.x[0]
     )
     lead, trail = patch.x_lead[m] - line, line - patch.x_trail[m]
     assert abs(lead / trail - 1.0).max() > 0.05

@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 
 from wearsim.contact import geometry
-from wearsim.contact.closed_forms import axis_ratio, hertz
-from wearsim.contact.geometry import Attitude, Contour, Gap
+from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose
 from wearsim.contact.normal.knothe_le_the import solve
-from wearsim.contact.normal.strips_influence import averages, in_the_middle, influence_table
+from wearsim.contact.normal.knothe_le_the.equations import averages, in_the_middle, influence_table
+from wearsim.contact.reference import axis_ratio, hertz
 
 DATA = Path(__file__).parents[2] / "data"
 E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))
@@ -46,7 +46,7 @@ def parabola(curvature, offset=0.0, reach=30e-3):
     y = np.linspace(-reach, reach, 3001)
     zero = np.zeros_like(y)
     return Gap(
-        Contour(y, zero, zero, zero),
+        CounterfaceProfile(y, zero, zero, zero),
         0.0,
         (curvature * (y - offset) ** 2)[None],
         y[None],
@@ -69,14 +69,12 @@ def ellipse_of(ratio, middle=6e-3):
 @pytest.fixture(scope="module")
 def gap_of(s1002, rail_60e1):
     """Factory of gaps of S1002 on 60E1."""
-    wheel, ground = geometry.rings(s1002, RADIUS), geometry.contour(rail_60e1)
+    wheel, ground = geometry.wheel_surface(s1002, RADIUS), geometry.counterface_profile(rail_60e1)
 
     def gap(shift, yaw=0.0, curvature=0.0):
         shift = np.atleast_1d(shift).astype(float)
-        attitude = Attitude(shift, yaw + np.zeros_like(shift), np.zeros_like(shift))
-        return geometry.gap(
-            wheel, ground, attitude, half_span=0.75, nominal_radius=RADIUS, curvature=curvature
-        )
+        pose = WheelsetPose(shift, yaw + np.zeros_like(shift), np.zeros_like(shift))
+        return geometry.gap(wheel, ground, pose, half_span=0.75, nominal_radius=RADIUS, curvature=curvature)
 
     return gap
 
@@ -178,7 +176,13 @@ def test_parts_feel_each_other():
     zero = np.zeros_like(y)
     heights = across * np.minimum((y - 6e-3) ** 2, (y + 6e-3) ** 2)
     gap = Gap(
-        Contour(y, zero, zero, zero), 0.0, heights[None], y[None], zero[None], RADIUS + zero[None], zero[None]
+        CounterfaceProfile(y, zero, zero, zero),
+        0.0,
+        heights[None],
+        y[None],
+        zero[None],
+        RADIUS + zero[None],
+        zero[None],
     )
     got = solved(gap, 2.0 * load)
     # The other's load from 12 mm away, as a point's: N / (pi E* d), less the growth of the patch by it.
@@ -192,15 +196,15 @@ def test_parts_near_each_other_share_a_plane_and_a_point(gap_of):
     near = solved(gap_of(5e-3), 80e3)
     assert near.patch.row.size == 2
     assert near.contact_angle[0] == pytest.approx(near.contact_angle[1], abs=2e-4)
-    assert near.seen_from.y[0] == pytest.approx(near.seen_from.y[1], abs=1e-9)
+    assert near.reference_point.y[0] == pytest.approx(near.reference_point.y[1], abs=1e-9)
     middle = (near.normal_force * near.centre_y).sum() / near.normal_force.sum()
-    assert near.seen_from.y[0] == pytest.approx(middle, abs=1e-9)
-    apart = np.diff(near.seen_from.across) * np.cos(near.contact_angle[0])
+    assert near.reference_point.y[0] == pytest.approx(middle, abs=1e-9)
+    apart = np.diff(near.reference_point.across) * np.cos(near.contact_angle[0])
     assert apart == pytest.approx(np.diff(near.centre_y), rel=0.05)
     alone = solved(gap_of(0.0), 80e3)
-    assert alone.seen_from.y == pytest.approx(alone.centre_y, abs=1e-12)
-    assert alone.seen_from.across == pytest.approx(0.0, abs=1e-12)
-    assert alone.seen_from.approach == pytest.approx(alone.approach, rel=1e-12)
+    assert alone.reference_point.y == pytest.approx(alone.centre_y, abs=1e-12)
+    assert alone.reference_point.across == pytest.approx(0.0, abs=1e-12)
+    assert alone.reference_point.approach == pytest.approx(alone.approach, rel=1e-12)
 
 
 def test_pressure_follows_the_shift_without_jumps(gap_of):
@@ -212,7 +216,7 @@ def test_pressure_follows_the_shift_without_jumps(gap_of):
     assert np.abs(np.diff(np.log(pressure))).max() < 0.12
     assert np.abs(np.diff(np.log(area))).max() < 0.12
     first = np.flatnonzero(np.diff(got.patch.row, prepend=-1))
-    assert np.abs(np.diff(got.descent[first])).max() < 12e-6
+    assert np.abs(np.diff(got.vertical_displacement[first])).max() < 12e-6
 
 
 def test_a_load_from_nothing_to_three_hundred_kilonewton(gap_of):

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import ellipe, ellipkm1
 
-from wearsim.contact.normal.virtual_penetration import displacement_integral, strip_half_length_squared
+from wearsim.contact.normal.kik_piotrowski.strips import displacement_integral, strip_half_length_squared
 
 
 @pytest.mark.parametrize("half", [0.1e-3, 3e-3, 25e-3])

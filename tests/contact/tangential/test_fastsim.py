@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wearsim.contact.closed_forms import (
+from wearsim.contact.reference import (
     fastsim_elliptic_force,
     fastsim_elliptic_slip_border,
     fastsim_strip_work,
@@ -24,7 +24,7 @@ from wearsim.contact.closed_forms import (
     reduced_creepage,
 )
 from wearsim.contact.tangential import fastsim
-from wearsim.contact.tangential.kalker_coefficients import coefficients
+from wearsim.contact.tangential.kalker import coefficients
 
 A, B, LOAD, FRICTION = 6e-3, 4e-3, 80e3, 0.35
 SHEAR_MODULUS, POISSON = 80.77e9, 0.3

@@ -14,10 +14,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wearsim.contact.closed_forms import carter, full_slip, full_slip_spin_moment
 from wearsim.contact.patch import Patch, PatchGrid, from_grid
+from wearsim.contact.reference import carter, full_slip, full_slip_spin_moment
 from wearsim.contact.solve import solve as solve_contact
-from wearsim.contact.tangential import fastsim, half_space, steady_rolling
+from wearsim.contact.tangential import fastsim, half_space
+from wearsim.contact.tangential.half_space import steady_rolling
 from wearsim.errors import ContactError, NumericalError
 
 POISSON = 0.3

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearsim.contact.tangential.kalker_coefficients import coefficients
+from wearsim.contact.tangential.kalker import coefficients
 
 # a/b, Poisson's ratio, C11, C22, C23, C33 as printed in Kalker 1990, table E.3.
 PRINTED = [

@@ -2,22 +2,23 @@ r"""Hertz: an elliptic patch from the curvatures of wheel and counterface where 
 
 Each local minimum of the gap is a contact. In its contact plane the surfaces part as
 :math:`A x^2 + B s^2`; A follows from the rolling radius of the wheel and the curvature of the counterface,
-B from a parabola fitted to the gap over a window. All contacts of a wheel share one vertical descent; its
-share in the contact's normal direction, less the height at which the contact begins to touch, is the
-approach :math:`\delta` of Hertz, and :math:`N = K \delta^{3/2}`. Loads add up; contacts do not feel one
-another.
+B from a parabola fitted to the gap over a window. All contacts of a wheel share one vertical
+displacement; its share in the contact's normal direction, less the height at which the contact begins to
+touch, is the approach :math:`\delta` of Hertz, and :math:`N = K \delta^{3/2}`. Loads add up; contacts have no
+influence on each other.
 
 Rule for several patches: minima of the gap nearer to a lower one than the window are one contact with it; the
-others are contacts of their own, and where two ellipses overlap the model refuses: it never merges them.
+others are contacts of their own, and where two ellipses overlap the model raises an error: it never merges
+them.
 
 Half-space, elastic, curvatures constant over the patch: on profiles of many arcs the last one is the
-assumption that fails first, and nothing in the result tells so. Where B is not positive there is no ellipse
-and the model refuses.
+assumption that fails first, and nothing in the result shows it. Where B is not positive there is no ellipse
+and the model raises an error.
 
 References
 ----------
-.. [1] H. Hertz, J. reine angew. Math. 92 (1882) 156-171.
-.. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, chapter 4.
+.. [1] H. Hertz, J. reine angew. Math. 92 (1882) 156-171, doi:10.1515/crll.1882.92.156.
+.. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, chapter 4.
 """
 
 from __future__ import annotations
@@ -28,17 +29,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from wearsim.contact.closed_forms import hertz as contact_ellipse
 from wearsim.contact.geometry import NO_WHEEL, Gap
-from wearsim.contact.normal.model import NormalSolution
-from wearsim.contact.normal.refusal import AT_EDGE, NO_TOUCH, NOT_SINGLE, refusal
+from wearsim.contact.normal.model import AT_EDGE, NO_TOUCH, NOT_SINGLE, NormalModel, NormalSolution, fault_of
 from wearsim.contact.patch import FloatArray, IntArray, Patch
+from wearsim.contact.reference import hertz as contact_ellipse
 from wearsim.errors import ContactError
 
-# Half width [m] of the window of the lateral curvature. The gap is interpolated linearly between rings
-# 0.1 mm apart: as the wheel moves sideways by micrometres, B of S1002 on 60E1 ripples by 0.5 % with 0.2 mm,
-# 0.05 % with 0.5 mm and 0.01 % with 1 mm. A wider window sees the next arc of the profile: B is 0.4 % off
-# with 2 mm, 1 % with 3 mm.
+# Half width [m] of the window of the lateral curvature: a narrower one shows the interpolation of the gap, a
+# wider one includes the next arc of the profile; measured in reports/contact_models.md.
 DEFAULTS = {"curvature_window": 1e-3}
 
 _NARROWEST, _WIDEST = 0.2e-3, 10e-3
@@ -48,7 +46,7 @@ _STILL = 1e-9  # m, a move that changes nothing any more
 
 
 @dataclass(frozen=True)
-class _Touch:
+class _Contact:
     """Where the surfaces touch first in one basin of the gap; lengths in m, curvatures in 1/m."""
 
     row: int
@@ -74,88 +72,64 @@ def solve(
     strips: int,
     parameters: dict[str, float],
 ) -> NormalSolution:
-    """Ellipses and pressures of every row.
+    """Elliptic patches of every row; contract in `normal.model`.
 
-    Parameters
-    ----------
-    gap : Gap
-        n rows on a grid of g points.
-    load : (n,) array
-        Vertical load of the wheel, balanced by the vertical parts of the normal forces of all its
-        contacts, or (`vertical` false) the normal force of its only contact [N].
-    vertical : bool
-        Which of the two `load` is.
-    effective_modulus : float
-        E* = E / (2 (1 - nu^2)) of two equal bodies [Pa].
-    strips : int
-        Strips per patch.
-    parameters : dict
-        "curvature_window": half width of the window, in the contact plane, over which the parabola of the
-        lateral curvature is fitted, 1 mm by default [m]. Minima of the gap nearer to a lower one than this
-        are one contact with it.
-
-    Returns
-    -------
-    NormalSolution
-        The leading axis is the patch.
-
-    Raises
-    ------
-    ContactError
-        If a wheel does not touch, its ellipse or the window reaches the edge of a profile, a curvature is
-        not positive, two ellipses overlap, or `vertical` is false and several contacts close.
+    Own parameter: "curvature_window", half width of the window, in the contact plane, over which the parabola
+    of the lateral curvature is fitted, 1 mm by default [m]. Minima of the gap nearer to a lower one than this
+    are one contact with it. Also raises ContactError where the window reaches the edge of a profile, a
+    curvature is not positive, or two ellipses overlap.
     """
     window = {**DEFAULTS, **parameters}["curvature_window"]
     if not _NARROWEST <= window <= _WIDEST:
         raise ContactError(
             f"curvature_window = {1e3 * window:g} mm must be in {1e3 * _NARROWEST:g} .. {1e3 * _WIDEST:g} mm"
         )
-    found: list[_Touch] = []
+    loaded: list[_Contact] = []
     forces: list[float] = []
-    descents: list[float] = []
+    displacements: list[float] = []
     for row in range(load.size):
-        touches = _touches(gap, row, float(load[row]), vertical, effective_modulus, window)
-        if len(touches) > 1 and not vertical:
-            raise refusal(NOT_SINGLE, row)
-        descent = _balance(touches, float(load[row]), vertical)
-        pairs = [(touch, _force(touch, descent)) for touch in touches]
-        for touch, force in sorted(pairs, key=lambda pair: -pair[1]):
+        contacts = _contacts(gap, row, float(load[row]), vertical, effective_modulus, window)
+        if len(contacts) > 1 and not vertical:
+            raise fault_of(NOT_SINGLE, row)
+        displacement = _balance(contacts, float(load[row]), vertical)
+        pairs = [(contact, _force(contact, displacement)) for contact in contacts]
+        for contact, force in sorted(pairs, key=lambda pair: -pair[1]):
             if force > 0.0:
-                found.append(touch)
+                loaded.append(contact)
                 forces.append(force)
-                descents.append(descent)
-    return _lay_strips(gap, found, np.array(forces), np.array(descents), effective_modulus, strips)
+                displacements.append(displacement)
+    return _cut_strips(gap, loaded, np.array(forces), np.array(displacements), effective_modulus, strips)
 
 
-def _touches(
+def _contacts(
     gap: Gap, row: int, load: float, vertical: bool, effective_modulus: float, window: float
-) -> list[_Touch]:
+) -> list[_Contact]:
     """Contacts that may close under the load, the lowest first."""
     here = gap.gap[row]
     lowest = int(here.argmin())
     if here[lowest] >= NO_WHEEL:
-        raise refusal(NO_TOUCH, row)
+        raise fault_of(NO_TOUCH, row)
     inner = here[1:-1]
     minima = 1 + np.flatnonzero((inner < here[:-2]) & (inner <= here[2:]))
     if lowest not in minima or max(here[lowest - 1], here[lowest + 1]) >= NO_WHEEL:
-        raise refusal(AT_EDGE, row)
-    first = _touch(gap, row, lowest, window, effective_modulus)
+        raise fault_of(AT_EDGE, row)
+    first = _contact(gap, row, lowest, window, effective_modulus)
     # What the lowest contact alone would do under the load: the others only make it less.
-    deepest = _descent_alone(first, load, vertical)
-    touches = [first]
+    deepest = _displacement_alone(first, load, vertical)
+    contacts = [first]
     for index in minima[np.argsort(here[minima], kind="stable")]:
         if here[index] >= deepest or index == lowest:
             continue
-        if min(abs(gap.contour.y[index] - touch.y) for touch in touches) > window:
-            other = _touch(gap, row, int(index), window, effective_modulus)
-            if min(abs(other.y - touch.y) for touch in touches) > window:
-                touches.append(other)
-    return [touch for touch in touches if touch.height < deepest]
+        if min(abs(gap.counterface.y[index] - contact.y) for contact in contacts) > window:
+            other = _contact(gap, row, int(index), window, effective_modulus)
+            if min(abs(other.y - contact.y) for contact in contacts) > window:
+                contacts.append(other)
+    return [contact for contact in contacts if contact.height < deepest]
 
 
-def _touch(gap: Gap, row: int, index: int, window: float, effective_modulus: float) -> _Touch:
+def _contact(gap: Gap, row: int, index: int, window: float, effective_modulus: float) -> _Contact:
     """Contact at one minimum of the gap: the window is moved onto the vertex of its parabola."""
-    grid, here = gap.contour, gap.gap[row]
+    grid, here = gap.counterface, gap.gap[row]
     y, move = float(grid.y[index]), 0.0
     for _ in range(_MOVES):
         y += move
@@ -167,8 +141,8 @@ def _touch(gap: Gap, row: int, index: int, window: float, effective_modulus: flo
         if s[0] > -window or s[-1] < window or here[part][inside].max() >= NO_WHEEL:
             raise ContactError(
                 f"no contact ellipse at y = {1e3 * y:.2f} mm of the counterface's profile: the window of "
-                f"+-{1e3 * window:g} mm for its lateral curvature reaches the edge of a profile; take a "
-                f"smaller curvature_window or the normal model kik_piotrowski",
+                f"+-{1e3 * window:g} mm for its lateral curvature reaches the edge of a profile; take "
+                f"the normal model kik_piotrowski",
                 row=row,
             )
         wheel_slope = grid.slope[part] - np.gradient(here[part], grid.y[part])
@@ -187,7 +161,7 @@ def _touch(gap: Gap, row: int, index: int, window: float, effective_modulus: flo
     if along <= 0.0:
         raise _not_positive("longitudinal curvature A", along, y, row)
     alone = contact_ellipse(along, across, 1.0, effective_modulus)
-    return _Touch(
+    return _Contact(
         row=row,
         y=y,
         z=z,
@@ -216,62 +190,62 @@ def _parabola(values: FloatArray, window: float) -> tuple[float, float, float]:
     return float(values.mean() - bend * mean), tilt / window, bend / window**2
 
 
-def _force(touch: _Touch, descent: float) -> float:
-    """Return the normal force [N] of a contact of a wheel pushed down by `descent` [m]."""
-    approach = max((descent - touch.height) * math.cos(touch.angle), 0.0)
-    return touch.stiffness * float(approach**1.5)
+def _force(contact: _Contact, displacement: float) -> float:
+    """Return the normal force [N] of a contact of a wheel pushed down by `displacement` [m]."""
+    approach = max((displacement - contact.height) * math.cos(contact.angle), 0.0)
+    return contact.stiffness * float(approach**1.5)
 
 
-def _descent_alone(touch: _Touch, load: float, vertical: bool) -> float:
-    """Descent [m] at which one contact carries all the load."""
-    cosine = math.cos(touch.angle)
+def _displacement_alone(contact: _Contact, load: float, vertical: bool) -> float:
+    """Vertical displacement [m] at which one contact carries all the load."""
+    cosine = math.cos(contact.angle)
     force = load / cosine if vertical else load
-    return touch.height + float((force / touch.stiffness) ** (2.0 / 3.0)) / cosine
+    return contact.height + float((force / contact.stiffness) ** (2.0 / 3.0)) / cosine
 
 
-def _balance(touches: list[_Touch], load: float, vertical: bool) -> float:
-    """Descent [m] at which the contacts of a wheel carry its load together."""
-    upper = min(_descent_alone(touch, load, vertical) for touch in touches)
-    if len(touches) == 1:
+def _balance(contacts: list[_Contact], load: float, vertical: bool) -> float:
+    """Vertical displacement [m] at which the contacts of a wheel carry its load together."""
+    upper = min(_displacement_alone(contact, load, vertical) for contact in contacts)
+    if len(contacts) == 1:
         return upper
-    low = min(touch.height for touch in touches)
+    low = min(contact.height for contact in contacts)
 
     def excess(approach: float) -> float:
-        return sum(_force(t, low + approach) * math.cos(t.angle) for t in touches) - load
+        return sum(_force(t, low + approach) * math.cos(t.angle) for t in contacts) - load
 
     # Each contact alone would go deeper than all of them; the margin is for the rounding of `upper`.
     approach: float = brentq(excess, 0.0, (upper - low) * (1.0 + 1e-9), xtol=1e-18, rtol=1e-15)
     return low + approach
 
 
-def _lay_strips(
+def _cut_strips(
     gap: Gap,
-    touches: list[_Touch],
+    contacts: list[_Contact],
     force: FloatArray,
-    descent: FloatArray,
+    displacement: FloatArray,
     effective_modulus: float,
     strips: int,
 ) -> NormalSolution:
     """Cut the ellipses into strips of equal width and make the pressure fit the load on them."""
     row, y, z, angle, along, across, height = (
-        np.array([getattr(touch, name) for touch in touches])
+        np.array([getattr(contact, name) for contact in contacts])
         for name in ("row", "y", "z", "angle", "along", "across", "height")
     )
     ellipse = contact_ellipse(along, across, force, effective_modulus)
     # Strip edges and middles in turn, in halves of a strip from the touching point.
     place = ellipse.semi_axis_y[:, None] * np.linspace(-1.0, 1.0, 2 * strips + 1)
-    grid = gap.contour
+    grid = gap.counterface
     on_profile, skew = np.empty_like(place), np.empty_like(place)
     for m in range(row.size):
         part = _facing(grid.angle - angle[m], int(np.searchsorted(grid.y, y[m])))
         s = (grid.y[part] - y[m]) * math.cos(angle[m]) + (grid.z[part] - z[m]) * math.sin(angle[m])
         first, last = np.searchsorted(s, place[m, [0, -1]])
         if first == 0 or last == s.size or gap.gap[row[m], part][first - 1 : last + 1].max() >= NO_WHEEL:
-            raise refusal(AT_EDGE, int(row[m]))
+            raise fault_of(AT_EDGE, int(row[m]))
         on_profile[m] = np.interp(place[m], s, grid.y[part])
         middle_x = np.interp(place[m], s, gap.x[row[m], part])
         skew[m] = middle_x - middle_x[strips]
-    _refuse_overlap(row, on_profile[:, 0], on_profile[:, -1])
+    _check_overlap(row, on_profile[:, 0], on_profile[:, -1])
     middle = place[:, 1::2]
     half = ellipse.semi_axis_x[:, None] * np.sqrt(1.0 - (middle / ellipse.semi_axis_y[:, None]) ** 2)
     width = 2.0 * ellipse.semi_axis_y / strips
@@ -290,16 +264,16 @@ def _lay_strips(
         patch=patch,
         centre_y=y,
         contact_angle=angle,
-        approach=(descent - height) * np.cos(angle),
+        approach=(displacement - height) * np.cos(angle),
         normal_force=force,
         max_pressure=ellipse.max_pressure,
         edge_y=on_profile[:, ::2].copy(),
         load_scale=np.ones(row.size),
-        descent=descent,
+        vertical_displacement=displacement,
     )
 
 
-def _refuse_overlap(row: IntArray, left: FloatArray, right: FloatArray) -> None:
+def _check_overlap(row: IntArray, left: FloatArray, right: FloatArray) -> None:
     """Two ellipses of a wheel on the same part of the profile would load it twice."""
     order = np.lexsort((left, row))
     left, right, row = left[order], right[order], row[order]
@@ -317,3 +291,15 @@ def _facing(turn: FloatArray, index: int) -> slice:
     """Grid points around `index` whose tangents turn less than 84 degrees away from that of the contact."""
     away = np.flatnonzero(np.cos(turn) < 0.1)
     return slice(int(away[away < index].max(initial=-1)) + 1, int(away[away >= index].min(initial=turn.size)))
+
+
+# The wear of a small bump is that of the smooth profile around it, and what a step adds to the bump stays.
+MODEL = NormalModel(
+    name="hertz",
+    solve=solve,
+    cost=2.5,
+    can_update_profile=False,
+    reason="an ellipse from the curvatures under one point evens out no wave shorter than itself, so that "
+    "noise in the profile would stay or grow",
+    parameters=DEFAULTS,
+)

@@ -1,17 +1,42 @@
-"""What every normal contact model takes and gives."""
+"""The contract of normal contact models: input, solution, record, and the validation of both.
+
+A model is a module or a folder of `contact.normal` that defines ``MODEL = NormalModel(...)``; nothing else
+has to be edited to add one. Whoever calls a record gets input and solution validated, alike for all models.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from typing import Protocol
 
+import numpy as np
+
 from wearsim.contact.geometry import Gap
-from wearsim.contact.patch import FloatArray, Patch
+from wearsim.contact.patch import FloatArray, IntArray, Patch
+from wearsim.contact.registry import check_grid
+from wearsim.errors import ContactError, NumericalError
+
+FEWEST = 5
+"""Strips across a patch and cells along each of any normal model, at least."""
+LARGEST_STRAIN = 0.1
+"""Largest pressure over E*: strains of a tenth, four times what hardened steel stands before it yields."""
+LONGEST_PATCH = 0.3
+"""Largest half length of a patch over the smallest rolling radius: there the parabola that stands for a
+circle is 2 % off, surfaces are inclined by 17 degrees and strains reach 10 %: no half-space any more."""
+MOST_PATCHES = 4
+"""Patches of one wheel, at most."""
+
+# Distances from edge to edge [m] and angles [rad] of two contacts of a wheel that decide in which share they
+# have one contact plane; the rule stands in `half_space.lobes`.
+NEAR, FAR = 10e-3, 20e-3
+ALIKE, UNLIKE = 0.2, 0.3
+BESIDE, CLEAR = 2e-3, 4e-3  # whatever the angle
 
 
 @dataclass(frozen=True)
-class SharedPoint:
-    """Point from which the motion of patches is seen that lie in one plane; of a patch alone, its centre.
+class ReferencePoint:
+    """Creepage reference point of each patch: one for patches in one plane, the centre of a patch alone.
 
     Parameters
     ----------
@@ -20,7 +45,7 @@ class SharedPoint:
     approach : (m,) array
         Rigid approach of the planes there along the normal [m].
     across, along : (m,) array
-        How far the patch's centre lies from there, in the plane, to the field side and forwards [m].
+        From there to the patch's centre in the plane, to the field side and forwards [m].
     """
 
     y: FloatArray
@@ -31,7 +56,7 @@ class SharedPoint:
 
 @dataclass(frozen=True)
 class NormalSolution:
-    """What a normal model gives; the leading axis is the patch, ordered by row and falling normal force.
+    """Solution of a normal model; the leading axis is the patch, ordered by row and falling normal force.
 
     Parameters
     ----------
@@ -50,11 +75,11 @@ class NormalSolution:
     edge_y : (m, ny + 1) array
         Strip edges on the counterface profile [m].
     load_scale : (m,) array
-        What the forces of the wheel's patches were multiplied with to carry the load exactly: 1 to the
-        tolerance of the balance; more where a model's load jumps past the wanted one [-].
-    descent : (m,) array
-        How far the load pushes the wheel down from its design height, alike for its patches [m].
-    seen_from : SharedPoint, optional
+        Factor on the forces of the wheel's patches that makes them carry the load exactly: 1 to the tolerance
+        of the balance; more where a model's load jumps past the given one [-].
+    vertical_displacement : (m,) array
+        Of the wheel under the load from its design height, downwards, alike for its patches [m].
+    reference_point : ReferencePoint, optional
         Where the planes of wheel and counterface are taken for the creepages; none: at the centre.
     """
 
@@ -66,12 +91,12 @@ class NormalSolution:
     max_pressure: FloatArray
     edge_y: FloatArray
     load_scale: FloatArray
-    descent: FloatArray
-    seen_from: SharedPoint | None = None
+    vertical_displacement: FloatArray
+    reference_point: ReferencePoint | None = None
 
 
-class NormalModel(Protocol):
-    """Signature of every normal model."""
+class NormalSolver(Protocol):
+    """Signature of the function of every normal model."""
 
     def __call__(
         self,
@@ -83,8 +108,214 @@ class NormalModel(Protocol):
         strips: int,
         parameters: dict[str, float],
     ) -> NormalSolution:
-        """Solve every row of `gap` under `load` [N], of the wheel (`vertical`) or of its single patch.
+        """Patches and pressures of every row of a gap.
 
-        `parameters` are those of all models, each takes its own; "cells" along a strip is for models that
-        find the pressure cell by cell.
+        Parameters
+        ----------
+        gap : Gap
+            n rows on a grid of g points.
+        load : (n,) array
+            Vertical load of the wheel, balanced by the vertical parts of the normal forces of all its
+            patches, or (`vertical` false) the normal force of its only patch [N].
+        vertical : bool
+            Which of the two `load` is.
+        effective_modulus : float
+            E* = E / (2 (1 - nu^2)) of two equal bodies [Pa].
+        strips : int
+            Strips per patch.
+        parameters : dict
+            Of all models, each takes its own; "cells" along a strip is for models whose unknowns are the
+            pressures of cells.
+
+        Returns
+        -------
+        NormalSolution
+            The leading axis is the patch.
+
+        Raises
+        ------
+        ContactError
+            If a wheel does not touch, its patch reaches the edge of a profile, or `vertical` is false and
+            several patches close.
+        NumericalError
+            If the load cannot be balanced or the iteration does not converge.
         """
+
+
+@dataclass(frozen=True)
+class NormalModel:
+    """Record of a normal model; calling it validates input and solution around `solve`.
+
+    Parameters
+    ----------
+    name : str
+        In scenes and on the command line.
+    solve : NormalSolver
+        The function itself, without validation.
+    cost : float
+        Time of a contact solution with `fastsim`, 30 strips and cells, over that of the fastest model, about:
+        ranks the models (measured in reports/speed_accuracy.md) [-].
+    can_update_profile : bool
+        Whether wear computed with it may change the profile.
+    reason : str
+        Why not.
+    local : bool
+        Whether each strip follows its own depth only: the stability number S, the sum of depth over
+        interpenetration, then says how a step acts on a wave of any length, and can damp it.
+    parameters : mapping
+        Names and defaults of its own parameters.
+    fewest : int
+        Strips across a patch, and cells along each, at least.
+    most_strips : int, optional
+        Strips at most.
+    """
+
+    name: str
+    solve: NormalSolver
+    cost: float
+    can_update_profile: bool = True
+    reason: str = ""
+    local: bool = False
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    fewest: int = FEWEST
+    most_strips: int | None = None
+
+    def __call__(
+        self,
+        gap: Gap,
+        load: FloatArray,
+        *,
+        vertical: bool,
+        effective_modulus: float,
+        strips: int,
+        parameters: dict[str, float],
+    ) -> NormalSolution:
+        """Solve with input and solution validated; parameters and errors as of `NormalSolver`.
+
+        Raises
+        ------
+        ContactError
+            Also for loads not above 0, grids outside the model's limits, and patches or pressures beyond an
+            elastic half-space.
+        NumericalError
+            Also for a solution that is not finite.
+        """
+        cells = parameters.get("cells", strips)
+        for key, count in (("strips", strips), ("cells", cells)):
+            if count < FEWEST:
+                raise ContactError(f"{key} = {count:g} must be at least {FEWEST}; take more")
+        check_grid(self.name, strips, int(cells), self.fewest, self.most_strips)
+        wrong = np.flatnonzero(~((load > 0.0) & (load < np.inf)))
+        if wrong.size > 0:
+            row = int(wrong[0])
+            raise ContactError(f"wheel load = {load[row]:g} N must be above 0 N and finite", row=row)
+        solution = self.solve(
+            gap,
+            load,
+            vertical=vertical,
+            effective_modulus=effective_modulus,
+            strips=strips,
+            parameters=parameters,
+        )
+        if solution.patch.row.size > 0:
+            _check_solution(gap, solution, effective_modulus)
+        return solution
+
+
+def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float) -> None:
+    """Finite numbers, and patches and pressures within an elastic half-space."""
+    patch = solution.patch
+    row = patch.row
+    fine = np.ones(row.size, dtype=bool)
+    for owner in (solution, patch):
+        for one in fields(owner):
+            values = getattr(owner, one.name)
+            if isinstance(values, np.ndarray):
+                fine &= np.isfinite(values.reshape(row.size, -1)).all(axis=1)
+    if not fine.all():
+        raise NumericalError(
+            "the normal contact has no finite solution; check profiles, radii and load, or take another "
+            "normal model",
+            row=int(row[np.argmin(fine)]),
+        )
+    half = 0.5 * (patch.x_lead - patch.x_trail).max(axis=1)
+    radius = _smallest_radius(gap, solution)
+    long = np.flatnonzero(half > LONGEST_PATCH * radius)
+    if long.size > 0:
+        m = int(long[0])
+        raise ContactError(
+            f"the contact patch is {2e3 * half[m]:.3g} mm long on a rolling radius of {1e3 * radius[m]:.3g} "
+            f"mm, more than {2.0 * LONGEST_PATCH:g} of it: no half-space; lower the load, or take a larger "
+            "radius or a stiffer material",
+            row=int(row[m]),
+        )
+    strong = np.flatnonzero(solution.max_pressure > LARGEST_STRAIN * effective_modulus)
+    if strong.size > 0:
+        m = int(strong[0])
+        raise ContactError(
+            f"the contact pressure would be {1e-6 * solution.max_pressure[m]:.0f} MPa, more than "
+            f"{LARGEST_STRAIN:g} of E / (2 (1 - nu^2)): not elastic; lower the load, smooth a measured "
+            "profile or take a larger radius",
+            row=int(row[m]),
+        )
+
+
+def _smallest_radius(gap: Gap, solution: NormalSolution) -> FloatArray:
+    """Smaller one of the rolling radii of wheel and counterface at each patch [m]."""
+    grid = gap.counterface
+    at = np.clip(np.searchsorted(grid.y, solution.centre_y), 0, grid.y.size - 1)
+    wheel: FloatArray = gap.wheel_radius[solution.patch.row, at]
+    if gap.curvature <= 0.0:
+        return wheel
+    return np.minimum(wheel, 1.0 / gap.curvature - grid.z[at])
+
+
+NO_TOUCH, AT_EDGE, TOO_MANY, NOT_SINGLE, NO_BALANCE, NO_CONVERGENCE = 1, 2, 3, 4, 5, 6
+
+_CHECK = "; check shift, gauge and profiles"
+_TEXT = {
+    NO_TOUCH: f"the wheel does not touch the counterface at any lateral position{_CHECK}",
+    AT_EDGE: f"the contact patch reaches the edge of a profile{_CHECK}",
+    TOO_MANY: f"the wheel has more than {MOST_PATCHES} contact patches{_CHECK}",
+    NOT_SINGLE: "several patches close: a normal force belongs to one; give the wheel load instead",
+    NO_BALANCE: "no vertical displacement of the wheel balances the load; check load and profiles, smooth "
+    "measured ones, or take the normal model half_space",
+    NO_CONVERGENCE: "the pressure of the half-space has not converged; take fewer strips and cells, or "
+    "smooth measured profiles",
+}
+
+
+def fault_of(kind: int, row: int) -> ContactError | NumericalError:
+    """Error of a row without a solution.
+
+    Parameters
+    ----------
+    kind : int
+        NO_TOUCH, AT_EDGE, TOO_MANY, NOT_SINGLE, NO_BALANCE or NO_CONVERGENCE.
+    row : int
+        Of the batch; the caller knows which operating point it is.
+
+    Returns
+    -------
+    ContactError or NumericalError
+        The latter for NO_BALANCE and NO_CONVERGENCE.
+    """
+    return (NumericalError if kind in (NO_BALANCE, NO_CONVERGENCE) else ContactError)(_TEXT[kind], row=row)
+
+
+def raise_first(fault: IntArray) -> None:
+    """Raise the error of the first row without a solution.
+
+    Parameters
+    ----------
+    fault : (n,) int array
+        0, or the kind of `fault_of`, for each row.
+
+    Raises
+    ------
+    ContactError, NumericalError
+        If a row is not 0.
+    """
+    failed = np.flatnonzero(fault)
+    if failed.size > 0:
+        raise fault_of(int(fault[failed[0]]), int(failed[0]))

@@ -1,10 +1,5 @@
 """Tangential contact models by name: from patch, pressure and creepage to shear, slip and forces.
 
-What else was tried and found no place. Errors over the matrix of workflows/contact_accuracy.toml against the
-half-space solution, all with its normal contact and 50 x 50 cells, in cases with a slip share below | above
-0.9; median and 95 % quantile in per cent, of force (over friction times load), power and strip work:
-
-=======================================  =====================  =====================  =====================
 model                                    force                  power                  strip work
 =======================================  =====================  =====================  =====================
 `fastsim`                                0.7 12.0 | 2.5 4.6     2.6  6.8 | 1.4 3.9      9.0 15.1 | 2.4 4.8
@@ -31,20 +26,14 @@ References
 ----------
 .. [1] E. A. H. Vollebregt, P. Voltr, Vehicle System Dynamics 61 (2023) 309.
 .. [2] M. Sh. Sichani, R. Enblom, M. Berg, Vehicle System Dynamics 54 (2016) 748-764.
+=======
+The contract of a model stands in `contact.tangential.model`. Candidates that were tried and left out:
+`reports/contact_models.md`.
 """
 
-from wearsim.contact.tangential import fastsim, half_space
-from wearsim.contact.tangential.border import guarded
+from wearsim.contact.registry import models_in
 from wearsim.contact.tangential.model import TangentialModel, TangentialSolution
 
-TANGENTIAL_MODELS: dict[str, TangentialModel] = {
-    "fastsim": guarded(
-        "fastsim",
-        fastsim.solve,
-        2,  # one cell has no pressure between its ends
-        fastsim.MOST_STRIPS,
-    ),
-    "half_space": guarded("half_space", half_space.solve, 8),  # with 5 the power is 17 % off
-}
+TANGENTIAL_MODELS: dict[str, TangentialModel] = models_in(__name__, __path__)
 
 __all__ = ["TANGENTIAL_MODELS", "TangentialModel", "TangentialSolution"]

@@ -6,8 +6,9 @@ surfaces slip. Origin of the split into three flexibilities is the pressure-weig
 
 References
 ----------
-.. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13.
-.. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483 (equivalent ellipse).
+.. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13, doi:10.1080/00423118208968684.
+.. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483,
+   doi:10.1080/00423110500141144 (equivalent ellipse).
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ import numpy as np
 
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.patch import FloatArray, Patch, load_factor
-from wearsim.contact.tangential.kalker_coefficients import coefficients
-from wearsim.contact.tangential.model import TangentialSolution
+from wearsim.contact.tangential.kalker import coefficients
+from wearsim.contact.tangential.model import TangentialModel, TangentialSolution
 
 MOST_STRIPS = 512
 _ROW = MOST_STRIPS + 8  # distance of the rows in the kernel's buffer; not a power of two, for the cache
@@ -47,8 +48,9 @@ def flexibilities(patch: Patch, shear_modulus: float, poisson_ratio: float) -> F
 
     References
     ----------
-    .. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13.
-    .. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483.
+    .. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13, doi:10.1080/00423118208968684.
+    .. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483,
+       doi:10.1080/00423110500141144.
     """
     strip = patch.x_lead - patch.x_trail
     area = strip.sum(axis=1) * patch.width
@@ -74,28 +76,10 @@ def solve(
     cells: int,
     fields: bool,
 ) -> TangentialSolution:
-    """Shear, slip and creep forces of each patch.
+    """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
-    Parameters
-    ----------
-    patch : Patch
-        m patches of ny strips.
-    creepage : (m, 3) array
-        Longitudinal, lateral creepage and spin about the patch's centre [-, -, 1/m].
-    friction : (m,) array
-        Coulomb coefficient [-].
-    shear_modulus, poisson_ratio : float
-        Of both bodies [Pa], [-].
-    cells : int
-        nx cells along each strip.
-    fields : bool
-        Whether the cell fields are wanted, or only the resultants.
-
-    Returns
-    -------
-    TangentialSolution
-        Tractions are known at the cell ends and averaged over the cell; so is the traction that the slip
-        is multiplied with, which makes the balance of power exact on any grid for a single flexibility.
+    Tractions are known at the cell ends and averaged over the cell; so is the traction that the slip is
+    multiplied with, which makes the balance of power exact on any grid for a single flexibility.
     """
     flexibility = flexibilities(patch, shear_modulus, poisson_ratio)
     count, strips = patch.y.shape
@@ -214,3 +198,7 @@ def _march(
             total += rows[6 * _ROW + j] * rows[j]
         force[m, 0], force[m, 1], force[m, 2] = f_x * width[m], f_y * width[m], moment * width[m]
         slip_area[m] = total * (2.0 / cells) * width[m]
+
+
+# One cell has no pressure between its ends.
+MODEL = TangentialModel(name="fastsim", solve=solve, cost=1.0, fewest=2, most_strips=MOST_STRIPS)

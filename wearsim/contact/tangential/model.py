@@ -1,11 +1,19 @@
-"""What every tangential contact model takes and gives."""
+"""The contract of tangential contact models: input, solution, record, and the validation of both.
+
+A model is a module or a folder of `contact.tangential` that defines ``MODEL = TangentialModel(...)``; nothing
+else has to be edited to add one. Whoever calls a record gets input and solution validated.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from wearsim.contact.patch import FloatArray, Patch
+from wearsim.contact.registry import check_grid
+from wearsim.errors import NumericalError
 
 
 @dataclass(frozen=True)
@@ -31,8 +39,8 @@ class TangentialSolution:
     cells: FloatArray | None
 
 
-class TangentialModel(Protocol):
-    """Signature of every tangential model."""
+class TangentialSolver(Protocol):
+    """Signature of the function of every tangential model."""
 
     def __call__(
         self,
@@ -45,4 +53,96 @@ class TangentialModel(Protocol):
         cells: int,
         fields: bool,
     ) -> TangentialSolution:
-        """Solve (m,) patches for (m, 3) creepages [-, -, 1/m] and (m,) friction coefficients."""
+        """Shear, slip and creep forces of each patch.
+
+        Parameters
+        ----------
+        patch : Patch
+            m patches of ny strips.
+        creepage : (m, 3) array
+            Longitudinal, lateral creepage and spin about the patch's centre [-, -, 1/m].
+        friction : (m,) array
+            Coulomb coefficient [-].
+        shear_modulus, poisson_ratio : float
+            Of both bodies [Pa], [-].
+        cells : int
+            nx cells along each strip; patches with a grid keep their own.
+        fields : bool
+            Whether cell fields are computed, or the resultants alone; those are the same.
+
+        Returns
+        -------
+        TangentialSolution
+
+        Raises
+        ------
+        ContactError
+            If a creepage or friction coefficient is outside the model's limits.
+        NumericalError
+            If the iteration does not converge.
+        """
+
+
+@dataclass(frozen=True)
+class TangentialModel:
+    """Record of a tangential model; calling it validates input and solution around `solve`.
+
+    Parameters
+    ----------
+    name : str
+        In scenes and on the command line.
+    solve : TangentialSolver
+        The function itself, without validation.
+    cost : float
+        Time of a contact solution with `kik_piotrowski`, 30 strips and cells, over that with the fastest
+        model, about: ranks the models (measured in reports/speed_accuracy.md) [-].
+    fewest : int
+        Strips across a patch, and cells along each, at least.
+    most_strips : int, optional
+        Strips at most.
+    """
+
+    name: str
+    solve: TangentialSolver
+    cost: float
+    fewest: int = 2
+    most_strips: int | None = None
+
+    def __call__(
+        self,
+        patch: Patch,
+        creepage: FloatArray,
+        friction: FloatArray,
+        *,
+        shear_modulus: float,
+        poisson_ratio: float,
+        cells: int,
+        fields: bool,
+    ) -> TangentialSolution:
+        """Solve with input and solution validated; parameters and errors as of `TangentialSolver`.
+
+        Raises
+        ------
+        ContactError
+            Also for grids outside the model's limits.
+        NumericalError
+            Also for creep forces that are not finite.
+        """
+        hint = ", or another tangential model"
+        check_grid(self.name, patch.y.shape[1], cells, self.fewest, self.most_strips, hint)
+        solution = self.solve(
+            patch,
+            creepage,
+            friction,
+            shear_modulus=shear_modulus,
+            poisson_ratio=poisson_ratio,
+            cells=cells,
+            fields=fields,
+        )
+        fine = np.isfinite(solution.force).all(axis=1)
+        if not fine.all():
+            raise NumericalError(
+                f"{self.name} has no finite creep forces; check creepages and friction",
+                row=int(patch.row[np.argmin(fine)]),
+            )
+        return solution

@@ -216,6 +216,9 @@ def read_text(path: Path) -> Text:
         No such file, too large, or no text.
     """
     data = _bytes(path)
+    if data.startswith((b"\x89HDF", b"CDF")):
+        message = f"is a result file, not a profile; `wearsim inspect {path}` shows what it holds"
+        raise ProfileError(str(Fault(message, str(path))))
     notes: tuple[str, ...] = ()
     marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:

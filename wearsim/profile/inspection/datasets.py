@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 
 from wearsim.errors import ProfileError
-from wearsim.nomenclature import NOMENCLATURE
 from wearsim.profile.alignment import Alignment
 from wearsim.profile.inspection import Comparison, Inspection
 from wearsim.profile.inspection.fleet import FleetRow
@@ -17,6 +16,7 @@ from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.limits import LimitSet
 from wearsim.profile.measures import GaugeDistances, flange_gradient, flange_height, flange_thickness
 from wearsim.profile.shape import FloatArray, Profile, extremum
+from wearsim.quantities import QUANTITIES
 
 GAUGED = ("flange_height", "flange_thickness", "flange_gradient")
 """Measures between the gauge points: flange tip, running circle, lower and upper point of the flank."""
@@ -97,7 +97,7 @@ def profile_dataset(result: Inspection) -> xr.Dataset:
     }  # fmt: skip
     if left is not None and beyond:
         # its measures have no dimension lines: its label names them
-        names = dict.fromkeys(NOMENCLATURE[each.measure].meaning for each in beyond)
+        names = dict.fromkeys(QUANTITIES[each.measure].meaning for each in beyond)
         attributes["left_label"] += f", beyond: {', '.join(names)} !"
     points = gauge_points(given.profile, distances) if wheel else None
     values = result.measures["right"].values if wheel else {}
@@ -213,7 +213,7 @@ def _moved(points: FloatArray, alignment: Alignment) -> FloatArray:
 
 
 def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
-    quantity = NOMENCLATURE[name]
+    quantity = QUANTITIES[name]
     attributes = {"long_name": quantity.meaning, "units": quantity.unit or "1"}
     if quantity.sign:
         attributes["comment"] = quantity.sign

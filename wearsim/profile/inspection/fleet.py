@@ -39,7 +39,7 @@ class FleetRow:
         stock, car, axle and side of the header, as far as they are there, kind and format, and with a
         comparison the rule of alignment.
     values : mapping of str to float
-        By their names in `wearsim.nomenclature`, SI; what could not be measured is left out.
+        By their names in `wearsim.quantities`, SI; what could not be measured is left out.
     exceeded : tuple of str
         Names of measures beyond a limit.
     not_judged : tuple of str

@@ -1,0 +1,110 @@
+"""Values of a scene overridden on the command line: what acts, and what the run directory keeps."""
+
+import json
+import tomllib
+
+import netCDF4
+import pytest
+
+from wearsim import cli
+from wearsim.profile.standard import shipped_path
+from wearsim.scene import load_scene
+from wearsim.scene.overrides import Override
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """The shipped rig, cut short and coarse."""
+    text = shipped_path("workflows", "rig.toml").read_text()
+    text = text.replace("strips = 30", "strips = 12").replace("cells = 30", "cells = 12")
+    head, tail = text.split("[campaign]")
+    path = tmp_path / "rig.toml"
+    path.write_text(f"{head}[campaign]{tail.replace('distance_km = 1260', 'distance_km = 9')}")
+    return path
+
+
+def settings(capsys, *words):
+    assert cli.main(["check", *words, "--json"]) == 0
+    return [item["settings"] for item in json.loads(capsys.readouterr().out)["campaigns"]]
+
+
+@pytest.mark.parametrize(("word", "wavelength"), [("off", 0.0), ("half", 1.25), ("double", 5.0)])
+def test_smoothing_is_one_flag_away(scene, capsys, word, wavelength):
+    (found,) = settings(capsys, str(scene), "--smoothing", word)
+    assert found["campaign"]["smoothing_wavelength_mm"] == wavelength
+
+
+def test_in_a_comparison_each_scene_keeps_its_own_wavelength(capsys):
+    one = "field.campaign.smoothing_wavelength_mm=4"
+    found = settings(capsys, "rig_vs_field.toml", "--set", one, "--smoothing", "half")
+    assert [item["campaign"]["smoothing_wavelength_mm"] for item in found] == [1.25, 2.0]
+
+
+def test_the_run_directory_keeps_the_scene_as_changed(scene, tmp_path, capsys, undrawn):
+    """A resumed campaign, and whoever reads the result, finds the value that acted."""
+    words = ["run", str(scene), "--out", str(tmp_path / "out"), "--smoothing", "off"]
+    assert cli.main([*words, "--set", "campaign.stability=0.9", "--set", "contact.friction_note=1"]) == 2
+    assert "friction_note" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+    assert cli.main([*words, "--set", "campaign.stability=0.9"]) == 0
+    copy = tomllib.loads((tmp_path / "out" / "scene" / "rig.toml").read_text())
+    assert copy["campaign"]["smoothing_wavelength_mm"] == 0.0
+    assert copy["campaign"]["stability"] == 0.9
+    with netCDF4.Dataset(tmp_path / "out" / "rig.nc") as file:
+        assert file.smoothing_wavelength == 0.0
+        assert file.stability_limit == 0.9
+        assert "smoothing_wavelength_mm = 0.0" in file.scene_text
+    assert cli.main(words[:-2]) == 2  # without the flags it is another campaign
+    assert "belongs to another campaign" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["stability=1", "campaign.stability", "campaign..x=1", "=3"])
+def test_what_is_no_key_and_value_is_told(scene, capsys, text):
+    assert cli.main(["check", str(scene), "--set", text]) == 2
+    assert capsys.readouterr().err == (
+        f"--set {text}: write KEY=VALUE with a dotted key, such as campaign.stability=0.2\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--set", "campaign.stability=-1"], "--set campaign.stability=-1: stability = -1 must be above 0"),
+        (["--set", "campaign.stabilty=1"], "--set campaign.stabilty=1: unknown key stabilty in [campaign]"),
+        (["--set", "campaign.stabilty="], "--set campaign.stabilty=: unknown key stabilty in [campaign]"),
+        (["--set", "operation.block.shift_mm=20"], "--set operation.block.shift_mm=20: "),
+        (["--set", "wheelset.profile="], "--set wheelset.profile=: key profile is missing in [wheelset]"),
+    ],
+)
+def test_a_fault_of_an_override_names_the_flag(scene, capsys, words, told):
+    """Whatever stage of the checks it shows in; not a line of the file, which does not hold the value."""
+    assert cli.main(["check", str(scene), *words]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert all(line.startswith(told) for line in lines)
+    assert "(in rig.toml)" in lines[0] or "unknown key" in lines[0]
+
+
+def test_an_empty_value_removes_a_key_or_a_table(scene, tmp_path, capsys):
+    """Its default applies, also from the copy that a run directory would keep."""
+    words = [
+        str(scene),
+        "--set",
+        "operation.monitor=",
+        "--set",
+        "wheelset.radius_mm=",
+        "--set",
+        "contact.strips=",
+    ]
+    (found,) = settings(capsys, *words)
+    assert found["operation"]["monitor"] is None
+    assert (found["wheelset"]["radius_mm"], found["contact"]["strips"]) == (460.0, 30)
+    copy = tmp_path / "copy.toml"
+    overrides = [Override(word[:-1], None) for word in words[2::2]]
+    copy.write_bytes(load_scene(scene, overrides=overrides).origin.content)
+    assert settings(capsys, str(copy))[0] == found
+    assert "radius_mm" not in tomllib.loads(copy.read_text())["wheelset"]
+
+
+def test_a_study_has_no_smoothing(capsys):
+    assert cli.main(["check", "sweep_rig.toml", "--smoothing", "half"]) == 2
+    assert "--smoothing is for campaigns" in capsys.readouterr().err

@@ -1,0 +1,144 @@
+"""Overrides merged into a parsed scene: what changes, what stays, and where a fault stands."""
+
+import copy
+import tomllib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wearsim.errors import Fault, SceneError
+from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, value_of
+from wearsim.scene.toml import toml_value
+from wearsim.toml_faults import key_lines, line_of
+
+TEXT = """\
+# a comment
+title = "kept"
+[wheel]
+radius = 460.0
+inline = { a = 1, b = "two" }
+[[block]]
+name = "left"
+friction = 0.3
+[[block]]
+name = "right"
+[block.monitor]
+shifts = [1, 2,
+  3]
+"""
+DATA = tomllib.loads(TEXT)
+
+
+def merged(key, value):
+    """Scene with one override, as read again from the copy that a run directory keeps."""
+    override, before = Override(key, value, "sweep.toml", 7), copy.deepcopy(DATA)
+    data = merge(DATA, [override], key_lines(TEXT))
+    assert before == DATA
+    assert tomllib.loads(overridden_text(data, [override])) == data
+    return data
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "path"),
+    [
+        ("title", "other", ["title"]),
+        ("wheel.radius", 500, ["wheel", "radius"]),
+        ("wheel.inline.b", False, ["wheel", "inline", "b"]),
+        ("wheel.new", [1, -2.5], ["wheel", "new"]),
+        ("campaign.distance", 1e-7, ["campaign", "distance"]),
+        ("block.2.name", 'a "quoted" \\ text\n', ["block", 1, "name"]),
+        ("block.2.monitor.shifts", [0], ["block", 1, "monitor", "shifts"]),
+    ],
+)
+def test_one_value_changes_and_all_others_stay(key, value, path):
+    found, before = merged(key, value), copy.deepcopy(DATA)
+    for data, is_set in ((found, True), (before, False)):
+        inner = data
+        for part in path[:-1]:
+            inner = inner.setdefault(part, {}) if isinstance(inner, dict) else inner[part]
+        if is_set:
+            assert inner[path[-1]] == value
+        inner.pop(path[-1], None)
+    assert found == before
+
+
+def test_a_key_without_number_means_all_tables_of_a_list():
+    assert [block["friction"] for block in merged("block.friction", 0.1)["block"]] == [0.1, 0.1]
+
+
+@pytest.mark.parametrize(
+    "key", ["wheel.radius", "wheel", "block.2.monitor", "block.friction", "wheel.absent", "no.b"]
+)
+def test_none_removes_a_key_or_a_table(key):
+    found = merged(key, None)
+    first, *rest = key.split(".")
+    if not rest:
+        assert first not in found
+    elif first == "block":
+        assert all(rest[-1] not in block for block in found["block"])
+    else:
+        assert rest[0] not in found.get(first, {})
+        assert ("no" in found) is False
+
+
+def test_the_first_line_of_the_copy_lists_the_overrides():
+    overrides = [Override("wheel.radius", 3), Override("title", None), Override("wheel.radius", 500)]
+    first = overridden_text(merge(DATA, overrides, {}), overrides).splitlines()[0]
+    assert first == "# scene with title removed, wheel.radius = 500"
+
+
+def test_a_fault_stands_where_the_override_does():
+    lines = key_lines(TEXT)
+    merge(
+        DATA,
+        [Override("wheel.new", 1, "sweep.toml", 7), Override("wheel.radius", 1, "--set wheel.radius=1")],
+        lines,
+    )
+    assert line_of(lines, ("block", 0, "friction")) == 8
+    fault = Fault("new = 1 is wrong", "rig.toml", line_of(lines, ("wheel", "new")))
+    assert str(at_its_source(fault)) == "sweep.toml:7: new = 1 is wrong (in rig.toml)"
+    fault = Fault("radius = 1 is wrong", "rig.toml", line_of(lines, ("wheel", "radius")))
+    assert str(at_its_source(fault)) == "--set wheel.radius=1: radius = 1 is wrong (in rig.toml)"
+    assert at_its_source(Fault("title is wrong", "rig.toml", 2)) == Fault("title is wrong", "rig.toml", 2)
+
+
+@pytest.mark.parametrize("key", ["block.3.friction", "block.0.friction", "block.2", "title.radius"])
+def test_a_key_that_cannot_be_set_is_a_fault_of_the_override(key):
+    with pytest.raises(SceneError) as caught:
+        merge(DATA, [Override(key, 1, "sweep.toml", 7)], {})
+    (fault,) = caught.value.faults
+    assert (fault.file, fault.line) == ("sweep.toml", 7)
+    assert key in fault.message
+
+
+_VALUES = st.recursive(
+    st.booleans() | st.integers(-(10**15), 10**15) | st.floats(allow_nan=False) | st.text(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@given(st.dictionaries(st.text(), _VALUES, max_size=4))
+def test_written_scenes_are_read_back(data):
+    assert tomllib.loads(f"key = {toml_value(data)}")["key"] == data
+    assert tomllib.loads(overridden_text(data, [])) == data
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("3", 3),
+        (" -0.5 ", -0.5),
+        ("1e3", 1000.0),
+        ("true", True),
+        ("usfd", "usfd"),
+        ("1:40", "1:40"),
+        ("nan", "nan"),
+        ("", None),
+    ],
+)
+def test_cells_and_flags_are_numbers_truths_or_texts(text, value):
+    found = value_of(text)
+    assert found == value
+    assert type(found) is type(value)

@@ -1,0 +1,272 @@
+"""The public interface: names, cost of the import, examples, same numbers as the modules behind it."""
+
+import copy
+import doctest
+import json
+import subprocess
+import sys
+import tomllib
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+import wearsim
+from wearsim.contact.solve import solve
+from wearsim.profile.standard import shipped_path
+from wearsim.scene import build
+from wearsim.scene.toml import toml_text
+
+EXAMPLES = (
+    "standard_profile", "export_profile", "read_profile", "wheelset", "rails", "rollers", "solve_contact",
+    "ContactConditions.of", "load_scene", "run", "resume", "open_results", "translate",
+)  # fmt: skip
+COMMON = {
+    "wheelset": {"profile": "S1002"},
+    "contact": {"strips": np.int64(10), "cells": 10},
+    "campaign": {"distance_km": 2.0, "point_spacing_mm": 0.5, "max_step_km": None},
+}
+RUNNING = {"load_kN": 80, "speed_km_h": 72, "friction": 0.35}
+RIG = COMMON | {
+    "scene": {"kind": "rig", "title": "short rig, µ = 0.35"},
+    "counterface": {"profile": "60E1", "inclination": "1:40", "roller_radius_mm": 1000},
+    "wear": {"law": "usfd", "also_evaluate": ["archard", {"law": "usfd", "form": "patch_mean"}]},
+    "operation": {
+        "block": [
+            {"name": "left", "shift_mm": -3, "distance_km": 1, **RUNNING},
+            {"name": "right", "shift_mm": 3, "yaw_mrad": 1, "distance_km": 1, **RUNNING},
+        ],
+        "monitor": {"shifts_mm": np.array([0.0, 3.0]), **RUNNING},
+    },
+}
+FIELD = COMMON | {
+    "scene": {"kind": "field"},
+    "counterface": {"profile": "60E1", "inclination": "1:40"},
+    "operation": {
+        "class": [
+            {"name": "tangent", "shift_mean_mm": 0, "shift_std_mm": 2, "positions": 10, "share": 1, **RUNNING}
+        ],
+        "monitor": RIG["operation"]["monitor"],
+    },
+}
+SHIPPED = shipped_path("workflows", "fatigue.toml")
+REGISTRIES = {
+    "NORMAL_MODELS": "hertz",
+    "TANGENTIAL_MODELS": "fastsim",
+    "WEAR_LAWS": "usfd",
+    "FATIGUE_LAWS": "wlrm",
+    "COEFFICIENT_SETS": "lewis_dwyer_joyce_2004",
+    "QUANTITIES": "power",
+}
+IMPORTED = """\
+import json, sys, time
+before = time.perf_counter()
+import wearsim
+seconds = time.perf_counter() - before
+print(json.dumps([seconds, sorted({"numpy", "xarray", "numba", "pydantic"} & set(sys.modules))]))
+"""
+
+
+def test_import_is_fast_and_loads_no_numpy():
+    runs = [
+        json.loads(subprocess.run([sys.executable, "-c", IMPORTED], check=True, capture_output=True).stdout)
+        for _ in range(2)
+    ]
+    assert min(seconds for seconds, _ in runs) < 0.1
+    assert [modules for _, modules in runs] == [[], []]
+
+
+def test_every_name_is_there_and_documented():
+    assert dir(wearsim) == sorted(wearsim.__all__)
+    for name in set(wearsim.__all__) - {"__version__", *REGISTRIES}:
+        assert getattr(wearsim, name).__doc__
+    with pytest.raises(AttributeError, match="no attribute 'solve'"):
+        _ = wearsim.solve
+
+
+@pytest.mark.parametrize("name", REGISTRIES)
+def test_registries_hold_what_scenes_name(name):
+    assert REGISTRIES[name] in getattr(wearsim, name)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Folder with a short comparison in `out`, in which the examples run one after the other."""
+    folder = tmp_path_factory.mktemp("examples")
+    (folder / "rig.toml").write_text(toml_text(RIG))
+    (folder / "field.toml").write_text(toml_text(FIELD))
+    both = {"rig": folder / "rig.toml", "field": folder / "field.toml"}
+    paths = wearsim.run({"scene": {"kind": "compare"}, "compare": both}, folder / "out")
+    assert [path.name for path in paths] == ["rig.nc", "field.nc", "translation.nc"]
+    return folder
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_the_example_of_each_function_runs(name, folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    function = wearsim
+    for part in name.split("."):
+        function = getattr(function, part)
+    (example,) = doctest.DocTestFinder(recurse=False).find(function, name, globs={})
+    assert len(example.examples) > 1
+    assert doctest.DocTestRunner().run(example).failed == 0
+
+
+@pytest.fixture(scope="module")
+def case():
+    return (
+        wearsim.wheelset("S1002", left="S1002/h30", radius=0.45),
+        wearsim.rollers("60E1", radius=1.0),
+        wearsim.ContactConditions.of(np.linspace(-3e-3, 3e-3, 70), yaw=1e-3, friction=0.3),
+        wearsim.ContactModels(strips=8, cells=8),
+    )
+
+
+@pytest.fixture(scope="module")
+def solution(case):
+    wheelset, counterface, conditions, models = case
+    return solve(conditions, wheelset, counterface, models)
+
+
+@pytest.mark.parametrize("fields", [False, True])
+def test_solve_contact_gives_the_bits_of_the_solver(case, solution, fields):
+    data = wearsim.solve_contact(*case, fields=fields, threads=2)
+    np.testing.assert_array_equal(data["side"] == "left", solution.side == 1)
+    for name in data.data_vars:
+        if data[name].dims == ("patch",) and hasattr(solution, name):
+            np.testing.assert_array_equal(data[name], getattr(solution, name))
+        assert data[name].attrs["long_name"]
+    np.testing.assert_array_equal(data["roll"].values[data["point"].values], solution.roll)
+    np.testing.assert_array_equal(data["shift"], case[2].shift)
+    assert ("pressure" in data) == fields
+    if fields:
+        for name in ("pressure", "shear_x", "slip_y", "strip_work"):
+            np.testing.assert_array_equal(data[name], getattr(solution.fields, name))
+        work = (data["strip_work"] * data["strip_width"]).sum("strip")
+        speed = data["speed"].values[data["point"].values]
+        np.testing.assert_allclose(work * speed, data["power"], rtol=1e-9)
+
+
+def test_grid_models_add_the_pressure_of_their_cells(case):
+    wheelset, counterface, _, _ = case
+    models = wearsim.ContactModels(normal="half_space", strips=10, cells=10)
+    point = wearsim.ContactConditions.of(3e-3)
+    data = wearsim.solve_contact(wheelset, counterface, point, models, sides=["right"], fields=True)
+    cells = (data["grid_lead"] - data["grid_trail"]) / data.sizes["grid_cell"] * data["strip_width"]
+    load = (data["cell_pressure"].sum(["grid_cell", "strip"]) * cells).values
+    np.testing.assert_allclose(load, data["normal_force"], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"wheel_load": 0.0}, "wheel_load = 0 must be at least 0.1 and at most 300 kN"),
+        ({"friction": -0.1}, "friction = -0.1 must be at least 0 and at most 1$"),
+        ({"shift": [0.0, np.nan]}, "shift = nan must be at least -100 and at most 100 mm"),
+        ({"track_curvature": np.inf}, "track_curvature = inf must be finite 1/m"),
+        ({"shift": [0.0, 1e-3], "yaw": [0.0] * 3}, r"shift \(2,\), yaw \(3,\)"),
+        ({"shift": []}, r"shift \(0,\)"),
+        ({"rotation": "fixed"}, "one of free, centred, nominal"),
+        ({"creepage": [1e-3, 0.0]}, r"creepage \(n, 3\)"),
+        ({"load": 80e3}, "load is not a contact condition; known: shift"),
+    ],
+)
+def test_unusable_conditions_are_errors(change, message):
+    with pytest.raises(wearsim.WearsimError, match=message):
+        wearsim.ContactConditions.of(**change)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: wearsim.standard_profile("S1003"), "'S1003' is not a standard profile; known: .*S1002"),
+        (lambda: wearsim.read_profile("none.csv", "wheel"), "does not exist"),
+        (lambda: wearsim.wheelset("60E1"), "a wheel is needed"),
+        (
+            lambda: wearsim.wheelset("S1002", radius=0.0),
+            "radius = 0 must be at least 100 and at most",
+        ),
+        (lambda: wearsim.wheelset("S1002", back_to_back=1360), "back_to_back = 1.36e.06 must be .* 2000 mm"),
+        (lambda: wearsim.rails(wearsim.standard_profile("S1002")), "a rail is needed"),
+        (lambda: wearsim.rails(wearsim.standard_profile("60E1"), gauge=1.43), "placed in the track already"),
+    ],
+)
+def test_unusable_profiles_are_errors(call, message):
+    with pytest.raises(wearsim.WearsimError, match=message):
+        call()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"models": wearsim.ContactModels(normal="herz")}, "normal = 'herz' is not one of half_space, hertz"),
+        ({"sides": ["both"]}, "sides = 'both' is not one of right, left"),
+        ({"load": "axle"}, "load = 'axle' is not one of wheel, normal_force"),
+    ],
+)
+def test_unknown_names_are_errors(case, change, message):
+    with pytest.raises(wearsim.WearsimError, match=message):
+        wearsim.solve_contact(*case[:3], **change)
+
+
+def assert_same_file(first, second):
+    """Same variables, attributes and bits, apart from where the scene came from."""
+    with netCDF4.Dataset(first) as a, netCDF4.Dataset(second) as b:
+        assert set(a.variables) == set(b.variables)
+        for name in a.variables:
+            np.testing.assert_array_equal(np.asarray(a[name][:]), np.asarray(b[name][:]))
+        assert set(a.ncattrs()) == set(b.ncattrs())
+
+
+def test_a_scene_from_a_dict_is_the_scene_of_the_file(folder):
+    loaded, read = wearsim.load_scene(RIG), wearsim.load_scene(folder / "rig.toml")
+    assert loaded.model_dump() == read.model_dump()
+    assert loaded.origin.content == read.origin.content
+    assert build(loaded).title == "short rig, µ = 0.35"
+    with SHIPPED.open("rb") as file:
+        tables = tomllib.load(file)
+    assert wearsim.load_scene(tables).model_dump() == wearsim.load_scene(SHIPPED).model_dump()
+    assert tomllib.loads(toml_text(tables)) == tables
+
+
+def test_run_gives_the_same_bits_for_a_dict_a_file_and_a_loaded_scene(folder, tmp_path):
+    (from_dict,) = wearsim.run(RIG, tmp_path / "dict")
+    (loaded,) = wearsim.run(wearsim.load_scene(RIG), tmp_path / "loaded", threads=1)
+    for path in (from_dict, loaded):
+        assert_same_file(path, folder / "out" / "rig.nc")
+    assert (tmp_path / "dict" / "scene" / "scene.toml").read_bytes() == (folder / "rig.toml").read_bytes()
+    assert wearsim.run(RIG, tmp_path / "dict") == wearsim.resume(tmp_path / "dict") == (from_dict,)
+
+
+def test_translate_gives_the_same_factors_for_files_and_datasets(folder):
+    rig, field = folder / "out" / "rig.nc", folder / "out" / "field.nc"
+    by_path = wearsim.translate(rig, str(field))
+    with wearsim.open_results(rig) as one, wearsim.open_results(field) as other:
+        by_dataset = wearsim.translate(one, other)
+    assert by_path.identical(by_dataset)
+    with xr.open_dataset(folder / "out" / "translation.nc") as stored:
+        assert stored.attrs["rig_sha256"] == by_dataset.attrs["rig_sha256"]
+    with pytest.raises(wearsim.WearsimError, match="cannot be read as netCDF"):
+        wearsim.translate(folder / "rig.toml", field)
+
+
+def test_faults_of_a_dict_name_the_key(folder):
+    tables = copy.deepcopy(RIG)
+    tables["operation"]["block"][1]["load_kN"] = -80
+    del tables["operation"]["block"][0]["friction"]
+    tables["wheelset"]["radius"] = 460
+    with pytest.raises(wearsim.WearsimError) as caught:
+        wearsim.load_scene(tables)
+    begins = [line.split(";")[0] for line in str(caught.value).splitlines()]
+    assert begins[:2] == [
+        "wheelset.radius: unknown key radius in [wheelset]",
+        "operation.block[0]: key friction is missing in [[operation.block]]",
+    ]
+    assert begins[2].startswith("operation.block[1].load_kN: load_kN = -80 must be ")
+    for key, value, message in (
+        ("profile", folder / "none.csv", "^wheelset.profile: profile = .*none.csv"),
+        ("profile", object(), "^wheelset.profile is a object; give a number, a text, a list or a dict$"),
+    ):
+        with pytest.raises(wearsim.WearsimError, match=message):
+            wearsim.load_scene(RIG | {"wheelset": {key: value}})

@@ -1,0 +1,239 @@
+"""What `wearsim contact` is asked for: flags and rows of a table, validated by one model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, create_model
+
+from wearsim.cli.contact_flags import COLUMNS, FLAGS, Flag
+from wearsim.quantities import QUANTITIES
+
+_TIGHTEST_CURVE = QUANTITIES["curve_radius"].range.low  # m
+_FLANGE_BACK_TO_ORIGIN = 0.070  # from the flange back to the origin line of a wheel profile [m]
+_INSTEAD = (("wheel_load_kN", "normal_force_kN"), ("rotation", "creepage"))  # only one of each pair acts
+
+
+class Request(BaseModel):
+    """One operating point with everything that acts on it, SI units; its fields are those of `FLAGS`."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, hide_input_in_errors=True)
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...
+
+    @property
+    def load(self) -> float:
+        """Wheel load, or the normal force where that is given."""
+        return float(self.wheel_load if self.normal_force is None else self.normal_force)
+
+    @property
+    def free_roll(self) -> bool:
+        """Whether the wheelset rests on both wheels."""
+        return bool(self.roll == "free" or (self.roll is None and self.side == "both"))
+
+    @property
+    def rule(self) -> str | float:
+        """Rule of the rotation speed, or the speed; without effect where creepages are given."""
+        rule: str | float = self.rotation if self.creepage is None else "nominal"
+        return rule
+
+    @property
+    def half_span(self) -> float:
+        """From the track centre to the origin of the wheel profile."""
+        return float(0.5 * self.back_to_back + _FLANGE_BACK_TO_ORIGIN)
+
+    @property
+    def counterface_curvature(self) -> float:
+        """Of the roller, 0 of a rail."""
+        return 0.0 if self.roller_radius is None else 1.0 / float(self.roller_radius)
+
+    @property
+    def track_curvature(self) -> float:
+        """Positive to the right, 0 in tangent track."""
+        return 0.0 if self.curve_radius is None else 1.0 / float(self.curve_radius)
+
+    @property
+    def placed_rail(self) -> tuple[str, float, float, float]:
+        """What determines the rail in the track."""
+        return self.rail, self.inclination, self.gauge, self.half_span
+
+    @property
+    def batch(self) -> tuple[Any, ...]:
+        """What points solved in one call have in common."""
+        shared = (self.side, self.wheel, *self.placed_rail, self.wheel_radius, self.counterface_curvature)
+        models = (self.normal, self.tangential, self.youngs, self.poisson, self.strips, self.cells)
+        rule = self.rule if isinstance(self.rule, str) else "number"
+        return (*shared, *models, rule, self.normal_force is None, self.free_roll, self.creepage is None)
+
+    @property
+    def conflict(self) -> str | None:
+        """What of it excludes each other."""
+        if self.creepage is not None and self.side == "both":
+            return "creepages are given for the single patch of one wheel; choose the right or the left side"
+        return None
+
+
+def inclination(text: str) -> float:
+    """Slope of the rail's axis from 1:N or none; raises ValueError."""
+    first, _, second = text.partition(":")
+    if text == "none":
+        return 0.0
+    low, high = QUANTITIES["inclination_ratio"].span
+    if first.strip() == "1" and second.strip().isdecimal() and low <= int(second[:9]) <= high:
+        return 1.0 / int(second)
+    raise ValueError(f"must be 1:N with N from {low:g} to {high:g}, or none; 60E1 mostly lies at 1:40")
+
+
+def _number(text: str) -> float:
+    """Value of a plain decimal, NaN of anything else; Python alone would accept 1_000 and Arabic digits."""
+    try:
+        return float(text) if text.isascii() and "_" not in text else math.nan
+    except ValueError:
+        return math.nan
+
+
+def _in_range(flag: Flag, text: str) -> float:
+    number = _number(text)
+    if not flag.low <= number <= flag.high:
+        word = "free or a number" if flag.kind == "roll" else "a number"
+        comma = "; the decimal mark is a point" if "," in text else ""
+        meaning = flag.meaning.partition(", right side")[0]
+        raise ValueError(f"must be {word} from {flag.low:g} to {flag.high:g} ({meaning}){comma}")
+    if flag.kind == "curve" and abs(number) < _TIGHTEST_CURVE:
+        raise ValueError(f"must not lie within {_TIGHTEST_CURVE:g} m of 0; leave it out on tangent track")
+    if flag.kind == "count" and number != int(number):
+        raise ValueError("must be a whole number")
+    return number
+
+
+def _name(flag: Flag, text: str) -> str:
+    """Name of a profile, a side or a contact model."""
+    if flag.kind == "side" and text not in ("right", "left", "both"):
+        raise ValueError("must be right, left or both")
+    if flag.kind == "model":
+        from wearsim.contact.normal import NORMAL_MODELS
+        from wearsim.contact.tangential import TANGENTIAL_MODELS
+
+        names = set(NORMAL_MODELS if flag.name == "normal" else TANGENTIAL_MODELS)
+        if text not in names:
+            raise ValueError(f"is not one of {', '.join(sorted(names))}")
+    if "\0" in text:  # ends file names for the operating system
+        raise ValueError("must not hold zero bytes")
+    return text
+
+
+def _rotation(flag: Flag, text: str) -> str | float:
+    from wearsim.contact.equilibrium import RULES
+
+    speed = _number(text)
+    if text not in RULES and not flag.low < speed <= flag.high:
+        raise ValueError(f"must be {', '.join(RULES)}, or a speed above 0 and up to {flag.high:g} rad/s")
+    return text if text in RULES else speed
+
+
+def _creepage(text: str) -> tuple[float, ...]:
+    numbers = tuple(map(_number, text.split(",")))
+    if len(numbers) != 3:
+        raise ValueError("must be three numbers with commas between them: XI_X,XI_Y,SPIN")
+    names = (("XI_X", "creepage_x"), ("XI_Y", "creepage_y"), ("SPIN", "spin"))
+    for (name, quantity), number in zip(names, numbers, strict=True):
+        limit = QUANTITIES[quantity].range.high / QUANTITIES[quantity].shown_factor
+        if not abs(number) <= limit:
+            raise ValueError(
+                f"must have {name} from {-limit:g} to {limit:g}{' 1/m' if name == 'SPIN' else ''}"
+            )
+    return numbers
+
+
+def _value(flag: Flag, text: str | None) -> Any:
+    """SI value of the text of a flag; raises ValueError with the end of the message."""
+    if text is None or (flag.kind == "roll" and text == "free"):
+        return text
+    if flag.kind == "inclination":
+        return inclination(text)
+    if flag.kind == "creepage":
+        return _creepage(text)
+    if flag.kind == "rotation":
+        return _rotation(flag, text)
+    if flag.kind in ("word", "side", "model"):
+        return _name(flag, text)
+    number = _in_range(flag, text)
+    return int(number) if flag.kind == "count" else number * flag.factor
+
+
+ContactRequest = create_model(  # type: ignore[call-overload]
+    "ContactRequest",
+    __base__=Request,
+    **{
+        flag.field: (
+            Annotated[Any, BeforeValidator(partial(_value, flag))],
+            Field(flag.default, alias=flag.column, description=flag.meaning),
+        )
+        for flag in FLAGS
+    },
+)
+"""The model of a set of flags and of a row of a table: texts by column in, SI values out."""
+
+
+def texts_of(*layers: Mapping[str, str]) -> dict[str, str]:
+    """Texts that act, by column: those of later layers before those of earlier ones before the defaults.
+
+    Parameters
+    ----------
+    layers : mapping
+        Texts that are given, by column; what is empty is not among them.
+    """
+    texts = {column: flag.default for column, flag in COLUMNS.items() if flag.default is not None}
+    for given in layers:
+        for pair in _INSTEAD:
+            if any(column in given for column in pair):
+                for column in pair:
+                    texts.pop(column, None)
+        texts.update(given)
+    return texts
+
+
+def request_of(*layers: Mapping[str, str]) -> tuple[Request, dict[str, str]]:
+    """Validate texts given together, in layers as for `texts_of`.
+
+    Parameters
+    ----------
+    layers : mapping
+        Texts by column.
+
+    Returns
+    -------
+    request : ContactRequest
+        Of all texts that are right.
+    wrong : dict
+        By column what is wrong with the others: the end of a sentence that begins with name and text.
+    """
+    texts = texts_of(*layers)
+    try:
+        return ContactRequest.model_validate(texts), {}
+    except ValidationError as error:
+        wrong = {str(item["loc"][0]): str(item["ctx"]["error"]) for item in error.errors()}
+    right = {column: text for column, text in texts.items() if column not in wrong}
+    return ContactRequest.model_validate(right), wrong
+
+
+def faults_of(given: Mapping[str, str], wrong: Mapping[str, str], *, as_flags: bool) -> list[str]:
+    """All that is wrong with texts given together, one line each, named as flags or as columns."""
+
+    def name(column: str) -> str:
+        return "--" + COLUMNS[column].name if as_flags else column
+
+    faults = [
+        f"{name(column)} = {' '.join(text.split())[:60]} {wrong[column]}"
+        for column, text in given.items()
+        if column in wrong
+    ]
+    for one, other in _INSTEAD:
+        if one in given and other in given:
+            faults.append(f"{name(other)} and {name(one)} exclude each other; give one of them")
+    return faults

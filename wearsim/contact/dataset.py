@@ -1,0 +1,381 @@
+"""The contact solver for users: wheelsets, rails and rollers by name, arrays in, a Dataset out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
+from wearsim.contact.solve import solve_each
+from wearsim.contact.tangential import TANGENTIAL_MODELS
+from wearsim.errors import ContactError, ProfileError
+from wearsim.profile.files import load_profile
+from wearsim.profile.shape import Profile
+from wearsim.profile.sources import GAUGE, INCLINATION, half_span
+from wearsim.quantities import QUANTITIES
+
+Side = Literal["right", "left"]
+SIDES: tuple[Side, Side] = ("right", "left")
+
+_PATCH = (
+    "wheel_y", "rail_y", "x", "contact_angle", "area", "max_pressure", "length", "width", "approach",
+    "normal_force", "load_scale", "creepage_x", "creepage_y", "spin", "force_x", "force_y", "spin_moment",
+    "slip_area", "power", "power_balance",
+)  # fmt: skip
+_CELLS = ("pressure", "shear_x", "shear_y", "slip_x", "slip_y", "work_density")
+_CONDITIONS = ("shift", "yaw", "wheel_load", "speed", "friction", "track_curvature")
+
+Columns = dict[str, tuple[tuple[str, ...], Any]]
+"""Dimensions and values by name of the quantity."""
+
+
+def wheelset(
+    profile: str | Path | Profile,
+    *,
+    left: str | Path | Profile | None = None,
+    radius: float = 0.460,
+    back_to_back: float = 1.360,
+) -> Wheelset:
+    """Wheelset of two wheels, by name, file or profile.
+
+    Parameters
+    ----------
+    profile : str, Path or Profile
+        Of both wheels: a standard shape such as "S1002/h30", a profile file, or a profile in metres.
+    left : str, Path or Profile, optional
+        Of the left wheel, if it differs; in the axes of a right wheel, too.
+    radius : float
+        At the running circle [m].
+    back_to_back : float
+        Distance between the inner wheel faces [m].
+
+    Returns
+    -------
+    Wheelset
+        For `solve_contact`.
+
+    Raises
+    ------
+    ProfileError
+        A name is unknown, a file cannot be read, the profile is that of a rail, or a length is out of range.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> wheelset = wearsim.wheelset("S1002", radius=0.460)
+    >>> wheelset.half_span
+    0.75
+    """
+    right = _wheel(profile)
+    other = right if left is None else _wheel(left)
+    return Wheelset(right, other, _radius(radius, "wheel_radius"), half_span(back_to_back))
+
+
+def rails(
+    profile: str | Path | Profile,
+    *,
+    left: str | Path | Profile | None = None,
+    inclination: float | None = None,
+    gauge: float | None = None,
+    back_to_back: float | None = None,
+) -> Counterface:
+    """Track of two rails, by name, file or profile.
+
+    Parameters
+    ----------
+    profile : str, Path or Profile
+        Of both rails: a standard shape such as "60E1", a profile file, or a profile as placed in the track.
+    left : str, Path or Profile, optional
+        Of the left rail, if it differs; in the axes of the right side, too.
+    inclination : float, optional
+        Tangent of the tilt towards the track centre, by default 1/40 [-].
+    gauge : float, optional
+        Distance of the gauge points, by default 1.435 [m].
+    back_to_back : float, optional
+        Of the wheelset: it fixes the origin of the wheel profile, which is that of the rail; by default
+        1.360 [m].
+
+    Returns
+    -------
+    Counterface
+        For `solve_contact`.
+
+    Raises
+    ------
+    ProfileError
+        A name is unknown, a file cannot be read, the profile is that of a wheel, or a profile is placed in
+        the track already and inclination, gauge or back_to_back are given again.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> wearsim.rails("60E1", inclination=1 / 20, gauge=1.437).curvature
+    0.0
+    """
+    place = (inclination, gauge, back_to_back)
+    return Counterface(_rail(profile, *place), 0.0, None if left is None else _rail(left, *place))
+
+
+def rollers(
+    profile: str | Path | Profile,
+    *,
+    radius: float,
+    left: str | Path | Profile | None = None,
+    inclination: float | None = None,
+    gauge: float | None = None,
+    back_to_back: float | None = None,
+) -> Counterface:
+    """Pair of rollers with a rail's profile, by name, file or profile.
+
+    Parameters
+    ----------
+    profile, left, inclination, gauge, back_to_back
+        As of `rails`.
+    radius : float
+        At the profile's top [m].
+
+    Returns
+    -------
+    Counterface
+        For `solve_contact`.
+
+    Raises
+    ------
+    ProfileError
+        As `rails`, or the radius is out of its range.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> wearsim.rollers("60E1", radius=0.5).curvature
+    2.0
+    """
+    track = rails(profile, left=left, inclination=inclination, gauge=gauge, back_to_back=back_to_back)
+    return Counterface(track.profile, 1.0 / _radius(radius, "roller_radius"), track.left)
+
+
+def solve_contact(
+    wheelset: Wheelset,
+    counterface: Counterface,
+    conditions: ContactConditions,
+    models: ContactModels | None = None,
+    *,
+    sides: Sequence[Side] = SIDES,
+    load: Literal["wheel", "normal_force"] = "wheel",
+    fields: bool = False,
+    threads: int = 1,
+) -> xr.Dataset:
+    """Solve the contact of a wheelset at every operating point.
+
+    Parameters
+    ----------
+    wheelset : Wheelset
+        See `wearsim.wheelset`.
+    counterface : Counterface
+        See `wearsim.rails` and `wearsim.rollers`.
+    conditions : ContactConditions
+        n operating points, see `ContactConditions.of`.
+    models : ContactModels, optional
+        Normal and tangential model, grid and material; by default `ContactModels()`.
+    sides : sequence of {"right", "left"}
+        Wheels of the result.
+    load : {"wheel", "normal_force"}
+        Whether `wheel_load` is the vertical load of the wheel, or the normal force of its single patch.
+    fields : bool
+        Whether strips and cells of every patch are in the result; they need a hundred times the memory.
+    threads : int
+        Of the solver; the result has the same bits for any number.
+
+    Returns
+    -------
+    xarray.Dataset
+        SI units, with `units` and `long_name`. Over `patch`, ordered by point, side and falling normal force:
+        coordinates `point` (index of the operating point) and `side`, and wheel_y, rail_y, x, contact_angle,
+        area, max_pressure, length, width, approach, normal_force, load_scale, creepage_x, creepage_y, spin,
+        force_x, force_y, spin_moment, slip_area, power, power_balance. Over `operating_point`: shift, yaw,
+        roll, wheel_load, speed, friction, track_curvature and rotation_speed. With `fields`, over (patch,
+        strip): lateral, x_lead, x_trail, cells_lead, cells_trail, strip_work; strip_width over patch;
+        strip_wheel_y_edges and strip_rail_y_edges (patch, strip_edge); over (patch, cell, strip), cells from
+        the leading edge: pressure, shear_x, shear_y, slip_x, slip_y, work_density. Models that solve the
+        pressure on a grid add cell_pressure (patch, grid_cell, strip), grid_lead and grid_trail. Forces and
+        shear act on the wheel, in the track axes.
+
+    Raises
+    ------
+    ContactError
+        If a wheel is not in contact, its patch reaches the edge of a profile, creepages are given and
+        several patches are in contact, or a model or side is unknown; the message names the point.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> contact = wearsim.solve_contact(
+    ...     wearsim.wheelset("S1002", radius=0.460),
+    ...     wearsim.rails("60E1", inclination=1 / 40),
+    ...     wearsim.ContactConditions.of(shift=[0.0, 3e-3], wheel_load=80e3, friction=0.35),
+    ...     sides=["right"],
+    ... )
+    >>> contact["side"].values.tolist()
+    ['right', 'right']
+    >>> bool(contact["max_pressure"][1] > contact["max_pressure"][0])
+    True
+    """
+    models = ContactModels() if models is None else models
+    _check_name("normal", models.normal, NORMAL_MODELS)
+    _check_name("tangential", models.tangential, TANGENTIAL_MODELS)
+    _check_name("load", load, ("wheel", "normal_force"))
+    for side in sides or ("",):
+        _check_name("sides", side, SIDES)
+    parts = solve_each(
+        conditions,
+        wheelset,
+        counterface,
+        models,
+        lambda solution: patch_columns(solution, fields),
+        sides=tuple(sorted({SIDES.index(side) for side in sides})),
+        vertical=load == "wheel",
+        threads=threads,
+    )
+    columns: Columns = {
+        name: (dimensions, np.concatenate([part[name][1] for part in parts]))
+        for name, (dimensions, _) in parts[0].items()
+    }
+    first = np.searchsorted(columns["point"][1], np.arange(conditions.shift.size))
+    for name in ("roll", "rotation_speed"):  # alike for all patches of a point
+        columns[name] = (("operating_point",), columns[name][1][first])
+    columns |= {name: (("operating_point",), getattr(conditions, name)) for name in _CONDITIONS}
+    dataset = xr.Dataset({name: variable(name, *column) for name, column in columns.items()})
+    dataset = dataset.set_coords(["point", "side"])
+    dataset.attrs = {
+        "wheel_profile": wheelset.right.name,
+        "wheel_profile_left": wheelset.left.name,
+        "counterface_profile": counterface.profile.name,
+        "wheel_radius": wheelset.radius,
+        "half_span": wheelset.half_span,
+        "counterface_curvature": counterface.curvature,
+        "normal_model": models.normal,
+        "tangential_model": models.tangential,
+        "strips": models.strips,
+        "cells": models.cells,
+        "rotation_rule": conditions.rotation if isinstance(conditions.rotation, str) else "given",
+    }
+    return dataset
+
+
+def _check_name(what: str, name: str, known: Iterable[str]) -> None:
+    if name not in known:
+        raise ContactError(f"{what} = {name!r} is not one of {', '.join(known)}")
+
+
+def patch_columns(solution: ContactSolution, fields: bool) -> Columns:
+    """Quantities of the patches of a solution.
+
+    Parameters
+    ----------
+    solution : ContactSolution
+        Of m patches.
+    fields : bool
+        Whether quantities of strips and cells are among them.
+
+    Returns
+    -------
+    dict
+        Dimensions, `patch` first, and values by name.
+    """
+    columns: Columns = {
+        "point": (("patch",), solution.point),
+        "side": (("patch",), np.array(SIDES)[solution.side]),
+        **{name: (("patch",), getattr(solution, name)) for name in (*_PATCH, "roll", "rotation_speed")},
+    }
+    if not fields:
+        return columns
+    patch, cells = solution.patch, solution.fields
+    strip, edge, cell = ("patch", "strip"), ("patch", "strip_edge"), ("patch", "cell", "strip")
+    count = cells.pressure.shape[1]
+    columns |= {
+        "lateral": (strip, np.where(solution.side == 1, -1.0, 1.0)[:, None] * patch.y),
+        "strip_width": (("patch",), patch.width),
+        "strip_wheel_y_edges": (edge, solution.strip_edges_wheel_y),
+        "strip_rail_y_edges": (edge, solution.strip_edges_rail_y),
+        "x_lead": (strip, patch.x_lead),
+        "x_trail": (strip, patch.x_trail),
+        "cells_lead": (strip, cells.x_lead),
+        "cells_trail": (strip, cells.x_lead - count * cells.cell_length),
+        "strip_work": (strip, cells.strip_work),
+        **{name: (cell, getattr(cells, name)) for name in _CELLS},
+    }
+    if patch.grid is not None:
+        columns |= {
+            "cell_pressure": (("patch", "grid_cell", "strip"), patch.grid.pressure),
+            "grid_lead": (("patch",), patch.grid.x_lead),
+            "grid_trail": (("patch",), patch.grid.x_trail),
+        }
+    return columns
+
+
+def variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
+    """Variable with the attributes of its quantity.
+
+    Parameters
+    ----------
+    name : str
+        Key of `QUANTITIES`, or "point".
+    dimensions : tuple of str
+        Of the values.
+    values : array
+        SI units.
+    """
+    if name == "point":
+        return xr.Variable(dimensions, values, {"long_name": "index of the operating point"})
+    quantity = QUANTITIES[name]
+    attributes = {"long_name": quantity.meaning}
+    if quantity.unit:
+        attributes["units"] = quantity.unit
+    if quantity.sign:
+        attributes["comment"] = quantity.sign
+    return xr.Variable(dimensions, values, attributes)
+
+
+def _wheel(profile: str | Path | Profile) -> Profile:
+    """Wheel profile by name, file or as it is."""
+    return _of_kind(profile, "wheel") if isinstance(profile, Profile) else load_profile(profile, "wheel")
+
+
+def _rail(
+    profile: str | Path | Profile, inclination: float | None, gauge: float | None, back_to_back: float | None
+) -> Profile:
+    """Rail profile by name or file, placed in the track, or as it is."""
+    if isinstance(profile, Profile):
+        given = {"inclination": inclination, "gauge": gauge, "back_to_back": back_to_back}
+        again = [name for name, value in given.items() if value is not None]
+        if again:
+            raise ProfileError(
+                f"profile {profile.name!r} is placed in the track already; give {again[0]} to "
+                "wearsim.standard_profile or wearsim.read_profile"
+            )
+        return _of_kind(profile, "rail")
+    return load_profile(
+        profile,
+        "rail",
+        inclination=INCLINATION if inclination is None else inclination,
+        gauge=GAUGE if gauge is None else gauge,
+        half_span=half_span(1.360 if back_to_back is None else back_to_back),
+    )
+
+
+def _of_kind(profile: Profile, kind: str) -> Profile:
+    if profile.kind != kind:
+        raise ProfileError(f"profile {profile.name!r} is that of a {profile.kind}, a {kind} is needed")
+    return profile
+
+
+def _radius(value: float, name: str) -> float:
+    """Radius of a wheel or roller within its range [m]."""
+    if fault := QUANTITIES[name].fault(value, "radius"):
+        raise ProfileError(fault)
+    return value

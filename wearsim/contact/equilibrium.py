@@ -1,0 +1,197 @@
+"""Roll and rotation speed of a wheelset from the equilibrium of its wheels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearsim.contact.creepage import Kinematics
+from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.errors import NumericalError
+
+_MOST_WIDENINGS, _MOST_STEPS = 12, 60
+
+
+def falling_root(
+    function: Callable[[FloatArray], FloatArray],
+    first: FloatArray,
+    step: FloatArray,
+    *,
+    goal: FloatArray,
+    narrow: FloatArray,
+    done: NDArray[np.bool_],
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Root of a function that falls with its argument, by regula falsi (Illinois), bracketed row by row.
+
+    Parameters
+    ----------
+    function : callable
+        Values (n,) at arguments (n,); a row's value depends on its own argument only.
+    first, step : (n,) array
+        Middle and half width of the first bracket; it is widened up to 4096 times where it holds no root.
+    goal : (n,) array
+        A row is done where the value's magnitude is at most this,
+    narrow : (n,) array
+        or its bracket at most this wide.
+    done : (n,) bool array
+        Rows that keep `first`.
+
+    Returns
+    -------
+    root : (n,) array
+        With the same bits whatever other rows are in the batch.
+    solved : (n,) bool array
+        False where no bracket holds a root.
+    """
+    low, high = first - step, first + step
+    above, below = function(low), function(high)
+    for _ in range(_MOST_WIDENINGS):
+        wide_low, wide_high = (above < 0.0) & ~done, (below > 0.0) & ~done
+        if not (wide_low.any() or wide_high.any()):
+            break
+        step = 2.0 * step
+        low = np.where(wide_low, low - step, low)
+        high = np.where(wide_high, high + step, high)
+        above = np.where(wide_low, function(low), above)
+        below = np.where(wide_high, function(high), below)
+    solved = ((above >= 0.0) & (below <= 0.0)) | done
+    root, last, done = first.copy(), np.zeros(first.size), done | ~solved
+    for _ in range(_MOST_STEPS):
+        width = above - below
+        flat = width <= 0.0
+        share = np.where(flat, 0.5, above / np.where(flat, 1.0, width))
+        # A row that is done keeps its root, so that it does not depend on its neighbours in the batch.
+        root = np.where(done, root, low + share * (high - low))
+        value = function(root)
+        done |= (np.abs(value) <= goal) | (np.abs(high - low) <= narrow)
+        if done.all():
+            break
+        rising = value > 0.0
+        low, high = np.where(rising, root, low), np.where(rising, high, root)
+        # Illinois: halve the value kept at the end that did not move twice in a row.
+        below = np.where(rising, np.where(last > 0, 0.5 * below, below), value)
+        above = np.where(rising, value, np.where(last < 0, 0.5 * above, above))
+        last = np.where(rising, 1.0, -1.0)
+    return root, solved
+
+
+_HEIGHT_TOLERANCE = 1e-11  # m, between the displacements of the two wheels
+
+
+def resting_roll(
+    displacements: Callable[[FloatArray], tuple[FloatArray, FloatArray]], guess: FloatArray, half_span: float
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Roll at which both loads push the axle down by the same height.
+
+    Parameters
+    ----------
+    displacements : callable
+        For (n,) rolls [rad], the displacements of the right and the left wheel from the axle's design height
+        under their loads [m]; roll takes each of them along, so that their difference falls with it.
+    guess : (n,) array
+        First guess [rad].
+    half_span : float
+        Half the distance of the wheels, for the second guess [m].
+
+    Returns
+    -------
+    roll : (n,) array
+        [rad].
+    solved : (n,) bool array
+        False where no roll lets both wheels carry their loads: a wheel that climbs its flange rises faster
+        by moving sideways than it sinks by rolling.
+    """
+
+    def difference(roll: FloatArray) -> FloatArray:
+        right, left = displacements(roll)
+        return right - left
+
+    near = guess + difference(guess) / (2.0 * half_span)
+    return falling_root(
+        difference,
+        near,
+        np.maximum(0.05 * np.abs(near - guess), 1e-7),
+        goal=np.full(guess.size, _HEIGHT_TOLERANCE),
+        narrow=np.full(guess.size, 1e-15),
+        done=np.zeros(guess.size, bool),
+    )
+
+
+RULES = ("free", "centred", "nominal")
+
+_TOLERANCE = 1e-9  # torque, relative to friction coefficient x wheel load x radius
+
+
+def rotation_without_creepage(motion: Kinematics, row: IntArray, rows: int) -> FloatArray:
+    """Rotation speed at which the first (most loaded) patch of each row has no longitudinal creepage.
+
+    Parameters
+    ----------
+    motion : Kinematics
+        Of (m,) patches, ordered by row and falling normal force.
+    row : (m,) int array
+        Row of each patch.
+    rows : int
+        Number of rows.
+
+    Returns
+    -------
+    (rows,) array
+        [rad/s].
+    """
+    first = np.searchsorted(row, np.arange(rows))
+    speed: FloatArray = -motion.at_rest[first, 0] / motion.per_speed[first, 0]
+    return speed
+
+
+def balanced_rotation(
+    torque: Callable[[FloatArray], FloatArray], nominal: FloatArray, applied: float, scale: FloatArray
+) -> FloatArray:
+    """Rotation speed at which the creep forces of both wheels balance the applied torque.
+
+    Parameters
+    ----------
+    torque : callable
+        Torque of the creep forces about the axle [N m] for (n,) rotation speeds [rad/s]; falls with them.
+    nominal : (n,) array
+        V / r0 with its sign: the first guess [rad/s].
+    applied : float
+        Applied torque in the rolling direction [N m].
+    scale : (n,) array
+        Friction coefficient x wheel load x radius: what one wheel can carry at most, about [N m].
+
+    Returns
+    -------
+    (n,) array
+        [rad/s].
+
+    Raises
+    ------
+    NumericalError
+        If an applied torque is beyond what friction can carry.
+    """
+    nothing = scale == 0.0  # without friction any speed balances a zero torque: keep the nominal one
+    beyond = (abs(applied) > 2.1 * scale) | (nothing & (applied != 0.0))
+    if beyond.any():
+        row = int(np.argmax(beyond))
+        raise NumericalError(
+            f"an axle torque of {applied:g} N m is more than friction can carry "
+            f"({2.0 * scale[row]:.3g} N m); lower the torque or raise the friction coefficient",
+            row=row,
+        )
+    speed, solved = falling_root(
+        lambda speed: torque(speed) - applied,
+        nominal,
+        np.abs(nominal) * 2e-3,
+        goal=np.maximum(scale, 1e-300) * _TOLERANCE,
+        narrow=1e-14 * np.abs(nominal),
+        done=nothing,
+    )
+    if not solved.all():
+        raise NumericalError(
+            "no rotation speed balances the axle torque; lower the applied torque",
+            row=int(np.argmin(solved)),
+        )
+    return speed

@@ -1,0 +1,293 @@
+"""The gap in three dimensions, over a contact plane: the exact heights of a yawed wheel and its counterface.
+
+`geometry.gap` is the gap along the line where each lateral position comes nearest. Here every point of
+the plane is a ray along the contact normal, cut with both surfaces of revolution by Newton's method; rings
+and profiles are joined by cubic polynomials through positions and slopes, so that the surfaces are smooth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wearsim.contact.geometry import NO_WHEEL, Gap
+from wearsim.contact.kernel import kernel
+from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.errors import ContactError
+
+_STEPS = 30  # of Newton's method, at most
+_DONE = 1e-14  # m, a step that changes nothing any more
+_FLATTEST = 0.05  # cosine between ray and surface normal below which a ray only grazes
+
+
+@dataclass(frozen=True)
+class ContactPlane:
+    """Planes through points of the counterface, along the rolling direction there.
+
+    Parameters
+    ----------
+    row : (m,) int array
+        Row of the gap (one wheel at one operating point).
+    y : (m,) array
+        Point on the counterface's profile [m].
+    x : (m,) array
+        Longitudinal position, from the middle of the axle, of the wheel's point above it [m].
+    angle : (m,) array
+        Contact angle about the rolling direction [rad].
+    vertical_displacement : (m,) array
+        How far the wheel is pushed down from its design height [m].
+    """
+
+    row: IntArray
+    y: FloatArray
+    x: FloatArray
+    angle: FloatArray
+    vertical_displacement: FloatArray
+
+
+def contact_plane(gap: Gap, row: IntArray, y: FloatArray, angle: FloatArray) -> ContactPlane:
+    """Plane on the contact line, with the wheel lowered until it touches somewhere.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows.
+    row : (m,) int array
+        Row of each plane.
+    y : (m,) array
+        Its point on the counterface's profile [m].
+    angle : (m,) array
+        Its contact angle [rad].
+
+    Returns
+    -------
+    ContactPlane
+        With x on the contact line x(y) and the displacement of initial contact: the lowest value of the row's
+        gap, which is measured along the roller's radius, over the cosine of that radius from straight down.
+    """
+    grid = gap.counterface.y
+    index = np.clip(np.searchsorted(grid, y, side="right") - 1, 0, grid.size - 2)
+    share = (y - grid[index]) / (grid[index + 1] - grid[index])
+    x = gap.x[row, index] + share * (gap.x[row, index + 1] - gap.x[row, index])
+    lowest = gap.gap[row].argmin(axis=1)
+    low = gap.gap[row, lowest]
+    _, cosine, _ = roller_angle(gap.x[row, lowest], gap.counterface.z[lowest] - low, gap.curvature)
+    return ContactPlane(row, y, x, angle, low / cosine)
+
+
+def gap_surface(gap: Gap, plane: ContactPlane, x: FloatArray, s: FloatArray) -> FloatArray:
+    """Distance of wheel and counterface along the contact normal, over a grid in each plane.
+
+    Parameters
+    ----------
+    gap : Gap
+        From `geometry.gap`.
+    plane : ContactPlane
+        m planes.
+    x : (m, nx) array
+        Positions along the rolling direction, from the plane's origin [m].
+    s : (m, ny) array
+        Positions across it, positive to the field side [m].
+
+    Returns
+    -------
+    (m, nx, ny) array
+        Positive where the surfaces are apart, negative where they overlap [m]. A rigid approach along the
+        normal lowers it evenly. 1 m where a ray meets no wheel or no counterface, or only grazes it.
+
+    Raises
+    ------
+    ContactError
+        If the gap has no bodies, because it was not made by `geometry.gap`.
+    """
+    bodies = gap.bodies
+    if bodies is None:
+        raise ContactError(
+            "this gap is a curve without bodies; make it with geometry.gap to have its surface"
+        )
+    count = plane.row.size
+    out = np.empty((count, x.shape[1], s.shape[1]))
+    _fill(
+        plane.row,
+        plane.y,
+        plane.x,
+        plane.angle,
+        plane.vertical_displacement,
+        x,
+        s,
+        bodies.wheel.y,
+        bodies.wheel.radius,
+        bodies.wheel.slope,
+        gap.counterface.y,
+        gap.counterface.z,
+        gap.counterface.slope,
+        bodies.pose.shift,
+        bodies.pose.yaw,
+        bodies.pose.roll,
+        bodies.half_span,
+        bodies.nominal_radius,
+        gap.curvature,
+        np.empty((2, s.shape[1])),
+        out,
+    )
+    return out
+
+
+@kernel
+def place_in(grid: FloatArray, value: float, near: int) -> int:
+    """Cell of a rising grid that holds `value`, searched from cell `near`; -1 outside of the grid."""
+    last = grid.size - 2
+    if not grid[0] <= value <= grid[last + 1]:
+        return -1
+    k = min(max(near, 0), last)
+    if abs(value - grid[k]) > 1e-2:
+        low, high = 0, last + 1
+        while high - low > 1:
+            middle = (low + high) // 2
+            if grid[middle] <= value:
+                low = middle
+            else:
+                high = middle
+        return low
+    while k < last and grid[k + 1] <= value:
+        k += 1
+    while k > 0 and grid[k] > value:
+        k -= 1
+    return k
+
+
+@kernel
+def smooth_at(
+    grid: FloatArray, height: FloatArray, slope: FloatArray, k: int, value: float
+) -> tuple[float, float]:
+    """Cubic through heights and slopes at both ends of cell `k`: its value and derivative."""
+    step = grid[k + 1] - grid[k]
+    t = (value - grid[k]) / step
+    rise = height[k + 1] - height[k]
+    a = slope[k] * step - rise
+    b = rise - slope[k + 1] * step
+    u = 1.0 - t
+    y = height[k] + t * rise + t * u * (a * u + b * t)
+    derivative = (rise + (u - t) * (a * u + b * t) + t * u * (b - a)) / step
+    return y, derivative
+
+
+@kernel
+def roller_angle(x: float, z: float, kappa: float) -> tuple[float, float, float]:
+    """Sine and cosine of a point's angle about the roller's axle, and the sine over kappa [m]."""
+    length = np.sqrt((kappa * x) ** 2 + (1.0 - kappa * z) ** 2)
+    reach = x / length
+    return kappa * reach, (1.0 - kappa * z) / length, reach
+
+
+@kernel
+def _fill(
+    rows: IntArray,
+    plane_y: FloatArray,
+    plane_x: FloatArray,
+    plane_angle: FloatArray,
+    displacement: FloatArray,
+    x_grid: FloatArray,
+    s_grid: FloatArray,
+    ring_y: FloatArray,
+    ring_radius: FloatArray,
+    ring_slope: FloatArray,
+    grid_y: FloatArray,
+    grid_z: FloatArray,
+    grid_slope: FloatArray,
+    shifts: FloatArray,
+    yaws: FloatArray,
+    rolls: FloatArray,
+    half_span: float,
+    nominal_radius: float,
+    kappa: float,
+    guess: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Cut the rays of every plane; from the middle outwards, each starting from its neighbour's solution."""
+    lengths, widths = out.shape[1], out.shape[2]
+    for m in range(rows.size):
+        row = rows[m]
+        sy, cy = np.sin(yaws[row]), np.cos(yaws[row])
+        sr, cr = np.sin(rolls[row]), np.cos(rolls[row])
+        # The plane: its origin on the counterface, below the wheel's point.
+        here = place_in(grid_y, plane_y[m], 0)
+        if here < 0:
+            out[m] = NO_WHEEL
+            continue
+        top, _ = smooth_at(grid_y, grid_z, grid_slope, here, plane_y[m])
+        sine, cosine, reach = roller_angle(plane_x[m], top, kappa)
+        origin_x = (1.0 - kappa * top) * reach
+        origin_z = top * cosine + kappa * reach * reach / (1.0 + cosine)
+        sd, cd = np.sin(plane_angle[m]), np.cos(plane_angle[m])
+        s_x, s_y, s_z = -sd * sine, cd, sd * cosine
+        n_x, n_y, n_z = -cd * sine, -sd, cd * cosine
+        # Components of the normal along the wheelset's axes: forward, axle, down.
+        n_f = cy * n_x + sy * n_y
+        n_a = -sy * cr * n_x + cy * cr * n_y + sr * n_z
+        n_d = sy * sr * n_x - cy * sr * n_y + cr * n_z
+        first_x = int(np.argmin(np.abs(x_grid[m])))
+        first_s = int(np.argmin(np.abs(s_grid[m])))
+        ring, cell = 0, here
+        for turn in range(lengths):
+            # first_x, ..., last, then first_x - 1, ..., 0
+            i = first_x + turn if first_x + turn < lengths else lengths - 1 - turn
+            for step in range(widths):
+                j = first_s + step if first_s + step < widths else widths - 1 - step
+                if turn == 0:
+                    start_w, start_c = 0.0, 0.0
+                    if step > 0:
+                        neighbour = j - 1 if j > first_s else j + 1
+                        start_w, start_c = guess[0, neighbour], guess[1, neighbour]
+                else:
+                    start_w, start_c = guess[0, j], guess[1, j]
+                x, s = x_grid[m, i], s_grid[m, j]
+                p_x = origin_x + x * cosine + s * s_x
+                p_y = plane_y[m] + s * s_y
+                p_z = origin_z + x * sine + s * s_z
+                # On the counterface.
+                n = start_c
+                met = False
+                for _ in range(_STEPS):
+                    y, z, along = p_y + n * n_y, p_z + n * n_z, p_x + n * n_x
+                    cell = place_in(grid_y, y, cell)
+                    if cell < 0:
+                        break
+                    height, slope = smooth_at(grid_y, grid_z, grid_slope, cell, y)
+                    length = np.sqrt((kappa * along) ** 2 + (1.0 - kappa * z) ** 2)
+                    depth = (2.0 * z - kappa * z * z - kappa * along * along) / (1.0 + length)
+                    fall = (n_z * (1.0 - kappa * z) - n_x * kappa * along) / length - slope * n_y
+                    if fall < _FLATTEST:
+                        break
+                    move = (height - depth) / fall
+                    n += move
+                    if abs(move) < _DONE:
+                        met = True
+                        break
+                below = n
+                # On the wheel.
+                q_x, q_y, q_z = p_x, p_y - shifts[row] + half_span, p_z + nominal_radius - displacement[m]
+                f = cy * q_x + sy * q_y
+                a = -sy * cr * q_x + cy * cr * q_y + sr * q_z - half_span
+                d = sy * sr * q_x - cy * sr * q_y + cr * q_z
+                n = start_w
+                on_wheel = False
+                for _ in range(_STEPS):
+                    ring = place_in(ring_y, a + n * n_a, ring)
+                    if ring < 0:
+                        break
+                    radius, slope = smooth_at(ring_y, ring_radius, ring_slope, ring, a + n * n_a)
+                    forward, down = f + n * n_f, d + n * n_d
+                    length = np.sqrt(forward * forward + down * down)
+                    fall = (forward * n_f + down * n_d) / length - slope * n_a
+                    if fall < _FLATTEST:
+                        break
+                    move = (radius - length) / fall
+                    n += move
+                    if abs(move) < _DONE:
+                        on_wheel = True
+                        break
+                guess[0, j] = n if on_wheel else start_w
+                guess[1, j] = below if met else start_c
+                out[m, i, j] = below - n if met and on_wheel else NO_WHEEL

@@ -1,0 +1,342 @@
+"""Which contacts of a wheel share a grid.
+
+Lobes are runs of loaded strips. Two of them are coupled by the share
+
+    t = max( ramp(distance; 10 mm, 20 mm) * ramp(angle between them; 0.2 rad, 0.3 rad),
+             ramp(distance; 2 mm, 4 mm) ),
+
+each ramp 1 up to the first, 0 from the second value on. t = 1: one grid in one plane. t = 0: a grid and a
+plane each, and no influence on each other. In between each has its own grid, but their planes lean towards
+the common one, and their elastic influence on each other counts, in the share t: nothing jumps but the
+sampling. Of three lobes and more, those share a grid who all are coupled by t = 1 (less than 2 mm
+apart: in any case); between grids t is the mean over the pairs of their lobes, weighted by both forces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wearsim.contact.geometry import Gap
+from wearsim.contact.normal.half_space.regions import (
+    Region,
+    Section,
+    curvature_along,
+    origin_x,
+)
+from wearsim.contact.normal.model import ALIKE, BESIDE, CLEAR, FAR, NEAR, UNLIKE
+from wearsim.contact.patch import FloatArray, IntArray
+
+MARGIN = 1.5  # empty cells between a patch and each border of its grid
+_NEXT = 1e-3  # m, next to a grid, where no other contact begins
+_GROW = 0.2  # of the grid's size, where a patch touches its border
+
+
+@dataclass(frozen=True)
+class Lobe:
+    """Connected loaded strips; positions on the counterface's profile and from the middle of the axle.
+
+    Parameters
+    ----------
+    left, right : float
+        Edges, y [m].
+    x_low, x_high : float
+        Ends along the rolling direction [m].
+    centre, angle : float
+        Pressure-weighted y [m] and contact angle [rad].
+    force : float
+        [N].
+    """
+
+    left: float
+    right: float
+    x_low: float
+    x_high: float
+    centre: float
+    angle: float
+    force: float
+
+
+def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
+    """Find the runs of loaded strips on a grid.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows.
+    region : Region
+        The grid's place.
+    pressure : (nx, ny) array
+        On it [Pa].
+
+    Returns
+    -------
+    list of Lobe
+        Their edges between the cells: near an edge the square of the pressure along a strip, and the load
+        of the strips, grow linearly with the distance from it.
+    """
+    nx, ny = pressure.shape
+    length, width = region.cell((nx, ny))
+    load = pressure.sum(axis=0) * (length * width)
+    loaded = np.flatnonzero(load > 0.0)
+    if loaded.size == 0:
+        return []
+    section = Section(gap, region.y, region.angle)
+    s, x = region.s(ny), region.x(nx)
+    y = section.lateral(s)
+    angle = np.interp(y, gap.counterface.y, gap.counterface.angle)
+    origin = origin_x(gap, region)
+    ahead = _reach(pressure**2)
+    behind = _reach(pressure[::-1] ** 2)
+    lobes = []
+    for run in np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1):
+        profile = load[run][:, None]
+        before, after = float(_reach(profile)[0]), float(_reach(profile[::-1])[0])
+        # Longer and wider where they touch the border of the grid.
+        if run[0] == 0 and not np.isfinite(region.y_low):
+            before = _GROW * ny
+        if run[-1] == ny - 1 and not np.isfinite(region.y_high):
+            after = _GROW * ny
+        edges = section.lateral(np.array([s[run[0]] - before * width, s[run[-1]] + after * width]))
+        top = float((x[np.argmax(pressure[:, run] > 0.0, axis=0)] + ahead[run] * length).max())
+        bottom = float(
+            (x[nx - 1 - np.argmax(pressure[::-1, run] > 0.0, axis=0)] - behind[run] * length).min()
+        )
+        top += _GROW * nx * length if pressure[0, run].any() else 0.0
+        bottom -= _GROW * nx * length if pressure[-1, run].any() else 0.0
+        total = float(load[run].sum())
+        lobes.append(
+            Lobe(
+                float(edges[0]),
+                float(edges[1]),
+                bottom + origin,
+                top + origin,
+                float((load[run] * y[run]).sum()) / total,
+                float((load[run] * angle[run]).sum()) / total,
+                total,
+            )
+        )
+    return lobes
+
+
+def _reach(value: FloatArray) -> FloatArray:
+    """How far (in cells, at most one) each column goes on before its first positive entry, linearly."""
+    count = value.shape[0]
+    first = np.argmax(value > 0.0, axis=0)
+    column = np.arange(value.shape[1])
+    here, next_ = value[first, column], value[np.minimum(first + 1, count - 1), column]
+    rise = next_ - here
+    steep = (rise > here) & (here > 0.0)
+    share: FloatArray = np.where(steep, here, 1.0) / np.where(steep, rise, 1.0)
+    return share
+
+
+def _ramp(value: float, full: float, none: float) -> float:
+    """1 up to `full`, 0 from `none` on."""
+    return min(max((none - value) / (none - full), 0.0), 1.0)
+
+
+def _distance(gap: Gap, one: Lobe, other: Lobe) -> float:
+    """From edge to edge [m]; `one` is on the flange's side."""
+    z = np.interp([one.right, other.left], gap.counterface.y, gap.counterface.z)
+    return float(np.hypot(max(other.left - one.right, 0.0), z[1] - z[0]))
+
+
+def _coupling(gap: Gap, one: Lobe, other: Lobe) -> float:
+    """Share t in which two lobes, the one on the flange's side first, are coupled."""
+    distance = _distance(gap, one, other)
+    alike = _ramp(abs(other.angle - one.angle), ALIKE, UNLIKE)
+    return max(_ramp(distance, NEAR, FAR) * alike, _ramp(distance, BESIDE, CLEAR))
+
+
+def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
+    """Group the lobes of a wheel, as the rule above has it.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows.
+    lobes : list of Lobe
+        Of one wheel, in any order; at least one.
+
+    Returns
+    -------
+    groups : list of list of Lobe
+        Those that share a grid, from the flange to the field side.
+    coupled : (k, k) array
+        Shares t between the groups, zero on the diagonal.
+    """
+    runs: list[list[Lobe]] = []
+    for lobe in sorted(lobes, key=lambda lobe: lobe.centre):
+        if runs and _distance(gap, _merged(runs[-1]), lobe) <= BESIDE:
+            runs[-1].append(lobe)
+        else:
+            runs.append([lobe])
+    whole = [_merged(run) for run in runs]
+    joined: list[list[int]] = []
+    for k, lobe in enumerate(whole):
+        if joined and all(_coupling(gap, whole[j], lobe) == 1.0 for j in joined[-1]):
+            joined[-1].append(k)
+        else:
+            joined.append([k])
+    groups = [[lobe for k in group for lobe in runs[k]] for group in joined]
+    coupled = np.zeros((len(groups), len(groups)))
+    for k, group in enumerate(joined):
+        for j in range(k + 1, len(joined)):
+            pairs = [(whole[one], whole[other]) for one in group for other in joined[j]]
+            shares = np.array([_coupling(gap, one, other) for one, other in pairs])
+            weights = np.array([one.force * other.force for one, other in pairs])
+            weights = weights if weights.any() else np.ones(weights.size)
+            coupled[k, j] = coupled[j, k] = (weights * shares).sum() / weights.sum()
+    return groups, coupled
+
+
+def place_grids(
+    gap: Gap, row: int, groups: list[list[Lobe]], coupled: FloatArray, shape: tuple[int, int]
+) -> list[Region]:
+    """Place a grid around each group of lobes.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows.
+    row : int
+        Which.
+    groups, coupled
+        As from `gather`.
+    shape : (int, int)
+        nx, ny cells of the grids.
+
+    Returns
+    -------
+    list of Region
+        One for each group.
+    """
+    count = len(groups)
+    merged = [_merged(group) for group in groups]
+    regions = []
+    for k, lobe in enumerate(merged):
+        lean = sum(
+            coupled[k, j] * other.force / (lobe.force + other.force) * (other.angle - lobe.angle)
+            for j, other in enumerate(merged)
+            if coupled[k, j] > 0.0 and other.force > 0.0
+        )
+        low = 0.5 * (merged[k - 1].right + lobe.left) if k > 0 else -np.inf
+        high = 0.5 * (lobe.right + merged[k + 1].left) if k < count - 1 else np.inf
+        regions.append(_fitted(gap, row, lobe, float(lobe.angle + lean), low, high, shape))
+    return regions
+
+
+def _merged(lobes: list[Lobe]) -> Lobe:
+    """Outline, centre and angle of several lobes."""
+    force = sum(lobe.force for lobe in lobes)
+    weights = [lobe.force / force if force > 0.0 else 1.0 / len(lobes) for lobe in lobes]
+    return Lobe(
+        min(lobe.left for lobe in lobes),
+        max(lobe.right for lobe in lobes),
+        min(lobe.x_low for lobe in lobes),
+        max(lobe.x_high for lobe in lobes),
+        sum(weight * lobe.centre for weight, lobe in zip(weights, lobes, strict=True)),
+        sum(weight * lobe.angle for weight, lobe in zip(weights, lobes, strict=True)),
+        force,
+    )
+
+
+def _fitted(
+    gap: Gap, row: int, lobe: Lobe, angle: float, y_low: float, y_high: float, shape: tuple[int, int]
+) -> Region:
+    """Region that holds a lobe with the margin around it."""
+    s = Section(gap, lobe.centre, angle).across(np.array([lobe.left, lobe.right, y_low, y_high]))
+    width = float(s[1] - s[0]) / (shape[1] - 2.0 * MARGIN)
+    length = (lobe.x_high - lobe.x_low) / (shape[0] - 2.0 * MARGIN)
+    x = float(np.interp(lobe.centre, gap.counterface.y, gap.x[row]))
+    low, high = float(s[0]) - MARGIN * width, float(s[1]) + MARGIN * width
+    return Region(
+        row,
+        lobe.centre,
+        angle,
+        lobe.x_low - MARGIN * length - x,
+        lobe.x_high + MARGIN * length - x,
+        max(low, float(s[2])) if np.isfinite(y_low) else low,
+        min(high, float(s[3])) if np.isfinite(y_high) else high,
+        y_low,
+        y_high,
+    )
+
+
+def missed(
+    gap: Gap, regions: Sequence[Region], pressure: Sequence[FloatArray], displacement: float, modulus: float
+) -> list[Lobe]:
+    """Contacts outside of the grids.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows.
+    regions : sequence of Region
+        Grids of one wheel.
+    pressure : sequence of (nx, ny) arrays
+        On them [Pa].
+    displacement : float
+        Vertical, of the wheel from initial contact [m].
+    modulus : float
+        E* [Pa].
+
+    Returns
+    -------
+    list of Lobe
+        Where, along the contact line outside the grids, the rigid surfaces overlap by more than they give
+        way under the pressures of the grids; a rough outline, and no force.
+    """
+    grid, curve = gap.counterface, gap.gap[regions[0].row]
+    first = float(curve.min())
+    outside = curve < first + displacement
+    for region in regions:
+        # Right next to a grid, contact would be that of its own patch, and the grid grow.
+        edge = np.array([region.s_low - _NEXT, region.s_high + _NEXT])
+        ends = Section(gap, region.y, region.angle).lateral(edge)
+        outside &= (grid.y < ends[0]) | (grid.y > ends[1])
+    places = 1 + np.flatnonzero(outside[1:-1])
+    if places.size == 0:
+        return []
+    y, z, x = grid.y[places], grid.z[places], gap.x[regions[0].row, places]
+    depth = (first + displacement - curve[places]) * np.cos(grid.angle[places])
+    for region, field in zip(regions, pressure, strict=True):
+        length, width = region.cell((field.shape[0], field.shape[1]))
+        rows, columns = np.arange(0, field.shape[0], 6), np.arange(0, field.shape[1], 3)
+        blocks = np.add.reduceat(np.add.reduceat(field, rows, axis=0), columns, axis=1) * (length * width)
+        along = _middle(region.x(field.shape[0]), rows) + origin_x(gap, region)
+        s = _middle(region.s(field.shape[1]), columns)
+        foot = np.interp(region.y, grid.y, grid.z)
+        lateral = np.hypot(
+            y[:, None] - region.y - s * np.cos(region.angle), z[:, None] - foot - s * np.sin(region.angle)
+        )
+        share = np.clip((FAR - lateral.min(axis=1)) / (FAR - NEAR), 0.0, 1.0)
+        distance = np.sqrt(lateral[:, None, :] ** 2 + (x[:, None, None] - along[:, None]) ** 2)
+        depth -= share * (blocks / distance).sum(axis=(1, 2)) / (np.pi * modulus)
+    lobes = []
+    deep = np.flatnonzero(depth > 0.0)
+    for run in np.split(deep, np.flatnonzero(np.diff(places[deep]) > 1) + 1):
+        if run.size > 0:
+            half = float(np.sqrt(2.0 * depth[run].max() / curvature_along(gap, regions[0].row, y[run]).min()))
+            middle = run[int(depth[run].argmax())]
+            lobes.append(
+                Lobe(
+                    left=float(grid.y[places[run[0]] - 1]),
+                    right=float(grid.y[places[run[-1]] + 1]),
+                    x_low=float(x[middle]) - half,
+                    x_high=float(x[middle]) + half,
+                    centre=float(y[middle]),
+                    angle=float(grid.angle[places[middle]]),
+                    force=0.0,
+                )
+            )
+    return lobes
+
+
+def _middle(place: FloatArray, starts: IntArray) -> FloatArray:
+    """Mean of the positions of each block of cells."""
+    value: FloatArray = np.add.reduceat(place, starts) / np.diff(np.append(starts, place.size))
+    return value

@@ -1,0 +1,142 @@
+r"""Strips with semi-elliptic pressure, coupled elastically by the half-space.
+
+As in the method of Knothe and Le The [1]_ the patch is cut into strips along the rolling direction, each with
+:math:`p = p_j\sqrt{1-(x/a_j)^2}`, pressure and half-length unknown. Both follow from the residual gap: that
+between the displaced surfaces, weighted along each strip with the derivatives of its pressure by
+:math:`p_j` and by :math:`a_j`, is zero, :math:`\int r \sqrt{1-t^2}\,dt = \int r\,t^2/\sqrt{1-t^2}\,dt = 0`.
+There is no fitted factor, and an ellipse of any ratio of axes is met but for the width of the strips.
+Neglected: the middle line of the pressure is that of the smallest gap, and the surface is flat.
+
+Solution: the first vertical displacement presses patches into ellipses; pressures that never pull for given
+lengths, and lengths for given pressures, in turn, converge from anywhere; then Newton's method, each Jacobian
+kept as long as its steps shrink fast. A coarse set of strips locates the ends of the patch, a finer one is
+fitted to it. The outermost strip takes its ratio :math:`p/a` from its neighbour: alone it could shrink to a
+point between overlapping surfaces. The fine set is fitted again until the ends of the patch lie at their
+place in the outermost strips, to 3 % of a width, or between two places as near to each other, and the plane
+is that of the pressures, to 1e-4 rad: the solution depends on the state, not on the way to it. Wide patches
+have narrower strips, because profiles change their radius within them.
+
+Rule for several patches: parts of the profile in contact 0.3 mm or more from each other have strips of their
+own and share the vertical displacement; parts that come nearer are one. A part with 0.3 mm and more without
+pressure between its loaded strips is split once. Planes of parts lean towards each other in the share in
+which `half_space.lobes` couples them, and patches in one plane have one creepage reference point (share to
+the fourth power, as it moves far). Strips have full influence on each other while their planes differ by less
+than 20 degrees, none from 40 on; where they are 10 mm apart, by less than 0.2 and from 0.3 rad on, as planes
+are shared. A run of loaded strips is a patch; below 5e-4 of the load it is left out. Where the flange climbs
+through the rail's corner no solution is stable: there is one part, over 60 degrees of the profile, whose ends
+do not settle.
+
+Measured accuracy, and the cases the thresholds were set on: reports/contact_models.md.
+
+References
+----------
+.. [1] K. Knothe, H. Le The, Computers and Structures 18 (1984) 1025-1033.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from wearsim.contact.geometry import Gap
+from wearsim.contact.kernel import plain
+from wearsim.contact.normal.knothe_le_the.equations import influence_table
+from wearsim.contact.normal.knothe_le_the.wheel import solve_patches
+from wearsim.contact.normal.model import (
+    MOST_PATCHES,
+    NormalModel,
+    NormalSolution,
+    ReferencePoint,
+    raise_first,
+)
+from wearsim.contact.patch import FloatArray, Patch
+from wearsim.contact.reference import hertz
+
+DEFAULTS = {"solved_strips": 20.0}
+
+_FEWEST, _MOST = 10, 60
+
+
+@lru_cache(maxsize=1)
+def _ellipses() -> FloatArray:
+    """Return A a^2/delta, B b^2/delta and p0/(E* a A) over ln(A/B) = -14 .. 14 in steps of 1/8."""
+    ratio = np.exp(np.arange(-112, 113) / 8.0)
+    ellipse = hertz(ratio, np.ones_like(ratio), 1.0, 1.0)
+    a, b, approach = ellipse.semi_axis_x, ellipse.semi_axis_y, ellipse.approach
+    return np.stack([ratio * a**2 / approach, b**2 / approach, ellipse.max_pressure / (a * ratio)], axis=1)
+
+
+def solve(
+    gap: Gap,
+    load: FloatArray,
+    *,
+    vertical: bool,
+    effective_modulus: float,
+    strips: int,
+    parameters: dict[str, float],
+) -> NormalSolution:
+    """Patches and pressures of every row; contract in `normal.model`.
+
+    Own parameter: "solved_strips", strips solved for in each part of the profile in contact, 20 by default;
+    the strips of the solution are interpolated from them.
+    """
+    count = int(min(max({**DEFAULTS, **parameters}["solved_strips"], _FEWEST), _MOST))
+    rows = load.size
+    number, fault = np.zeros(rows, np.int64), np.zeros(rows, np.int64)
+    shape = (rows, MOST_PATCHES, strips)
+    y, half, skew, slope = (np.empty(shape) for _ in range(4))
+    edges = np.empty((rows, MOST_PATCHES, strips + 1))
+    values = np.empty((rows, MOST_PATCHES, 13))
+    solve_patches(
+        plain(load),
+        vertical,
+        effective_modulus,
+        count,
+        gap.counterface.y,
+        gap.counterface.z,
+        gap.counterface.slope,
+        gap.counterface.angle,
+        gap.gap,
+        gap.wheel_radius,
+        gap.x,
+        gap.curvature,
+        influence_table(),
+        _ellipses(),
+        number,
+        fault,
+        y,
+        half,
+        skew,
+        slope,
+        edges,
+        values,
+    )
+    raise_first(fault)
+    used = np.arange(MOST_PATCHES) < number[:, None]
+    y, half, skew, values = y[used], half[used], skew[used], values[used]
+    patch = Patch(
+        row=np.repeat(np.arange(rows), number),
+        y=y,
+        width=values[:, 7].copy(),
+        x_lead=skew + half,
+        x_trail=skew - half,
+        pressure_slope=slope[used],
+        interpenetration=np.zeros_like(y),
+    )
+    centre, angle, approach, force, maximum, scale, displacement = values[:, :7].T.copy()
+    return NormalSolution(
+        patch=patch,
+        centre_y=centre,
+        contact_angle=angle,
+        approach=approach,
+        normal_force=force,
+        max_pressure=maximum,
+        edge_y=edges[used],
+        load_scale=scale,
+        vertical_displacement=displacement,
+        reference_point=ReferencePoint(*values[:, [8, 10, 11, 12]].T.copy()),
+    )
+
+
+MODEL = NormalModel(name="knothe_le_the", solve=solve, cost=1.6, parameters=DEFAULTS)

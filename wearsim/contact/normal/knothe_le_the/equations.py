@@ -1,0 +1,338 @@
+r"""How a strip with semi-elliptic pressure moves the surface under itself and under other strips.
+
+A strip of half-length a carries :math:`p = p_0\sqrt{1-(x/a)^2}` along the rolling direction x, uniform
+across a width. From its own line out to the distance Y a the displacement at X a along x is
+:math:`p_0 a F(X, Y) / (\pi E^*)` with
+
+.. math:: F(X, Y) = \int_{-1}^{1} \sqrt{1-t^2}\; \mathrm{arsinh}\frac{Y}{|X-t|}\,dt,
+
+and a strip's displacement is the difference of F between its two edges. A strip of half-length a_i that is
+moved averages it with the weights :math:`\sqrt{1-t^2}` and :math:`t^2/\sqrt{1-t^2}`, t = x/a_i: the
+averages N and M depend on two numbers, a_i/a and Y, and are tabulated in their logarithms.
+
+Which of two strips moves the other is the same for N, and M of one is :math:`\partial (a_i N)/\partial a_i`:
+one table for the shorter strip over the longer one holds both, and the derivatives of N.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import RectBivariateSpline
+
+from wearsim.contact.kernel import kernel
+from wearsim.contact.normal.knothe_le_the.strips import (
+    ANGLE,
+    COSINE,
+    GAP,
+    LOAD,
+    RADIUS,
+    SIGMA,
+    SQUARE,
+    TURN,
+    WIDTH,
+    Y,
+    Z,
+    bow_of,
+    influence_share,
+)
+from wearsim.contact.patch import FloatArray, IntArray
+
+# Table over ln(shorter/longer) and ln(Y): start and steps per unit. Linear interpolation in these steps is
+# off by less than 1e-4 of F; beyond the table it goes on as the straight line F is there.
+RATIO_START, RATIO_STEPS, _RATIOS = -5.0, 24.0, 120
+DISTANCE_START, DISTANCE_STEPS, _DISTANCES = -9.0, 40.0, 640
+
+_NODES = 48  # of the averages over half a strip; a short strip's field has a kink at its end
+
+
+def _along_strip(place: FloatArray, distance: FloatArray) -> FloatArray:
+    """F at places X >= 0 (n,) and distances Y > 0 (k,), by tanh-sinh quadrature on each side of X."""
+    step = np.linspace(-3.2, 3.2, 60)
+    stretch = 0.5 * np.pi * np.sinh(step)
+    near = 1.0 / (1.0 + np.exp(2.0 * stretch))  # share of the piece from its end, to full precision
+    far = near[::-1]
+    weight = (step[1] - step[0]) * 0.25 * np.pi * np.cosh(step) / np.cosh(stretch) ** 2
+    total = np.zeros((place.size, distance.size))
+    for k, x in enumerate(place):
+        split = min(x, 1.0)
+        for first, length in ((-1.0, 1.0 + split), (split, 1.0 - split)):
+            to_left = first + 1.0 + length * near
+            to_right = 1.0 - first - length + length * far
+            away = x - first - length + length * far if first < split else length * near
+            bell = length * weight * np.sqrt(to_left * to_right)
+            with np.errstate(divide="ignore"):
+                total[k] += np.arcsinh(distance[:, None] / np.maximum(away, 1e-300)) @ bell
+    return total
+
+
+@lru_cache(maxsize=1)
+def influence_table() -> FloatArray:
+    """Averages of F of the longer of two strips: table over ln(shorter/longer) and ln(Y).
+
+    Returns
+    -------
+    (ratios, distances, 3) array
+        N, M of the shorter strip, M of the longer one; for the kernels that call `averages`; made once per
+        process, in about half a second.
+    """
+    # F over arsinh(Y / sqrt(1 + X^2)) is a smooth function of X/(1 + X) and ln(Y).
+    share = np.linspace(0.0, 0.6, 90)
+    log_distance = np.linspace(DISTANCE_START, DISTANCE_START + _DISTANCES / DISTANCE_STEPS, 140)
+    place, distance = share / (1.0 - share), np.exp(log_distance)
+    scale = np.arcsinh(distance / np.sqrt(1.0 + place[:, None] ** 2))
+    smooth = RectBivariateSpline(share, log_distance, _along_strip(place, distance) / scale)
+    ratio = np.exp(RATIO_START + np.arange(_RATIOS + 1) / RATIO_STEPS)
+    log_distance = DISTANCE_START + np.arange(_DISTANCES + 1) / DISTANCE_STEPS
+    distance = np.exp(log_distance)
+    node = np.sin(0.5 * np.pi * (np.arange(_NODES) + 0.5) / _NODES)  # Gauss-Chebyshev
+    table = np.zeros((ratio.size, distance.size, 3))
+    for t in node:
+        first, other = 2.0 * (1.0 - t * t) / _NODES, 2.0 * t * t / _NODES
+        x = t * ratio
+        reach = np.sqrt(1.0 + x[:, None] ** 2)
+        scale, rise = np.arcsinh(distance / reach), distance / np.sqrt(reach**2 + distance**2)
+        shape = smooth(x / (1.0 + x), log_distance)
+        values = shape * scale
+        table[:, :, 0] += first * values
+        table[:, :, 1] += other * values
+        # By ln Y, of which a longer strip sees less.
+        table[:, :, 2] -= first * (smooth(x / (1.0 + x), log_distance, dy=1) * scale + shape * rise)
+    table[:, :, 2] += 2.0 * table[:, :, 0] - table[:, :, 1]
+    return table
+
+
+@kernel
+def averages(table: FloatArray, ratio: float, distance: float) -> tuple[float, float, float]:
+    """N, M of the shorter and M of the longer strip at ln(shorter/longer) and ln(Y)."""
+    x, y = (ratio - RATIO_START) * RATIO_STEPS, (distance - DISTANCE_START) * DISTANCE_STEPS
+    i = min(max(int(x), 0), table.shape[0] - 2)
+    j = min(max(int(y), 0), table.shape[1] - 2)
+    x, y = max(x - i, 0.0), y - j
+    a, b, c = table[i, j, 0], table[i, j, 1], table[i, j, 2]
+    d, e, f = table[i + 1, j, 0], table[i + 1, j, 1], table[i + 1, j, 2]
+    a += y * (table[i, j + 1, 0] - a)
+    b += y * (table[i, j + 1, 1] - b)
+    c += y * (table[i, j + 1, 2] - c)
+    d += y * (table[i + 1, j + 1, 0] - d)
+    e += y * (table[i + 1, j + 1, 1] - e)
+    f += y * (table[i + 1, j + 1, 2] - f)
+    return a + x * (d - a), b + x * (e - b), c + x * (f - c)
+
+
+@kernel
+def averages_and_slopes(
+    table: FloatArray, ratio: float, distance: float
+) -> tuple[float, float, float, float, float, float]:
+    """N and both M as `averages`; M of the shorter by its own length, M of the longer by either's.
+
+    Derivatives by the logarithms of the half-lengths, the distance being given.
+    """
+    x, y = (ratio - RATIO_START) * RATIO_STEPS, (distance - DISTANCE_START) * DISTANCE_STEPS
+    i = min(max(int(x), 0), table.shape[0] - 2)
+    j = min(max(int(y), 0), table.shape[1] - 2)
+    x, y = max(x - i, 0.0), y - j
+    a, b, c = table[i, j, 0], table[i, j, 1], table[i, j, 2]
+    d, e, f = table[i + 1, j, 0], table[i + 1, j, 1], table[i + 1, j, 2]
+    across = table[i, j + 1, 2] - c
+    across += x * (table[i + 1, j + 1, 2] - f - across)
+    a += y * (table[i, j + 1, 0] - a)
+    b += y * (table[i, j + 1, 1] - b)
+    c += y * (table[i, j + 1, 2] - c)
+    d += y * (table[i + 1, j + 1, 0] - d)
+    e += y * (table[i + 1, j + 1, 1] - e)
+    f += y * (table[i + 1, j + 1, 2] - f)
+    by_short = RATIO_STEPS * (f - c)
+    return (
+        a + x * (d - a),
+        b + x * (e - b),
+        c + x * (f - c),
+        RATIO_STEPS * (e - b),
+        by_short,
+        -by_short - DISTANCE_STEPS * across,
+    )
+
+
+@kernel
+def in_the_middle(table: FloatArray, distance: float) -> float:
+    """F in the middle of a strip, X = 0, at ln(Y): what a strip without length sees."""
+    y = (distance - DISTANCE_START) * DISTANCE_STEPS
+    j = min(max(int(y), 0), table.shape[1] - 2)
+    value: float = table[0, j, 0] + (y - j) * (table[0, j + 1, 0] - table[0, j, 0])
+    return value
+
+
+# Layers of `pairs`: logarithms of the distance to the nearer and to the farther edge, the same for both of a
+# pair (of strips of unlike width the mean is taken), and the share of the elastic influence.
+NEARER, FARTHER, SHARE = range(3)
+
+
+@kernel
+def pair_up(strips: FloatArray, lobe: IntArray, total: int, pairs: FloatArray) -> None:
+    """Distances of all strips from each other, and the shares of their elastic influence."""
+    i = 0
+    while i < total:
+        end = i
+        while end < total and lobe[end] == lobe[i]:
+            end += 1
+        # Strips of one part are alike.
+        width = strips[WIDTH, i]
+        before = np.log(0.5 * width)
+        for k in range(end - i):
+            after = before if k == 0 else np.log((k + 0.5) * width)
+            for j in range(i, end - k):
+                pairs[NEARER, j, j + k] = pairs[NEARER, j + k, j] = before
+                pairs[FARTHER, j, j + k] = pairs[FARTHER, j + k, j] = after
+                pairs[SHARE, j, j + k] = pairs[SHARE, j + k, j] = 1.0
+            before = after
+        for j in range(i, end):
+            for k in range(end, total):
+                across, down = strips[Y, j] - strips[Y, k], strips[Z, j] - strips[Z, k]
+                distance = np.sqrt(across * across + down * down)
+                half = 0.25 * (strips[WIDTH, j] + strips[WIDTH, k])
+                share = influence_share(strips[ANGLE, j] - strips[ANGLE, k], distance) * 0.5 / half
+                pairs[NEARER, j, k] = pairs[NEARER, k, j] = np.log(max(distance - half, 0.1 * half))
+                pairs[FARTHER, j, k] = pairs[FARTHER, k, j] = np.log(distance + half)
+                pairs[SHARE, j, k], pairs[SHARE, k, j] = share * strips[WIDTH, k], share * strips[WIDTH, j]
+        i = end
+
+
+@kernel
+def influences(
+    strips: FloatArray, total: int, table: FloatArray, pairs: FloatArray, near: FloatArray, far: FloatArray
+) -> None:
+    """Both averages on every strip (row) per load of every strip (column)."""
+    logs = np.empty(total)
+    for i in range(total):
+        logs[i] = 0.5 * np.log(strips[SQUARE, i])
+    for i in range(total):
+        a, b, _ = averages(table, 0.0, pairs[FARTHER, i, i] - logs[i])
+        near[i, i], far[i, i] = 2.0 * a, 2.0 * b
+        for j in range(i + 1, total):
+            short, long = (i, j) if logs[i] < logs[j] else (j, i)
+            log = logs[long]
+            ratio = logs[short] - log
+            a, b, c = averages(table, ratio, pairs[FARTHER, i, j] - log)
+            d, e, f = averages(table, ratio, pairs[NEARER, i, j] - log)
+            share, back = pairs[SHARE, short, long], pairs[SHARE, long, short]
+            near[short, long], near[long, short] = share * (a - d), back * (a - d)
+            far[short, long], far[long, short] = share * (b - e), back * (c - f)
+
+
+@kernel
+def inner_of(active: IntArray, lobe: IntArray, m: int, row: int) -> int:
+    """Row of the one neighbour of a strip at the rim, or -1."""
+    i = active[row]
+    inner = -1
+    if row + 1 < m and active[row + 1] == i + 1 and lobe[i + 1] == lobe[i]:
+        inner = row + 1
+    if row > 0 and active[row - 1] == i - 1 and lobe[i - 1] == lobe[i]:
+        inner = -1 if inner >= 0 else row - 1
+    return inner
+
+
+@kernel
+def residuals(
+    strips: FloatArray,
+    lobe: IntArray,
+    displacement: float,
+    load: float,
+    vertical: bool,
+    table: FloatArray,
+    pairs: FloatArray,
+    active: IntArray,
+    m: int,
+    scale: FloatArray,
+    with_matrix: bool,
+    matrix: FloatArray,
+    right: FloatArray,
+    work: FloatArray,
+) -> None:
+    """Write what is left of the equations of the strips with pressure, and their Jacobian if asked for.
+
+    Unknown are P and q of each and the displacement, over `scale`. A strip at the rim takes the ratio P/q
+    from its neighbour: alone it could shrink to a point where the surfaces still overlap.
+    """
+    n = 2 * m + 1
+    per_p, per_q, per_displacement = scale[0], scale[1], scale[2]
+    logs, near, far, near_self, far_self = work[0], work[1], work[2], work[3], work[4]
+    for row in range(m):
+        logs[row] = 0.5 * np.log(strips[SQUARE, active[row]])
+        near[row] = far[row] = near_self[row] = far_self[row] = 0.0
+    for row in range(m):
+        i = active[row]
+        a, b, _, _, b_own, b_other = averages_and_slopes(table, 0.0, pairs[FARTHER, i, i] - logs[row])
+        p = strips[LOAD, i]
+        near[row] += 2.0 * a * p
+        far[row] += 2.0 * b * p
+        if with_matrix:
+            by_q = 0.5 * p / strips[SQUARE, i] * per_q
+            matrix[row, row] = 2.0 * a * per_p
+            matrix[m + row, row] = 2.0 * (b - a) * per_p
+            matrix[row, m + row] = 4.0 * (b - a) * by_q
+            matrix[m + row, m + row] = 2.0 * (b_own + b_other - 2.0 * (b - a)) * by_q
+        for column in range(row + 1, m):
+            short, long = (row, column) if logs[row] < logs[column] else (column, row)
+            log = logs[long]
+            ratio = logs[short] - log
+            i, j = active[short], active[long]
+            share, back = pairs[SHARE, i, j], pairs[SHARE, j, i]
+            own, other = strips[LOAD, i], strips[LOAD, j]
+            if not with_matrix:
+                a, b, c = averages(table, ratio, pairs[FARTHER, i, j] - log)
+                d, e, f = averages(table, ratio, pairs[NEARER, i, j] - log)
+                near[short] += share * (a - d) * other
+                far[short] += share * (b - e) * other
+                near[long] += back * (a - d) * own
+                far[long] += back * (c - f) * own
+                continue
+            a, b, c, b_short, c_short, c_long = averages_and_slopes(table, ratio, pairs[FARTHER, i, j] - log)
+            d, e, f, e_short, f_short, f_long = averages_and_slopes(table, ratio, pairs[NEARER, i, j] - log)
+            a, b, c = a - d, b - e, c - f
+            near[short] += share * a * other
+            far[short] += share * b * other
+            near[long] += back * a * own
+            far[long] += back * c * own
+            # M - N of either strip is the derivative of N by the logarithm of its half-length.
+            b, c = b - a, c - a
+            b_short, c_long = b_short - e_short - b, c_long - f_long - c
+            both = c_short - f_short - b
+            near_self[short] += share * b * other
+            near_self[long] += back * c * own
+            far_self[short] += share * b_short * other
+            far_self[long] += back * c_long * own
+            matrix[short, long], matrix[long, short] = share * a * per_p, back * a * per_p
+            matrix[m + short, long], matrix[m + long, short] = share * b * per_p, back * c * per_p
+            own, other = 0.5 * own / strips[SQUARE, i] * per_q, 0.5 * other / strips[SQUARE, j] * per_q
+            matrix[short, m + long], matrix[long, m + short] = share * c * other, back * b * own
+            matrix[m + short, m + long], matrix[m + long, m + short] = share * both * other, back * both * own
+    carried = 0.0
+    for row in range(m):
+        i = active[row]
+        q = strips[SQUARE, i]
+        low_bow = bow_of(0.25 * q, strips[RADIUS, i], strips[SIGMA, i])
+        high_bow = bow_of(0.75 * q, strips[RADIUS, i], strips[SIGMA, i])
+        right[row] = -(near[row] + strips[GAP, i] + low_bow - displacement * strips[TURN, i])
+        right[m + row] = -(far[row] - near[row] + high_bow - low_bow)
+        lift = 0.5 * np.pi * strips[WIDTH, i] * (strips[COSINE, i] if vertical else 1.0) / load
+        carried += lift * strips[LOAD, i]
+        if with_matrix:
+            matrix[row, m + row] += (0.5 * near_self[row] + low_bow) / q * per_q
+            matrix[m + row, m + row] += (0.5 * far_self[row] + high_bow - low_bow) / q * per_q
+            matrix[row, n - 1] = -strips[TURN, i] * per_displacement
+            matrix[m + row, n - 1] = matrix[n - 1, m + row] = 0.0
+            matrix[n - 1, row] = lift * per_p
+        inner = inner_of(active, lobe, m, row)
+        if inner >= 0:
+            j = active[inner]
+            p, other_p, other_q = strips[LOAD, i] / per_p, strips[LOAD, j] / per_p, strips[SQUARE, j] / per_q
+            q /= per_q
+            right[m + row] = q * other_p - p * other_q
+            if with_matrix:
+                matrix[m + row, :n] = 0.0
+                matrix[m + row, row], matrix[m + row, inner] = other_q, -q
+                matrix[m + row, m + row], matrix[m + row, m + inner] = -other_p, p
+    right[n - 1] = 1.0 - carried
+    if with_matrix:
+        matrix[n - 1, n - 1] = 0.0

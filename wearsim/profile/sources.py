@@ -1,0 +1,177 @@
+"""Profiles for users: a standard shape by name, a file of any known format, and back to a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+from wearsim.errors import ProfileError
+from wearsim.profile import standard
+from wearsim.profile.files import load_profile, write_profile
+from wearsim.profile.shape import Profile
+from wearsim.quantities import QUANTITIES
+
+INCLINATION = 1.0 / 40.0
+"""Of a rail towards the track centre where nothing else is stated [-]."""
+GAUGE = 1.435
+"""Of the track where nothing else is stated [m]."""
+_FLANGE_BACK_TO_ORIGIN = 0.070  # from the inner wheel face to the running circle [m]
+
+
+def half_span(back_to_back: float) -> float:
+    """Distance from the track centre to the origin of the wheel profile.
+
+    Parameters
+    ----------
+    back_to_back : float
+        Distance between the inner wheel faces [m].
+
+    Returns
+    -------
+    float
+        Half of it plus the 70 mm to the running circle [m].
+
+    Raises
+    ------
+    ProfileError
+        The distance is out of its range.
+    """
+    if fault := QUANTITIES["back_to_back"].fault(back_to_back):
+        raise ProfileError(fault)
+    return 0.5 * back_to_back + _FLANGE_BACK_TO_ORIGIN
+
+
+def standard_profile(
+    name: str,
+    *,
+    inclination: float = INCLINATION,
+    gauge: float = GAUGE,
+    back_to_back: float = 1.360,
+    spacing: float = 0.25e-3,
+) -> Profile:
+    """Profile of a standard shape.
+
+    Parameters
+    ----------
+    name : str
+        Such as "S1002", "S1002/h30/e30.5" (flange height and thickness [mm]) or "60E1".
+    inclination : float
+        Tangent of a rail's tilt towards the track centre [-].
+    gauge : float
+        Distance of the gauge points of both rails [m].
+    back_to_back : float
+        Of the wheelset on the rails: it fixes the origin of the wheel profile, which is that of the rail [m].
+    spacing : float
+        Point distance along the profile [m].
+
+    Returns
+    -------
+    Profile
+        In metres; a rail is placed in the track.
+
+    Raises
+    ------
+    ProfileError
+        There is no such shape, or a parameter is out of range.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> wheel = wearsim.standard_profile("S1002/h30/e30.5")
+    >>> wheel.kind
+    'wheel'
+    >>> wearsim.standard_profile("60E1", inclination=1 / 20).kind
+    'rail'
+    """
+    kind = standard.designation_kind(name)
+    if kind == "wheel":
+        return standard.wheel(name, spacing)
+    if kind == "rail":
+        return standard.rail(name, inclination, gauge, half_span(back_to_back), spacing)
+    names = [*standard.shipped_names("wheel"), *standard.shipped_names("rail")]
+    raise ProfileError(f"{name!r} is not a standard profile; known: {', '.join(names)}")
+
+
+def read_profile(
+    path: str | Path,
+    kind: Literal["wheel", "rail"],
+    *,
+    inclination: float = INCLINATION,
+    gauge: float = GAUGE,
+    back_to_back: float = 1.360,
+    **statements: Any,
+) -> Profile:
+    """Read a profile from a file of any known format.
+
+    Parameters
+    ----------
+    path : str or Path
+        MiniProf, SIMPACK, GENSYS, CONTACT slices, UIC 519 or columns of points.
+    kind : {"wheel", "rail"}
+        What it is.
+    inclination : float
+        Tangent of a rail's tilt towards the track centre; a head measured as it leans in the track is not
+        tilted again [-].
+    gauge, back_to_back : float
+        As of `standard_profile` [m].
+    **statements
+        What the file does not say and cannot be detected: `format`, `units`, `mirror`, `z_up`, `origin`,
+        `part`, `slice` of `wearsim.profile.files.read_profile`, which also returns what was detected.
+
+    Returns
+    -------
+    Profile
+        In metres; a rail is placed in the track. Its `source` lists what was detected.
+
+    Raises
+    ------
+    ProfileError
+        One line per fault, ``file:line: message``.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> wearsim.export_profile(wearsim.standard_profile("S1002"), "wheel.whl", "miniprof")
+    >>> wearsim.read_profile("wheel.whl", "wheel").name
+    'wheel'
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ProfileError(f"{path} does not exist or is no file; give a profile file")
+    span = half_span(back_to_back)
+    return load_profile(path, kind, inclination=inclination, gauge=gauge, half_span=span, **statements)
+
+
+def export_profile(
+    profile: Profile,
+    path: str | Path,
+    format: Literal["two-column", "miniprof", "simpack"] = "two-column",
+    *,
+    overwrite: bool = False,
+) -> None:
+    """Write a profile to a file that `read_profile` reads back to the same bits.
+
+    Parameters
+    ----------
+    profile : Profile
+        In metres.
+    path : str or Path
+        File to write; MiniProf `.whl` or `.ban`, SIMPACK `.prw` or `.prr`.
+    format : {"two-column", "miniprof", "simpack"}
+        Of the file; two columns are y and z in mm.
+    overwrite : bool
+        Whether an existing file may be replaced.
+
+    Raises
+    ------
+    ProfileError
+        The format is not known, the extension is that of the other kind, the file exists or cannot be
+        written, or a point is not finite.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> rail = wearsim.standard_profile("60E1")
+    >>> wearsim.export_profile(rail, "60e1.csv")
+    """
+    write_profile(profile, path, format, overwrite=overwrite)

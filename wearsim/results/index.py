@@ -1,0 +1,26 @@
+"""The index of the steps of a campaign by the distance run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from xarray.indexes import PandasIndex
+
+INDEXES = ("operating_point", "wheel")
+"""Dimensions whose labels `open_results` makes their index."""
+
+
+class DistanceIndex(PandasIndex):
+    """Distances that rise with the step; of equal ones (reprofiling) the later counts."""
+
+    def sel(self, labels: dict[Any, Any], method: str | None = None, tolerance: Any = None) -> Any:
+        """Rows of the labels, see `xarray.Dataset.sel`."""
+        if method is None or self.index.is_unique:
+            return super().sel(labels, method, tolerance)
+        last = np.flatnonzero(~self.index.duplicated(keep="last"))
+        result = PandasIndex(self.index[last], self.dim).sel(labels, method, tolerance)
+        rows = result.dim_indexers[self.dim]
+        rows = rows.copy(data=last[rows.data]) if hasattr(rows, "dims") else last[rows]
+        result.dim_indexers[self.dim] = rows
+        return result

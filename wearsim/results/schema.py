@@ -1,0 +1,119 @@
+"""What a result file holds: variables by `wearsim.quantities`, its static part, one row, and their check."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import netCDF4
+import numpy as np
+
+from wearsim.errors import NumericalError, ResultError
+from wearsim.quantities import QUANTITIES, Quantity
+
+SCHEMA = 4
+PATCH_SLOTS = 8
+REGIME_FLAGS = ("wear_regime", "wear_regime_highest")
+
+FILL_FLOAT = float(netCDF4.default_fillvals["f8"])
+FILL_INT = int(netCDF4.default_fillvals["i4"])
+
+_STORED = [quantity for quantity in QUANTITIES.values() if quantity.dimensions]
+
+LAYOUT: Mapping[str, Quantity] = {each.name: each for each in _STORED if not each.group}
+"""Variables that every result file has."""
+
+GROUPS: Mapping[str, Mapping[str, Quantity]] = {
+    group: {each.name: each for each in _STORED if each.group == group}
+    for group in dict.fromkeys(each.group for each in _STORED if each.group)
+}
+"""Variables that only results of some scenes have: all of a group, or none. The first one decides."""
+
+STATIC = tuple(name for name, quantity in LAYOUT.items() if "step" not in quantity.dimensions)
+"""Names of the variables that are written once."""
+
+ROW = tuple(name for name, quantity in LAYOUT.items() if "step" in quantity.dimensions)
+"""Names of the variables of one row."""
+
+COORDINATES = ("distance", "wheel_name", "regime_name", "operating_point_name", "arc_length")
+"""Coordinates; they never carry a fill value."""
+
+LABELS = (*COORDINATES, *(next(iter(group)) for group in GROUPS.values()))
+"""Coordinates with those of the groups."""
+
+
+def layout_of(names: Container[str]) -> dict[str, Quantity]:
+    """Return all variables of a result file that has those called `names`.
+
+    Parameters
+    ----------
+    names : container of str
+        Variables of the file, or of its static part.
+    """
+    layout = dict(LAYOUT)
+    for group in GROUPS.values():
+        if next(iter(group)) in names:
+            layout |= group
+    return layout
+
+
+def row_names(names: Container[str]) -> tuple[str, ...]:
+    """Return the variables of one row of a result file that has the variables `names`."""
+    return tuple(name for name, quantity in layout_of(names).items() if "step" in quantity.dimensions)
+
+
+@dataclass(frozen=True)
+class Header:
+    """All of a result file that does not change from step to step.
+
+    Parameters
+    ----------
+    static : mapping
+        The variables named in `STATIC`: arrays [SI units], or sequences of str.
+    attributes : mapping
+        Global attributes, str or number; empty ones are not written.
+    """
+
+    static: Mapping[str, Any]
+    attributes: Mapping[str, str | int | float]
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Lengths of all fixed dimensions."""
+        sizes = {"patch": PATCH_SLOTS}
+        for name, quantity in layout_of(self.static).items():
+            if "step" not in quantity.dimensions:
+                sizes[quantity.dimensions[0]] = len(self.static[name])
+        return sizes
+
+
+Row = Mapping[str, np.ndarray]
+"""The variables named in `ROW` for one step, without the step axis; missing values are fill values."""
+
+
+def check_row(header: Header, row: Row) -> None:
+    """Raise unless `row` has exactly the variables of the schema, in shape and free of NaN.
+
+    Parameters
+    ----------
+    header : Header
+        Of the file the row is for.
+    row : mapping of arrays
+        See `Row`.
+    """
+    sizes, layout = header.sizes, layout_of(header.static)
+    names = row_names(header.static)
+    if set(row) != set(names):
+        wrong = ", ".join(sorted(set(row) ^ set(names)))
+        raise ResultError(f"a result row must have exactly the variables of the schema; check {wrong}")
+    for name in names:
+        value = np.asarray(row[name])
+        shape = tuple(sizes[d] for d in layout[name].dimensions[1:])
+        if value.shape != shape:
+            raise ResultError(f"result variable {name} has shape {value.shape} where {shape} is needed")
+        if not np.all(np.isfinite(value)):
+            place = tuple(int(i) for i in np.argwhere(~np.isfinite(value))[0])
+            raise NumericalError(
+                f"{name}{list(place)} is not a finite number; nothing was written, the last step is safe"
+            )

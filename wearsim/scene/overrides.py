@@ -1,0 +1,182 @@
+"""Values that take the place of those in a scene file: by `--set`, by a sweep, by a study."""
+
+from __future__ import annotations
+
+import copy
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from wearsim.errors import Fault, SceneError
+from wearsim.scene.toml import toml_text
+from wearsim.toml_faults import KeyPath, Lines, line_of, shown
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+
+
+@dataclass(frozen=True)
+class Override:
+    """Another value for one key of a scene.
+
+    Parameters
+    ----------
+    key : str
+        Dotted key, such as "wheelset.radius_mm". In a list of tables a number counted from 1 selects one of
+        them ("operation.block.2.friction"), a key without one means all of them.
+    value : object
+        As `tomllib` reads it; None removes the key, so that its default applies.
+    source : str, optional
+        Flag or file that asks for it, named in faults.
+    line : int, optional
+        Its line in that file.
+    """
+
+    key: str
+    value: Any
+    source: str | None = None
+    line: int | None = None
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Parts of the key."""
+        return tuple(self.key.split("."))
+
+    @property
+    def label(self) -> str:
+        """Last part of the key, and the value."""
+        return f"{self.keys[-1]} {'removed' if self.value is None else f'= {shown(self.value)}'}"
+
+    def below(self, keys: Sequence[str]) -> Override:
+        """Return the same override of another key."""
+        return Override(".".join(keys), self.value, self.source, self.line)
+
+
+class _OverriddenLine(int):
+    """Line of a key whose value was overridden; carries the override to the fault."""
+
+    override: Override
+
+
+def merge(data: Mapping[str, Any], overrides: Sequence[Override], lines: Lines) -> dict[str, Any]:
+    """Merge overrides into a parsed scene.
+
+    Parameters
+    ----------
+    data : mapping
+        As `tomllib` reads the file.
+    overrides : sequence of Override
+        Later ones win.
+    lines : dict
+        Line of each key; changed in place, so that `at_its_source` names the override in a fault.
+
+    Returns
+    -------
+    dict
+        The merged scene; `data` stays as it is.
+
+    Raises
+    ------
+    SceneError
+        With the overrides of tables that do not exist.
+    """
+    merged = copy.deepcopy(dict(data))
+    faults = []
+    for override in overrides:
+        paths = list(_paths(merged, override.keys))
+        if not paths or not all([_put(merged, path, override.value) for path in paths]):
+            message = f"the scene has no table for {override.key}; tables of a list are counted from 1"
+            faults.append(Fault(message, override.source, override.line))
+            continue
+        for path in paths:
+            lines[path] = _OverriddenLine(line_of(lines, path))
+            lines[path].override = override  # type: ignore[attr-defined]
+    if faults:
+        raise SceneError(faults)
+    return merged
+
+
+def at_its_source(fault: Fault) -> Fault:
+    """Return the fault of an overridden value at the flag or line that asks for the value."""
+    if not isinstance(fault.line, _OverriddenLine):
+        return fault
+    override = fault.line.override
+    if override.source is None:
+        return fault
+    where = f" (in {Path(fault.file).name})" if fault.file else ""
+    return Fault(f"{fault.message}{where}", override.source, override.line)
+
+
+def overridden_text(data: Mapping[str, Any], overrides: Sequence[Override]) -> str:
+    """Write a merged scene as TOML, for the copy in a run directory.
+
+    Parameters
+    ----------
+    data : mapping
+        From `merge`.
+    overrides : sequence of Override
+        Those that were merged; listed in the first line.
+    """
+    last = {override.key: override for override in overrides}
+    labels = (".".join((*last[key].keys[:-1], last[key].label)) for key in sorted(last))
+    note = json.dumps(", ".join(labels), ensure_ascii=False)[1:-1].replace("\x7f", "")
+    return f"# scene with {note}\n\n{toml_text(data)}"
+
+
+def value_of(text: str) -> Any:
+    """Read a value from a flag or a cell of a table.
+
+    Parameters
+    ----------
+    text : str
+        Without quotes.
+
+    Returns
+    -------
+    int, float, bool, str or None
+        A number, true or false, or else the text; None for an empty text, which removes the key.
+    """
+    text = text.strip()
+    if re.fullmatch(r"[+-]?\d{1,18}", text):
+        return int(text)
+    if _NUMBER.fullmatch(text):
+        return float(text)
+    return {"true": True, "false": False, "": None}.get(text, text)
+
+
+def _paths(data: Any, keys: Sequence[str]) -> Iterator[KeyPath]:
+    """Paths that a dotted key means in a scene; keys that are not there yet end the search."""
+    if isinstance(data, list) and any(isinstance(item, Mapping) for item in data):
+        if keys[0].isdecimal():
+            if 1 <= int(keys[0]) <= len(data) and len(keys) > 1:
+                index = int(keys[0]) - 1
+                yield from ((index, *rest) for rest in _paths(data[index], keys[1:]))
+            return
+        for index, item in enumerate(data):
+            yield from ((index, *rest) for rest in _paths(item, keys))
+    elif len(keys) > 1 and isinstance(data, Mapping) and keys[0] in data:
+        yield from ((keys[0], *rest) for rest in _paths(data[keys[0]], keys[1:]))
+    else:
+        yield tuple(keys)
+
+
+def _put(data: Any, path: KeyPath, value: Any) -> bool:
+    """Set or remove one value; False where the path leads through a value that is no table."""
+    for part in path[:-1]:
+        if isinstance(data, list):
+            data = data[int(part)]
+        elif isinstance(data, dict):
+            if part not in data and value is None:
+                return True
+            data = data.setdefault(part, {})
+        else:
+            return False
+    if not isinstance(data, dict):
+        return False
+    if value is None:
+        data.pop(path[-1], None)
+    else:
+        data[path[-1]] = copy.deepcopy(value)
+    return True
