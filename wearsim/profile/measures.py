@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from types import MappingProxyType
 
 import numpy as np
 
@@ -249,24 +248,25 @@ def wheel_measures(
         _check("wheel_radius", radius)
     at = distances or GaugeDistances()
     y, z = profile.y, profile.z
-    values, missing = _collected(
-        {
-            "flange_height": lambda: flange_height(*_with_tip(y, z)),
-            "flange_thickness": lambda: flange_thickness(
-                *_flanged(y, z), level=at.level, flange_back=at.flange_back
-            ),
-            "flange_gradient": lambda: flange_gradient(
-                *_with_tip(y, z), level=at.level, below_tip=at.below_tip
-            ),
-            "hollowing": lambda: _whole_hollowing(y, z),
-            "rim_width": lambda: _rim_width(*_flanged(y, z), at.flange_back),
-            "wheel_diameter": lambda: _diameter(y, z, radius),
-        }
-    )
+    gauge: dict[str, Callable[[], float]] = {
+        "flange_height": lambda: flange_height(*_with_tip(y, z)),
+        "flange_thickness": lambda: flange_thickness(
+            *_flanged(y, z), level=at.level, flange_back=at.flange_back
+        ),
+        "flange_gradient": lambda: flange_gradient(*_with_tip(y, z), level=at.level, below_tip=at.below_tip),
+        "hollowing": lambda: _whole_hollowing(y, z),
+        "rim_width": lambda: _rim_width(*_flanged(y, z), at.flange_back),
+        "wheel_diameter": lambda: _diameter(y, z, radius),
+    }
+    values: dict[str, float] = {}
+    missing: dict[str, str] = {}
+    for name, measure in gauge.items():
+        try:
+            values[name] = float(measure())
+        except ProfileError as error:
+            missing[name] = str(error)
     axle = _axle(values, values, back_to_back)
-    return Measures(
-        MappingProxyType({**values, **axle.values}), MappingProxyType({**missing, **axle.missing})
-    )
+    return Measures({**values, **axle.values}, {**missing, **axle.missing})
 
 
 def wheelset_measures(
@@ -296,40 +296,23 @@ def wheelset_measures(
     WheelsetMeasures
         Front-to-front is AR + Sd of the right + Sd of the left wheel, at the level of Sd.
     """
-    each = (
-        wheel_measures(right, distances, radius=radius_right),
-        wheel_measures(left, distances, radius=radius_left),
-    )
-    alone = [
-        Measures(
-            MappingProxyType({k: v for k, v in m.values.items() if k not in _OF_AXLE}),
-            MappingProxyType({k: v for k, v in m.missing.items() if k not in _OF_AXLE}),
-        )
-        for m in each
-    ]
-    axle = _axle(alone[0].values, alone[1].values, back_to_back)
-    values, missing = dict(axle.values), dict(axle.missing)
-    diameters = [m.values.get("wheel_diameter") for m in alone]
-    if diameters[0] is not None and diameters[1] is not None:
-        values["wheel_diameter_difference"] = diameters[0] - diameters[1]
+    wheels = []
+    for profile, radius in ((right, radius_right), (left, radius_left)):
+        whole = wheel_measures(profile, distances, radius=radius)
+        values = {name: value for name, value in whole.values.items() if name not in _OF_AXLE}
+        missing = {name: why for name, why in whole.missing.items() if name not in _OF_AXLE}
+        wheels.append(Measures(values, missing))
+    axle = _axle(wheels[0].values, wheels[1].values, back_to_back)
+    diameters = [wheel.values.get("wheel_diameter") for wheel in wheels]
+    difference = "wheel_diameter_difference"
+    if diameters[0] is None or diameters[1] is None:
+        axle = Measures(axle.values, {**axle.missing, difference: "the radii of both wheels are needed"})
     else:
-        missing["wheel_diameter_difference"] = "the radii of both wheels are needed"
-    return WheelsetMeasures(alone[0], alone[1], Measures(MappingProxyType(values), MappingProxyType(missing)))
+        axle = Measures({**axle.values, difference: diameters[0] - diameters[1]}, axle.missing)
+    return WheelsetMeasures(wheels[0], wheels[1], axle)
 
 
 _OF_AXLE = ("back_to_back", "front_to_front")
-
-
-def _collected(measures: Mapping[str, Callable[[], float]]) -> tuple[dict[str, float], dict[str, str]]:
-    """Take each measure or the reason why not."""
-    values: dict[str, float] = {}
-    missing: dict[str, str] = {}
-    for name, measure in measures.items():
-        try:
-            values[name] = float(measure())
-        except ProfileError as error:
-            missing[name] = str(error)
-    return values, missing
 
 
 def _axle(right: Mapping[str, float], left: Mapping[str, float], back_to_back: float | None) -> Measures:
