@@ -17,7 +17,7 @@ from wearsim.campaign.control import half_space_depth_limit, largest_step
 from wearsim.campaign.rate import rate
 from wearsim.campaign.state import State
 from wearsim.campaign.step import advance
-from wearsim.damage.wear import WearSettings, regimes
+from wearsim.damage.wear import WearSettings
 from wearsim.errors import NumericalError, WearsimError
 from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.profile.noise import smoothing_spline
@@ -30,6 +30,7 @@ WHEELSET = wearsim.wheelset(WHEEL, radius=0.46, back_to_back=1.36)
 RAILS = wearsim.rails("60E1", inclination=1.0 / 40.0, gauge=1.435)
 SPACING = 0.25e-3  # of the points of the wheel profile [m]
 DENSITY = 7850.0
+REGIMES = 3  # of the law usfd: mild, severe, catastrophic
 SHIFTS = np.linspace(-4e-3, -1e-3, 7)  # one patch on the tread each
 WEIGHT = np.full(SHIFTS.size, 1.0 / SHIFTS.size)
 NOISE = 0.05e-6  # standard deviation of the heights of the new profile's points [m]
@@ -103,9 +104,9 @@ Smooth such a profile before the run, and leave the smoothing of the increments 
 
 def new_wheels(right_z):
     """State of a wheelset with these heights of the right wheel and a new left wheel."""
-    blank, count = np.zeros((2, WHEEL.y.size)), len(regimes(WearSettings().law))
+    blank = np.zeros((2, WHEEL.y.size))
     y, z = np.stack([WHEEL.y, WHEEL.y]), np.stack([right_z, WHEEL.z])
-    return State(0, 0.0, y, z, blank, np.zeros((2, count, WHEEL.y.size)), np.zeros(2), np.zeros(2))
+    return State(0, 0.0, y, z, blank, np.zeros((2, REGIMES, WHEEL.y.size)), np.zeros(2), np.zeros(2))
 
 
 def wear_rate(state, models):

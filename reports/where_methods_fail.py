@@ -151,17 +151,19 @@ def problem_of(situation):
     """Wheelset, counterface and operating point of a row of where_methods_fail_cases.csv."""
     name, *numbers = situation["profiles"].split() or [""]
     wheel, rail = PROFILES[name](*map(float, numbers)) if name else (WHEEL, RAIL)
-    given = {key: float(situation[key]) for key in ("shift", "yaw", "wheel_load") if situation[key]}
+    motion = {"shift": 3e-3, "yaw": 0.0, "roll": 0.0, "wheel_load": 80e3, "speed": SPEED}
+    motion |= {"friction": FRICTION, "track_curvature": 0.0}
+    motion |= {key: float(situation[key]) for key in ("shift", "yaw", "wheel_load") if situation[key]}
+    creepage = None
     if situation["spin"]:
-        creepage = [float(situation[key]) for key in ("creepage_x", "creepage_y", "spin")]
-        given["creepage"] = np.array([creepage])
-    motion = {"shift": 3e-3, "speed": SPEED, "friction": FRICTION, "rotation": "nominal"} | given
+        creepage = np.array([[float(situation[key]) for key in ("creepage_x", "creepage_y", "spin")]])
     curvature = 1.0 / float(situation["roller_radius"]) if situation["roller_radius"] else 0.0
-    return (
-        wearsim.wheelset(wheel, radius=0.46, back_to_back=1.36),
-        wearsim.Counterface(rail, curvature),
-        wearsim.ContactConditions.of(**motion),
+    # not ContactConditions.of, which limits the input: what lies beyond is to be solved here
+    conditions = wearsim.ContactConditions(
+        **{key: np.array([value]) for key, value in motion.items()}, rotation="nominal", creepage=creepage
     )
+    wheelset = wearsim.wheelset(wheel, radius=0.46, back_to_back=1.36)
+    return wheelset, wearsim.Counterface(rail, curvature), conditions
 
 
 def solve(situation, normal, tangential, grid, problem=None):

@@ -14,7 +14,7 @@ import pytest
 
 from wearsim.cli import main
 from wearsim.profile import standard
-from wearsim.profile.files import write_two_column
+from wearsim.profile.files import write_profile
 
 ROOT = Path(__file__).parents[1]
 
@@ -224,7 +224,7 @@ def half_rail():
     """Write half a rail head: wheels that run on its missing half have no contact to solve."""
     rail = standard.rail("60E1", 0.0, 1.435, 0.750)
     inner = rail.y < rail.y[np.argmin(rail.z)] + 2e-3
-    write_two_column(replace(rail, y=rail.y[inner], z=rail.z[inner]), "half.csv")
+    write_profile(replace(rail, y=rail.y[inner], z=rail.z[inner]), "half.csv")
 
 
 def test_a_class_and_a_watched_shift_without_contact_are_told_once_each(folder, capsys):

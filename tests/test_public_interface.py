@@ -31,7 +31,7 @@ RUNNING = {"load_kN": 80, "speed_km_h": 72, "friction": 0.35}
 RIG = COMMON | {
     "scene": {"kind": "rig", "title": "short rig, µ = 0.35"},
     "counterface": {"profile": "60E1", "inclination": "1:40", "roller_radius_mm": 1000},
-    "wear": {"law": "usfd", "beside": ["archard", {"law": "usfd", "form": "patch_mean"}]},
+    "wear": {"law": "usfd", "also_evaluate": ["archard", {"law": "usfd", "form": "patch_mean"}]},
     "operation": {
         "block": [
             {"name": "left", "shift_mm": -3, "distance_km": 1, **RUNNING},

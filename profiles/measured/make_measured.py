@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.special import expit
 
-from wearsim.profile.best_fit import prolonged
+from wearsim.profile.alignment import prolonged
 from wearsim.profile.placement import place_rail
 from wearsim.profile.shape import Profile, resample
 from wearsim.profile.standard import rail, wheel

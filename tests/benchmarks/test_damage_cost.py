@@ -1,4 +1,4 @@
-"""Cost of wear laws beside the leading one and of fatigue laws in a campaign; printed, never asserted."""
+"""Cost of comparison laws and of fatigue laws in a campaign; printed, never asserted."""
 
 import time
 import tracemalloc
@@ -23,12 +23,12 @@ def cpu_time(function, repeats=7):
     return min(times)
 
 
-def test_step_with_laws_beside(show):
+def test_step_with_comparison_laws(show):
     setup = build(load_scene(shipped_path("workflows", "fatigue.toml")))
     cases = {
-        "leading law alone": replace(setup, beside=(), fatigue=()),
-        f"{len(setup.beside)} wear laws beside": replace(setup, fatigue=()),
-        f"{len(setup.fatigue)} fatigue laws": replace(setup, beside=()),
+        "active law alone": replace(setup, also_evaluate=(), fatigue=()),
+        f"{len(setup.also_evaluate)} comparison laws": replace(setup, fatigue=()),
+        f"{len(setup.fatigue)} fatigue laws": replace(setup, also_evaluate=()),
         "both": setup,
     }
     alone = None

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from wearsim.campaign import control
-from wearsim.campaign.beside import passage_beside
 from wearsim.campaign.by_point import ModelsByPoint
-from wearsim.campaign.evolution import WheelsetEvolution, laws_beside
+from wearsim.campaign.comparison import comparison_laws, comparison_passage
+from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.rate import accumulate, rate, select, solve_contact
-from wearsim.damage.wear import WEAR_FORMS, WearSettings
+from wearsim.damage.wear import WEAR_LAWS, WearSettings
 from wearsim.errors import ContactError
 from wearsim.scene import build, load_scene
 
@@ -27,7 +27,7 @@ COEFFICIENTS = {
 
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory):
-    """The shipped rig with a fatigue law beside."""
+    """The shipped rig with a fatigue law."""
     text = Path("workflows/rig.toml").read_text()
     scene = tmp_path_factory.mktemp("by_point") / "rig.toml"
     scene.write_text(
@@ -83,13 +83,13 @@ def test_patches_of_all_points_stand_in_their_order(rig, state, mixed):
 
 @pytest.mark.parametrize("law", sorted(COEFFICIENTS))
 def test_wear_and_fatigue_are_the_sums_of_those_solved_apart(rig, state, mixed, law):
-    wear = WearSettings(law=law, coefficients=COEFFICIENTS[law], form=WEAR_FORMS[law][0])
-    laws = laws_beside(rig)
+    wear = WearSettings(law=law, coefficients=COEFFICIENTS[law], form=WEAR_LAWS[law].forms[0])
+    laws = comparison_laws(rig)
 
     def accumulated(points, models):
         solution = solved(rig, state, points, models)
-        beside = passage_beside(solution, laws)
-        return accumulate(solution, points, points.weight, state, rig.wheelset, wear, beside=beside)
+        comparison = comparison_passage(solution, laws)
+        return accumulate(solution, points, points.weight, state, rig.wheelset, wear, comparison=comparison)
 
     whole = accumulated(rig.points, mixed)
     parts = [accumulated(select(rig.points, index), one) for one, index in mixed.groups()]

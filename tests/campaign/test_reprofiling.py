@@ -12,10 +12,10 @@ from wearsim.campaign.row import measures_told
 from wearsim.campaign.run import resume, run_scene
 from wearsim.operation.points import TurningRules
 from wearsim.profile.conicity import equivalent_conicity
-from wearsim.profile.measures import tape_level
+from wearsim.profile.measures import running_circle_level
+from wearsim.profile.reprofiling import reprofile_axle
 from wearsim.profile.shape import Profile, arc_length, polygon_area_between, vertex_normals
 from wearsim.profile.standard import shipped_path
-from wearsim.profile.turning import turn_axle
 from wearsim.profile.worn import cut_along_normals
 from wearsim.report.figures import plot_profile, plot_wear_by_regime, plot_wear_depth
 from wearsim.report.figures_damage import plot_fatigue_damage
@@ -99,13 +99,13 @@ def worn(setup):
 def test_turned_wheels_are_the_template_at_the_least_loss_and_the_least_cut(setup, worn):
     state = turn_wheels(worn, setup)
     wheels = [replace(setup.wheelset.right, y=worn.y[w], z=worn.z[w]) for w in (0, 1)]
-    depth = turn_axle(*wheels, setup.templates)[0].depth
+    depth = reprofile_axle(*wheels, setup.templates)[0].depth
     assert depth == pytest.approx(1e-3, abs=5e-6)  # the deepest vertex is not on the tread's steepest part
     for w in (0, 1):
         np.testing.assert_array_equal(state.y[w], setup.templates[w].y)
         # rounding of z
         np.testing.assert_allclose(state.z[w], setup.templates[w].z - depth - 0.3e-3, rtol=0, atol=1e-15)
-    assert tape_level(state.y[0], state.z[0]) == tape_level(state.y[1], state.z[1])
+    assert running_circle_level(state.y[0], state.z[0]) == running_circle_level(state.y[1], state.z[1])
     assert (state.step, state.turned, state.distance) == (8, 8, 5e3)
     assert (state.step_length, state.step_error) == (0.0, None)
     for fresh in (state.wear_depth, state.regime_depth, *state.fatigue_damage):
@@ -159,14 +159,14 @@ def test_wheels_turned_at_a_damage_limit_come_back_sound_with_the_least_loss(cra
     setup = replace(setup, control=replace(setup.control, turning=of_damage))
     after = turn_wheels(worn, setup)
     assert not np.any(after.fatigue_damage)
-    assert tape_level(after.y[0], after.z[0]) == tape_level(after.y[1], after.z[1])
-    assert tape_level(after.y[1], after.z[1]) == pytest.approx(-0.5e-3 - 5e-3 * 0.25, abs=3e-6)
+    assert running_circle_level(after.y[0], after.z[0]) == running_circle_level(after.y[1], after.z[1])
+    assert running_circle_level(after.y[1], after.z[1]) == pytest.approx(-0.5e-3 - 5e-3 * 0.25, abs=3e-6)
     over = cut_at(worn, after, 1) - 5e-3 * damage[1]
     assert -1e-12 < np.nanmin(over[bump > 0.01]) < 1e-6
     # at a limit of shape the lathe takes what the shape needs, and cracks stay
     by_shape = replace(setup, control=replace(setup.control, turning=TurningRules(limits=("hollowing",))))
     less = turn_wheels(worn, by_shape)
-    assert tape_level(less.y[1], less.z[1]) == pytest.approx(-1e-3, abs=5e-6)
+    assert running_circle_level(less.y[1], less.z[1]) == pytest.approx(-1e-3, abs=5e-6)
     assert less.fatigue_damage[0].max() == pytest.approx(0.25 - 0.5 / 5.0, rel=3e-3)
 
 

@@ -142,7 +142,7 @@ def test_status_tells_the_limit_that_ended_a_campaign():
     assert "distance reached" not in status_line("rig", {**item, "ended": "distance reached"})
 
 
-def test_check_tells_the_laws_beside_and_the_fatigue_laws(capsys):
+def test_check_lists_comparison_and_fatigue_laws(capsys):
     assert cli.main(["check", "workflows/fatigue.toml"]) == 0
     told = capsys.readouterr().out
     assert "archard (local), jendel_2002" in told
@@ -151,7 +151,7 @@ def test_check_tells_the_laws_beside_and_the_fatigue_laws(capsys):
     assert "stress_index, dirks_enblom_2011; assumed: places 10 mm wide\n" in told
     assert cli.main(["check", "workflows/fatigue.toml", "--json"]) == 0
     campaign = json.loads(capsys.readouterr().out)["campaigns"][0]
-    assert [one["law"] for one in campaign["beside"]] == ["archard", "brr", "energy"]
+    assert [one["law"] for one in campaign["comparison_laws"]] == ["archard", "brr", "energy"]
     wlrm = campaign["fatigue"][0]
     assert (wlrm["law"], wlrm["crack_depth"], wlrm["wear_limit"]) == ("wlrm", 5e-3, 3e-3)
 

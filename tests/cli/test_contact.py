@@ -9,7 +9,7 @@ import pytest
 from wearsim.cli import main
 from wearsim.cli.contact_flags import FLAGS
 from wearsim.profile.files import write_profile
-from wearsim.studies.profile_subject import read_subject
+from wearsim.profile.inspection.inputs import read_input
 
 
 def solved(capsys: pytest.CaptureFixture[str], *flags: str) -> dict:
@@ -311,7 +311,7 @@ def test_flags_of_the_architecture():
 
 def test_a_measured_rail_tells_how_it_stands(tmp_path, capsys):
     path = tmp_path / "head.ban"
-    write_profile(read_subject("60E1").profile, path, "miniprof")
+    write_profile(read_input("60E1").profile, path, "miniprof")
     for stated, told in (([], "inclined 1:40 by --inclination"), (["--inclination", "none"], "as measured")):
         assert main(["contact", "--rail", str(path), *stated]) == 0
         assert f"note: {path}: in the track {told}" in capsys.readouterr().err

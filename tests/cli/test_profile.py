@@ -78,17 +78,17 @@ def test_rail_and_wheel_tell_the_same_pair(capsys):
 
 
 def test_every_distance_acts(capsys):
-    """Sd is taken `level` above the tape circle, qR from there to `below tip`; 70 degrees of flank."""
+    """Sd is taken `level` above the running circle, qR from there to `below tip`; 70 degrees of flank."""
     usual = told(capsys, "S1002")["measures"]
     deeper = told(capsys, "S1002", "--below-tip-mm", "3")["measures"]
     higher = told(capsys, "S1002", "--level-mm", "13")["measures"]
-    inner = told(capsys, "S1002", "--tape-mm", "65")["measures"]
+    inner = told(capsys, "S1002", "--running-circle-mm", "65")["measures"]
     assert deeper["flange_gradient"] < usual["flange_gradient"]
     assert deeper["flange_thickness"] == usual["flange_thickness"]
     # y = -93.576667419 - 2.747477419 z on the straight flank; z = 13 is on it, above junction D/E
     y = -(13.0 + 93.576667419) / 2.747477419
     assert higher["flange_thickness"] == pytest.approx(1e-3 * (70.0 + y), abs=1e-8)
-    # the tape circle 5 mm nearer to the flange is on larger z: Sh falls by z(-5)
+    # the running circle 5 mm nearer to the flange is on larger z: Sh falls by z(-5)
     rise = float(standard.evaluate(standard.definition("S1002", "wheel"), np.array([-5e-3]))[0])
     assert inner["flange_height"] == pytest.approx(usual["flange_height"] - rise, abs=1e-8)
 
@@ -135,7 +135,7 @@ def thin(tmp_path):
 
 
 def test_a_condemned_wheel_is_condemned_without_its_diameter(thin, capsys):
-    flags = (thin, "--flange-back-mm", "1340")
+    flags = (thin, "--back-to-back-mm", "1340")
     value = told(capsys, *flags)
     assert value["measures"]["flange_thickness"] == pytest.approx(20.5e-3, abs=0.01e-3)
     # 1340 + 2 * 20.5 = 1381 mm, less than 1410
@@ -155,7 +155,7 @@ def test_a_condemned_wheel_is_condemned_without_its_diameter(thin, capsys):
 
 def test_the_axle_is_judged_by_its_smaller_wheel(capsys):
     for right, left in (("842", "838"), ("838", "842")):
-        flags = ("--diameter-mm", right, "--left-diameter-mm", left, "--flange-back-mm", "1357.5")
+        flags = ("--diameter-mm", right, "--left-diameter-mm", left, "--back-to-back-mm", "1357.5")
         judged = {
             (each["wheel"], each["measure"], each["bound"]): each
             for each in told(capsys, "S1002", *flags)["judgements"]
@@ -171,10 +171,8 @@ def test_the_axle_is_judged_by_its_smaller_wheel(capsys):
 
 
 def test_a_wheelset_is_judged_by_its_stated_distance(capsys):
-    text = printed(capsys, RIGHT, "--diameter-mm", "900", "--flange-back-mm", "1350")
-    (line,) = [
-        line for line in text.splitlines() if "back-to-back distance AR" in line and "EXCEEDED" in line
-    ]
+    text = printed(capsys, RIGHT, "--diameter-mm", "900", "--back-to-back-mm", "1350")
+    (line,) = [line for line in text.splitlines() if "flange backs AR" in line and "EXCEEDED" in line]
     assert "EXCEEDED by 7.000" in line
     nothing_stated = told(capsys, RIGHT)
     assert nothing_stated["measures"]["back_to_back"] is None
@@ -206,7 +204,7 @@ def test_own_limits(tmp_path, capsys):
 
 
 def test_left_and_right_that_differ(capsys):
-    value = told(capsys, RIGHT, "--left", LEFT, "--flange-back-mm", "1360")
+    value = told(capsys, RIGHT, "--left", LEFT, "--back-to-back-mm", "1360")
     right, left = value["measures"], value["left_measures"]
     assert left["flange_height"] - right["flange_height"] == pytest.approx(0.5e-3, abs=0.01e-3)  # as made
     front = 1.360 + right["flange_thickness"] + left["flange_thickness"]
@@ -242,12 +240,12 @@ def test_impossible_wear_is_told(capsys):
     flags = (RIGHT, "--against", "S1002", "--align")
     hidden = told(capsys, *flags, "flange_back")["against"]
     assert hidden["worn_area"] < 0.0
-    assert any("negative" in each for each in hidden["doubts"])
-    assert any("tape circles" in each for each in hidden["doubts"])
+    assert any("negative" in each for each in hidden["warnings"])
+    assert any("running circles" in each for each in hidden["warnings"])
     assert "negative" in printed(capsys, *flags, "flange_back")
     held = told(capsys, *flags, "back_and_tip")["against"]
     fitted = told(capsys, *flags, "best_fit")["against"]
-    assert held["doubts"] == fitted["doubts"] == []
+    assert held["warnings"] == fitted["warnings"] == []
     # best fit and flange agree within the noise and the zones used: 0.1 mm over 130 mm of profile
     assert held["worn_area"] == pytest.approx(fitted["worn_area"], abs=13e-6)
 
@@ -261,9 +259,9 @@ def test_a_tilted_wheel_is_told_and_turned_back(tmp_path, capsys):
     flags = (str(tilted), "--kind", "wheel", "--against", "S1002")
     left = told(capsys, *flags)["against"]
     assert left["alignment"]["rms"] > 50e-6
-    assert any("--rotate" in each for each in left["doubts"])
+    assert any("--rotate" in each for each in left["warnings"])
     turned = told(capsys, *flags, "--rotate")["against"]
-    assert turned["doubts"] == []
+    assert turned["warnings"] == []
     assert turned["alignment"]["angle"] == pytest.approx(-0.01, abs=1e-3)  # noise of the points
     (fault,) = refused(capsys, *flags, "--align", "flange_tip", "--rotate")
     assert "--rotate belongs to --align best_fit" in fault
@@ -296,8 +294,8 @@ def test_measures_do_not_depend_on_what_a_wheel_is_compared_with(capsys):
 
 def test_the_aligned_profile_can_be_written(tmp_path, capsys):
     file = tmp_path / "laid.csv"
-    flags = ("--against", "S1002", "--align", "tape_line", "--convert", "two-column", "--out", str(file))
-    assert "aligned as told" in printed(capsys, RIGHT, *flags)
+    flags = ("--against", "S1002", "--align", "running_circle", "--convert", "two-column", "--out", str(file))
+    assert "aligned as stated" in printed(capsys, RIGHT, *flags)
     laid = read_profile(file, "wheel").profile
     tread = np.interp(0.0, laid.y[laid.y > -20e-3], laid.z[laid.y > -20e-3])
     assert abs(tread) < 10e-6  # noise of 3 um, parabola over 6 mm
@@ -378,7 +376,7 @@ def test_statements_act_on_the_file(tmp_path, capsys):
     file = tmp_path / "odd.csv"
     np.savetxt(file, np.column_stack((-wheel.y, -wheel.z)) / 0.0254, delimiter=",", fmt="%.9f")
     assert told(capsys, str(file))["measures"]["flange_height"] == pytest.approx(28e-3, abs=1e-7)
-    flags = ("--kind", "wheel", "--units", "in", "--mirror", "--z-up", "--origin", "tape")
+    flags = ("--kind", "wheel", "--units", "in", "--mirror", "--z-up", "--origin", "running_circle")
     value = told(capsys, str(file), *flags, "--format", "two-column")
     assert value["measures"]["flange_height"] == pytest.approx(28e-3, abs=1e-7)
     assert any("as stated" in note for note in value["profile"]["notes"])
@@ -394,7 +392,7 @@ def test_kind_is_told_by_content_or_asked_for(tmp_path, capsys):
         np.savetxt(file, np.column_stack(standard.sample(shape, 0.25e-3)) * 1e3, fmt="%.6f")
         value = told(capsys, str(file))["profile"]
         assert value["kind"] == kind
-        assert any("told by" in note for note in value["notes"])
+        assert any("by its flange" in note or "by the shape of its head" in note for note in value["notes"])
     flat = tmp_path / "tread.txt"  # a tread without a flange might be a wide rail
     y = np.linspace(-65.0, 65.0, 300)
     np.savetxt(flat, np.column_stack((y, 20.0 * (y / 65.0) ** 2)))
@@ -407,7 +405,7 @@ def test_own_comment_tells_the_kind(tmp_path, capsys):
     file = tmp_path / "disc.csv"
     write_profile(standard.wheel("S1002"), file, "two-column")
     value = told(capsys, str(file))["profile"]
-    assert (value["kind"], value["notes"][0]) == ("wheel", "a wheel, told by its first comment")
+    assert (value["kind"], value["notes"][0]) == ("wheel", "a wheel by its first comment")
 
 
 def test_all_faults_at_once(capsys):
@@ -441,11 +439,14 @@ FAULTS = {
     "wrong extension": (["S1002", "--convert", "miniprof", "--out", "x.ban"], "extension of a rail"),
     "json and csv": (["S1002", "--json", "--csv", "-"], "exclude each other"),
     "left diameter alone": (["S1002", "--left-diameter-mm", "900"], "--diameter-mm"),
-    "rail on the lathe": (["60E1", "--turn-to", "S1002"], "belongs to wheels"),
-    "turned to a rail": ([RIGHT, "--turn-to", "60E1"], "--turn-to: '60E1' is a rail profile"),
-    "turned to nothing": ([RIGHT, "--turn-to", " "], "--turn-to = '' must not be empty"),
-    "lathe for a folder": (["--fleet", ".", "--turn-to", "S1002"], "--turn-to belongs to one profile"),
-    "kind": (["S1002", "--kind", "roller"], "wheel or rail"),
+    "rail on the lathe": (["60E1", "--reprofile-to", "S1002"], "belongs to wheels"),
+    "turned to a rail": ([RIGHT, "--reprofile-to", "60E1"], "--reprofile-to: '60E1' is a rail profile"),
+    "turned to nothing": ([RIGHT, "--reprofile-to", " "], "--reprofile-to = '' must not be empty"),
+    "lathe for a folder": (
+        ["--fleet", ".", "--reprofile-to", "S1002"],
+        "--reprofile-to belongs to one profile",
+    ),
+    "kind": (["S1002", "--kind", "roller"], "must be one of wheel, rail"),
     "other kind": (["S1002", "--kind", "rail"], "a rail is needed"),
     "no such folder": (["S1002", "--plot", "nowhere/x.png"], "does not exist"),
     "same file": (["S1002", "--plot", "x.png", "--csv", "x.png"], "same file"),
@@ -457,7 +458,7 @@ FAULTS = {
     "parameter": (["S1002/h99"], "28, 30, 32"),
     "part of one": ([RIGHT, "--part", "2"], "--part"),
     "slice of one": ([RIGHT, "--slice", "2"], "--slice"),
-    "other tape circle": (["S1002", "--convert", "miniprof", "--tape-mm", "65"], "flange back"),
+    "other running circle": (["S1002", "--convert", "miniprof", "--running-circle-mm", "65"], "flange back"),
     "long waves": ([RIGHT, "--smooth-mm", "40"], "tenth"),
 }
 
@@ -565,24 +566,24 @@ def test_a_definition_of_the_user_is_a_profile(tmp_path, capsys):
 
 
 def test_turning_tells_the_loss_of_diameter_and_what_decides_it(tmp_path, capsys):
-    """A wheel worn by 2 mm everywhere but at its tape circle, and a flank of 70 degrees worn by 1 mm."""
+    """A wheel worn by 2 mm everywhere but at its running circle, and a flank of 70 degrees worn by 1 mm."""
     new = standard.wheel("S1002")
     hollow = replace(new, z=new.z - np.where((new.y > 9e-3) & (new.y < 31e-3), 2e-3, 0.0))
     write_profile(hollow, tmp_path / "hollow.csv", "two-column")
-    value = told(capsys, str(tmp_path / "hollow.csv"), "--turn-to", "S1002", "--diameter-mm", "900")
-    (wheel,) = value["turned"]["wheels"]
+    value = told(capsys, str(tmp_path / "hollow.csv"), "--reprofile-to", "S1002", "--diameter-mm", "900")
+    (wheel,) = value["reprofiled"]["wheels"]
     # points of the definition lie about 0.1 mm apart and the tread falls by 1:15: 10 um
     assert wheel["diameter_loss"] == pytest.approx(4e-3, abs=2e-5)
     assert wheel["wheel_diameter"] == pytest.approx(0.9 - wheel["diameter_loss"], abs=1e-12)
     assert 9e-3 <= wheel["place"] <= 31e-3
-    text = printed(capsys, str(tmp_path / "hollow.csv"), "--turn-to", "S1002", "--diameter-mm", "900")
-    assert "turned to S1002" in text
+    text = printed(capsys, str(tmp_path / "hollow.csv"), "--reprofile-to", "S1002", "--diameter-mm", "900")
+    assert "reprofiled to S1002" in text
     assert f"takes {1e3 * wheel['diameter_loss']:.3f} mm of the diameter, to " in text
 
 
 def test_both_wheels_of_an_axle_are_turned_to_one_diameter(capsys):
-    words = (RIGHT, "--left", LEFT, "--turn-to", "S1002")
-    right, left = told(capsys, *words, "--diameter-mm", "900", "--left-diameter-mm", "901")["turned"][
+    words = (RIGHT, "--left", LEFT, "--reprofile-to", "S1002")
+    right, left = told(capsys, *words, "--diameter-mm", "900", "--left-diameter-mm", "901")["reprofiled"][
         "wheels"
     ]
     assert right["wheel_diameter"] == pytest.approx(left["wheel_diameter"], abs=1e-12)
@@ -590,9 +591,9 @@ def test_both_wheels_of_an_axle_are_turned_to_one_diameter(capsys):
     assert min(right["slack"], left["slack"]) == 0.0
     assert (
         right["diameter_loss"]
-        >= told(capsys, RIGHT, "--turn-to", "S1002")["turned"]["wheels"][0]["diameter_loss"]
+        >= told(capsys, RIGHT, "--reprofile-to", "S1002")["reprofiled"]["wheels"][0]["diameter_loss"]
     )
-    unknown = told(capsys, *words)["turned"]["wheels"]
+    unknown = told(capsys, *words)["reprofiled"]["wheels"]
     assert unknown[0]["diameter_loss"] == pytest.approx(unknown[1]["diameter_loss"], abs=1e-12)
     assert unknown[0]["wheel_diameter"] is None
     assert "diameters are not known" in printed(capsys, *words)

@@ -103,7 +103,7 @@ def test_a_row_has_the_values_of_the_file_alone(folder, capsys):
 
 
 def test_doubts_of_the_comparison_are_told_in_table_and_notes(folder, capsys):
-    flags = ["--against", "S1002", "--align", "tape_line"]
+    flags = ["--against", "S1002", "--align", "running_circle"]
     lines = measured(capsys, folder, *flags).out.splitlines()
     assert sum("wear doubtful" in line for line in lines if ".whl" in line or ".prw" in line) == 3
     assert sum(line.startswith("wear doubtful: ") for line in lines) == 2

@@ -6,8 +6,8 @@ import pytest
 from wearsim.contact.patch import Patch, SurfaceFields
 from wearsim.contact.tangential import fastsim
 from wearsim.damage.coefficients import COEFFICIENT_SETS
-from wearsim.damage.wear import archard, default_settings, energy, equivalence, passage_depth, regime_shares
-from wearsim.damage.wear.sliding import relative_slip, sliding_work
+from wearsim.damage.wear import archard, default_settings, energy, passage_depth, worn_volume
+from wearsim.damage.wear.sliding import relative_slip
 
 SET = COEFFICIENT_SETS["jendel_2002"]
 H = 3e9
@@ -75,8 +75,10 @@ def test_archard_is_the_energy_law_cell_by_cell_where_coulombs_bound_is_reached(
     fields = replace(fields, work_density=0.83 * fields.work_density)  # scaled to some resultant power
     slips = fields.slip_x > 0.0
     assert slips.any()
-    np.testing.assert_allclose(sliding_work(fields)[slips], fields.work_density[slips] / 0.3, rtol=1e-12)
-    by_energy = energy.constant(equivalence.volume_per_work(5e-4, 0.3, H), "test")
+    np.testing.assert_allclose(
+        (fields.pressure * relative_slip(fields))[slips], fields.work_density[slips] / 0.3, rtol=1e-12
+    )
+    by_energy = energy.constant(archard.energy_coefficient(5e-4, 0.3, H), "test")
     for form in ("local", "patch_mean"):
         sliding = archard.depth(fields, area, one_k(5e-4), form=form).sum(axis=0)
         work = energy.depth(fields, area, by_energy, form=form).sum(axis=0)
@@ -125,7 +127,7 @@ def rolled(cells, creepage, friction=0.35):
 @pytest.mark.parametrize("creepage", [(1e-3, 0.0, 0.0), (2e-3, -1e-3, 0.0), (1e-3, 1e-3, 0.3)])
 def test_archard_is_the_energy_law_on_a_partially_slipping_patch(creepage):
     """FASTSIM: the cell where slip sets in holds half the traction of its end; first order in the cells."""
-    by_energy = energy.constant(equivalence.volume_per_work(5e-4, 0.35, H), "test")
+    by_energy = energy.constant(archard.energy_coefficient(5e-4, 0.35, H), "test")
     cells = np.array([50, 100, 200, 400])
     error = []
     for count in cells:
@@ -151,7 +153,7 @@ def test_both_forms_agree_in_one_region(patches):
 
 def test_patch_mean_takes_the_region_of_mean_pressure_and_mean_speed(patches):
     fields, area = patches(1e6)
-    mean = (sliding_work(fields).sum(axis=1) * fields.cell_length).sum(axis=1) / (
+    mean = ((fields.pressure * relative_slip(fields)).sum(axis=1) * fields.cell_length).sum(axis=1) / (
         fields.pressure.sum(axis=1) * fields.cell_length
     ).sum(axis=1)
     fields.speed[:] = 0.3 / mean[0]  # severe in the first patch, whatever the cells do
@@ -169,8 +171,8 @@ def test_seizure_is_told_and_can_be_capped(patches):
     printed = passage_depth(fields, area, default_settings("archard"))
     assert printed[3, 0].any()
     assert not printed[:3, 0].any()
-    shares = regime_shares(printed, fields.strip_width)
-    assert 0.9 < shares[3] < 1.0
+    volume = worn_volume(printed, fields.strip_width).sum(axis=1)
+    assert 0.9 < volume[3] / volume.sum() < 1.0
     by_regime = passage_depth(fields, area, default_settings("archard", seizure_cap="regime"))
     np.testing.assert_allclose(by_regime[0, 0] * 70.0, printed[3, 0], rtol=1e-12)
     assert not by_regime[3].any()

@@ -3,13 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.damage.coefficients import FATIGUE_SETS
+from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue import default_settings, passage_damage, shakedown, surface_fatigue, wlrm
 from wearsim.damage.fatigue.agreement import agreement, normalised
 from wearsim.damage.fatigue.balance import LIMITED_BY, balance, damage_after
 
-BURSTOW = FATIGUE_SETS["burstow_2004"]
-VARIANT = FATIGUE_SETS["burstow_2004_20n"]
+BURSTOW = COEFFICIENT_SETS["burstow_2004"]
+VARIANT = COEFFICIENT_SETS["burstow_2004_20n"]
 
 
 def test_both_forms_of_the_surface_index_agree():
@@ -132,15 +132,18 @@ def test_shakedown_limit():
     np.testing.assert_allclose(index, 0.0, atol=1e-12)
 
 
-def test_curves_of_the_map_meet_and_say_how_sure_they_are(loads):
+def test_curves_of_the_map_meet_and_say_how_sure_they_are():
     flow, join, rolling = shakedown.boundaries("line")
     assert (join.friction[-1], join.ratio[-1]) == (flow.friction[0], pytest.approx(flow.ratio[0]))
     assert (flow.certainty, join.certainty) == ("recalled", "join")
     assert rolling.ratio.tolist() == [3.1, 3.3]
+
+
+def test_utilised_friction_is_shear_over_normal_force(loads):
     given = loads(5e6)
-    friction, ratio = shakedown.map_points(given, 250e6)
-    np.testing.assert_allclose(ratio, 4.0, rtol=1e-12)
-    np.testing.assert_allclose(friction * given.normal_force, np.abs(given.force_x), rtol=1e-12)
+    np.testing.assert_allclose(
+        given.utilised_friction * given.normal_force, np.abs(given.force_x), rtol=1e-12
+    )
 
 
 def test_balance_names_what_ends_the_life_first():
@@ -148,7 +151,7 @@ def test_balance_names_what_ends_the_life_first():
     damage = np.array([1e-8, 1e-8, 1e-8, 0.0, 0.0])
     wear = np.array([0.0, 2e-11, 6e-11, 1e-10, 0.0])
     found = balance(damage, wear, crack_depth=5e-3, wear_limit=10e-3)
-    np.testing.assert_allclose(found.balanced_wear, [5e-11, 5e-11, 5e-11, 0.0, 0.0], rtol=1e-12)
+    np.testing.assert_allclose(found.magic_wear_rate, [5e-11, 5e-11, 5e-11, 0.0, 0.0], rtol=1e-12)
     np.testing.assert_allclose(found.crack_distance[:2], [1e8, 1.0 / 0.6e-8], rtol=1e-12)
     assert np.isinf(found.crack_distance[2:]).all()  # wear is faster
     np.testing.assert_allclose(found.wear_distance[1:4], [5e8, 10e-3 / 6e-11, 1e8], rtol=1e-12)

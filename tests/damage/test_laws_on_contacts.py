@@ -5,19 +5,12 @@ import pytest
 
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
 from wearsim.damage.coefficients import COEFFICIENT_SETS
-from wearsim.damage.fatigue import FATIGUE_LAWS, default_settings, passage_damages, patch_loads
+from wearsim.damage.fatigue import default_settings, passage_damage, patch_loads
 from wearsim.damage.fatigue.agreement import agreement
 from wearsim.damage.fatigue.loads import wear_number_with_spin, wear_number_without_spin
-from wearsim.damage.wear import (
-    DEFAULT_COEFFICIENTS,
-    archard,
-    energy,
-    equivalence,
-    passage_depths,
-    worn_volume,
-)
+from wearsim.damage.wear import archard, energy, passage_depth, worn_volume
 from wearsim.damage.wear import default_settings as wear_settings
-from wearsim.damage.wear.sliding import sliding_work
+from wearsim.damage.wear.sliding import relative_slip
 from wearsim.profile import standard
 
 MM3_KM = 1e-12  # [m3/m]
@@ -82,14 +75,14 @@ def test_archard_and_energy_law_on_solved_contacts(request, grid, cells, each, a
     found = COEFFICIENT_SETS["jendel_2002"]
     for name in ("k_mild", "k_oxidative", "k_severe", "k_seizure"):
         found = found.with_value(name, 5e-4, "test")
-    by_energy = energy.constant(equivalence.volume_per_work(5e-4, 0.35, 3e9), "test")
+    by_energy = energy.constant(archard.energy_coefficient(5e-4, 0.35, 3e9), "test")
     for solution in solved:
         fields, area = solution.fields, solution.area
         slips = fields.slip_x**2 + fields.slip_y**2 > 0.0
         behind = slips.copy()
         behind[:, 1:] &= slips[:, :-1]
         behind[:, 0] = False
-        ratio = 0.35 * sliding_work(fields)[behind] / fields.work_density[behind]
+        ratio = 0.35 * (fields.pressure * relative_slip(fields))[behind] / fields.work_density[behind]
         assert np.abs(np.median(ratio) - 1.0) < 1e-3
         sliding = archard.depth(fields, area, found).sum(axis=0)
         work = energy.depth(fields, area, by_energy).sum(axis=0)
@@ -99,17 +92,16 @@ def test_archard_and_energy_law_on_solved_contacts(request, grid, cells, each, a
         assert volumes[0].sum() == pytest.approx(volumes[1].sum(), rel=all_of_them)
 
 
-def test_all_wear_laws_beside_each_other(solved):
+def test_all_wear_laws_compared(solved):
     """At 3 mm: laws within a straight branch see the ratio of the powers, 1e-9; the KTH map changes region.
 
     Rail 23.8, 20.7, 7.0 and 17.8, roller 55.0, 38.9, 13.3 and 33.5 mm3/km by archard, brr, energy, usfd.
     """
-    settings = [wear_settings(law) for law in sorted(DEFAULT_COEFFICIENTS) if law != "none"]
-    assert [each.law for each in settings] == ["archard", "brr", "energy", "usfd"]
+    settings = [wear_settings(law) for law in ("archard", "brr", "energy", "usfd")]
     worn, power, severe = [], [], []
     for solution in solved:
         at = solution.point == 2
-        depths = passage_depths(solution.fields, solution.area, settings)
+        depths = [passage_depth(solution.fields, solution.area, one) for one in settings]
         volumes = [worn_volume(depth, solution.fields.strip_width)[:, at] for depth in depths]
         worn.append([volume.sum() / MM3_KM for volume in volumes])
         power.append(solution.power[at].sum())
@@ -123,13 +115,14 @@ def test_all_wear_laws_beside_each_other(solved):
     np.testing.assert_allclose(worn[1], [55.0, 38.9, 13.3, 33.5], rtol=0.02)
 
 
-def test_all_fatigue_laws_beside_each_other(solved):
+def test_all_fatigue_laws_compared(solved):
     """The worst cell is never better than the patch; a roller of 0.5 m is harder on the surface than a rail.
 
     At 3 mm from rail to roller: FI -0.0247 and 0.0393, local 0.083 and 0.151, T-gamma 24.7 and 45.5 N.
     """
-    settings = [default_settings(law) for law in sorted(FATIGUE_LAWS)]
-    rail, roller = (passage_damages(patch_loads(solution), settings) for solution in solved)
+    laws = ("stress_index", "surface_fatigue_index", "surface_fatigue_index_local", "wlrm")
+    settings = [default_settings(law) for law in laws]
+    rail, roller = ([passage_damage(patch_loads(one), each) for each in settings] for one in solved)
     for found in (rail, roller):
         assert (found[2].index >= found[1].index).all()
         assert np.array_equal(found[0].damage > 0.0, found[2].damage > 0.0)  # both ask where |tau| > k

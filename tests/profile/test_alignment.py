@@ -9,14 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wearsim.errors import ProfileError
-from wearsim.profile.alignment import ALIGNMENTS, align
-from wearsim.profile.best_fit import FitZone, prolonged
+from wearsim.profile.alignment import ALIGNMENTS, FitZone, align, prolonged
 from wearsim.profile.shape import Profile, resample, vertex_normals
 from wearsim.profile.standard import rail, wheel
 
 NEW = wheel("S1002")
 RAIL = rail("60E1", 1.0 / 40.0, 1.435, 0.750)
-WHEEL_RULES = ("none", "flange_back", "flange_tip", "tape_line", "best_fit")
+WHEEL_RULES = ("none", "flange_back", "flange_tip", "running_circle", "best_fit")
 NOISE = 8e-6
 
 
@@ -135,12 +134,12 @@ def test_flange_tip_holds_the_height(seed):
     assert both.dy == pytest.approx(-3e-3, abs=60e-6)
 
 
-def test_tape_line_smooths_a_local_dent():
-    """A dent of 0.1 mm at the tape circle moves a single reading by all of it, the parabola by a third."""
+def test_running_circle_smooths_a_local_dent():
+    """A dent of 0.1 mm at the running circle moves a single reading by all of it, the parabola by a third."""
     dented = replace(NEW, z=NEW.z - 0.1e-3 * np.exp(-((NEW.y / 0.3e-3) ** 2)))
-    found = align(dented, NEW, "tape_line")
+    found = align(dented, NEW, "running_circle")
     assert 0.0 < found.dz < 0.035e-3
-    assert align(moved(NEW, dz=1e-3), NEW, "tape_line").dz == pytest.approx(-1e-3, abs=0.05e-6)
+    assert align(moved(NEW, dz=1e-3), NEW, "running_circle").dz == pytest.approx(-1e-3, abs=0.05e-6)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -173,7 +172,7 @@ def test_top_of_a_rail():
 def test_a_moved_profile_ends_in_the_same_place(rule, dy, dz):
     """Rules that trust y need it, the others do not see the origin of the file. Fits settle to 0.1 um."""
     true = worn_wheel(5)
-    trusts_y = rule in ("none", "flange_tip", "tape_line")
+    trusts_y = rule in ("none", "flange_tip", "running_circle")
     trusts_z = rule == "none"
     start = moved(true, 0.0 if trusts_y else dy, 0.0 if trusts_z else dz)
     assert distance(align(start, NEW, rule).profile, align(true, NEW, rule).profile) < 0.2e-6
@@ -201,15 +200,15 @@ def test_what_a_profile_lacks_is_told_with_the_rules_that_work():
         align(no_back, NEW, "flange_back")
     tread = true.y > -20e-3
     no_flange = replace(true, y=true.y[tread], z=true.z[tread])
-    with pytest.raises(ProfileError, match=r"both sides of the flange tip; align by tape_line$"):
+    with pytest.raises(ProfileError, match=r"both sides of the flange tip; align by running_circle$"):
         align(no_flange, NEW, "flange_tip")
     inner = true.y < 30e-3
     short = replace(true, y=true.y[inner], z=true.z[inner])
     with pytest.raises(ProfileError, match=r"0 points lie on field side of the tread.*flange_back"):
         align(short, NEW, "best_fit")
     narrow = true.y < 0.5e-3
-    with pytest.raises(ProfileError, match="no tread on both sides of the tape circle"):
-        align(replace(true, y=true.y[narrow], z=true.z[narrow]), NEW, "tape_line")
+    with pytest.raises(ProfileError, match="no tread on both sides of the running circle"):
+        align(replace(true, y=true.y[narrow], z=true.z[narrow]), NEW, "running_circle")
 
 
 def test_zones_that_hold_one_direction_only_are_refused():
@@ -261,7 +260,6 @@ def test_any_points_are_aligned_or_refused_in_one_line(rule, kind, seed, count, 
 def test_rule_contract(name):
     """Each rule leaves a new profile where it is: within the noise of a parabola through exact points."""
     rule = ALIGNMENTS[name]
-    assert rule.title
     for kind, shape in (("wheel", NEW), ("rail", RAIL)):
         if kind in rule.kinds:
             found = align(shape, shape, name)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wearsim.profile import standard
-from wearsim.profile.clearance import flange_clearance
+from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.shape import Profile
 
 GRID = 0.05e-3  # of the shifts: the clearance is known to one step

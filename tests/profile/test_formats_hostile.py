@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from wearsim.errors import ProfileError
 from wearsim.profile.checks import points_faults
-from wearsim.profile.files import read_profile, write_profile
-from wearsim.profile.formats import FORMATS
+from wearsim.profile.files import FORMATS, read_profile, write_profile
 from wearsim.profile.standard import rail, wheel
 
 WHEEL = wheel("S1002", spacing=1e-3)
@@ -324,7 +323,7 @@ def test_a_million_points(tmp_path, n):
 
 
 def test_more_points_than_are_read(tmp_path, monkeypatch):
-    monkeypatch.setattr("wearsim.profile.formats.points.MAX_POINTS", 100)
+    monkeypatch.setattr("wearsim.profile.files.points.MAX_POINTS", 100)
     told = refusal(tmp_path / "p.csv", "\n".join(text()).encode())
     assert told == "p.csv:101: more than 100 points, hardly one profile; give one cross-section"
 
@@ -357,7 +356,7 @@ def test_a_file_that_ends_within_a_line_is_cut_off(tmp_path):
 
 def test_more_lines_than_are_read(tmp_path, monkeypatch):
     """Counted before any is looked at, whatever ends them."""
-    monkeypatch.setattr("wearsim.profile.formats.text.MAX_LINES", 100)
+    monkeypatch.setattr("wearsim.profile.files.points.MAX_LINES", 100)
     expected = "p.csv: more than 100 lines, hardly one profile; give one cross-section"
     for end in ("\n", "\r", "\r\n"):
         assert refusal(tmp_path / "p.csv", end.join(text()).encode()) == expected

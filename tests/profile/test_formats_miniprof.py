@@ -165,13 +165,13 @@ def test_all_keys_are_kept(read):
     assert "xoffset = 1.5 of the header is not added to the points" in reading.notes
 
 
-def test_tape_line_of_the_header(read):
+def test_running_circle_of_the_header(read):
     reading = read([*head(WheelDiameterTaperline="66.0000"), "", *rows(1e3 * WHEEL.y + 66.0, 1e3 * WHEEL.z)])
     assert_is_wheel(reading)
     assert "y counted from the flange back, 66 mm subtracted (header)" in reading.notes
 
 
-def test_x_already_counted_from_the_tape_circle(read):
+def test_x_already_counted_from_the_running_circle(read):
     assert_is_wheel(read([*head(), "", *rows(1e3 * WHEEL.y, 1e3 * WHEEL.z)]))
 
 
@@ -348,22 +348,22 @@ def test_part_of_a_file_with_one_profile(refused):
     assert "--part 2 is stated, but the file holds one profile" in refused(wheel_rows(), part=2)
 
 
-def test_tape_line_with_decimal_comma(read):
+def test_running_circle_with_decimal_comma(read):
     reading = read([*head(WheelDiameterTaperline="73,0"), "", *wheel_rows()])
-    assert reading.tape == pytest.approx(73e-3)
+    assert reading.running_circle == pytest.approx(73e-3)
     assert np.max(np.abs(reading.profile.y + 3e-3 - WHEEL.y)) < ROUNDING
 
 
 @pytest.mark.parametrize("value", ["7,3", "920.5", "73 mm"])
-def test_tape_line_that_cannot_be_is_told(read, value):
+def test_running_circle_that_cannot_be_is_told(read, value):
     reading = read([*head(WheelDiameterTaperline=value), "", *wheel_rows()])
-    assert reading.tape is None
+    assert reading.running_circle is None
     (note,) = (note for note in reading.notes if "WheelDiameterTaperline" in note)
-    assert "is not within 60 .. 80 mm and not used: state --tape-mm, and --origin" in note
+    assert "is not within 60 .. 80 mm and not used: state --running-circle-mm, and --origin" in note
     assert_is_wheel(reading)
 
 
 @pytest.mark.parametrize("value", ["0", "0.0000", "", "-"])
-def test_tape_line_that_is_not_set_is_not_told(read, value):
+def test_running_circle_that_is_not_set_is_not_told(read, value):
     reading = read([*head(WheelDiameterTaperline=value), "", *wheel_rows()])
     assert not any("WheelDiameterTaperline" in note for note in reading.notes)

@@ -110,7 +110,9 @@ def test_damaged_lists_of_slices(refused, crossing, tmp_path):
     assert "must be a whole one in 1 .. 100000" in refused(crossing, "rail", "c.slcs")
     assert "c.slcs:2: ends before the number of slices" in refused(["0 1", ""], "rail", "c.slcs")
     missing = refused(slices(["none.prr"]), "rail", "c.slcs")
-    assert missing == "c.slcs:8: slice file 'none.prr' does not exist beside the list; copy it there"
+    assert (
+        missing == "c.slcs:8: slice file 'none.prr' does not exist in the folder of the list; copy it there"
+    )
     (tmp_path / "c.slcs").write_text("\n".join(slices(["c.slcs"])))
     assert "list of slices within a list" in refused(slices(["c.slcs"]), "rail", "c.slcs")
 
@@ -277,8 +279,8 @@ def test_vertical_flange_back_and_rim_keep_their_place(read):
 
 
 def test_stated_origin(read, refused):
-    assert_is(read(rows(1e3 * WHEEL.y + 70.0, 1e3 * WHEEL.z), origin="back"), WHEEL)
-    told = refused(rows(1e3 * WHEEL.y + 70.0, 1e3 * WHEEL.z), origin="tape")
+    assert_is(read(rows(1e3 * WHEEL.y + 70.0, 1e3 * WHEEL.z), origin="flange_back"), WHEEL)
+    told = refused(rows(1e3 * WHEEL.y + 70.0, 1e3 * WHEEL.z), origin="running_circle")
     assert "subtract 70 mm from y" in told
 
 

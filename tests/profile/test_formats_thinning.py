@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from wearsim.profile.formats.thinning import MOST_POINTS, thinned
+from wearsim.profile.files.axes import MOST_POINTS, thinned
+from wearsim.profile.inspection import Conditions, inspect_profile
+from wearsim.profile.inspection.inputs import read_input
 from wearsim.profile.standard import wheel
-from wearsim.studies.profile_examination import Circumstances, GaugeDistances, examine
-from wearsim.studies.profile_subject import read_subject
 
 WHEEL = wheel("S1002")
 
@@ -50,12 +50,10 @@ def test_a_wheel_of_many_points_is_measured_against_another(tmp_path):
     y, z = long_list(50_000)
     path = tmp_path / "long.csv"
     path.write_text("\n".join(f"{a:.4f},{b:.4f}" for a, b in zip(1e3 * y, 1e3 * z, strict=True)))
-    subject = read_subject(str(path))
+    subject = read_input(str(path))
     assert any("of 50000 points taken" in note or "of 499" in note for note in subject.notes)
-    found = examine(
-        subject, Circumstances(GaugeDistances()), against=read_subject("S1002"), amplitudes=(3e-3,)
-    )
+    found = inspect_profile(subject, Conditions(), against=read_input("S1002"), amplitudes=(3e-3,))
     assert abs(found.comparison.wear.worn_area) < 0.02e-6
-    assert abs(found.measures.values["flange_height"] - 28e-3) < 0.2e-6
-    smooth = examine(subject, Circumstances(GaugeDistances(), smooth=3e-3), amplitudes=(3e-3,))
-    assert abs(smooth.measures.values["flange_height"] - 28e-3) < 5e-6
+    assert abs(found.measures["right"].values["flange_height"] - 28e-3) < 0.2e-6
+    smooth = inspect_profile(subject, Conditions(smooth=3e-3), amplitudes=(3e-3,))
+    assert abs(smooth.measures["right"].values["flange_height"] - 28e-3) < 5e-6

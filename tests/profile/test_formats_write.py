@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wearsim.errors import ProfileError
-from wearsim.profile.files import load_profile, read_profile, write_profile
-from wearsim.profile.formats.write import WRITERS
+from wearsim.profile.files import WRITTEN_FORMATS, load_profile, read_profile, write_profile
 from wearsim.profile.shape import Profile
 from wearsim.profile.standard import rail, shipped_path, wheel
 
@@ -24,7 +23,7 @@ def file_for(folder, profile, name):
     return folder / f"p.{SUFFIX[name][profile.kind == 'rail']}"
 
 
-@pytest.mark.parametrize("name", sorted(WRITERS))
+@pytest.mark.parametrize("name", sorted(WRITTEN_FORMATS))
 @pytest.mark.parametrize(
     "profile",
     [WHEEL, RAIL, wheel("S1002"), rail("60E1", 0.0, 1.435, 0.750)],
@@ -39,7 +38,7 @@ def test_round_trip_gives_the_same_bits(tmp_path, profile, name):
     assert np.array_equal(reading.profile.z, profile.z)
 
 
-@pytest.mark.parametrize("name", sorted(WRITERS))
+@pytest.mark.parametrize("name", sorted(WRITTEN_FORMATS))
 @pytest.mark.parametrize("profile", [WHEEL, RAIL], ids=["wheel", "rail"])
 @given(data=st.data())
 @settings(max_examples=30)
@@ -55,7 +54,7 @@ def test_round_trip_of_any_double(tmp_path_factory, profile, name, data):
 
 
 @pytest.mark.parametrize("value", [1e-17, -3.3e-20, 5e-324, -0.0])
-@pytest.mark.parametrize("name", sorted(WRITERS))
+@pytest.mark.parametrize("name", sorted(WRITTEN_FORMATS))
 def test_round_trip_of_almost_nothing(tmp_path, name, value):
     """The flange back lies 70 mm off in MiniProf, which must not cost the digits of small numbers."""
     y = WHEEL.y.copy()
@@ -65,7 +64,7 @@ def test_round_trip_of_almost_nothing(tmp_path, name, value):
     assert np.array_equal(read_profile(path, "wheel").profile.y, y)
 
 
-@pytest.mark.parametrize("name", sorted(WRITERS))
+@pytest.mark.parametrize("name", sorted(WRITTEN_FORMATS))
 @pytest.mark.parametrize(
     "about",
     ['a "quoted" name', "it's", "# ! % marks", "two\nlines", "x=1", "1 2", "Ö\u2028", "bell\x07", "\udcff"],
@@ -76,7 +75,7 @@ def test_names_cannot_break_a_file(tmp_path, name, about):
     assert np.array_equal(read_profile(path, "wheel").profile.y, WHEEL.y)
 
 
-@pytest.mark.parametrize("name", sorted(WRITERS))
+@pytest.mark.parametrize("name", sorted(WRITTEN_FORMATS))
 def test_nothing_is_overwritten_or_left_half_written(tmp_path, name):
     path = file_for(tmp_path, WHEEL, name)
     path.write_text("mine")

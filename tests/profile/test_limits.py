@@ -264,31 +264,41 @@ def test_all_faults_of_a_file_are_told_at_once_with_their_lines(tmp_path):
     assert all(line.startswith(f"{path}:") for line in told)
     assert [(int(line.split(":")[1]), line.split(": ", 1)[1][:31]) for line in told] == [
         (1, "title = 3 must be a text"),
-        (2, "colour is none of title, source"),
-        (4, "measure = 'flange_hight' is not"),
-        (8, "max_mm = 'a' must be a number o"),
+        (2, "unknown key colour in the file;"),
+        (4, 'measure = "flange_hight" is not'),
+        (8, 'max_mm = "a" must be a number, '),
         (9, "diameter_mm: 900 must be below "),
         (14, "min_mm = 5 is above max_mm = 3"),
         (18, "max_mm is no key of a limit of "),
-        (19, "the limit of flange_gradient ha"),
         (22, "gives no min_mm and no max_mm o"),
-        (28, "min_mm = nan must be a number o"),
-        (29, "diameter_mm must be like { abov"),
-        (30, "measure is missing; it is one o"),
+        (28, "min_mm = nan must be a finite n"),
+        (29, "unknown key over in [limit.diam"),
+        (30, "key measure is missing in [[lim"),
     ]
-    assert "did you mean 'flange_height'?" in told[2]
+    assert 'did you mean "flange_height"?' in told[2]
+
+
+def test_limits_need_source_and_certainty_of_their_own_or_of_the_file(tmp_path):
+    path = tmp_path / "bare.toml"
+    path.write_text('[[limit]]\nmeasure = "flange_gradient"\nmin_mm = 6.5\n[[limit]]\n'
+                    'source = "x"\nmeasure = "hollowing"\nmax_mm = 3\n')  # fmt: skip
+    with pytest.raises(ProfileError) as caught:
+        load_limits(path)
+    first, second = str(caught.value).splitlines()
+    assert first.startswith(f"{path}:1: the limit of flange_gradient has no source; give it for the limit")
+    assert second.startswith(f"{path}:4: the limit of hollowing has no certainty; ")
 
 
 @pytest.mark.parametrize(
     ("content", "told"),
     [
-        (b"", "holds no limit"),
-        (b'title = "a"\nx = [1\n', "is not TOML"),
-        (b"limit = 3\n", "begin each with"),
+        (b"", r"\[\[limit\]\] is missing; give at least one"),
+        (b'title = "a"\nx = [1\n', ":2: not valid TOML"),
+        (b"limit = 3\n", r"1: \[limit\] must be a list of tables; write \[\[limit\]\]"),
         (b"\xff\xfe\x00", "is not UTF-8 text"),
-        (b"[[limit]]\nmeasure = [1]\n", r"2: measure = \[1\] is not known"),
+        (b"[[limit]]\nmeasure = [1]\n", r"2: measure = \[1\] is not allowed; known: flange_height"),
         (b'limit = [{ measure = "hollowing" }]\n', "gives no min_mm"),
-        (b"x = " + b"[" * 5000, "is not TOML"),
+        (b"x = " + b"[" * 5000, "nested too deeply"),
     ],
 )
 def test_damaged_files_are_one_clear_line_each(tmp_path, content, told):

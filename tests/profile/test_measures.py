@@ -34,7 +34,7 @@ def test_gauge_values_of_the_new_wheel():
 
 @pytest.mark.parametrize(("worn", "thickness"), [(1e-3, 33.133e-3), (2e-3, 33.907e-3)])
 def test_tread_wear_alone_raises_the_flange_values(worn, thickness):
-    """The levels follow the tape circle: known values of the S1002 flange read lower down, to 1 um."""
+    """The levels follow the running circle: known values of the S1002 flange read lower down, to 1 um."""
     y = S1002.y
     z = np.where(y > -0.025, S1002.z - worn, S1002.z)
     assert flange_height(y, z) == pytest.approx(28e-3 + worn, abs=0.1e-6)
@@ -62,7 +62,7 @@ def test_hollowing_is_the_rise_towards_the_field_side():
 
 def test_profiles_without_a_flange_are_refused():
     y = np.linspace(-0.03, 0.06, 50)
-    with pytest.raises(ProfileError, match=r"does not reach 10 mm above the tape circle"):
+    with pytest.raises(ProfileError, match=r"does not reach 10 mm above the running circle"):
         flange_thickness(y, -0.05 * y)
     with pytest.raises(ProfileError, match=r"largest z at y = 60 mm"):
         flange_height(y, 0.05 * y)
@@ -132,7 +132,7 @@ def test_what_cannot_be_measured_is_missing_with_its_reason():
     found = wheel_measures(replace(S1002, y=S1002.y[tread], z=S1002.z[tread]), back_to_back=1.36)
     assert "begins at its highest point" in found.missing["flange_height"]
     assert "begins at its highest point" in found.missing["flange_gradient"]
-    assert "does not reach 10 mm above the tape circle" in found.missing["flange_thickness"]
+    assert "does not reach 10 mm above the running circle" in found.missing["flange_thickness"]
     assert found.missing["front_to_front"] == "the flange thickness cannot be measured"
     assert found.missing["wheel_diameter"] == "the rolling radius at z = 0 is not given"
     assert found.values["back_to_back"] == 1.36
@@ -151,7 +151,8 @@ def test_a_shape_without_a_flange_has_no_measures_of_one():
     assert set(found.values) == {"hollowing"}
     for name in ("flange_height", "flange_thickness", "flange_gradient", "rim_width"):
         assert (
-            found.missing[name] == "there is no flange: the highest point lies 0.04 mm above the tape circle"
+            found.missing[name]
+            == "there is no flange: the highest point lies 0.04 mm above the running circle"
         )
 
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from wearsim.errors import ProfileError
-from wearsim.profile.construction import part_moved, rail_head, tangent_arc
-from wearsim.profile.definition_file import read_definition
-from wearsim.profile.segment import Arc, Polynomial, Spline, line
+from wearsim.profile.segments import Arc, Polynomial, Spline, line, part_moved, rail_head, tangent_arc
+from wearsim.profile.standard import read_definition
 
 HEAD = 'name = "made up"\nkind = "wheel"\nsource = "test"\ncertainty = "none"\n'
 LINES = """
@@ -55,19 +54,22 @@ def test_an_allowance_holds_for_its_zones_and_size_only(tmp_path):
     [
         (("to = 0.0", "to = 0.5"), r"zone 'left' ends at y = 0\.5 mm, zone 'right' begins at 0 mm"),
         (("[0.0, -0.2]", "[0.001, -0.1]"), r"a step of 1 um and a kink of 0 mrad"),
-        (("to = 0.0", "to = -80.0"), r"zone 'left': from = -70 must be below to = -80"),
-        (("[0.0, -0.1]", '["a"]'), r"zone 'left': polynomial = 'a' must be a number"),
-        (("[0.0, -0.1]", "[]"), r"zone 'left': polynomial must be a list of numbers"),
-        (("[0.0, -0.1]", "[nan]"), r"zone 'left': polynomial = nan must be a number"),
-        (("polynomial = [0.0, -0.1]", ""), r"zone 'left': polynomial is missing"),
-        (("polynomial = [0.0, -0.1]", "arc = 3"), r"zone 'left': arc must be a table"),
+        (("to = 0.0", "to = -80.0"), r"8: zone 'left': from = -70 must be below to = -80"),
+        (("[0.0, -0.1]", '["a"]'), r"10: polynomial\[0\] = \"a\" must be a number"),
+        (("[0.0, -0.1]", "[]"), r"10: polynomial has 0 entries, needs at least 1"),
+        (("[0.0, -0.1]", "[nan]"), r"10: polynomial\[0\] = nan must be a finite number"),
+        (
+            ("polynomial = [0.0, -0.1]", ""),
+            r"6: zone 'left' needs one of arc, polynomial, spline, tangent_arc",
+        ),
+        (("polynomial = [0.0, -0.1]", "arc = 3"), r"10: arc = 3 must be a table"),
         (
             ("polynomial = [0.0, -0.1]", "arc = { centre = [0.0, 0.0], radius = 0.0, branch = 1 }"),
-            r"zone 'left': arc: radius = 0 must be above 0",
+            r"10: radius = 0\.0 must be above 0",
         ),
         (
             ("polynomial = [0.0, -0.1]", "arc = { centre = [0.0, 0.0], radius = 80.0, branch = 2 }"),
-            r"zone 'left': arc: branch = 2 must be 1 \(cap\) or -1 \(bowl\)",
+            r"10: branch = 2 is not allowed; known: 1, -1",
         ),
         (
             ("polynomial = [0.0, -0.1]", "arc = { centre = [0.0, 0.0], radius = 60.0, branch = 1 }"),
@@ -79,20 +81,21 @@ def test_an_allowance_holds_for_its_zones_and_size_only(tmp_path):
         ),
         (
             ("polynomial = [0.0, -0.1]", "polynomial = [0.0, -0.1]\ncolour = 1"),
-            r"zone 'left': colour is not a key",
+            r"11: unknown key colour in \[\[segment\]\]; known: zone, from, to",
         ),
-        (('kind = "wheel"', 'kind = "sleeper"'), r"kind = 'sleeper' must be one of wheel, rail"),
-        (('source = "test"', 'source = " "'), r"source must be a text that is not empty"),
-        (('certainty = "none"', ""), r"certainty is missing; give a text"),
-        (("[[segment]]", "[[segments]]"), r"no shape: give \[head\] or \[\[segment\]\] tables"),
-        (('name = "made up"', "name = "), r"is not TOML"),
+        (('kind = "wheel"', 'kind = "sleeper"'), r"2: kind = \"sleeper\" is not allowed; known: wheel, rail"),
+        (('source = "test"', 'source = " "'), r"3: source = \" \" must be a text that is not empty"),
+        (('certainty = "none"', ""), r"1: key certainty is missing in the file"),
+        (("[[segment]]", "[[segments]]"), r"6: unknown key segments in the file; did you mean segment\?"),
+        ((LINES, ""), r"1: no shape: give \[head\] or \[\[segment\]\] tables"),
+        (('name = "made up"', "name = "), r"1: not valid TOML"),
         (("from = -70.0\n", ""), r"zone 'left' has no beginning or no end"),
     ],
 )
 def test_faults_name_the_file_and_the_place(tmp_path, change, message):
     text = HEAD + LINES + KINK
     assert change[0] in text
-    with pytest.raises(ProfileError, match=r"made_up\.toml: .*" + message) as caught:
+    with pytest.raises(ProfileError, match=r"made_up\.toml:.*" + message) as caught:
         read_definition(written(tmp_path, text.replace(*change)))
     assert "\n" not in str(caught.value)
 
@@ -100,13 +103,13 @@ def test_faults_name_the_file_and_the_place(tmp_path, change, message):
 @pytest.mark.parametrize(
     ("parameter", "message"),
     [
-        ('form = "h"', r"form = 'h' must hold # once"),
+        ('form = "h"\nname = "h"\ndefault = 1.0', r"form = 'h' must hold # once"),
         ('form = "h#"\nname = "h"\ndefault = 3.0\nvalues = [1.0, 2.0]', r"'h#': default must be one of 1, 2"),
-        ('form = "h#"\nname = "h"\ndefault = 1.0\nrange = [1.0]', r"range must be a list of 2 numbers"),
+        ('form = "h#"\nname = "h"\ndefault = 1.0\nrange = [1.0]', r"range has 1 entries, needs more"),
         (
             'form = "h#"\nname = "h"\ndefault = 1.0\nrange = [1.0, 2.0]\n'
             'slope = { zone = "left", meaning = "degrees" }',
-            r"meaning = 'degrees' must be one of percent, one_in",
+            r"meaning = \"degrees\" is not allowed; known: percent, one_in",
         ),
     ],
 )

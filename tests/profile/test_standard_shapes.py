@@ -9,21 +9,21 @@ import pytest
 from wearsim.cli import main
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
 from wearsim.profile.checks import points_faults
-from wearsim.profile.definition import KINK_TOLERANCE, STEP_TOLERANCE
-from wearsim.profile.definition_file import read_definition, read_template
+from wearsim.profile.definitions import KINK_TOLERANCE, STEP_TOLERANCE, read_template
 from wearsim.profile.shape import Profile, arc_length, resample
 from wearsim.profile.standard import (
+    build,
     definition,
     evaluate,
     find_shipped,
     junctions,
     rail,
+    read_definition,
     sample,
     shipped_names,
     shipped_path,
     wheel,
 )
-from wearsim.profile.variation import build
 
 FILES = sorted(shipped_path("profiles").glob("*.toml"))
 RAILS = [path.stem for path in FILES if read_template(path).definition.kind == "rail"]

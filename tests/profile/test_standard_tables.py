@@ -8,7 +8,7 @@ import pytest
 
 from wearsim.profile.conicity import equivalent_conicity, rolling_radius_difference
 from wearsim.profile.measures import flange_gradient, flange_height, flange_thickness
-from wearsim.profile.segment import Arc
+from wearsim.profile.segments import Arc
 from wearsim.profile.standard import definition, evaluate, junctions, rail, wheel
 
 DATA = Path(__file__).parents[1] / "data"

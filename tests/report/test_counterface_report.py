@@ -111,7 +111,7 @@ def test_inspect_tells_both_sides(folder, pair):
     assert worn["counterface_redressed_count"] == 2
     assert worn["counterface_worn_area"] == pytest.approx(pair[0]["counterface_worn_area"].values[-1])
     assert json.dumps(found)
-    assert "Number of times the rollers were turned: 2" in summary_text(found)
+    assert "Number of times the rollers were redressed: 2" in summary_text(found)
     rails = summary_text(inspect(folder / "out" / "field.nc"))
     assert "Largest wear depth of the rail" in rails
     assert "turned off" not in rails

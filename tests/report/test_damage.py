@@ -1,4 +1,4 @@
-"""Wear laws beside the leading one and fatigue in the report, from short campaigns of the real physics."""
+"""Comparison laws and fatigue in the report, from short campaigns of the real physics."""
 
 import re
 
@@ -17,7 +17,7 @@ from wearsim.translation.translate import translate
 
 LAWS = """
 [wear]
-beside = ["archard", "none"]
+also_evaluate = ["archard", "none"]
 [fatigue]
 laws = ["wlrm", "surface_fatigue_index_local"]
 branch = "rising"
@@ -101,7 +101,7 @@ def test_report_marks_laws_of_the_users_own_with_their_certainty(pair, tmp_path,
 
 
 def test_report_tells_what_the_numbers_of_every_law_hold_for(pair, text):
-    """Not of the leading law alone: rail steel in the life of a wheel, jumps, floors, our own choices."""
+    """Not of the active law alone: rail steel in the life of a wheel, jumps, floors, our own choices."""
     for told in (
         "rail steels R220 and R260",
         "In the net form the damage has no floor",
@@ -111,7 +111,7 @@ def test_report_tells_what_the_numbers_of_every_law_hold_for(pair, text):
     ):
         assert told in text
     table = tables_damage.wear_laws(pair[0])[2]
-    assert [row[0].text for row in table.rows] == ["usfd, leading", "archard", "none"]
+    assert [row[0].text for row in table.rows] == ["usfd, active", "archard", "none"]
     assert table.rows[1][1].text.startswith("wheel and rail steels, dry")
     assert [cell.text for cell in table.rows[2][1:]] == ["–"] * 3
     life = tables_damage.life(pair[0])
@@ -126,7 +126,7 @@ def test_report_tells_what_the_numbers_of_every_law_hold_for(pair, text):
 def test_every_shipped_set_reaches_the_header_of_a_campaign(tmp_path, scene_text):
     """One line for each law: materials, validity and departures, the jump of brr among them."""
     more = (
-        '[wear]\nbeside = ["brr", "none", "energy"]\n[fatigue]\nlaws = ["stress_index", "wlrm"]\n'
+        '[wear]\nalso_evaluate = ["brr", "none", "energy"]\n[fatigue]\nlaws = ["stress_index", "wlrm"]\n'
         'coefficients = ["burstow_2004_20n"]\n'
     )
     (tmp_path / "rig.toml").write_text(scene_text(BLOCK, more=more))
@@ -183,7 +183,7 @@ def test_report_without_such_laws_has_no_section(run_directory):
 
 def test_table_of_wear_laws_is_the_dataset(pair):
     table = tables_damage.wear_laws(pair[0])[0]
-    assert [row[0].text for row in table.rows] == ["usfd, leading", "archard", "none"]
+    assert [row[0].text for row in table.rows] == ["usfd, active", "archard", "none"]
     area = pair[0]["comparison_worn_area"].values[-1]
     assert table.rows[1][1].value == 1e6 * area[0, :4].sum()
     assert table.rows[1][3].value == pytest.approx(

@@ -10,24 +10,24 @@ from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from wearsim.errors import ResultError
+from wearsim.profile.inspection import Conditions, inspect_profile
+from wearsim.profile.inspection.datasets import fleet_dataset, profile_dataset
+from wearsim.profile.inspection.fleet import fleet_rows
+from wearsim.profile.inspection.inputs import read_input
 from wearsim.profile.limits import load_limits
 from wearsim.profile.measures import GaugeDistances
 from wearsim.report import figures_fleet, figures_profile, pages_fleet, pages_profile
 from wearsim.report.figures_fleet import plot_member
 from wearsim.report.style import COLOURS
-from wearsim.studies.profile_examination import Circumstances, examine
-from wearsim.studies.profile_fleet import fleet_rows, fleet_state
-from wearsim.studies.profile_state import examination_state
-from wearsim.studies.profile_subject import read_subject
 
 MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
 
 
 def state_of(name, against=None, left=None, distances=None, **stated):
-    at = Circumstances(distances or GaugeDistances(), **stated)
-    other, second = (None if given is None else read_subject(str(given)) for given in (against, left))
-    return examination_state(
-        examine(read_subject(str(name)), at, load_limits("TSI"), against=other, left=second)
+    at = Conditions(distances or GaugeDistances(), **stated)
+    other, second = (None if given is None else read_input(str(given)) for given in (against, left))
+    return profile_dataset(
+        inspect_profile(read_input(str(name)), at, load_limits("TSI"), against=other, left=second)
     )
 
 
@@ -191,9 +191,9 @@ def test_a_figure_that_cannot_be_written_is_told(worn, tmp_path):
 @pytest.fixture(scope="module")
 def fleet():
     files = sorted(MEASURED.glob("*.whl"))
-    reference = read_subject("S1002")
-    rows = list(fleet_rows(files, Circumstances(GaugeDistances()), load_limits("TSI"), against=reference))
-    return fleet_state(rows * 15, reference, load_limits("TSI"))
+    reference = read_input("S1002")
+    rows = list(fleet_rows(files, Conditions(GaugeDistances()), load_limits("TSI"), against=reference))
+    return fleet_dataset(rows * 15, reference, load_limits("TSI"))
 
 
 def test_small_figures_show_profile_reference_and_what_is_beyond(fleet):

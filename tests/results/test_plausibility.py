@@ -87,7 +87,7 @@ def test_scaled_loads_of_the_new_wheel_alone(make):
     assert np.array_equal([found.states, found.distance_share], [1, 0.0])
 
 
-def test_share_of_seizure_is_told_of_the_leading_law_and_those_beside(make):
+def test_share_of_seizure_of_the_active_and_the_comparison_laws(make):
     data = make(rate=10e-12)
     assert seizure_shares(data) == {}
     data["regime_name"] = ("regime", ["mild", "seizure"])

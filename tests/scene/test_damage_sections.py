@@ -1,12 +1,12 @@
-"""[wear] and [fatigue]: which laws and numbers a scene stands for, and what is refused."""
+"""[wear] and [fatigue]: which laws and numbers a scene stands for, and what raises an error."""
 
 from pathlib import Path
 
 import pytest
 
-from wearsim.campaign.beside import laws_beside
+from wearsim.campaign.comparison import comparison_laws
 from wearsim.damage import fatigue
-from wearsim.damage.wear import DEFAULT_COEFFICIENTS, WEAR_FORMS, WEAR_LAWS, acting_coefficients, energy
+from wearsim.damage.wear import WEAR_LAWS, coefficients_of, energy
 from wearsim.scene import build, files_to_copy, load_scene, scene_schema
 
 RIG = (Path(__file__).parents[1] / "data" / "scene_rig.toml").read_text()
@@ -37,32 +37,33 @@ def loaded(text):
     return load_scene("scene.toml")
 
 
-@pytest.mark.parametrize("law", sorted(set(WEAR_LAWS) - {"table"}))
+@pytest.mark.parametrize("law", sorted(name for name, law in WEAR_LAWS.items() if law.coefficients))
 def test_each_law_comes_with_its_own_set_and_form(folder, law):
     scene = loaded(f'[wear]\nlaw = "{law}"\n')
     wear = build(scene).wear
-    assert (wear.law, wear.coefficients, wear.form) == (law, DEFAULT_COEFFICIENTS[law], WEAR_FORMS[law][0])
-    assert scene.wear.coefficients == DEFAULT_COEFFICIENTS[law]  # told by every output of the scene
-    assert scene.wear.form == WEAR_FORMS[law][0]
+    record = WEAR_LAWS[law]
+    assert (wear.law, wear.coefficients, wear.form) == (law, record.coefficients, record.forms[0])
+    assert scene.wear.coefficients == record.coefficients  # shown by every output of the scene
+    assert scene.wear.form == record.forms[0]
 
 
 def test_wear_without_a_section_is_as_ever(folder):
     wear = build(load_scene("rig.toml")).wear
     assert (wear.law, wear.coefficients, wear.form) == ("usfd", "lewis_dwyer_joyce_2004", "local")
     setup = build(load_scene("rig.toml"))
-    assert setup.beside == setup.fatigue == ()
+    assert setup.also_evaluate == setup.fatigue == ()
 
 
 def test_archard_takes_the_hardness_of_the_wheel_and_a_cap(folder):
     setup = build(loaded('[wear]\nlaw = "archard"\nhardness_GPa = 2.7\nseizure_cap = "regime"\n'))
     assert setup.wear.seizure_cap == "regime"
-    assert acting_coefficients(setup.wear)["hardness"] == pytest.approx(2.7, rel=1e-15)
+    assert coefficients_of(setup.wear)["hardness"] == pytest.approx(2.7, rel=1e-15)
     assert setup.warnings == ()
 
 
 def test_a_table_in_the_scene(folder):
     setup = build(loaded('[wear]\nlaw = "table"\nform = "patch_mean"\n' + TABLE))
-    table = acting_coefficients(setup.wear)
+    table = coefficients_of(setup.wear)
     assert setup.wear.form == "patch_mean"
     assert (table.name, table.index, table.rate) == ("wear.table", ("T_gamma_A_N_mm2",), "mass_rate_ug_m_mm2")
     assert table.axes[0].tolist() == [0.0, 10.4e6, 20e6]
@@ -73,7 +74,7 @@ def test_a_table_in_a_file_goes_with_the_scene(folder):
     Path("own.csv").write_text(FILE)
     scene = loaded('[wear]\nlaw = "table"\ntable_file = "own.csv"\n')
     setup = build(scene)
-    table = acting_coefficients(setup.wear)
+    table = coefficients_of(setup.wear)
     assert table.name == "own.csv"
     assert table.rates.tolist() == pytest.approx([0.1e-12, 0.3e-12], rel=1e-15)
     assert dict(setup.input_hashes)["wear.table_file own.csv"]
@@ -82,7 +83,7 @@ def test_a_table_in_a_file_goes_with_the_scene(folder):
         (Path("kept") / name).write_bytes(content)
     Path("own.csv").unlink()
     again = build(load_scene("kept/scene.toml", copied=True))
-    assert acting_coefficients(again.wear).rates.tolist() == table.rates.tolist()
+    assert coefficients_of(again.wear).rates.tolist() == table.rates.tolist()
     assert again.input_hashes == setup.input_hashes
 
 
@@ -90,69 +91,70 @@ def test_faults_of_a_table_file_have_its_lines(folder, faults_of):
     Path("own.csv").write_text(FILE.replace("4, 0.3", "4, -0.3").replace("hold", "stop"))
     text = RIG + '[wear]\nlaw = "table"\ntable_file = "own.csv"\n'
     assert faults_of(text) == [
-        'own.csv:4: beyond = \'stop\' must be "hold" or "slope"',
-        "own.csv:7: energy_coefficient_mm3_kJ = -0.3 must be a number of 0 or more, at most 1e12",
+        'own.csv:4: beyond = "stop" is not allowed; did you mean "slope"? (known: hold, slope)',
+        "own.csv:7: energy_coefficient_mm3_kJ[1] = -0.3 must be at least 0 and at most 1e+12 mm3/kJ; "
+        "give volume lost per frictional work",
     ]
     Path("own.csv").unlink()
     (fault,) = faults_of(text)
     assert fault.startswith(f'scene.toml:{FIRST + 2}: table_file = "own.csv" does not exist')
 
 
-def test_laws_beside_the_leading_one(folder):
+def test_comparison_laws(folder):
     Path("own.csv").write_text(FILE)
     setup = build(
         loaded(
-            '[wear]\nbeside = ["archard", "brr", "table"]\ntable_file = "own.csv"\n'
+            '[wear]\nalso_evaluate = ["archard", "brr", "table"]\ntable_file = "own.csv"\n'
             "hardness_GPa = 2.8\ndensity_kg_m3 = 7800\n"
         )
     )
     assert (setup.wear.law, setup.wear.hardness) == ("usfd", None)
-    archard, brr, table = setup.beside
+    archard, brr, table = setup.also_evaluate
     assert (archard.law, archard.coefficients, archard.hardness) == ("archard", "jendel_2002", 2.8e9)
     assert (brr.form, brr.density) == ("patch_mean", 7800.0)
     assert table.coefficients.name == "own.csv"
-    for settings in setup.beside:
-        acting_coefficients(settings)
+    for settings in setup.also_evaluate:
+        coefficients_of(settings)
 
 
-def test_a_law_beside_with_another_form_or_set(folder):
-    """The leading law, too; what is not given is as for a name alone."""
+def test_a_comparison_law_with_another_form_or_set(folder):
+    """The active law, too; what is not given is as for a name alone."""
     scene = loaded(
-        '[wear]\nlaw = "energy"\ncoefficients = "krause_poll_1986"\nbeside = ["usfd", '
+        '[wear]\nlaw = "energy"\ncoefficients = "krause_poll_1986"\nalso_evaluate = ["usfd", '
         '{law = "usfd", form = "patch_mean"}, {law = "energy", form = "patch_mean"}, '
         '{law = "energy", coefficients = "zobory_1997"}]\n'
     )
-    told = [(one.law, one.form, one.coefficients) for one in build(scene).beside]
+    told = [(one.law, one.form, one.coefficients) for one in build(scene).also_evaluate]
     assert told == [
         ("usfd", "local", "lewis_dwyer_joyce_2004"),
         ("usfd", "patch_mean", "lewis_dwyer_joyce_2004"),
         ("energy", "patch_mean", "krause_poll_1986"),
         ("energy", "local", "zobory_1997"),
     ]
-    assert laws_beside(build(scene)).names == (
+    assert comparison_laws(build(scene)).names == (
         "usfd (local)",
         "usfd (patch mean)",
         "energy (patch mean, krause_poll_1986)",
         "energy (local, zobory_1997)",
     )
-    written = scene.model_dump(by_alias=True, mode="json")["wear"]["beside"]
+    written = scene.model_dump(by_alias=True, mode="json")["wear"]["also_evaluate"]
     assert written[0] == "usfd"
     assert written[3] == {"law": "energy", "form": None, "coefficients": "zobory_1997"}
-    alone = loaded('[wear]\nbeside = ["archard", {law = "usfd", form = "patch_mean"}]\n')
-    assert laws_beside(build(alone)).names == ("archard", "usfd (patch mean)")
+    alone = loaded('[wear]\nalso_evaluate = ["archard", {law = "usfd", form = "patch_mean"}]\n')
+    assert comparison_laws(build(alone)).names == ("archard", "usfd (patch mean)")
 
 
 def test_one_energy_coefficient_in_place_of_a_set(folder):
     scene = loaded(
         '[wear]\nlaw = "energy"\nenergy_coefficient_mm3_kJ = 0.7\n'
-        'beside = [{law = "energy", coefficients = "zobory_1997"}]\n'
+        'also_evaluate = [{law = "energy", coefficients = "zobory_1997"}]\n'
     )
     assert scene.wear.coefficients is None
     setup = build(scene)
-    found = acting_coefficients(setup.wear)
-    assert (found.name, found["mild"], found.doubts) == ("constant", pytest.approx(0.7e-12, rel=1e-15), ())
+    found = coefficients_of(setup.wear)
+    assert (found.name, found["mild"], found.uncertain) == ("constant", pytest.approx(0.7e-12, rel=1e-15), ())
     assert energy.power_limit(found) == float("inf")
-    assert laws_beside(setup).names == ("energy (zobory_1997)",)
+    assert comparison_laws(setup).names == ("energy (zobory_1997)",)
 
 
 def test_all_fatigue_laws(folder):
@@ -170,7 +172,7 @@ def test_all_fatigue_laws(folder):
         "stress_index",
         "wlrm",
     ]
-    found = [fatigue.acting_coefficients(each) for each in setup.fatigue]
+    found = [fatigue.coefficients_of(each) for each in setup.fatigue]
     assert [each["shear_yield"] for each in found[:3]] == [320.0] * 3
     wlrm = setup.fatigue[3]
     assert (found[3].name, wlrm.branch, wlrm.wear_number) == ("burstow_2004_20n", "rising", "with_spin")
@@ -185,7 +187,7 @@ def test_break_points_of_ones_own(folder):
             'certainty = "a guess"\nstart_N = 20\npeak_N = 80\nend_N = 200\npeak_damage = 5e-6\nfloor = 0\n'
         )
     )
-    found = fatigue.acting_coefficients(setup.fatigue[0])
+    found = fatigue.coefficients_of(setup.fatigue[0])
     assert found.source == "our fleet"
     assert [found[name] for name in ("start", "peak", "end", "peak_damage", "floor")] == [
         20,
@@ -196,10 +198,10 @@ def test_break_points_of_ones_own(folder):
     ]
 
 
-def test_laws_beside_and_fatigue_need_no_warning(folder):
-    setup = build(loaded('[wear]\nbeside = ["archard"]\n[fatigue]\n'))
+def test_comparison_laws_and_fatigue_need_no_warning(folder):
+    setup = build(loaded('[wear]\nalso_evaluate = ["archard"]\n[fatigue]\n'))
     assert setup.warnings == ()
-    assert (len(setup.beside), len(setup.fatigue)) == (1, 1)
+    assert (len(setup.also_evaluate), len(setup.fatigue)) == (1, 1)
 
 
 WEAR = '[wear]\nlaw = "usfd"\n'
@@ -219,35 +221,53 @@ OWN = (
         (WEAR + 'seizure_cap = "regime"\n', 2, "seizure_cap acts with"),
         (WEAR + 'seizure_cap = "load"\n', 2, 'seizure_cap = "load" is not allowed'),
         ('[wear]\nlaw = "table"\n', 1, 'law: "table" needs its table'),
-        (WEAR + 'beside = ["table"]\n', 2, 'beside: "table" needs its table'),
+        (WEAR + 'also_evaluate = ["table"]\n', 2, 'also_evaluate: "table" needs its table'),
         (
-            WEAR + 'beside = [{law = "usfd", form = "local"}]\n',
+            WEAR + 'also_evaluate = [{law = "usfd", form = "local"}]\n',
             2,
-            'beside[0] = "usfd" is the leading law; delete it, or give it another form or other coefficients',
+            'also_evaluate[0] = "usfd" is the active law; delete it, or give it another form or other '
+            "coefficients",
         ),
         (
-            WEAR + 'beside = [{law = "usfd", form = "patch_mean"}, {form = "patch_mean", law = "usfd"}]\n',
+            WEAR
+            + 'also_evaluate = [{law = "usfd", form = "patch_mean"}, {form = "patch_mean", law = "usfd"}]\n',
             2,
-            'beside[1] = "usfd" is given twice',
+            'also_evaluate[1] = "usfd" is given twice',
         ),
         (
-            WEAR + 'beside = [{law = "energy", coefficients = "jendel_2002"}]\n',
+            WEAR + 'also_evaluate = [{law = "energy", coefficients = "jendel_2002"}]\n',
             2,
-            'beside[0] = "energy": coefficients = "jendel_2002" belong to archard',
+            'also_evaluate[0] = "energy": coefficients = "jendel_2002" belong to archard',
         ),
-        (WEAR + 'beside = [{law = "brr", form = "local"}]\n', 2, 'write form = "patch_mean"'),
-        (WEAR + 'beside = [{law = "bbr"}]\n', 2, 'law = "bbr" is not known; did you mean "brr"?'),
-        (WEAR + 'beside = [{law = "brr", shape = 1}]\n', 2, "unknown key shape"),
-        (WEAR + "beside = [3]\n", 2, "beside[0] = 3 must be a table"),
+        (WEAR + 'also_evaluate = [{law = "brr", form = "local"}]\n', 2, 'write form = "patch_mean"'),
+        (WEAR + 'also_evaluate = [{law = "bbr"}]\n', 2, 'law = "bbr" is not known; did you mean "brr"?'),
+        (WEAR + 'also_evaluate = [{law = "brr", shape = 1}]\n', 2, "unknown key shape"),
+        (WEAR + 'form = "mean"\n', 2, 'form = "mean" is not allowed; known: local, patch_mean'),
+        (
+            WEAR + 'beside = ["brr"]\n',
+            2,
+            "unknown key beside in [wear]: the comparison laws are the key also_evaluate",
+        ),
+        (
+            WEAR + 'coefficients = "burstow_2004"\n',
+            2,
+            '"burstow_2004" is not known; known: ',
+        ),
+        (
+            LAWS + 'coefficients = ["jendel_2002"]\n',
+            2,
+            '"jendel_2002" is not known; known: ',
+        ),
+        (WEAR + "also_evaluate = [3]\n", 2, "also_evaluate[0] = 3 must be a table"),
         (WEAR + "energy_coefficient_mm3_kJ = 0.7\n", 2, 'acts with law = "energy" only, not with "usfd"'),
         (
             '[wear]\nlaw = "energy"\ncoefficients = "zobory_1997"\nenergy_coefficient_mm3_kJ = 0.7\n',
             3,
             "are both given; delete one",
         ),
-        (WEAR + 'beside = ["brr", "usfd"]\n', 2, 'beside[1] = "usfd" is the leading law'),
-        (WEAR + 'beside = ["brr", "brr"]\n', 2, 'beside[1] = "brr" is given twice'),
-        (WEAR + 'beside = ["bbr"]\n', 2, 'beside[0] = "bbr" is not known; did you mean "brr"?'),
+        (WEAR + 'also_evaluate = ["brr", "usfd"]\n', 2, 'also_evaluate[1] = "usfd" is the active law'),
+        (WEAR + 'also_evaluate = ["brr", "brr"]\n', 2, 'also_evaluate[1] = "brr" is given twice'),
+        (WEAR + 'also_evaluate = ["bbr"]\n', 2, 'also_evaluate[0] = "bbr" is not known; did you mean "brr"?'),
         (WEAR + TABLE, 2, 'table acts with law = "table" only'),
         (WEAR + 'table_file = "x.csv"\n', 2, 'table_file acts with law = "table" only'),
         (
@@ -277,7 +297,11 @@ OWN = (
         (LAWS + 'wear_number = "with_spin"\n', 2, 'wear_number acts with "wlrm"'),
         (LAWS + OWN.replace("peak_N = 10", "peak_N = 25"), 2, 'damage_function acts with "wlrm"'),
         ('[fatigue]\nlaws = ["wlrm"]\n' + OWN, 2, "must rise"),
-        ('[fatigue]\nlaws = ["wlrm"]\nshear_yield_MPa = 300\n', 2, "shear_yield_MPa acts with none"),
+        (
+            '[fatigue]\nlaws = ["wlrm"]\nshear_yield_MPa = 300\n',
+            2,
+            'shear_yield_MPa acts with "stress',
+        ),
         ('[fatigue]\nlaws = ["wlrm"]\nbranch = "rising"\n', 2, "give crack_depth_mm"),
         ('[fatigue]\nlaws = ["wlrm"]\ncrack_depth_mm = 5\n', 2, "both would count wear twice"),
         (LAWS + 'coefficients = ["burstow_2004"]\n', 2, "belongs to wlrm, of which laws has none"),
@@ -288,7 +312,7 @@ OWN = (
         ),
     ],
 )
-def test_what_does_not_fit_together_is_refused(folder, faults_of, text, line, told):
+def test_what_does_not_fit_together(folder, faults_of, text, line, told):
     found = faults_of(RIG + text)
     (fault,) = [each for each in found if told in each]
     assert fault.startswith(f"scene.toml:{FIRST + line}: ")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wearsim.profile import standard
-from wearsim.profile.files import write_two_column
+from wearsim.profile.files import write_profile
 from wearsim.scene import load_scene
 from wearsim.scene.setup import warnings_of
 from wearsim.scene.touch import check_contact
@@ -75,7 +75,7 @@ def test_the_spread_of_a_class_counts_with_three_standard_deviations(folder, fau
 def test_each_wheel_has_its_own_clearance(folder, changed):
     """A left flange that is 2 mm further from its rail: 8.6 mm of clearance to the left."""
     new = standard.wheel("S1002")
-    write_two_column(type(new)("worn", "wheel", new.y - 2e-3, new.z), "left.csv")
+    write_profile(type(new)("worn", "wheel", new.y - 2e-3, new.z), "left.csv")
     text = changed(RIG, ('profile = "S1002"', 'profile = "S1002"\nprofile_left = "left.csv"'))
     assert warned(changed(text, ("shift_mm = -3", "shift_mm = -8.5"))) == []
     (warning,) = warned(changed(text, ("shift_mm = -3", "shift_mm = -8.7")))
@@ -95,7 +95,7 @@ def test_a_wheel_without_a_steep_flange_is_warned_of(folder, changed):
     tip = int(new.z.argmax())
     y, z = new.y[tip:], new.z[tip:]
     y = y - 0.55 * np.maximum(z - 8e-3, 0.0)
-    write_two_column(type(new)("leaning", "wheel", y, z), "leaning.csv")
+    write_profile(type(new)("leaning", "wheel", y, z), "leaning.csv")
     text = changed(RIG, ('"S1002"', '"leaning.csv"'), ('"1:40"', '"1:40"\ngauge_mm = 1445'))
     (warning,) = warned(text)
     assert warning.startswith("scene.toml:5: profile: no part of the flange is as steep as 60 degrees")

@@ -9,7 +9,7 @@ import pytest
 
 from wearsim.errors import SceneError
 from wearsim.profile import standard
-from wearsim.profile.files import write_two_column
+from wearsim.profile.files import write_profile
 from wearsim.scene import CompareScene, FieldScene, RigScene, build, files_to_copy, load_scene, scene_schema
 from wearsim.scene.touch import check_contact
 
@@ -23,7 +23,7 @@ def test_files_are_found_as_given_then_beside_the_scene_then_among_the_shipped(
 ):
     new = standard.wheel("S1002")
     away = tmp_path_factory.mktemp("away")
-    write_two_column(new, away / "wheel.csv")
+    write_profile(new, away / "wheel.csv")
     text = changed(RIG, ('"S1002"', '"wheel.csv"'))
     (away / "scene.toml").write_text(text)
     beside = load_scene(away / "scene.toml")
@@ -79,7 +79,7 @@ def test_the_field_is_built_in_si_units(folder):
 def test_wheels_have_points_at_the_scenes_spacing_equally_many_left_and_right(folder, changed):
     worn = standard.wheel("S1002")
     shorter = type(worn)("worn", "wheel", worn.y[:-20], worn.z[:-20])
-    write_two_column(shorter, "left.csv")
+    write_profile(shorter, "left.csv")
     text = changed(
         RIG,
         ('profile = "S1002"', 'profile = "S1002"\nprofile_left = "left.csv"'),
@@ -101,7 +101,7 @@ def test_a_copy_of_the_files_gives_the_same_campaign_whatever_happens_to_the_ori
     Path("b").mkdir()
     for name, amount in (("a", 0.0), ("b", 1e-4)):
         new = standard.wheel("S1002")
-        write_two_column(type(new)(name, "wheel", new.y + amount, new.z), f"{name}/wheel.csv")
+        write_profile(type(new)(name, "wheel", new.y + amount, new.z), f"{name}/wheel.csv")
     Path("a/rig.toml").write_text(changed(RIG, ('"S1002"', '"wheel.csv"')))
     Path("b/field.toml").write_text(changed(FIELD, ('"S1002"', f'"{folder}/b/wheel.csv"')))
     Path("scene.toml").write_text(

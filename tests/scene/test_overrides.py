@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wearsim.errors import Fault, SceneError
-from wearsim.scene.faults import key_lines, line_of
 from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, value_of
 from wearsim.scene.toml import toml_value
+from wearsim.toml_faults import key_lines, line_of
 
 TEXT = """\
 # a comment

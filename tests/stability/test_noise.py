@@ -14,8 +14,8 @@ from wearsim.contact.solve import ContactConditions, ContactModels, Counterface,
 from wearsim.damage.wear import WearSettings
 from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.profile import standard
-from wearsim.profile.noise import smoothing_spline
 from wearsim.profile.shape import arc_length, vertex_lengths
+from wearsim.profile.smoothing import smoothing_spline
 
 SHIFTS = np.linspace(-4e-3, -1e-3, 5)
 SPACING, NOISE, WAVELENGTH = 0.25e-3, 1e-6, 2.5e-3

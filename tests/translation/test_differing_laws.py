@@ -81,15 +81,15 @@ def test_numbers_of_laws_that_differ_by_name_are_not_listed(rig, field, header):
 
 
 def with_laws(dataset, head, group):
-    """Dataset with what the header of a campaign says of its laws beside the leading one."""
+    """Dataset with what the header of a campaign says of its comparison laws."""
     static = {
         key: (key, np.array(value)) for key, value in head.static.items() if key.startswith(f"{group}_")
     }
     return dataset.assign(static).assign_attrs({f"{group}_numbers": head.attributes[f"{group}_numbers"]})
 
 
-def test_tables_beside_with_other_rows_are_not_compared(rig, field, header):
-    text = '[wear]\nbeside = ["archard", "table"]\nhardness_GPa = 3\n'
+def test_comparison_tables_with_other_rows_are_not_compared(rig, field, header):
+    text = '[wear]\nalso_evaluate = ["archard", "table"]\nhardness_GPa = 3\n'
     one, other = (header(text + TABLE.format(last=last)) for last in (20, 21))
     pair = (with_laws(rig, one, "comparison"), with_laws(field, other, "comparison"))
     assert common_laws(pair, "comparison") == (["archard"], ["table"])

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 import numpy as np
 
 from wearsim.campaign import choose, control, step
-from wearsim.campaign.beside import (
-    PassageBeside,
-    attributes_beside,
-    laws_beside,
-    passage_beside,
-    start_beside,
-    static_beside,
+from wearsim.campaign.comparison import (
+    ComparisonPassage,
+    comparison_attributes,
+    comparison_laws,
+    comparison_passage,
+    start_comparison,
+    static_comparison,
 )
 from wearsim.campaign.counterface import new_counterface, turned
 from wearsim.campaign.counterface_row import attributes_below, static_below
@@ -28,7 +28,7 @@ from wearsim.campaign.reprofiling import to_next_turning, turn_wheels, turning_d
 from wearsim.campaign.row import StepTaken, build_row, measures_told, no_step
 from wearsim.campaign.state import State, WearRate
 from wearsim.contact.solve import ContactSolution
-from wearsim.damage.wear import acting_coefficients, passage_depth, regimes
+from wearsim.damage.wear import WEAR_LAWS, coefficients_of, passage_depth
 from wearsim.errors import NumericalError
 from wearsim.operation.points import TurningRules
 from wearsim.profile.shape import arc_length
@@ -84,8 +84,8 @@ class Evaluation:
         Depth per passage of each strip [m].
     collective : WearRate
         Under the weights of the full collective.
-    beside : PassageBeside
-        What laws beside the leading one make of each passage.
+    comparison : ComparisonPassage
+        What the comparison laws make of each passage.
     measures : mapping of arrays
         Of the wheels, from `row.measures_told`.
     """
@@ -93,7 +93,7 @@ class Evaluation:
     solution: ContactSolution
     passage: np.ndarray
     collective: WearRate
-    beside: PassageBeside
+    comparison: ComparisonPassage
     measures: Mapping[str, np.ndarray]
 
 
@@ -145,11 +145,11 @@ class WheelsetEvolution:
             y=y,
             z=z,
             wear_depth=np.zeros_like(y),
-            regime_depth=np.zeros((2, len(regimes(self.setup.wear.law)), y.shape[1])),
+            regime_depth=np.zeros((2, len(WEAR_LAWS[self.setup.wear.law].regimes), y.shape[1])),
             worn_area=np.zeros(2),
             worn_mass=np.zeros(2),
         )
-        state = start_beside(state, laws_beside(self.setup))
+        state = start_comparison(state, comparison_laws(self.setup))
         if self.setup.counterface_wear is not None:
             state = replace(state, counterface=new_counterface(self.setup.counterface))
         return self._chosen(state), no_step(len(self.setup.points.label))
@@ -172,7 +172,7 @@ class WheelsetEvolution:
             threads=self.threads,
         )
         passage = passage_depth(solution.fields, solution.area, setup.wear)
-        beside = passage_beside(solution, laws_beside(setup))
+        comparison = comparison_passage(solution, comparison_laws(setup))
         collective = accumulate(
             solution,
             setup.points,
@@ -181,10 +181,10 @@ class WheelsetEvolution:
             setup.wheelset,
             setup.wear,
             passage=passage,
-            beside=beside,
+            comparison=comparison,
             counterface_wear=setup.counterface_wear,
         )
-        return Evaluation(solution, passage, collective, beside, measures_told(state, setup))
+        return Evaluation(solution, passage, collective, comparison, measures_told(state, setup))
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
@@ -196,7 +196,7 @@ class WheelsetEvolution:
             taken,
             self.setup,
             evaluation.measures,
-            evaluation.beside,
+            evaluation.comparison,
         )
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
@@ -217,7 +217,7 @@ class WheelsetEvolution:
                 setup.wheelset,
                 setup.wear,
                 passage=evaluation.passage,
-                beside=evaluation.beside,
+                comparison=evaluation.comparison,
                 counterface_wear=setup.counterface_wear,
             )
 
@@ -230,7 +230,7 @@ class WheelsetEvolution:
                 setup.counterface,
                 choose.models_of(setup.models, state.choice),
                 setup.wear,
-                beside=laws_beside(setup),
+                comparison=comparison_laws(setup),
                 counterface_wear=setup.counterface_wear,
                 threads=self.threads,
             )
@@ -264,7 +264,7 @@ class WheelsetEvolution:
                 smoothing_wavelength=setup.control.smoothing_wavelength,
                 integrator=setup.control.integrator,
                 rate_at=rate_at,
-                crack_depth=laws_beside(setup).crack_depth,
+                crack_depth=comparison_laws(setup).crack_depth,
                 estimate=tolerance < math.inf,
             )
             if after.step_error is None or after.step_error <= tolerance:
@@ -311,7 +311,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
     points, conditions = setup.points, setup.points.conditions
     static = {
         "wheel_name": ("right", "left"),
-        "regime_name": regimes(setup.wear.law),
+        "regime_name": WEAR_LAWS[setup.wear.law].regimes,
         "operating_point_name": points.label,
         "shift": conditions.shift,
         "yaw": conditions.yaw,
@@ -327,13 +327,12 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "counterface_y": setup.counterface.profile.y,
         "counterface_z": setup.counterface.profile.z,
         **choose.static_choice(setup),
-        **static_beside(laws_beside(setup)),
+        **static_comparison(comparison_laws(setup)),
         **static_below(setup),
         **({} if setup.templates is None else {"wheel_template": [one.name for one in setup.templates]}),
     }
     wear, models, limits = setup.wear, setup.models, setup.control
-    coefficients = acting_coefficients(wear)
-    worn_by_law = wear.law != "none"
+    coefficients, law = coefficients_of(wear), WEAR_LAWS[wear.law]
     auto = setup.tolerance is not None
     rotation = conditions.rotation
     attributes: dict[str, str | int | float] = {
@@ -347,15 +346,15 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         "wheel_profile_left": setup.wheelset.left.name,
         "counterface_profile": setup.counterface.profile.name,
         "wear_law": wear.law,
-        "wear_coefficients": coefficients.name if worn_by_law else "",
-        "wear_coefficients_source": coefficients.source if worn_by_law else "",
-        "wear_coefficients_materials": coefficients.materials if worn_by_law else "",
-        "wear_coefficients_validity": coefficients.validity if worn_by_law else "",
-        "wear_coefficients_departures": " ".join(coefficients.departures) if worn_by_law else "",
-        "wear_coefficients_warnings": "; ".join(coefficients.doubts) if worn_by_law else "",
-        "wear_law_numbers": ", ".join(coefficients.numbers) if worn_by_law else "",
-        "wear_form": wear.form if worn_by_law else "",
-        "seizure_cap": wear.seizure_cap if "seizure" in regimes(wear.law) else "",
+        "wear_coefficients": coefficients.name if law.wears else "",
+        "wear_coefficients_source": coefficients.source if law.wears else "",
+        "wear_coefficients_materials": coefficients.materials if law.wears else "",
+        "wear_coefficients_validity": coefficients.validity if law.wears else "",
+        "wear_coefficients_departures": " ".join(coefficients.departures) if law.wears else "",
+        "wear_coefficients_warnings": "; ".join(coefficients.uncertain) if law.wears else "",
+        "wear_law_numbers": ", ".join(coefficients.numbers) if law.wears else "",
+        "wear_form": wear.form if law.wears else "",
+        "seizure_cap": wear.seizure_cap if "seizure_cap" in law.parameters else "",
         "wheel_density": wear.density,
         "contact_normal": "auto" if auto else models.normal,
         "contact_tangential": "auto" if auto else models.tangential,
@@ -379,7 +378,7 @@ def _header(setup: CampaignSetup, command: str) -> Header:
         **_turning_attributes(limits.turning),
         "counterface_curvature": setup.counterface.curvature,
         **attributes_below(setup.counterface_wear),
-        **attributes_beside(laws_beside(setup)),
+        **comparison_attributes(comparison_laws(setup)),
         "wheel_radius": setup.wheelset.radius,
         "half_span": setup.wheelset.half_span,
         "friction_note": "one Coulomb coefficient per operating point, alike over the whole profile",

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from wearsim.campaign.beside import LawsBeside, PassageBeside, passage_beside
 from wearsim.campaign.by_point import ModelsByPoint, join, numbered
+from wearsim.campaign.comparison import ComparisonLaws, ComparisonPassage, comparison_passage
 from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.state import PatchWear, State, WearRate
 from wearsim.campaign.vertices import sample, share_out, stretches
@@ -89,7 +89,7 @@ def accumulate(
     wear: WearSettings,
     *,
     passage: FloatArray | None = None,
-    beside: PassageBeside | None = None,
+    comparison: ComparisonPassage | None = None,
     counterface_wear: CounterfaceWear | None = None,
 ) -> WearRate:
     r"""Weigh the wear of all patches and carry it to the vertices of the wheel profiles.
@@ -110,8 +110,8 @@ def accumulate(
         Law, coefficients, form, density.
     passage : (n_regimes, m, ny) array, optional
         Depth per passage of `damage.wear.passage_depth`, if it is known already [m].
-    beside : PassageBeside, optional
-        What laws beside the leading one make of the same passages.
+    comparison : ComparisonPassage, optional
+        What the comparison laws make of the same passages.
     counterface_wear : CounterfaceWear, optional
         How the counterface of the state wears, if it does.
 
@@ -127,7 +127,7 @@ def accumulate(
     area each strip removes is shared out over the stretches of arc length the vertices stand for, in
     proportion to the overlap: the sum over the vertices is the sum over the strips.
     """
-    beside = PassageBeside() if beside is None else beside
+    comparison = ComparisonPassage() if comparison is None else comparison
     if passage is None:
         passage = passage_depth(solution.fields, solution.area, wear)
     strip_work = solution.fields.strip_work
@@ -140,9 +140,9 @@ def accumulate(
     active = weight[solution.point] > 0.0
 
     n_regimes, n = passage.shape[0], state.y.shape[1]
-    ends = np.cumsum([len(by_law) for by_law in beside.depth], dtype=np.int64)
+    ends = np.cumsum([len(by_law) for by_law in comparison.depth], dtype=np.int64)
     wear_rows = int(ends[-1]) if ends.size else 0
-    further = np.zeros((2, wear_rows + len(beside.damage), n))
+    further = np.zeros((2, wear_rows + len(comparison.damage), n))
     depth = np.zeros((2, n_regimes, n))
     work = np.zeros((2, n))
     stability = np.zeros((2, n))
@@ -162,8 +162,8 @@ def accumulate(
         over_gap = law_depth.sum(axis=0) / floor[at]
         often = weight[point][:, None]
         further_rows = [
-            *(regime * share for by_law in beside.depth for regime in by_law[:, at]),
-            *(damage[at] * often for damage in beside.damage),
+            *(regime * share for by_law in comparison.depth for regime in by_law[:, at]),
+            *(damage[at] * often for damage in comparison.damage),
         ]
         carried = np.stack([*law_depth, strip_work[at] * often, over_gap, *further_rows]) * width
         area = np.zeros((len(carried), n))
@@ -184,8 +184,8 @@ def accumulate(
         stability=stability,
         damping=damping,
         solution=solution,
-        beside=tuple(np.split(further[:, :wear_rows], ends[:-1], axis=1)) if wear_rows else (),
-        fatigue=tuple(further[:, wear_rows + k] for k in range(len(beside.damage))),
+        comparison=tuple(np.split(further[:, :wear_rows], ends[:-1], axis=1)) if wear_rows else (),
+        fatigue=tuple(further[:, wear_rows + k] for k in range(len(comparison.damage))),
     )
     if counterface_wear is None:
         return result
@@ -245,7 +245,7 @@ def rate(
     models: ContactModels | ModelsByPoint,
     wear: WearSettings,
     *,
-    beside: LawsBeside | None = None,
+    comparison: ComparisonLaws | None = None,
     counterface_wear: CounterfaceWear | None = None,
     threads: int = 1,
 ) -> WearRate:
@@ -261,8 +261,8 @@ def rate(
         Share of the distance each point acts for; points of zero weight are not solved.
     wheelset, counterface, models, wear
         What runs on what, by which models.
-    beside : LawsBeside, optional
-        Laws beside the leading one.
+    comparison : ComparisonLaws, optional
+        Comparison laws.
     counterface_wear : CounterfaceWear, optional
         How the counterface wears, if it does.
     threads : int
@@ -278,7 +278,7 @@ def rate(
     if isinstance(models, ModelsByPoint):
         models = models.at(acting)
     solution = solve_contact(state, chosen, wheelset, counterface, models, threads=threads)
-    further = passage_beside(solution, LawsBeside() if beside is None else beside)
+    further = comparison_passage(solution, ComparisonLaws() if comparison is None else comparison)
     return accumulate(
         solution,
         chosen,
@@ -286,7 +286,7 @@ def rate(
         state,
         wheelset,
         wear,
-        beside=further,
+        comparison=further,
         counterface_wear=counterface_wear,
     )
 

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wearsim.campaign.beside import laws_beside
+from wearsim.campaign.comparison import comparison_laws
 from wearsim.campaign.counterface import as_it_is
 from wearsim.campaign.state import State
 from wearsim.contact.patch import FloatArray
-from wearsim.damage.fatigue import COUNT_CYCLES
+from wearsim.damage.fatigue import counts_cycles
 from wearsim.operation.points import ControlSettings
+from wearsim.profile.reprofiling import reprofile_axle
 from wearsim.profile.shape import Profile, arc_length, vertex_normals
-from wearsim.profile.turning import turn_axle
 from wearsim.profile.worn import LARGEST_DEPTH, cut_along_normals
 from wearsim.results.limits import first_met
 
@@ -85,7 +85,7 @@ def turn_wheels(state: State, setup: CampaignSetup) -> State:
     if "fatigue_damage" in rules.limits:
         right, left = _cracks(state, setup)
         within = (_sound(worn[0], right), _sound(worn[1], left))
-    wheels = [one.profile for one in turn_axle(*within, setup.templates)]
+    wheels = [one.profile for one in reprofile_axle(*within, setup.templates)]
     y = np.stack([wheel.y for wheel in wheels])
     z = np.stack([wheel.z for wheel in wheels]) - rules.cut
     return replace(
@@ -96,7 +96,7 @@ def turn_wheels(state: State, setup: CampaignSetup) -> State:
         z=z,
         wear_depth=np.zeros_like(state.wear_depth),
         regime_depth=np.zeros_like(state.regime_depth),
-        beside_depth=tuple(np.zeros_like(depth) for depth in state.beside_depth),
+        comparison_depth=tuple(np.zeros_like(depth) for depth in state.comparison_depth),
         fatigue_damage=_damage_left(state, setup, worn, _wheels(setup, y, z)),
         step_length=0.0,
         step_error=None,
@@ -115,7 +115,7 @@ def _cracks(state: State, setup: CampaignSetup) -> FloatArray:
     """Depth of the deepest crack at each point, (2, n), by the laws that count cycles and state it [m]."""
     depth = np.zeros_like(state.y)
     for law, damage in zip(setup.fatigue, state.fatigue_damage, strict=True):
-        if law.law in COUNT_CYCLES and law.crack_depth is not None:
+        if counts_cycles(law.law) and law.crack_depth is not None:
             depth = np.maximum(depth, law.crack_depth * damage)
     return depth
 
@@ -131,7 +131,7 @@ def _damage_left(
 ) -> tuple[FloatArray, ...]:
     """Damage of each law at the points of the turned wheels, (2, n) each."""
     left = [np.zeros_like(state.y) for _ in state.fatigue_damage]
-    depths = laws_beside(setup).crack_depth
+    depths = comparison_laws(setup).crack_depth
     if not np.isfinite(depths).any():
         return tuple(left)
     for side, (before, after) in enumerate(zip(worn, turned, strict=True)):

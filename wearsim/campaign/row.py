@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wearsim.campaign.beside import PassageBeside, laws_beside, patch_values, row_beside
 from wearsim.campaign.choose import row_choice
+from wearsim.campaign.comparison import ComparisonPassage, comparison_laws, comparison_row, patch_values
 from wearsim.campaign.counterface_row import row_below
 from wearsim.campaign.state import PatchWear, State, WearRate
 from wearsim.contact.solve import ContactSolution
@@ -73,7 +73,7 @@ def build_row(
     taken: StepTaken,
     setup: CampaignSetup,
     measures: Mapping[str, np.ndarray],
-    beside: PassageBeside | None = None,
+    comparison: ComparisonPassage | None = None,
 ) -> dict[str, np.ndarray]:
     """Return all variables of one row.
 
@@ -91,8 +91,8 @@ def build_row(
         For operating points and counterface.
     measures : mapping of arrays
         Of the state, from `measures_told`.
-    beside : PassageBeside, optional
-        What laws beside the leading one make of each patch.
+    comparison : ComparisonPassage, optional
+        What the comparison laws make of each patch.
 
     Returns
     -------
@@ -119,10 +119,12 @@ def build_row(
             collective.solution,
             wear,
             len(setup.points.label),
-            {} if beside is None else patch_values(collective.solution, beside, laws_beside(setup)),
+            {}
+            if comparison is None
+            else patch_values(collective.solution, comparison, comparison_laws(setup)),
         ),
         **row_choice(state.choice),
-        **({} if beside is None else row_beside(state, collective, laws_beside(setup))),
+        **({} if comparison is None else comparison_row(state, collective, comparison_laws(setup))),
         **row_below(state.counterface),
     }
 
@@ -217,7 +219,7 @@ def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> d
     wheelset = setup.wheelset
 
     def diameter(y: np.ndarray, z: np.ndarray) -> float:
-        return 2.0 * (wheelset.radius + measures.tape_level(y, z))
+        return 2.0 * (wheelset.radius + measures.running_circle_level(y, z))
 
     per_wheel: dict[str, Callable[..., float | None]] = {
         "flange_height": measures.flange_height,

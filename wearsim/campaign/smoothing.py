@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
-from wearsim.profile.noise import smoothing_spline
 from wearsim.profile.shape import arc_length, vertex_lengths
+from wearsim.profile.smoothing import smoothing_spline
 
 
 def smooth(arc: FloatArray, depth: FloatArray, length: FloatArray, wavelength: float) -> FloatArray:

@@ -108,9 +108,9 @@ class State:
         Estimated error of that step's depth, where it is largest [m]; None where it was not estimated.
     choice : Choice or None
         Contact models, where they are chosen; None where they are given.
-    beside_depth : tuple of (2, n) arrays
-        Depth the laws beside the leading one would have worn so far, for each [m].
-    beside_area : (2, regimes of all of them) array
+    comparison_depth : tuple of (2, n) arrays
+        Depth that each comparison law would have worn so far [m].
+    comparison_area : (2, regimes of all of them) array
         Area of the cross-section they would have removed, by their own regimes, law after law [m2].
     fatigue_damage : tuple of (2, n) arrays
         Fatigue damage at each material point, for each fatigue law [-].
@@ -132,8 +132,8 @@ class State:
     step_length: float = 0.0
     step_error: float | None = None
     choice: Choice | None = None
-    beside_depth: tuple[FloatArray, ...] = ()
-    beside_area: FloatArray = field(default_factory=lambda: np.zeros((2, 0)))
+    comparison_depth: tuple[FloatArray, ...] = ()
+    comparison_area: FloatArray = field(default_factory=lambda: np.zeros((2, 0)))
     fatigue_damage: tuple[FloatArray, ...] = ()
     counterface: CounterfaceState | None = None
     turned: int = 0
@@ -159,8 +159,8 @@ class WearRate:
     damping : (2, n) array or None
         The same sum averaged over the stretch of each vertex as the depth is, rims of the patches included:
         what a semi-implicit step divides by [1/m]; None where no such step is made.
-    beside : tuple of (2, n_regimes, n) arrays
-        Depth per metre by the laws beside the leading one, by their own regimes [m/m].
+    comparison : tuple of (2, n_regimes, n) arrays
+        Depth per metre by each comparison law and its regimes [m/m].
     fatigue : tuple of (2, n) arrays
         Fatigue damage per metre, without removal by wear, for each fatigue law [1/m].
     counterface : CounterfaceRate, optional
@@ -173,7 +173,7 @@ class WearRate:
     stability: FloatArray
     solution: ContactSolution
     damping: FloatArray | None = None
-    beside: tuple[FloatArray, ...] = ()
+    comparison: tuple[FloatArray, ...] = ()
     fatigue: tuple[FloatArray, ...] = ()
     counterface: CounterfaceRate | None = None
 
@@ -184,9 +184,9 @@ class Increment(NamedTuple):
     Parameters
     ----------
     regime_depth : (2, n_regimes, n) array
-        Depth by the regimes of the leading law [m].
-    beside : tuple of (2, n_regimes, n) arrays
-        The same by the laws beside it, each with its own regimes [m].
+        Depth by the regimes of the active law [m].
+    comparison : tuple of (2, n_regimes, n) arrays
+        The same by each comparison law and its regimes [m].
     fatigue : tuple of (2, n) arrays
         Damage by each fatigue law [-].
     counterface : (2, k) array, optional
@@ -194,7 +194,7 @@ class Increment(NamedTuple):
     """
 
     regime_depth: FloatArray
-    beside: tuple[FloatArray, ...] = ()
+    comparison: tuple[FloatArray, ...] = ()
     fatigue: tuple[FloatArray, ...] = ()
     counterface: FloatArray | None = None
 

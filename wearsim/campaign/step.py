@@ -79,10 +79,10 @@ def semi_implicit(
     :math:`1/(1 + S)` instead of :math:`1 - S`.
     """
     start = _at_once(rate, step_length)
-    # laws beside see the same contacts, which carry less the more the leading law takes off
-    beside = tuple(depth / _divisor(rate, step_length) for depth in start.beside)
+    # comparison laws see the same contacts, which carry less the more the active law removes
+    comparison = tuple(depth / _divisor(rate, step_length) for depth in start.comparison)
     after = predict(
-        Increment(damped(rate, step_length), beside, start.fatigue, damped_counterface(rate, step_length))
+        Increment(damped(rate, step_length), comparison, start.fatigue, damped_counterface(rate, step_length))
     )
     mean = _mean_of_rates(state, rate, step_length, rate_at, after) if estimate else None
     return Outcome(after, None if mean is None else predict(mean))
@@ -123,7 +123,7 @@ def _at_once(rate: WearRate, step_length: float) -> Increment:
     """Increment of a whole step at the rate of its beginning."""
     return Increment(
         rate.regime_depth * step_length,
-        tuple(depth * step_length for depth in rate.beside),
+        tuple(depth * step_length for depth in rate.comparison),
         tuple(damage * step_length for damage in rate.fatigue),
         None if rate.counterface is None else rate.counterface.depth * step_length,
     )
@@ -153,7 +153,7 @@ def _mean_of_rates(
         counterface = mean(rate.counterface.depth, predicted.counterface.depth, below)
     return Increment(
         mean(rate.regime_depth, predicted.regime_depth),
-        tuple(mean(*pair) for pair in zip(rate.beside, predicted.beside, strict=True)),
+        tuple(mean(*pair) for pair in zip(rate.comparison, predicted.comparison, strict=True)),
         tuple(mean(*pair) for pair in zip(rate.fatigue, predicted.fatigue, strict=True)),
         counterface,
     )
@@ -211,8 +211,8 @@ def advance(
     -------
     State
         At the end of the step, with its error: the largest difference in depth between the rules of first
-        and second order, after smoothing, of the wheels and of a counterface that wears. Depths of laws
-        beside and fatigue damage follow the same steps, but their errors are not in it.
+        and second order, after smoothing, of the wheels and of a counterface that wears. Depths of
+        comparison laws and fatigue damage follow the same steps, but their errors are not in it.
 
     Raises
     ------
@@ -225,7 +225,7 @@ def advance(
         if state.counterface is not None and increment.counterface is not None:
             below = wear_off_counterface(state.counterface, increment.counterface, smoothing_wavelength)
             worn = replace(worn, counterface=below)
-        return _with_laws_beside(state, worn, increment, smoothing_wavelength, crack_depth)
+        return _with_comparison_laws(state, worn, increment, smoothing_wavelength, crack_depth)
 
     after, companion = INTEGRATORS[integrator](state, rate, step_length, rate_at, wear_off, estimate)
     if companion is None:
@@ -291,22 +291,22 @@ def remove(
     )
 
 
-def _with_laws_beside(
+def _with_comparison_laws(
     before: State,
     worn: State,
     increment: Increment,
     smoothing_wavelength: float,
     crack_depth: Sequence[float],
 ) -> State:
-    """Add what laws beside the leading one would have worn, and fatigue damage, which wear removes.
+    """Add what the comparison laws would have worn, and fatigue damage, which wear removes.
 
-    Depths are smoothed as those of the leading law are, law by law and regime by regime: an equal law has
+    Depths are smoothed as those of the active law are, law by law and regime by regime: an equal law has
     equal bits. Damage feeds nothing back into the contact and is not smoothed.
     """
     length = np.stack([vertex_lengths(before.y[w], before.z[w]) for w in (0, 1)])
     depths: list[FloatArray] = []
     areas: list[FloatArray] = []
-    for by_regime, depth in zip(increment.beside, before.beside_depth, strict=True):
+    for by_regime, depth in zip(increment.comparison, before.comparison_depth, strict=True):
         smoothed = smooth_sides(before.y, before.z, by_regime, smoothing_wavelength)
         depths.append(depth + smoothed.sum(axis=1))
         areas.append((smoothed * length[:, None]).sum(axis=2))
@@ -315,5 +315,5 @@ def _with_laws_beside(
         damage_after(old, added, taken, depth)
         for old, added, depth in zip(before.fatigue_damage, increment.fatigue, crack_depth, strict=True)
     )
-    area = before.beside_area + np.concatenate(areas, axis=1) if areas else before.beside_area
-    return replace(worn, beside_depth=tuple(depths), beside_area=area, fatigue_damage=damage)
+    area = before.comparison_area + np.concatenate(areas, axis=1) if areas else before.comparison_area
+    return replace(worn, comparison_depth=tuple(depths), comparison_area=area, fatigue_damage=damage)

@@ -77,7 +77,7 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
     dict
         JSON values, SI units; `settings` holds every value that would act, defaults included.
     """
-    from wearsim.damage.wear import acting_coefficients, regimes
+    from wearsim.damage.wear import WEAR_LAWS, coefficients_of
     from wearsim.scene import build
 
     setup = build(scene)
@@ -86,9 +86,9 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
     vertices = len(setup.wheelset.right.y)
     evaluations = 2  # at both ends of a step: for the mean of both rates, or for the error of Euler's rule
     # two wheels: y, z, depth, work, depth by regime; eight patch slots per point
-    values = 2 * vertices * (4 + len(regimes(setup.wear.law))) + count * (8 * _PATCH_VALUES + 2)
+    values = 2 * vertices * (4 + len(WEAR_LAWS[setup.wear.law].regimes)) + count * (8 * _PATCH_VALUES + 2)
     laws = len(setup.fatigue)
-    values += 2 * vertices * (len(setup.beside) + (1 + 4 * laws if laws else 0))
+    values += 2 * vertices * (len(setup.also_evaluate) + (1 + 4 * laws if laws else 0))
     # wear numbers and the index below the surface; of each law damage, place and index in three units
     values += count * 8 * (3 + 5 * laws) if laws else 0
     if setup.counterface_wear is not None:  # its y, z and depth
@@ -108,11 +108,11 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
         "profile_points": vertices,
         "bytes_per_step": 8 * values,
         "inputs": [{"name": name, "sha256": digest} for name, digest in setup.input_hashes],
-        "wear_coefficients": acting_coefficients(setup.wear).name,
+        "wear_coefficients": coefficients_of(setup.wear).name,
         "wear_form": setup.wear.form,
-        "beside": [
-            {"law": one.law, "form": one.form, "coefficients": acting_coefficients(one).name}
-            for one in setup.beside
+        "comparison_laws": [
+            {"law": one.law, "form": one.form, "coefficients": coefficients_of(one).name}
+            for one in setup.also_evaluate
         ],
         "fatigue": [_fatigue(one) for one in setup.fatigue],
         "settings": scene.model_dump(by_alias=True, mode="json"),
@@ -122,20 +122,21 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
 
 
 def _fatigue(settings: FatigueSettings) -> dict[str, Any]:
-    from wearsim.damage.fatigue import CONTAIN_REMOVAL, acting_coefficients
+    from wearsim.damage.fatigue import FATIGUE_LAWS, coefficients_of
 
-    told: dict[str, Any] = {"law": settings.law, "coefficients": acting_coefficients(settings).name}
-    told["crack_width"] = settings.crack_width
-    if settings.law in CONTAIN_REMOVAL:
-        told |= {"branch": settings.branch, "wear_number": settings.wear_number}
+    shown: dict[str, Any] = {"law": settings.law, "coefficients": coefficients_of(settings).name}
+    shown["crack_width"] = settings.crack_width
+    if FATIGUE_LAWS[settings.law].contains_removal:
+        shown |= {"branch": settings.branch, "wear_number": settings.wear_number}
     if settings.crack_depth is not None:
-        told |= {"crack_depth": settings.crack_depth, "wear_limit": settings.wear_limit}
-    return told
+        shown |= {"crack_depth": settings.crack_depth, "wear_limit": settings.wear_limit}
+    return shown
 
 
 def _laws(item: dict[str, Any]) -> list[tuple[str, str]]:
-    """Lines on the laws beside the leading one and on fatigue."""
-    lines = [("beside", f"{one['law']} ({one['form']}), {one['coefficients']}") for one in item["beside"]]
+    """Lines on the comparison laws and on fatigue."""
+    laws = item["comparison_laws"]
+    lines = [("comparison law", f"{one['law']} ({one['form']}), {one['coefficients']}") for one in laws]
     for one in item["fatigue"]:
         form = f", {one['branch']} form, wear number {one['wear_number']}" if "branch" in one else ""
         removal = f", wear removes cracks of {1e3 * one['crack_depth']:g} mm" if "crack_depth" in one else ""

@@ -155,7 +155,7 @@ def notes(result: PointResult) -> dict[str, str]:
 
 @lru_cache(maxsize=64)
 def _clearance(wheel: str, *placed_rail: Any) -> float | None:
-    from wearsim.profile.clearance import flange_clearance
+    from wearsim.profile.conicity import flange_clearance
 
     return flange_clearance(wheel_profile(wheel), rail_profile(*placed_rail))
 
@@ -163,7 +163,8 @@ def _clearance(wheel: str, *placed_rail: Any) -> float | None:
 @lru_cache(maxsize=64)
 def _stand(rail: str, inclination: float) -> str | None:
     """How a measured rail is put into the track, None for standard shapes."""
-    from wearsim.studies.profile_subject import is_file, read_subject, told_stand
+    from wearsim.profile.files import is_file
+    from wearsim.profile.inspection.inputs import placement_notes, read_input
 
-    lines = told_stand(read_subject(rail, "rail"), inclination) if is_file(rail) else ()
+    lines = placement_notes(read_input(rail, "rail"), inclination) if is_file(rail) else ()
     return lines[0] if lines else None

@@ -6,17 +6,91 @@ import argparse
 import re
 
 from wearsim.cli import Commands, add_command
-from wearsim.cli.profile_flags import add_flags, request_of
 
 _EXAMPLES = """\
 wearsim profile S1002
 wearsim profile S1002/h30 --rail 60E2 --inclination 1:20
 wearsim profile profiles/measured/wheel_worn_right.whl --against S1002 --plot worn.png
 wearsim profile profiles/measured/wheel_worn_right.whl --left profiles/measured/wheel_worn_left.whl
-wearsim profile profiles/measured/wheel_worn_right.whl --turn-to S1002 --diameter-mm 900
+wearsim profile profiles/measured/wheel_worn_right.whl --reprofile-to S1002 --diameter-mm 900
 wearsim profile profiles/measured/rail_worn_outer.ban --wheel S1002 --json
 wearsim profile points.csv --kind wheel --units in --convert miniprof --out wheel.whl
 wearsim profile --fleet profiles/measured --against S1002 --plot fleet.pdf"""
+
+# group, then name, placeholder (empty: a switch) and meaning of each flag
+_FLAGS = {
+    "reading of files (stated for every file given; else detected by extension, header and points)": (
+        ("kind", "KIND", "wheel or rail"),
+        ("format", "FORMAT", "simpack, miniprof, miniprof-parts, slices, gensys, uic519 or two-column"),
+        ("units", "UNIT", "mm, m, cm or in"),
+        ("mirror", "", "flange (wheel) or gauge side (rail) at the end of larger y"),
+        ("no-mirror", "", "at the end of smaller y"),
+        ("z-up", "", "z grows away from the flange tip or the foot of the rail"),
+        ("z-down", "", "z grows towards it"),
+        ("origin", "ORIGIN", "y of a wheel counts from the running_circle or the flange_back"),
+        ("part", "N", "number or name of a curve in a multi-part file"),
+        ("slice", "N", "number of a slice in a list of slices"),
+    ),
+    "measures of a wheel": (
+        ("below-tip-mm", "X", "depth of the upper point of qR below the flange tip (default 2)"),
+        ("level-mm", "X", "height of Sd and of the lower point of qR above the running circle (default 10)"),
+        ("running-circle-mm", "X", "distance of the running circle from the flange back (default 70)"),
+        ("limits", "FILE", "limits (TOML) instead of the shipped ones"),
+    ),
+    "wheelset and track": (
+        ("left", "FILE", "left wheel, if it differs (NAME|FILE is the right one)"),
+        ("rail", "NAME", "rail under a wheel (default 60E1)"),
+        ("wheel", "NAME", "wheel on a rail (default S1002)"),
+        (
+            "inclination",
+            "1:N",
+            "of the rail, or none (default 1:40; measured rails: none, they stand as measured)",
+        ),
+        ("gauge-mm", "X", "gauge, 14 mm below the top (default 1435)"),
+        ("back-to-back-mm", "X", "back-to-back distance; stated, it is judged, too (default 1360)"),
+        ("wheel-radius-mm", "X", "wheel radius at the running circle"),
+        ("diameter-mm", "X", "wheel diameter at the running circle, instead of the radius"),
+        ("left-diameter-mm", "X", "diameter of the left wheel, if it differs"),
+    ),
+    "comparison": (
+        ("against", "NAME|FILE", "earlier or new profile: wear between the two"),
+        (
+            "align",
+            "RULE",
+            "how NAME|FILE is laid on it: none, flange_back, back_and_tip, flange_tip, running_circle, "
+            "best_fit, top (default best_fit for measured profiles, else none)",
+        ),
+        ("rotate", "", "best_fit may turn it, too: for profiles measured at a tilt"),
+        (
+            "reprofile-to",
+            "NAME",
+            "template to which a worn wheel is reprofiled with the least loss of diameter; with --left both "
+            "wheels to one diameter",
+        ),
+        ("smooth-mm", "X", "take out waves shorter than this before anything is measured"),
+    ),
+    "output": (
+        (
+            "convert",
+            "FORMAT",
+            "write the profile (aligned, if --align is stated) as two-column, miniprof, simpack",
+        ),
+        (
+            "out",
+            "FILE",
+            "file of --convert (default: the name with the extension of the format, in this folder)",
+        ),
+        ("overwrite", "", "replace existing files of --out and --csv"),
+        (
+            "csv",
+            "FILE",
+            "points, or depth along the profile with --against, or the table of --fleet; - for stdout",
+        ),
+        ("json", "", "print JSON, SI units"),
+        ("plot", "FILE", "draw it: .png, .svg or .pdf"),
+        ("fleet", "DIR", "every profile file of a folder as one table"),
+    ),
+}
 
 
 def add_parser(commands: Commands) -> None:
@@ -29,23 +103,20 @@ def add_parser(commands: Commands) -> None:
         _EXAMPLES,
     )
     parser._negative_number_matcher = re.compile(r"-\.?\d")
-    add_flags(parser)
+    parser.add_argument(
+        "name", metavar="NAME|FILE", nargs="?", help="standard shape (S1002, S1002/h30, 60E1, ...) or file"
+    )
+    for title, flags in _FLAGS.items():
+        group = parser.add_argument_group(title)
+        for name, placeholder, meaning in flags:
+            if placeholder:
+                group.add_argument(f"--{name}", metavar=placeholder, help=meaning)
+            else:
+                group.add_argument(f"--{name}", action="store_true", help=meaning)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Measure and print; write what is wanted."""
-    from wearsim.errors import Fault, SceneError
+    """Measure and print; write what is asked for."""
+    from wearsim.cli.profile_run import measure_fleet, measure_one
 
-    request, faults = request_of(arguments)
-    if request is None or (faults and (request.name is None or request.fleet is not None)):
-        raise SceneError([Fault(fault) for fault in faults])
-    code: int
-    if request.fleet is not None:
-        from wearsim.cli.profile_fleet import measure_fleet
-
-        code = measure_fleet(request)
-    else:
-        from wearsim.cli.profile_run import measure_one
-
-        code = measure_one(request, faults)
-    return code
+    return measure_one(arguments) if arguments.fleet is None else measure_fleet(arguments)

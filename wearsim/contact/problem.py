@@ -71,10 +71,13 @@ class ContactConditions:
 
         Parameters
         ----------
-        shift, yaw, wheel_load, speed, friction, rotation : float, (n,) array or str
-            As of the class.
+        shift, yaw, wheel_load, speed, friction : float or (n,) array
+            See the class [m, rad, N, m/s, -].
+        rotation : str, float or (n,) array
+            See the class.
         **others
-            roll = 0, track_curvature = 0, torque = 0, free_roll = False, creepage = None of the class.
+            `roll` and `track_curvature`, both 0 if not given, `torque`, `free_roll` and `creepage` of the
+            class.
 
         Returns
         -------
@@ -93,54 +96,42 @@ class ContactConditions:
         >>> points.friction.tolist()
         [0.3, 0.3, 0.3]
         """
-        given = {
-            "shift": shift,
-            "yaw": yaw,
-            "roll": others.pop("roll", 0.0),
-            "wheel_load": wheel_load,
-            "speed": speed,
-            "friction": friction,
-            "track_curvature": others.pop("track_curvature", 0.0),
-        }
-        rule = {"rotation": rotation, "torque": others.pop("torque", 0.0)}
-        rule["free_roll"] = bool(others.pop("free_roll", False))
-        creepage = others.pop("creepage", None)
-        if others:
-            known = ", ".join(field.name for field in fields(cls))
-            raise ContactError(f"{next(iter(others))} is not a contact condition; known: {known}")
-        if not isinstance(rotation, str):
-            given["rotation"] = rule.pop("rotation")
-        elif rotation not in RULES:
-            raise ContactError(
-                f"rotation = {rotation!r} must be a number [rad/s] or one of {', '.join(RULES)}"
-            )
-        arrays = {name: np.asarray(value, dtype=np.float64) for name, value in given.items()}
-        shapes = [array.shape for array in arrays.values()]
-        if creepage is not None:
-            creepage = np.asarray(creepage, dtype=np.float64)
-            shapes.append(creepage.shape[:-1])
+        given = {"shift": shift, "yaw": yaw, "wheel_load": wheel_load, "speed": speed, "friction": friction}
+        given = {"roll": 0.0, "track_curvature": 0.0, **given, "rotation": rotation, **others}
+        names = [field.name for field in fields(cls)]
+        unknown = [name for name in given if name not in names]
+        if unknown:
+            raise ContactError(f"{unknown[0]} is not a contact condition; known: {', '.join(names)}")
+        whole: dict[str, Any] = {name: given.pop(name) for name in ("torque", "free_roll") if name in given}
+        if isinstance(rotation, str):
+            whole["rotation"] = given.pop("rotation")
+            if rotation not in RULES:
+                known = ", ".join(RULES)
+                raise ContactError(f"rotation = {rotation!r} must be a number [rad/s] or one of {known}")
+        arrays = {name: np.asarray(value, dtype=float) for name, value in given.items() if value is not None}
+        creepage = arrays.pop("creepage", np.zeros(3))
         try:
-            shape = np.broadcast_shapes((1,), *shapes)
+            shape = np.broadcast_shapes(
+                (1,), creepage.shape[:-1], *(array.shape for array in arrays.values())
+            )
         except ValueError:
             shape = ()
-        if len(shape) != 1 or 0 in shape or (creepage is not None and creepage.shape[-1:] != (3,)):
-            lengths = ", ".join(f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
+        if len(shape) != 1 or 0 in shape or creepage.shape[-1:] != (3,):
+            shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
             raise ContactError(
-                f"contact conditions must be numbers or arrays (n,) of points, creepage (n, 3): {lengths}"
+                f"contact conditions must be numbers or arrays (n,) of points, creepage (n, 3): {shapes}"
             )
         for name, array in arrays.items():
             quantity = QUANTITIES["rotation_speed" if name == "rotation" else name]
-            for value in (np.min(array, initial=np.inf), np.max(array, initial=-np.inf)):
-                if array.size and (fault := quantity.fault(float(value), name)):
+            for value in (float(array.min()), float(array.max())):
+                if fault := quantity.fault(value, name):
                     raise ContactError(fault)
-        if creepage is not None and not np.isfinite(creepage).all():
+        if not np.isfinite(creepage).all():
             raise ContactError("creepage must be finite")
-        whole: dict[str, Any] = {
-            name: np.array(np.broadcast_to(array, shape)) for name, array in arrays.items()
-        }
-        if creepage is not None:
+        whole |= {name: np.array(np.broadcast_to(array, shape)) for name, array in arrays.items()}
+        if given.get("creepage") is not None:
             whole["creepage"] = np.array(np.broadcast_to(creepage, (*shape, 3)))
-        return cls(**whole, **rule)
+        return cls(**whole)
 
 
 @dataclass(frozen=True)

@@ -1,33 +1,252 @@
-"""What the gauge values of a wheel make of limits: margin and transgression, with source and certainty."""
+"""Limits of gauge values: files of them, margin and transgression of measures, with source and certainty.
+
+A file of limits is TOML: `title`, `source` and `certainty` of the whole, then `[[limit]]` tables with
+`measure`, `min_mm` and `max_mm` (`min` and `max` of quantities without unit), where needed the wheel
+diameters it holds for, `diameter_mm = { above = 760, up_to = 840 }` (`above` and `below` exclude their
+number, `from` and `up_to` include it), and where it differs its own `source` and `certainty`.
+"""
 
 from __future__ import annotations
 
+import difflib
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Literal, Self
 
-from wearsim.profile.limits_file import LIMITED, DiameterRange, Limit, LimitSet, load_limits
+from pydantic import Field, model_validator
+
+from wearsim.errors import Fault, ProfileError
 from wearsim.profile.measures import Measures, WheelsetMeasures
+from wearsim.profile.standard import shipped_path
+from wearsim.quantities import QUANTITIES
+from wearsim.toml_faults import Table, cross_check, key_lines, line_of, read_toml
 
-__all__ = [
-    "LIMITED",
-    "NO_DIAMETER",
-    "DiameterRange",
-    "Judgement",
-    "Limit",
-    "LimitSet",
-    "judge",
-    "judge_wheelset",
-    "load_limits",
-]
+_Limited = Literal[
+    "flange_height", "flange_thickness", "flange_gradient", "hollowing", "rim_width", "wheel_diameter",
+    "wheel_diameter_difference", "back_to_back", "front_to_front", "equivalent_conicity",
+]  # fmt: skip
+LIMITED: tuple[str, ...] = _Limited.__args__  # type: ignore[attr-defined]
+"""Measures that may have limits; of a diameter difference its size counts."""
 
-_ROUNDING = 1e-9  # what is no transgression [m]: far below what can be measured
 NO_DIAMETER = "depends on the wheel diameter, which is not given"
-"""Reason of what cannot be told without a diameter."""
+"""Reason of what depends on a diameter."""
 
+_DIAMETER_DIGITS = 6  # diameters are compared in whole micrometres
+_ROUNDING = 1e-9  # what is no transgression [m]: far below what can be measured
 _ANY_DIAMETER = "any diameter listed"
 _NOT_MEASURED = "not measured"
 _BOUNDS: tuple[Literal["min", "max"], ...] = ("min", "max")
+
+
+@dataclass(frozen=True)
+class DiameterRange:
+    """Wheel diameters a limit holds for.
+
+    Parameters
+    ----------
+    low, high : float
+        Ends, 0 and inf where there is none [m].
+    low_belongs, high_belongs : bool
+        Whether the end itself is within.
+    """
+
+    low: float = 0.0
+    high: float = math.inf
+    low_belongs: bool = True
+    high_belongs: bool = True
+
+    def __contains__(self, diameter: float) -> bool:
+        """Whether a diameter [m] is within."""
+        d = round(diameter, _DIAMETER_DIGITS)
+        above = d >= self.low if self.low_belongs else d > self.low
+        return above and (d <= self.high if self.high_belongs else d < self.high)
+
+    @property
+    def text(self) -> str:
+        """Such as "760 < D <= 840 mm"; empty if all diameters are within."""
+        low = f"{self.low * 1e3:g} {'<=' if self.low_belongs else '<'} " if self.low > 0.0 else ""
+        high = f" {'<=' if self.high_belongs else '<'} {self.high * 1e3:g}" if self.high < math.inf else ""
+        if low and not high:
+            return f"D {'>=' if self.low_belongs else '>'} {self.low * 1e3:g} mm"
+        return f"{low}D{high} mm" if high else ""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One limit.
+
+    Parameters
+    ----------
+    measure : str
+        Name in `wearsim.quantities`.
+    least, most : float or None
+        In SI units; None: no such bound.
+    diameters : DiameterRange
+        What it holds for.
+    source, certainty : str
+        Where it comes from and how sure it is.
+    """
+
+    measure: str
+    least: float | None
+    most: float | None
+    diameters: DiameterRange
+    source: str
+    certainty: str
+
+
+@dataclass(frozen=True)
+class LimitSet:
+    """Limits of one file.
+
+    Parameters
+    ----------
+    name, title : str
+        Name and title of the file.
+    limits : tuple of Limit
+        In the order of the file.
+    """
+
+    name: str
+    title: str
+    limits: tuple[Limit, ...]
+
+
+Bound = Annotated[float | None, Field(ge=0, lt=1e6)]
+
+
+class _Diameters(Table):
+    """Ends of the wheel diameters that a limit holds for [mm]."""
+
+    above: Bound = None
+    at_least: Bound = Field(None, alias="from")
+    up_to: Bound = None
+    below: Bound = None
+
+    @model_validator(mode="after")
+    def _one_lower_and_one_upper(self) -> Self:
+        form = "diameter_mm must be like { above = 760, up_to = 840 } (or from, below)"
+        lower, upper = (self.above, self.at_least), (self.up_to, self.below)
+        if lower == upper == (None, None) or None not in lower or None not in upper:
+            raise cross_check(f"{form}, with one lower or one upper end or both")
+        low, high = self.ends
+        if low >= high:
+            raise cross_check(f"diameter_mm: {low:g} must be below {high:g}")
+        return self
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Smallest and largest diameter [mm]."""
+        low = self.at_least if self.above is None else self.above
+        high = self.below if self.up_to is None else self.up_to
+        return 0.0 if low is None else low, math.inf if high is None else high
+
+    def range(self) -> DiameterRange:
+        """Return it in SI units."""
+        low, high = self.ends
+        return DiameterRange(low / 1e3, high / 1e3, self.above is None, self.below is None)
+
+
+class _LimitTable(Table):
+    """One `[[limit]]` table."""
+
+    measure: _Limited = Field(description=f"one of {', '.join(LIMITED)}")
+    min: Bound = None
+    max: Bound = None
+    min_mm: Bound = None
+    max_mm: Bound = None
+    diameter_mm: _Diameters | None = None
+    source: str = ""
+    certainty: str = ""
+
+    @property
+    def _unit(self) -> str:
+        return "_mm" if QUANTITIES[self.measure].unit == "m" else ""
+
+    @property
+    def bounds(self) -> tuple[float | None, float | None]:
+        """Smallest and largest value in the unit of the key."""
+        return getattr(self, f"min{self._unit}"), getattr(self, f"max{self._unit}")
+
+    @model_validator(mode="after")
+    def _bounds_fit(self) -> Self:
+        unit, (least, most) = self._unit, self.bounds
+        for key in ("min", "max", "min_mm", "max_mm"):
+            if getattr(self, key) is not None and not key.endswith(unit or ("min", "max")):
+                raise cross_check(
+                    f"{key} is no key of a limit of {self.measure}; give min{unit}, max{unit}", key
+                )
+        if least is None and most is None:
+            raise cross_check(f"gives no min{unit} and no max{unit} of {self.measure}")
+        if least is not None and most is not None and least > most:
+            raise cross_check(f"min{unit} = {least:g} is above max{unit} = {most:g}", f"min{unit}")
+        return self
+
+    def limit(self, source: str, certainty: str) -> Limit:
+        """Return it in SI units, with source and certainty of the file where it has none."""
+        factor = 1e3 if self._unit else 1.0
+        least, most = (None if each is None else each / factor for each in self.bounds)
+        diameters = DiameterRange() if self.diameter_mm is None else self.diameter_mm.range()
+        return Limit(self.measure, least, most, diameters, self.source.strip() or source,
+                     self.certainty.strip() or certainty)  # fmt: skip
+
+
+class _LimitsFile(Table):
+    """File of limits."""
+
+    title: str = ""
+    source: str = ""
+    certainty: str = ""
+    limit: tuple[_LimitTable, ...] = Field(min_length=1, description="at least one [[limit]] table")
+
+
+def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
+    """Limits by the name of a shipped set or from a file of the same form.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        "TSI", or a path to a TOML file, see the head of this module.
+
+    Returns
+    -------
+    LimitSet
+        In SI units.
+
+    Raises
+    ------
+    ProfileError
+        All faults of the file, ``file:line: message``; or there is no such set.
+    """
+    path = Path(name_or_path)
+    if not path.is_file() and not path.suffix and len(path.parts) == 1:
+        folder = shipped_path("profiles", "limits")
+        names = sorted(each.stem for each in folder.glob("*.toml"))
+        if path.name not in names:
+            near = difflib.get_close_matches(path.name, names, n=1, cutoff=0.5)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            raise ProfileError(
+                f"{str(name_or_path)!r} is neither a file nor a shipped set of limits "
+                f"({', '.join(names)}){hint}"
+            )
+        path = folder / f"{path.name}.toml"
+    if not path.is_file():
+        raise ProfileError(f"{path}: no such file of limits")
+    data, faults = read_toml(path, _LimitsFile)
+    if data is None:
+        raise ProfileError("\n".join(map(str, faults)))
+    limits = tuple(each.limit(data.source.strip(), data.certainty.strip()) for each in data.limit)
+    without = [(k, each) for k, each in enumerate(limits) if not (each.source and each.certainty)]
+    if without:
+        lines = key_lines(path.read_text(encoding="utf-8-sig"))
+        for k, each in without:
+            key = "certainty" if each.source else "source"
+            message = f"the limit of {each.measure} has no {key}; give it for the limit or for the file"
+            faults.append(Fault(message, str(path), line_of(lines, ("limit", k))))
+        raise ProfileError("\n".join(map(str, faults)))
+    return LimitSet(path.stem, data.title.strip() or path.stem, limits)
 
 
 @dataclass(frozen=True)
@@ -47,13 +266,13 @@ class Judgement:
     margin : float or None
         What is left, negative beyond the limit.
     exceeded : bool or None
-        Whether the value is beyond; None: cannot be told, see `reason`.
+        Whether the value is beyond; None: open, see `reason`.
     condition : str
         Diameters it holds for, such as "D > 840 mm"; empty: all.
     source, certainty : str
         Of the limit.
     reason : str
-        Why it cannot be told; empty if it can.
+        Why it is open; empty otherwise.
     """
 
     measure: str
@@ -90,8 +309,8 @@ def judge(
     list of Judgement
         In the order of the limits, one for each bound of each measure that is measured or was tried.
         Without a diameter, a value beyond the limits of all diameters is exceeded (with the margin to the
-        most lenient one), one within all of them is within (to the strictest one); anything else cannot be
-        told.
+        most lenient one), one within all of them is within (to the strictest one); anything else stays
+        open.
     """
     values = measures.values if isinstance(measures, Measures) else measures
     missing = measures.missing if isinstance(measures, Measures) else {}
@@ -101,11 +320,14 @@ def judge(
     groups: dict[tuple[str, str], list[Limit]] = {}
     for limit in all_limits:
         groups.setdefault((limit.measure, limit.source), []).append(limit)
-    for (measure, _), group in groups.items():
+    for (measure, source), group in groups.items():
         if measure not in values and measure not in missing:
             continue
+        value = values.get(measure)
+        reason = "" if value is not None else missing.get(measure) or _NOT_MEASURED
         for bound in _BOUNDS:
-            result += _judged(measure, bound, values.get(measure), missing.get(measure, ""), group, diameter)
+            blank = Judgement(measure, value, bound, None, None, None, "", source, "", reason)
+            result += _judged(blank, group, diameter)
     return result
 
 
@@ -141,92 +363,60 @@ def judge_wheelset(
     }
 
 
-def _judged(
-    measure: str,
-    bound: Literal["min", "max"],
-    value: float | None,
-    why_missing: str,
-    group: list[Limit],
-    diameter: float | None,
-) -> list[Judgement]:
+def _judged(blank: Judgement, group: list[Limit], diameter: float | None) -> list[Judgement]:
     """Judgements on one bound by the limits of one source."""
+
+    def with_bound(limits: list[Limit]) -> list[tuple[Limit, float]]:
+        numbers = [(each, each.least if blank.bound == "min" else each.most) for each in limits]
+        return [(each, number) for each, number in numbers if number is not None]
+
     if diameter is None:
         always = [limit for limit in group if not limit.diameters.text]
-        result = [
-            _by_number(measure, bound, value, why_missing, limit, number)
-            for limit in always
-            if (number := _number(limit, bound)) is not None
-        ]
-        return result + _by_all(measure, bound, value, why_missing, [x for x in group if x not in always])
-    bounded = [(limit, number) for limit in group if (number := _number(limit, bound)) is not None]
-    chosen = [(limit, number) for limit, number in bounded if diameter in limit.diameters]
+        ranges = [limit for limit in group if limit.diameters.text]
+        by_all = _by_all(blank, with_bound(ranges), len(ranges))
+        return [_by_number(blank, *pair) for pair in with_bound(always)] + by_all
+    bounded = with_bound(group)
+    chosen = [pair for pair in bounded if diameter in pair[0].diameters]
     if bounded and not chosen:
-        first = bounded[0][0]
-        reason = f"no limit is given for a wheel diameter of {diameter * 1e3:.6g} mm"
-        if value is None:
-            reason = why_missing or _NOT_MEASURED
-        return [Judgement(measure, value, bound, None, None, None, "", first.source, first.certainty, reason)]
-    return [_by_number(measure, bound, value, why_missing, limit, number) for limit, number in chosen]
+        reason = blank.reason or f"no limit is given for a wheel diameter of {diameter * 1e3:.6g} mm"
+        return [replace(blank, certainty=bounded[0][0].certainty, reason=reason)]
+    return [_by_number(blank, *pair) for pair in chosen]
 
 
-def _by_number(
-    measure: str,
-    bound: Literal["min", "max"],
-    value: float | None,
-    why_missing: str,
-    limit: Limit,
-    number: float,
-    condition: str | None = None,
-) -> Judgement:
-    """Judgement by one number; the condition is that of the limit if no other is told."""
-    margin = None if value is None else _margin(measure, bound, value, number)
-    return Judgement(
-        measure,
-        value,
-        bound,
-        number,
-        margin,
-        None if margin is None else margin < -_ROUNDING,
-        limit.diameters.text if condition is None else condition,
-        limit.source,
-        limit.certainty,
-        "" if value is not None else why_missing or _NOT_MEASURED,
+def _by_number(blank: Judgement, limit: Limit, number: float, condition: str | None = None) -> Judgement:
+    """Judgement by one number; the condition is that of the limit if no other is given."""
+    margin = None if blank.value is None else _margin(blank, number)
+    return replace(
+        blank,
+        limit=number,
+        margin=margin,
+        exceeded=None if margin is None else margin < -_ROUNDING,
+        condition=limit.diameters.text if condition is None else condition,
+        certainty=limit.certainty,
     )
 
 
-def _by_all(
-    measure: str, bound: Literal["min", "max"], value: float | None, why_missing: str, ranges: list[Limit]
-) -> list[Judgement]:
-    """Judge by limits of which one holds, but nobody knows which: beyond all of them, within all, or open."""
-    bounded = [(limit, number) for limit in ranges if (number := _number(limit, bound)) is not None]
+def _by_all(blank: Judgement, bounded: list[tuple[Limit, float]], count: int) -> list[Judgement]:
+    """Judge by `count` limits of which one holds, but nobody knows which: beyond all, within all, or open."""
     if not bounded:
         return []
-    bounded.sort(key=lambda pair: pair[1], reverse=bound == "max")
+    bounded.sort(key=lambda pair: pair[1], reverse=blank.bound == "max")
     (lenient, loose), (strict, tight) = bounded[0], bounded[-1]
-    if len(ranges) == 1:
-        return [_by_number(measure, bound, value, why_missing, lenient, loose)]
-    if value is None:
-        number = loose if loose == tight else None
-        reason = why_missing or _NOT_MEASURED
-        return [
-            Judgement(measure, None, bound, number, None, None, "", strict.source, strict.certainty, reason)
-        ]
+    if count == 1:
+        return [_by_number(blank, lenient, loose)]
+    blank = replace(blank, certainty=strict.certainty)
+    if blank.value is None:
+        return [replace(blank, limit=loose if loose == tight else None)]
     # diameters for which this bound is not given do not condemn a value
-    everywhere = len(bounded) == len(ranges)
-    if everywhere and _margin(measure, bound, value, loose) < -_ROUNDING:
-        return [_by_number(measure, bound, value, "", lenient, loose, _ANY_DIAMETER)]
-    if _margin(measure, bound, value, tight) >= -_ROUNDING:
-        return [_by_number(measure, bound, value, "", strict, tight, _ANY_DIAMETER)]
-    return [
-        Judgement(measure, value, bound, None, None, None, "", strict.source, strict.certainty, NO_DIAMETER)
-    ]
+    if len(bounded) == count and _margin(blank, loose) < -_ROUNDING:
+        return [_by_number(blank, lenient, loose, _ANY_DIAMETER)]
+    if _margin(blank, tight) >= -_ROUNDING:
+        return [_by_number(blank, strict, tight, _ANY_DIAMETER)]
+    return [replace(blank, reason=NO_DIAMETER)]
 
 
-def _margin(measure: str, bound: str, value: float, number: float) -> float:
+def _margin(blank: Judgement, number: float) -> float:
     """Return what is left to a limit, negative beyond it."""
-    size = abs(value) if measure == "wheel_diameter_difference" else value
-    return size - number if bound == "min" else number - size
-
-
-def _number(limit: Limit, bound: str) -> float | None:
-    return limit.least if bound == "min" else limit.most
+    assert blank.value is not None
+    size = abs(blank.value) if blank.measure == "wheel_diameter_difference" else blank.value
+    return size - number if blank.bound == "min" else number - size

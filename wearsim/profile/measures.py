@@ -1,4 +1,4 @@
-"""Gauge values of wheel profiles and wheelsets."""
+"""Gauge values of wheel profiles and wheelsets: Sh, Sd and qR as EN 15313 and UIC 510-2 define them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 from wearsim.quantities import QUANTITIES
 
 HOLLOWING_REACH = 50e-3
-"""y up to which the tread must be measured to tell its hollowing [m]: no contact band reaches so far."""
+"""y up to which the tread must be measured for its hollowing [m]: no contact band reaches so far."""
 
 _LEAST_FLANGE = 5e-3
 """Lower ones are none: a disc or a roller, or a profile without its flange [m]."""
@@ -23,18 +23,18 @@ _FACE_SLOPE = math.radians(30.0)  # from which on the end of a profile is rim ch
 
 
 def _tread_side(y: FloatArray, z: FloatArray) -> int:
-    """Vertex of the flange tip, checked to lie before the tape circle."""
+    """Vertex of the flange tip, checked to lie before the running circle."""
     tip = int(np.argmax(z))
     if not (y[tip] < 0.0 < y[-1]):
         raise ProfileError(
             f"the wheel profile has its largest z at y = {y[tip] * 1e3:.4g} mm; a flange at negative y and a "
-            "tread beyond the tape circle (y = 0) are needed"
+            "tread beyond the running circle (y = 0) are needed"
         )
     return tip
 
 
-def tape_level(y: FloatArray, z: FloatArray) -> float:
-    """Height of a wheel profile at its tape circle.
+def running_circle_level(y: FloatArray, z: FloatArray) -> float:
+    """Height of a wheel profile at its running circle.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def tape_level(y: FloatArray, z: FloatArray) -> float:
 
 
 def flange_height(y: FloatArray, z: FloatArray) -> float:
-    """Flange height Sh: from the tape circle to the flange tip.
+    """Flange height Sh: from the running circle to the flange tip.
 
     Parameters
     ----------
@@ -65,17 +65,17 @@ def flange_height(y: FloatArray, z: FloatArray) -> float:
         Sh [m]; 28 mm for a new S1002.
     """
     tip = _tread_side(y, z)
-    return extremum(y, z, tip)[1] - tape_level(y, z)
+    return extremum(y, z, tip)[1] - running_circle_level(y, z)
 
 
 def _flank_at_level(y: FloatArray, z: FloatArray, level: float) -> float:
-    """Lateral position where the active flank has the height `level` above the tape circle [m]."""
+    """Lateral position where the active flank has the height `level` above the running circle [m]."""
     tip = _tread_side(y, z)
-    height = z - tape_level(y, z)
+    height = z - running_circle_level(y, z)
     above = np.flatnonzero((height[tip:] >= level) & (y[tip:] < 0.0))
     if level <= 0.0 or len(above) == 0:
         raise ProfileError(
-            f"the flange does not reach {level * 1e3:g} mm above the tape circle, where Sd is measured"
+            f"the flange does not reach {level * 1e3:g} mm above the running circle, where Sd is measured"
         )
     return crossing(y, height, tip + int(above[-1]), level)
 
@@ -83,16 +83,16 @@ def _flank_at_level(y: FloatArray, z: FloatArray, level: float) -> float:
 def flange_thickness(
     y: FloatArray, z: FloatArray, *, level: float = 10e-3, flange_back: float = 70e-3
 ) -> float:
-    """Flange thickness Sd at a height above the tape circle, from the nominal flange back.
+    """Flange thickness Sd at a height above the running circle, from the nominal flange back.
 
     Parameters
     ----------
     y, z : (n,) array
         Wheel profile [m].
     level : float
-        Height above the tape circle [m].
+        Height above the running circle [m].
     flange_back : float
-        Distance of the tape circle from the flange back [m].
+        Distance of the running circle from the flange back [m].
 
     Returns
     -------
@@ -110,7 +110,7 @@ def flange_gradient(y: FloatArray, z: FloatArray, *, level: float = 10e-3, below
     y, z : (n,) array
         Wheel profile [m].
     level : float
-        Height of the lower point above the tape circle [m].
+        Height of the lower point above the running circle [m].
     below_tip : float
         Depth of the upper point below the flange tip [m].
 
@@ -159,9 +159,9 @@ class GaugeDistances:
     below_tip : float
         Depth of the upper point of qR below the flange tip [m].
     level : float
-        Height of Sd and of the lower point of qR above the tape circle [m].
+        Height of Sd and of the lower point of qR above the running circle [m].
     flange_back : float
-        Distance of the tape circle from the flange back [m].
+        Distance of the running circle from the flange back [m].
     """
 
     below_tip: float = 2e-3
@@ -228,15 +228,15 @@ def wheel_measures(
     distances : GaugeDistances, optional
         Where the gauge measures; 2, 10 and 70 mm if not given.
     radius : float, optional
-        Rolling radius at z = 0 of the profile: that of the new wheel where z counts from the new tape
+        Rolling radius at z = 0 of the profile: that of the new wheel where z counts from the new running
         circle, that of the worn one where it was set to 0 on the tread [m].
     back_to_back : float, optional
-        Distance of the flange backs of the wheelset; its wheels are then taken to be alike [m].
+        Back-to-back distance of the wheelset; its wheels are then taken to be alike [m].
 
     Returns
     -------
     Measures
-        flange_height, flange_thickness, flange_gradient, hollowing, rim_width, wheel_diameter (at the tape
+        flange_height, flange_thickness, flange_gradient, hollowing, rim_width, wheel_diameter (at the running
         circle), back_to_back and front_to_front. What cannot be measured is missing with the reason.
 
     Raises
@@ -290,7 +290,7 @@ def wheelset_measures(
     radius_right, radius_left : float, optional
         Rolling radii at z = 0 of the profiles [m].
     back_to_back : float, optional
-        Distance of the flange backs AR [m].
+        Back-to-back distance AR [m].
 
     Returns
     -------
@@ -351,7 +351,7 @@ def _flanged(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     height = flange_height(y, z)
     if height < _LEAST_FLANGE:
         raise ProfileError(
-            f"there is no flange: the highest point lies {height * 1e3:.2f} mm above the tape circle"
+            f"there is no flange: the highest point lies {height * 1e3:.2f} mm above the running circle"
         )
     return y, z
 
@@ -389,7 +389,7 @@ def _rim_width(y: FloatArray, z: FloatArray, flange_back: float) -> float:
 
 
 def _diameter(y: FloatArray, z: FloatArray, radius: float | None) -> float:
-    """Diameter at the tape circle [m]."""
+    """Diameter at the running circle [m]."""
     if radius is None:
         raise ProfileError("the rolling radius at z = 0 is not given")
-    return 2.0 * (radius + tape_level(y, z))
+    return 2.0 * (radius + running_circle_level(y, z))

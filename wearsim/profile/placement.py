@@ -19,7 +19,7 @@ UPRIGHT = 1.0 / 200.0
 
 _MOST_LEAN = 0.1  # leans looked for [-]
 _SIDE_DEPTH = 10e-3  # the axis is midway between the sides of a head down here [m]
-_MIRRORED = 0.1e-3  # halves further from being mirror images do not tell the lean [m]
+_MIRRORED = 0.1e-3  # halves further from being mirror images leave the lean open [m]
 _HEAD_POINTS = 2000  # taken of a long list
 
 
@@ -98,7 +98,7 @@ def _innermost(y: FloatArray, z: FloatArray) -> float:
 
 
 def head_lean(y: FloatArray, z: FloatArray) -> float | None:
-    """Lean of a rail head, told by the tilt at which its halves are mirror images of each other.
+    """Lean of a rail head: the tilt at which its halves are mirror images of each other.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def head_lean(y: FloatArray, z: FloatArray) -> float | None:
 
 
 def lean_words(lean: float) -> str:
-    """Tell how a head leans [-]."""
+    """Describe how a head leans [-]."""
     if abs(lean) <= UPRIGHT:
         return "stands upright"
     if lean < 0.0:

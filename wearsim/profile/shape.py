@@ -28,7 +28,7 @@ class Profile:
         Lateral position [m]; from the wheel profile's origin line, positive to the field side.
         Points run from the flange back (wheel) or the gauge side (rail) to the field side.
     z : (n,) array
-        Wheel: positive radially outward, 0 at the tape circle; rail: positive down, 0 at the top [m].
+        Wheel: positive radially outward, 0 at the running circle; rail: positive down, 0 at the top [m].
     source : str
         Where the shape comes from.
     """
@@ -130,12 +130,12 @@ def corners(y: FloatArray, z: FloatArray) -> list[int]:
     heading = np.unwrap(np.arctan2(np.diff(z), np.diff(y)))
     turn = np.zeros(len(y))
     turn[1:-1] = np.abs(np.diff(heading))
-    found = []
+    vertices = []
     for j in np.flatnonzero(turn > np.radians(20.0)):
         near = np.concatenate((turn[max(j - 3, 0) : j], turn[j + 1 : j + 4]))
         if turn[j] > 3.0 * near.max():
-            found.append(int(j))
-    return found
+            vertices.append(int(j))
+    return vertices
 
 
 def _chords(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:

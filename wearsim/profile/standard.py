@@ -1,20 +1,30 @@
-"""Standard shapes by name: definitions in shipped TOML files, as profiles."""
+"""Standard shapes by name and parameters: built from definitions in TOML files, as profiles."""
 
 from __future__ import annotations
 
 import difflib
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
-from wearsim.errors import ProfileError
-from wearsim.profile.definition import Definition, evaluate, junctions, sample
-from wearsim.profile.definition_file import read_definition, read_template
-from wearsim.profile.parameters import parse_parameters
+from wearsim.errors import Fault, ProfileError
+from wearsim.profile.definitions import (
+    Definition,
+    Parameter,
+    TangentArc,
+    Template,
+    evaluate,
+    junction_faults,
+    junctions,
+    read_template,
+    sample,
+)
 from wearsim.profile.placement import Placement, placement
+from wearsim.profile.segments import Arc, Polynomial, Segment, height_at, part_moved, tangent_arc
 from wearsim.profile.shape import Profile
-from wearsim.profile.variation import Template, build
 
 __all__ = [
     "Definition",
@@ -88,7 +98,7 @@ def _unknown(message: str, name: str, names: list[str]) -> str:
     by_lower = {known.lower(): known for known in names}
     near = difflib.get_close_matches(name.lower(), list(by_lower), n=1, cutoff=0.5)
     hint = f"; did you mean {by_lower[near[0]]!r}?" if near else ""
-    return f"{message} ({', '.join(names) or 'none found'}){hint}"
+    return f"{message} ({', '.join(names) or 'there are none'}){hint}"
 
 
 @lru_cache(maxsize=8)
@@ -133,7 +143,7 @@ def _split(designation: str) -> tuple[Template, list[str]] | tuple[None, list[st
 
 
 def is_designation(text: str) -> bool:
-    """Tell whether a text begins with the name of a shipped shape, so that it is no path.
+    """Whether a text begins with the name of a shipped shape, so that it is no path.
 
     Parameters
     ----------
@@ -163,6 +173,152 @@ def designation_kind(text: str) -> Literal["wheel", "rail"] | None:
     """
     template = _split(text)[0]
     return None if template is None else template.definition.kind
+
+
+def parse_parameters(
+    written: Sequence[str], parameters: Sequence[Parameter], designation: str
+) -> dict[str, float]:
+    """Values of the parameters of a designation.
+
+    Parameters
+    ----------
+    written : sequence of str
+        Such as ("h30", "e30.5", "6.7%"), in any order.
+    parameters : sequence of Parameter
+        What the shape has.
+    designation : str
+        The whole, for messages.
+
+    Returns
+    -------
+    dict
+        Value by form of all parameters.
+
+    Raises
+    ------
+    ProfileError
+        Something is not a parameter of the shape, is given twice or out of range; one line for all.
+    """
+    values = {p.form: p.default for p in parameters}
+    given: set[str] = set()
+    wrong = []
+    for text in written:
+        match = next(((p, v) for p in parameters if (v := p.parse(text)) is not None), None)
+        if match is None:
+            forms = [f"{p.form} ({p.name} {p.range_text()})" for p in parameters]
+            wrong.append(f"{text!r} is no parameter of it; there is {', '.join(forms) or 'none'}")
+            continue
+        parameter, value = match
+        if parameter.form in given:
+            wrong.append(f"{parameter.name} is given twice")
+        elif not parameter.allows(value):
+            wrong.append(f"{parameter.name} = {value:g} must be {parameter.range_text()}")
+        given.add(parameter.form)
+        values[parameter.form] = value
+    if wrong:
+        raise ProfileError(f"{designation}: {'; '.join(wrong)}")
+    return values
+
+
+def canonical_suffix(values: Mapping[str, float], parameters: Sequence[Parameter]) -> str:
+    """Write the values that are not the default, such as "/h30/e30.5", in the order of the file."""
+    changed = [p.form.replace("#", f"{values[p.form]:g}") for p in parameters if values[p.form] != p.default]
+    return "".join(f"/{text}" for text in changed)
+
+
+def build(template: Template, values: Mapping[str, float]) -> Definition:
+    """Shape of a file for values of its parameters.
+
+    Parameters
+    ----------
+    template : Template
+        From a file.
+    values : mapping
+        Value by form of all its parameters.
+
+    Returns
+    -------
+    Definition
+        Junctions checked.
+
+    Raises
+    ------
+    ProfileError
+        With the file and the zones that do not fit together.
+    """
+    pieces = list(template.pieces)
+    allowances = template.definition.allowances
+    changed = [p for p in template.parameters if values[p.form] != p.default]
+    try:
+        for parameter in changed:
+            pieces = _varied(pieces, parameter, values[parameter.form])
+            allowances += parameter.allow
+        chain = _constructed(pieces)
+        for parameter in changed:
+            if parameter.move is not None:
+                by, move = values[parameter.form] - parameter.default, parameter.move
+                chain = part_moved(chain, move.start, move.end, by, move.join_zone, move.join_to)
+        about = template.definition
+        suffix = canonical_suffix(values, template.parameters)
+        title = f"{about.title}; but {suffix[1:].replace('/', ', ')}" if suffix else about.title
+        definition = replace(
+            about, name=about.name + suffix, title=title, segments=tuple(chain), allowances=allowances
+        )
+        faults = junction_faults(definition)
+        if faults:
+            raise ProfileError("; ".join(faults))
+    except ProfileError as error:
+        raise ProfileError(str(Fault(str(error), str(template.path)))) from error
+    return definition
+
+
+def _varied(
+    pieces: list[Segment | TangentArc], parameter: Parameter, value: float
+) -> list[Segment | TangentArc]:
+    """Effects of a parameter on single zones."""
+    by = value - parameter.default
+    result: list[Segment | TangentArc] = []
+    lift = 0.0
+    for piece in pieces:
+        new = piece
+        if isinstance(new, Segment):
+            if lift:
+                new = new.moved(0.0, lift)
+            if new.zone in parameter.raised:
+                new = new.moved(0.0, by)
+            turn = parameter.slope
+            if turn is not None and new.zone == turn.zone and isinstance(new, Polynomial):
+                slope = -0.01 * value if turn.meaning == "percent" else -1.0 / value
+                pivot = new.start if turn.pivot is None else turn.pivot
+                turned = replace(new, origin=pivot, coefficients=(height_at(new, pivot), slope))
+                lift += height_at(turned, new.end) - height_at(new, new.end)
+                new = turned
+            arcs = parameter.tangent_arc
+            if arcs is not None and new.zone == arcs.zone and isinstance(new, Arc):
+                radius = arcs.radii[parameter.values.index(value)]
+                new = TangentArc(zone=new.zone, radius=radius, branch=1 if new.branch > 0 else -1)
+        result.append(new)
+    return result
+
+
+def _constructed(pieces: list[Segment | TangentArc]) -> tuple[Segment, ...]:
+    """Put tangent arcs in their places and end their neighbours there."""
+    chain = list(pieces)
+    for k, piece in enumerate(chain):
+        if isinstance(piece, TangentArc):
+            before = chain[k - 1] if k > 0 else None
+            after = chain[k + 1] if k + 1 < len(chain) else None
+            if not isinstance(before, Segment) or not isinstance(after, Segment):
+                raise ProfileError(f"zone {piece.zone!r} needs an arc or a line on both sides")
+            arc = tangent_arc(piece.zone, before, after, piece.radius, piece.branch)
+            chain[k - 1] = before.between(before.start, arc.start)
+            chain[k] = arc
+            chain[k + 1] = after.between(arc.end, after.end)
+    done = tuple(piece for piece in chain if isinstance(piece, Segment))
+    for piece in done:
+        if not (math.isfinite(piece.start) and math.isfinite(piece.end)):
+            raise ProfileError(f"zone {piece.zone!r} has no beginning or no end; give from and to")
+    return done
 
 
 def definition(name: str, kind: Literal["wheel", "rail"]) -> Definition:
@@ -195,8 +351,8 @@ def definition(name: str, kind: Literal["wheel", "rail"]) -> Definition:
             _unknown(f"{name!r} is neither a file nor a shipped {kind} profile", written[0], names)
         )
     if template.definition.kind != kind:
-        told = f"{name!r} is a {template.definition.kind} profile, a {kind} is needed"
-        raise ProfileError(_unknown(told, written[0] if written else name, shipped_names(kind)))
+        message = f"{name!r} is a {template.definition.kind} profile, a {kind} is needed"
+        raise ProfileError(_unknown(message, written[0] if written else name, shipped_names(kind)))
     values = parse_parameters(written, template.parameters, repr(name))
     return _built(template.path, tuple(values.items()))
 
@@ -204,6 +360,23 @@ def definition(name: str, kind: Literal["wheel", "rail"]) -> Definition:
 @lru_cache(maxsize=64)
 def _built(path: Path, values: tuple[tuple[str, float], ...]) -> Definition:
     return build(read_template(path), dict(values))
+
+
+def read_definition(path: Path) -> Definition:
+    """Read a standard shape with the default values of its parameters.
+
+    Parameters
+    ----------
+    path : Path
+        TOML file, see the head of this module.
+
+    Returns
+    -------
+    Definition
+        Lengths in mm, as in the file; junctions checked.
+    """
+    template = read_template(path)
+    return build(template, {p.form: p.default for p in template.parameters})
 
 
 def wheel(name: str, spacing: float = 0.25e-3) -> Profile:

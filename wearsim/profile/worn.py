@@ -79,11 +79,7 @@ class WearBetween:
 
 
 def wear_between(
-    before: Profile,
-    after: Profile,
-    *,
-    spacing: float = 0.1e-3,
-    zones: tuple[WearZone, ...] | None = None,
+    before: Profile, after: Profile, *, spacing: float = 0.1e-3, zones: tuple[WearZone, ...] | None = None
 ) -> WearBetween:
     r"""Wear depth and worn area between two profiles that are aligned already.
 
@@ -225,9 +221,9 @@ def cut_along_normals(
         distance = np.where(good, np.abs(along), np.inf)
         least = np.argmin(distance, axis=1)
         each = np.arange(len(least))
-        found = np.isfinite(distance[each, least])
-        depth[rows] = np.where(found, along[each, least], np.nan)
-        place[rows] = np.where(found, least + fraction[each, least], np.nan)
+        hit = np.isfinite(distance[each, least])
+        depth[rows] = np.where(hit, along[each, least], np.nan)
+        place[rows] = np.where(hit, least + fraction[each, least], np.nan)
     return depth, place
 
 

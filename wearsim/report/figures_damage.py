@@ -1,4 +1,4 @@
-"""Figures of the laws beside the leading wear law, and of rolling contact fatigue."""
+"""Figures of the comparison laws and of rolling contact fatigue."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from wearsim.damage.coefficients import FATIGUE_SETS
+from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue.agreement import normalised
 from wearsim.damage.fatigue.shakedown import boundaries
 from wearsim.report.figures import WHEELS, new_place
@@ -21,12 +21,12 @@ _BOUNDARY_LINES = ("-", "--", "_")
 
 
 def plot_wear_laws(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
-    """Draw the wear depth along the profile by the leading law and by each law beside it.
+    """Draw the wear depth along the profile by the active law and by each comparison law.
 
     Parameters
     ----------
     dataset : Dataset
-        Result of a campaign with laws beside the leading one.
+        Result of a campaign with comparison laws.
     ax : Axes, optional
         Where to draw.
     wheel : int
@@ -35,9 +35,9 @@ def plot_wear_laws(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 
     ax = own_axes(ax)
     row = last_worn_row(dataset)
     y = shown("profile_y", new_place(dataset, wheel))
-    leading = str(dataset.attrs.get("wear_law", "leading law"))
+    active = str(dataset.attrs.get("wear_law", "active law"))
     depth = shown("wear_depth", dataset["wear_depth"].values[row, wheel])
-    ax.plot(y, depth, color=COLOURS[role_of(dataset)], lw=2.2, label=f"{leading}, leading")
+    ax.plot(y, depth, color=COLOURS[role_of(dataset)], lw=2.2, label=f"{active}, active")
     for k, name in enumerate(dataset["comparison_name"].values):
         depth = shown("comparison_wear_depth", dataset["comparison_wear_depth"].values[row, wheel, k])
         ax.plot(y, depth, color=_colour(k + 1), lw=1.2, label=str(name))
@@ -109,7 +109,7 @@ def map_shear_yield(dataset: xr.Dataset) -> float:
     known = known[np.isfinite(known)]
     if known.size:
         return float(known[0])
-    return 1e6 * FATIGUE_SETS[_YIELD_SET]["shear_yield"]
+    return 1e6 * COEFFICIENT_SETS[_YIELD_SET]["shear_yield"]
 
 
 def shear_yield_told(dataset: xr.Dataset) -> str:
@@ -124,7 +124,7 @@ def shear_yield_told(dataset: xr.Dataset) -> str:
         if not doubt:
             return f"{value} as given for {name}"
         return f"{value} of {name} ({numbers}{_range(doubt[0])})"
-    doubt = [part for part in FATIGUE_SETS[_YIELD_SET].doubts if part.startswith("shear_yield")]
+    doubt = [part for part in COEFFICIENT_SETS[_YIELD_SET].uncertain if part.startswith("shear_yield")]
     return f"{value} of {_YIELD_SET}, as no law of the scene has one ({_range(doubt[0]).removeprefix(', ')})"
 
 

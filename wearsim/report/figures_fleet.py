@@ -1,6 +1,6 @@
 """Small figures of many profiles: `plot_member(dataset, member, ax) -> Axes`, wheels flange down.
 
-The datasets are those of `wearsim.studies.profile_fleet.fleet_state`.
+The datasets are those of `wearsim.profile.inspection.datasets.fleet_dataset`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Figures of a profile: `plot_x(dataset, ax=None) -> Axes`; wheels are drawn flange down.
 
-The datasets are those of `wearsim.studies.profile_state`.
+The datasets are those of `wearsim.profile.inspection.datasets`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _FILL = "#f1efe9"
 _BEHIND = 9.0  # material drawn behind the surface [mm]
 _ROOM = 2.2  # from a dimension line to its text [mm]
 _TREAD_SHIFT = 6.0  # shifts whose radius differences set the scale [mm]
-_TIP, _TAPE, _LOWER, _UPPER = range(4)
+_TIP, _CIRCLE, _LOWER, _UPPER = range(4)
 _GAUGED = {"Sh": "flange_height", "Sd": "flange_thickness", "qR": "flange_gradient"}
 
 
@@ -66,7 +66,9 @@ def _points(dataset: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _lateral(dataset: xr.Dataset) -> str:
-    origin = "from the tape circle" if dataset.attrs["kind"] == "wheel" else dataset.attrs.get("origin", "")
+    origin = (
+        "from the running circle" if dataset.attrs["kind"] == "wheel" else dataset.attrs.get("origin", "")
+    )
     return f"Lateral position{f' {origin}' if origin else ''}, to the field side [mm]"
 
 
@@ -74,32 +76,34 @@ def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
     """Draw Sh, Sd and qR where a gauge takes them."""
     y, z = shown("profile_y", dataset["gauge_y"].values), shown("profile_z", dataset["gauge_z"].values)
     exceeded = dataset.attrs.get("exceeded", "").split()
-    level, below, tape = (
+    level, below, circle = (
         float(shown("profile_z", dataset.attrs[f"{name}_distance"]))
-        for name in ("level", "below_tip", "tape")
+        for name in ("level", "below_tip", "running_circle")
     )
     look = {name: EXCEEDED if row in exceeded else _DIMENSION for name, row in _GAUGED.items()}
     values = {name: float(shown(row, dataset[row].values)) for name, row in _GAUGED.items()}
     texts = {name: f"{name} {value:.2f}".replace("-", "\N{MINUS SIGN}") for name, value in values.items()}
-    back = y[_TAPE] - tape
+    back = y[_CIRCLE] - circle
     texts = {name: f"{text} !" if look[name] == EXCEEDED else text for name, text in texts.items()}
     low = z[_TIP] + 7.0
-    # tape circle, flange back and the two levels
-    _line(ax, (y[_TAPE], y[_TAPE]), (z[_TAPE] - 6.0, low), ls=(0, (8, 2, 2, 2)))
+    # running circle, flange back and the two levels
+    _line(ax, (y[_CIRCLE], y[_CIRCLE]), (z[_CIRCLE] - 6.0, low), ls=(0, (8, 2, 2, 2)))
     # left of its line, for the legend stands on the right
-    ax.text(y[_TAPE] - 0.8, low - 0.4, "tape circle", color="#555555", fontsize=7.5, ha="right", va="bottom")
-    _line(ax, (back, back), (z[_TAPE] - 6.0, low))
+    ax.text(
+        y[_CIRCLE] - 0.8, low - 0.4, "running circle", color="#555555", fontsize=7.5, ha="right", va="bottom"
+    )
+    _line(ax, (back, back), (z[_CIRCLE] - 6.0, low))
     _line(ax, (y[_TIP], 24.0), (z[_TIP], z[_TIP]))
-    _line(ax, (0.0, 24.0), (z[_TAPE], z[_TAPE]))
-    _arrow(ax, (20.0, z[_TAPE]), (20.0, z[_TIP]), look["Sh"])
-    _text(ax, 20.0 + _ROOM, 0.6 * z[_TIP] + 0.4 * z[_TAPE], texts["Sh"], look["Sh"])
+    _line(ax, (0.0, 24.0), (z[_CIRCLE], z[_CIRCLE]))
+    _arrow(ax, (20.0, z[_CIRCLE]), (20.0, z[_TIP]), look["Sh"])
+    _text(ax, 20.0 + _ROOM, 0.6 * z[_TIP] + 0.4 * z[_CIRCLE], texts["Sh"], look["Sh"])
     # Sd at its level, the level itself beside the root
     _arrow(ax, (back, z[_LOWER]), (y[_LOWER], z[_LOWER]), look["Sd"])
     _text(ax, 0.5 * (y[_LOWER] + back), z[_LOWER] - 0.6, texts["Sd"], look["Sd"], "center", "bottom")
     _line(ax, (y[_LOWER], -14.0), (z[_LOWER], z[_LOWER]))
-    _arrow(ax, (-17.0, z[_TAPE]), (-17.0, z[_LOWER]), "#555555", 0.8)
+    _arrow(ax, (-17.0, z[_CIRCLE]), (-17.0, z[_LOWER]), "#555555", 0.8)
     _text(ax, -17.0 + 0.6 * _ROOM, z[_LOWER] - 0.35 * level, f"{level:g}", "#555555")
-    _line(ax, (-17.0, 0.0), (z[_TAPE], z[_TAPE]))
+    _line(ax, (-17.0, 0.0), (z[_CIRCLE], z[_CIRCLE]))
     # qR below the flange, its upper level on the other side of the tip
     for k in (_LOWER, _UPPER):
         _line(ax, (y[k], y[k]), (z[k], low))
@@ -111,7 +115,7 @@ def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
     for k, away in ((_UPPER, -4.0), (_TIP, 4.0)):
         _arrow(ax, (left, z[k] + away), (left, z[k]), "#555555", 0.8, "-|>")
     _text(ax, left - 0.6 * _ROOM, 0.5 * (z[_UPPER] + z[_TIP]), f"{below:g}", "#555555", "right")
-    ax.plot(y[[_TIP, _TAPE, _LOWER, _UPPER]], z[[_TIP, _TAPE, _LOWER, _UPPER]], "o", color="white",
+    ax.plot(y[[_TIP, _CIRCLE, _LOWER, _UPPER]], z[[_TIP, _CIRCLE, _LOWER, _UPPER]], "o", color="white",
             markeredgecolor=_BODY, ms=4.0, zorder=5)  # fmt: skip
 
 

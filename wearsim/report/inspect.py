@@ -126,7 +126,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
 
 
 def _damage(dataset: xr.Dataset) -> dict[str, Any]:
-    """Wear by the laws beside the leading one and damage by the fatigue laws, lists are (right, left)."""
+    """Wear by the comparison laws and damage by the fatigue laws, lists are (right, left)."""
     told: dict[str, Any] = {}
     end = last_worn_row(dataset)
     if "comparison_name" in dataset:
@@ -248,7 +248,7 @@ def _damage_lines(damage: dict[str, Any]) -> list[str]:
     rows += [(f"Life of {law}, ended by: {what}",) for law, what in damage.get("life", {}).items()]
     if not rows:
         return []
-    rows.insert(0, ("Laws beside the leading one, and fatigue", "right", "left"))
+    rows.insert(0, ("Comparison laws and fatigue", "right", "left"))
     width = max(len(row[0]) for row in rows if len(row) > 1)
     lines = [f"{text:<{width}}" + "".join(f"{end:>11}" for end in ends) for text, *ends in rows]
     return [*(line.rstrip() for line in lines), ""]

@@ -1,4 +1,4 @@
-"""The figures of a report on laws beside the leading one and on fatigue, where a scene asks for them."""
+"""The figures of a report on comparison laws and on fatigue, where a scene asks for them."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def plates(datasets: list[xr.Dataset]) -> list[Plate]:
     list of Plate
         In the order of the report.
     """
-    beside = [data for data in datasets if "comparison_name" in data]
+    compared = [data for data in datasets if "comparison_name" in data]
     tired = [data for data in datasets if "fatigue_name" in data]
-    found = [_wear_laws(beside)] if beside else []
+    found = [_wear_laws(compared)] if compared else []
     if tired:
         found += [_shakedown(tired), _damage(tired), _cycles(tired)]
         weighed = [(data, k) for data in tired for k in laws_with_balance(data)]
@@ -68,8 +68,8 @@ def _wear_laws(datasets: list[xr.Dataset]) -> Plate:
     rows = [(data, figures_damage.plot_wear_laws, "") for data in datasets]
     figure = _by_wheel(rows, sharey="row", columns=6)
     text = (
-        "Wear depth at the end of each campaign by the leading law and by the laws beside it, on the same "
-        "contacts: the profile wears by the leading law alone."
+        "Wear depth at the end of each campaign by the active law and by the comparison laws, on the same "
+        "contacts: the profile wears by the active law alone."
     )
     return Plate("wear_laws", "wear", figure, f"{text} {environment_note(datasets)}")
 

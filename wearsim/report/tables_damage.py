@@ -50,7 +50,7 @@ class Table:
 
 
 def wear_laws(dataset: xr.Dataset) -> list[Table]:
-    """Worn area, deepest depth and share of each regime by the leading law and the laws beside it.
+    """Worn area, deepest depth and share of each regime by the active law and the comparison laws.
 
     Parameters
     ----------
@@ -66,9 +66,9 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
     depth = [dataset["wear_depth"].values[row]]
     by_regime = depth_by_regime(dataset)
     total = by_regime.sum(axis=1, keepdims=True)
-    # of the leading law the file has depths by regime: their sums share out the exact area
+    # of the active law the file has depths by regime: their sums share out the exact area
     share = np.divide(by_regime, total, out=np.zeros_like(by_regime), where=total > 0.0)
-    names = [f"{dataset.attrs.get('wear_law', 'law')}, leading"]
+    names = [f"{dataset.attrs.get('wear_law', 'law')}, active"]
     area = [share * dataset["worn_area"].values[-1][:, None]]
     regime_names = [[str(name) for name in dataset["regime_name"].values]]
     keys = ("wear_form", "wear_coefficients", "wear_coefficients_source", "wear_coefficients_warnings")
@@ -82,30 +82,30 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
             area.append(dataset["comparison_worn_area"].values[-1][:, here])
             regime_names.append([pairs[i][1] for i in here])
             origin.append(_origin(dataset, "comparison", k))
-    leading = (float(area[0].sum()), float(depth[0].max()))
+    active = (float(area[0].sum()), float(depth[0].max()))
     rows = []
     for k, name in enumerate(names):
         worn, deepest = area[k].sum(axis=1), depth[k].max(axis=1)
         rows.append([
             Cell(name),
             *(number(value, 4) for value in shown("worn_area", worn)),
-            _ratio(float(worn.sum()), leading[0]),
+            _ratio(float(worn.sum()), active[0]),
             *(number(value, 4) for value in shown("wear_depth", deepest)),
-            _ratio(float(deepest.max()), leading[1]),
+            _ratio(float(deepest.max()), active[1]),
             Cell(_shares(regime_names[k], area[k].sum(axis=0))),
         ])  # fmt: skip
     head = [
-        "Wear law", "Worn area, right [mm²]", "left [mm²]", "over leading", "Deepest, right [mm]",
-        "left [mm]", "over leading", "Share of the worn area by regime",
+        "Wear law", "Worn area, right [mm²]", "left [mm²]", "over active", "Deepest, right [mm]",
+        "left [mm]", "over active", "Share of the worn area by regime",
     ]  # fmt: skip
-    text = "Wear laws on the contacts of the campaign; the profile wears by the leading law alone."
+    text = "Wear laws on the contacts of the campaign; the profile wears by the active law alone."
     if turned_rows(dataset):
         text += " Area is of all wear, depth of the last stretch that was run since a turning."
-    leading_set = [str(dataset.attrs.get(f"wear_coefficients_{key}", "")) for key in _HOLDS]
+    active_set = [str(dataset.attrs.get(f"wear_coefficients_{key}", "")) for key in _HOLDS]
     return [
         Table("wear-laws", text, head, rows),
         _origins("wear-law-numbers", "Wear law", names, origin),
-        _holds("wear-law-validity", "Wear law", names, [leading_set, *_told(dataset, "comparison")]),
+        _holds("wear-law-validity", "Wear law", names, [active_set, *_told(dataset, "comparison")]),
     ]
 
 
@@ -227,7 +227,7 @@ def life(dataset: xr.Dataset) -> Table | None:
                 Cell(first if np.isfinite(ends[first][0]) else "nothing"),
                 number(1e3 * y[wheel, ends[first][1]], 3) if np.isfinite(ends[first][0]) else _NONE,
                 number(100.0 * grown.sum() / acts.sum(), 3) if acts.any() else _NONE,
-                number(shown("magic_wear_rate", found.balanced_wear.max()), 3),
+                number(shown("magic_wear_rate", found.magic_wear_rate.max()), 3),
             ])  # fmt: skip
     if not rows:
         return None
@@ -343,8 +343,8 @@ def damage_factors(translation: xr.Dataset | None, group: str) -> list[Table]:
     return [Table(f"{group}-factors", text, ["Law and quantity", *ends], rows)]
 
 
-def _ratio(value: float, leading: float) -> Cell:
-    return number(value / leading, 3) if leading > 0.0 else Cell("leading law wears nothing")
+def _ratio(value: float, active: float) -> Cell:
+    return number(value / active, 3) if active > 0.0 else Cell("active law wears nothing")
 
 
 def _distance(value: float) -> Cell:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from wearsim.damage.fatigue import INDEX_QUANTITIES
+from wearsim.damage.fatigue import FATIGUE_LAWS
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures import WHEELS
 from wearsim.report.style import shown
@@ -40,7 +40,7 @@ class LargestIndex:
 
 def quantity_of(law: str) -> str:
     """Return the quantity a law judges by, as `wearsim.quantities` names it."""
-    return INDEX_QUANTITIES.get(law, SUBSURFACE)
+    return FATIGUE_LAWS[law].index_quantity if law in FATIGUE_LAWS else SUBSURFACE
 
 
 def largest(dataset: xr.Dataset, row: int, law: int | None) -> tuple[LargestIndex | None, ...]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.damage.fatigue import COUNT_CYCLES
+from wearsim.damage.fatigue import counts_cycles
 from wearsim.results.schema import FILL_FLOAT
 
 if TYPE_CHECKING:
@@ -228,7 +228,7 @@ def _worst(name: str, values: NDArray[np.float64], laws: Sequence[str]) -> NDArr
     """Value by wheel, or one of the wheelset; of what stands along the profile, and by law, the worst."""
     values = np.atleast_1d(values)
     if name == "fatigue_damage":
-        values = values[:, [k for k, law in enumerate(laws) if law in COUNT_CYCLES]]
+        values = values[:, [k for k, law in enumerate(laws) if counts_cycles(law)]]
         if values.size == 0:
             return np.full(len(values), np.nan)
     if values.ndim == 1:

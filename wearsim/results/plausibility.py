@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wearsim.damage.wear import WEAR_LAWS
 from wearsim.results.turnings import damage_left, depth_by_regime, spans
 
 if TYPE_CHECKING:
@@ -77,7 +78,8 @@ def tread_wear_warning(dataset: xr.Dataset) -> str | None:
         One line; None within `TREAD_WEAR_BAND`, for other campaigns than those in the field, before the
         first step and for the law that wears nothing.
     """
-    if dataset.attrs.get("scene_kind") != "field" or dataset.attrs.get("wear_law") == "none":
+    law = WEAR_LAWS.get(dataset.attrs.get("wear_law", ""))
+    if dataset.attrs.get("scene_kind") != "field" or (law is not None and not law.wears):
         return None
     wear = tread_wear(dataset)
     low, high = TREAD_WEAR_BAND
@@ -189,7 +191,7 @@ def seizure_shares(dataset: xr.Dataset) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        By law, leading and beside; empty where no law has that regime, or nothing is worn by it.
+        By law, active and comparison laws; empty where no law has that regime, or nothing is worn by it.
     """
     return regime_shares(dataset, "seizure")
 
@@ -207,7 +209,7 @@ def regime_shares(dataset: xr.Dataset, wanted: str) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        By law, leading and beside; empty where no law has that regime, or nothing is worn by it.
+        By law, active and comparison laws; empty where no law has that regime, or nothing is worn by it.
     """
     found = {}
     names = [str(name) for name in dataset["regime_name"].values]
@@ -248,7 +250,7 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
 
 
 def outside_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of wear outside the rows of a wear table of the user's own.
+    """Warn of wear in regimes in which a law goes beyond its data, such as the rows of a wear table.
 
     Parameters
     ----------
@@ -258,17 +260,19 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
     Returns
     -------
     str or None
-        One line; None where no more than `OUTSIDE_SHARE` is worn on either side of the rows.
+        One line; None where no more than `OUTSIDE_SHARE` is worn in any such regime.
     """
-    places = {"below": "below the first row", "beyond": "beyond the last row"}
-    found = {text: regime_shares(dataset, regime).get("table", 0.0) for regime, text in places.items()}
-    told = [f"{_percent(share)} of it is {text}" for text, share in found.items() if share > OUTSIDE_SHARE]
-    if not told:
-        return None
-    return (
-        f"wear by the table of one's own lies outside its rows: {', '.join(told)}, where it follows what the "
-        f"table assumes: give it more rows"
-    )
+    for name, law in WEAR_LAWS.items():
+        shares = {text: regime_shares(dataset, regime).get(name, 0.0) for regime, text in law.outside}
+        parts = [
+            f"{_percent(share)} of it is {text}" for text, share in shares.items() if share > OUTSIDE_SHARE
+        ]
+        if parts:
+            return (
+                f"wear by the law {name} lies outside its data: {', '.join(parts)}, where it follows what "
+                f"the {name} assumes: give it more rows"
+            )
+    return None
 
 
 def cracks_warning(dataset: xr.Dataset) -> str | None:

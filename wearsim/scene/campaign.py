@@ -10,10 +10,10 @@ from pydantic import Field
 
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.operation.points import ControlSettings
-from wearsim.scene.faults import shown
 from wearsim.scene.limits import LimitsSection, values
 from wearsim.scene.reprofiling import ReprofilingSection, turning_rules
 from wearsim.scene.section import Section, number
+from wearsim.toml_faults import shown
 
 _EXPLICIT_LIMIT = 2.0
 """From this stability number on an explicit step makes every wave larger (spec 3.2)."""

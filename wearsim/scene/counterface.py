@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import ClassVar
 
+from wearsim.damage.wear import WEAR_LAWS
 from wearsim.operation.counterface import CounterfaceWear
 from wearsim.scene.section import Section, number
 
@@ -90,10 +91,10 @@ def counterface_faults(
     tuple of (key, message)
         The key as a path from the top of the scene.
     """
-    if section is not None and law == "none":
+    if section is not None and not WEAR_LAWS[law].wears:
         yield (
             ("counterface", "wear"),
-            '[counterface.wear] wears where the law of [wear] does, and law = "none" wears nowhere; write '
+            f'[counterface.wear] wears where the law of [wear] does, and law = "{law}" wears nowhere; write '
             "another law, or delete the table",
         )
 

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.damage.fatigue import COUNT_CYCLES
+from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
+from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, ProfileError
 from wearsim.operation.field import REACH
 from wearsim.profile.measures import flange_thickness
@@ -17,7 +18,6 @@ from wearsim.scene.campaign import campaign_faults
 from wearsim.scene.clearance import beyond_clearance
 from wearsim.scene.counterface import counterface_faults, counterface_warnings
 from wearsim.scene.damage import damage_faults
-from wearsim.scene.faults import shown
 from wearsim.scene.limits import met_by_wheels
 from wearsim.scene.models import (
     BlockSection,
@@ -28,6 +28,7 @@ from wearsim.scene.models import (
     RigScene,
 )
 from wearsim.scene.reprofiling import reprofiling_faults, reprofiling_warnings, turned_at
+from wearsim.toml_faults import shown
 
 SHARES_ROUNDED = 0.01
 """Shares of classes that sum to 1 within this are taken for rounded ones and normalised."""
@@ -56,8 +57,7 @@ def scene_warnings(
     found = beyond_clearance(scene, clearance)[1]
     runs = scene.operation.blocks if isinstance(scene, RigScene) else scene.operation.classes
     key = "block" if isinstance(scene, RigScene) else "class"
-    wear = scene.wear
-    if all(run.friction == 0 for run in runs) and wear.law not in ("archard", "table"):  # these need none
+    if all(run.friction == 0 for run in runs) and WEAR_LAWS[scene.wear.law].needs_friction:
         path = ("operation", key, 0, "friction")
         found.append(fault_at(scene, path, "friction = 0 everywhere: nothing will wear"))
     contact = scene.contact
@@ -114,11 +114,11 @@ def cross_faults(scene: RigScene | FieldScene) -> list[Fault]:
     ]
     damage = None if scene.campaign.limits is None else scene.campaign.limits.damage
     laws = scene.fatigue.laws if scene.fatigue else ()
-    if damage is not None and not set(laws) & set(COUNT_CYCLES):
+    if damage is not None and not any(counts_cycles(law) for law in laws):
         given = f"; {', '.join(laws)} orders passages and counts none" if laws else ""
         told = (
             f"damage = {damage:g} needs a fatigue law that counts cycles{given}; write "
-            f"{' or '.join(COUNT_CYCLES)} among the laws of [fatigue], or delete it"
+            f"{' or '.join(filter(counts_cycles, FATIGUE_LAWS))} among the laws of [fatigue], or delete it"
         )
         found.append(fault_at(scene, ("campaign", "limits", "damage"), told))
     turning = reprofiling_faults(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Annotated, Any, Literal
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     Field,
@@ -15,58 +16,39 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
-from wearsim.damage import fatigue
-from wearsim.damage.coefficients import FATIGUE_SETS, CoefficientSet
-from wearsim.damage.fatigue import FatigueSettings
+from wearsim.damage import fatigue, wear
+from wearsim.damage.coefficients import COEFFICIENT_SETS, CoefficientSet
+from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.damage.fatigue.wlrm import own_function
-from wearsim.damage.wear import DEFAULT_COEFFICIENTS, WEAR_FORMS, WearSettings, acting_coefficients, energy
+from wearsim.damage.wear import WEAR_LAWS, WearSettings, energy
 from wearsim.damage.wear.table import WearTable
-from wearsim.damage.wear.table_file import TableFault, wear_table
 from wearsim.errors import SceneError
 from wearsim.scene.section import Registered, Section, Text, number, words
+from wearsim.scene.wear_table import PathFaults, WearTableSection, wear_table
+
+
+@dataclass(frozen=True)
+class RegisteredSet(Registered):
+    """The name of a coefficient set that belongs to a law of a registry."""
+
+    def names(self) -> list[str]:
+        """Return the names of the sets."""
+        laws = set(super().names())
+        return sorted(name for name, one in COEFFICIENT_SETS.items() if laws & set(one.laws))
+
 
 WearLawName = Annotated[str, Registered("wearsim.damage.wear", "WEAR_LAWS")]
-WearSetName = Annotated[str, Registered("wearsim.damage.coefficients", "COEFFICIENT_SETS")]
+WearSetName = Annotated[str, RegisteredSet("wearsim.damage.wear", "WEAR_LAWS")]
 FatigueLawName = Annotated[str, Registered("wearsim.damage.fatigue", "FATIGUE_LAWS")]
-FatigueSetName = Annotated[str, Registered("wearsim.damage.coefficients", "FATIGUE_SETS")]
-Column = Annotated[tuple[float, ...], Strict(False)]
+FatigueSetName = Annotated[str, RegisteredSet("wearsim.damage.fatigue", "FATIGUE_LAWS")]
+_FORM = "whether the law acts in each cell (where it can) or on the mean of the patch"
 
 
-def column(meaning: str, unit: str) -> Any:
-    """Field of a column of a table that may be missing."""
-    extra: Any = {"unit": unit}
-    return Field(None, min_length=1, max_length=10000, description=meaning, json_schema_extra=extra)
-
-
-class WearTableSection(Section):
-    """[wear.table]: a wear law of one's own, one index column or two and one column of the wear rate."""
-
-    source: Text = words("where the table comes from")
-    certainty: Text = words("how sure it is, in words")
-    validity: Text | None = words("what it holds for", None)
-    materials: Text | None = words("wheel and rail, and the state of their surfaces", None)
-    interpolation: Literal["linear", "step"] = Field(description="what holds between the rows")
-    beyond: Literal["hold", "slope"] = Field(description="what holds beyond the last row")
-    below: Literal["proportional", "hold", "zero"] | None = Field(
-        None, description="what holds below the first row, where that is above 0"
-    )
-    hardness_GPa: float | None = number("hardness", "the hardness of the wheel", None)
-    T_gamma_A_N_mm2: Column | None = column("frictional work per area and distance", "N/mm2")
-    power_density_W_mm2: Column | None = column("frictional power per area", "W/mm2")
-    slip_speed_m_s: Column | None = column("the sliding speed", "m/s")
-    pressure_MPa: Column | None = column("the contact pressure", "MPa")
-    mass_rate_ug_m_mm2: Column | None = column("mass lost per distance and area", "ug/m/mm2")
-    energy_coefficient_mm3_kJ: Column | None = column("volume lost per frictional work", "mm3/kJ")
-    wear_coefficient: Column | None = column("Archard's coefficient", "")
-
-
-class BesideSection(Section):
-    """Entry of beside: a wear law with its own form and set, or the law's name alone."""
+class ComparisonLawSection(Section):
+    """Entry of also_evaluate: a wear law with its own form and set, or the law's name alone."""
 
     law: WearLawName = Field(description="the wear law")
-    form: Literal["local", "patch_mean"] | None = Field(
-        None, description="whether the law acts in each cell (where it can) or on the mean of the patch"
-    )
+    form: Literal["local", "patch_mean"] | None = Field(None, description=_FORM)
     coefficients: WearSetName | None = Field(None, description="the set of wear coefficients")
 
     @model_validator(mode="before")
@@ -84,7 +66,7 @@ class BesideSection(Section):
 
 
 class _OrName:
-    """Tells in the schema that the name of a law stands for a table."""
+    """Says in the schema that the name of a law stands for a table."""
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> Any:
@@ -95,50 +77,54 @@ class _OrName:
 class WearSection(Section):
     """[wear]: the law that turns frictional work into depth."""
 
-    law: WearLawName = Field("usfd", description="the wear law")
-    coefficients: Annotated[str, Registered("wearsim.damage.coefficients", "COEFFICIENT_SETS")] | None = (
-        Field(
-            None,
-            description="the set of wear coefficients, named after its paper; each law has one of its own",
-        )
+    not_here: ClassVar[dict[str, str]] = {
+        "comparison": "the comparison laws are the key also_evaluate; rename it"
+    }
+
+    law: WearLawName = Field(WearSettings.law, description="the wear law")
+    coefficients: WearSetName | None = Field(
+        None, description="the set of wear coefficients, named after its paper; each law has one of its own"
     )
-    form: Literal["local", "patch_mean"] | None = Field(
-        None, description="whether the law acts in each cell (where it can) or on the mean of the patch"
-    )
+    form: Literal["local", "patch_mean"] | None = Field(None, description=_FORM)
     energy_coefficient_mm3_kJ: float | None = number(
         "energy_coefficient",
-        'the volume lost per frictional work, one constant in place of a set (law = "energy")',
+        "the volume lost per frictional work, one constant in place of a set "
+        f"(law = {wear.laws_that_take('energy_coefficient')})",
         None,
     )
     density_kg_m3: float = number("density", "the density of the wheel", 7850.0)
     hardness_GPa: float | None = number(
-        "hardness", 'the hardness of the wheel, in place of that of the set (law = "archard")', None
+        "hardness",
+        f"the hardness of the wheel, in place of that of the set (law = {wear.laws_that_take('hardness')})",
+        None,
     )
     seizure_cap: Literal["none", "pressure", "regime"] = Field(
-        "none", description='what keeps elastic pressures out of the seizure regime (law = "archard")'
+        "none",
+        description="what keeps elastic pressures out of the seizure regime "
+        f"(law = {wear.laws_that_take('seizure_cap')})",
     )
     table: WearTableSection | None = None
-    table_file: Text | None = words('a CSV or TOML file with the table of law = "table"', None)
-    beside: Annotated[tuple[Annotated[BesideSection, _OrName], ...], Strict(False)] = Field(
-        (), max_length=20, description="wear laws evaluated on the same contacts beside the leading one"
+    table_file: Text | None = words(
+        f"a CSV or TOML file with the table of law = {wear.laws_that_take('table')}", None
+    )
+    also_evaluate: Annotated[tuple[Annotated[ComparisonLawSection, _OrName], ...], Strict(False)] = Field(
+        (), max_length=20, description="comparison laws: further wear laws evaluated on the same contacts"
     )
 
     @model_validator(mode="before")
     @classmethod
     def _own_of_the_law(cls, data: Any) -> Any:
         """Write in what the law takes where nothing is given, so that every output shows what acts."""
-        if not isinstance(data, dict):
+        law = data.get("law", WearSettings.law) if isinstance(data, dict) else None
+        if not isinstance(law, str) or law not in WEAR_LAWS:
             return data
-        law = data.get("law", "usfd")
-        if not isinstance(law, str) or law not in WEAR_FORMS:
-            return data
-        named = None if "energy_coefficient_mm3_kJ" in data else DEFAULT_COEFFICIENTS.get(law)
-        own = {"coefficients": named, "form": WEAR_FORMS[law][0]}
+        named = None if "energy_coefficient_mm3_kJ" in data else WEAR_LAWS[law].coefficients
+        own = {"coefficients": named, "form": WEAR_LAWS[law].forms[0]}
         return {**{key: value for key, value in own.items() if value is not None}, **data}
 
 
 class DamageFunctionSection(Section):
-    """[fatigue.damage_function]: break points of one's own for law = "wlrm"."""
+    """[fatigue.damage_function]: break points of one's own for a law of T-gamma."""
 
     source: Text = words("where the break points come from")
     certainty: Text = words("how sure they are, in words")
@@ -165,7 +151,9 @@ class FatigueSection(Section):
         "without_spin", description="the wear number that laws of T-gamma take"
     )
     branch: Literal["net", "rising"] = Field(
-        "net", description='the form of law = "wlrm": with the removal of cracks by wear in it, or without'
+        "net",
+        description=f"the form of law = {fatigue.laws_that_take('branch')}: with the removal of cracks by "
+        "wear in it, or without",
     )
     crack_depth_mm: float | None = number(
         "fatigue_crack_depth", "the depth of a crack of damage 1, which wear removes", None
@@ -181,16 +169,13 @@ class FatigueSection(Section):
     damage_function: DamageFunctionSection | None = None
 
 
-def table_of(section: WearSection) -> tuple[WearTable | None, tuple[TableFault, ...]]:
+def table_of(section: WearSection) -> tuple[WearTable | None, PathFaults]:
     """Return the table of [wear.table]; None if there is none, or it has faults."""
-    if section.table is None:
-        return None, ()
-    keys = section.table.model_dump(exclude_none=True)
-    return wear_table(keys, "wear.table")
+    return (None, []) if section.table is None else wear_table(section.table, "wear.table")
 
 
 def wear_settings(section: WearSection, table: WearTable | None = None) -> WearSettings:
-    """Return the settings of the leading wear law.
+    """Return the settings of the active wear law, in SI units.
 
     Parameters
     ----------
@@ -198,20 +183,15 @@ def wear_settings(section: WearSection, table: WearTable | None = None) -> WearS
         Without faults.
     table : WearTable, optional
         Of `table_file`, if it names one.
-
-    Returns
-    -------
-    WearSettings
-        In SI units.
     """
     return _settings(section, section.law, table or table_of(section)[0])
 
 
-def beside_settings(section: WearSection, table: WearTable | None = None) -> tuple[WearSettings, ...]:
-    """Return the settings of the wear laws beside the leading one, each with its own set and form.
+def comparison_settings(section: WearSection, table: WearTable | None = None) -> tuple[WearSettings, ...]:
+    """Return the settings of the comparison laws, each with its own set and form.
 
-    An entry without form takes that of the leading law where it has it, one without set the law's own, or
-    that of the leading law where it is the same law.
+    An entry without form takes that of the active law where it has it, one without set the law's own, or
+    that of the active law where it is the same law.
 
     Parameters
     ----------
@@ -221,101 +201,80 @@ def beside_settings(section: WearSection, table: WearTable | None = None) -> tup
     Returns
     -------
     tuple of WearSettings
-        In the order of `beside`.
+        In the order of `also_evaluate`.
     """
-    return tuple(
-        _settings(section, entry.law, table or table_of(section)[0], entry) for entry in section.beside
-    )
+    table = table or table_of(section)[0]
+    return tuple(_settings(section, entry.law, table, entry) for entry in section.also_evaluate)
 
 
 def _settings(
-    section: WearSection, law: str, table: WearTable | None, entry: BesideSection | None = None
+    section: WearSection, law: str, table: WearTable | None, entry: ComparisonLawSection | None = None
 ) -> WearSettings:
-    coefficients: str | CoefficientSet | None = DEFAULT_COEFFICIENTS.get(law)
-    if law == section.law and section.coefficients is not None:
+    record, active = WEAR_LAWS[law], law == section.law
+    coefficients: str | CoefficientSet | None = record.coefficients
+    if active and section.coefficients is not None:
         coefficients = section.coefficients
     constant = section.energy_coefficient_mm3_kJ
-    if law == section.law == "energy" and constant is not None:
+    if active and constant is not None and "energy_coefficient" in record.parameters:
         coefficients = energy.constant(1e-12 * constant, "energy_coefficient_mm3_kJ as given in the scene")
     if entry is not None and entry.coefficients is not None:
         coefficients = entry.coefficients
-    if law == "table":
+    if "table" in record.parameters:
         coefficients = table
-    form = section.form if law == section.law or section.form in WEAR_FORMS[law] else None
+    form = section.form if active or section.form in record.forms else None
     if entry is not None and entry.form is not None:
         form = entry.form
-    # keys of Archard's law that no law takes are kept, so that they are refused
-    takes = law == "archard" or (entry is None and "archard" not in (one.law for one in section.beside))
-    hardness = section.hardness_GPa
+    hardness = section.hardness_GPa if "hardness" in record.parameters else None
     return WearSettings(
         law=law,
         coefficients=coefficients if coefficients is not None else "",
-        form=form if form is not None else WEAR_FORMS[law][0],
+        form=form if form is not None else record.forms[0],
         density=section.density_kg_m3,
-        hardness=1e9 * hardness if hardness is not None and takes else None,
-        seizure_cap=section.seizure_cap if takes else "none",
+        hardness=None if hardness is None else 1e9 * hardness,
+        seizure_cap=section.seizure_cap if "seizure_cap" in record.parameters else "none",
     )
 
 
 def fatigue_settings(section: FatigueSection | None) -> tuple[FatigueSettings, ...]:
-    """Return the settings of all fatigue laws of a scene.
+    """Return the settings of all fatigue laws of a scene, in the order of `laws` and SI units.
 
     Parameters
     ----------
     section : FatigueSection or None
         Without faults; None: no law.
-
-    Returns
-    -------
-    tuple of FatigueSettings
-        In the order of `laws`, SI units.
     """
-    if section is None:
-        return ()
-    return tuple(_fatigue(section, law) for law in section.laws)
+    return () if section is None else tuple(_fatigue(section, law) for law in section.laws)
 
 
 def _fatigue(section: FatigueSection, law: str) -> FatigueSettings:
-    named = [name for name in section.coefficients if law in FATIGUE_SETS[name].laws]
-    coefficients: str | CoefficientSet = named[0] if named else fatigue.DEFAULT_COEFFICIENTS[law]
-    own = section.damage_function
-    contains_removal = law in fatigue.CONTAIN_REMOVAL
-    if own is not None and contains_removal:
-        coefficients = own_function(
-            start=own.start_N,
-            peak=own.peak_N,
-            end=own.end_N,
-            peak_damage=own.peak_damage,
-            floor=own.floor,
-            source=own.source,
-            certainty=own.certainty,
-        )
-    found = coefficients if isinstance(coefficients, CoefficientSet) else FATIGUE_SETS[coefficients]
-    if section.shear_yield_MPa is not None and "shear_yield" in found.values:
-        coefficients = found.with_value("shear_yield", section.shear_yield_MPa, "yield stress as given")
-    depth = section.crack_depth_mm
+    record = FATIGUE_LAWS[law]
+    named = [name for name in section.coefficients if law in COEFFICIENT_SETS[name].laws]
+    coefficients: str | CoefficientSet = named[0] if named else record.coefficients
+    own, depth = section.damage_function, section.crack_depth_mm
+    if own is not None and "damage_function" in record.parameters:
+        coefficients = own_function(**{key.removesuffix("_N"): value for key, value in own})
+    if section.shear_yield_MPa is not None and "shear_yield" in record.parameters:
+        acting = COEFFICIENT_SETS[coefficients] if isinstance(coefficients, str) else coefficients
+        coefficients = acting.with_value("shear_yield", section.shear_yield_MPa, "yield stress as given")
     return FatigueSettings(
         law=law,
         coefficients=coefficients,
         wear_number=section.wear_number,
-        branch=section.branch if contains_removal else "net",
-        crack_depth=1e-3 * depth if contains_removal and depth is not None else None,
+        branch=section.branch if "branch" in record.parameters else "net",
+        crack_depth=1e-3 * depth if depth is not None and "crack_depth" in record.parameters else None,
         crack_width=1e-3 * section.crack_width_mm,
         wear_limit=1e-3 * section.wear_limit_mm,
     )
 
 
-Told = list[tuple[tuple[str | int, ...], str]]
-
-
-def damage_faults(wear: WearSection, section: FatigueSection | None) -> Told:
-    """Tell what does not fit together within [wear] and [fatigue].
+def damage_faults(section: WearSection, fatigue_section: FatigueSection | None) -> PathFaults:
+    """Return what does not fit together within [wear] and [fatigue].
 
     Parameters
     ----------
-    wear : WearSection
+    section : WearSection
         With valid keys, types and ranges.
-    section : FatigueSection or None
+    fatigue_section : FatigueSection or None
         Likewise.
 
     Returns
@@ -323,117 +282,121 @@ def damage_faults(wear: WearSection, section: FatigueSection | None) -> Told:
     list of (path, str)
         Path of the key and message of each fault.
     """
-    return _wear_faults(wear) + ([] if section is None else _fatigue_faults(section))
+    faults: PathFaults = [(("wear", *path), message) for path, message in _wear_faults(section)]
+    if fatigue_section is not None:
+        faults += [(("fatigue", *path), message) for path, message in _fatigue_faults(fatigue_section)]
+    return faults
 
 
-_KEYS = {
-    "coefficients": "coefficients",
-    "form": "form",
+_Faults = Iterator[tuple[tuple[str | int, ...], str]]
+_PARAMETERS = {
+    "energy_coefficient_mm3_kJ": "energy_coefficient",
+    "hardness_GPa": "hardness",
     "seizure_cap": "seizure_cap",
-    "hardness": "hardness_GPa",
+    "table": "table",
+    "table_file": "table",
 }
+"""Keys of [wear] that only some laws take, with the parameter of the law."""
 
 
-def _wear_faults(wear: WearSection) -> Told:
-    found: Told = []
-    for wrong in table_of(wear)[1]:
-        place = tuple(item for item in (wrong.key, wrong.row) if item is not None)
-        found.append((("wear", "table", *place), wrong.message))
-    laws = (wear.law, *(entry.law for entry in wear.beside))
-    every = [wear_settings(wear), *beside_settings(wear)]
-    acting = [(one.law, one.form, one.coefficients if one.law != "table" else "") for one in every]
-    for k, entry in enumerate(wear.beside):
-        named = f'beside[{k}] = "{entry.law}"'
-        if acting[k + 1] in acting[: k + 1]:
-            what = "given twice" if acting[k + 1] in acting[1 : k + 1] else "the leading law"
-            way = "delete it, or give it another form or other coefficients"
-            found.append((("wear", "beside", k), f"{named} is {what}; {way}"))
-        elif entry.law == "table" and entry.coefficients is not None:
-            told = f'{named} with coefficients = "{entry.coefficients}": a table has its own numbers'
-            found.append((("wear", "beside", k), f"{told}; delete coefficients"))
-        elif entry.law != "table":
-            try:
-                acting_coefficients(replace(every[k + 1], hardness=None, seizure_cap="none"))
-            except SceneError as error:
-                found += [(("wear", "beside", k), f"{named}: {fault.message}") for fault in error.faults]
-    given = [key for key in ("table", "table_file") if getattr(wear, key) is not None]
-    if len(given) == 2:
-        found.append((("wear", "table_file"), "table_file and [wear.table] are both given; delete one"))
-    if "table" in laws and not given:
-        key = "law" if wear.law == "table" else "beside"
-        found.append((("wear", key), f'{key}: "table" needs its table; give [wear.table] or table_file'))
-    if given and "table" not in laws:
-        told = f'{given[0]} acts with law = "table" only, not with "{wear.law}"; delete it, or change the law'
-        found.append((("wear", given[0]), told))
-    if wear.energy_coefficient_mm3_kJ is not None:
-        key = "energy_coefficient_mm3_kJ"
-        if wear.law != "energy":
-            told = f'{key} acts with law = "energy" only, not with "{wear.law}"; delete it'
-            return [*found, (("wear", key), told)]
-        if wear.coefficients is not None:
-            told = f'{key} and coefficients = "{wear.coefficients}" are both given; delete one'
-            found.append((("wear", key), told))
-    if wear.law == "table":
-        if wear.coefficients is not None:
-            told = f'coefficients = "{wear.coefficients}": law = "table" has its own numbers; delete it'
-            found.append((("wear", "coefficients"), told))
-        return found
+def _messages(settings: WearSettings) -> list[str]:
     try:
-        acting_coefficients(wear_settings(wear))
+        wear.coefficients_of(settings)
     except SceneError as error:
-        for fault in error.faults:
-            word = fault.message.split(" ", 1)[0]
-            message = fault.message.replace("hardness acts", "hardness_GPa acts")
-            found.append((("wear", _KEYS.get(word, "law")), message))
-    return found
+        return [fault.message for fault in error.faults]
+    return []
 
 
-def _fatigue_faults(section: FatigueSection) -> Told:
-    found: Told = []
-    laws = section.laws
-    contain = [law for law in laws if law in fatigue.CONTAIN_REMOVAL]
-    for k, law in enumerate(laws):
-        if law in laws[:k]:
-            found.append((("fatigue", "laws", k), f'laws[{k}] = "{law}" is given twice; delete it'))
-    named: dict[str, str] = {}
-    for k, name in enumerate(section.coefficients):
-        fitting = [law for law in laws if law in FATIGUE_SETS[name].laws]
-        told = ""
-        if not fitting:
-            told = f"belongs to {', '.join(FATIGUE_SETS[name].laws)}, of which laws has none; delete it"
-        elif fitting[0] in named:
-            told = f'and "{named[fitting[0]]}" both belong to {fitting[0]}; delete one'
-        elif section.damage_function is not None and fitting[0] in contain:
-            told = "and [fatigue.damage_function] both give break points; delete one"
-        if told:
-            found.append((("fatigue", "coefficients", k), f'coefficients[{k}] = "{name}" {told}'))
-        named.update(dict.fromkeys(fitting, name))
-    only = f'acts with "{", ".join(fatigue.CONTAIN_REMOVAL)}" among the laws only; delete it'
-    if not contain:
-        alone = {
-            "damage_function": section.damage_function is not None,
-            "branch": section.branch != "net",
-            "crack_depth_mm": section.crack_depth_mm is not None,
-            "wear_number": section.wear_number != "without_spin",
-        }
-        found += [(("fatigue", key), f"{key} {only}") for key, wrong in alone.items() if wrong]
-    if section.wear_limit_mm != 3.0 and section.crack_depth_mm is None:
-        told = "wear_limit_mm acts with crack_depth_mm only; give that too, or delete it"
-        found.append((("fatigue", "wear_limit_mm"), told))
-    takes_yield = [law for law in laws if law not in contain]
-    if section.shear_yield_MPa is not None and not takes_yield:
-        told = f"shear_yield_MPa acts with none of the laws ({', '.join(laws)}); delete it"
-        found.append((("fatigue", "shear_yield_MPa"), told))
-    if found:
-        return found
-    for law in laws:
+def _wear_faults(section: WearSection) -> _Faults:
+    for path, message in table_of(section)[1]:
+        yield ("table", *path), message
+    every = [wear_settings(section), *comparison_settings(section)]
+    parameters = [WEAR_LAWS[one.law].parameters for one in every]
+    alike = [
+        (one.law, one.form, isinstance(one.coefficients, WearTable) or one.coefficients) for one in every
+    ]
+    for k, entry in enumerate(section.also_evaluate, start=1):
+        path, named = ("also_evaluate", k - 1), f'also_evaluate[{k - 1}] = "{entry.law}"'
+        if alike[k] in alike[:k]:
+            what = "given twice" if alike[k] in alike[1:k] else "the active law"
+            yield path, f"{named} is {what}; delete it, or give it another form or other coefficients"
+        elif "table" not in parameters[k]:
+            for message in _messages(every[k]):
+                yield path, f"{named}: {message}"
+        elif entry.coefficients is not None:
+            what = f'{named} with coefficients = "{entry.coefficients}": a table has its own numbers'
+            yield path, f"{what}; delete coefficients"
+    given = [key for key in _PARAMETERS if getattr(section, key) not in (None, "none")]
+    for key in given:
+        parameter = _PARAMETERS[key]
+        takers = parameters[:1] if parameter == "energy_coefficient" else parameters
+        if not any(parameter in taken for taken in takers):
+            laws = wear.laws_that_take(parameter)
+            what = f'{key} acts with law = {laws} only, not with "{section.law}"'
+            yield (key,), f"{what}; delete it, or change the law"
+    if {"table", "table_file"} <= set(given):
+        yield ("table_file",), "table_file and [wear.table] are both given; delete one"
+    for k, key in enumerate(["law", *["also_evaluate"] * len(section.also_evaluate)]):
+        if "table" in parameters[k] and not {"table", "table_file"} & set(given):
+            yield (key,), f'{key}: "{every[k].law}" needs its table; give [wear.table] or table_file'
+            break
+    constant, named = "energy_coefficient_mm3_kJ", f'coefficients = "{section.coefficients}"'
+    if "table" in parameters[0]:
+        if section.coefficients is not None:
+            yield ("coefficients",), f'{named}: law = "{section.law}" has its own numbers; delete it'
+        return
+    if constant in given and "energy_coefficient" in parameters[0] and section.coefficients is not None:
+        yield (constant,), f"{constant} and {named} are both given; delete one"
+    for message in _messages(every[0]):
+        word = message.split(" ", 1)[0]
+        yield (word if word in ("coefficients", "form") else "law",), message
+
+
+def _fatigue_faults(section: FatigueSection) -> _Faults:
+    before = list(_fatigue_key_faults(section))
+    yield from before
+    for law in () if before else section.laws:
         try:
-            fatigue.acting_coefficients(_fatigue(section, law))
+            fatigue.coefficients_of(_fatigue(section, law))
         except SceneError as error:
             for fault in error.faults:
                 points = fault.message.startswith("damage_function")
-                key = (
-                    "damage_function" if points else "crack_depth_mm" if section.crack_depth_mm else "branch"
-                )
-                found.append((("fatigue", key), fault.message.replace("crack_depth", "crack_depth_mm")))
-    return found
+                depth = "crack_depth_mm" if section.crack_depth_mm else "branch"
+                message = fault.message.replace("crack_depth", "crack_depth_mm")
+                yield ("damage_function" if points else depth,), message
+
+
+def _fatigue_key_faults(section: FatigueSection) -> _Faults:
+    laws = section.laws
+    for k, law in enumerate(laws):
+        if law in laws[:k]:
+            yield ("laws", k), f'laws[{k}] = "{law}" is given twice; delete it'
+    named: dict[str, str] = {}
+    for k, name in enumerate(section.coefficients):
+        own = COEFFICIENT_SETS[name].laws
+        fitting = [law for law in laws if law in own]
+        what = ""
+        if not fitting:
+            what = f"belongs to {', '.join(own)}, of which laws has none; delete it"
+        elif fitting[0] in named:
+            what = f'and "{named[fitting[0]]}" both belong to {fitting[0]}; delete one'
+        elif section.damage_function is not None and "damage_function" in FATIGUE_LAWS[fitting[0]].parameters:
+            what = "and [fatigue.damage_function] both give break points; delete one"
+        if what:
+            yield ("coefficients", k), f'coefficients[{k}] = "{name}" {what}'
+        named.update(dict.fromkeys(fitting, name))
+    given = {
+        "damage_function": section.damage_function is not None,
+        "branch": section.branch != "net",
+        "crack_depth_mm": section.crack_depth_mm is not None,
+        "wear_number": section.wear_number != "without_spin",
+        "shear_yield_MPa": section.shear_yield_MPa is not None,
+    }
+    for key, is_given in given.items():
+        parameter = key.removesuffix("_mm").removesuffix("_MPa")
+        if is_given and not any(parameter in FATIGUE_LAWS[law].parameters for law in laws):
+            takers = fatigue.laws_that_take(parameter)
+            yield (key,), f"{key} acts with {takers} among the laws only; delete it"
+    if section.wear_limit_mm != 3.0 and section.crack_depth_mm is None:
+        message = "wear_limit_mm acts with crack_depth_mm only; give that too, or delete it"
+        yield ("wear_limit_mm",), message

@@ -11,18 +11,18 @@ from typing import Literal
 import numpy as np
 
 from wearsim.damage.wear.table import WearTable
-from wearsim.damage.wear.table_file import read_wear_table
 from wearsim.errors import Fault, ProfileError, SceneError
 from wearsim.profile import standard
-from wearsim.profile.clearance import flange_clearance
+from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import read_profile
 from wearsim.profile.placement import place_rail
 from wearsim.profile.shape import Profile, resample
 from wearsim.scene.clearance import beyond_clearance
 from wearsim.scene.cross_checks import cross_faults, fault_at, fit_faults, limit_faults
-from wearsim.scene.faults import shown
 from wearsim.scene.models import FieldScene, Origin, RigScene
 from wearsim.scene.reprofiling import template_faults
+from wearsim.scene.wear_table import read_wear_table
+from wearsim.toml_faults import shown
 
 FLANGE_BACK_TO_ORIGIN = 0.070
 """From the flange back to the origin line of a wheel profile [m]."""

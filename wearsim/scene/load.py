@@ -13,7 +13,13 @@ from pydantic import BaseModel, ValidationError
 from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from wearsim.errors import Fault, SceneError
-from wearsim.scene.faults import (
+from wearsim.scene.inputs import find_file, read_inputs
+from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
+from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text
+from wearsim.scene.setup import inputs_of
+from wearsim.scene.sweep import SweepScene, read_sweep
+from wearsim.scene.toml import toml_text
+from wearsim.toml_faults import (
     Lines,
     is_key,
     key_lines,
@@ -23,12 +29,6 @@ from wearsim.scene.faults import (
     unknown_key,
     validation_faults,
 )
-from wearsim.scene.inputs import find_file, read_inputs
-from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
-from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text
-from wearsim.scene.setup import inputs_of
-from wearsim.scene.sweep import SweepScene, read_sweep
-from wearsim.scene.toml import toml_text
 
 CampaignScene = RigScene | FieldScene | CompareScene
 Scene = CampaignScene | SweepScene

@@ -14,8 +14,8 @@ from wearsim.quantities import QUANTITIES
 from wearsim.scene.campaign import CampaignSection
 from wearsim.scene.counterface import RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
-from wearsim.scene.faults import Lines, line_of
 from wearsim.scene.section import Registered, Section, Text, number, range_of, words
+from wearsim.toml_faults import Lines, line_of
 
 
 def _inclination(text: str) -> str:

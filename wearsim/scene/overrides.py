@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from wearsim.errors import Fault, SceneError
-from wearsim.scene.faults import KeyPath, Lines, line_of, shown
 from wearsim.scene.toml import toml_text
+from wearsim.toml_faults import KeyPath, Lines, line_of, shown
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 

@@ -9,9 +9,9 @@ from pydantic import Field, Strict
 
 from wearsim.operation.points import TurningRules
 from wearsim.profile.shape import Profile
-from wearsim.scene.faults import shown, suggestion
 from wearsim.scene.limits import KEYS, LimitsSection, met_by_wheels, values
 from wearsim.scene.section import Section, Text, number, range_of, words
+from wearsim.toml_faults import shown, suggestion
 
 Told = tuple[tuple[str, ...], str]
 _HERE = ("campaign", "reprofiling")

@@ -6,12 +6,12 @@ import importlib
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler
+from pydantic import AfterValidator, Field, GetCoreSchemaHandler
 from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.faults import suggestion
+from wearsim.toml_faults import Table, suggestion
 
 _ASCII = str.maketrans("µ²³", "u23")
 
@@ -27,12 +27,6 @@ def number(name: str, meaning: str, default: Any = ...) -> Any:
     unit = QUANTITIES[name].shown_unit.translate(_ASCII)
     extra: Any = {"unit": unit} if unit != "1" else None
     return Field(default, description=meaning, json_schema_extra=extra, **range_of(name))
-
-
-def quantity(meaning: str, unit: str = "", default: Any = ..., **limits: Any) -> Any:
-    """Field of a number; its limits, unit and meaning also make the message of a fault."""
-    extra: Any = {"unit": unit} if unit else None
-    return Field(default, description=meaning, json_schema_extra=extra, **limits)
 
 
 def words(meaning: str, default: Any = ...) -> Any:
@@ -74,15 +68,7 @@ class Registered:
         return {**handler(schema), "enum": self.names()}
 
 
-class Section(BaseModel):
-    """A table of the scene file: immutable, exact types, no unknown keys, no infinities."""
+class Section(Table):
+    """A table of the scene file; `not_here` holds hints on keys that people look for in it."""
 
-    model_config = ConfigDict(
-        frozen=True,
-        extra="forbid",
-        strict=True,
-        allow_inf_nan=False,
-        validate_by_alias=True,
-        hide_input_in_errors=True,
-    )
     not_here: ClassVar[dict[str, str]] = {}

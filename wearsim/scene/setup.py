@@ -21,7 +21,7 @@ from wearsim.profile.shape import Profile
 from wearsim.scene.campaign import control_settings
 from wearsim.scene.counterface import counterface_wear
 from wearsim.scene.cross_checks import limit_faults, scene_warnings
-from wearsim.scene.damage import beside_settings, fatigue_settings, wear_settings
+from wearsim.scene.damage import comparison_settings, fatigue_settings, wear_settings
 from wearsim.scene.inputs import InputFile, Inputs
 from wearsim.scene.models import ContactSection, FieldScene, RigScene
 
@@ -54,8 +54,8 @@ class CampaignSetup:
         Name and SHA-256 of the scene file and of every profile.
     warnings : tuple of str
         What deserves a second look, one line each.
-    beside : tuple of WearSettings
-        Wear laws evaluated on the same contacts beside the leading one.
+    also_evaluate : tuple of WearSettings
+        Comparison laws: further wear laws evaluated on the same contacts.
     fatigue : tuple of FatigueSettings
         Fatigue laws.
     templates : (Profile, Profile), optional
@@ -77,7 +77,7 @@ class CampaignSetup:
     title: str
     input_hashes: tuple[tuple[str, str], ...]
     warnings: tuple[str, ...]
-    beside: tuple[WearSettings, ...] = ()
+    also_evaluate: tuple[WearSettings, ...] = ()
     fatigue: tuple[FatigueSettings, ...] = ()
     tolerance: float | None = None
     counterface_wear: CounterfaceWear | None = None
@@ -120,7 +120,7 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
             str(replace(warning, file=scene.origin.path.name))
             for warning in warnings_of(scene)
         ),
-        beside=beside_settings(scene.wear, inputs.wear_table),
+        also_evaluate=comparison_settings(scene.wear, inputs.wear_table),
         fatigue=fatigue_settings(scene.fatigue),
         counterface_wear=counterface_wear(
             scene.counterface.wear,

@@ -14,11 +14,11 @@ from pydantic import Field, Strict
 
 from wearsim.errors import Fault, SceneError
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.faults import KeyPath, line_of, shown
 from wearsim.scene.inputs import find_file
 from wearsim.scene.models import Header, SceneModel
 from wearsim.scene.overrides import Override, value_of
 from wearsim.scene.section import Section, Text, number, words
+from wearsim.toml_faults import KeyPath, line_of, shown
 
 MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)
 _DIGITS = 6  # significant ones of values drawn from a range: enough for any input, and legible in tables

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Mapping
+from datetime import date, time
 from pathlib import PurePath
 from typing import Any
 
@@ -17,7 +18,7 @@ def toml_text(data: Mapping[str, Any]) -> str:
     Parameters
     ----------
     data : mapping
-        Tables, lists, text, numbers, NumPy arrays and paths; what is None is left out.
+        Tables, lists, text, numbers, dates, NumPy arrays and paths; what is None is left out.
 
     Returns
     -------
@@ -63,7 +64,7 @@ def _plain(value: Any, key: str) -> Any:
         return [_plain(item, f"{key}[{index}]") for index, item in enumerate(value)]
     if isinstance(value, PurePath):
         return str(value)
-    if isinstance(value, str | bool | int | float):
+    if isinstance(value, str | bool | int | float | date | time):
         return value
     raise SceneError([Fault(f"{key} is a {type(value).__name__}; give a number, a text, a list or a dict")])
 

@@ -1,44 +1,49 @@
-"""Published coefficient sets, one module per publication."""
+"""Published coefficient sets of wear and fatigue laws, one module per publication.
+
+Every `CoefficientSet` at the top of a module of this folder is registered.
+"""
 
 from __future__ import annotations
 
-from wearsim.damage.coefficients.burstow_2004 import BURSTOW_2004, BURSTOW_2004_20N
-from wearsim.damage.coefficients.dirks_enblom_2011 import DIRKS_ENBLOM_2011
-from wearsim.damage.coefficients.ekberg_kabo_andersson_2002 import EKBERG_KABO_ANDERSSON_2002
-from wearsim.damage.coefficients.jendel_2002 import JENDEL_2002
-from wearsim.damage.coefficients.krause_poll_1986 import KRAUSE_POLL_1986
-from wearsim.damage.coefficients.lewis_dwyer_joyce_2004 import LEWIS_DWYER_JOYCE_2004
-from wearsim.damage.coefficients.pearce_sherratt_1991 import (
-    PEARCE_SHERRATT_1991,
-    PEARCE_SHERRATT_1991_CONTINUOUS,
-)
-from wearsim.damage.coefficients.record import CERTAINTIES, DOUBTFUL, Coefficient, CoefficientSet
-from wearsim.damage.coefficients.zobory_1997 import ZOBORY_1997
+from wearsim.damage.coefficients.record import CERTAINTIES, Coefficient, CoefficientSet
+from wearsim.damage.registry import Registry, discover, unknown
+from wearsim.errors import Fault, SceneError
 
-COEFFICIENT_SETS: dict[str, CoefficientSet] = {
-    found.name: found
-    for found in (
-        JENDEL_2002,
-        KRAUSE_POLL_1986,
-        LEWIS_DWYER_JOYCE_2004,
-        PEARCE_SHERRATT_1991,
-        PEARCE_SHERRATT_1991_CONTINUOUS,
-        ZOBORY_1997,
-    )
-}
-"""Sets of wear laws."""
+COEFFICIENT_SETS: Registry[CoefficientSet] = discover("coefficient set", __name__, __path__, CoefficientSet)
 
-FATIGUE_SETS: dict[str, CoefficientSet] = {
-    found.name: found
-    for found in (BURSTOW_2004, BURSTOW_2004_20N, DIRKS_ENBLOM_2011, EKBERG_KABO_ANDERSSON_2002)
-}
-"""Sets of fatigue laws."""
+
+def coefficient_set(given: str | CoefficientSet, law: str | None) -> CoefficientSet:
+    """Return the coefficient set called `given`, if it belongs to a law; a set given as such likewise.
+
+    Parameters
+    ----------
+    given : str or CoefficientSet
+        Name in `COEFFICIENT_SETS`, or a set.
+    law : str or None
+        Name of a wear or fatigue law; None: any.
+
+    Raises
+    ------
+    SceneError
+        For an unknown name, or a set of other laws.
+    """
+    fitting = sorted(name for name, one in COEFFICIENT_SETS.items() if law is None or law in one.laws)
+    if isinstance(given, CoefficientSet):
+        chosen = given
+    elif given in COEFFICIENT_SETS:
+        chosen = COEFFICIENT_SETS[given]
+    else:
+        raise SceneError([unknown("coefficient set", given, fitting or COEFFICIENT_SETS)])
+    if law is not None and law not in chosen.laws:
+        message = f'coefficients = "{chosen.name}" belong to {", ".join(chosen.laws)}, not to law = "{law}"'
+        raise SceneError([Fault(f"{message}; take {', '.join(fitting) or 'a table of your own'}")])
+    return chosen
+
 
 __all__ = [
     "CERTAINTIES",
     "COEFFICIENT_SETS",
-    "DOUBTFUL",
-    "FATIGUE_SETS",
     "Coefficient",
     "CoefficientSet",
+    "coefficient_set",
 ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import MappingProxyType
 
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 
@@ -27,14 +26,12 @@ BURSTOW_2004 = CoefficientSet(
         "In the net form the damage has no floor: beyond the falling branch it goes on falling below zero "
         "with the same slope, as wear removes cracks. Many codes stop at 0 or at -10e-6.",
     ),
-    values=MappingProxyType(
-        {
-            "start": Coefficient(15.0, "N", _QUOTED, "recalled"),
-            "peak": Coefficient(65.0, "N", _TWICE, "confirmed"),
-            "end": Coefficient(175.0, "N", _TWICE, "confirmed"),
-            "peak_damage": Coefficient(10e-6, "-", _TWICE, "confirmed"),
-        }
-    ),
+    values={
+        "start": Coefficient(15.0, "N", _QUOTED, "recalled"),
+        "peak": Coefficient(65.0, "N", _TWICE, "confirmed"),
+        "end": Coefficient(175.0, "N", _TWICE, "confirmed"),
+        "peak_damage": Coefficient(10e-6, "-", _TWICE, "confirmed"),
+    },
 )
 
 BURSTOW_2004_20N = replace(
@@ -44,13 +41,11 @@ BURSTOW_2004_20N = replace(
         "Variant of a published implementation: damage begins at 20 N in place of 15 N, and is zero beyond "
         "175 N.",
     ),
-    values=MappingProxyType(
-        {
-            **BURSTOW_2004.values,
-            "start": Coefficient(
-                20.0, "N", "one published implementation, slopes 2.22e-7 and -9.09e-8 per N", "uncertain"
-            ),
-            "floor": Coefficient(0.0, "-", "one published implementation", "uncertain"),
-        }
-    ),
+    values={
+        **BURSTOW_2004.values,
+        "start": Coefficient(
+            20.0, "N", "one published implementation, slopes 2.22e-7 and -9.09e-8 per N", "uncertain"
+        ),
+        "floor": Coefficient(0.0, "-", "one published implementation", "uncertain"),
+    },
 )

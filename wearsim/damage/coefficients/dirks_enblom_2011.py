@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
-
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 
 DIRKS_ENBLOM_2011 = CoefficientSet(
@@ -24,11 +22,9 @@ DIRKS_ENBLOM_2011 = CoefficientSet(
         "The damage of a passage is our own choice: the largest excess over the yield stress, divided by it, "
         "to the first power, shared by the strips as their frictional work.",
     ),
-    values=MappingProxyType(
-        {
-            "shear_yield": Coefficient(
-                300.0, "MPa", "as for the surface fatigue index", "recalled", (200.0, 350.0)
-            ),
-        }
-    ),
+    values={
+        "shear_yield": Coefficient(
+            300.0, "MPa", "as for the surface fatigue index", "recalled", (200.0, 350.0)
+        ),
+    },
 )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
-
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 
 EKBERG_KABO_ANDERSSON_2002 = CoefficientSet(
@@ -23,11 +21,9 @@ EKBERG_KABO_ANDERSSON_2002 = CoefficientSet(
         "that are no ellipses.",
         "The damage of a passage is our own choice: the index where it is above zero, to the first power.",
     ),
-    values=MappingProxyType(
-        {
-            "shear_yield": Coefficient(
-                300.0, "MPa", "typical value in use, not checked on a page", "recalled", (200.0, 350.0)
-            ),
-        }
-    ),
+    values={
+        "shear_yield": Coefficient(
+            300.0, "MPa", "typical value in use, not checked on a page", "recalled", (200.0, 350.0)
+        ),
+    },
 )

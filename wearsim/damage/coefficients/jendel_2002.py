@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
-
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 
 _MIDDLE = "middle of the range of the map, a convention of users of the map, not of the thesis"
@@ -28,21 +26,19 @@ JENDEL_2002 = CoefficientSet(
     departures=(
         "The map prints ranges of k; we take their middle (5, 35, 5, 350) x 1e-4. The ends of the ranges "
         "are a factor 10 apart in the mild regimes.",
-        "Elastic contact models exceed 0.8 H in contacts of small radius, so that seizure may be the "
-        "work of the elasticity assumption; its share is told, and seizure_cap limits it.",
+        "Elastic contact models exceed 0.8 H in contacts of small radius, so that seizure may "
+        "follow from the assumption of elasticity; its share is reported, and seizure_cap limits it.",
     ),
-    values=MappingProxyType(
-        {
-            "k_mild": Coefficient(5e-4, "-", _MIDDLE, "uncertain", (1e-4, 10e-4)),
-            "k_oxidative": Coefficient(5e-4, "-", _MIDDLE, "uncertain", (1e-4, 10e-4)),
-            "k_severe": Coefficient(35e-4, "-", _MIDDLE, "uncertain", (30e-4, 40e-4)),
-            "k_seizure": Coefficient(350e-4, "-", _MIDDLE, "uncertain", (300e-4, 400e-4)),
-            "severe_speed": Coefficient(0.2, "m s-1", _MAP, "recalled"),
-            "oxidative_speed": Coefficient(0.7, "m s-1", _MAP, "recalled"),
-            "seizure_share": Coefficient(0.8, "-", _MAP, "recalled"),
-            "hardness": Coefficient(
-                3.0, "GPa", "wheel steels R7 and R8, 260 to 300 HB, have 2.7 to 3.0 GPa", "recalled"
-            ),
-        }
-    ),
+    values={
+        "k_mild": Coefficient(5e-4, "-", _MIDDLE, "uncertain", (1e-4, 10e-4)),
+        "k_oxidative": Coefficient(5e-4, "-", _MIDDLE, "uncertain", (1e-4, 10e-4)),
+        "k_severe": Coefficient(35e-4, "-", _MIDDLE, "uncertain", (30e-4, 40e-4)),
+        "k_seizure": Coefficient(350e-4, "-", _MIDDLE, "uncertain", (300e-4, 400e-4)),
+        "severe_speed": Coefficient(0.2, "m s-1", _MAP, "recalled"),
+        "oxidative_speed": Coefficient(0.7, "m s-1", _MAP, "recalled"),
+        "seizure_share": Coefficient(0.8, "-", _MAP, "recalled"),
+        "hardness": Coefficient(
+            3.0, "GPa", "wheel steels R7 and R8, 260 to 300 HB, have 2.7 to 3.0 GPa", "recalled"
+        ),
+    },
 )

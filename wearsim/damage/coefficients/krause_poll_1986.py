@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
-
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 
 _QUOTED = "sometimes quoted under this paper's name; the paper was not read for them"
@@ -22,16 +20,14 @@ KRAUSE_POLL_1986 = CoefficientSet(
         "uncertain."
     ),
     departures=(
-        "The switch at about 4e6 W/m2 is that of Specht's two-level law; none was found quoted with "
+        "The switch at about 4e6 W/m2 is that of Specht's two-level law; no quotation has one with "
         "these coefficients.",
     ),
-    values=MappingProxyType(
-        {
-            "mild": Coefficient(9.87e-14, "m3 J-1", _QUOTED, "uncertain"),
-            "severe": Coefficient(2.96e-13, "m3 J-1", _QUOTED, "uncertain"),
-            "power_limit": Coefficient(
-                4e6, "W m-2", "Specht's law as documented by users, about this value", "recalled"
-            ),
-        }
-    ),
+    values={
+        "mild": Coefficient(9.87e-14, "m3 J-1", _QUOTED, "uncertain"),
+        "severe": Coefficient(2.96e-13, "m3 J-1", _QUOTED, "uncertain"),
+        "power_limit": Coefficient(
+            4e6, "W m-2", "Specht's law as documented by users, about this value", "recalled"
+        ),
+    },
 )

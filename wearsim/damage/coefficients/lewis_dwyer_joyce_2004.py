@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
-
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 
 _QUOTED = "wear function of the regimes mild, severe, catastrophic; page of the original not checked by us"
@@ -31,17 +29,13 @@ LEWIS_DWYER_JOYCE_2004 = CoefficientSet(
         "The severe branch keeps the printed 55.0, although the mild one ends at 5.3 x 10.4 = 55.12: "
         "the law falls by 0.12, 0.2 %, where the severe regime begins.",
     ),
-    values=MappingProxyType(
-        {
-            "mild_slope": Coefficient(5.3, "ug m-1 mm-2 per N mm-2", _QUOTED, "confirmed"),
-            "severe_level": Coefficient(55.0, "ug m-1 mm-2", _QUOTED, "confirmed"),
-            "catastrophic_slope": Coefficient(61.9, "ug m-1 mm-2 per N mm-2", _QUOTED, "confirmed"),
-            "severe_limit": Coefficient(
-                10.4, "N mm-2", f"{_LIMIT}4.3 N/mm2 at 1 % slip, 17 at 3 %", "confirmed"
-            ),
-            "catastrophic_limit": Coefficient(
-                77.2, "N mm-2", f"{_LIMIT}55 N/mm2 at 10 % slip, 82 at 15 %", "confirmed"
-            ),
-        }
-    ),
+    values={
+        "mild_slope": Coefficient(5.3, "ug m-1 mm-2 per N mm-2", _QUOTED, "confirmed"),
+        "severe_level": Coefficient(55.0, "ug m-1 mm-2", _QUOTED, "confirmed"),
+        "catastrophic_slope": Coefficient(61.9, "ug m-1 mm-2 per N mm-2", _QUOTED, "confirmed"),
+        "severe_limit": Coefficient(10.4, "N mm-2", f"{_LIMIT}4.3 N/mm2 at 1 % slip, 17 at 3 %", "confirmed"),
+        "catastrophic_limit": Coefficient(
+            77.2, "N mm-2", f"{_LIMIT}55 N/mm2 at 10 % slip, 82 at 15 %", "confirmed"
+        ),
+    },
 )

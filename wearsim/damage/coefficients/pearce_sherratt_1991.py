@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import MappingProxyType
 
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 
@@ -25,16 +24,14 @@ PEARCE_SHERRATT_1991 = CoefficientSet(
         "T-gamma is the frictional work per metre rolled, with that of spin; the classical sum of force "
         "times creepage leaves spin out, and is smaller where spin is large.",
     ),
-    values=MappingProxyType(
-        {
-            "mild_slope": Coefficient(0.25, _UNIT, _BRANCH, "recalled"),
-            "plateau_level": Coefficient(25.0, "mm2 km-1 mm", _BRANCH, "recalled"),
-            "severe_slope": Coefficient(1.19, _UNIT, _BRANCH, "recalled"),
-            "severe_offset": Coefficient(154.0, "mm2 km-1 mm", _BRANCH, "uncertain"),
-            "plateau_start": Coefficient(100.0, "N", _BRANCH, "recalled"),
-            "plateau_end": Coefficient(200.0, "N", _BRANCH, "recalled"),
-        }
-    ),
+    values={
+        "mild_slope": Coefficient(0.25, _UNIT, _BRANCH, "recalled"),
+        "plateau_level": Coefficient(25.0, "mm2 km-1 mm", _BRANCH, "recalled"),
+        "severe_slope": Coefficient(1.19, _UNIT, _BRANCH, "recalled"),
+        "severe_offset": Coefficient(154.0, "mm2 km-1 mm", _BRANCH, "uncertain"),
+        "plateau_start": Coefficient(100.0, "N", _BRANCH, "recalled"),
+        "plateau_end": Coefficient(200.0, "N", _BRANCH, "recalled"),
+    },
 )
 
 PEARCE_SHERRATT_1991_CONTINUOUS = replace(
@@ -45,12 +42,8 @@ PEARCE_SHERRATT_1991_CONTINUOUS = replace(
         "jump at 200 N.",
         PEARCE_SHERRATT_1991.departures[1],
     ),
-    values=MappingProxyType(
-        {
-            **PEARCE_SHERRATT_1991.values,
-            "severe_offset": Coefficient(
-                213.0, "mm2 km-1 mm", "1.19 x 200 - 25: continuous at 200 N", "derived"
-            ),
-        }
-    ),
+    values={
+        **PEARCE_SHERRATT_1991.values,
+        "severe_offset": Coefficient(213.0, "mm2 km-1 mm", "1.19 x 200 - 25: continuous at 200 N", "derived"),
+    },
 )

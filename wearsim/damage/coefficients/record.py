@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 CERTAINTIES = ("printed", "confirmed", "derived", "given", "recalled", "uncertain")
-DOUBTFUL = ("recalled", "uncertain")
-"""Certainties that reports mark."""
+_MARKED = ("recalled", "uncertain")
 
 
 @dataclass(frozen=True)
@@ -73,12 +72,15 @@ class CoefficientSet:
     values: Mapping[str, Coefficient]
     certainty: str = field(default="", kw_only=True)
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
+
     def __getitem__(self, symbol: str) -> float:
         """Return the value of `symbol` in its printed unit."""
         return self.values[symbol].value
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def uncertain(self) -> tuple[str, ...]:
         """One line for every number that reports must mark, such as "k_mild = 0.0005 (uncertain)".
 
         A set of the user's own is marked as a whole, with what they say of it.
@@ -89,12 +91,12 @@ class CoefficientSet:
             f"{symbol} = {number.value:g}{'' if number.unit == '-' else ' ' + number.unit}"
             f"{_range(number.limits)} ({number.certainty})"
             for symbol, number in self.values.items()
-            if number.certainty in DOUBTFUL
+            if number.certainty in _MARKED
         )
 
     @property
     def numbers(self) -> tuple[str, ...]:
-        """All numbers that act, such as "hardness = 3 GPa": what tells two sets of one name apart."""
+        """All numbers that act, such as "hardness = 3 GPa": by them two sets of one name differ."""
         return tuple(
             f"{symbol} = {number.value:.10g}{'' if number.unit == '-' else ' ' + number.unit}"
             for symbol, number in self.values.items()
@@ -118,9 +120,9 @@ class CoefficientSet:
             Its departures name the change.
         """
         old = self.values[symbol]
-        changed = {**self.values, symbol: replace(old, value=value, place=place, certainty="given")}
-        told = f"{symbol} = {value:g} {old.unit} ({place}) in place of {old.value:g}."
-        return replace(self, departures=(*self.departures, told), values=MappingProxyType(changed))
+        values = {**self.values, symbol: replace(old, value=value, place=place, certainty="given")}
+        change = f"{symbol} = {value:g} {old.unit} ({place}) in place of {old.value:g}."
+        return replace(self, departures=(*self.departures, change), values=values)
 
 
 def _range(limits: tuple[float, float] | None) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
-
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 
 _QUOTED = "mass flow density over density of dissipated power; values from memory, page not checked"
@@ -19,11 +17,9 @@ ZOBORY_1997 = CoefficientSet(
         "lewis_dwyer_joyce_2004."
     ),
     departures=(),
-    values=MappingProxyType(
-        {
-            "mild": Coefficient(7e-10, "kg J-1", _QUOTED, "uncertain"),
-            "severe": Coefficient(21e-10, "kg J-1", _QUOTED, "uncertain"),
-            "power_limit": Coefficient(4.0, "W mm-2", _QUOTED, "uncertain"),
-        }
-    ),
+    values={
+        "mild": Coefficient(7e-10, "kg J-1", _QUOTED, "uncertain"),
+        "severe": Coefficient(21e-10, "kg J-1", _QUOTED, "uncertain"),
+        "power_limit": Coefficient(4.0, "W mm-2", _QUOTED, "uncertain"),
+    },
 )

@@ -1,62 +1,37 @@
-"""Fatigue laws: one file per published law, one registry."""
+"""Fatigue laws: one record for each published law, one registry.
+
+Every `FatigueLaw` at the top of a module of this folder is registered.
+"""
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from dataclasses import fields as dataclass_fields
 
 import numpy as np
 
-from wearsim.contact.patch import FloatArray, SurfaceFields
-from wearsim.damage.coefficients import FATIGUE_SETS, CoefficientSet
-from wearsim.damage.fatigue import stress_index, surface_fatigue, wlrm
+from wearsim.damage.batches import batches, part_of
+from wearsim.damage.coefficients import CoefficientSet, coefficient_set
 from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, patch_loads
+from wearsim.damage.registry import Registry, discover, unknown
 from wearsim.errors import Fault, NumericalError, SceneError
 
-FATIGUE_LAWS: dict[str, FatigueLaw] = {
-    "stress_index": stress_index.law,
-    "surface_fatigue_index": surface_fatigue.patch,
-    "surface_fatigue_index_local": surface_fatigue.local,
-    "wlrm": wlrm.law,
-}
-INDEX_QUANTITIES: dict[str, str] = {
-    "stress_index": "fatigue_index_stress",
-    "surface_fatigue_index": "fatigue_index",
-    "surface_fatigue_index_local": "fatigue_index",
-    "wlrm": "fatigue_index_force",
-}
-"""Quantity of `wearsim.quantities`, with its unit, that the index is by which each law judges a patch."""
-
-DEFAULT_COEFFICIENTS: dict[str, str] = {
-    "stress_index": "dirks_enblom_2011",
-    "surface_fatigue_index": "ekberg_kabo_andersson_2002",
-    "surface_fatigue_index_local": "ekberg_kabo_andersson_2002",
-    "wlrm": "burstow_2004",
-}
-"""Set each law takes where none is asked for."""
-
-_CHUNK = 16  # patches; their cells fit the cache
-
+FATIGUE_LAWS: Registry[FatigueLaw] = discover("fatigue law", __name__, __path__, FatigueLaw)
 BRANCHES: tuple[Branch, ...] = ("net", "rising")
-CONTAIN_REMOVAL = ("wlrm",)
-"""Laws whose function contains the removal of cracks by wear, and so has a net and a rising form."""
-COUNT_CYCLES = ("wlrm",)
-"""Laws of which damage 1 is a crack; the others order passages and count no cycles to it."""
 
 
 @dataclass(frozen=True)
 class FatigueSettings:
-    """Which fatigue law acts, with which numbers.
+    """A fatigue law with its numbers.
 
     Parameters
     ----------
     law : str
         Name in `FATIGUE_LAWS`.
     coefficients : str or CoefficientSet
-        Name in `damage.coefficients.FATIGUE_SETS`, or a set of one's own.
+        Name in `damage.coefficients.COEFFICIENT_SETS`, or a set of one's own.
     wear_number : {"without_spin", "with_spin"}
         Which wear number a law of T-gamma takes.
     branch : {"net", "rising"}
@@ -89,18 +64,10 @@ def default_settings(law: str, **changes: object) -> FatigueSettings:
     **changes
         Other fields of `FatigueSettings`.
     """
-    if law not in FATIGUE_LAWS:
-        raise SceneError([_unknown("fatigue law", law, FATIGUE_LAWS)])
-    return FatigueSettings(law=law, **{"coefficients": DEFAULT_COEFFICIENTS[law], **changes})  # type: ignore[arg-type]
+    return FatigueSettings(law=law, **{"coefficients": FATIGUE_LAWS[law].coefficients, **changes})  # type: ignore[arg-type]
 
 
-def _unknown(what: str, name: str, known: Iterable[str]) -> Fault:
-    names = sorted(known)
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.0)
-    return Fault(f'{what} "{name}" is unknown; there is {", ".join(names)}; did you mean "{near[0]}"?')
-
-
-def acting_coefficients(settings: FatigueSettings) -> CoefficientSet:
+def coefficients_of(settings: FatigueSettings) -> CoefficientSet:
     """Return the numbers that act under some settings, and check that the settings fit together.
 
     Parameters
@@ -118,68 +85,62 @@ def acting_coefficients(settings: FatigueSettings) -> CoefficientSet:
     SceneError
         All faults: unknown names, and removal of cracks counted twice or not at all.
     """
-    law, name = settings.law, settings.coefficients
+    law = FATIGUE_LAWS.get(settings.law)
     faults: list[Fault] = []
-    if law not in FATIGUE_LAWS:
-        faults.append(_unknown("fatigue law", law, FATIGUE_LAWS))
+    if law is None:
+        faults.append(unknown("fatigue law", settings.law, FATIGUE_LAWS))
     if settings.wear_number not in WEAR_NUMBERS:
-        faults.append(_unknown("wear_number", settings.wear_number, WEAR_NUMBERS))
+        faults.append(unknown("wear_number", settings.wear_number, WEAR_NUMBERS))
     if settings.branch not in BRANCHES:
-        faults.append(_unknown("branch", settings.branch, BRANCHES))
-    found = name if isinstance(name, CoefficientSet) else FATIGUE_SETS.get(name)
-    if found is None:
-        faults.append(_unknown("coefficient set of fatigue laws", str(name), FATIGUE_SETS))
-    elif law in FATIGUE_LAWS and law not in found.laws:
-        fitting = ", ".join(sorted(key for key, known in FATIGUE_SETS.items() if law in known.laws))
-        told = f'coefficients = "{found.name}" belong to {", ".join(found.laws)}, not to law = "{law}"'
-        faults.append(Fault(f"{told}; take {fitting}"))
-    faults.extend(_removal_faults(settings))
-    if faults or found is None:
-        raise SceneError(faults)
-    return found
-
-
-def _removal_faults(settings: FatigueSettings) -> list[Fault]:
-    law, depth = settings.law, settings.crack_depth
-    faults = []
-    if law in CONTAIN_REMOVAL:
-        if settings.branch == "net" and depth is not None:
-            told = f'law = "{law}" contains the removal of cracks by wear in its falling branch'
-            faults.append(
-                Fault(f'{told}; delete crack_depth, or write branch = "rising": both would count wear twice')
-            )
-        if settings.branch == "rising" and depth is None:
-            told = f'law = "{law}" with branch = "rising" needs the removal of cracks by wear'
-            faults.append(Fault(f'{told}; give crack_depth, or write branch = "net"'))
-    elif law in FATIGUE_LAWS:
-        if settings.branch != "net":
-            told = f'branch = "{settings.branch}" acts with law = "{", ".join(CONTAIN_REMOVAL)}" only'
-            faults.append(Fault(f"{told}; delete it"))
-        if depth is not None:
-            told = f'crack_depth: the damage of law = "{law}" orders passages and is no share of a crack'
-            faults.append(Fault(f"{told}; delete it"))
+        faults.append(unknown("branch", settings.branch, BRANCHES))
+    coefficients = None
+    try:
+        coefficients = coefficient_set(settings.coefficients, None if law is None else law.name)
+    except SceneError as error:
+        faults += error.faults
+    if law is not None:
+        faults += _removal_faults(law, settings)
+    depth = settings.crack_depth
     if depth is not None and not 1e-6 <= depth <= 0.1:
         faults.append(Fault(f"crack_depth = {1e3 * depth:g} mm must be from 0.001 to 100 mm"))
     if not 1e-4 <= settings.crack_width <= 0.2:
         faults.append(Fault(f"crack_width = {1e3 * settings.crack_width:g} mm must be from 0.1 to 200 mm"))
-    return faults
+    if faults or coefficients is None:
+        raise SceneError(faults)
+    return coefficients
 
 
-def _parts(loads: PatchLoads) -> Iterator[PatchLoads]:
-    """Yield the loads of a few patches at a time: laws make several copies of the cells."""
-    for start in range(0, max(loads.area.size, 1), _CHUNK):
-        part = slice(start, start + _CHUNK)
-        cells = {f.name: getattr(loads.fields, f.name)[part] for f in dataclass_fields(loads.fields)}
-        resultants = {
-            f.name: getattr(loads, f.name)[part] for f in dataclass_fields(loads) if f.name != "fields"
-        }
-        yield PatchLoads(**resultants, fields=SurfaceFields(**cells))
+def counts_cycles(name: str) -> bool:
+    """Whether damage 1 by a law is a crack; False for a law that is not known."""
+    return name in FATIGUE_LAWS and FATIGUE_LAWS[name].counts_cycles
 
 
-def _joined(parts: Sequence[FatigueDamage]) -> FatigueDamage:
-    """Put the patches of several parts behind one another."""
-    names = [f.name for f in dataclass_fields(FatigueDamage)]
-    return FatigueDamage(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+def laws_that_take(parameter: str) -> str:
+    """Return the names of the laws that take a parameter, as messages write them."""
+    return " or ".join(f'"{name}"' for name, law in FATIGUE_LAWS.items() if parameter in law.parameters)
+
+
+def _removal_faults(law: FatigueLaw, settings: FatigueSettings) -> Iterator[Fault]:
+    depth, branch = settings.crack_depth, settings.branch
+    if law.contains_removal:
+        if branch == "net" and depth is not None:
+            yield Fault(
+                f'law = "{law.name}" contains the removal of cracks by wear in its falling branch; delete '
+                f'crack_depth, or write branch = "rising": both would count wear twice'
+            )
+        if branch == "rising" and depth is None:
+            yield Fault(
+                f'law = "{law.name}" with branch = "rising" needs the removal of cracks by wear; give '
+                f'crack_depth, or write branch = "net"'
+            )
+        return
+    if branch != "net":
+        yield Fault(f'branch = "{branch}" acts with law = {laws_that_take("branch")} only; delete it')
+    if depth is not None and not law.counts_cycles:
+        yield Fault(
+            f'crack_depth: the damage of law = "{law.name}" orders passages and is no share of a crack; '
+            f"delete it"
+        )
 
 
 def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamage:
@@ -204,73 +165,33 @@ def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamag
     NumericalError
         When an index is not finite: the contact fields hold NaN or infinity, or a patch carries nothing.
     """
-    coefficients = acting_coefficients(settings)
+    law = FATIGUE_LAWS[settings.law]
+    coefficients = coefficients_of(settings)
+    taken = {name: getattr(settings, name) for name in ("wear_number", "branch") if name in law.parameters}
     fields = loads.fields
     cells = (fields.pressure, fields.shear_x, fields.shear_y, fields.work_density)
     good = (loads.normal_force > 0.0) & (loads.max_pressure > 0.0)
     for field in cells:
         good &= np.isfinite(field).all(axis=(1, 2))
-    law = FATIGUE_LAWS[settings.law]
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = _joined(
-            [
-                law(part, coefficients, wear_number=settings.wear_number, branch=settings.branch)
-                for part in _parts(loads)
-            ]
-        )
-    bad = ~(good & np.isfinite(found.index) & np.isfinite(found.strip_damage).all(axis=1))
+        parts = [
+            law.damage(part_of(loads, patches), coefficients, **taken) for patches in batches(loads.area.size)
+        ]
+    names = [field.name for field in dataclass_fields(FatigueDamage)]
+    passage = FatigueDamage(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    bad = ~(good & np.isfinite(passage.index) & np.isfinite(passage.strip_damage).all(axis=1))
     if bad.any():
         raise NumericalError(
             f'fatigue law "{settings.law}" got contact fields that are not finite, or carry no load, in '
             f"{int(bad.sum())} of {bad.size} patches (first: {int(np.argmax(bad))}); "
             "look at this operating point with the contact command"
         )
-    return found
-
-
-def passage_damages(loads: PatchLoads, settings: Sequence[FatigueSettings]) -> tuple[FatigueDamage, ...]:
-    """Damage of one passage of each patch by several laws, on the same contact solution.
-
-    Parameters
-    ----------
-    loads : PatchLoads
-        Of `m` patches.
-    settings : sequence of FatigueSettings
-        One for each law.
-
-    Returns
-    -------
-    tuple of FatigueDamage
-        For each of the settings.
-    """
-    return tuple(passage_damage(loads, each) for each in settings)
-
-
-def damage_at_points(per_width: FloatArray, settings: FatigueSettings) -> FloatArray:
-    """Damage at points of a profile from damage per width.
-
-    Parameters
-    ----------
-    per_width : (...) array
-        Strip damage carried to the profile [1/m].
-    settings : FatigueSettings
-        For the width that counts as one place.
-
-    Returns
-    -------
-    (...) array
-        [-].
-    """
-    return per_width * settings.crack_width
+    return passage
 
 
 __all__ = [
     "BRANCHES",
-    "CONTAIN_REMOVAL",
-    "COUNT_CYCLES",
-    "DEFAULT_COEFFICIENTS",
     "FATIGUE_LAWS",
-    "INDEX_QUANTITIES",
     "WEAR_NUMBERS",
     "Branch",
     "FatigueDamage",
@@ -278,10 +199,10 @@ __all__ = [
     "FatigueSettings",
     "PatchLoads",
     "WearNumber",
-    "acting_coefficients",
-    "damage_at_points",
+    "coefficients_of",
+    "counts_cycles",
     "default_settings",
+    "laws_that_take",
     "passage_damage",
-    "passage_damages",
     "patch_loads",
 ]

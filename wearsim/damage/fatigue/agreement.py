@@ -5,7 +5,7 @@ same load cycles (or points of a profile) [1]_.
 
 References
 ----------
-.. [1] V. V. Krishna et al., Railway Engineering Science 30 (2022) 1.
+.. [1] V. V. Krishna et al., Railway Engineering Science 30 (2022), doi:10.1007/s40534-021-00253-y.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def agreement(damage: Mapping[str, FloatArray], weight: FloatArray | None = None
     -------
     Agreement
         Overlap :math:`\sum_i \min(p_i, q_i)` with shares p, q of the weighted damage that sum to 1; two
-        laws that both see no damage agree.
+        laws without damage agree.
     """
     laws = tuple(damage)
     values = np.array([normalised(damage[law]) for law in laws])

@@ -51,7 +51,7 @@ class Balance:
 
     Parameters
     ----------
-    balanced_wear : (...) array
+    magic_wear_rate : (...) array
         Wear rate at which cracks just do not grow [m/m].
     crack_distance, wear_distance : (...) array
         Distance to damage 1, and to the wear limit; infinite where it is never met [m].
@@ -59,7 +59,7 @@ class Balance:
         Index into `LIMITED_BY`: what is met first.
     """
 
-    balanced_wear: FloatArray
+    magic_wear_rate: FloatArray
     crack_distance: FloatArray
     wear_distance: FloatArray
     limited_by: IntArray
@@ -68,7 +68,7 @@ class Balance:
 def balance(
     damage_rate: FloatArray, wear_rate: FloatArray, *, crack_depth: float, wear_limit: float
 ) -> Balance:
-    """Tell which of wear and cracks limits the life of each point, from new at constant rates.
+    """Which of wear and cracks limits the life of each point, from new at constant rates.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def balance(
     Returns
     -------
     Balance
-        Of equal distances wear is told.
+        Where both distances are equal, wear limits.
     """
     grown = damage_rate - wear_rate / crack_depth
     crack_distance = _distance(1.0, grown)

@@ -1,13 +1,12 @@
-"""What every fatigue law takes and gives."""
+"""The record of a fatigue law: its formula, and all that the rest of the package may ask of it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 from wearsim.contact.patch import FloatArray
-from wearsim.damage.coefficients import CoefficientSet
-from wearsim.damage.fatigue.loads import PatchLoads, WearNumber
 
 Branch = Literal["net", "rising"]
 
@@ -19,7 +18,7 @@ class FatigueDamage:
     Parameters
     ----------
     index : (m,) array
-        What the law judges the patch by, as `INDEX_QUANTITIES` says; above its limit there is damage.
+        Index of the patch, the quantity `FatigueLaw.index_quantity`; above its limit there is damage.
     index_y : (m,) array
         Lateral position on the wheel profile of the strip where the index is largest [m].
     damage : (m,) array
@@ -35,28 +34,37 @@ class FatigueDamage:
     strip_damage: FloatArray
 
 
-class FatigueLaw(Protocol):
-    """Damage of one passage of each patch."""
+@dataclass(frozen=True)
+class FatigueLaw:
+    """A fatigue law.
 
-    def __call__(
-        self,
-        loads: PatchLoads,
-        coefficients: CoefficientSet,
-        *,
-        wear_number: WearNumber = "without_spin",
-        branch: Branch = "net",
-    ) -> FatigueDamage:
-        """Return index and damage of `m` patches.
+    Parameters
+    ----------
+    name : str
+        Key in `FATIGUE_LAWS`, in scenes and results.
+    damage : callable
+        ``damage(loads, coefficients)`` -> `FatigueDamage` of one passage of each patch, from its `PatchLoads`
+        and a `CoefficientSet`. Settings among `parameters` named "wear_number" and "branch" are keywords.
+    index_quantity : str
+        Name and unit of the index, as the table of quantities has it.
+    coefficients : str
+        Name of the set it takes where none is asked for.
+    parameters : tuple of str
+        What it takes besides a set: "wear_number"; "shear_yield" (in place of that of the set);
+        "damage_function" (break points of the user's own); "branch" and "crack_depth", of a law that
+        contains the removal of cracks by wear and so has a net and a rising form.
+    counts_cycles : bool
+        Whether damage 1 is a crack; damage of the others orders passages and counts no cycles.
+    """
 
-        Parameters
-        ----------
-        loads : PatchLoads
-            Of `m` patches.
-        coefficients : CoefficientSet
-            Numbers of the law.
-        wear_number : {"without_spin", "with_spin"}
-            Which wear number laws of T-gamma take.
-        branch : {"net", "rising"}
-            Of laws that contain the removal of cracks by wear: with it, or without.
-        """
-        ...
+    name: str
+    damage: Callable[..., FatigueDamage]
+    index_quantity: str
+    coefficients: str
+    parameters: tuple[str, ...]
+    counts_cycles: bool = False
+
+    @property
+    def contains_removal(self) -> bool:
+        """Whether its net form contains the removal of cracks by wear."""
+        return "branch" in self.parameters

@@ -57,6 +57,11 @@ class PatchLoads:
         size: FloatArray = np.hypot(self.force_x, self.force_y)
         return mean_of(size, self.normal_force)
 
+    def y_of_largest(self, strips: FloatArray) -> FloatArray:
+        """Lateral position (m,) of the strip of each patch with the largest of some values (m, ny) [m]."""
+        y: FloatArray = np.take_along_axis(self.y, strips.argmax(axis=1)[:, None], axis=1)[:, 0]
+        return y
+
 
 def patch_loads(solution: ContactSolution) -> PatchLoads:
     """Take the loads of all patches from a contact solution.

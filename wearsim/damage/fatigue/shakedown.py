@@ -7,7 +7,7 @@ and not of the source.
 
 References
 ----------
-.. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163.
+.. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163, doi:10.1243/PIME_PROC_1989_203_099_02.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from typing import Literal
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
-from wearsim.damage.fatigue.loads import PatchLoads
 
 Contact = Literal["point", "line"]
 
@@ -71,7 +70,7 @@ class Boundary:
 
 
 def shakedown_limit(friction: FloatArray, contact: Contact = "point") -> FloatArray:
-    r"""Limit of :math:`p_0/k` above which the surface or what lies below it ratchets.
+    r"""Limit of :math:`p_0/k` above which the surface or the material below it ratchets.
 
     Parameters
     ----------
@@ -126,23 +125,3 @@ def boundaries(
             "recalled",
         ),
     )
-
-
-def map_points(loads: PatchLoads, shear_yield: float) -> tuple[FloatArray, FloatArray]:
-    """Place patches in the map.
-
-    Parameters
-    ----------
-    loads : PatchLoads
-        Of `m` patches.
-    shear_yield : float
-        k [Pa].
-
-    Returns
-    -------
-    friction : (m,) array
-        Utilised friction [-].
-    ratio : (m,) array
-        Largest pressure over k [-].
-    """
-    return loads.utilised_friction, loads.max_pressure / shear_yield

@@ -6,28 +6,21 @@ cycles.
 
 References
 ----------
-.. [1] B. Dirks, R. Enblom, Wear 271 (2011) 210-217.
+.. [1] B. Dirks, R. Enblom, Wear 271 (2011) 210-217, doi:10.1016/j.wear.2010.10.028.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from wearsim.contact.patch import FloatArray
 from wearsim.damage.coefficients import CoefficientSet
-from wearsim.damage.fatigue.law import Branch, FatigueDamage
-from wearsim.damage.fatigue.loads import PatchLoads, WearNumber, work_share
+from wearsim.damage.fatigue.law import FatigueDamage, FatigueLaw
+from wearsim.damage.fatigue.loads import PatchLoads, work_share
 
 _MPA = 1e6
 
 
-def law(
-    loads: PatchLoads,
-    coefficients: CoefficientSet,
-    *,
-    wear_number: WearNumber = "without_spin",  # noqa: ARG001 -- the signature of every fatigue law
-    branch: Branch = "net",  # noqa: ARG001
-) -> FatigueDamage:
+def damage(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
     """Excess of the largest shear stress, shared by the frictional work of the strips.
 
     Parameters
@@ -36,8 +29,6 @@ def law(
         Of `m` patches.
     coefficients : CoefficientSet
         With `shear_yield` [MPa].
-    wear_number, branch
-        Without effect.
 
     Returns
     -------
@@ -48,6 +39,14 @@ def law(
     fields = loads.fields
     strips = np.sqrt((fields.shear_x**2 + fields.shear_y**2).max(axis=1))
     index = strips.max(axis=1) - shear_yield
-    damage = np.maximum(index, 0.0) / shear_yield
-    place: FloatArray = np.take_along_axis(loads.y, strips.argmax(axis=1)[:, None], axis=1)[:, 0]
-    return FatigueDamage(index, place, damage, damage[:, None] * work_share(loads))
+    passage = np.maximum(index, 0.0) / shear_yield
+    return FatigueDamage(index, loads.y_of_largest(strips), passage, passage[:, None] * work_share(loads))
+
+
+STRESS_INDEX = FatigueLaw(
+    "stress_index",
+    damage,
+    index_quantity="fatigue_index_stress",
+    coefficients="dirks_enblom_2011",
+    parameters=("shear_yield",),
+)

@@ -3,15 +3,15 @@ r"""Fatigue index of the surface: utilised friction against the shakedown limit.
 Above the limit :math:`\mu_u = k/p_0` of the shakedown map the surface flows a little in each passage, until
 it cracks [1]_. The index :math:`FI = \mu_u - k/p_0` [2]_ is the distance to that limit in the map's
 direction of friction; k is the yield stress in cyclic shear. Cell by cell it becomes :math:`(|\tau| -
-k)/p`, which needs no ellipse and tells where in the patch.
+k)/p`, which needs no ellipse and shows where in the patch.
 
 The damage of a passage is the part of the index above zero: it orders passages, it counts no cycles to
 failure.
 
 References
 ----------
-.. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163.
-.. [2] A. Ekberg, E. Kabo, H. Andersson, FFEMS 25 (2002) 899-909.
+.. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163, doi:10.1243/PIME_PROC_1989_203_099_02.
+.. [2] A. Ekberg, E. Kabo, H. Andersson, FFEMS 25 (2002) 899-909, doi:10.1046/j.1460-2695.2002.00535.x.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.coefficients import CoefficientSet
-from wearsim.damage.fatigue.law import Branch, FatigueDamage
-from wearsim.damage.fatigue.loads import PatchLoads, WearNumber, work_share
+from wearsim.damage.fatigue.law import FatigueDamage, FatigueLaw
+from wearsim.damage.fatigue.loads import PatchLoads, work_share
 from wearsim.damage.wear.sliding import mean_of, patch_total
 
 _MPA = 1e6
@@ -70,13 +70,7 @@ def subsurface_index(utilised_friction: FloatArray, max_pressure: FloatArray) ->
     return index
 
 
-def patch(
-    loads: PatchLoads,
-    coefficients: CoefficientSet,
-    *,
-    wear_number: WearNumber = "without_spin",  # noqa: ARG001 -- the signature of every fatigue law
-    branch: Branch = "net",  # noqa: ARG001
-) -> FatigueDamage:
+def patch(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
     """Index of the whole patch; its damage shared by the frictional work of the strips.
 
     Parameters
@@ -85,8 +79,6 @@ def patch(
         Of `m` patches.
     coefficients : CoefficientSet
         With `shear_yield` [MPa].
-    wear_number, branch
-        Without effect.
 
     Returns
     -------
@@ -95,17 +87,11 @@ def patch(
     """
     index = surface_index(loads.utilised_friction, loads.max_pressure, _MPA * coefficients["shear_yield"])
     damage = np.maximum(index, 0.0)
-    place = _at(loads.y, loads.fields.pressure.max(axis=1))
+    place = loads.y_of_largest(loads.fields.pressure.max(axis=1))
     return FatigueDamage(index, place, damage, damage[:, None] * work_share(loads))
 
 
-def local(
-    loads: PatchLoads,
-    coefficients: CoefficientSet,
-    *,
-    wear_number: WearNumber = "without_spin",  # noqa: ARG001
-    branch: Branch = "net",  # noqa: ARG001
-) -> FatigueDamage:
+def local(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
     r"""Largest index :math:`(|\tau| - k)/p` of the cells, with a damage of its own in every strip.
 
     Parameters
@@ -114,8 +100,6 @@ def local(
         Of `m` patches.
     coefficients : CoefficientSet
         With `shear_yield` [MPa].
-    wear_number, branch
-        Without effect.
 
     Returns
     -------
@@ -125,17 +109,28 @@ def local(
     """
     fields = loads.fields
     excess = np.sqrt(fields.shear_x**2 + fields.shear_y**2) - _MPA * coefficients["shear_yield"]
-    bears = ~(fields.pressure <= 0.0)
-    cells = np.where(bears, excess / np.where(bears, fields.pressure, 1.0), -np.inf)
+    loaded = ~(fields.pressure <= 0.0)
+    cells = np.where(loaded, excess / np.where(loaded, fields.pressure, 1.0), -np.inf)
     strips = cells.max(axis=1)
     index = strips.max(axis=1)
     above = np.maximum(strips, 0.0)
     share = mean_of(above, patch_total(above, fields)[:, None])
     damage = np.maximum(index, 0.0)
-    return FatigueDamage(index, _at(loads.y, strips), damage, damage[:, None] * share)
+    return FatigueDamage(index, loads.y_of_largest(strips), damage, damage[:, None] * share)
 
 
-def _at(y: FloatArray, strips: FloatArray) -> FloatArray:
-    """Lateral position of the largest strip of each patch."""
-    place: FloatArray = np.take_along_axis(y, strips.argmax(axis=1)[:, None], axis=1)[:, 0]
-    return place
+SURFACE_FATIGUE_INDEX = FatigueLaw(
+    "surface_fatigue_index",
+    patch,
+    index_quantity="fatigue_index",
+    coefficients="ekberg_kabo_andersson_2002",
+    parameters=("shear_yield",),
+)
+
+SURFACE_FATIGUE_INDEX_LOCAL = FatigueLaw(
+    "surface_fatigue_index_local",
+    local,
+    index_quantity="fatigue_index",
+    coefficients="ekberg_kabo_andersson_2002",
+    parameters=("shear_yield",),
+)

@@ -4,7 +4,7 @@ Straight lines [1]_: no damage up to a first wear number, rising to a peak, fall
 below zero, because wear removes more than cracks grow. The falling branch contains the removal of cracks by
 wear. Two uses are right: the function as it is ("net") without any further removal, or its rising branch,
 which stays at the peak ("rising"), with the removal computed from the wear of the campaign. Both together
-would count the wear twice and are refused by `damage.fatigue`.
+would count the wear twice: `damage.fatigue` raises an error.
 
 References
 ----------
@@ -13,13 +13,11 @@ References
 
 from __future__ import annotations
 
-from types import MappingProxyType
-
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.coefficients import Coefficient, CoefficientSet
-from wearsim.damage.fatigue.law import Branch, FatigueDamage
+from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, work_share
 from wearsim.errors import Fault, SceneError
 
@@ -88,8 +86,8 @@ def own_function(
         If the break points do not rise.
     """
     if not 0.0 <= start < peak < end:
-        told = f"damage_function: start_N = {start:g}, peak_N = {peak:g} and end_N = {end:g} must rise"
-        raise SceneError([Fault(f"{told}; change them")])
+        points = f"start_N = {start:g}, peak_N = {peak:g} and end_N = {end:g}"
+        raise SceneError([Fault(f"damage_function: {points} must rise; change them")])
     numbers = {
         "start": (start, "N"),
         "peak": (peak, "N"),
@@ -104,14 +102,12 @@ def own_function(
         source=source,
         validity=f"As given by the user. Certainty: {certainty}.",
         departures=(),
-        values=MappingProxyType(
-            {name: Coefficient(value, unit, source, "given") for name, (value, unit) in numbers.items()}
-        ),
+        values={name: Coefficient(value, unit, source, "given") for name, (value, unit) in numbers.items()},
         certainty=certainty,
     )
 
 
-def law(
+def damage(
     loads: PatchLoads,
     coefficients: CoefficientSet,
     *,
@@ -138,6 +134,15 @@ def law(
     """
     index = WEAR_NUMBERS[wear_number](loads)
     share = work_share(loads)
-    damage = damage_function(index, coefficients, branch)
-    place: FloatArray = np.take_along_axis(loads.y, share.argmax(axis=1)[:, None], axis=1)[:, 0]
-    return FatigueDamage(index, place, damage, damage[:, None] * share)
+    passage = damage_function(index, coefficients, branch)
+    return FatigueDamage(index, loads.y_of_largest(share), passage, passage[:, None] * share)
+
+
+WLRM = FatigueLaw(
+    "wlrm",
+    damage,
+    index_quantity="fatigue_index_force",
+    coefficients="burstow_2004",
+    parameters=("wear_number", "branch", "crack_depth", "damage_function"),
+    counts_cycles=True,
+)

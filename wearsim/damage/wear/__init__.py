@@ -1,58 +1,28 @@
-"""Wear laws: one file per published law, one registry."""
+"""Wear laws: one record and one file per published law.
+
+Every `WearLaw` at the top of a module of this folder is registered.
+"""
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from dataclasses import fields as dataclass_fields
 
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
-from wearsim.damage.coefficients import COEFFICIENT_SETS, CoefficientSet
-from wearsim.damage.wear import archard, brr, energy, none, table, usfd
+from wearsim.damage.batches import batches, part_of
+from wearsim.damage.coefficients import CoefficientSet, coefficient_set
+from wearsim.damage.registry import Registry, discover, unknown
 from wearsim.damage.wear.archard import SEIZURE_CAPS, SeizureCap
 from wearsim.damage.wear.law import FORMS, Form, WearLaw
 from wearsim.errors import Fault, NumericalError, SceneError
 
-WEAR_LAWS: dict[str, WearLaw] = {
-    "archard": archard.depth,
-    "brr": brr.depth,
-    "energy": energy.depth,
-    "none": none.depth,
-    "table": table.depth,
-    "usfd": usfd.depth,
-}
-WEAR_REGIMES: dict[str, tuple[str, ...]] = {
-    "archard": archard.REGIMES,
-    "brr": brr.REGIMES,
-    "energy": energy.REGIMES,
-    "none": none.REGIMES,
-    "table": table.REGIMES,
-    "usfd": usfd.REGIMES,
-}
-WEAR_FORMS: dict[str, tuple[Form, ...]] = {
-    **dict.fromkeys(WEAR_LAWS, FORMS),
-    "brr": ("patch_mean",),
-}
-"""Forms each law has; the first is the one it takes where none is asked for."""
-
-DEFAULT_COEFFICIENTS: dict[str, str] = {
-    "archard": "jendel_2002",
-    "brr": "pearce_sherratt_1991",
-    "energy": "zobory_1997",
-    "none": "lewis_dwyer_joyce_2004",
-    "usfd": "lewis_dwyer_joyce_2004",
-}
-"""Set each law takes where none is asked for; a table has none."""
-
-_CHUNK = 16  # patches; their cells fit the cache
+WEAR_LAWS: Registry[WearLaw] = discover("wear law", __name__, __path__, WearLaw)
 
 
 @dataclass(frozen=True)
 class WearSettings:
-    """Which wear law acts, with which numbers.
+    """A wear law with its numbers.
 
     Parameters
     ----------
@@ -65,9 +35,9 @@ class WearSettings:
     density : float
         Of the wheel [kg/m3].
     hardness : float, optional
-        Of the wheel, in place of that of the set (law "archard") [Pa].
+        Of the wheel, in place of that of the set, for laws that take it [Pa].
     seizure_cap : {"none", "pressure", "regime"}
-        What keeps the seizure regime out (law "archard"), see `archard.capped`.
+        What keeps the seizure regime out, for laws that take it, see `archard.capped`.
     """
 
     law: str = "usfd"
@@ -93,63 +63,14 @@ def default_settings(law: str, **changes: object) -> WearSettings:
     SceneError
         For an unknown law, or a table without its table.
     """
-    wear_law(law)
-    if law not in DEFAULT_COEFFICIENTS and "coefficients" not in changes:
+    record = WEAR_LAWS[law]
+    if record.coefficients is None and "coefficients" not in changes:
         raise SceneError([Fault(f'law = "{law}" needs its own table; there is no shipped one')])
-    own: dict[str, object] = {"coefficients": DEFAULT_COEFFICIENTS.get(law), "form": WEAR_FORMS[law][0]}
+    own: dict[str, object] = {"coefficients": record.coefficients, "form": record.forms[0]}
     return WearSettings(law=law, **{**own, **changes})  # type: ignore[arg-type]
 
 
-def _unknown(what: str, name: str, known: Iterable[str]) -> SceneError:
-    names = sorted(known)
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.0)
-    return SceneError(
-        [Fault(f'{what} "{name}" is unknown; there is {", ".join(names)}; did you mean "{near[0]}"?')]
-    )
-
-
-def wear_law(name: str) -> WearLaw:
-    """Return the law called `name`; an unknown name is told with what there is and the nearest.
-
-    Raises
-    ------
-    SceneError
-        For a name that is not in `WEAR_LAWS`.
-    """
-    if name not in WEAR_LAWS:
-        raise _unknown("wear law", name, WEAR_LAWS)
-    return WEAR_LAWS[name]
-
-
-def coefficient_set(name: str | CoefficientSet, law: str) -> CoefficientSet:
-    """Return the coefficient set called `name`, if it belongs to `law`; a set given as such likewise.
-
-    Raises
-    ------
-    SceneError
-        For a name that is not in `COEFFICIENT_SETS`, or a set made for other laws. The law "none"
-        takes any.
-    """
-    if isinstance(name, CoefficientSet):
-        found = name
-    elif name not in COEFFICIENT_SETS:
-        raise _unknown("coefficient set", name, COEFFICIENT_SETS)
-    else:
-        found = COEFFICIENT_SETS[name]
-    if law != "none" and law not in found.laws:
-        fitting = sorted(key for key, known in COEFFICIENT_SETS.items() if law in known.laws)
-        raise SceneError(
-            [
-                Fault(
-                    f'coefficients = "{found.name}" belong to {", ".join(found.laws)}, not to law = "{law}"; '
-                    f"take {', '.join(fitting) or 'a table of your own'}"
-                )
-            ]
-        )
-    return found
-
-
-def acting_coefficients(settings: WearSettings) -> CoefficientSet:
+def coefficients_of(settings: WearSettings) -> CoefficientSet:
     """Return the numbers that act under some settings, and check that the settings fit together.
 
     Parameters
@@ -165,50 +86,44 @@ def acting_coefficients(settings: WearSettings) -> CoefficientSet:
     Raises
     ------
     SceneError
-        For unknown names, a form the law does not have, or a hardness or cap of a law without them.
+        All faults: unknown names, a form the law does not have, or a parameter it does not take.
     """
-    wear_law(settings.law)
+    law = WEAR_LAWS[settings.law]
     faults: list[Fault] = []
     if settings.form not in FORMS:
-        faults.extend(_unknown("form of the wear law", settings.form, FORMS).faults)
-    elif settings.form not in WEAR_FORMS[settings.law]:
-        only = WEAR_FORMS[settings.law][0]
+        faults.append(unknown("form of the wear law", settings.form, FORMS))
+    elif settings.form not in law.forms:
         faults.append(
             Fault(
-                f'form = "{settings.form}": law = "{settings.law}" is a law of the whole patch; '
-                f'write form = "{only}"'
+                f'form = "{settings.form}": law = "{law.name}" is a law of the whole patch; '
+                f'write form = "{law.forms[0]}"'
             )
         )
     if settings.seizure_cap not in SEIZURE_CAPS:
-        faults.extend(_unknown("seizure_cap", settings.seizure_cap, SEIZURE_CAPS).faults)
-    elif settings.law != "archard" and settings.seizure_cap != "none":
-        faults.append(Fault(f'seizure_cap acts with law = "archard" only, not "{settings.law}"; delete it'))
-    if settings.law != "archard" and settings.hardness is not None:
-        faults.append(Fault(f'hardness acts with law = "archard" only, not "{settings.law}"; delete it'))
+        faults.append(unknown("seizure_cap", settings.seizure_cap, SEIZURE_CAPS))
+    for parameter, given in (
+        ("seizure_cap", settings.seizure_cap in SEIZURE_CAPS and settings.seizure_cap != "none"),
+        ("hardness", settings.hardness is not None),
+    ):
+        if given and parameter not in law.parameters:
+            laws = laws_that_take(parameter)
+            faults.append(Fault(f'{parameter} acts with law = {laws} only, not "{law.name}"; delete it'))
     try:
-        found = coefficient_set(settings.coefficients, settings.law)
+        # a law that removes nothing takes any set
+        coefficients = coefficient_set(settings.coefficients, law.name if law.wears else None)
     except SceneError as error:
         raise SceneError([*faults, *error.faults]) from None
     if faults:
         raise SceneError(faults)
-    if settings.law == "archard" and settings.hardness is not None:
-        return found.with_value("hardness", 1e-9 * settings.hardness, "hardness of the wheel as given")
-    return found
+    if settings.hardness is not None:
+        place = "hardness of the wheel as given"
+        return coefficients.with_value("hardness", 1e-9 * settings.hardness, place)
+    return coefficients
 
 
-def regimes(law: str) -> tuple[str, ...]:
-    """Return the names of the wear regimes of `law`, in the order of its depths."""
-    wear_law(law)
-    return WEAR_REGIMES[law]
-
-
-def _parts(fields: SurfaceFields) -> Iterator[tuple[int, SurfaceFields]]:
-    """Fields of a few patches at a time: laws make several copies of the cells."""
-    count = fields.speed.size
-    names = [field.name for field in dataclass_fields(SurfaceFields)]
-    for start in range(0, max(count, 1), _CHUNK):
-        part = slice(start, start + _CHUNK)
-        yield start, SurfaceFields(**{name: getattr(fields, name)[part] for name in names})
+def laws_that_take(parameter: str) -> str:
+    """Return the names of the laws that take a parameter, as messages write them."""
+    return " or ".join(f'"{name}"' for name, law in WEAR_LAWS.items() if parameter in law.parameters)
 
 
 def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSettings) -> FloatArray:
@@ -231,17 +146,16 @@ def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSetting
     Raises
     ------
     SceneError
-        For unknown names or a form that does not exist.
+        For settings that do not fit together.
     NumericalError
         When a depth is not finite: the contact fields hold NaN or infinity.
     """
-    law = wear_law(settings.law)
-    coefficients = acting_coefficients(settings)
-    if settings.law == "archard":
-        fields, coefficients = archard.capped(fields, coefficients, settings.seizure_cap)
+    law = WEAR_LAWS[settings.law]
+    coefficients = coefficients_of(settings)
+    taken = {name: getattr(settings, name) for name in ("density", "seizure_cap") if name in law.parameters}
     parts = [
-        law(part, area[start : start + _CHUNK], coefficients, form=settings.form, density=settings.density)
-        for start, part in _parts(fields)
+        law.depth(part_of(fields, patches), area[patches], coefficients, form=settings.form, **taken)
+        for patches in batches(area.size)
     ]
     depth = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
     bad = ~np.isfinite(depth).all(axis=(0, 2))
@@ -252,28 +166,6 @@ def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSetting
             "look at this operating point with the contact command"
         )
     return depth
-
-
-def passage_depths(
-    fields: SurfaceFields, area: FloatArray, settings: Sequence[WearSettings]
-) -> tuple[FloatArray, ...]:
-    """Depth removed by one passage of each patch by several laws, on the same contact solution.
-
-    Parameters
-    ----------
-    fields : SurfaceFields
-        On the cells of `m` patches.
-    area : (m,) array
-        Of the patches [m2].
-    settings : sequence of WearSettings
-        The leading law and those beside it.
-
-    Returns
-    -------
-    tuple of (n_regimes, m, ny) arrays
-        Depth along the surface normal, for each of the settings [m].
-    """
-    return tuple(passage_depth(fields, area, each) for each in settings)
 
 
 def worn_volume(depth: FloatArray, strip_width: FloatArray) -> FloatArray:
@@ -289,33 +181,10 @@ def worn_volume(depth: FloatArray, strip_width: FloatArray) -> FloatArray:
     Returns
     -------
     (n_regimes, m) array
-        [m3/m]: a strip meets one metre of its ring per metre rolled.
+        [m3/m]: a strip meets one metre of its circumference per metre rolled.
     """
     volume: FloatArray = depth.sum(axis=2) * strip_width
     return volume
-
-
-def regime_shares(depth: FloatArray, strip_width: FloatArray, weight: FloatArray | None = None) -> FloatArray:
-    """Share of the worn volume that each regime removes.
-
-    Parameters
-    ----------
-    depth : (n_regimes, m, ny) array
-        Depth per passage [m].
-    strip_width : (m,) array
-        Of the patches [m].
-    weight : (m,) array, optional
-        Share of the distance of each patch's operating point, times its environment factor.
-
-    Returns
-    -------
-    (n_regimes,) array
-        Sums to 1; zeros where nothing wears.
-    """
-    volume = worn_volume(depth, strip_width)
-    by_regime: FloatArray = (volume if weight is None else volume * weight).sum(axis=1)
-    total = by_regime.sum()
-    return by_regime / total if total > 0.0 else np.zeros_like(by_regime)
 
 
 def patch_regime(depth: FloatArray) -> IntArray:
@@ -358,25 +227,18 @@ def highest_regime(depth: FloatArray) -> IntArray:
 
 
 __all__ = [
-    "DEFAULT_COEFFICIENTS",
     "FORMS",
     "SEIZURE_CAPS",
-    "WEAR_FORMS",
     "WEAR_LAWS",
-    "WEAR_REGIMES",
     "Form",
     "SeizureCap",
     "WearLaw",
     "WearSettings",
-    "acting_coefficients",
-    "coefficient_set",
+    "coefficients_of",
     "default_settings",
     "highest_regime",
+    "laws_that_take",
     "passage_depth",
-    "passage_depths",
     "patch_regime",
-    "regime_shares",
-    "regimes",
-    "wear_law",
     "worn_volume",
 ]

@@ -4,7 +4,7 @@ The depth a cell loses in one passage is :math:`\Delta z = k(p, v)\, p\, \Delta 
 distance :math:`\Delta s = |s| \Delta x / V` [1]_. In the map of [2]_ the coefficient k depends on the
 sliding speed v in m/s, and so on the running speed: the same creepage at half the speed may be another
 regime. Above 0.8 of the hardness H the surfaces seize. Pressures of elastic contact models exceed that in
-contacts of small radius, so that the seizure regime may be the work of the elasticity assumption.
+contacts of small radius, so that the seizure regime may follow from the assumption of elasticity.
 
 Where the surfaces slip, :math:`|\tau| = \mu p`, so that this law and the energy law with
 :math:`k_e = k / (\mu H)` are one, in any state of partial slip; they differ in what switches the coefficient.
@@ -12,7 +12,7 @@ Where the surfaces slip, :math:`|\tau| = \mu p`, so that this law and the energy
 References
 ----------
 .. [1] J. F. Archard, J. Appl. Phys. 24 (1953) 981, doi:10.1063/1.1721448.
-.. [2] T. Jendel, Wear 253 (2002) 89-99.
+.. [2] T. Jendel, Wear 253 (2002) 89-99, doi:10.1016/S0043-1648(02)00087-X.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients import CoefficientSet
-from wearsim.damage.wear.law import Form
+from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, relative_slip
 
 REGIMES = ("mild", "oxidative", "severe", "seizure")
-"""By falling harmlessness; over the speed they are mild, severe, oxidative."""
+"""From mild to worst; over the speed they are mild, severe, oxidative."""
 
 SeizureCap = Literal["none", "pressure", "regime"]
 SEIZURE_CAPS: tuple[SeizureCap, ...] = ("none", "pressure", "regime")
@@ -105,7 +105,7 @@ def depth(
     coefficients: CoefficientSet,
     *,
     form: Form = "local",
-    density: float = 7850.0,  # noqa: ARG001 -- the signature of every wear law
+    seizure_cap: SeizureCap = "none",
 ) -> FloatArray:
     r"""Depth removed by one passage of each patch.
 
@@ -120,8 +120,8 @@ def depth(
     form : {"local", "patch_mean"}
         Whether the region of the map is taken cell by cell, or from the mean pressure and the mean sliding
         speed, weighted with the pressure, of the patch.
-    density : float
-        Without effect: the law gives volume.
+    seizure_cap : {"none", "pressure", "regime"}
+        What keeps the seizure regime out, see `capped`.
 
     Returns
     -------
@@ -131,8 +131,9 @@ def depth(
     Notes
     -----
     :math:`\Delta z(y) = \frac{1}{H}\int k(p, |s|)\, p\, |s|/V\, dx`, the slip scaled as the frictional
-    work is, see `relative_slip`. Where k is the same over a patch both forms are.
+    work is, see `relative_slip`. Both forms agree where k is the same over a patch.
     """
+    fields, coefficients = capped(fields, coefficients, seizure_cap)
     coefficient = np.array([coefficients[name] for name in _COEFFICIENTS])
     per_hardness = coefficient / (coefficients["hardness"] * _GPA)
     slip = relative_slip(fields)
@@ -152,3 +153,49 @@ def depth(
     masks = regime(mean_of(load, area), mean_speed, coefficients)
     depths: FloatArray = (per_hardness[:, None] * masks)[:, :, None] * strips
     return depths
+
+
+def energy_coefficient(archard: float, friction: float, hardness: float) -> float:
+    r"""Energy coefficient :math:`k_e = k / (\mu H)` [m3/J] of a coefficient of Archard's law.
+
+    Parameters
+    ----------
+    archard : float
+        k [-].
+    friction : float
+        Coulomb's coefficient [-].
+    hardness : float
+        H [Pa].
+    """
+    return archard / (friction * hardness)
+
+
+def archard_coefficient(volume_per_work: float, friction: float, hardness: float) -> float:
+    r"""Coefficient of Archard's law :math:`k = k_e \mu H` [-] of an energy coefficient.
+
+    Parameters
+    ----------
+    volume_per_work : float
+        k_e [m3/J].
+    friction : float
+        Coulomb's coefficient [-].
+    hardness : float
+        H [Pa].
+    """
+    return volume_per_work * friction * hardness
+
+
+def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001
+    hardness = coefficients["hardness"] * _GPA
+    return {name: energy_coefficient(coefficients[f"k_{name}"], friction, hardness) for name in REGIMES}
+
+
+ARCHARD = WearLaw(
+    "archard",
+    depth,
+    REGIMES,
+    coefficients="jendel_2002",
+    parameters=("hardness", "seizure_cap"),
+    needs_friction=False,
+    energy_coefficients=_energy_coefficients,
+)

@@ -7,7 +7,7 @@ whole patch has no local form.
 
 References
 ----------
-.. [1] T. G. Pearce, N. D. Sherratt, Wear 144 (1991) 343-351.
+.. [1] T. G. Pearce, N. D. Sherratt, Wear 144 (1991) 343-351, doi:10.1016/0043-1648(91)90025-P.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients import CoefficientSet
-from wearsim.damage.wear.law import Form
+from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import patch_total, spread
 
 REGIMES = ("mild", "plateau", "severe")
@@ -57,7 +57,6 @@ def depth(
     coefficients: CoefficientSet,
     *,
     form: Form = "patch_mean",  # noqa: ARG001
-    density: float = 7850.0,  # noqa: ARG001
 ) -> FloatArray:
     r"""Depth removed by one passage of each patch.
 
@@ -71,8 +70,6 @@ def depth(
         Slopes, level and limits as quoted.
     form : {"patch_mean"}
         The only one.
-    density : float
-        Without effect: the law gives volume.
 
     Returns
     -------
@@ -83,9 +80,24 @@ def depth(
     -----
     :math:`T\gamma` is the integral of the frictional work over the width, the power over the speed, and
     so with the work of spin. Depth :math:`\Delta z(y) = \pi A D\, e(y) / \int e\,dy`: per metre rolled a
-    strip meets one metre of its ring.
+    strip meets one metre of its circumference.
     """
     strip_work = np.maximum(fields.strip_work, 0.0)
     wear_number = patch_total(strip_work, fields)
     volume = np.pi * _M2_PER_MM3_KM * area_loss(wear_number, coefficients)
     return spread(volume, strip_work, fields)
+
+
+def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001
+    per_slope = _M2_PER_MM3_KM * np.pi
+    return {name: per_slope * coefficients[f"{name}_slope"] for name in ("mild", "severe")}
+
+
+BRR = WearLaw(
+    "brr",
+    depth,
+    REGIMES,
+    coefficients="pearce_sherratt_1991",
+    forms=("patch_mean",),
+    energy_coefficients=_energy_coefficients,
+)

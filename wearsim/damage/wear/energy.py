@@ -8,18 +8,16 @@ stands for the contact temperature; such a switch depends on the running speed.
 References
 ----------
 .. [1] H. Krause, G. Poll, Wear 113 (1986) 103-122.
-.. [2] I. Zobory, Vehicle System Dynamics 28 (1997) 221-259.
+.. [2] I. Zobory, Vehicle System Dynamics 28 (1997) 221-259, doi:10.1080/00423119708969355.
 """
 
 from __future__ import annotations
-
-from types import MappingProxyType
 
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients import Coefficient, CoefficientSet
-from wearsim.damage.wear.law import Form
+from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total
 
 REGIMES = ("mild", "severe")
@@ -50,7 +48,7 @@ def constant(volume_per_work: float, source: str) -> CoefficientSet:
         source=source,
         validity="As far as the constant holds.",
         departures=(),
-        values=MappingProxyType({"mild": Coefficient(volume_per_work, "m3 J-1", source, "given")}),
+        values={"mild": Coefficient(volume_per_work, "m3 J-1", source, "given")},
     )
 
 
@@ -122,3 +120,19 @@ def depth(
     strips = along_strips(work, fields)
     switched = mean_of(patch_total(strips, fields), area) * fields.speed >= limit
     return np.stack([mild * strips * ~switched[:, None], severe * strips * switched[:, None]])
+
+
+def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001
+    return {
+        name: volume_per_work(coefficients, name, density) for name in REGIMES if name in coefficients.values
+    }
+
+
+ENERGY = WearLaw(
+    "energy",
+    depth,
+    REGIMES,
+    coefficients="zobory_1997",
+    parameters=("density", "energy_coefficient"),
+    energy_coefficients=_energy_coefficients,
+)

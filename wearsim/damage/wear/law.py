@@ -1,41 +1,60 @@
-"""What every wear law takes and gives."""
+"""The record of a wear law: its formula, and all that the rest of the package may ask of it."""
 
 from __future__ import annotations
 
-from typing import Literal, Protocol
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
 
-from wearsim.contact.patch import FloatArray, SurfaceFields
+from wearsim.contact.patch import FloatArray
 from wearsim.damage.coefficients import CoefficientSet
 
 Form = Literal["local", "patch_mean"]
 FORMS: tuple[Form, ...] = ("local", "patch_mean")
 
 
-class WearLaw(Protocol):
-    """Depth worn by one passage of each patch, split by wear regime."""
+@dataclass(frozen=True)
+class WearLaw:
+    """A wear law.
 
-    def __call__(
-        self,
-        fields: SurfaceFields,
-        area: FloatArray,
-        coefficients: CoefficientSet,
-        *,
-        form: Form = "local",
-        density: float = 7850.0,
-    ) -> FloatArray:
-        """Return the depth along the normal (n_regimes, m, ny), never negative [m].
+    Parameters
+    ----------
+    name : str
+        Key in `WEAR_LAWS`, in scenes and results.
+    depth : callable
+        ``depth(fields, area, coefficients, *, form)`` -> (n_regimes, m, ny) array: depth that one passage of
+        each of `m` patches removes along the normal of each strip, never negative [m]; from the
+        `SurfaceFields` of the patches, their areas (m,) [m2] and a `CoefficientSet`. Settings among
+        `parameters` named "density" [kg/m3] and "seizure_cap" are further keywords.
+    regimes : tuple of str
+        Names of the wear regimes, in the order of the depths.
+    coefficients : str or None
+        Name of the set it takes where none is asked for; None: it has no published one.
+    forms : tuple of {"local", "patch_mean"}
+        Whether the wear index may be taken cell by cell or as its mean over the patch; the first is the
+        default.
+    parameters : tuple of str
+        What it takes besides a set: "density", "hardness" (in place of that of the set), "seizure_cap",
+        "energy_coefficient" (one constant in place of a set), "table" (a table of the user's own).
+    wears : bool
+        False for the law that removes nothing.
+    needs_friction : bool
+        Whether nothing wears without friction.
+    outside : tuple of (str, str)
+        Regimes in which it goes beyond its data, each with the words that say where.
+    energy_coefficients : callable, optional
+        ``energy_coefficients(coefficients, friction, density)`` -> dict: volume per frictional work of each
+        straight branch [m3/J]; 1e-12 is 1 mm3/kJ. Plateaus are no lines and do not appear; of a branch with
+        an offset it is the slope.
+    """
 
-        Parameters
-        ----------
-        fields : SurfaceFields
-            On the cells of `m` patches.
-        area : (m,) array
-            Of the patches [m2].
-        coefficients : CoefficientSet
-            Numbers of the law.
-        form : {"local", "patch_mean"}
-            Whether the wear index is taken cell by cell or as its mean over the patch.
-        density : float
-            Of the worn body [kg/m3].
-        """
-        ...
+    name: str
+    depth: Callable[..., FloatArray]
+    regimes: tuple[str, ...]
+    coefficients: str | None
+    forms: tuple[Form, ...] = FORMS
+    parameters: tuple[str, ...] = ()
+    wears: bool = True
+    needs_friction: bool = True
+    outside: tuple[tuple[str, str], ...] = ()
+    energy_coefficients: Callable[[CoefficientSet, float, float], dict[str, float]] | None = None

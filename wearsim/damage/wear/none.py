@@ -6,9 +6,7 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients import CoefficientSet
-from wearsim.damage.wear.law import Form
-
-REGIMES = ("no_wear",)
+from wearsim.damage.wear.law import Form, WearLaw
 
 
 def depth(
@@ -17,20 +15,9 @@ def depth(
     coefficients: CoefficientSet,  # noqa: ARG001
     *,
     form: Form = "local",  # noqa: ARG001
-    density: float = 7850.0,  # noqa: ARG001
 ) -> FloatArray:
-    """Return zero depth, for studies in which the profile keeps its shape.
-
-    Parameters
-    ----------
-    fields : SurfaceFields
-        On the cells of `m` patches.
-    area, coefficients, form, density
-        As for every `WearLaw`; they do not act.
-
-    Returns
-    -------
-    (1, m, ny) array
-        Zeros [m].
-    """
+    """Return zero depth (1, m, ny), for studies in which the profile keeps its shape; see `WearLaw`."""
     return np.zeros((1, *fields.cell_length.shape))
+
+
+NONE = WearLaw("none", depth, ("no_wear",), coefficients="lewis_dwyer_joyce_2004", wears=False)

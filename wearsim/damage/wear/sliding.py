@@ -1,4 +1,4 @@
-"""What wear laws take from the fields of a patch beside the frictional work."""
+"""What wear laws take from the fields of a patch besides the frictional work."""
 
 from __future__ import annotations
 
@@ -32,25 +32,9 @@ def relative_slip(fields: SurfaceFields) -> FloatArray:
     unscaled = -(fields.shear_x * fields.slip_x + fields.shear_y * fields.slip_y)
     local = (unscaled.sum(axis=1) * fields.cell_length).sum(axis=1)
     work = fields.strip_work.sum(axis=1)
-    # NaN compares false, and so goes through to whoever stops it
+    # NaN compares false, and so goes through to the check of the depth
     scale = np.where(local <= 0.0, 1.0, work / np.where(local <= 0.0, 1.0, local))
     return size * scale[:, None, None]
-
-
-def sliding_work(fields: SurfaceFields) -> FloatArray:
-    r"""Sliding work of the pressure per volume, :math:`p |s|/V` of each cell.
-
-    Parameters
-    ----------
-    fields : SurfaceFields
-        On the cells of `m` patches.
-
-    Returns
-    -------
-    (m, nx, ny) array
-        [J/m3 = Pa]; the frictional work density over Coulomb's coefficient where the contact slips.
-    """
-    return fields.pressure * relative_slip(fields)
 
 
 def along_strips(density: FloatArray, fields: SurfaceFields) -> FloatArray:

@@ -1,8 +1,8 @@
 r"""A user's own wear law: a table of a wear rate over an index.
 
 For laws whose constants are too uncertain to ship, and for measurements of one's own. One index makes a
-line, sliding speed together with pressure makes a map over a grid. What the index and the rate are is told
-by the names of the columns, with their units, see `INDEX_COLUMNS` and `RATE_COLUMNS`. Between the rows the
+line, sliding speed together with pressure makes a map over a grid. The names of the columns say what index
+and rate are, with their units, see `INDEX_COLUMNS` and `RATE_COLUMNS`. Between the rows the
 rate is linear, or it holds from its row up to the next; beyond the last row it holds or goes on with the
 last slope, and below a first row that is not at 0 it is in proportion to the index, holds or is zero, all as
 the table states. Where nothing slides nothing wears, whatever the first row says.
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients import CoefficientSet
-from wearsim.damage.wear.law import Form
+from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, relative_slip, spread
 
 BoolArray = NDArray[np.bool_]
@@ -43,10 +43,6 @@ RATE_COLUMNS: dict[str, float] = {
 }
 """Rate columns and their SI unit: mass lost per distance rolled and area, volume lost per frictional work,
 Archard's coefficient k (which needs `hardness_GPa`)."""
-
-INTERPOLATIONS = ("linear", "step")
-BEYOND = ("hold", "slope")
-BELOW = ("proportional", "hold", "zero")
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,11 +136,11 @@ def _inside(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
         return np.where(_any_nan(index), np.nan, table.rates[cells])
     if len(index) == 1:
         axis, value = table.axes[0], index[0]
-        found: FloatArray = np.interp(value, axis, table.rates)
+        rate: FloatArray = np.interp(value, axis, table.rates)
         if table.beyond == "slope" and axis.size > 1:
             slope = (table.rates[-1] - table.rates[-2]) / (axis[-1] - axis[-2])
-            found = found + slope * np.maximum(value - axis[-1], 0.0)
-        return np.maximum(found, 0.0)
+            rate = rate + slope * np.maximum(value - axis[-1], 0.0)
+        return np.maximum(rate, 0.0)
     total = np.zeros(np.broadcast_shapes(*(value.shape for value in index)))
     (low0, share0), (low1, share1) = (
         _between(axis, value) for axis, value in zip(table.axes, index, strict=True)
@@ -158,7 +154,7 @@ def _inside(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
 
 
 def outside(index: tuple[FloatArray, ...], table: WearTable) -> tuple[BoolArray, BoolArray]:
-    """Tell where an index lies outside the rows.
+    """Where an index lies outside the rows.
 
     Parameters
     ----------
@@ -279,3 +275,14 @@ def depth(
     else:
         strips = rate[:, None] * strip_sliding / coefficients.hardness
     return _by_regime(strips, tuple(value[:, None] for value in at), coefficients)
+
+
+TABLE = WearLaw(
+    "table",
+    depth,
+    REGIMES,
+    coefficients=None,
+    parameters=("density", "table"),
+    needs_friction=False,
+    outside=(("below", "below the first row"), ("beyond", "beyond the last row")),
+)

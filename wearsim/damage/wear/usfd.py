@@ -6,7 +6,7 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients import CoefficientSet
-from wearsim.damage.wear.law import Form
+from wearsim.damage.wear.law import Form, WearLaw
 
 REGIMES = ("mild", "severe", "catastrophic")
 
@@ -52,11 +52,12 @@ def wear_rate(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
     Notes
     -----
     Mild: 5.3 I; severe: 55.0; catastrophic: 55.0 + 61.9 (I - 77.2), continuous with the severe branch.
-    Why the printed third branch is not taken literally is told by the coefficient set of [1]_.
+    The coefficient set of [1]_ says why the printed third branch is not taken literally.
 
     References
     ----------
-    .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
+    .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478,
+       doi:10.1243/1350650042794815.
     """
     mild, severe, catastrophic = regime(index, coefficients)
     level = coefficients["severe_level"]
@@ -103,11 +104,12 @@ def depth(
     Local: :math:`\Delta z(y) = \frac{1}{\rho} \int K_w(I_w)\,dx`. Patch mean: one index
     :math:`\bar I = \int e\,dy / A` gives the volume :math:`K_w(\bar I) A / \rho` per unit width of rolling
     distance, spread over the strips as their frictional work e(y). Where :math:`K_w` is linear (mild
-    regime) both are the same; the tests of [1]_ know only the mean.
+    regime) both are the same; the tests of [1]_ give the mean only.
 
     References
     ----------
-    .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
+    .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478,
+       doi:10.1243/1350650042794815.
     """
     if form == "local":
         index = fields.work_density / _PASCAL_PER_N_MM2
@@ -120,3 +122,18 @@ def depth(
     share = strip_work / np.where(works, total, 1.0)[:, None]
     removed_area = wear_rate(mean_index, coefficients) * area * (_KG_M3_PER_UG_M_MM2 / density)
     return removed_area[:, :, None] * share
+
+
+def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001
+    per_slope = _KG_M3_PER_UG_M_MM2 / _PASCAL_PER_N_MM2 / density
+    return {name: per_slope * coefficients[f"{name}_slope"] for name in ("mild", "catastrophic")}
+
+
+USFD = WearLaw(
+    "usfd",
+    depth,
+    REGIMES,
+    coefficients="lewis_dwyer_joyce_2004",
+    parameters=("density",),
+    energy_coefficients=_energy_coefficients,
+)

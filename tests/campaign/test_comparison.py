@@ -1,0 +1,239 @@
+"""Comparison laws: on the same contacts, along the same campaign, changing no profile."""
+
+from dataclasses import replace
+
+import netCDF4
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.run import run_evolution
+from wearsim.campaign.state import State, WearRate
+from wearsim.campaign.step import advance
+from wearsim.damage.fatigue import FATIGUE_LAWS
+from wearsim.errors import ResultError
+from wearsim.profile.shape import vertex_lengths
+from wearsim.report.tables_damage import wear_laws
+from wearsim.results import GROUPS, LAYOUT, layout_of, open_results
+
+FATIGUE = f"""
+[fatigue]
+laws = {sorted(FATIGUE_LAWS)}
+branch = "rising"
+crack_depth_mm = 2
+""".replace("'", '"')
+COMPARISON = '[wear]\nalso_evaluate = ["archard", "energy", "brr", "none"]\n'
+
+
+@pytest.fixture
+def evolution(two_blocks):
+    """Function that gives a short, coarse campaign with some laws, under an environment factor of 0.5."""
+
+    def made(damage="", campaign="", mirrored=False):
+        return two_blocks(
+            mirrored=mirrored,
+            environment=0.5,
+            contact="strips = 14\ncells = 12",
+            campaign=f"distance_km = 24\npoint_spacing_mm = 0.5\n{campaign}",
+            more=damage,
+        )
+
+    return made
+
+
+@pytest.mark.parametrize("integrator", ["euler", "heun", "semi_implicit"])
+def test_comparison_law_equal_to_the_active_one_has_its_bits(integrator, evolution, all_states):
+    of = evolution(COMPARISON, f'integrator = "{integrator}"')
+    laws = (*of.setup.also_evaluate, of.setup.wear)
+    of = WheelsetEvolution(replace(of.setup, also_evaluate=laws), threads=1)
+    last = all_states(of)[0][-1]
+    np.testing.assert_array_equal(last.comparison_depth[-1], last.wear_depth)
+    regimes = last.regime_depth.shape[1]
+    np.testing.assert_allclose(last.comparison_area[:, -regimes:].sum(axis=1), last.worn_area, rtol=1e-12)
+
+
+def test_both_forms_of_a_law_stand_side_by_side(tmp_path, evolution):
+    """Local is active, the mean of the patch compared: other depths, other names."""
+    forms = '[wear]\nlaw = "energy"\nalso_evaluate = [{law = "energy", form = "patch_mean"}, "usfd"]\n'
+    path = run_evolution(evolution(forms), tmp_path, "rig")
+    with open_results(path) as data:
+        assert list(data["comparison_name"].values) == ["energy (patch mean)", "usfd"]
+        told = [str(name) for name in data["comparison_regime_name"].values]
+        assert told[:3] == ["energy (patch mean): mild", "energy (patch mean): severe", "usfd: mild"]
+        mean, local = data["comparison_wear_depth"].values[-1, :, 0], data["wear_depth"].values[-1]
+        assert mean.max() > 0.0
+        assert abs(mean.max() / local.max() - 1.0) > 1e-3
+        area = data["comparison_worn_area"].values[-1][:, :2].sum()
+        table, numbers = wear_laws(data)[:2]
+        assert [row[0].text for row in table.rows] == ["energy, leading", "energy (patch mean)", "usfd"]
+        assert table.rows[1][3].value == pytest.approx(area / data["worn_area"].values[-1].sum(), rel=1e-12)
+        assert [row[1].text for row in numbers.rows] == ["local", "patch mean", "local"]
+
+
+def test_comparison_laws_and_fatigue_change_no_bit_of_the_wear(evolution, all_states):
+    alone = all_states(evolution())[0][-1]
+    among = all_states(evolution(COMPARISON + FATIGUE))[0][-1]
+    for name in ("distance", "y", "z", "wear_depth", "regime_depth", "worn_area", "worn_mass", "step_error"):
+        np.testing.assert_array_equal(getattr(among, name), getattr(alone, name), err_msg=name)
+    deepest = [depth.max() for depth in among.comparison_depth]
+    assert deepest[-1] == 0.0  # the law "none"
+    assert min(deepest[:-1]) > 0.0
+    assert len(set(deepest)) == len(deepest)
+
+
+def test_active_law_without_wear_has_comparison_laws(evolution, all_states):
+    """The profile stays new, and the comparison law grows with the distance."""
+    states = all_states(evolution('[wear]\nlaw = "none"\nalso_evaluate = ["usfd"]\n' + FATIGUE))[0]
+    last = states[-1]
+    np.testing.assert_array_equal(last.z, states[0].z)
+    assert last.worn_area.max() == 0.0
+    assert last.comparison_depth[0].max() > 1e-6
+
+
+def test_mirrored_scene_gives_mirrored_damage(evolution, all_states):
+    """Right and left change places; 1e-9 of the largest of each law."""
+    scenes = (evolution(COMPARISON + FATIGUE, mirrored=mirrored) for mirrored in (False, True))
+    one, other = (all_states(of)[0][-1] for of in scenes)
+    for name in ("comparison_depth", "fatigue_damage"):
+        for here, there in zip(getattr(one, name), getattr(other, name), strict=True):
+            np.testing.assert_allclose(there[::-1], here, rtol=0, atol=1e-9 * here.max())
+    assert all(damage.max() > 0.0 for damage in one.fatigue_damage)
+    np.testing.assert_allclose(other.comparison_area[::-1], one.comparison_area, rtol=1e-9, atol=1e-18)
+
+
+def test_damage_of_an_unworn_wheel_grows_linearly(evolution, all_states):
+    """Rate of the new wheel times distance: only rounding lies between them."""
+    of = evolution('[wear]\nlaw = "none"\n' + FATIGUE)
+    start, _ = of.start()
+    rates = of.evaluate(start).collective.fatigue
+    last = all_states(of)[0][-1]
+    for rate, damage in zip(rates, last.fatigue_damage, strict=True):
+        np.testing.assert_allclose(damage, rate * last.distance, rtol=1e-12)
+
+
+@given(parts=st.lists(st.floats(1.0, 1e5), min_size=1, max_size=6), depth=st.sampled_from([np.inf, 1e-3]))
+def test_damage_of_constant_rates_knows_no_steps(parts, depth):
+    """Damage grows, or wear removes it, at their rates, however the distance is cut; rounding only."""
+    y = np.tile(np.linspace(-0.03, 0.03, 40), (2, 1))
+    z, nothing = -0.05 * y, np.zeros_like(y)
+    worn = np.zeros((2, 1, 40))
+    worn[:, 0, 10:20] = 1e-12
+    damage = np.linspace(-1e-9, 3e-9, 40) * np.ones((2, 1))
+    state = State(
+        0, 0.0, y, z, nothing, np.zeros((2, 1, 40)), np.zeros(2), np.zeros(2), fatigue_damage=(nothing,)
+    )
+    rate = WearRate(worn[:, 0], worn, nothing, nothing, None, fatigue=(damage,))
+    options = {"radius": 0.46, "density": 7850.0, "smoothing_wavelength": 0.0, "integrator": "euler"}
+    for part in parts:
+        state = advance(state, rate, part, rate_at=lambda _: rate, crack_depth=(depth,), **options)
+    expected = np.maximum((damage - worn[:, 0] / depth) * sum(parts), 0.0)
+    np.testing.assert_allclose(state.fatigue_damage[0], expected, rtol=1e-9, atol=1e-18 * sum(parts))
+
+
+def test_wear_removes_cracks_of_a_stated_depth_only(evolution, all_states):
+    """A shallow crack is worn away faster; laws without crack depth keep all they had."""
+    shallow = FATIGUE.replace("crack_depth_mm = 2", "crack_depth_mm = 0.05")
+    deep, flat = (all_states(evolution(damage))[0][-1] for damage in (FATIGUE, shallow))
+    names = sorted(FATIGUE_LAWS)
+    for name, one, other in zip(names, deep.fatigue_damage, flat.fatigue_damage, strict=True):
+        if name == "wlrm":
+            assert (other <= one).all()
+            assert other.sum() < 0.9 * one.sum()
+        else:
+            np.testing.assert_array_equal(one, other)
+
+
+def test_damage_of_patches_is_kept_on_the_profile(evolution):
+    """Sum over rings and lengths against the sum over patches: 1e-12 of it (carried, not sampled)."""
+    of = evolution(FATIGUE)
+    state, _ = of.start()
+    found = of.evaluate(state)
+    setup, solution = of.setup, found.solution
+    for k, law in enumerate(setup.fatigue):
+        strips = found.comparison.patches[k].strip_damage
+        by_patch = (strips.sum(axis=1) * solution.fields.strip_width) * setup.points.weight[solution.point]
+        assert by_patch.sum() > 0.0
+        for wheel in (0, 1):
+            ring = 2.0 * np.pi * (setup.wheelset.radius + state.z[wheel])
+            length = vertex_lengths(state.y[wheel], state.z[wheel])
+            on_profile = (found.collective.fatigue[k][wheel] * ring * length).sum() / law.crack_width
+            here = by_patch[solution.side == wheel].sum()
+            assert on_profile == pytest.approx(here, rel=1e-12, abs=1e-15)
+
+
+def test_environment_factor_acts_on_wear_not_on_damage(evolution):
+    of = evolution(COMPARISON + FATIGUE)
+    dry = replace(of.setup, points=replace(of.setup.points, environment=np.ones(2)))
+    state, _ = of.start()
+    half, full = (WheelsetEvolution(one, threads=1).evaluate(state).collective for one in (of.setup, dry))
+    for one, other in zip(half.comparison, full.comparison, strict=True):
+        np.testing.assert_allclose(2.0 * one, other, rtol=1e-12)
+    for one, other in zip(half.fatigue, full.fatigue, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+class Stop(Exception):
+    pass
+
+
+@pytest.mark.parametrize("last", [0, 2])
+def test_resumed_campaign_has_the_same_bits(tmp_path, last, evolution):
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    whole.mkdir()
+    cut.mkdir()
+    of = evolution(COMPARISON + FATIGUE)
+
+    def stop(event):
+        if event.kind == "step" and event.step == last:
+            raise Stop
+
+    with pytest.raises(Stop):
+        run_evolution(of, cut, "rig", stop)
+    paths = run_evolution(of, whole, "rig"), run_evolution(of, cut, "rig")
+    with netCDF4.Dataset(paths[0]) as one, netCDF4.Dataset(paths[1]) as other:
+        names = layout_of(one.variables)
+        assert set(names) == {*LAYOUT, *GROUPS["comparison"], *GROUPS["fatigue"]} == set(one.variables)
+        for file in (one, other):
+            file.set_auto_maskandscale(False)
+        for name in names:
+            assert np.array_equal(one[name][:], other[name][:]), name
+
+
+def test_result_file_holds_the_laws(tmp_path, evolution):
+    of = evolution(COMPARISON + FATIGUE)
+    path = run_evolution(of, tmp_path, "rig")
+    with open_results(path) as data:
+        assert list(data["comparison_name"].values) == ["archard", "energy", "brr", "none"]
+        assert list(data["fatigue_name"].values) == sorted(FATIGUE_LAWS)
+        has_depth = data["fatigue_name"].values == "wlrm"
+        np.testing.assert_array_equal(np.isfinite(data["fatigue_crack_depth"].values), has_depth)
+        balanced = data["magic_wear_rate"].values
+        assert np.isfinite(balanced[:, :, has_depth]).all()
+        assert np.isnan(balanced[:, :, ~has_depth]).all()
+        rate, wear = (
+            data["fatigue_damage_rate"].values[:, :, has_depth],
+            data["wear_depth_rate"].values[:, :, None],
+        )
+        by_cracks = data["life_limited_by"].values[:, :, has_depth] == 2
+        # cracks of 2 mm grow where wear is below the balance, and end the life before 3 mm are worn
+        np.testing.assert_allclose(balanced[:, :, has_depth], rate * 2e-3, rtol=1e-15)
+        np.testing.assert_array_equal(by_cracks, (rate - wear / 2e-3) * 3e-3 > wear)
+        np.testing.assert_allclose(data["wear_number_with_spin"], data["power"] / data["speed"], rtol=1e-9)
+        low = np.abs(data["force_x"] * data["creepage_x"]) + np.abs(data["force_y"] * data["creepage_y"])
+        np.testing.assert_allclose(data["wear_number_without_spin"], low, rtol=1e-12)
+
+
+def test_file_with_half_a_group_is_refused(tmp_path, evolution):
+    path = run_evolution(evolution(COMPARISON), tmp_path, "rig")
+    with netCDF4.Dataset(path, "a") as file:
+        file.renameVariable("comparison_wear_depth", "comparison_wear")
+    with pytest.raises(ResultError, match="not a result file"):
+        open_results(path)
+
+
+@pytest.mark.cf
+def test_compliance_checker_finds_nothing(tmp_path, assert_cf, evolution):
+    of = replace(evolution(COMPARISON + FATIGUE), command="wearsim run rig.toml")
+    assert_cf(run_evolution(of, tmp_path, "rig"))

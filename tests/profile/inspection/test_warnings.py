@@ -1,0 +1,61 @@
+"""Measures that a header contradicts or that are noise are told."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wearsim.profile.inspection.inputs import read_input
+from wearsim.profile.inspection.notes import header_notes, hollowing_notes
+from wearsim.profile.measures import hollowing, wheel_measures
+
+MEASURED = Path(__file__).parents[3] / "profiles" / "measured"
+
+
+@pytest.fixture(scope="module")
+def wheel():
+    return read_input(str(MEASURED / "wheel_worn_right.whl"))
+
+
+@pytest.fixture(scope="module")
+def values(wheel):
+    return wheel_measures(wheel.profile).values
+
+
+def test_headers_that_agree_say_nothing(wheel, values):
+    """Instruments smooth: Sh 27.97 for 27.80 mm was found in a real file."""
+    near = {"SH": "29.45", "sd": "32,4000", "qR": "10.3"}
+    assert header_notes(wheel, values) == header_notes(replace(wheel, header=near), values) == ()
+    unset = {"Sh": "0.0000", "Sd": "", "qR": "-"}
+    assert header_notes(replace(wheel, header=unset), values) == ()
+
+
+def test_headers_that_disagree_are_told_at_once(wheel, values):
+    (note,) = header_notes(replace(wheel, header={"Sh": "28.1", "Sd": "25", "qR": "10.66"}), values)
+    assert note.startswith("the header says Sh, Sd = 28.1, 25 mm, the points give 29.60, 32.35 mm: it is old")
+
+
+def test_measures_at_other_distances_are_not_compared(wheel, values):
+    stale = replace(wheel, header={"Sd": "25"})
+    assert header_notes(stale, values, {"flange_thickness"}) == ()
+
+
+@pytest.mark.parametrize("noise", [0.0, 3e-6, 50e-6])
+def test_hollowing_of_noise_is_told(noise):
+    """White noise of 50 um stands out by 0.2 mm on a tread without hollowing; 3 um by 0.02 mm."""
+    new = read_input("S1002")
+    z = new.profile.z + np.random.default_rng(5).normal(0.0, noise, len(new.profile.z))
+    subject = replace(new, format="two-column", profile=replace(new.profile, z=z))
+    found = {"hollowing": hollowing(subject.profile.y, z)}
+    told = hollowing_notes(subject, found)
+    if noise < 10e-6:
+        assert told == ()
+    else:
+        assert told[0].startswith(f"of {1e3 * found['hollowing']:.3f} mm hollowing ")
+        assert "--smooth-mm 5" in told[0]
+
+
+def test_real_hollowing_stays(wheel, values):
+    assert values["hollowing"] > 1e-3
+    assert hollowing_notes(wheel, values) == ()

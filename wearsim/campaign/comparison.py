@@ -1,0 +1,293 @@
+"""Comparison laws: wear and fatigue laws evaluated on the same contacts, which change no profile.
+
+Wear laws give the depth they would have worn, fatigue laws the damage they add. Each is carried to the
+vertices of the profile as wear is, and accumulates there along the campaign of the active wear law.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wearsim.campaign.state import State, WearRate
+from wearsim.contact.patch import FloatArray
+from wearsim.contact.solve import ContactSolution
+from wearsim.damage import fatigue
+from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.fatigue import (
+    FATIGUE_LAWS,
+    WEAR_NUMBERS,
+    FatigueDamage,
+    FatigueSettings,
+    passage_damage,
+    patch_loads,
+)
+from wearsim.damage.fatigue.balance import balance
+from wearsim.damage.fatigue.surface_fatigue import subsurface_index
+from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of, passage_depth
+from wearsim.results import FILL_FLOAT, FILL_INT
+
+if TYPE_CHECKING:
+    from wearsim.scene import CampaignSetup
+
+_MPA = 1e6
+_ATTRIBUTES: Mapping[str, Callable[[CoefficientSet], str]] = {
+    "numbers": lambda one: ", ".join(one.numbers),
+    "materials": lambda one: one.materials,
+    "validity": lambda one: one.validity,
+    "departures": lambda one: " ".join(one.departures),
+}
+"""What a result file says of a coefficient set in attributes of its group."""
+
+
+@dataclass(frozen=True)
+class ComparisonLaws:
+    """Settings of the comparison laws.
+
+    Parameters
+    ----------
+    wear : tuple of WearSettings
+        Wear laws.
+    fatigue : tuple of FatigueSettings
+        Fatigue laws.
+    active : WearSettings, optional
+        The active wear law, from which the names of the others must differ.
+    """
+
+    wear: tuple[WearSettings, ...] = ()
+    fatigue: tuple[FatigueSettings, ...] = ()
+    active: WearSettings | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the wear laws: with form and set, where the same law acts with other ones, too."""
+        every = [*self.wear, *([] if self.active is None else [self.active])]
+        names = []
+        for one in self.wear:
+            same = [other for other in every if other.law == one.law]
+            form = one.form.replace("_", " ") if len({other.form for other in same}) > 1 else ""
+            sets = {_set_name(other) for other in same}
+            which = ", ".join(filter(None, [form, _set_name(one) if len(sets) > 1 else ""]))
+            names.append(f"{one.law} ({which})" if which else one.law)
+        return tuple(names)
+
+    @property
+    def crack_depth(self) -> tuple[float, ...]:
+        """Depth of a crack of damage 1 of each fatigue law, infinite where wear removes no damage [m]."""
+        return tuple(math.inf if one.crack_depth is None else one.crack_depth for one in self.fatigue)
+
+
+@dataclass(frozen=True)
+class ComparisonPassage:
+    """Depth and damage of one passage of each of `m` patches by the comparison laws.
+
+    Parameters
+    ----------
+    depth : tuple of (n_regimes, m, ny) arrays
+        Depth by each wear law and its regimes [m].
+    damage : tuple of (m, ny) arrays
+        Damage by each fatigue law at a place the strip passes over [-].
+    patches : tuple of FatigueDamage
+        The same with index and damage of the whole patch.
+    """
+
+    depth: tuple[FloatArray, ...] = ()
+    damage: tuple[FloatArray, ...] = ()
+    patches: tuple[FatigueDamage, ...] = ()
+
+
+def comparison_laws(setup: CampaignSetup) -> ComparisonLaws:
+    """Return the comparison laws of a campaign."""
+    return ComparisonLaws(setup.also_evaluate, setup.fatigue, setup.wear)
+
+
+def _set_name(settings: WearSettings) -> str:
+    return settings.coefficients if isinstance(settings.coefficients, str) else settings.coefficients.name
+
+
+def comparison_passage(solution: ContactSolution, laws: ComparisonLaws) -> ComparisonPassage:
+    """Evaluate the comparison laws on a contact solution.
+
+    Parameters
+    ----------
+    solution : ContactSolution
+        With `m` patches.
+    laws : ComparisonLaws
+        Settings of the laws.
+
+    Returns
+    -------
+    ComparisonPassage
+        Of every patch.
+    """
+    loads = patch_loads(solution) if laws.fatigue else None
+    patches = () if loads is None else tuple(passage_damage(loads, one) for one in laws.fatigue)
+    return ComparisonPassage(
+        depth=tuple(passage_depth(solution.fields, solution.area, one) for one in laws.wear),
+        damage=tuple(
+            one.strip_damage * law.crack_width for one, law in zip(patches, laws.fatigue, strict=True)
+        ),
+        patches=patches,
+    )
+
+
+def start_comparison(state: State, laws: ComparisonLaws) -> State:
+    """Return the initial state with nothing worn and no damage by any of the laws."""
+    return replace(
+        state,
+        comparison_depth=tuple(np.zeros_like(state.y) for _ in laws.wear),
+        comparison_area=np.zeros((2, sum(len(WEAR_LAWS[one.law].regimes) for one in laws.wear))),
+        fatigue_damage=tuple(np.zeros_like(state.y) for _ in laws.fatigue),
+    )
+
+
+def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
+    """Return the static variables of a result file that name the laws and their numbers."""
+    static: dict[str, Any] = {}
+    if laws.wear:
+        sets = _wear_sets(laws)
+        static |= {
+            "comparison_name": laws.names,
+            "comparison_coefficients": tuple("" if one is None else one.name for one in sets),
+            "comparison_source": tuple("" if one is None else one.source for one in sets),
+            "comparison_warnings": tuple("" if one is None else "; ".join(one.uncertain) for one in sets),
+            "comparison_form": tuple(
+                one.form + (f", seizure cap {one.seizure_cap}" if one.seizure_cap != "none" else "")
+                for one in laws.wear
+            ),
+            "comparison_regime_name": tuple(
+                f"{name}: {regime}"
+                for name, one in zip(laws.names, laws.wear, strict=True)
+                for regime in WEAR_LAWS[one.law].regimes
+            ),
+        }
+    if laws.fatigue:
+        numbers = [fatigue.coefficients_of(one) for one in laws.fatigue]
+        static |= {
+            "fatigue_name": tuple(one.law for one in laws.fatigue),
+            "fatigue_coefficients": tuple(one.name for one in numbers),
+            "fatigue_source": tuple(one.source for one in numbers),
+            "fatigue_warnings": tuple("; ".join(one.uncertain) for one in numbers),
+            "fatigue_form": tuple(_form(one) for one in laws.fatigue),
+            "fatigue_crack_width": np.array([one.crack_width for one in laws.fatigue]),
+            "fatigue_wear_limit": np.array(
+                [FILL_FLOAT if one.crack_depth is None else one.wear_limit for one in laws.fatigue]
+            ),
+            "fatigue_crack_depth": np.array(
+                [FILL_FLOAT if one.crack_depth is None else one.crack_depth for one in laws.fatigue]
+            ),
+            "fatigue_shear_yield": np.array(
+                [_MPA * one["shear_yield"] if "shear_yield" in one.values else FILL_FLOAT for one in numbers]
+            ),
+        }
+    return static
+
+
+def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
+    """Return the attributes of a result file on the numbers of the laws, one line for each law.
+
+    Numbers that act, materials and tests they are for, departures from the source.
+    """
+    groups: dict[str, list[CoefficientSet | None]] = {
+        "comparison": _wear_sets(laws),
+        "fatigue": [fatigue.coefficients_of(one) for one in laws.fatigue],
+    }
+    return {
+        f"{group}_{key}": "\n".join("" if one is None else " ".join(text(one).split("\n")) for one in sets)
+        for group, sets in groups.items()
+        if sets
+        for key, text in _ATTRIBUTES.items()
+    }
+
+
+def _wear_sets(laws: ComparisonLaws) -> list[CoefficientSet | None]:
+    """Coefficients of each wear law; None for one that wears nothing."""
+    return [coefficients_of(one) if WEAR_LAWS[one.law].wears else None for one in laws.wear]
+
+
+def _form(settings: FatigueSettings) -> str:
+    if not FATIGUE_LAWS[settings.law].contains_removal:
+        return ""
+    branch = {
+        "net": "net form, with the removal of cracks by wear in its falling branch",
+        "rising": "rising branch, removal of cracks by the wear of the campaign",
+    }[settings.branch]
+    return f"{branch}; wear number {settings.wear_number.replace('_', ' ')}"
+
+
+def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> dict[str, np.ndarray]:
+    """Return the variables of one row that belong to the laws and stand along the profile.
+
+    Parameters
+    ----------
+    state : State
+        Both wheels.
+    collective : WearRate
+        In that state under the weights of the full collective.
+    laws : ComparisonLaws
+        Settings of the laws.
+
+    Returns
+    -------
+    dict of arrays
+        As the groups of `wearsim.results.GROUPS` name them [SI units].
+    """
+    row: dict[str, np.ndarray] = {}
+    if laws.wear:
+        row["comparison_wear_depth"] = np.stack(state.comparison_depth, axis=1)
+        row["comparison_worn_area"] = state.comparison_area
+    if not laws.fatigue:
+        return row
+    row["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
+    row["fatigue_damage_rate"] = rates = np.stack(collective.fatigue, axis=1)
+    row["wear_depth_rate"] = collective.depth
+    balanced = np.full(rates.shape, FILL_FLOAT)
+    limited = np.full(rates.shape, FILL_INT, dtype=np.int32)
+    for k, law in enumerate(laws.fatigue):
+        if law.crack_depth is not None:
+            life = balance(
+                rates[:, k], collective.depth, crack_depth=law.crack_depth, wear_limit=law.wear_limit
+            )
+            balanced[:, k], limited[:, k] = life.magic_wear_rate, life.limited_by
+    return row | {"magic_wear_rate": balanced, "life_limited_by": limited}
+
+
+def patch_values(
+    solution: ContactSolution, passage: ComparisonPassage, laws: ComparisonLaws
+) -> Mapping[str, FloatArray]:
+    """Return index and damage of each patch (m, ...) by the fatigue laws, for the slots of a row.
+
+    Parameters
+    ----------
+    solution : ContactSolution
+        With `m` patches.
+    passage : ComparisonPassage
+        Of them.
+    laws : ComparisonLaws
+        Settings of the laws.
+    """
+    if not passage.patches:
+        return {}
+    loads = patch_loads(solution)
+    missing = np.full(loads.area.shape, FILL_FLOAT)
+    indices = {
+        name: np.stack(
+            [
+                one.index if FATIGUE_LAWS[law.law].index_quantity == name else missing
+                for one, law in zip(passage.patches, laws.fatigue, strict=True)
+            ],
+            axis=1,
+        )
+        for name in dict.fromkeys(one.index_quantity for one in FATIGUE_LAWS.values())
+    }
+    return {
+        "fatigue_damage_passage": np.stack([one.damage for one in passage.patches], axis=1),
+        **indices,
+        "fatigue_index_y": np.stack([one.index_y for one in passage.patches], axis=1),
+        "subsurface_fatigue_index": subsurface_index(loads.utilised_friction, loads.max_pressure),
+        **{f"wear_number_{name}": number(loads) for name, number in WEAR_NUMBERS.items()},
+    }

@@ -1,0 +1,79 @@
+"""Registries of the damage laws: every record at the top of a module of a folder is registered."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import pkgutil
+from collections.abc import Iterable
+from typing import Protocol, TypeVar
+
+from wearsim.errors import Fault, SceneError
+
+
+class Named(Protocol):
+    """A record with a name."""
+
+    @property
+    def name(self) -> str:
+        """Key in its registry."""
+        ...
+
+
+Record = TypeVar("Record", bound=Named)
+
+
+class Registry(dict[str, Record]):
+    """Records by name; looking up an unknown name raises a `SceneError` that lists the known ones.
+
+    Parameters
+    ----------
+    kind : str
+        What a record is called in messages, such as "wear law".
+    records : iterable of records
+        Each with its own name.
+    """
+
+    def __init__(self, kind: str, records: Iterable[Record]) -> None:
+        self.kind = kind
+        super().__init__()
+        for record in records:
+            if self.setdefault(record.name, record) is not record:
+                raise ValueError(f'{kind} "{record.name}" is defined twice')
+
+    def __missing__(self, name: str) -> Record:
+        raise SceneError([unknown(self.kind, name, self)])
+
+
+def discover(kind: str, package: str, path: Iterable[str], record: type[Record]) -> Registry[Record]:
+    """Collect the records of all modules of a package.
+
+    Parameters
+    ----------
+    kind : str
+        What a record is called in messages.
+    package : str
+        Name of the package.
+    path : iterable of str
+        Its folders, `__path__`.
+    record : type
+        Class of the records: every instance at the top of a module is registered.
+
+    Returns
+    -------
+    Registry
+        Modules in alphabetical order, records as they stand in their module.
+    """
+    names = sorted(found.name for found in pkgutil.iter_modules(path))
+    modules = [importlib.import_module(f"{package}.{name}") for name in names]
+    return Registry(
+        kind, (value for module in modules for value in vars(module).values() if isinstance(value, record))
+    )
+
+
+def unknown(kind: str, name: str, known: Iterable[str]) -> Fault:
+    """Return the fault of an unknown name, with the known ones and the nearest of them."""
+    names = sorted(known)
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.0)
+    hint = f'; did you mean "{near[0]}"?' if near else ""
+    return Fault(f'{kind} "{name}" is unknown; there is {", ".join(names)}{hint}')

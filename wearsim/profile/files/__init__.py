@@ -1,0 +1,422 @@
+"""Profiles from and to files: MiniProf, SIMPACK, and lists of points of any program."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from pathlib import Path
+from typing import NamedTuple, Unpack
+
+import numpy as np
+
+from wearsim.errors import Fault, ProfileError
+from wearsim.profile import standard
+from wearsim.profile.files import miniprof, simpack
+from wearsim.profile.files.axes import ORIGINS, RUNNING_CIRCLE, UNITS, Statements, to_our_axes
+from wearsim.profile.files.points import (
+    EXACT,
+    MAX_BYTES,
+    POINT_FORMATS,
+    Faults,
+    Kind,
+    Points,
+    SliceFile,
+    Text,
+    is_slice_list,
+    read_points,
+    read_slice_list,
+    read_text,
+)
+from wearsim.profile.placement import head_lean, lean_words, place_rail, tilt_to_add
+from wearsim.profile.shape import Profile
+
+__all__ = [
+    "FORMATS",
+    "MAX_BYTES",
+    "WRITTEN_FORMATS",
+    "ProfileReading",
+    "Statements",
+    "load_profile",
+    "read_profile",
+    "write_profile",
+]
+
+
+class Format(NamedTuple):
+    """Title of a format, and its extensions with the kind they stand for ("" for both)."""
+
+    title: str
+    suffixes: Mapping[str, str]
+
+
+FORMATS: dict[str, Format] = {
+    "simpack": Format("SIMPACK", simpack.SUFFIXES),
+    "miniprof-parts": Format("MiniProf multi-part", miniprof.PART_SUFFIXES),
+    "miniprof": Format("MiniProf", miniprof.SUFFIXES),
+    "slices": Format("CONTACT slices", {".slcs": "rail", ".slcw": "wheel"}),
+    **{name: Format(form.title, form.suffixes) for name, form in POINT_FORMATS.items()},
+}
+"""What can be read, in the order in which files are tried."""
+
+_RECOGNISED = {
+    "simpack": simpack.recognises,
+    "miniprof-parts": miniprof.recognises_parts,
+    "miniprof": miniprof.recognises,
+    "slices": is_slice_list,
+}  # by content; what is left by its extension
+
+
+@dataclass(frozen=True)
+class ProfileReading:
+    """A profile from a file and what was detected on reading it.
+
+    Parameters
+    ----------
+    profile : Profile
+        In our axes [m]; a rail is not yet placed in the track.
+    format : str
+        Key of `FORMATS`.
+    header : mapping of str to str
+        Keys and values of the file, unchanged.
+    notes : tuple of str
+        What was detected, changed or left out.
+    files : tuple of Path
+        The files read: the one given, and that of the slice.
+    lean : float or None
+        Of a rail head towards the track centre, see `placement.head_lean` [-].
+    running_circle : float or None
+        Distance of the running circle from the flange back, if the header gives it and y counts from there
+        [m].
+    """
+
+    profile: Profile
+    format: str
+    header: Mapping[str, str] = field(repr=False)
+    notes: tuple[str, ...]
+    files: tuple[Path, ...]
+    lean: float | None = None
+    running_circle: float | None = None
+
+
+def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements]) -> ProfileReading:
+    """Read a profile from a file of any known format.
+
+    Parameters
+    ----------
+    path : str or Path
+        Text of at most 20 MB and 10^6 points.
+    kind : {"wheel", "rail"}
+        What it is.
+    **statements
+        What the file does not say or says wrongly, see `Statements`.
+
+    Returns
+    -------
+    ProfileReading
+        Points in our axes, in the order along the profile.
+
+    Raises
+    ------
+    ProfileError
+        One line per fault, ``file:line: message``; what cannot be detected names the flag that settles it.
+    """
+    path = Path(path)
+    format, part, slice = statements.get("format"), statements.get("part"), statements.get("slice")
+    _known("units", statements.get("units"), UNITS, path)
+    _known("origin", statements.get("origin"), ORIGINS, path)
+    notes: list[str] = []
+    header: dict[str, str] = {}
+    files = [path]
+    for depth in (0, 1):
+        text = read_text(files[-1])
+        name = _format_of(text, format)
+        faults = Faults(files[-1])
+        stands_for = FORMATS[name].suffixes.get(files[-1].suffix.lower(), "")
+        if stands_for not in ("", kind):
+            faults.add(f"{files[-1].suffix} is a {stands_for}, a {kind} profile is needed")
+        content = _content(text, name, kind, faults, part, slice)
+        faults.raise_any()
+        notes += [f"format {FORMATS[name].title}", *text.notes]
+        if not isinstance(content, SliceFile):
+            break
+        if depth == 1:
+            faults.add("is a list of slices within a list of slices; give the list itself")
+            faults.raise_any()
+        header, format, slice = dict(content.header), None, None
+        notes += content.notes
+        files.append(_slice_file(path, content))
+    assert isinstance(content, Points)
+    ours = to_our_axes(content, kind, statements, faults)
+    lean = None if kind == "wheel" else head_lean(ours.y, ours.z)
+    notes += [*content.notes, *ours.notes, *([] if lean is None else [f"head {lean_words(lean)}"])]
+    shown = notes[1:] if name == "two-column" else notes
+    source = f"file {path.name} ({'; '.join(shown)})" if shown else f"file {path.name}"
+    return ProfileReading(
+        Profile(path.stem, kind, ours.y, ours.z, source),
+        name,
+        {**header, **content.header},
+        tuple(notes),
+        tuple(files),
+        lean,
+        ours.running_circle,
+    )
+
+
+def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> None:
+    """Raise for a statement that is none of the known ones."""
+    if value is None or value in known:
+        return
+    near = difflib.get_close_matches(value.lower(), list(known), n=1, cutoff=0.4)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    raise ProfileError(f"{path}: {key} = {value!r} is not one of {', '.join(known)}{hint}")
+
+
+def _format_of(text: Text, name: str | None) -> str:
+    """Format of a file: stated, by its content, or by its extension."""
+    _known("format", name, FORMATS, text.path)
+    suffix = text.path.suffix.lower()
+    by_content = (key for key, recognises in _RECOGNISED.items() if name is None and recognises(text))
+    by_suffix = (key for key, each in FORMATS.items() if suffix in each.suffixes)
+    return name or next(by_content, None) or next(by_suffix, "two-column")
+
+
+def _content(
+    text: Text, name: str, kind: Kind, faults: Faults, part: int | str | None, slice: int | None
+) -> Points | SliceFile | None:
+    """Read a file of known format; None with a fault."""
+    if part is not None and name not in ("miniprof-parts", "slices"):
+        faults.add(f"--part {part} is stated, but the file holds one profile: leave it out")
+    if slice is not None and name != "slices":
+        faults.add(f"--slice {slice} is stated, but the file is no list of slices: leave it out")
+    if name in POINT_FORMATS:
+        return read_points(text, faults, POINT_FORMATS[name])
+    if name == "slices":
+        return read_slice_list(text, faults, slice)
+    if name == "miniprof-parts":
+        return miniprof.read_part(text, kind, faults, part)
+    return simpack.read(text, kind, faults) if name == "simpack" else miniprof.read(text, kind, faults)
+
+
+def _slice_file(path: Path, listed: SliceFile) -> Path:
+    """File of a slice, in the folder of the list."""
+    file = path.parent / listed.file.replace("\\", "/")
+    if not file.is_file():
+        message = f"slice file {listed.file[:200]!r} does not exist in the folder of the list; copy it there"
+        raise ProfileError(str(Fault(message, str(path), listed.line)))
+    return file
+
+
+def load_profile(
+    name_or_path: str | Path,
+    kind: Kind,
+    *,
+    inclination: float = 0.0,
+    gauge: float = 1.435,
+    half_span: float = 0.750,
+    spacing: float = 0.25e-3,
+    **statements: Unpack[Statements],
+) -> Profile:
+    """Profile by the name of a standard shape or from a file of any known format.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        An existing file or anything that looks like a path (with a folder or an extension) is read with
+        `read_profile`; the rest is the name or designation of a shipped shape, such as "S1002/h30".
+    kind : {"wheel", "rail"}
+        What it is used as.
+    inclination : float
+        Of a rail towards the track centre [-]. One from a file is tilted, too, unless its head leans
+        already, see `placement.tilt_to_add` (0: it stands as measured).
+    gauge, half_span : float
+        Placement of a rail, see `place_rail` [m].
+    spacing : float
+        Point distance of a shipped shape [m]; points of a file are kept.
+    **statements
+        On a file, see `read_profile`.
+
+    Returns
+    -------
+    Profile
+        A rail is placed in the track.
+    """
+    name = str(name_or_path)
+    if not is_file(name):
+        if kind == "wheel":
+            return standard.wheel(name, spacing)
+        return standard.rail(name, inclination, gauge, half_span, spacing)
+    reading = read_profile(name_or_path, kind, **statements)
+    if kind == "wheel":
+        return reading.profile
+    return place_file(reading.profile, name, tilt_to_add(reading.lean, inclination), gauge, half_span)
+
+
+def is_file(name: str) -> bool:
+    """Whether a text is taken for a path: an existing file, or with a folder or an extension.
+
+    Parameters
+    ----------
+    name : str
+        Path, or name of a shipped shape.
+
+    Returns
+    -------
+    bool
+        False for designations such as "S1002/h30".
+    """
+    path = Path(name)
+    return path.is_file() or (
+        not standard.is_designation(name) and (bool(path.suffix) or len(path.parts) != 1)
+    )
+
+
+def place_file(profile: Profile, name: str, tilt: float, gauge: float, half_span: float) -> Profile:
+    """Place a rail from a file in the track, see `place_rail`; its faults name the file.
+
+    Parameters
+    ----------
+    profile : Profile
+        A rail as read.
+    name : str
+        Of the file.
+    tilt, gauge, half_span : float
+        See `place_rail`.
+
+    Returns
+    -------
+    Profile
+        In the track.
+    """
+    try:
+        placed = place_rail(profile, tilt, gauge, half_span)
+    except ProfileError as error:
+        raise ProfileError(str(Fault(str(error), name))) from error
+    return replace(placed, source=profile.source)
+
+
+WRITTEN_FORMATS = {
+    "two-column": {"wheel": ".csv", "rail": ".csv"},
+    "miniprof": {kind: suffix for suffix, kind in miniprof.SUFFIXES.items()},
+    "simpack": {kind: suffix for suffix, kind in simpack.SUFFIXES.items()},
+}
+"""What can be written, with the usual extension by kind."""
+
+
+def write_profile(
+    profile: Profile, path: str | Path, format: str = "two-column", *, overwrite: bool = False
+) -> None:
+    """Write a profile.
+
+    Parameters
+    ----------
+    profile : Profile
+        Any profile with finite points.
+    path : str or Path
+        File to write; it is complete or not there.
+    format : {"two-column", "miniprof", "simpack"}
+        MiniProf: `.whl` or `.ban`; SIMPACK: `.prw` or `.prr`; two columns: comma-separated text in mm.
+    overwrite : bool
+        Whether an existing file may be replaced.
+
+    Raises
+    ------
+    ProfileError
+        The format is not written, the extension is that of the other kind, the file exists or cannot be
+        written, or a point is not finite.
+
+    Notes
+    -----
+    The shortest decimals that stand for the stored metres, moved by exact decimal arithmetic:
+    `read_profile` returns the same bits.
+    """
+    path = Path(path)
+    _known("format", format, WRITTEN_FORMATS, path)
+    name, kind = profile.name, profile.kind
+    if not (np.all(np.isfinite(profile.y)) and np.all(np.isfinite(profile.z))):
+        raise ProfileError(f"{path}: profile {name!r} holds points that are not finite; nothing was written")
+    stands_for = {**miniprof.SUFFIXES, **simpack.SUFFIXES}.get(path.suffix.lower(), kind)
+    if stands_for != kind:
+        raise ProfileError(
+            f"{path}: {path.suffix} is the extension of a {stands_for}, {name!r} is a {kind}; choose another "
+            "name"
+        )
+    if path.exists() and not overwrite:
+        raise ProfileError(f"{path}: exists already; choose another name or allow overwriting")
+    text = "\n".join(_lines(profile, path, format)) + "\n"
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise ProfileError(f"{path}: cannot be written ({error.strerror}); choose another folder") from error
+
+
+_MINIPROF_HEADER = """\
+Filename={file}
+ProgramName=wearsim
+XYPoints={count}
+ColumnDef=X,Y
+UOF1={about}
+{axis}"""
+_SIMPACK_HEADER = """\
+! {kind} profile written by wearsim: {file}
+header.begin
+  version       = 1
+  type          = {type}
+header.end
+spline.begin
+  approx.smooth  = 0
+  comment        = '{comment}'
+  type           = {type}
+  point.dist.min = 0
+  shift.y        = 0
+  shift.z        = 0
+  rotate         = 0
+  bound.y.min    = 1
+  bound.y.max    = 0
+  bound.z.min    = 1
+  bound.z.max    = 0
+  mirror.y       = 0
+  mirror.z       = 0
+  inversion      = 0
+  units.len.f    = 1000
+  units.ang.f    = 1
+  point.begin"""
+
+
+def _lines(profile: Profile, path: Path, format: str) -> list[str]:
+    """Lines of a file."""
+    wheel, name = profile.kind == "wheel", profile.name
+    points = [
+        [Decimal(repr(float(c))).scaleb(3) for c in pair] for pair in zip(profile.y, profile.z, strict=True)
+    ]
+    if format == "two-column":
+        axes = "z radially outward" if wheel else "z down"
+        about = f"{profile.kind} profile {name}; y to the field side, {axes}; {profile.source}"
+        return [f"# {_one_line(about)}", "y_mm,z_mm", *(f"{y:f},{z:f}" for y, z in points)]
+    # name and source without the marks that begin a comment in some format
+    about = (
+        _one_line(f"{name}; {profile.source}" if profile.source else name).replace('"', "'").replace("!", "")
+    )
+    keys = {"file": _one_line(path.name), "count": len(points), "about": about, "kind": profile.kind,
+            "type": int(wheel), "comment": about.replace("'", ""),
+            "axis": f"{miniprof.AXIS_KEY}={miniprof.AXIS_FIELD}"}  # fmt: skip
+    if format == "simpack":
+        rows = [f"    {y:f} {z:f}" for y, z in points]
+        # SIMPACK lists wheels from the field side to the flange
+        head = _SIMPACK_HEADER.format(**keys).splitlines()
+        return [*head, *(rows[::-1] if wheel else rows), "  point.end", "spline.end"]
+    head = _MINIPROF_HEADER.format(**keys).splitlines()
+    if wheel:
+        head.append(f"WheelDiameterTaperline={RUNNING_CIRCLE}.0000")
+        return [*head, "", *(f"{EXACT.add(y, RUNNING_CIRCLE):f} {z:f}" for y, z in points)]
+    return [*head, "", *(f"{y:f} {z.copy_negate():f}" for y, z in points)]
+
+
+def _one_line(text: str) -> str:
+    """Text with single blanks and without characters that no reader takes."""
+    return " ".join("".join(mark if mark.isprintable() else " " for mark in text).split())

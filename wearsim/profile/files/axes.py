@@ -1,0 +1,443 @@
+"""From the axes, units and origin of a file to those of `Profile`; whatever is detected is reported."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Literal, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearsim.profile.checks import (
+    HEIGHT_RANGE,
+    MIN_POINTS,
+    WIDTH_RANGE,
+    head_faults,
+    points_faults,
+    shape_faults,
+)
+from wearsim.profile.files.points import EXACT, Faults, Kind, Points, scaled
+from wearsim.profile.placement import GAUGE_DEPTH
+from wearsim.profile.shape import FloatArray, arc_length
+
+UNITS: dict[str, Decimal] = {
+    "mm": Decimal("0.001"), "m": Decimal(1), "cm": Decimal("0.01"), "in": Decimal("0.0254")
+}  # fmt: skip
+ORIGINS = ("running_circle", "flange_back")
+RUNNING_CIRCLE = Decimal(70)
+"""Distance of the running circle from the flange back [mm]."""
+
+IN_CM = "it has the size of one in cm"
+"""In the message on a size that fits no unit but this one."""
+
+MOST_POINTS = 20_000
+"""Lists up to here are taken as they are; 160 mm of profile are then 8 um from point to point."""
+
+_TOLERANCE = 0.1e-6  # points left out lie closer to the chords than this, where so few suffice [m]
+_NOISE = 1e-6  # usual distances above this are noise, of which no extremes are picked [m]
+_CORNER = 5.0  # times the noise stands out as a corner
+_COARSE = 2000
+_ROUNDS = 12
+
+_DETECTED = ("mm", "m", "in")  # cm are read on request only: rails in cm and in inches overlap
+_SPOKEN = {"mm": "mm", "m": "metres", "cm": "cm", "in": "inches"}
+_STATE_UNITS = "state them with --units"
+_MOST_STUTTER = 50  # points left out of a list of any length
+_MOST_BACK = 1e-3  # a longer step back is no stutter of the instrument [m]
+# flange tip of a wheel counted from the flange back and from the running circle [m]
+_TIP_FROM_BACK, _TIP_FROM_CIRCLE = (-0.010, 0.040), (-0.080, -0.030)
+_TIP_RISE = 3e-3  # a flange tip stands out on both sides by more than this [m]
+_FLANGE_RISE = 10e-3  # a flange without its back stands off the tread by more than this [m]
+_SYMMETRIC = 20e-6  # a head this symmetric is the same mirrored [m]
+
+
+class Statements(TypedDict, total=False):
+    """Statements of the user on a file; what is missing or None is detected.
+
+    `format`: key of `wearsim.profile.files.FORMATS`, else by content, then by extension. `units`: mm, m, cm,
+    in, else by the file, then by the size (mm, m, in). `mirror`: whether y of the file, after its own keys,
+    grows towards the flange or gauge side, that is the track centre; else by the flange of a wheel, of a rail
+    by the format or by the only side that reaches 14 mm down. `z_up`: whether z grows upwards, away from the
+    tip of the flange or the foot of the rail; else by the flange tip or by the top of the head. `origin`:
+    "running_circle" or "flange_back", where y of a wheel counts from; else by the place of the flange tip.
+    `part`: number or name of a curve in a multi-part file. `slice`: number of a slice in a list, from 1.
+    """
+
+    format: str | None
+    units: str | None
+    mirror: bool | None
+    z_up: bool | None
+    origin: Literal["running_circle", "flange_back"] | None
+    part: int | str | None
+    slice: int | None
+
+
+@dataclass(frozen=True)
+class OurAxes:
+    """Points of a file in the axes of `Profile` [m], what was detected, running circle of the header [m]."""
+
+    y: FloatArray
+    z: FloatArray
+    notes: tuple[str, ...]
+    running_circle: float | None
+
+
+def to_our_axes(points: Points, kind: Kind, stated: Statements, faults: Faults) -> OurAxes:
+    """Points of a file in the axes of `Profile`.
+
+    Parameters
+    ----------
+    points : Points
+        As read.
+    kind : {"wheel", "rail"}
+        What they are.
+    stated : Statements
+        Statements of the user; they overrule the file and all detection.
+    faults : Faults
+        Takes what is wrong; raised here.
+
+    Returns
+    -------
+    OurAxes
+        From the flange back or gauge side to the field side.
+
+    Notes
+    -----
+    Detection works on rounded numbers; the result comes from the decimals of the file by exact
+    arithmetic, rounded once, so that written profiles are read back to the bit.
+    """
+    return _Conversion(points, kind, stated, faults).result()
+
+
+class _Conversion:
+    """One file on its way; each question adds its notes or its fault."""
+
+    def __init__(self, points: Points, kind: Kind, stated: Statements, faults: Faults) -> None:
+        self.points, self.kind, self.stated, self.faults = points, kind, stated, faults
+        self.notes: list[str] = []
+
+    def result(self) -> OurAxes:
+        points, notes, faults, wheel = self.points, self.notes, self.faults, self.kind == "wheel"
+        rough = [
+            np.array([float(cell) for cell in cells]) + float(shift)
+            for cells, shift in ((points.y, points.shift_y), (points.z, points.shift_z))
+        ]
+        y, z = -rough[0] if points.mirror_y else rough[0], -rough[1] if points.mirror_z else rough[1]
+        unit = self._unit(y, z)
+        y, z = y * float(unit), z * float(unit)
+        kept = self._without_stutter(y, z, self._distinct(y, z))
+        lines = [points.lines[int(k)] for k in kept]
+        y, z = y[kept], z[kept]
+        self._check(shape_faults(self.kind, y, z, _STATE_UNITS), lines)
+        longest = float(np.max(np.hypot(np.diff(y), np.diff(z))))
+        if longest > 5e-3:
+            notes.append(
+                f"straight piece of {longest * 1e3:.3g} mm without points near an end taken as it is"
+            )
+        upside = self._flip_z(y, z)
+        faults.raise_any()
+        z = -z if upside else z
+        flip = self._flip_wheel(y, z) if wheel else self._flip_rail(y, z)
+        offset = self._wheel_offset(-y if flip else y, z) if wheel and not faults.entries else Decimal(0)
+        faults.raise_any()
+        factor_y = EXACT.multiply(unit, Decimal(-1 if flip != points.mirror_y else 1))
+        factor_z = EXACT.multiply(unit, Decimal(-1 if upside != points.mirror_z else 1))
+        y = scaled([points.y[int(k)] for k in kept], points.shift_y, factor_y, offset)
+        z = scaled([points.z[int(k)] for k in kept], points.shift_z, factor_z, Decimal(0))
+        self._check(points_faults(self.kind, y, z, _STATE_UNITS), lines)
+        if y[0] > y[-1]:
+            # some formats prescribe this order; it is reported all the same, for people often wonder
+            notes.append("points listed from the field side, order reversed")
+            y, z = y[::-1].copy(), z[::-1].copy()
+        thin, deviation = thinned(y, z)
+        if len(thin) < len(y):
+            notes.append(
+                f"{len(thin)} of {len(y)} points taken, the others lie within {deviation * 1e6:.2g} um of "
+                "the lines between them"
+            )
+            y, z = y[thin], z[thin]
+        circle = points.running_circle if offset != 0 else None
+        return OurAxes(y, z, tuple(notes), 1e-3 * float(circle) if circle else None)
+
+    def _check(self, messages: list[tuple[str, int | None]], lines: list[int]) -> None:
+        for message, point in messages:
+            self.faults.add(message, None if point is None else lines[point])
+        self.faults.raise_any()
+
+    def _unit(self, y: FloatArray, z: FloatArray) -> Decimal:
+        """Length of the file's unit [m]."""
+        kind, stated = self.kind, self.stated.get("units")
+        if stated is not None:
+            self.notes.append(f"units {stated} as stated")
+            return UNITS[stated]
+        if self.points.metres is not None:
+            return self.points.metres
+        if len(y) < MIN_POINTS:
+            return UNITS["mm"]  # too few, an error later
+        fits = [name for name in _DETECTED if _plausible(kind, y, z, name)]
+        if len(fits) == 1:
+            self.notes += [] if fits == ["mm"] else [f"units {fits[0]} by the size"]
+            return UNITS[fits[0]]
+        low, high = WIDTH_RANGE[kind]
+        # a wild point or mixed units spoil the size, and their line is the better message; so are the checks
+        # of the shape where only the height is wrong
+        wild = any(point is not None for _, point in shape_faults(kind, y * 1e-3, z * 1e-3))
+        if wild or low <= float(np.ptp(y)) * 1e-3 <= high:
+            return UNITS["mm"]
+        wide = [_SPOKEN[name] for name in UNITS if low <= float(np.ptp(y)) * float(UNITS[name]) <= high]
+        hint = f"; the width alone would fit {' or '.join(wide)}" if wide and not fits else ""
+        if not fits and _plausible(kind, y, z, "cm"):
+            hint = f"; {IN_CM}{' or inches' if 'inches' in wide else ''}"
+        self.faults.add(
+            f"the {kind} profile is {np.ptp(y):.4g} wide and {np.ptp(z):.4g} high, which fits "
+            f"{'several units' if fits else 'no unit'} (a {kind} is {low * 1e3:g} .. {high * 1e3:g} mm wide "
+            f"and {HEIGHT_RANGE[kind][0] * 1e3:g} .. {HEIGHT_RANGE[kind][1] * 1e3:g} mm high){hint}: check "
+            f"the columns and state --units {', '.join(UNITS)}"
+        )
+        self.faults.raise_any()
+        return UNITS["mm"]
+
+    def _distinct(self, y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
+        """Return the indices of the points that differ from the one before them (instruments at rest)."""
+        keep = np.ones(len(y), dtype=bool)
+        keep[1:] = (np.diff(y) != 0.0) | (np.diff(z) != 0.0)
+        left_out = len(y) - int(np.count_nonzero(keep))
+        if left_out:
+            self.notes.append(f"{left_out} duplicate point{'s' if left_out > 1 else ''} left out")
+        return np.flatnonzero(keep)
+
+    def _without_stutter(self, y: FloatArray, z: FloatArray, kept: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Leave out single points where the instrument stepped back a little, at most one in fifty."""
+        most = min(max(3, len(kept) // 50), _MOST_STUTTER)
+        dropped: list[int] = []
+        rest = kept
+        back = _turns(y[rest], z[rest])
+        while 0 < len(back) <= 2 * most and len(dropped) < most:
+            j = int(back[0])
+            around = rest[j - 1 : j + 2]
+            if np.min(np.hypot(np.diff(y[around]), np.diff(z[around]))) > _MOST_BACK:
+                break
+            # either the point before the step back or the one behind it is the odd one
+            choices = [np.delete(rest, j + 1), np.delete(rest, j)]
+            turns = [_turns(y[each], z[each]) for each in choices]
+            odd = int(len(turns[1]) < len(turns[0]))
+            dropped.append(int(rest[j + 1 - odd]))
+            rest, back = choices[odd], turns[odd]
+        if len(back) or not dropped:
+            return kept  # nothing is left out of a list that does not come right by that: a fault
+        lines = ", ".join(str(self.points.lines[k]) for k in sorted(dropped)[:10])
+        plural = "s" if len(dropped) > 1 else ""
+        self.notes.append(f"{len(dropped)} point{plural} stepping back left out (line{plural} {lines})")
+        return rest
+
+    def _flip_z(self, y: FloatArray, z: FloatArray) -> bool:
+        """Whether z grows upwards in the file."""
+        stated, axis, wheel = self.stated.get("z_up"), self.points.z_axis, self.kind == "wheel"
+        if stated is not None:
+            self.notes.append(f"z {'up, sign changed' if stated else 'down'}, as stated")
+            return stated
+        up = _wheel_points_up(z) if wheel else _rail_points_up(y, z)
+        if up is None:
+            what = "a flange tip stands out on neither side" if wheel else "the head is as flat as its ends"
+            if wheel or axis == "unknown":
+                self.faults.add(f"{what}, so the sign of z is not known: state --z-up or --z-down")
+                return False
+            self.notes.append(f"{what}: z taken as {axis}, the rule of the format")
+            return axis == "up"
+        if up:
+            self.notes.append("z up, sign changed")
+        elif axis == "up":
+            self.notes.append("z down, although the rule of the format is up")
+        return up
+
+    def _flip_wheel(self, y: FloatArray, z: FloatArray) -> bool:
+        """Whether the flange is at the end of larger y; it belongs to that of smaller y."""
+        if (mirror := self.stated.get("mirror")) is not None:
+            return self._mirror_stated(mirror)
+        place = (float(y[int(np.argmax(z))]) - float(y.min())) / float(np.ptp(y))
+        if 0.4 < place < 0.6:
+            self.faults.add(
+                "the flange tip is in the middle of the profile, so its side is not known: state --mirror "
+                "(flange at the end of larger y) or --no-mirror"
+            )
+            return False
+        if place > 0.5:
+            self.notes.append("flange at the end of larger y, y mirrored")
+        elif self.points.y_axis == "centre":
+            self.notes.append("y towards the field side, although the rule of the format is the track centre")
+        return place > 0.5
+
+    def _mirror_stated(self, mirror: bool) -> bool:
+        self.notes.append("y mirrored as stated" if mirror else "y not mirrored, as stated")
+        return mirror
+
+    def _wheel_offset(self, y: FloatArray, z: FloatArray) -> Decimal:
+        """Shift that lets y of a wheel begin at the running circle [m]."""
+        header, origin = self.points.running_circle, self.stated.get("origin")
+        circle = RUNNING_CIRCLE if header is None else header
+        offset = -EXACT.multiply(circle, Decimal("0.001"))
+        if origin is not None:
+            self.notes.append(f"y counted from the {origin.replace('_', ' ')}, as stated")
+            return offset if origin == "flange_back" else Decimal(0)
+        tip = float(y[int(np.argmax(z))])
+        from_back = _TIP_FROM_BACK[0] <= tip <= _TIP_FROM_BACK[1]
+        if header is not None and not from_back:
+            low, high = _TIP_FROM_CIRCLE
+            from_back = low <= tip + float(offset) <= high and not low <= tip <= high
+        if not from_back:
+            return Decimal(0)
+        of_header = "" if header is None else " (header)"
+        self.notes.append(f"y counted from the flange back, {float(circle):g} mm subtracted{of_header}")
+        return offset
+
+    def _flip_rail(self, y: FloatArray, z: FloatArray) -> bool:
+        """Whether the gauge side is at the end of larger y; it belongs to that of smaller y."""
+        axis = self.points.y_axis
+        if (mirror := self.stated.get("mirror")) is not None:
+            return self._mirror_stated(mirror)
+        if head_faults(y, z):
+            return axis == "centre"  # an error of the checks
+        top = int(np.argmin(z))
+        low = y <= y[top]
+        # depth of the flanks below the top, at the ends of smaller and of larger y
+        depth = [float(z[side].max() - z[top]) if np.any(side) else 0.0 for side in (low, ~low)]
+        deep = [each >= GAUGE_DEPTH for each in depth]
+        larger = None if deep[0] == deep[1] else depth[1] > depth[0]
+        if axis == "unknown":
+            if larger is not None:
+                end = "larger" if larger else "smaller"
+                self.notes.append(f"gauge side at the end of {end} y: only there the head reaches 14 mm down")
+                self.notes += ["y mirrored"] if larger else []
+            elif _symmetric(y, z, top):
+                self.notes.append("head symmetric: it does not matter which side is the gauge side")
+            else:
+                self.faults.add(
+                    "both sides of the head could be the gauge side: state --mirror (gauge side at the end "
+                    "of larger y) or --no-mirror (at the end of smaller y)"
+                )
+            return bool(larger)
+        flip = axis == "centre"
+        if larger is not None and larger != flip:
+            self.faults.add(
+                f"the gauge side should be at the end of {'larger' if flip else 'smaller'} y by the rule of "
+                "the format, but only the other side of the head reaches 14 mm down: state --mirror (gauge "
+                "side at the end of larger y) or --no-mirror"
+            )
+        if flip:
+            self.notes.append("y towards the track centre, sign changed")
+        return flip
+
+
+def _plausible(kind: Kind, y: FloatArray, z: FloatArray, name: str) -> bool:
+    """Whether the size fits a unit."""
+    unit = float(UNITS[name])
+    width, height = float(np.ptp(y)) * unit, float(np.ptp(z)) * unit
+    # above 76 mm, a rail said to be in inches might as well be one in cm
+    most = 0.076 if (kind, name) == ("rail", "in") else WIDTH_RANGE[kind][1]
+    return WIDTH_RANGE[kind][0] <= width <= most and HEIGHT_RANGE[kind][0] <= height <= HEIGHT_RANGE[kind][1]
+
+
+def _turns(y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
+    """Return the points at which a list turns back by more than 154 degrees, as `shape_faults` does."""
+    dy, dz = np.diff(y), np.diff(z)
+    step = np.hypot(dy, dz)
+    return np.flatnonzero(dy[1:] * dy[:-1] + dz[1:] * dz[:-1] < -0.9 * step[1:] * step[:-1]) + 1
+
+
+def _wheel_points_up(z: FloatArray) -> bool | None:
+    """Whether the flange tip is at the smallest z; None if there is no tip."""
+    down, up = _tip_rise(z), _tip_rise(-z)
+    if max(down, up) < _TIP_RISE or max(down, up) < 3.0 * min(down, up):
+        # the profile may begin at the tip: then the flange is what lies furthest off the tread
+        tread = float(np.median(z))
+        down, up = float(z.max()) - tread, tread - float(z.min())
+        if max(down, up) < _FLANGE_RISE or max(down, up) < 2.5 * min(down, up):
+            return None
+    return up > down
+
+
+def _tip_rise(z: FloatArray) -> float:
+    """Height of the highest point over the lowest on its lower side; 0 at an end of the list."""
+    tip = int(np.argmax(z))
+    return float(z[tip] - max(z[: tip + 1].min(), z[tip:].min()))
+
+
+def _rail_points_up(y: FloatArray, z: FloatArray) -> bool | None:
+    """Whether the top is at larger z than the ends; None if the head is nearly level with them."""
+    middle = 0.5 * (float(y.min()) + float(y.max()))
+    inner = np.abs(y - middle) < 0.2 * np.ptp(y)
+    if not np.any(inner):
+        return None
+    fall = 0.5 * (float(z[0]) + float(z[-1])) - float(np.median(z[inner]))
+    return None if abs(fall) < 0.05 * float(np.ptp(z)) else fall < 0.0
+
+
+def _symmetric(y: FloatArray, z: FloatArray, top: int) -> bool:
+    """Whether a head is its own mirror image."""
+    head = z - z[top] < 0.010
+    left, right = float(y[head].min()), float(y[head].max())
+    axis, half = 0.5 * (left + right), 0.5 * (right - left)
+    order = np.argsort(y[head], kind="stable")
+    at = np.linspace(0.0, 0.97 * half, 200)
+    z_left = np.interp(axis - at, y[head][order], z[head][order])
+    z_right = np.interp(axis + at, y[head][order], z[head][order])
+    return bool(np.max(np.abs(z_left - z_right)) < _SYMMETRIC)
+
+
+def thinned(y: FloatArray, z: FloatArray) -> tuple[NDArray[np.intp], float]:
+    """Points that carry the shape of a long list.
+
+    Parameters
+    ----------
+    y, z : (n,) array
+        Points along the profile [m].
+
+    Returns
+    -------
+    kept : (m,) array of int
+        Indices of the points that stay, both ends among them.
+    deviation : float
+        Largest distance of a point left out from the chord that bridges it [m].
+
+    Notes
+    -----
+    Half of `MOST_POINTS` are spread evenly over the arc length. Then, round by round, the point furthest off
+    joins every chord it is too far from, the worst chords first, until none is or the number is used up:
+    corners and chamfers keep their points. Of noise the even points are as good as any; its extremes, taken
+    on purpose, would double it.
+    """
+    count = len(y)
+    if count <= MOST_POINTS:
+        return np.arange(count), 0.0
+    # along a coarse path, for the path from point to point is mostly noise and would pick its extremes
+    coarse = np.unique(np.append(np.arange(0, count, count // _COARSE), count - 1))
+    s = np.interp(np.arange(count), coarse, arc_length(y[coarse], z[coarse]))
+    even = np.searchsorted(s, np.linspace(0.0, s[-1], MOST_POINTS // 2))
+    kept = np.unique(np.concatenate([[0], np.minimum(even, count - 1), [count - 1]]))
+    for _ in range(_ROUNDS):
+        worst, off = _furthest(y, z, kept)
+        usual = float(np.median(off))
+        far = np.flatnonzero(off > (_TOLERANCE if usual < _NOISE else _CORNER * usual))
+        room = MOST_POINTS - len(kept)
+        if len(far) == 0 or room == 0:
+            break
+        far = far[np.argsort(-off[far], kind="stable")[:room]]
+        kept = np.unique(np.concatenate([kept, worst[far]]))
+    return kept, float(_furthest(y, z, kept)[1].max())
+
+
+def _furthest(y: FloatArray, z: FloatArray, kept: NDArray[np.intp]) -> tuple[NDArray[np.intp], FloatArray]:
+    """Index and distance [m] of the point furthest off each chord between neighbours that are kept."""
+    chord = np.repeat(np.arange(len(kept) - 1), np.diff(kept))  # of every point but the last
+    at = np.arange(len(chord))
+    start, end = kept[:-1][chord], kept[1:][chord]
+    dy, dz = y[end] - y[start], z[end] - z[start]
+    from_y, from_z = y[at] - y[start], z[at] - z[start]
+    # to the chord itself, beyond its ends to its end points
+    along = np.clip((from_y * dy + from_z * dz) / np.maximum(dy**2 + dz**2, 1e-300), 0.0, 1.0)
+    off = np.hypot(from_y - along * dy, from_z - along * dz)
+    order = np.lexsort((off, chord))
+    last = np.append(np.flatnonzero(np.diff(chord[order])), len(order) - 1)
+    worst = order[last]
+    return worst, off[worst]

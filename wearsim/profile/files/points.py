@@ -1,0 +1,488 @@
+"""Text of profile files, the points in it, and the formats that are plain lists of points.
+
+Axes of GENSYS after its manual pages `kpf` and `kpf_rot`, of UIC 519 after published tables of the reference
+profiles of EN 15302, slices after the manual of the program CONTACT.
+"""
+
+from __future__ import annotations
+
+import codecs
+import re
+from collections import Counter
+from dataclasses import dataclass, field
+from decimal import Context, Decimal
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from wearsim.errors import Fault, ProfileError
+from wearsim.profile.shape import FloatArray
+
+Kind = Literal["wheel", "rail"]
+
+MAX_BYTES = 20_000_000
+MAX_LINES = 1_100_000  # 10^6 points and what may stand around them
+MAX_LINE = 100_000  # characters; a longer line is no text of a profile
+MAX_POINTS = 1_000_000
+MAX_CELL = 1000  # characters of one number
+MAX_SLICES = 100_000
+EXACT = Context(prec=400)
+"""Digits enough to add 70 mm to any double without rounding."""
+
+COMMA_TWICE = (
+    "commas stand between the columns and for the decimal mark: separate the columns by semicolons, or write "
+    "decimal points"
+)
+_SHOWN_FAULTS = 20  # lines of one message; a wrong separator would fault every line of a long file
+_MOST_ALIKE = 3  # faults of the same kind; more are reported once
+_MOST_FAULTS = 1000  # then reading stops
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f\x7f]")  # all but tab, line ends and form feed
+_LARGEST = 1e6  # in any unit; keeps sums and products of points finite
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
+_NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity|1\.#\w*)", re.IGNORECASE)
+_ALMOST_NUMBER = re.compile(r"[+-]?\.?\d")
+_COMMENT = re.compile(r"[#!%].*")
+_WHOLE = re.compile(r"[+-]?[0-9]+([eE][+-]?[0-9]+)?")
+_SEPARATORS = {"": "blanks", ",": "commas", ";": "semicolons"}
+_OWN_TABLES = {
+    "arc_length_mm,y_mm,z_mm": "points or depths that wearsim profile --csv wrote",
+    "file,wheel,kind,format": "the measures of many profiles that wearsim profile --fleet wrote",
+}  # beginning of the heading: what is written under it
+_SLICE = re.compile(r"""(\S+)\s+(?:'([^']+)'|"([^"]+)")""")
+
+
+class PointFormat(NamedTuple):
+    """Format that is a plain list of points: title, extensions with their kind, direction of its axes."""
+
+    title: str
+    suffixes: dict[str, str]
+    y_axis: Literal["field", "centre"]
+    z_axis: Literal["down", "up"]
+
+
+POINT_FORMATS = {
+    "gensys": PointFormat(
+        "GENSYS", {".wheel": "wheel", ".rail": "rail", ".kpf_rotr": "rail"}, "centre", "down"
+    ),
+    "uic519": PointFormat("UIC 519 table", {".dat": ""}, "field", "up"),
+    "two-column": PointFormat("two columns", {}, "field", "down"),
+}
+
+
+@dataclass(frozen=True)
+class Text:
+    """Lines of a file without line ends, and notes on its encoding."""
+
+    path: Path
+    lines: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points as they stand in a file, before any axis or unit is settled.
+
+    Parameters
+    ----------
+    lines : list of int
+        Line of each point.
+    y, z : list of str
+        Decimals of the lateral and the vertical coordinate, as written.
+    y_axis : {"field", "centre", "unknown"}
+        Direction of the file's y by the rules of its format: to the field side or the track centre.
+    z_axis : {"down", "up", "unknown"}
+        Direction of its z; down is towards the flange tip of a wheel.
+    shift_y, shift_z : Decimal
+        To be added to the file's numbers (keys of SIMPACK).
+    mirror_y, mirror_z : bool
+        Signs to be changed after that (keys of SIMPACK).
+    metres : Decimal or None
+        Length of the file's unit [m]; None if the file does not say.
+    running_circle : Decimal or None
+        Distance of the running circle from the flange back given in the file [mm].
+    header : dict of str to str
+        Keys and values, unchanged.
+    notes : tuple of str
+        What to report.
+    """
+
+    lines: list[int]
+    y: list[str]
+    z: list[str]
+    y_axis: Literal["field", "centre", "unknown"] = "unknown"
+    z_axis: Literal["down", "up", "unknown"] = "unknown"
+    shift_y: Decimal = Decimal(0)
+    shift_z: Decimal = Decimal(0)
+    mirror_y: bool = False
+    mirror_z: bool = False
+    metres: Decimal | None = None
+    running_circle: Decimal | None = None
+    header: dict[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class SliceFile:
+    """Name of the file that holds a slice, the line that names it, and what to report."""
+
+    file: str
+    line: int
+    header: dict[str, str]
+    notes: tuple[str, ...]
+
+
+class Faults:
+    """Faults of one file, reported all at once."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.entries: list[tuple[str, int | None]] = []
+        self._like: list[str] = []
+
+    def add(self, message: str, line: int | None = None, like: str | None = None) -> None:
+        """Note a fault; of many alike, by `like` or by their message, the first is reported."""
+        self.entries.append((message, line))
+        self._like.append(message if like is None else like)
+        if len(self.entries) >= _MOST_FAULTS:
+            self.entries.append((f"reading stopped after {_MOST_FAULTS} faults", line))
+            self._like.append("")
+            self.raise_any()
+
+    def raise_any(self) -> None:
+        """Raise `ProfileError` if there are faults."""
+        if not self.entries:
+            return
+        count, collapsed = Counter(self._like), set[str]()
+        shown: list[tuple[str, int | None]] = []
+        for like, (message, line) in zip(self._like, self.entries, strict=True):
+            if count[like] <= _MOST_ALIKE:
+                shown.append((message, line))
+            elif like not in collapsed:
+                shown.append((f"{message} (and {count[like] - 1} more lines)", line))
+                collapsed.add(like)
+        lines = [str(Fault(message, str(self.path), line)) for message, line in shown[:_SHOWN_FAULTS]]
+        if len(shown) > _SHOWN_FAULTS:
+            lines.append(f"{self.path}: {len(shown) - _SHOWN_FAULTS} more faults of this file are not shown")
+        raise ProfileError("\n".join(lines))
+
+
+class Columns:
+    """Collects the points of a file line by line."""
+
+    def __init__(self, faults: Faults) -> None:
+        self.faults = faults
+        self.lines: list[int] = []
+        self.y: list[str] = []
+        self.z: list[str] = []
+        self.skipped = 0  # lines that are there, but hold no point
+
+    def add(self, line: int, y: str, z: str, separator: str, names: str = "yz") -> None:
+        """Take the cells of one line, or note what is wrong with them."""
+        if separator != ",":
+            y, z = y.replace(",", "."), z.replace(",", ".")
+        wrong = number_fault(y), number_fault(z)
+        if wrong != (None, None):
+            self.skipped += 1
+            for name, cell, fault in zip(names, (y, z), wrong, strict=True):
+                if fault is not None:
+                    self.faults.add(f"{name} = {cell[:40]!r} {fault}", line, f"{name} {fault}")
+            return
+        self.lines.append(line)
+        self.y.append(y)
+        self.z.append(z)
+        if len(self.lines) > MAX_POINTS:
+            message = f"more than {MAX_POINTS} points, hardly one profile; give one cross-section"
+            self.faults.add(message, line)
+            self.faults.raise_any()
+
+
+def read_text(path: Path) -> Text:
+    """Read a text file of at most 20 MB.
+
+    Parameters
+    ----------
+    path : Path
+        UTF-8, UTF-16 with a byte order mark, or Latin-1 (instruments write names of places and people so).
+
+    Returns
+    -------
+    Text
+        Lines, and a note on any encoding other than UTF-8.
+
+    Raises
+    ------
+    ProfileError
+        No such file, too large, or no text.
+    """
+    data = _bytes(path)
+    if data.startswith((b"\x89HDF", b"CDF")):
+        message = f"is a result file, not a profile; `wearsim inspect {path}` shows what it holds"
+        raise ProfileError(str(Fault(message, str(path))))
+    notes: tuple[str, ...] = ()
+    marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    try:
+        if marked:
+            text, notes = data.decode("utf-16"), ("text read as UTF-16",)
+        else:
+            text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        if marked:
+            line = data.count(b"\n", 0, error.start) + 1
+            message = "is not UTF-16, as its first bytes say, text; save the file as UTF-8"
+            raise ProfileError(str(Fault(message, str(path), line))) from error
+        text, notes = data.decode("latin-1"), ("text is not UTF-8: read as Latin-1",)
+    text = text.removesuffix("\x1a")  # end mark of DOS files
+    if (bad := _CONTROL.search(text)) is not None:
+        what = "zero bytes" if bad[0] == "\0" else f"the control character {bad[0]!r}"
+        line = text.count("\n", 0, bad.start()) + 1
+        fault = Fault(f"holds {what}, so it is not UTF-8 text; save it as UTF-8", str(path), line)
+        raise ProfileError(str(fault))
+    lines = tuple(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
+    for number, each in enumerate(lines, start=1):
+        if len(each) > MAX_LINE:
+            message = f"a line of {len(each)} characters, at most {MAX_LINE} are read; one point per line"
+            raise ProfileError(str(Fault(message, str(path), number)))
+    return Text(path, lines, notes)
+
+
+def _bytes(path: Path) -> bytes:
+    """Content of the file; one that is too large is not read."""
+    try:
+        if not path.is_file():
+            what = "does not exist"
+            if path.exists():
+                what = "is a folder, not a file" if path.is_dir() else "is not a regular file"
+            raise ProfileError(f"{path}: {what}; give the path of a profile file")
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        message = f"{path}: cannot be read ({error.strerror}); check the path and its permissions"
+        raise ProfileError(message) from error
+    large = len(data) > MAX_BYTES
+    if large or max(data.count(b"\n"), data.count(b"\r")) > MAX_LINES:
+        most = f"larger than {MAX_BYTES // 10**6} MB" if large else f"more than {MAX_LINES} lines"
+        raise ProfileError(f"{path}: {most}, hardly one profile; give one cross-section")
+    return data
+
+
+def number_fault(cell: str) -> str | None:
+    """Return what is wrong with a number, None if nothing is."""
+    if len(cell) > MAX_CELL:
+        return f"is longer than {MAX_CELL} characters"
+    if _NUMBER.fullmatch(cell):
+        return None if abs(float(cell)) <= _LARGEST else "is too large for a profile; check units and columns"
+    if _NOT_FINITE.fullmatch(cell):
+        return "is not a finite number; delete the line or repeat the measurement"
+    return "is not a number" if cell else "is missing"
+
+
+def is_number(cell: str) -> bool:
+    """Whether a cell is a decimal number, with point or comma."""
+    return len(cell) <= MAX_CELL and _NUMBER.fullmatch(cell.replace(",", ".")) is not None
+
+
+def _looks_like_number(cell: str) -> bool:
+    return _ALMOST_NUMBER.match(cell) is not None or _NOT_FINITE.fullmatch(cell[:20]) is not None
+
+
+def separator_of(line: str) -> str:
+    """Return the separator of the columns of the first line of numbers; "" means blanks and tabs."""
+    if ";" in line:
+        return ";"
+    cells = line.split()
+    # "12,5 3,1" has decimal commas, "12.5, 3.1" a comma between the columns
+    if len(cells) >= 2 and not any(cell[0] == "," or cell[-1] == "," for cell in cells):
+        return ""
+    return "," if "," in line else ""
+
+
+def split_cells(line: str, separator: str) -> list[str]:
+    """Cells of a line."""
+    return [cell.strip() for cell in line.split(separator)] if separator else line.split()
+
+
+def scaled(cells: list[str], shift: Decimal, factor: Decimal, offset: Decimal) -> FloatArray:
+    """Exact (cell + shift) * factor + offset, each rounded once to a double.
+
+    Parameters
+    ----------
+    cells : list of str
+        Decimals.
+    shift : Decimal
+        In the unit of the file.
+    factor : Decimal
+        To metres; negative mirrors.
+    offset : Decimal
+        Added at last [m].
+
+    Returns
+    -------
+    (n,) array
+        In metres; zeros are positive.
+    """
+    sign, digits, exponent = factor.as_tuple()
+    if shift == 0 and offset == 0 and digits == (1,) and isinstance(exponent, int):
+        # moving the decimal point is exact and three times as fast as decimal arithmetic
+        values = np.array([_moved(cell, exponent) for cell in cells])
+        return (-values if sign else values) + 0.0
+    add, multiply = EXACT.add, EXACT.multiply
+    return np.array([float(add(multiply(add(Decimal(c), shift), factor), offset)) for c in cells]) + 0.0
+
+
+def _moved(cell: str, places: int) -> float:
+    """Value of a decimal with its point moved."""
+    mantissa, _, exponent = cell.lower().partition("e")
+    return float(f"{mantissa}e{int(exponent or 0) + places}")
+
+
+def columns(text: Text, faults: Faults) -> tuple[Columns, str]:
+    """Numbers of all lines, and the header line.
+
+    Parameters
+    ----------
+    text : Text
+        `#`, `!` and `%` begin comments; one line without numbers may precede the points.
+    faults : Faults
+        Takes what is wrong.
+
+    Returns
+    -------
+    points : Columns
+        Cells and lines of the points.
+    heading : str
+        The header line, "" if there is none.
+    """
+    points = Columns(faults)
+    separator: str | None = None
+    heading = ""
+    for number, raw in enumerate(text.lines, start=1):
+        commented = "#" in raw or "!" in raw or "%" in raw  # faster than the search, for long files
+        line = (_COMMENT.sub("", raw) if commented else raw).strip()
+        if not line:
+            continue
+        if separator is None:
+            if not heading and _is_heading(line):
+                heading = line
+                if own := next((what for start, what in _OWN_TABLES.items() if line.startswith(start)), ""):
+                    faults.add(f"a table of {own}, no profile; write one with --convert", number)
+                    break
+                continue
+            separator = separator_of(line)
+        cells = split_cells(line, separator)
+        # asked in the order of their time, for long files
+        if len(cells) == 2 and (_looks_like_number(cells[0]) or not points.lines or not _is_heading(line)):
+            points.add(number, cells[0], cells[1], separator)
+        elif points.lines and (line == heading or (_is_heading(line) and _goes_on(text, number))):
+            faults.add("a header line after points: two files are joined here; give one", number)
+            break
+        else:
+            faults.add(_columns_fault(cells, separator, first=not points.lines), number)
+    return points, heading
+
+
+def _columns_fault(cells: list[str], separator: str, *, first: bool) -> str:
+    """Return what is wrong with a line that has not two columns."""
+    if first and separator == "," and len(cells) in (3, 4) and all(_WHOLE.fullmatch(cell) for cell in cells):
+        return COMMA_TWICE
+    plural = "" if len(cells) == 1 else "s"
+    message = f"{len(cells)} column{plural} separated by {_SEPARATORS[separator]}, two are"
+    if len(cells) < 2:
+        return f"{message} needed: y and z"
+    return f"{message} read, y and z: delete the other{'s' if len(cells) > 3 else ''}"
+
+
+def _goes_on(text: Text, number: int) -> bool:
+    """Whether numbers follow a line."""
+    following = (line.strip() for line in text.lines[number : number + 5])
+    return any(_looks_like_number(line) for line in following if line)
+
+
+def _is_heading(line: str) -> bool:
+    """Whether no cell of the line begins like a number."""
+    return not any(_looks_like_number(cell) for cell in re.split(r"[;,\t ]+", line.strip(";, \t")))
+
+
+def read_points(text: Text, faults: Faults, form: PointFormat) -> Points:
+    """Points of a plain list with the axes of its format."""
+    points, heading = columns(text, faults)
+    first = (line.lstrip()[1:].strip() for line in text.lines[:20] if line.lstrip()[:1] in ("#", "!", "%"))
+    about = {"comment": next(first, ""), "columns": heading}
+    header = {key: value for key, value in about.items() if value}
+    return Points(points.lines, points.y, points.z, form.y_axis, form.z_axis, header=header)
+
+
+def is_slice_list(text: Text) -> bool:
+    """Whether a file holds lines of position and quoted file name, as lists of slices of CONTACT do."""
+    bare = [line for line in (_bare(raw) for raw in text.lines[:200]) if line]
+    listed = [match for match in map(_SLICE.match, bare[4:]) if match and number_fault(match[1]) is None]
+    return bool(bare) and len(_numbers(bare[0], 2)) == 2 and len(listed) > 0
+
+
+def _bare(line: str) -> str:
+    """Line without comment; a `%` or `!` in a file name is not expected."""
+    return re.split(r"[!%]", line, maxsplit=1)[0].strip()
+
+
+def _numbers(line: str, count: int) -> list[str]:
+    """Return the first `count` cells of a line, or fewer if they are no numbers; words may follow."""
+    cells = line.replace(",", " ").split()[:count]
+    return [cell for cell in cells if number_fault(cell) is None]
+
+
+def read_slice_list(text: Text, faults: Faults, number: int | None) -> SliceFile | None:
+    """File of one slice of a list of CONTACT: `.slcs` (rail along the track), `.slcw` (wheel).
+
+    Parameters
+    ----------
+    text : Text
+        Offset and scale, number of slices, features, method, then one line per slice.
+    faults : Faults
+        Takes what is wrong.
+    number : int or None
+        Which slice, from 1; needed if there are several.
+
+    Returns
+    -------
+    SliceFile or None
+        None if no slice can be chosen; the fault says why.
+    """
+    rows = [(at, line) for at, line in ((k, _bare(raw)) for k, raw in enumerate(text.lines, 1)) if line]
+    names = ("offset and scale", "the number of slices", "NFEAT NKINK NACCEL", "the method")
+    values: list[list[str]] = []
+    for (name, count), (at, line) in zip(zip(names, (2, 1, 3, 1), strict=True), rows, strict=False):
+        cells = _numbers(line, count)
+        if len(cells) < count:
+            faults.add(f"{count} number{'s are' if count > 1 else ' is'} needed here: {name}", at)
+        values.append(cells)
+    if len(rows) < 4:
+        faults.add(f"ends before {names[len(rows)]}: the file is cut off; copy it again", len(text.lines))
+    if faults.entries:
+        return None
+    total = float(values[1][0])
+    if total != int(total) or not 1 <= total <= MAX_SLICES:
+        faults.add(f"{values[1][0]} slices; the number must be a whole one in 1 .. {MAX_SLICES}", rows[1][0])
+        return None
+    listed = []
+    for at, line in rows[4 : 4 + int(total)]:
+        match = _SLICE.match(line)
+        if match is None or number_fault(match[1]) is not None:
+            faults.add("position and quoted file name of a slice are needed here", at)
+        else:
+            listed.append((at, match[1], match[2] or match[3]))
+    if len(rows) - 4 < int(total):
+        missing = f"{int(total)} slices are promised, {len(rows) - 4} are listed: the file is cut off"
+        faults.add(f"{missing}; copy it again", len(text.lines))
+    if not faults.entries and number is None and len(listed) > 1:
+        first, last = listed[0][1], listed[-1][1]
+        faults.add(f"lists {len(listed)} slices, position {first} to {last}; choose one with --slice 1 .. "
+                   f"{len(listed)}")  # fmt: skip
+    chosen = 1 if number is None else number
+    if not faults.entries and not 1 <= chosen <= len(listed):
+        faults.add(f"--slice {chosen} must be in 1 .. {len(listed)}")
+    if faults.entries:
+        return None
+    at, position, name = listed[chosen - 1]
+    header = {"slice": str(chosen), "slices": str(len(listed)), "position": position, "file": name}
+    note = f"slice {chosen} of {len(listed)}, at position {position}: {name}"
+    return SliceFile(name, at, header, (note,))

@@ -1,0 +1,181 @@
+"""SIMPACK profiles `.prr` (rail) and `.prw` (wheel).
+
+The keys are applied in the order in which the program CONTACT (open source) applies them, which its users
+have checked against SIMPACK.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+from decimal import Decimal
+
+from wearsim.profile.files.points import (
+    EXACT,
+    Columns,
+    Faults,
+    Kind,
+    Points,
+    Text,
+    number_fault,
+    separator_of,
+    split_cells,
+)
+
+SUFFIXES = {".prr": "rail", ".prw": "wheel"}
+_BLOCK = re.compile(r"(header|spline|point)\.(begin|end)", re.IGNORECASE)
+_KIND = {"0": "rail", "1": "wheel"}
+_Row = tuple[int, str, str]
+
+
+@dataclass
+class _Header:
+    """Keys of the blocks with their lines."""
+
+    faults: Faults
+    values: dict[str, str] = field(default_factory=dict)
+    lines: dict[str, int] = field(default_factory=dict)
+
+    def number(self, name: str, default: str = "0") -> Decimal:
+        """Value of a key; an empty one stands for the default."""
+        value = self.values.get(name) or default
+        wrong = number_fault(value)
+        if wrong is not None:
+            self.faults.add(f"{name} = {value[:40]!r} {wrong}", self.lines.get(name))
+            return Decimal(default)
+        return Decimal(value)
+
+
+def recognises(text: Text) -> bool:
+    """Whether a file has the blocks of SIMPACK."""
+    return any(line.strip().lower().startswith(("spline.begin", "header.begin")) for line in text.lines[:500])
+
+
+def read(text: Text, kind: Kind, faults: Faults) -> Points:
+    """Points of the spline block: thinned, bounded and inverted; shifts, mirrors and unit are reported.
+
+    `!` begins a comment; blocks are `header`, `spline` and in it `point`.
+    """
+    header, points = _Header(faults), Columns(faults)
+    weights: set[str] = set()
+    first: dict[str, int] = {}
+    inside: list[str] = []
+    separator: str | None = None
+    for number, raw in enumerate(text.lines, start=1):
+        line = raw.split("!", 1)[0].strip()
+        if not line:
+            continue
+        if match := _BLOCK.match(line):
+            block = match[1].lower()
+            if match[2].lower() == "begin":
+                if block in first:
+                    faults.add(f"a second {block}.begin, the first is in line {first[block]}: two profiles "
+                               "are joined; give one", number)  # fmt: skip
+                first.setdefault(block, number)
+                inside.append(block)
+            elif inside[-1:] == [block]:
+                inside.pop()
+            else:
+                faults.add(f"{block}.end without {block}.begin", number)
+        elif inside and inside[-1] == "point":
+            separator = separator_of(line) if separator is None else separator
+            cells = split_cells(line, separator)
+            if len(cells) in (2, 3):
+                points.add(number, cells[0], cells[1], separator)
+                weights.update(cells[2:])
+            else:
+                faults.add(
+                    f"{len(cells)} columns in the point block, y, z and at most a weight are read", number
+                )
+        elif "=" in line:
+            key, _, value = line.partition("=")
+            name = f"header.{key.strip().lower()}" if inside == ["header"] else key.strip().lower()
+            header.values[name], header.lines[name] = value.strip().strip("'"), number
+        # some writers leave bare keys without a value: the defaults hold
+    if "point" not in first:
+        faults.add("holds no point.begin block, so it is no SIMPACK profile; state another --format")
+    elif inside:
+        faults.add(f"{inside[-1]}.end is missing: the file is cut off; copy it again", len(text.lines))
+    stated = header.values.get("header.type", "")
+    if _KIND.get(stated, kind) != kind:
+        faults.add(
+            f"type = {stated} says {_KIND[stated]}, a {kind} profile is needed", header.lines["header.type"]
+        )
+    notes = [] if not weights - {"1", "1.0"} else ["weights of the points are not used"]
+    return _applied(points, header, notes)
+
+
+def _applied(points: Columns, header: _Header, notes: list[str]) -> Points:
+    """Apply the keys of the spline block in their order."""
+    key, faults = header.number, header.faults
+    shift_y, shift_z = key("shift.y"), key("shift.z")
+    rows = _thinned(
+        list(zip(points.lines, points.y, points.z, strict=True)), float(key("point.dist.min")), notes
+    )
+    if key("rotate") != 0:
+        faults.add(
+            f"rotate = {header.values['rotate']} is not applied by this reader: turn the points and set it "
+            "to 0",
+            header.lines["rotate"],
+        )
+    low, high = key("bound.y.min", "1"), key("bound.y.max")
+    if low < high:
+        kept = [row for row in rows if low <= Decimal(row[1]) + shift_y <= high]
+        if len(kept) < len(rows):
+            notes.append(f"{len(rows) - len(kept)} points outside bound.y left out")
+        rows = kept
+    low, high = key("bound.z.min", "1") - shift_z, key("bound.z.max") - shift_z
+    if low < high:
+        clipped = [(line, y, str(min(max(Decimal(z), low), high)), z) for line, y, z in rows]
+        changed = sum(Decimal(new) != Decimal(z) for _, _, new, z in clipped)
+        rows = [(line, y, new if Decimal(new) != Decimal(z) else z) for line, y, new, z in clipped]
+        if changed:
+            notes.append(f"{changed} points clipped to bound.z")
+    notes += [f"{name} = {header.values[name]} added"
+              for name, by in (("shift.y", shift_y), ("shift.z", shift_z)) if by != 0]  # fmt: skip
+    mirror_y, mirror_z, inversion = (key(name) != 0 for name in ("mirror.y", "mirror.z", "inversion"))
+    notes += [f"{name} applied" for name, on in (("mirror.y", mirror_y), ("mirror.z", mirror_z)) if on]
+    if inversion:
+        rows.reverse()
+    per_metre = key("units.len.f", "1000")
+    if per_metre <= 0:
+        faults.add(
+            f"units.len.f = {per_metre} must be above 0 (1000 for mm)", header.lines.get("units.len.f")
+        )
+        per_metre = Decimal(1000)
+    if per_metre != Decimal(1000):
+        unit = "m" if per_metre == 1 else f"1/{per_metre} m"
+        notes.append(f"units.len.f = {per_metre}: lengths in {unit}")
+    if not header.values.get("units.len.f"):
+        notes.append("units.len.f is not given: lengths are taken as mm")
+    return Points(
+        [row[0] for row in rows],
+        [row[1] for row in rows],
+        [row[2] for row in rows],
+        "field",
+        "down",
+        shift_y,
+        shift_z,
+        mirror_y,
+        mirror_z,
+        metres=EXACT.divide(Decimal(1), per_metre).normalize(),
+        header=header.values,
+        notes=tuple(notes),
+    )
+
+
+def _thinned(rows: list[_Row], least: float, notes: list[str]) -> list[_Row]:
+    """Leave out points closer than `least` to the one kept before them."""
+    if least <= 0.0 or not rows:
+        return rows
+    kept = rows[:1]
+    y, z = float(rows[0][1]), float(rows[0][2])
+    for row in rows[1:]:
+        y_new, z_new = float(row[1]), float(row[2])
+        if math.hypot(y_new - y, z_new - z) >= least:
+            kept.append(row)
+            y, z = y_new, z_new
+    if len(kept) < len(rows):
+        notes.append(f"{len(rows) - len(kept)} points closer than point.dist.min left out")
+    return kept

@@ -1,0 +1,489 @@
+"""What `wearsim profile` computes of one profile: measures, limits, wear, running behaviour, reprofiling."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from wearsim.errors import ProfileError
+from wearsim.profile.alignment import HOLD_TREAD, Alignment, align
+from wearsim.profile.files.points import Kind
+from wearsim.profile.inspection.inputs import ProfileInput, placed, placement_notes, read_input, tilt_of
+from wearsim.profile.inspection.notes import axle_notes, comparison_notes, header_notes, hollowing_notes
+from wearsim.profile.inspection.running import AMPLITUDES, Running, running
+from wearsim.profile.limits import Judgement, LimitSet, judge, judge_wheelset
+from wearsim.profile.measures import (
+    GaugeDistances,
+    Measures,
+    WheelsetMeasures,
+    running_circle_level,
+    wheel_measures,
+    wheelset_measures,
+)
+from wearsim.profile.reprofiling import Reprofiling, reprofile, reprofile_axle
+from wearsim.profile.shape import Profile
+from wearsim.profile.smoothing import smoothed
+from wearsim.profile.worn import WearBetween, wear_between
+
+BACK_TO_BACK = 1.360
+GAUGE = 1.435
+COUNTERPART = {"wheel": "60E1", "rail": "S1002"}
+LARGE_REST = 50e-6
+"""Distance left on the zones of a best fit that noise of an instrument does not explain [m]."""
+
+_STATED = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "front_to_front")
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What is stated about a wheelset, its track and the ways of measuring, SI units; None: not stated.
+
+    Parameters
+    ----------
+    distances : GaugeDistances
+        Of Sh, Sd and qR; the running circle is that of `running_circle`.
+    running_circle : float or None
+        Distance of the running circle from the flange back; that of the wheel, see
+        `ProfileInput.running_circle`, if not stated [m].
+    back_to_back, gauge : float or None
+        `BACK_TO_BACK` and `GAUGE` act if not stated, without being judged [m].
+    diameter, left_diameter : float or None
+        At the running circles as they are now [m].
+    inclination : float or None
+        Of the rail, see `inputs.placed` [-].
+    counterpart : str or None
+        Rail under a wheel or wheel on a rail, by name or file; `COUNTERPART` if not stated.
+    smooth : float or None
+        Wavelength of the noise filter on measured profiles [m].
+    align : str or None
+        Rule of `wearsim.profile.alignment`; if not stated, `best_fit` for measured profiles and `none` for
+        standard shapes.
+    rotate : bool
+        Whether the best fit may turn the profile, too.
+    statements : mapping
+        On files, see `read_profile`.
+    own_limits : bool
+        Whether the limits are meant for the stated distances; else only gauge values at 2, 10 and 70 mm are
+        judged.
+    """
+
+    distances: GaugeDistances = field(default_factory=GaugeDistances)
+    running_circle: float | None = None
+    back_to_back: float | None = None
+    gauge: float | None = None
+    diameter: float | None = None
+    left_diameter: float | None = None
+    inclination: float | None = None
+    counterpart: str | None = None
+    smooth: float | None = None
+    align: str | None = None
+    rotate: bool = False
+    statements: Mapping[str, Any] | None = None
+    own_limits: bool = False
+
+    @property
+    def half_span(self) -> float:
+        """From the track centre to the running circle [m]."""
+        return 0.5 * (self.back_to_back or BACK_TO_BACK) + self.distances.flange_back
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A profile against an earlier or new one.
+
+    Parameters
+    ----------
+    reference : ProfileInput
+        The other one, as it was compared.
+    alignment : Alignment
+        How the profile was laid on it.
+    wear : WearBetween
+        From the reference to the profile.
+    measures : Measures or None
+        Of the reference, if it is a wheel; unmoved, too.
+    running : Running or None
+        Of the reference.
+    """
+
+    reference: ProfileInput
+    alignment: Alignment
+    wear: WearBetween
+    measures: Measures | None = None
+    running: Running | None = None
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What speaks against the wear, or is hidden in it; a sentence each."""
+        lines = []
+        rule, rms = self.alignment.rule, self.alignment.rms
+        if self.wear.worn_area < 0.0:
+            lines.append(
+                f"the net worn area is negative, which no wear is: {rule} does not fit these profiles, or "
+                f"they are not of one {self.reference.kind}; try another rule with --align"
+            )
+        if rms is not None and rms > LARGE_REST:
+            tilt = "" if self.alignment.angle else "; a profile measured at a tilt needs --rotate"
+            lines.append(
+                f"{1e6 * rms:.0f} µm rms are left on parts that do not wear, more than "
+                f"{1e6 * LARGE_REST:.0f}: wear of this size is doubtful{tilt}"
+            )
+        if rule in HOLD_TREAD:
+            lines.append(
+                f"{rule} lays the running circles on each other: wear there counts as none, the flange seems "
+                "to grow; back_and_tip or best_fit show the wear of the tread"
+            )
+        if rule == "top":
+            lines.append(
+                "top lays the tops on each other: wear there counts as none, the sides of the head seem to "
+                "grow; best_fit shows the wear of the top"
+            )
+        return tuple(lines)
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """All values of one profile.
+
+    Parameters
+    ----------
+    given : ProfileInput
+        With the profile as it was measured, smoothed if that was asked for; never moved.
+    left : ProfileInput or None
+        Left wheel that differs.
+    conditions : Conditions
+        What was stated.
+    measures : mapping of str to Measures
+        Of "right", "left" and "axle"; of wheels that are alike "right" only, with the values of the axle.
+        Empty for rails.
+    limits : LimitSet or None
+        What the measures were judged by.
+    judgements : tuple of (str, Judgement)
+        Key of `measures` and judgement; the axle is judged by its smaller wheel.
+    running : Running or None
+        On the counterpart; None where it cannot run there.
+    trouble : str
+        Why it cannot.
+    comparison : Comparison or None
+        Against another profile.
+    """
+
+    given: ProfileInput
+    left: ProfileInput | None
+    conditions: Conditions
+    measures: Mapping[str, Measures]
+    limits: LimitSet | None
+    judgements: tuple[tuple[str, Judgement], ...]
+    running: Running | None
+    trouble: str
+    comparison: Comparison | None
+
+    @property
+    def aligned(self) -> Profile:
+        """Profile as it lies on the one it is compared with; as measured, if it is not compared."""
+        return self.given.profile if self.comparison is None else self.comparison.alignment.profile
+
+    @property
+    def exceeded(self) -> tuple[str, ...]:
+        """Names of the measures beyond a limit."""
+        return tuple(dict.fromkeys(each.measure for _, each in self.judgements if each.exceeded))
+
+    @property
+    def not_judged(self) -> tuple[str, ...]:
+        """Names of the measures that have limits, but could not be compared with them."""
+        return tuple(dict.fromkeys(each.measure for _, each in self.judgements if each.exceeded is None))
+
+
+def inspect_profile(
+    given: ProfileInput,
+    conditions: Conditions | None = None,
+    limits: LimitSet | None = None,
+    *,
+    left: ProfileInput | None = None,
+    against: ProfileInput | None = None,
+    amplitudes: tuple[float, ...] = AMPLITUDES,
+    measure_reference: bool = True,
+) -> Inspection:
+    """Measure a profile.
+
+    Parameters
+    ----------
+    given : ProfileInput
+        Wheel or rail.
+    conditions : Conditions, optional
+        What is stated.
+    limits : LimitSet, optional
+        To judge the measures of a wheel by.
+    left : ProfileInput, optional
+        Left wheel.
+    against : ProfileInput, optional
+        Earlier or new profile of the same kind.
+    amplitudes : tuple of float
+        Of the conicity [m].
+    measure_reference : bool
+        Whether the other profile is measured, too.
+
+    Returns
+    -------
+    Inspection
+        With the profile as measured.
+
+    Raises
+    ------
+    ProfileError
+        The profile cannot be smoothed, aligned or compared.
+    """
+    at = conditions or Conditions()
+    circle = at.running_circle or given.running_circle
+    at = replace(at, distances=replace(at.distances, flange_back=circle))
+    given = _prepared(given, at)
+    if left is not None:
+        left = _prepared(left, at)
+        given = given.noted(*axle_notes(given, left))
+    if against is not None:
+        given = given.noted(*comparison_notes(given, against))
+    measures = _measures(given, left, at)
+    if measures:
+        given = _checked(given, measures["right"], at)
+        left = left and _checked(left, measures["left"], at)
+    run, trouble = _running(given, left, at, amplitudes)
+    comparison = None
+    if against is not None:
+        before = _prepared(against, at)
+        comparison = _compared(given, before, at)
+        if measure_reference:
+            comparison = replace(
+                comparison,
+                measures=_measures(before, None, at).get("right"),
+                running=_running(before, None, at, amplitudes)[0],
+            )
+    judgements = _judged(measures, limits, run, at) if limits is not None else ()
+    limits = limits if measures else None
+    return Inspection(given, left, at, measures, limits, judgements, run, trouble, comparison)
+
+
+def counterpart_of(kind: Kind, at: Conditions) -> ProfileInput:
+    """Rail under a wheel, or wheel on a rail.
+
+    Parameters
+    ----------
+    kind : {"wheel", "rail"}
+        Of the profile that is inspected.
+    at : Conditions
+        May name the counterpart.
+
+    Returns
+    -------
+    ProfileInput
+        As read; a wheel with y from the running circle that acts.
+    """
+    name = at.counterpart or COUNTERPART[kind]
+    other = read_input(
+        name, "rail" if kind == "wheel" else "wheel", at.statements if at.counterpart else None
+    )
+    return _prepared(other, replace(at, smooth=None)) if other.kind == "wheel" else other
+
+
+def _checked(given: ProfileInput, measures: Measures, at: Conditions) -> ProfileInput:
+    """Profile with warnings on its measures."""
+    notes = header_notes(given, measures.values, _elsewhere(at.distances))
+    return given.noted(*notes, *hollowing_notes(given, measures.values))
+
+
+def _elsewhere(distances: GaugeDistances) -> set[str]:
+    """Gauge values that other than the usual distances change."""
+    usual, changed = GaugeDistances(), set[str]()
+    if distances.below_tip != usual.below_tip:
+        changed |= {"flange_gradient"}
+    if distances.level != usual.level:
+        changed |= {"flange_thickness", "flange_gradient", "front_to_front"}
+    if distances.flange_back != usual.flange_back:
+        changed |= {"flange_height", "flange_thickness", "flange_gradient", "front_to_front"}
+    return changed
+
+
+def _prepared(given: ProfileInput, at: Conditions) -> ProfileInput:
+    """Profile with y from the running circle that acts, and, if measured, without its noise."""
+    circle, wavelength = at.distances.flange_back, at.smooth
+    given = given.noted(*placement_notes(given, at.inclination))
+    if given.kind == "wheel" and given.running_circle != circle:
+        moved = replace(given.profile, y=given.profile.y + (given.running_circle - circle))
+        before = f"{given.running_circle * 1e3:g} before"
+        given = replace(given, profile=moved).noted(
+            f"y from a running circle {circle * 1e3:g} mm from the flange back, {before}"
+        )
+    if wavelength is None or not given.measured:
+        return given
+    return replace(given, profile=smoothed(given.profile, wavelength)).noted(
+        f"waves shorter than {wavelength * 1e3:g} mm taken out"
+    )
+
+
+def _measures(given: ProfileInput, left: ProfileInput | None, at: Conditions) -> dict[str, Measures]:
+    """Gauge values of the right wheel, of a left wheel that differs and of their axle."""
+    if given.kind != "wheel":
+        return {}
+    diameter = at.diameter or given.diameter
+    if left is None and at.left_diameter is None:
+        alone = wheel_measures(given.profile, at.distances, back_to_back=at.back_to_back)
+        return {"right": _with_diameter(alone, diameter)}
+    other = given if left is None else left
+    both = wheelset_measures(given.profile, other.profile, at.distances, back_to_back=at.back_to_back)
+    left_diameter = at.left_diameter or (None if left is None else left.diameter) or at.diameter
+    axle, missing = dict(both.axle.values), dict(both.axle.missing)
+    if diameter is not None and left_diameter is not None:
+        axle["wheel_diameter_difference"] = diameter - left_diameter
+        missing.pop("wheel_diameter_difference", None)
+    return {
+        "right": _with_diameter(both.right, diameter),
+        "left": _with_diameter(both.left, left_diameter),
+        "axle": Measures(axle, missing),
+    }
+
+
+def _with_diameter(measures: Measures, diameter: float | None) -> Measures:
+    """Measures with the diameter at the running circle, which is not in the profile."""
+    missing = {name: why for name, why in measures.missing.items() if name != "wheel_diameter"}
+    if diameter is None:
+        return Measures(measures.values, {**missing, "wheel_diameter": "not stated (--diameter-mm)"})
+    return Measures({**measures.values, "wheel_diameter": diameter}, missing)
+
+
+def _judged(
+    measures: Mapping[str, Measures], limits: LimitSet, run: Running | None, at: Conditions
+) -> tuple[tuple[str, Judgement], ...]:
+    """Judgements of all bodies; the conicity is with the axle, or with the wheel if both are alike."""
+    if len(measures) < 3:
+        alone = [_judgeable(each, run, at) for each in measures.values()]
+        return tuple(("right", each) for one in alone for each in judge(one, limits))
+    right, left = (_judgeable(measures[side], None, at) for side in ("right", "left"))
+    judged = judge_wheelset(WheelsetMeasures(right, left, _judgeable(measures["axle"], run, at)), limits)
+    return tuple((body, each) for body, judgements in judged.items() for each in judgements)
+
+
+def _judgeable(measures: Measures, run: Running | None, at: Conditions) -> Measures:
+    """Measures that limits apply to, and the conicity where the wheelset runs."""
+    values = dict(measures.values)
+    conicity = run.judged_conicity if run else None
+    if conicity is not None:
+        values["equivalent_conicity"] = conicity
+    # what nobody stated is not judged: only gauge values that should be there are reported as missing
+    missing = {name: why for name, why in measures.missing.items() if name not in _STATED}
+    for name in () if at.own_limits else _elsewhere(at.distances):
+        if values.pop(name, None) is not None:
+            missing[name] = "measured at other distances than those the limits are meant for"
+    return Measures(values, missing)
+
+
+def _compared(given: ProfileInput, before: ProfileInput, at: Conditions) -> Comparison:
+    """Wear between two profiles, the later one laid on the earlier one."""
+    reference, after = _in_track(before, at), _in_track(given, at)
+    rule = at.align or ("best_fit" if given.measured else "none")
+    options = {"rotation": True} if at.rotate else {}
+    alignment = align(after.profile, reference.profile, rule, **options)
+    return Comparison(reference, alignment, wear_between(reference.profile, alignment.profile))
+
+
+def _in_track(given: ProfileInput, at: Conditions) -> ProfileInput:
+    """Place a rail in the track that does not stand there already."""
+    if given.kind == "wheel" or not (given.upright or tilt_of(given, at.inclination)):
+        return given
+    profile = placed(given, at.inclination, at.gauge or GAUGE, at.half_span)
+    note = f"placed in the track for the comparison: {_track_words(given, at)}"
+    return replace(given, profile=profile).noted(note)
+
+
+def _track_words(rail: ProfileInput, at: Conditions) -> str:
+    """Rail, inclination, gauge and back-to-back distance in words."""
+    tilt = tilt_of(rail, at.inclination)
+    as_it_is = "upright" if rail.upright else "as measured" if rail.measured else "as defined"
+    leans = f"1:{1.0 / tilt:g}" if tilt else as_it_is
+    back = "assumed" if at.back_to_back is None else "stated"
+    return (
+        f"{rail.profile.name} {leans}, gauge {(at.gauge or GAUGE) * 1e3:g} mm, back-to-back distance "
+        f"{(at.back_to_back or BACK_TO_BACK) * 1e3:g} mm ({back})"
+    )
+
+
+def _running(
+    given: ProfileInput, left: ProfileInput | None, at: Conditions, amplitudes: tuple[float, ...]
+) -> tuple[Running | None, str]:
+    """Return the running behaviour on the counterpart, or why there is none."""
+    counterpart = counterpart_of(given.kind, at)
+    rail, wheel = (counterpart, given) if given.kind == "wheel" else (given, counterpart)
+    diameter = at.diameter or given.diameter
+    left_diameter = at.left_diameter or (None if left is None else left.diameter)
+    more = diameter - left_diameter if diameter is not None and left_diameter is not None else 0.0
+    try:
+        in_track = placed(rail, at.inclination, at.gauge or GAUGE, at.half_span)
+        words = _track_words(rail, at)
+        # of standard shapes that goes without saying
+        words += ", both rails alike" if rail.measured else ""
+        words += ", both wheels alike" if wheel.measured and left is None and not more else ""
+        other = None if left is None else left.profile
+        return running(wheel.profile, other, in_track, words, more, amplitudes), ""
+    except ProfileError as error:
+        return None, str(error)
+
+
+@dataclass(frozen=True)
+class ReprofiledWheel:
+    """One wheel after reprofiling.
+
+    Parameters
+    ----------
+    side : str
+        "right", "left", or "" of a wheel by itself.
+    reprofiling : Reprofiling
+        To the template.
+    diameter : float or None
+        At the running circle afterwards [m]; None where that of the worn wheel is not known.
+    """
+
+    side: str
+    reprofiling: Reprofiling
+    diameter: float | None
+
+    @property
+    def diameter_loss(self) -> float:
+        """Loss on the lathe [m]."""
+        return 2.0 * self.reprofiling.radius_loss
+
+
+def reprofiled_wheels(inspection: Inspection, template: ProfileInput) -> tuple[ReprofiledWheel, ...]:
+    """Reprofile what was inspected: both wheels of an axle to one diameter.
+
+    Parameters
+    ----------
+    inspection : Inspection
+        Of a wheel, with the left one if it differs.
+    template : ProfileInput
+        What the wheels get.
+
+    Returns
+    -------
+    tuple of ReprofiledWheel
+        One, or right and left. Of an axle with a diameter that is not known, both are taken for equal at
+        their running circles.
+
+    Raises
+    ------
+    ProfileError
+        See `wearsim.profile.reprofiling.reprofile`.
+    """
+    right, left = inspection.given.profile, inspection.left
+    before = {side: each.values.get("wheel_diameter") for side, each in inspection.measures.items()}
+    diameter, other = before.get("right"), before.get("left")
+    if left is None:
+        one = reprofile(right, template.profile)
+        return (ReprofiledWheel("", one, None if diameter is None else diameter - 2.0 * one.radius_loss),)
+    known = diameter is not None and other is not None
+    radii = [
+        0.5 * (each if known and each else 0.0) - running_circle_level(wheel.y, wheel.z)
+        for wheel, each in ((right, diameter), (left.profile, other))
+    ]
+    both = reprofile_axle(right, left.profile, (template.profile, template.profile), (radii[0], radii[1]))
+    return tuple(
+        ReprofiledWheel(side, one, each - 2.0 * one.radius_loss if known and each is not None else None)
+        for side, one, each in zip(("right", "left"), both, (diameter, other), strict=True)
+    )

@@ -1,0 +1,365 @@
+"""What a user names - a standard shape, a definition or a measured file - as a profile with its origin."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wearsim.errors import ProfileError
+from wearsim.profile import measures, standard
+from wearsim.profile.definitions import Definition, sample
+from wearsim.profile.files import FORMATS, ProfileReading, is_file, place_file, read_profile
+from wearsim.profile.files.axes import IN_CM
+from wearsim.profile.files.points import Kind
+from wearsim.profile.placement import UPRIGHT, tilt_to_add
+from wearsim.profile.shape import Profile
+
+INCLINATION = 1.0 / 40.0
+"""Of an upright rail, if nothing else is stated [-]."""
+
+RUNNING_CIRCLE = 70e-3
+"""Distance of the running circle from the flange back, if nothing else is known [m]."""
+
+SPACING = 0.25e-3
+"""Point distance of standard shapes [m]."""
+
+_WRITTEN = re.compile(r"\s*[#!]\s*(wheel|rail) profile\b")
+_FLANGE_HEIGHT = (20e-3, 45e-3)  # of a wheel, not of a rail head of the same size [m]
+_WIDEST_HEAD = 0.1  # wider points without a flange might be a tread [m]
+_HIGHEST_HEAD = 0.06  # higher points may be a wheel with its columns swapped [m]
+_BOTH_SIDES = 8e-3  # a head falls off by this on both sides of its top [m]
+_ONE_SIDE = 10e-3  # or by this on one side, and steeper there than a flange [m]
+_STEEPEST_FLANGE = 78.0  # degrees
+_HEADER_LINES = 5  # lines searched for a word on the kind
+_MOST_SHOWN = 90  # characters
+_NUMBER = re.compile(r"\d{2,4}(\.\d+)?")
+_DIAMETER_RANGE = (0.3, 1.5)  # plausible diameters of a header [m]
+
+
+@dataclass(frozen=True)
+class ProfileInput:
+    """A profile and where it comes from.
+
+    Parameters
+    ----------
+    given : str
+        What the user wrote.
+    profile : Profile
+        In our axes [m]; a rail is not yet placed in the track.
+    format : str
+        Key of `wearsim.profile.files.FORMATS`, or "definition".
+    title : str
+        Format or designation, for people.
+    notes : tuple of str
+        What was detected, changed or left out.
+    header : mapping of str to str
+        Keys and values of a file, unchanged.
+    source, certainty : str
+        Where the shape comes from and how sure it is; no certainty is known of a file.
+    upright : bool
+        Whether it is a rail that stands upright, so that it needs an inclination in the track.
+    lean : float or None
+        Of a measured rail head, see `wearsim.profile.placement.head_lean` [-].
+    header_circle : float or None
+        Distance of the running circle from the flange back that the header gives and that acted [m].
+    """
+
+    given: str
+    profile: Profile
+    format: str
+    title: str
+    notes: tuple[str, ...]
+    header: Mapping[str, str] = field(repr=False)
+    source: str
+    certainty: str
+    upright: bool = False
+    lean: float | None = None
+    header_circle: float | None = None
+
+    @property
+    def kind(self) -> Kind:
+        """Wheel or rail."""
+        return self.profile.kind
+
+    @property
+    def measured(self) -> bool:
+        """Whether the points come from a file, not from a definition."""
+        return self.format != "definition"
+
+    def key(self, name: str) -> str:
+        """Value of a header key in any case of letters, empty if it has none."""
+        return {key.lower(): value.strip() for key, value in self.header.items()}.get(name.lower(), "")
+
+    def noted(self, *notes: str) -> ProfileInput:
+        """Return the same with further notes."""
+        return replace(self, notes=(*self.notes, *notes))
+
+    @property
+    def running_circle(self) -> float:
+        """Distance of the running circle, y = 0, from the flange back [m]."""
+        return RUNNING_CIRCLE if self.header_circle is None else self.header_circle
+
+    @property
+    def diameter(self) -> float | None:
+        """Wheel diameter at the running circle that the instrument wrote down [m]."""
+        text = self.key("DiameterTaperline").replace(",", ".")
+        if self.kind != "wheel" or not _NUMBER.fullmatch(text):
+            return None
+        value = 1e-3 * float(text)
+        return value if _DIAMETER_RANGE[0] <= value <= _DIAMETER_RANGE[1] else None
+
+
+def read_input(
+    given: str, kind: Kind | None = None, statements: Mapping[str, Any] | None = None
+) -> ProfileInput:
+    """Profile by the name of a standard shape, from a definition (`.toml`) or from a measured file.
+
+    Parameters
+    ----------
+    given : str
+        Name, designation such as "S1002/h30", or path.
+    kind : {"wheel", "rail"}, optional
+        What it is; detected by the definition, the extension or the content of a file.
+    statements : mapping, optional
+        On a file, as arguments of `read_profile`.
+
+    Returns
+    -------
+    ProfileInput
+        A rail is upright if it comes from a definition, and as it was measured if it comes from a file,
+        upright or not.
+
+    Raises
+    ------
+    ProfileError
+        One line per fault.
+    """
+    path = Path(given)
+    if path.is_dir():
+        raise ProfileError(f"{given}: is a folder; measure all its files with --fleet {given}")
+    if not is_file(given):
+        return _defined(given, _named(given, kind), kind)
+    if path.suffix.lower() == ".toml" and path.is_file():
+        return _defined(given, standard.read_definition(path), kind)
+    return _from_file(given, kind, statements or {})
+
+
+def tilt_of(rail: ProfileInput, inclination: float | None) -> float:
+    """Tilt that brings a rail into the track.
+
+    Parameters
+    ----------
+    rail : ProfileInput
+        Standard or measured.
+    inclination : float or None
+        As stated; None: `INCLINATION` for a rail that stands upright, else 0, for measured points stand as
+        they were measured.
+
+    Returns
+    -------
+    float
+        Towards the track centre [-]; 0 for a head that leans already.
+    """
+    if inclination is None:
+        return INCLINATION if rail.upright else 0.0
+    return tilt_to_add(rail.lean, inclination)
+
+
+def placement_notes(rail: ProfileInput, inclination: float | None) -> tuple[str, ...]:
+    """How a measured rail is put into the track.
+
+    Parameters
+    ----------
+    rail : ProfileInput
+        Any profile.
+    inclination : float or None
+        As stated [-].
+
+    Returns
+    -------
+    tuple of str
+        One sentence; none on wheels and standard shapes.
+    """
+    if rail.kind == "wheel" or not rail.measured:
+        return ()
+    tilt = tilt_of(rail, inclination)
+    if tilt:
+        why = " by --inclination" if inclination is not None else ", for it stands upright"
+        other = " (--inclination none leaves it so)" if inclination is None else ""
+        already = "" if rail.upright else "; state none for points that lean already"
+        return (f"in the track inclined 1:{1.0 / tilt:.4g}{why}{other}{already}",)
+    if rail.lean is not None and rail.lean > UPRIGHT:
+        again = " and is not tilted again" if inclination else ""
+        return (f"in the track as measured: the head leans 1:{1.0 / rail.lean:.3g} already{again}",)
+    hint = "" if inclination is not None else "; if it was measured upright, state --inclination 1:40"
+    return (f"in the track as measured{hint}",)
+
+
+def placed(rail: ProfileInput, inclination: float | None, gauge: float, half_span: float) -> Profile:
+    """Rail profile in the track.
+
+    Parameters
+    ----------
+    rail : ProfileInput
+        Standard or measured.
+    inclination : float or None
+        Of the rail, see `tilt_of` [-].
+    gauge, half_span : float
+        See `wearsim.profile.placement.place_rail` [m].
+
+    Returns
+    -------
+    Profile
+        In the axes of the track.
+    """
+    tilt = tilt_of(rail, inclination)
+    if rail.measured or is_file(rail.given):
+        return place_file(rail.profile, rail.given, tilt, gauge, half_span)
+    return standard.rail(rail.given, tilt, gauge, half_span)
+
+
+def _named(given: str, kind: Kind | None) -> Definition:
+    """Definition of a shipped shape; without a kind, of whichever it is."""
+    if kind is not None:
+        return standard.definition(given, kind)
+    names = {each: standard.shipped_names(each) for each in ("wheel", "rail")}
+    if standard.is_designation(given):
+        parts = [part.strip() for part in given.split("/")]
+        bases = {"/".join(parts[:count]) for count in range(1, len(parts) + 1)}
+        return standard.definition(given, "rail" if bases & set(names["rail"]) else "wheel")
+    known = {name.lower(): name for each in names.values() for name in each}
+    near = difflib.get_close_matches(given.lower(), list(known), n=1, cutoff=0.5)
+    hint = f"; did you mean {known[near[0]]!r}?" if near else ""
+    listed = "; ".join(f"{each}s: {', '.join(each_names)}" for each, each_names in names.items())
+    raise ProfileError(f"{given!r} is neither a file nor a shipped profile ({listed}){hint}")
+
+
+def _defined(given: str, shape: Definition, kind: Kind | None) -> ProfileInput:
+    if kind is not None and shape.kind != kind:
+        raise ProfileError(f"{given}: is a {shape.kind} profile, a {kind} is needed")
+    y, z = sample(shape, SPACING)
+    upright = shape.kind == "rail" and shape.inclined_gauge_y is None
+    notes = [f"points every {SPACING * 1e3:g} mm"]
+    if shape.kind == "rail":
+        notes.append("upright, y from the symmetry axis" if upright else "as it stands in the track")
+    return ProfileInput(
+        given, Profile(shape.name, shape.kind, y, z, shape.source), "definition", shape.title, tuple(notes),
+        {}, shape.source, shape.certainty, upright,
+    )  # fmt: skip
+
+
+def _from_file(given: str, kind: Kind | None, statements: Mapping[str, Any]) -> ProfileInput:
+    path = Path(given)
+    detected, notes = (kind, ()) if kind is not None else _stated_kind(path)
+    if detected is None:
+        reading, notes = _either(path, statements)
+    else:
+        reading = read_profile(path, detected, **statements)
+    lean = reading.lean
+    result = ProfileInput(
+        given, reading.profile, reading.format, FORMATS[reading.format].title, (*notes, *reading.notes[1:]),
+        reading.header, f"file {path.name}", "", lean is not None and abs(lean) <= UPRIGHT, lean,
+        reading.running_circle,
+    )  # fmt: skip
+    if result.diameter is None:
+        return result
+    return result.noted(
+        f"wheel diameter {1e3 * result.diameter:g} mm of the header taken, if no other is stated"
+    )
+
+
+def _stated_kind(path: Path) -> tuple[Kind | None, tuple[str, ...]]:
+    """Kind that the extension or a first comment stands for, with a note on it."""
+    by_suffix = {kind for each in FORMATS.values() if (kind := each.suffixes.get(path.suffix.lower(), ""))}
+    if len(by_suffix) == 1:
+        return "wheel" if by_suffix == {"wheel"} else "rail", ()
+    if not path.is_file():
+        return None, ()  # a pipe would be waited for
+    try:
+        with path.open("rb") as file:
+            head = file.read(2000).decode("utf-8", "replace").splitlines()[:_HEADER_LINES]
+    except (OSError, ValueError):
+        return None, ()  # the reader says what is wrong
+    for line in head:
+        if match := _WRITTEN.match(line):
+            return "wheel" if match[1] == "wheel" else "rail", (f"a {match[1]} by its first comment",)
+    return None, ()
+
+
+def _either(path: Path, statements: Mapping[str, Any]) -> tuple[ProfileReading, tuple[str, ...]]:
+    """Read a file that does not name its kind: by its content, or a question to the user."""
+    readings: dict[Kind, ProfileReading] = {}
+    errors: dict[Kind, str] = {}
+    kinds: tuple[Kind, Kind] = ("wheel", "rail")
+    for kind in kinds:
+        try:
+            readings[kind] = read_profile(path, kind, **statements)
+        except ProfileError as error:
+            errors[kind] = str(error)
+            continue
+        if kind == "wheel" and _has_flange(readings[kind].profile):
+            return readings[kind], ("a wheel by its flange",)
+    if len(errors) == 2:
+        if errors["wheel"] == errors["rail"]:
+            raise ProfileError(errors["wheel"])
+        both = [line for line in errors["wheel"].splitlines() if line in errors["rail"].splitlines()]
+        if both:
+            raise ProfileError("\n".join(both))
+        why = {kind: _short(text.splitlines()[0].removeprefix(f"{path}:")) for kind, text in errors.items()}
+        sized = [kind for kind, text in errors.items() if IN_CM in text]
+        hint = f"; if it is a {' or '.join(sized)} in cm, state --units cm" if sized else ""
+        raise ProfileError(
+            f"{path}: neither a wheel ({why['wheel']}) nor a rail ({why['rail']}): check units and order of "
+            f"the columns, or see all faults with --kind wheel or --kind rail{hint}"
+        )
+    if "rail" not in readings:
+        return readings["wheel"], ("a wheel, for it is no rail",)
+    if "wheel" not in readings and _has_head(readings["rail"].profile):
+        return readings["rail"], ("a rail by the shape of its head",)
+    raise ProfileError(
+        f"{path}: has neither the flange of a wheel nor crown and sides of a rail head; state --kind wheel "
+        "or --kind rail, or check that the columns y and z are not swapped"
+    )
+
+
+def _short(fault: str) -> str:
+    """Beginning of a fault, for a message that holds two."""
+    first = re.split(r"; |: | \(|, so |, which ", fault.strip(), maxsplit=1)[0]
+    return first if len(first) <= _MOST_SHOWN else f"{first[: _MOST_SHOWN - 3]}..."
+
+
+def _has_head(profile: Profile) -> bool:
+    """Whether a profile has the crown and the sides of a rail head."""
+    y, z = profile.y, profile.z
+    if np.ptp(y) > _WIDEST_HEAD or np.ptp(z) > _HIGHEST_HEAD:
+        return False
+    top = int(np.argmin(z))
+    depths = [float(np.ptp(side)) for side in (z[: top + 1], z[top:])]
+    if min(depths) >= _BOTH_SIDES:
+        return True
+    deep = slice(0, top + 1) if depths[0] > depths[1] else slice(top, len(z))
+    side = z[deep] - z[top] >= 0.5 * _ONE_SIDE
+    y_side, z_side = y[deep][side], z[deep][side]
+    if max(depths) < _ONE_SIDE or len(y_side) < 2:
+        return False
+    # over the lower half of the side, which noise of single points does not turn
+    lower = z_side >= 0.5 * (z_side.min() + z_side.max())
+    across, down = float(np.ptp(y_side[lower])), float(np.ptp(z_side[lower]))
+    return down > 0.0 and math.degrees(math.atan2(down, across)) > _STEEPEST_FLANGE
+
+
+def _has_flange(profile: Profile) -> bool:
+    """Whether a profile has the flange of a wheel."""
+    try:
+        height = measures.flange_height(profile.y, profile.z)
+        measures.flange_thickness(profile.y, profile.z)
+    except ProfileError:
+        return False
+    return bool(np.isfinite(height) and _FLANGE_HEIGHT[0] <= height <= _FLANGE_HEIGHT[1])

@@ -1,0 +1,435 @@
+"""Pieces of a standard shape and their construction: arcs, polynomials, tables; lengths in mm as printed."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from wearsim.errors import ProfileError
+from wearsim.profile.shape import FloatArray
+
+
+@dataclass(frozen=True)
+class Segment(ABC):
+    """One piece of a definition, z as a function of y.
+
+    Parameters
+    ----------
+    zone : str
+        Its letter or name in the standard.
+    start, end : float
+        Lateral range, start < end [mm].
+    """
+
+    zone: str
+    start: float
+    end: float
+
+    @abstractmethod
+    def height(self, y: FloatArray) -> FloatArray:
+        """Return z [mm] at y [mm]."""
+
+    @abstractmethod
+    def angle(self, y: FloatArray) -> FloatArray:
+        """Return the tangent angle [rad] at y [mm]; +-pi/2 where an arc ends vertically."""
+
+    @abstractmethod
+    def moved(self, dy: float, dz: float) -> Self:
+        """Return the same piece further to the field side by dy and higher in z by dz [mm]."""
+
+    def between(self, start: float, end: float) -> Self:
+        """Return the same curve over another range [mm]."""
+        return replace(self, start=start, end=end)
+
+    def abscissae(self, spacing: float) -> FloatArray:
+        """Return y [mm] of points at even arc length, about `spacing` [mm] apart, both ends included."""
+        fine = np.linspace(self.start, self.end, 2001)
+        stretch = 1.0 / np.cos(self.angle(fine))
+        s = np.concatenate(([0.0], np.cumsum(0.5 * (stretch[1:] + stretch[:-1]) * np.diff(fine))))
+        count = max(1, round(s[-1] / spacing))
+        y = np.interp(np.linspace(0.0, s[-1], count + 1), s, fine)
+        y[0], y[-1] = self.start, self.end
+        return np.asarray(y)
+
+
+@dataclass(frozen=True)
+class Arc(Segment):
+    """Arc of a circle, z = centre_z + branch * sqrt(radius^2 - (y - centre_y)^2).
+
+    Parameters
+    ----------
+    centre : tuple of float
+        (y, z) [mm].
+    radius : float
+        Above 0 [mm].
+    branch : int
+        Sign of the root.
+    """
+
+    centre: tuple[float, float]
+    radius: float
+    branch: int
+
+    def height(self, y: FloatArray) -> FloatArray:
+        """Return z [mm] at y [mm]."""
+        root = np.sqrt(np.maximum(self.radius**2 - (y - self.centre[0]) ** 2, 0.0))
+        return self.centre[1] + self.branch * root
+
+    def angle(self, y: FloatArray) -> FloatArray:
+        """Return the tangent angle [rad] at y [mm]; +-pi/2 where the arc ends vertically."""
+        sine = np.clip((y - self.centre[0]) / self.radius, -1.0, 1.0)
+        return np.asarray(-self.branch * np.arcsin(sine))
+
+    def moved(self, dy: float, dz: float) -> Arc:
+        """Return the same arc further to the field side by dy and higher in z by dz [mm]."""
+        centre = (self.centre[0] + dy, self.centre[1] + dz)
+        return replace(self, start=self.start + dy, end=self.end + dy, centre=centre)
+
+    def mirrored(self) -> Arc:
+        """Return the arc with y reversed."""
+        return replace(self, start=-self.end, end=-self.start, centre=(-self.centre[0], self.centre[1]))
+
+    def abscissae(self, spacing: float) -> FloatArray:
+        """Return y [mm] of points at even arc length, about `spacing` [mm] apart, both ends included."""
+        ends = np.array([self.start, self.end])
+        a0, a1 = np.arcsin(np.clip((ends - self.centre[0]) / self.radius, -1, 1))
+        count = max(1, round(self.radius * (a1 - a0) / spacing))
+        y = self.centre[0] + self.radius * np.sin(np.linspace(a0, a1, count + 1))
+        y[0], y[-1] = self.start, self.end
+        return np.asarray(y)
+
+
+@dataclass(frozen=True)
+class Polynomial(Segment):
+    """Polynomial, z = sum of c_k (y - origin)^k; of two coefficients: a straight line.
+
+    Parameters
+    ----------
+    coefficients : tuple of float
+        c_k [mm^(1-k)].
+    origin : float
+        Lateral position from which y counts in the powers [mm].
+    """
+
+    coefficients: tuple[float, ...]
+    origin: float = 0.0
+
+    def height(self, y: FloatArray) -> FloatArray:
+        """Return z [mm] at y [mm]."""
+        at = y - self.origin
+        z = np.zeros_like(at)
+        for c in reversed(self.coefficients):  # Horner: zone C of S1002 cancels terms of 4e3 to 5
+            z = z * at + c
+        return z
+
+    def angle(self, y: FloatArray) -> FloatArray:
+        """Return the tangent angle [rad] at y [mm]."""
+        at = y - self.origin
+        slope = np.zeros_like(at)
+        for k in range(len(self.coefficients) - 1, 0, -1):
+            slope = slope * at + k * self.coefficients[k]
+        return np.arctan(slope)
+
+    def moved(self, dy: float, dz: float) -> Polynomial:
+        """Return the same curve further to the field side by dy and higher in z by dz [mm]."""
+        coefficients = (self.coefficients[0] + dz, *self.coefficients[1:])
+        return replace(
+            self, start=self.start + dy, end=self.end + dy, origin=self.origin + dy, coefficients=coefficients
+        )
+
+    def mirrored(self) -> Polynomial:
+        """Return the curve with y reversed."""
+        odd_reversed = tuple(c * (-1.0) ** k for k, c in enumerate(self.coefficients))
+        return replace(self, start=-self.end, end=-self.start, coefficients=odd_reversed, origin=-self.origin)
+
+
+def line(zone: str, start: tuple[float, float], end: tuple[float, float]) -> Polynomial:
+    """Straight line from point to point.
+
+    Parameters
+    ----------
+    zone : str
+        Its name.
+    start, end : tuple of float
+        Points (y, z), start before end [mm].
+
+    Returns
+    -------
+    Polynomial
+        z(y) with y counted from the start.
+    """
+    slope = (end[1] - start[1]) / (end[0] - start[0])
+    return Polynomial(zone, start[0], end[0], (start[1], slope), start[0])
+
+
+@dataclass(frozen=True)
+class Spline(Segment):
+    """Clamped cubic spline through a table of equal steps.
+
+    Parameters
+    ----------
+    knots : tuple of float
+        Lateral positions of the table, rising [mm].
+    heights : tuple of float
+        z at the knots [mm].
+    end_slopes : tuple of float
+        dz/dy at the first and at the last knot [-].
+    """
+
+    knots: tuple[float, ...]
+    heights: tuple[float, ...]
+    end_slopes: tuple[float, float]
+
+    def height(self, y: FloatArray) -> FloatArray:
+        """Return z [mm] at y [mm]."""
+        return self._value(y, 0)
+
+    def angle(self, y: FloatArray) -> FloatArray:
+        """Return the tangent angle [rad] at y [mm]."""
+        return np.arctan(self._value(y, 1))
+
+    def moved(self, dy: float, dz: float) -> Spline:
+        """Return the same curve further to the field side by dy and higher in z by dz [mm]."""
+        knots = tuple(k + dy for k in self.knots)
+        heights = tuple(h + dz for h in self.heights)
+        return replace(self, start=self.start + dy, end=self.end + dy, knots=knots, heights=heights)
+
+    def _value(self, y: FloatArray, derivative: int) -> FloatArray:
+        from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
+
+        ends = ((1, self.end_slopes[0]), (1, self.end_slopes[1]))
+        return np.asarray(CubicSpline(self.knots, self.heights, bc_type=ends)(y, derivative))
+
+
+_Point = tuple[float, float]
+
+
+class _Circle(NamedTuple):
+    """Locus of centres at one distance from a point."""
+
+    centre: _Point
+    radius: float
+
+
+class _Line(NamedTuple):
+    """Locus of centres z = value + slope * y."""
+
+    value: float
+    slope: float
+
+
+def height_at(piece: Segment, y: float) -> float:
+    """Height z [mm] of a segment at one y [mm]."""
+    return float(piece.height(np.array([y]))[0])
+
+
+def tangent_arc(zone: str, before: Segment, after: Segment, radius: float, branch: int) -> Arc:
+    r"""Arc of given radius that is tangent to the arcs or lines before and after it.
+
+    Parameters
+    ----------
+    zone : str
+        Its name.
+    before, after : Arc or straight Polynomial
+        Neighbours; only the far end of each counts, the near ends are computed here.
+    radius : float
+        Of the new arc [mm].
+    branch : int
+        1 for a cap (z = centre + root), -1 for a bowl.
+
+    Returns
+    -------
+    Arc
+        From the point of tangency with `before` to that with `after`.
+
+    Raises
+    ------
+    ProfileError
+        There is no such arc, or more than one.
+
+    Notes
+    -----
+    With n the unit normal (positive z) at a point P, the centre of an arc through P is :math:`P - b R n`
+    (b: branch). Tangent arcs share P and n, so the new centre lies on a circle of radius
+    :math:`|b_1 R_1 - b R|` around a neighbour's centre, or on a line parallel to a straight neighbour at
+    distance R; it is where these two loci meet.
+    """
+    bend = branch * radius
+    arcs = []
+    for centre in _meeting(_locus(before, bend), _locus(after, bend)):
+        first, last = _touch(before, centre, bend), _touch(after, centre, bend)
+        if first is not None and last is not None and before.start <= first < last <= after.end:
+            arcs.append(Arc(zone, first, last, centre, radius, branch))
+    if len(arcs) != 1:
+        how = "no arc" if not arcs else f"{len(arcs)} arcs"
+        raise ProfileError(
+            f"zone {zone!r}: {how} of radius {radius:g} mm can be tangent to zones "
+            f"{before.zone!r} and {after.zone!r}"
+        )
+    return arcs[0]
+
+
+def _straight(piece: Segment) -> _Line:
+    """Return the line a straight segment lies on."""
+    if not isinstance(piece, Polynomial) or len(piece.coefficients) > 2:
+        raise ProfileError(f"zone {piece.zone!r} is no arc and no line, which a tangent arc needs next to it")
+    slope = piece.coefficients[1] if len(piece.coefficients) > 1 else 0.0
+    return _Line(piece.coefficients[0] - slope * piece.origin, slope)
+
+
+def _locus(piece: Segment, bend: float) -> _Circle | _Line:
+    """Where the centre of a tangent arc can be."""
+    if isinstance(piece, Arc):
+        return _Circle(piece.centre, abs(piece.branch * piece.radius - bend))
+    value, slope = _straight(piece)
+    return _Line(value - bend * math.hypot(1.0, slope), slope)
+
+
+def _meeting(first: _Circle | _Line, second: _Circle | _Line) -> list[_Point]:
+    """Points where two loci meet."""
+    if isinstance(first, _Line) and isinstance(second, _Line):
+        if first.slope == second.slope:
+            return []
+        y = (second.value - first.value) / (first.slope - second.slope)
+        return [(y, first.value + first.slope * y)]
+    if isinstance(first, _Line):
+        first, second = second, first
+    assert isinstance(first, _Circle)
+    (cy, cz), r = first
+    # the chord in common lies at a distance from the centre of the first circle, across a direction
+    if isinstance(second, _Circle):
+        dy, dz = second.centre[0] - cy, second.centre[1] - cz
+        apart = math.hypot(dy, dz)
+        if apart == 0.0:
+            return []
+        distance = 0.5 * (apart + (r**2 - second.radius**2) / apart)
+        direction = (dy / apart, dz / apart)
+    else:
+        stretch = math.hypot(1.0, second.slope)
+        distance = (second.value + second.slope * cy - cz) / stretch
+        direction = (-second.slope / stretch, 1.0 / stretch)
+    if not abs(distance) <= r:
+        return []
+    half = math.sqrt(r**2 - distance**2)
+    foot = (cy + distance * direction[0], cz + distance * direction[1])
+    return [(foot[0] - side * half * direction[1], foot[1] + side * half * direction[0]) for side in (-1, 1)]
+
+
+def _touch(piece: Segment, centre: _Point, bend: float) -> float | None:
+    """Abscissa where an arc of this centre touches its neighbour; None if their normals are opposed."""
+    if isinstance(piece, Arc):
+        to_centre = piece.branch * piece.radius - bend
+        if to_centre == 0.0:
+            return None
+        ny, nz = (centre[0] - piece.centre[0]) / to_centre, (centre[1] - piece.centre[1]) / to_centre
+    else:
+        slope = _straight(piece).slope
+        ny, nz = -slope / math.hypot(1.0, slope), 1.0 / math.hypot(1.0, slope)
+    return centre[0] + bend * ny if nz > 0.0 else None
+
+
+def rail_head(
+    radii: Sequence[float], junction_widths: Sequence[float], side: float, side_depth: float
+) -> tuple[Segment, ...]:
+    """Rail head of tangent arcs from radii, junction widths and the slope of the sides.
+
+    Parameters
+    ----------
+    radii : sequence of float
+        From the crown to the corner; the first arc is centred on the axis [mm].
+    junction_widths : sequence of float
+        Width of the head at the end of each arc but the last [mm].
+    side : float
+        dz/dy of the straight sides [-].
+    side_depth : float
+        Depth below the top down to which the sides are followed [mm].
+
+    Returns
+    -------
+    tuple of Segment
+        From the left side to the right one, symmetric.
+
+    Notes
+    -----
+    At a junction both centres lie on one normal, so the centre moves along it by the difference of the
+    radii; the last arc ends where its tangent has the slope of the side.
+    """
+    half_widths = [0.5 * width for width in junction_widths]
+    centre = (0.0, radii[0])
+    half: list[Arc | Polynomial] = []
+    start = 0.0
+    for k, radius in enumerate(radii):
+        sine = (half_widths[k] - centre[0]) / radius if k < len(half_widths) else side / math.hypot(side, 1.0)
+        end = centre[0] + radius * sine
+        if not (start < end and abs(sine) < 1.0):
+            raise ProfileError(f"arc {k + 1} of [head], R {radius:g}, ends before it begins or has no end")
+        half.append(Arc(f"R{radius:g}", start, end, centre, radius, -1))
+        start = end
+        if k + 1 < len(radii):
+            step = radius - radii[k + 1]
+            centre = (centre[0] + step * sine, centre[1] - step * math.sqrt(1.0 - sine**2))
+    z_end = height_at(half[-1], start)
+    if not z_end < side_depth:
+        raise ProfileError(f"[head]: side_depth = {side_depth:g} must be above the arcs' end at {z_end:.3f}")
+    half.append(Polynomial("side", start, start + (side_depth - z_end) / side, (z_end - side * start, side)))
+    crown = half[0].between(-half[0].end, half[0].end)
+    return (*(piece.mirrored() for piece in reversed(half[1:])), crown, *half[1:])
+
+
+def part_moved(
+    chain: Sequence[Segment], start: float, end: float, by: float, join_zone: str, join_end: float
+) -> tuple[Segment, ...]:
+    """Move a part of a shape towards the flange back, as thinner flanges are made.
+
+    Parameters
+    ----------
+    chain : sequence of Segment
+        The whole shape.
+    start : float
+        Where the part begins, on a cap: the cap stays, and the moved one meets it half way [mm].
+    end : float
+        Where the part ends [mm].
+    by : float
+        Below 0 [mm].
+    join_zone : str
+        Name of the straight line from the end of the moved part ...
+    join_end : float
+        ... to the shape as it was at this y [mm].
+
+    Returns
+    -------
+    tuple of Segment
+        The shape that results.
+    """
+    stays, rest = _split(chain, start)
+    part, rest = _split(rest, end)
+    moved = [piece.moved(by, 0.0) for piece in part]
+    cap, shifted = stays[-1], moved[0]
+    if not (isinstance(cap, Arc) and isinstance(shifted, Arc) and cap.radius == shifted.radius and by < 0.0):
+        raise ProfileError(f"zone {cap.zone!r}: a flange can only be made thinner from a cap at its tip")
+    meet = 0.5 * (cap.centre[0] + shifted.centre[0])
+    last = moved[-1]
+    outside = _split(rest, join_end)[1]
+    join = line(join_zone, (last.end, height_at(last, last.end)), (join_end, height_at(outside[0], join_end)))
+    return (
+        *stays[:-1],
+        cap.between(cap.start, meet),
+        shifted.between(meet, shifted.end),
+        *moved[1:],
+        join,
+        *outside,
+    )
+
+
+def _split(chain: Sequence[Segment], at: float) -> tuple[list[Segment], list[Segment]]:
+    """Parts before and behind a lateral position."""
+    before = [p if p.end <= at else p.between(p.start, at) for p in chain if p.start < at]
+    behind = [p if p.start >= at else p.between(at, p.end) for p in chain if p.end > at]
+    if not before or not behind:
+        raise ProfileError(f"y = {at:g} mm is not within the shape")
+    return before, behind

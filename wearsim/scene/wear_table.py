@@ -1,0 +1,289 @@
+"""A wear table of the user's own, in a scene, a TOML or a CSV file: one model, all faults at once.
+
+TOML: the keys of `WearTableSection`, columns as lists of equal length. CSV: the same keys as comment lines
+such as ``# source = twin disc, our laboratory``, a line with the names of the columns, then the rows.
+"""
+
+from __future__ import annotations
+
+import csv
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, Field, Strict, ValidationError
+
+from wearsim.contact.patch import FloatArray
+from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS, WearTable
+from wearsim.errors import Fault, SceneError
+from wearsim.scene.section import Section, Text, number, words
+from wearsim.toml_faults import KeyPath, Lines, key_lines, line_of, syntax_fault, validation_faults
+
+MAX_BYTES = 1_000_000
+_MOST_FAULTS = 20  # lines of one message; a wrong column is a fault of every row
+
+Words = Annotated[Text, AfterValidator(str.strip)]
+Column = Annotated[tuple[Annotated[float, Field(ge=0, le=1e12)], ...], Strict(False)]
+PathFaults = list[tuple[KeyPath, str]]
+
+
+def column(meaning: str, unit: str) -> Any:
+    """Field of a column of a table that may be missing."""
+    extra: Any = {"unit": unit}
+    return Field(None, min_length=1, max_length=10000, description=meaning, json_schema_extra=extra)
+
+
+class WearTableSection(Section):
+    """[wear.table]: a wear law of one's own, one index column or two and one column of the wear rate."""
+
+    source: Words = words("where the table comes from")
+    certainty: Words = words("how sure it is, in words")
+    validity: Words | None = words("what it holds for", None)
+    materials: Words | None = words("wheel and rail, and the state of their surfaces", None)
+    interpolation: Literal["linear", "step"] = Field(description="what holds between the rows")
+    beyond: Literal["hold", "slope"] = Field(description="what holds beyond the last row")
+    below: Literal["proportional", "hold", "zero"] | None = Field(
+        None, description="what holds below the first row, where that is above 0"
+    )
+    hardness_GPa: float | None = number("hardness", "the hardness of the wheel", None)
+    T_gamma_A_N_mm2: Column | None = column("frictional work per area and distance", "N/mm2")
+    power_density_W_mm2: Column | None = column("frictional power per area", "W/mm2")
+    slip_speed_m_s: Column | None = column("the sliding speed", "m/s")
+    pressure_MPa: Column | None = column("the contact pressure", "MPa")
+    mass_rate_ug_m_mm2: Column | None = column("mass lost per distance and area", "ug/m/mm2")
+    energy_coefficient_mm3_kJ: Column | None = column("volume lost per frictional work", "mm3/kJ")
+    wear_coefficient: Column | None = column("Archard's coefficient", "")
+
+
+def wear_table(section: WearTableSection, name: str) -> tuple[WearTable | None, PathFaults]:
+    """Make the wear table of a section.
+
+    Parameters
+    ----------
+    section : WearTableSection
+        With valid keys, types and ranges.
+    name : str
+        What results call the table.
+
+    Returns
+    -------
+    table : WearTable or None
+        None if there are faults.
+    faults : list of (path, str)
+        Path of the key and message of each fault between the values.
+    """
+    faults: PathFaults = []
+    given = {key: getattr(section, key) for key in (*INDEX_COLUMNS, *RATE_COLUMNS)}
+    columns = {key: np.array(rows) for key, rows in given.items() if rows is not None}
+    index = tuple(key for key in INDEX_COLUMNS if key in columns)
+    rates = tuple(key for key in RATE_COLUMNS if key in columns)
+    if len(index) != 1 and index != ("slip_speed_m_s", "pressure_MPa"):
+        which = f"is {' and '.join(index)}" if index else "is missing"
+        known = ", ".join(INDEX_COLUMNS)
+        message = f"the index {which}; give one of {known}, or slip_speed_m_s and pressure_MPa for a map"
+        faults.append(((), message))
+    if len(rates) != 1:
+        which = f"is {' and '.join(rates)}" if rates else "is missing"
+        faults.append(((), f"the wear rate {which}; give one of {', '.join(RATE_COLUMNS)}"))
+    elif rates == ("wear_coefficient",) and section.hardness_GPa is None:
+        message = "hardness_GPa is missing; wear_coefficient needs the hardness of the wheel, about 3"
+        faults.append(((), message))
+    elif rates != ("wear_coefficient",) and section.hardness_GPa is not None:
+        message = f"hardness_GPa acts with wear_coefficient only, not with {rates[0]}; delete it"
+        faults.append((("hardness_GPa",), message))
+    if section.beyond == "slope" and (len(index) > 1 or section.interpolation == "step"):
+        message = 'beyond = "slope" is for one index with linear interpolation; write "hold"'
+        faults.append((("beyond",), message))
+    if faults:
+        return None, faults
+    lengths = {key: columns[key].size for key in (*index, *rates)}
+    if len(set(lengths.values())) > 1:
+        counts = ", ".join(f"{key} has {count}" for key, count in lengths.items())
+        return None, [((rates[0],), f"the columns must be equally long: {counts}")]
+    axes, values = (_line if len(index) == 1 else _map)(index, columns, columns[rates[0]], faults)
+    faults += _below_faults(section, index, columns)
+    if faults:
+        return None, faults
+    below = section.below or "hold"
+    count = columns[rates[0]].size
+    rows = f"{count} rows, between them {section.interpolation}, beyond the last {section.beyond}"
+    rows += f", below the first {below}" if section.below else ""
+    validity = section.validity or "As given by the user."
+    table = WearTable(
+        name=name,
+        laws=("table",),
+        materials=section.materials or "as given",
+        source=section.source,
+        validity=f"{validity} Certainty: {section.certainty}. {rows}.",
+        departures=(),
+        values={},
+        index=index,
+        axes=tuple(axis * INDEX_COLUMNS[key] for axis, key in zip(axes, index, strict=True)),
+        rate=rates[0],
+        rates=values * RATE_COLUMNS[rates[0]],
+        interpolation=section.interpolation,
+        beyond=section.beyond,
+        below=below,
+        hardness=1e9 * (section.hardness_GPa or 0.0),
+        certainty=section.certainty,
+    )
+    return table, []
+
+
+def _below_faults(
+    section: WearTableSection, index: tuple[str, ...], columns: dict[str, FloatArray]
+) -> PathFaults:
+    """Faults of the rule below the first row, which is stated where there is anything below it."""
+    first = next((key for key in index if columns[key].min() > 0.0), None)
+    if first is None and section.below is not None:
+        return [(("below",), "below acts where the first row is above 0 only; delete it")]
+    if first is None or section.below is not None:
+        return []
+    row = int(columns[first].argmin())
+    message = (
+        f"{first} = {columns[first][row]:g} is the first row, and nothing says what holds below it; write "
+        f'below = "proportional" (a straight line from 0), "hold" (its rate down to no slip) or "zero", or '
+        f"add a row at 0"
+    )
+    return [((first, row), message)]
+
+
+def _line(
+    index: tuple[str, ...], columns: dict[str, FloatArray], rates: FloatArray, faults: PathFaults
+) -> tuple[tuple[FloatArray, ...], FloatArray]:
+    """Axis and rates of a table of one index, whose rows must rise."""
+    (key,) = index
+    axis = columns[key]
+    for row in np.flatnonzero(np.diff(axis) <= 0.0) + 1:
+        message = f"{key} = {axis[row]:g} must be above {axis[row - 1]:g}, the row before"
+        faults.append(((key, int(row)), message))
+    return (axis,), rates
+
+
+def _map(
+    index: tuple[str, ...], columns: dict[str, FloatArray], rates: FloatArray, faults: PathFaults
+) -> tuple[tuple[FloatArray, ...], FloatArray]:
+    """Axes of a map and the rates on them; rows may come in any order."""
+    one, other = index
+    (first, i), (second, j) = (np.unique(columns[key], return_inverse=True) for key in index)
+    grid = np.full((first.size, second.size), np.nan)
+    for row, at in enumerate(zip(i, j, strict=True)):
+        if not np.isnan(grid[at]):
+            pair = f"{one} = {first[at[0]]:g} with {other} = {second[at[1]]:g}"
+            faults.append(((one, row), f"{pair} is given twice; delete one"))
+        grid[at] = rates[row]
+    for a, b in np.argwhere(np.isnan(grid)):
+        pair = f"{one} = {first[a]:g} with {other} = {second[b]:g}"
+        faults.append(((one,), f"no row for {pair}; a map needs every pair"))
+    return (first, second), grid
+
+
+def read_wear_table(path: str | Path) -> WearTable:
+    """Read a wear table from a file.
+
+    Parameters
+    ----------
+    path : str or Path
+        TOML (suffix .toml) or CSV, see the head of this module.
+
+    Returns
+    -------
+    WearTable
+        Named after the file.
+
+    Raises
+    ------
+    SceneError
+        All faults of the first stage that has any: syntax; keys, types and ranges; what does not fit
+        together. ``file:line: message``.
+    """
+    path = Path(path)
+    file = str(path)
+    text = _file_text(path)
+    data, lines = (_parsed_toml if path.suffix.lower() == ".toml" else _parsed_csv)(file, text)
+    try:
+        section = WearTableSection.model_validate(data)
+    except ValidationError as error:
+        errors = error.errors(include_url=False)
+        raise _error(validation_faults(errors, WearTableSection, lines, file), file) from None
+    table, faults = wear_table(section, path.stem)
+    if table is None:
+        raise _error([Fault(message, file, line_of(lines, at)) for at, message in faults], file)
+    return table
+
+
+def _error(faults: list[Fault], file: str) -> SceneError:
+    faults = sorted(faults, key=lambda fault: fault.line or 0)
+    more = len(faults) - _MOST_FAULTS
+    rest = [Fault(f"{more} more faults of this file are not shown", file)] if more > 0 else []
+    return SceneError([*faults[:_MOST_FAULTS], *rest])
+
+
+def _file_text(path: Path) -> str:
+    file = str(path)
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise SceneError([Fault(f"cannot be read ({reason}); give a wear table", file)]) from None
+    if len(content) > MAX_BYTES:
+        raise SceneError([Fault("is larger than 1 MB, hardly one wear table", file)])
+    try:
+        return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise SceneError([Fault("is not UTF-8 text; save it as UTF-8", file, line)]) from None
+
+
+def _parsed_toml(file: str, text: str) -> tuple[dict[str, Any], Lines]:
+    try:
+        return tomllib.loads(text), key_lines(text)
+    except ValueError as error:
+        raise SceneError([syntax_fault(error, text, file)]) from None
+    except RecursionError:
+        raise SceneError([Fault("lists are nested too deeply for a wear table", file)]) from None
+
+
+def _parsed_csv(file: str, text: str) -> tuple[dict[str, Any], Lines]:
+    data: dict[str, Any] = {}
+    lines: Lines = {}
+    faults: list[Fault] = []
+    header: list[str] = []
+    for line, row in enumerate(text.split("\n"), start=1):
+        if row.startswith("#"):
+            key, equals, value = row[1:].partition("=")
+            if equals and key.strip() in WearTableSection.model_fields:
+                data[key.strip()] = _number_or_text(value.strip().strip('"'))
+                lines[key.strip(),] = line
+            continue
+        try:
+            cells = [cell.strip() for cell in next(csv.reader([row]), [])]
+        except csv.Error as error:
+            faults.append(Fault(f"is not CSV: {error}", file, line))
+            continue
+        if not any(cells):
+            continue
+        if not header:
+            header = cells
+            for name in sorted({each for each in header if header.count(each) > 1}):
+                faults.append(Fault(f"column {name} is given twice; delete one", file, line))
+            for name in header:
+                data[name], lines[name,] = [], line
+        elif len(cells) != len(header):
+            faults.append(Fault(f"has {len(cells)} cells where the header has {len(header)}", file, line))
+        else:
+            for name, cell in zip(header, cells, strict=True):
+                lines[name, len(data[name])] = line
+                data[name].append(_number_or_text(cell))
+    if faults:
+        raise _error(faults, file)
+    return data, lines
+
+
+def _number_or_text(cell: str) -> float | str:
+    try:
+        return float(cell)
+    except ValueError:
+        return cell

@@ -1,0 +1,503 @@
+"""TOML files of users: where keys stand, and faults of their models with file, line and fix."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import re
+import tomllib
+import types
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, get_args, get_origin
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+from wearsim.errors import Fault
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+KeyPath = tuple[str | int, ...]
+Lines = dict[KeyPath, int]
+_Model = TypeVar("_Model", bound=BaseModel)
+_LARGEST_FILE = 2_000_000
+
+_OPPOSITES: tuple[set[str], ...] = (
+    {"left", "right"}, {"wheel", "rail", "roller", "counterface"}, {"rig", "field"}, {"min", "max"},
+    {"mean", "std"}, {"lower", "upper"}, {"start", "end"}, {"normal", "tangential"}, {"yaw", "roll"},
+)  # fmt: skip
+_BOUNDS = (("gt", "above"), ("ge", "at least"), ("lt", "below"), ("le", "at most"))
+
+
+def key_lines(text: str) -> Lines:
+    """Line of every key, table and list element of a TOML text.
+
+    Parameters
+    ----------
+    text : str
+        A text that `tomllib` accepts.
+
+    Returns
+    -------
+    dict
+        Line, counted from 1, by path: keys as in the parsed data, list elements by index. A table
+        stands where its header or its first dotted key does.
+    """
+    import tree_sitter_toml  # for faults only
+    from tree_sitter import Language, Parser
+
+    root = Parser(Language(tree_sitter_toml.language())).parse(text.encode()).root_node
+    lines: Lines = {}
+    counts: dict[KeyPath, int] = {}
+    for node in root.named_children:
+        if node.type == "pair":
+            _locate_pair(node, (), lines)
+        elif node.type in ("table", "table_array_element"):
+            header = next(child for child in node.named_children if child.type.endswith("key"))
+            keys = header_keys(header)
+            path: KeyPath = ()
+            for key in keys[:-1]:
+                path = (*path, key)
+                lines.setdefault(path, _line(header))
+                if path in counts:  # a table below an array of tables belongs to its last element
+                    path = (*path, counts[path] - 1)
+            path = (*path, keys[-1])
+            if node.type == "table_array_element":
+                lines.setdefault(path, _line(header))
+                counts[path] = counts.get(path, 0) + 1
+                path = (*path, counts[path] - 1)
+            lines[path] = _line(header)
+            for child in node.named_children:
+                if child.type == "pair":
+                    _locate_pair(child, path, lines)
+    return lines
+
+
+class Table(BaseModel):
+    """A table of a file: immutable, exact types, no unknown keys, no infinities."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        strict=True,
+        allow_inf_nan=False,
+        validate_by_alias=True,
+        hide_input_in_errors=True,
+    )
+
+
+def cross_check(message: str, key: str = "") -> PydanticCustomError:
+    """Error for the validator of a table: message and the key it refers to.
+
+    Parameters
+    ----------
+    message : str
+        What is wrong, and the fix.
+    key : str
+        Of the table; empty for the table itself.
+
+    Returns
+    -------
+    PydanticCustomError
+        To be raised.
+    """
+    return PydanticCustomError("cross_check", "cross-check", {"message": message, "key": key})
+
+
+def read_toml(path: Path, model: type[_Model]) -> tuple[_Model | None, list[Fault]]:
+    """Read a TOML file into a model.
+
+    Parameters
+    ----------
+    path : Path
+        UTF-8 text of at most 2 MB.
+    model : type
+        Model of the whole file; lists are tuples in it.
+
+    Returns
+    -------
+    data : model or None
+        None if there are faults.
+    faults : list of Fault
+        All of them, with their lines.
+    """
+    file, text = str(path), ""
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(_LARGEST_FILE + 1)
+        if len(content) > _LARGEST_FILE:
+            return None, [Fault(f"larger than {_LARGEST_FILE // 1_000_000} MB; give another file", file)]
+        text = content.decode("utf-8-sig")
+        data = tomllib.loads(text)
+        return model.model_validate(_with_tuples(data)), []
+    except OSError as error:
+        return None, [Fault(f"cannot be read ({error.strerror}); check the path and its permissions", file)]
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        return None, [Fault("is not UTF-8 text; save the file as UTF-8", file, line)]
+    except ValidationError as error:
+        return None, validation_faults(error.errors(include_url=False), model, key_lines(text), file)
+    except ValueError as error:
+        return None, [syntax_fault(error, text, file)]
+    except RecursionError:
+        return None, [Fault("tables or lists are nested too deeply; write flat tables", file)]
+
+
+def _with_tuples(value: Any) -> Any:
+    """Return data with tuples in place of lists."""
+    if isinstance(value, dict):
+        return {key: _with_tuples(item) for key, item in value.items()}
+    return tuple(map(_with_tuples, value)) if isinstance(value, list) else value
+
+
+def line_of(lines: Lines, path: Sequence[str | int]) -> int:
+    """Line of a path, of the nearest table around it, or 1."""
+    known = tuple(path)
+    while known and known not in lines:
+        known = known[:-1]
+    return lines.get(known, 1)
+
+
+def _line(node: Node) -> int:
+    return int(node.start_point[0]) + 1
+
+
+def _text(node: Node) -> str:
+    return (node.text or b"").decode()
+
+
+def header_keys(node: Node) -> list[str]:
+    """Names in a bare, quoted or dotted key, escapes resolved by the TOML reader itself."""
+    value: Any = tomllib.loads(f"{_text(node)} = 0")
+    keys = []
+    while isinstance(value, dict):
+        ((key, value),) = value.items()
+        keys.append(key)
+    return keys
+
+
+def _locate_pair(pair: Node, table: KeyPath, lines: Lines) -> None:
+    parts = [child for child in pair.named_children if child.type != "comment"]
+    if len(parts) != 2:  # not understood by this grammar: its faults get the line of the table
+        return
+    key, value = parts
+    path = table
+    for name in header_keys(key):
+        path = (*path, name)
+        lines.setdefault(path, _line(key))
+    _locate_value(value, path, lines)
+
+
+def _locate_value(value: Node, path: KeyPath, lines: Lines) -> None:
+    if value.type == "inline_table":
+        for child in value.named_children:
+            if child.type == "pair":
+                _locate_pair(child, path, lines)
+    elif value.type == "array":
+        elements = [child for child in value.named_children if child.type != "comment"]
+        for index, element in enumerate(elements):
+            lines[(*path, index)] = _line(element)
+            _locate_value(element, (*path, index), lines)
+
+
+def shown(value: object) -> str:
+    """Value as TOML would write it, on one line, shortened."""
+    if isinstance(value, Mapping):
+        return "(a table)"
+    if isinstance(value, str | bool):
+        text = json.dumps(value, ensure_ascii=False)
+        return text if len(text) <= 60 else f'{text[:56]}..."'
+    if isinstance(value, list | tuple):
+        return "(a list)" if len(value) > 4 else "[" + ", ".join(shown(item) for item in value) + "]"
+    return str(value)
+
+
+def nearest(name: str, names: Sequence[str]) -> str | None:
+    """Return the most similar of `names`, if one is similar enough to be what was meant.
+
+    A name that differs by a word of the opposite meaning is none: better no suggestion than a wrong one.
+    """
+    alike = [other.lower() for other in names if not _opposite(name.lower(), other.lower())]
+    matches = difflib.get_close_matches(name.lower(), alike, n=1, cutoff=0.66)
+    return next((other for other in names if matches and other.lower() == matches[0]), None)
+
+
+def _opposite(one: str, other: str) -> bool:
+    """Whether two names hold different words of one group, such as left and right."""
+    first, second = set(one.split("_")), set(other.split("_"))
+    return any(first & group and second & group and not first & second & group for group in _OPPOSITES)
+
+
+def suggestion(name: str, names: Sequence[str]) -> str:
+    """Return the list of `names`, led by the most similar one, as the way out of a wrong name."""
+    near = nearest(name, names)
+    listed = ", ".join(names)
+    return f"did you mean {shown(near)}? (known: {listed})" if near else f"known: {listed}"
+
+
+def table_name(path: Sequence[str | int]) -> str:
+    """Name of a table as its header is written: ``[campaign]``, ``[[operation.block]]``."""
+    names = ".".join(str(item) for item in path if isinstance(item, str))
+    if not names:
+        return "the file"
+    return f"[[{names}]]" if path and isinstance(path[-1], int) else f"[{names}]"
+
+
+def is_key(model: type[BaseModel], keys: Sequence[str]) -> bool:
+    """Whether a dotted key, as an override writes it, exists in a scene."""
+    return _field(model, [int(key) if key.isdecimal() else key for key in keys]) is not None
+
+
+def unknown_key(keys: Sequence[str], model: type[BaseModel]) -> str:
+    """Message on a dotted key that no table has."""
+    return _unknown(keys[-1], tuple(keys[:-1]), model, "")
+
+
+def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
+    """Fault of a text that is no TOML."""
+    words = str(error)
+    match = re.search(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)", words)
+    line = int(match[1]) if match and match[1] else max(1, len(text.rstrip().splitlines()))
+    reason = words[: match.start()] if match else words
+    place = f" in column {match[2]}" if match and match[2] else " at the end of the file" if match else ""
+    reason = reason[:1].lower() + reason[1:]
+    if not isinstance(error, tomllib.TOMLDecodeError):  # a number that Python refuses to read
+        return Fault(f"not valid TOML: {reason}", file)
+    return Fault(f"not valid TOML: {reason}{place}; write one `key = value` per line", file, line)
+
+
+def validation_faults(
+    errors: Sequence[ErrorDetails], model: type[BaseModel], lines: Lines, file: str
+) -> list[Fault]:
+    """One fault, in one line, for each error that pydantic found; in the order of the file.
+
+    Parameters
+    ----------
+    errors : sequence of dict
+        `ValidationError.errors()`.
+    model : type
+        The model that was filled.
+    lines : dict
+        From `key_lines`.
+    file : str
+        The scene file's name.
+    """
+    faults = [
+        Fault(_message(error, model), file, line_of(lines, (*error["loc"], *_key_of(error))))
+        for error in errors
+        if not _only_follows(error)
+    ]
+    return sorted(faults, key=lambda fault: fault.line or 0)
+
+
+def _key_of(error: ErrorDetails) -> KeyPath:
+    """Key of a table that a cross-check refers to."""
+    key = error.get("ctx", {}).get("key")
+    return (key,) if key else ()
+
+
+def _only_follows(error: ErrorDetails) -> bool:
+    """Whether a list is too short only because entries with faults of their own do not count."""
+    return error["type"] == "too_short" and len(error["input"]) >= error["ctx"]["min_length"]
+
+
+def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
+    path, kind, value = error["loc"], error["type"], error["input"]
+    table, name = path[:-1], path[-1] if path else ""
+    info = _field(model, path)
+    limits = _limits(info, bool(path) and isinstance(path[-1], int))
+    if kind == "cross_check":
+        return str(error["ctx"]["message"])
+    if kind == "missing" and isinstance(name, int):
+        return f"{_label(table)} has {len(value) if isinstance(value, tuple) else name} entries, needs more"
+    if kind == "missing":
+        return _missing(path, info)
+    if kind == "extra_forbidden":
+        return _unknown(str(name), table, model, value)
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        return f"{_label(path)} = {shown(value)} must be a table; write its keys below {table_name(path)}"
+    if kind in ("tuple_type", "list_type"):
+        if isinstance(value, Mapping) or (info is not None and _element(info.annotation) is not None):
+            return f"[{_dotted(path)}] must be a list of tables; write [[{_dotted(path)}]]"
+        return f"{_label(path)} = {shown(value)} must be a list, such as [{shown(value)}]"
+    if kind == "literal_error":
+        choices = [str(choice) for choice in _choices(info)]
+        return f"{_label(path)} = {shown(value)} is not allowed; {suggestion(str(value), choices)}"
+    if kind == "unknown_name":
+        return f"{_label(path)} = {shown(value)} is not known; {error['ctx']['hint']}"
+    if kind in ("too_short", "too_long"):
+        context = error["ctx"]
+        limit = context.get("min_length", context.get("max_length"))
+        least = "at least" if "min_length" in context else "at most"
+        return f"{_label(path)} has {context['actual_length']} entries, needs {least} {limit}"
+    if kind == "string_too_short":
+        return f"{_label(path)} is empty; give {_what(info)}"
+    unit = _extra(info, "unit")
+    if kind == "out_of_range":
+        allowed = str(error["ctx"]["allowed"])
+    elif kind in ("string_type", "string_too_long"):
+        allowed = f"a text{_text_range(info)}"
+    elif kind in ("int_type", "int_from_float"):
+        allowed = f"a whole number, {_range(limits, unit)}"
+    elif kind in ("float_type", "finite_number"):
+        number = "a finite number" if kind == "finite_number" else "a number"
+        allowed = f"{number}, {_range(limits, unit)}"
+    else:
+        allowed = _range(limits, unit)
+        if not limits:
+            return f"{_label(path)} = {shown(value)}: {error['msg'][:1].lower()}{error['msg'][1:]}"
+    words = f"{_label(path)} = {shown(value)} must be {allowed.rstrip(', ')}"
+    return f"{words}; give {_what(info)}" if info is not None and info.description else words
+
+
+def _missing(path: KeyPath, info: FieldInfo | None) -> str:
+    inner = _element(info.annotation) if info is not None else None
+    if inner is not None and _is_list(info):
+        return f"[[{_dotted(path)}]] is missing; give at least one, with {_required(inner)}"
+    if inner is not None:
+        return f"[{_dotted(path)}] is missing; give the table with {_required(inner)}"
+    allowed = _range(_limits(info, False), _extra(info, "unit"))
+    if info is not None and not allowed:
+        allowed = f"one of {', '.join(map(str, _choices(info)))}" if _choices(info) else ""
+    words = f"key {path[-1]} is missing in {table_name(path[:-1])}; give {_what(info)}"
+    return f"{words}, {allowed}" if allowed else words
+
+
+def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -> str:
+    here = _model_at(model, table)
+    what = f"unknown key {_key(name)} in {table_name(table)}"
+    tables = value if isinstance(value, list) else [value]
+    if not table and all(isinstance(one, Mapping) for one in tables):
+        what = f"unknown section [{_key(name)}]"
+    if here is None:
+        return what
+    hint = getattr(here, "not_here", {}).get(name)
+    if hint:
+        return f"{what}: {hint}"
+    homes = [table_name(path) for path, other in _tables(model) if name in _names(other)]
+    if homes:
+        return f"{what}; it belongs to {' or '.join(homes)}"
+    near = nearest(name, _names(here))
+    if near:
+        return f"{what}; did you mean {near}?"
+    return f"{what}; known: {', '.join(_names(here))}"
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[\w-]+", name) else shown(name)
+
+
+def _dotted(path: KeyPath) -> str:
+    return ".".join(str(item) for item in path if isinstance(item, str))
+
+
+def _label(path: KeyPath) -> str:
+    """Key as the user knows it: its name, with the index for an entry of a list."""
+    if not path:
+        return "the file"
+    if isinstance(path[-1], int):
+        return f"{_label(path[:-1])}[{path[-1]}]"
+    return _key(path[-1])
+
+
+def _extra(info: FieldInfo | None, key: str) -> str:
+    extra = info.json_schema_extra if info is not None else None
+    return str(extra.get(key, "")) if isinstance(extra, dict) else ""
+
+
+def _what(info: FieldInfo | None) -> str:
+    return info.description if info is not None and info.description else "a value"
+
+
+def _limits(info: FieldInfo | None, entry: bool) -> list[str]:
+    """Limits in words, of a key or of the entries of its list; the same that pydantic checks."""
+    metadata = list(info.metadata) if info is not None else []
+    if entry and info is not None:
+        fields = get_args(_entry(info.annotation))[1:]
+        metadata = [item for field in fields for item in getattr(field, "metadata", [])]
+    return [
+        f"{word} {limit:.10g}"
+        for item in metadata
+        for name, word in _BOUNDS
+        if (limit := getattr(item, name, None)) is not None
+    ]
+
+
+def _entry(annotation: Any) -> Any:
+    """Annotation of the entries of a list, which may be optional."""
+    if get_origin(annotation) is tuple:
+        return get_args(annotation)[0]
+    return next((found for item in get_args(annotation) if (found := _entry(item)) is not None), None)
+
+
+def _range(limits: Sequence[str], unit: str) -> str:
+    words = " and ".join(limits)
+    if not words:
+        return f"in {unit}" if unit else ""
+    return f"{words} {unit}" if unit else words
+
+
+def _text_range(info: FieldInfo | None) -> str:
+    limit = next(
+        (item.max_length for item in (info.metadata if info else ()) if hasattr(item, "max_length")), None
+    )
+    return f" of at most {limit} characters" if limit else ""
+
+
+def _choices(info: FieldInfo | None) -> tuple[Any, ...]:
+    annotation = info.annotation if info is not None else None
+    options = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
+    return tuple(each for one in options if get_origin(one) is Literal for each in get_args(one))
+
+
+def _element(annotation: Any) -> type[BaseModel] | None:
+    """Return the table model inside an annotation: itself, optional, or the entries of a list."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    if get_origin(annotation) in (tuple, Union, types.UnionType):
+        return next((found for item in get_args(annotation) if (found := _element(item))), None)
+    return None
+
+
+def _is_list(info: FieldInfo | None) -> bool:
+    return info is not None and get_origin(info.annotation) is tuple
+
+
+def _names(model: type[BaseModel]) -> list[str]:
+    return [info.alias or name for name, info in model.model_fields.items()]
+
+
+def _required(model: type[BaseModel]) -> str:
+    fields = [(info.alias or name, info) for name, info in model.model_fields.items() if info.is_required()]
+    return ", ".join(f"{name} (a list of tables)" if _is_list(info) else name for name, info in fields)
+
+
+def _field(model: type[BaseModel], path: Sequence[str | int]) -> FieldInfo | None:
+    here: type[BaseModel] | None = model
+    info: FieldInfo | None = None
+    for item in path:
+        if isinstance(item, int):
+            continue  # an entry has the meaning and limits of its list
+        if here is None:
+            return None
+        fields = here.model_fields.items()
+        info = next((field for name, field in fields if item == (field.alias or name)), None)
+        here = _element(info.annotation) if info is not None else None
+    return info
+
+
+def _model_at(model: type[BaseModel], path: Sequence[str | int]) -> type[BaseModel] | None:
+    info = _field(model, path)
+    return model if not path else _element(info.annotation) if info is not None else None
+
+
+def _tables(model: type[BaseModel], path: KeyPath = ()) -> Iterator[tuple[KeyPath, type[BaseModel]]]:
+    for name, info in model.model_fields.items():
+        inner = _element(info.annotation)
+        if inner is not None:
+            below: KeyPath = (*path, info.alias or name)
+            yield (*below, 0) if _is_list(info) else below, inner
+            yield from _tables(inner, below)
