@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from wearsim.campaign import run as run_module
-from wearsim.campaign.directory import read_status
+from wearsim.campaign.directory import locked, read_status
 from wearsim.campaign.run import run_evolution
 from wearsim.errors import NumericalError, ResultError
 from wearsim.results import ROW, read_row, row_count
@@ -357,12 +357,13 @@ def test_full_disk_is_told_and_keeps_the_finished_steps(synthetic, tmp_path, mon
 
 def test_status_tells_distance_depth_and_time_left(synthetic, tmp_path):
     seen = []
-    run_evolution(
-        synthetic.SyntheticEvolution(STEPS),
-        tmp_path,
-        "rig",
-        lambda event: seen.append(read_status(tmp_path)["campaigns"]["rig"]),
-    )
+    with locked(tmp_path):
+        run_evolution(
+            synthetic.SyntheticEvolution(STEPS),
+            tmp_path,
+            "rig",
+            lambda event: seen.append(read_status(tmp_path)["campaigns"]["rig"]),
+        )
     middle = seen[5]
     assert middle["state"] == "running"
     assert (middle["step"], middle["distance"], middle["target"]) == (4, 4000.0, 8000.0)

@@ -260,7 +260,7 @@ def test_killed_comparison_resumes_to_the_same_bits(
     process.join()
     assert process.exitcode == {"SIGKILL": -signal.SIGKILL, "SIGINT": 1}[how], told
     assert ("KeyboardInterrupt" in told) == (how == "SIGINT")
-    expected = "interrupted" if how == "SIGINT" else "running"
+    expected = "interrupted" if how == "SIGINT" else "stopped"
     assert read_status(out)["campaigns"][name]["state"] == expected
     events = []
     monkeypatch.chdir(tmp_path)
