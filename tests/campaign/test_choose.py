@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from wearsim import open_results
-from wearsim.campaign import choose, evidence
-from wearsim.campaign.classes import CLASSES, point_classes
-from wearsim.campaign.evidence import Collective, judge
+from wearsim.campaign import choose
+from wearsim.campaign.choose import CLASSES, Collective, judge, point_classes
+from wearsim.campaign.evaluate import setup_of
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.rate import select
 from wearsim.campaign.run import resume, run_scene
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.errors import ContactError, SceneError
+from wearsim.operation.points import select
 from wearsim.scene import build, load_scene
 
 CONE = """
@@ -93,8 +93,8 @@ def test_evidence_is_zero_against_itself_and_the_size_of_the_difference_otherwis
     fine = replace(rig.models, strips=60, cells=60)
     stiff = replace(rig.models, normal="hertz")
     evidence = tuple(judge(
-        [fine, replace(fine, strips=30, cells=30), stiff], fine, state, points, rig.wheelset, rig.counterface,
-        rig.wear, smoothing_wavelength=rig.control.smoothing_wavelength,
+        [fine, replace(fine, strips=30, cells=30), stiff], fine, state, points, setup_of(rig),
+        smoothing_wavelength=rig.control.smoothing_wavelength,
     ))  # fmt: skip
     assert (evidence[0].depth_error, evidence[0].work_error, evidence[0].power_error) == (0.0, 0.0, 0.0)
     assert 0.0 < evidence[1].work_error < 0.02
@@ -115,7 +115,7 @@ def test_points_that_the_sample_leaves_out_count_by_a_fast_model(rig):
 
     def differences(points, classes, models, reference, collective=None):
         (found,) = judge(
-            [models], reference, state, points, rig.wheelset, rig.counterface, rig.wear,
+            [models], reference, state, points, setup_of(rig),
             smoothing_wavelength=rig.control.smoothing_wavelength, point_class=classes, collective=collective,
         )  # fmt: skip
         return found
@@ -164,14 +164,14 @@ def test_a_model_that_refuses_one_point_of_all_is_not_taken(twelve, monkeypatch)
     freely = choose.choice(tight, state)
     bridge = choose.candidates(tight.models)[choose.BRIDGES[0]].normal
     assert not any(one.refusal for one in freely.evidence)
-    solve = evidence.solve_contact
+    solve = choose.solve_contact
 
-    def refuse(state, points, wheelset, counterface, models, **named):
-        if models.normal == bridge and len(points.label) == 12:
+    def refuse(state, points, setup):
+        if setup.models.normal == bridge and len(points.label) == 12:
             raise ContactError("point 7: no contact for strips", row=7)
-        return solve(state, points, wheelset, counterface, models, **named)
+        return solve(state, points, setup)
 
-    monkeypatch.setattr(evidence, "solve_contact", refuse)
+    monkeypatch.setattr(choose, "solve_contact", refuse)
     verdict = choose.choice(tight, state)
     taken = {choose.candidates(tight.models)[place].normal for place in verdict.choice.models}
     assert bridge not in taken
@@ -184,11 +184,11 @@ def test_the_work_of_points_is_looked_for_with_the_first_model_that_answers(twel
     state, _ = WheelsetEvolution(replace(twelve, tolerance=None)).start()
     solve, asked = choose.solve_contact, []
 
-    def refuse(state, points, wheelset, counterface, models, **named):
-        asked.append(models.normal)
-        if models.normal == "kik_piotrowski":
+    def refuse(state, points, setup):
+        asked.append(setup.models.normal)
+        if setup.models.normal == "kik_piotrowski":
             raise ContactError("conformal", row=0)
-        return solve(state, points, wheelset, counterface, models, **named)
+        return solve(state, points, setup)
 
     monkeypatch.setattr(choose, "solve_contact", refuse)
     assert choose.sample_of(twelve, state, 2).index.size <= 8
@@ -298,7 +298,7 @@ def test_hertz_is_good_for_an_ellipse_but_never_leads_a_campaign(tmp_path):
     hertz = replace(cone.models, normal="hertz", strips=30, cells=30)
     (evidence,) = judge(
         [hertz], choose.candidates(cone.models)[-1], WheelsetEvolution(cone).start()[0], cone.points,
-        cone.wheelset, cone.counterface, cone.wear, smoothing_wavelength=cone.control.smoothing_wavelength,
+        setup_of(cone), smoothing_wavelength=cone.control.smoothing_wavelength,
     )  # fmt: skip
     assert evidence.depth_error < 0.05
     assert evidence.work_error < 0.05

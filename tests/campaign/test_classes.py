@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearsim.campaign.classes import CLASSES, cheapest, point_classes
+from wearsim.campaign.choose import CLASSES, cheapest, point_classes
 
 
 def test_classes_part_the_work_in_rising_order():

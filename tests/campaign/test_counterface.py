@@ -9,13 +9,13 @@ import pytest
 
 from wearsim.campaign.control import stability_rate
 from wearsim.campaign.counterface import new_counterface, turned, wear_off_counterface, worn_counterface
-from wearsim.campaign.rate import accumulate
+from wearsim.campaign.evaluate import Setup, accumulate
 from wearsim.campaign.run import run_campaign
 from wearsim.campaign.state import CounterfaceRate, WearRate
 from wearsim.campaign.step import advance, damped
 from wearsim.contact.solve import Counterface
 from wearsim.damage.wear import WearSettings, passage_depth
-from wearsim.operation.counterface import CounterfaceWear
+from wearsim.operation.control import CounterfaceWear
 from wearsim.profile.shape import polygon_area_between, vertex_lengths
 from wearsim.results import GROUPS, open_results
 
@@ -25,6 +25,10 @@ ROLLER = CounterfaceWear(factor=FACTOR, radius=RADIUS)
 RAIL = CounterfaceWear(area_rate=3e-12)
 
 GRID = "strips = 20\ncells = 16"
+
+
+def law_on(wheelset, counterface_wear=None):
+    return Setup(wheelset, None, None, WEAR, counterface_wear=counterface_wear)
 
 
 @pytest.fixture
@@ -65,7 +69,11 @@ def mirror_image(wheelset, state):
 def test_strips_and_vertices_remove_the_same_area(mirror_image, solution, points, wheelset, settings):
     """Conservation of the transfer, 1e-12; what a rail loses is what is stated."""
     result = accumulate(
-        solution, points, points.weight, mirror_image, wheelset, WEAR, counterface_wear=settings
+        solution,
+        points,
+        points.weight,
+        mirror_image,
+        law_on(wheelset, settings),
     )
     depth = passage_depth(solution.fields, solution.area, WEAR).sum(axis=0)
     share = points.weight[solution.point] * points.environment[solution.point]
@@ -85,9 +93,13 @@ def test_depth_of_the_roller_over_that_of_the_wheel(mirror_image, solution, poin
     A wheel meets its strip once in 2 pi r, a roller once in 2 pi s0.
     """
     with_roller = accumulate(
-        solution, points, points.weight, mirror_image, wheelset, WEAR, counterface_wear=ROLLER
+        solution,
+        points,
+        points.weight,
+        mirror_image,
+        law_on(wheelset, ROLLER),
     )
-    alone = accumulate(solution, points, points.weight, mirror_image, wheelset, WEAR)
+    alone = accumulate(solution, points, points.weight, mirror_image, law_on(wheelset))
     ratio = FACTOR * (wheelset.radius + mirror_image.z) / RADIUS
     below, depth = with_roller.counterface, alone.depth
     assert alone.counterface is None
@@ -114,7 +126,7 @@ def test_an_undercut_head_wears_on_its_top(mirror_image, solution, points, wheel
     }  # fmt: skip
     undercut = replace(mirror_image, counterface=replace(below, **axes))
     plain, other = (
-        accumulate(solution, points, points.weight, state, wheelset, WEAR, counterface_wear=ROLLER)
+        accumulate(solution, points, points.weight, state, law_on(wheelset, ROLLER))
         for state in (mirror_image, undercut)
     )
     for name in ("depth", "damping", "stability"):
@@ -129,7 +141,7 @@ def test_a_step_takes_the_area_off_both(mirror_image, solution, points, wheelset
     """Polygons against the sum of depths, 1e-9; the error of the step is that of the deeper wear."""
 
     def rate_at(state):
-        return accumulate(solution, points, points.weight, state, wheelset, WEAR, counterface_wear=ROLLER)
+        return accumulate(solution, points, points.weight, state, law_on(wheelset, ROLLER))
 
     rate = rate_at(mirror_image)
     step_length = 10e-6 / rate.depth.max()

@@ -10,7 +10,7 @@ from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.reprofiling import to_next_turning, turn_wheels, turning_due
 from wearsim.campaign.row import measures_told
 from wearsim.campaign.run import resume, run_scene
-from wearsim.operation.points import TurningRules
+from wearsim.operation.control import TurningRules
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.measures import running_circle_level
 from wearsim.profile.reprofiling import reprofile_axle

@@ -33,7 +33,7 @@ def uninterrupted(synthetic, tmp_path_factory):
 
 @pytest.fixture
 def each_step_is_appended(monkeypatch):
-    monkeypatch.setattr("wearsim.campaign.writer.APPEND_INTERVAL", 0.0)
+    monkeypatch.setattr("wearsim.campaign.record.APPEND_INTERVAL", 0.0)
 
 
 def program(out, pause=0.0):
@@ -78,7 +78,7 @@ def test_stopped_after_any_step_resumes_to_the_same_bits(
     synthetic, tmp_path, uninterrupted, stop_at, appended, monkeypatch
 ):
     """With the result file up to date, and with records only."""
-    monkeypatch.setattr("wearsim.campaign.writer.APPEND_INTERVAL", 0.0 if appended else 1e9)
+    monkeypatch.setattr("wearsim.campaign.record.APPEND_INTERVAL", 0.0 if appended else 1e9)
 
     def stop(event):
         if event.kind == "step" and event.step == stop_at:
@@ -120,9 +120,9 @@ import os, signal, sys
 sys.path.insert(0, {folder!r})
 from pathlib import Path
 import numpy as np
-import synthetic_campaign, wearsim.campaign.writer, wearsim.results
+import synthetic_campaign, wearsim.campaign.record, wearsim.results
 from wearsim.campaign.run import run_evolution
-wearsim.campaign.writer.APPEND_INTERVAL = 0.0
+wearsim.campaign.record.APPEND_INTERVAL = 0.0
 
 write_rows = wearsim.results.file._write_rows
 def dying(file, first, rows):
@@ -381,7 +381,7 @@ def test_writes_that_fail_keep_the_finished_steps_and_tell_what_to_do(
 ):
     """Files cannot grow beyond a limit, which the record, the new file and the appended file meet first."""
     code = (
-        f"import resource, wearsim.campaign.writer\nwearsim.campaign.writer.APPEND_INTERVAL = 0.0\n"
+        f"import resource, wearsim.campaign.record\nwearsim.campaign.record.APPEND_INTERVAL = 0.0\n"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({room}, resource.RLIM_INFINITY))\n"
     )
     process, printed = forked(code + program(tmp_path))
@@ -426,7 +426,7 @@ def test_rows_a_reader_kept_waiting_are_read_few_at_a_time(
 ):
     """Else each step would read all of them again, and a long campaign would not fit in memory."""
     monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
-    monkeypatch.setattr("wearsim.campaign.writer.APPEND_AT_MOST", 2)
+    monkeypatch.setattr("wearsim.campaign.record.APPEND_AT_MOST", 2)
     path = stopped(synthetic, tmp_path, after=1)
     code = (
         f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); sys.stdout.write('open\\n'); "
@@ -439,7 +439,7 @@ def test_rows_a_reader_kept_waiting_are_read_few_at_a_time(
         rows.append(len(rows_))
         append(path, header, rows_, first, patience)
 
-    monkeypatch.setattr("wearsim.campaign.writer.append", counted)
+    monkeypatch.setattr("wearsim.campaign.record.append", counted)
     with subprocess.Popen(
         [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as reader:

@@ -2,7 +2,7 @@ import io
 
 import pytest
 
-from wearsim.campaign.progress import Event
+from wearsim.campaign.run import Event
 from wearsim.cli.progress import PlainLines, duration, line, observer
 
 STEP = Event(

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from wearsim.operation.monitor import with_monitors
+from wearsim.operation.points import with_monitors
 from wearsim.operation.rig import Block, programme
 
 BLOCKS = [

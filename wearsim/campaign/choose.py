@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import ceil, isfinite
-from typing import TYPE_CHECKING, Any
+from math import ceil, inf, isfinite
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from wearsim.campaign.by_point import ModelsByPoint
-from wearsim.campaign.classes import CLASSES, cheapest, point_classes
-from wearsim.campaign.evidence import Collective, Evidence, judge
-from wearsim.campaign.rate import select, solve_contact
+from wearsim.campaign.evaluate import ModelsByPoint, Setup, accumulate, setup_of, solve_contact
 from wearsim.campaign.state import Choice, State
+from wearsim.campaign.vertices import smooth_sides
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactModels, ContactSolution
+from wearsim.damage.wear import passage_depth
 from wearsim.errors import ContactError, NumericalError
-from wearsim.operation.points import OperatingPoints
+from wearsim.operation.points import OperatingPoints, select
+from wearsim.profile.shape import vertex_lengths
 from wearsim.results import FILL_FLOAT
 
 if TYPE_CHECKING:
@@ -188,13 +189,13 @@ def sample_of(setup: CampaignSetup, state: State, count: int) -> Sample:
 
 def _first_answer(setup: CampaignSetup, state: State) -> ContactSolution:
     """Solve all operating points by the cheapest models that answer."""
-    *models, reference = candidates(setup.models)
+    *models, reference = (replace(setup_of(setup), models=one) for one in candidates(setup.models))
     for one in models:
         try:
-            return solve_contact(state, setup.points, setup.wheelset, setup.counterface, one)
+            return solve_contact(state, setup.points, one)
         except (ContactError, NumericalError):
             continue
-    return solve_contact(state, setup.points, setup.wheelset, setup.counterface, reference)
+    return solve_contact(state, setup.points, reference)
 
 
 def _nearest(there: IntArray, wanted: IntArray) -> IntArray:
@@ -259,13 +260,10 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
         models[-1],
         state,
         found.points,
-        setup.wheelset,
-        setup.counterface,
-        setup.wear,
+        setup_of(setup, threads),
         smoothing_wavelength=setup.control.smoothing_wavelength,
         point_class=classes[found.index],
         collective=collective,
-        threads=threads,
     ):
         evidence.append(one)
         if one.depth_error <= bound:
@@ -359,3 +357,251 @@ def named(models: ContactModels) -> str:
 def _models(base: ContactModels, one: tuple[str, str, int, float]) -> ContactModels:
     normal, tangential, grid, _ = one
     return replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid)
+
+
+CLASSES = ("least", "minor", "major", "leading")
+"""Classes by the work of their points. Those that only monitor are solved as closely as the leading ones."""
+
+EDGES = (0.1, 0.3, 0.6)
+"""Shares of the work that the points of the first class do at most, those of the first two, and so on."""
+
+
+def point_classes(work: FloatArray, weight: FloatArray) -> IntArray:
+    """Sort operating points into classes by the share of the work that they do.
+
+    Parameters
+    ----------
+    work : (n,) array
+        Frictional work of each point per distance [J/m].
+    weight : (n,) array
+        Shares of the distance.
+
+    Returns
+    -------
+    (n,) int array
+        Place in `CLASSES`: the points of least weighted work are of the first one as long as they together
+        do at most the first share of `EDGES`, the next ones of the second, and so on. Points without weight
+        lead, and all do where none works.
+    """
+    share = work * weight
+    order = np.argsort(share, kind="stable")
+    summed = np.cumsum(share[order])
+    found = np.full(share.size, len(EDGES), dtype=np.int64)
+    if summed[-1] > 0.0:
+        found[order] = np.searchsorted(EDGES, summed / summed[-1], side="left")
+        found[weight <= 0.0] = len(EDGES)
+    return found
+
+
+def cheapest(
+    difference: FloatArray, cost: Sequence[float], count: Sequence[int], bound: float
+) -> tuple[tuple[int, ...], float]:
+    """Find the models of each class that are cheapest together and keep a bound.
+
+    Parameters
+    ----------
+    difference : (k, c, ...) array
+        Of what class c adds by candidate k from what it adds by a reference; infinite where it refuses.
+    cost : (k,) sequence of float
+        Of one solution by each candidate, rising.
+    count : (c,) sequence of int
+        Operating points of each class, which are in order of rising work.
+    bound : float
+        Of the largest sum of the differences over the classes.
+
+    Returns
+    -------
+    tuple of int
+        Candidate of each class, never one before that of the class before it: the more work, the better
+        the models, so that no class makes up for the error of another by chance.
+    float
+        Largest sum of their differences.
+
+    Raises
+    ------
+    ValueError
+        If none keeps the bound: the reference has to be among the candidates.
+    """
+    candidates, classes = difference.shape[:2]
+
+    def price(chosen: tuple[int, ...]) -> float:
+        return sum(cost[k] * number for k, number in zip(chosen, count, strict=True))
+
+    rising = itertools.combinations_with_replacement(range(candidates), classes)
+    for chosen in sorted(rising, key=price):
+        error = float(np.abs(sum(difference[k, c] for c, k in enumerate(chosen))).max())
+        if error <= bound:
+            return chosen, error
+    raise ValueError("no candidate keeps the bound")
+
+
+ModelsT = TypeVar("ModelsT", bound=ContactModels | ModelsByPoint)
+
+
+@dataclass(frozen=True)
+class Evidence(Generic[ModelsT]):
+    """How well one combination of models does on a sample of operating points.
+
+    Parameters
+    ----------
+    models : ContactModels or ModelsByPoint
+        The combination and its grid, or those of each point.
+    depth_error : float
+        Largest difference of the smoothed wear increment over the profiles of both wheels from that of
+        the reference, over the reference's largest depth [-]; inf where it refuses. On the sample, or as
+        estimated for the whole collective.
+    work_error : float
+        Integral of the absolute difference of the strip work over that of the reference's, on the sample [-].
+    power_error : float
+        Largest relative error of the frictional power of both wheels at a point of the sample [-].
+    difference : (c, 2, n) array
+        What each class of points adds to the difference of the increment over the largest depth [-];
+        inf where it refuses.
+    refusal : str
+        Why it gives no answer; empty if it does.
+    """
+
+    models: ModelsT
+    depth_error: float
+    work_error: float
+    power_error: float
+    difference: FloatArray
+    refusal: str = ""
+
+
+@dataclass(frozen=True)
+class Collective:
+    """All operating points, of which the sample is a part.
+
+    A fast model tells how the points that the sample leaves out differ from it: what is looked for on all
+    points is the difference to that model on all, and that model's own difference on the sample alone.
+
+    Parameters
+    ----------
+    points : OperatingPoints
+        All n, those that only monitor, too; the sample's weights have to carry their work.
+    point_class : (n,) int array
+        Class of each, numbered as those of the sample.
+    bridges : tuple of ContactModels
+        Fast models, the best first; the first that answers at all points is taken. Normal models of those
+        before it are refused in all combinations: they have no answer for the campaign.
+    cheap : tuple of ContactModels
+        Candidates that are solved at all points, whatever the bridge.
+    """
+
+    points: OperatingPoints
+    point_class: IntArray
+    bridges: tuple[ContactModels, ...]
+    cheap: tuple[ContactModels, ...]
+
+
+@dataclass(frozen=True)
+class _Increment:
+    depth: FloatArray  # (c, 2, n) of each class after smoothing, per metre
+    work: FloatArray  # (2, n) of strip work times length
+    power: FloatArray  # (k,) of both wheels at each point
+
+
+def judge(
+    candidates: Iterable[ModelsT],
+    reference: ContactModels,
+    state: State,
+    points: OperatingPoints,
+    setup: Setup,
+    *,
+    smoothing_wavelength: float,
+    point_class: IntArray | None = None,
+    collective: Collective | None = None,
+) -> Iterator[Evidence[ModelsT]]:
+    """Compare the wear increments of models with that of a reference, one after the other as asked for.
+
+    Parameters
+    ----------
+    candidates : iterable of ContactModels or ModelsByPoint
+        What to judge.
+    reference : ContactModels
+        What they are judged by.
+    state : State
+        Profiles of both wheels.
+    points : OperatingPoints
+        The sample of k points; its weights count.
+    setup : Setup
+        What runs on what, by which wear law; its models do not count.
+    smoothing_wavelength : float
+        Of the increment, as in the campaign [m].
+    point_class : (k,) int array, optional
+        Class of each point of the sample, 0 to c - 1; without it all are of one.
+    collective : Collective, optional
+        Of which the points are a sample. Without it, or where all bridges refuse, the sample alone counts.
+
+    Yields
+    ------
+    Evidence
+        Of each candidate, in their order.
+
+    Raises
+    ------
+    ContactError, NumericalError
+        If the reference does not solve a point.
+    """
+    classes = np.zeros(len(points.label), dtype=np.int64) if point_class is None else point_class
+    still = replace(setup, counterface_wear=None)
+    count = int(classes.max()) + 1
+    length = np.stack([vertex_lengths(state.y[wheel], state.z[wheel]) for wheel in (0, 1)])
+
+    def increment(
+        models: ContactModels | ModelsByPoint, points: OperatingPoints, classes: IntArray
+    ) -> _Increment:
+        solution = solve_contact(state, points, replace(setup, models=models))
+        passage = passage_depth(solution.fields, solution.area, setup.wear)
+        depth = np.zeros((count, *state.y.shape))
+        work = np.zeros_like(state.y)
+        for one in range(count):
+            weight = np.where(classes == one, points.weight, 0.0)
+            rate = accumulate(solution, points, weight, state, still, passage=passage)
+            depth[one] = smooth_sides(state.y, state.z, rate.depth, smoothing_wavelength)
+            work += rate.friction_work * length
+        power = np.zeros(len(points.label))
+        np.add.at(power, solution.point, solution.power)
+        return _Increment(depth, work, power)
+
+    truth = increment(reference, points, classes)
+    left_out = np.zeros_like(truth.depth)
+    of_all: dict[ContactModels | ModelsByPoint, _Increment] = {}
+    refused: dict[str, str] = {}
+    for bridge in () if collective is None else collective.bridges:
+        assert collective is not None
+        try:
+            of_all[bridge] = increment(bridge, collective.points, collective.point_class)
+            left_out = of_all[bridge].depth - increment(bridge, points, classes).depth
+            break
+        except (ContactError, NumericalError) as error:
+            refused[bridge.normal] = str(error)
+    deepest = float((truth.depth + left_out).sum(axis=0).max())
+    for models in candidates:
+        try:
+            if isinstance(models, ContactModels) and models != reference and models.normal in refused:
+                raise ContactError(refused[models.normal])
+            answer = truth if models == reference else increment(models, points, classes)
+            difference = answer.depth - truth.depth
+            if collective is not None and (models in collective.cheap or models in of_all):
+                if models not in of_all:
+                    of_all[models] = increment(models, collective.points, collective.point_class)
+                difference = of_all[models].depth - left_out - truth.depth
+        except (ContactError, NumericalError) as error:
+            yield Evidence(models, inf, inf, inf, np.full_like(truth.depth, inf), str(error))
+            continue
+        yield Evidence(
+            models,
+            _share(np.abs(difference.sum(axis=0)).max(), deepest),
+            _share(np.abs(answer.work - truth.work).sum(), truth.work.sum()),
+            max(_share(abs(a - b), b) for a, b in zip(answer.power, truth.power, strict=True)),
+            difference / deepest if deepest > 0.0 else np.where(difference == 0.0, 0.0, inf),
+        )
+
+
+def _share(difference: float, whole: float) -> float:
+    """Return the difference over the whole; 0 if there is neither."""
+    if whole > 0.0:
+        return float(difference / whole)
+    return 0.0 if difference == 0.0 else float("inf")

@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.campaign.counterface import damped_counterface, way_to_turning
-from wearsim.campaign.smoothing import smooth_sides
 from wearsim.campaign.state import State, WearRate
 from wearsim.campaign.step import damped
+from wearsim.campaign.vertices import smooth_sides
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import ContactModels
 from wearsim.errors import NumericalError
-from wearsim.operation.counterface import CounterfaceWear
-from wearsim.operation.points import ControlSettings, OperatingPoints
+from wearsim.operation.control import ControlSettings, CounterfaceWear
+from wearsim.operation.points import OperatingPoints
 
 # Places along a programme are compared with this share of the loop: far above the rounding of the
 # distance run, far below any step.

@@ -7,25 +7,35 @@ or absent; its digest guards against what a file system may still do to it.
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import io
 import json
 import math
 import os
 import shutil
+import time
 import zipfile
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from wearsim.campaign.choose import choice_of
-from wearsim.campaign.counterface_row import counterface_of
-from wearsim.campaign.state import State
 from wearsim.errors import ResultError
-from wearsim.results import FILL_FLOAT, ROW
+from wearsim.quantities import QUANTITIES
+from wearsim.results import (
+    ROW,
+    Header,
+    append,
+    create,
+    open_results,
+    row_count,
+    row_names,
+    verify,
+)
+from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
 from wearsim.results.older import RENAMED
 
 
@@ -200,39 +210,171 @@ class Records:
         return json.loads(label), memoryview(payload)
 
 
-def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
-    """Return the state that a row holds, bit by bit.
+APPEND_INTERVAL = 0.5
+"""Rows of steps faster than this are appended together: opening the file costs more than a short step [s]."""
+
+APPEND_AT_MOST = 16
+"""So many rows are held in memory to be appended."""
+
+
+class Writer:
+    """Keeps records and result file of one campaign in step.
 
     Parameters
     ----------
-    row : mapping of arrays
-        Row of the result file.
-    index : int
-        Its step.
+    header : Header
+        Static part of the result file.
+    directory : Path
+        Run directory.
+    name : str
+        Of the campaign; the file is `<name>.nc`, the records are in `.<name>.records`.
+    digest : str
+        Tells campaigns apart.
     """
-    return State(
-        step=index,
-        distance=float(row["distance"]),
-        y=row["profile_y"],
-        z=row["profile_z"],
-        wear_depth=row["wear_depth"],
-        regime_depth=row["wear_depth_by_regime"],
-        worn_area=row["worn_area"],
-        worn_mass=row["worn_mass"],
-        step_length=float(row["step_length"]),
-        step_error=_known(row["step_error"]),
-        choice=choice_of(row),
-        comparison_depth=_by_law(row, "comparison_wear_depth"),
-        comparison_area=row.get("comparison_worn_area", np.zeros((2, 0))),
-        fatigue_damage=_by_law(row, "fatigue_damage"),
-        counterface=counterface_of(row),
-        turned=int(row.get("last_reprofiling", 0)),
-    )
+
+    def __init__(self, header: Header, directory: Path, name: str, digest: str) -> None:
+        self.header = header
+        self.path = directory / f"{name}.nc"
+        self.records = Records(directory / f".{name}.records", digest, row_names(header.static))
+        self.rebuilt = False
+        self._mark = directory / f".{name}.finished.json"
+        self._rows_in_file = 0
+        self._patience: float | None = None
+        self._failed = False
+        self._count = 0
+        self._appended = 0.0
+
+    def finished(self) -> bool:
+        """Tell whether the campaign was finished before; raise if its file was changed since."""
+        try:
+            mark = json.loads(self._mark.read_text(encoding="utf-8"))
+            campaign, digest = mark["campaign"], mark["sha256"]
+        except (OSError, ValueError, KeyError, TypeError):
+            return False
+        if campaign != self.records.campaign:
+            raise ResultError(
+                f"{self.path} is the result of another campaign; nothing was touched, choose another --out"
+            )
+        if not self.path.exists():
+            self._mark.unlink()  # the user removed the result: compute it again
+            return False
+        if _sha256(self.path) != digest:
+            raise ResultError(
+                f"{self.path} was changed after its campaign had finished; nothing was touched, "
+                f"move it away to have it computed again"
+            )
+        self.records.remove()
+        return True
+
+    def outcome(self) -> tuple[int, float, float, str]:
+        """Read steps, distance [m], largest depth [m] and reason of the end of the finished file."""
+        with open_results(self.path) as data:
+            last = data.isel(step=-1)
+            deepest = float(last["max_wear_depth"].max())
+            return data.sizes["step"] - 1, float(last["distance"]), deepest, str(data.attrs["finished"])
+
+    def recover(self) -> int:
+        """Bring the result file to the state of the records; return how many steps are recorded."""
+        self.records.refuse_other_campaign()
+        self._count = count = self.records.count()
+        if count == 0:
+            if self.path.exists() and not self.records.folder.is_dir():
+                raise ResultError(
+                    f"{self.path} exists, but no steps of this campaign do; nothing was touched, "
+                    f"move it away or choose another --out"
+                )
+            return 0
+        rows = verify(self.path, self._readers())
+        if rows is None:
+            self.rebuilt = self.path.exists()
+            create(self.path, self.header, (read() for read in self._readers()))
+            rows = count
+        self._rows_in_file = rows
+        self.flush()
+        return count
+
+    def write(self, index: int, row: Mapping[str, np.ndarray]) -> bool:
+        """Write record and row of one step; return True if the row has to wait for a reader."""
+        self.records.write(index, row, str(self.header.attributes.get("source", "")))
+        self._count = index + 1
+        if index == 0:
+            create(self.path, self.header, [row])
+            self._rows_in_file = 1
+            self._appended = time.monotonic()
+            return False
+        if time.monotonic() - self._appended < APPEND_INTERVAL:
+            return False
+        return self.flush()
+
+    def flush(self) -> bool:
+        """Append the rows that are recorded only; return True if they have to wait for a reader."""
+        if self._rows_in_file == self._count or self._failed:
+            return False
+        try:
+            while self._rows_in_file < self._count:
+                first = self._rows_in_file
+                # of the rows that a reader kept waiting, few at a time: they may be a whole campaign
+                until = min(self._count, first + APPEND_AT_MOST)
+                rows = [self.records.row(index) for index in range(first, until)]
+                # met for the first time, a reader gets its second; as long as it stays, each step asks once
+                append(self.path, self.header, rows, first, patience=self._patience)
+                self._rows_in_file = until
+        except ResultError:
+            self._failed = True  # the steps are in their records: the next start looks at the file
+            raise
+        except (OSError, RuntimeError):
+            try:
+                row_count(self.path)
+            except ResultError:
+                self.rebuilt = True
+                create(self.path, self.header, (read() for read in self._readers()))
+            else:
+                self._patience = 0.0
+                return True
+        self._patience = None
+        self._rows_in_file = self._count
+        self._appended = time.monotonic()
+        return False
+
+    def finish(self) -> str:
+        """Bring the file up to date, verify it against the records, mark it finished, drop the records.
+
+        Returns
+        -------
+        str
+            Why the campaign ended.
+        """
+        count = self._count
+        given = self.header.attributes
+        limits = limits_of(given)
+        laws = self.header.static.get("fatigue_name", ())
+        met = first_met(self.records.row(count - 1), ending_limits(given), laws)
+        ended = f"limit of {QUANTITIES[met].meaning} met" if met else "distance reached"
+        header = replace(
+            self.header,
+            attributes={
+                **given,
+                **met_attributes((read() for read in self._readers()), limits, laws),
+                "source": self.records.sources(count),
+                "finished": ended,
+            },
+        )
+        # written anew in one go: also right while a reader holds the appended file, and smaller
+        create(self.path, header, (read() for read in self._readers()))
+        if verify(self.path, self._readers()) != count:
+            raise ResultError(
+                f"{self.path} does not read back as it was written; its steps are safe, "
+                f"check the disk and run the same command again"
+            )
+        mark = {"campaign": self.records.campaign, "rows": count, "sha256": _sha256(self.path)}
+        write_atomically(self._mark, json.dumps(mark, indent=2).encode())
+        self.records.remove()
+        return ended
+
+    def _readers(self) -> list[Callable[[], dict[str, np.ndarray]]]:
+        return [functools.partial(self.records.row, index) for index in range(self._count)]
 
 
-def _by_law(row: Mapping[str, np.ndarray], name: str) -> tuple[np.ndarray, ...]:
-    return tuple(row[name].swapaxes(0, 1)) if name in row else ()
-
-
-def _known(value: np.ndarray) -> float | None:
-    return None if value == FILL_FLOAT else float(value)
+def _sha256(path: Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -16,10 +16,10 @@ import numpy as np
 
 from wearsim.campaign.comparison import comparison_laws
 from wearsim.campaign.counterface import as_it_is
-from wearsim.campaign.state import State
+from wearsim.campaign.state import State, worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue import counts_cycles
-from wearsim.operation.points import ControlSettings
+from wearsim.operation.control import ControlSettings
 from wearsim.profile.reprofiling import reprofile_axle
 from wearsim.profile.shape import Profile, arc_length, vertex_normals
 from wearsim.profile.worn import LARGEST_DEPTH, cut_along_normals
@@ -80,7 +80,7 @@ def turn_wheels(state: State, setup: CampaignSetup) -> State:
     rules = setup.control.turning
     if setup.templates is None or rules is None:
         raise ValueError("wheels are turned where the scene has a template")
-    worn = _wheels(setup, state.y, state.z)
+    worn = worn_wheels(setup.wheelset, state.y, state.z)
     within = worn
     if "fatigue_damage" in rules.limits:
         right, left = _cracks(state, setup)
@@ -97,17 +97,10 @@ def turn_wheels(state: State, setup: CampaignSetup) -> State:
         wear_depth=np.zeros_like(state.wear_depth),
         regime_depth=np.zeros_like(state.regime_depth),
         comparison_depth=tuple(np.zeros_like(depth) for depth in state.comparison_depth),
-        fatigue_damage=_damage_left(state, setup, worn, _wheels(setup, y, z)),
+        fatigue_damage=_damage_left(state, setup, worn, worn_wheels(setup.wheelset, y, z)),
         step_length=0.0,
         step_error=None,
         counterface=None if state.counterface is None else as_it_is(state.counterface),
-    )
-
-
-def _wheels(setup: CampaignSetup, y: FloatArray, z: FloatArray) -> tuple[Profile, Profile]:
-    return (
-        replace(setup.wheelset.right, y=y[0], z=z[0]),
-        replace(setup.wheelset.left, y=y[1], z=z[1]),
     )
 
 

@@ -2,22 +2,35 @@
 
 from __future__ import annotations
 
+import math
+import platform
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wearsim.campaign.choose import row_choice
-from wearsim.campaign.comparison import ComparisonPassage, comparison_laws, comparison_row, patch_values
-from wearsim.campaign.counterface_row import row_below
-from wearsim.campaign.state import PatchWear, State, WearRate
+from wearsim.campaign.choose import choice_of, row_choice, static_choice
+from wearsim.campaign.comparison import (
+    ComparisonPassage,
+    comparison_attributes,
+    comparison_laws,
+    comparison_row,
+    patch_values,
+    static_comparison,
+)
+from wearsim.campaign.counterface import attributes_below, counterface_of, row_below, static_below
+from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
 from wearsim.contact.solve import ContactSolution
+from wearsim.damage.wear import WEAR_LAWS, coefficients_of
 from wearsim.errors import ProfileError
+from wearsim.operation.control import TurningRules
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
-from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS
+from wearsim.profile.shape import arc_length
+from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header
+from wearsim.results.limits import TURNED_AT, attributes_of
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -238,9 +251,8 @@ def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> d
     if "fatigue_damage" in names and state.fatigue_damage:
         found["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
     if "equivalent_conicity" in names:
-        right = replace(wheelset.right, y=state.y[0], z=state.z[0])
-        left = replace(wheelset.left, y=state.y[1], z=state.z[1])
-        conicity = _or_missing(equivalent_conicity, right, left, setup.counterface.profile)
+        wheels = worn_wheels(wheelset, state.y, state.z)
+        conicity = _or_missing(equivalent_conicity, *wheels, setup.counterface.profile)
         found["equivalent_conicity"] = np.asarray(conicity)
     return found
 
@@ -261,3 +273,146 @@ def _or_missing(measure: Callable[..., float | None], *arguments: object) -> flo
     except ProfileError:
         return FILL_FLOAT
     return FILL_FLOAT if value is None else float(value)
+
+
+def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
+    """Return the state that a row holds, bit by bit.
+
+    Parameters
+    ----------
+    row : mapping of arrays
+        Row of the result file.
+    index : int
+        Its step.
+    """
+    return State(
+        step=index,
+        distance=float(row["distance"]),
+        y=row["profile_y"],
+        z=row["profile_z"],
+        wear_depth=row["wear_depth"],
+        regime_depth=row["wear_depth_by_regime"],
+        worn_area=row["worn_area"],
+        worn_mass=row["worn_mass"],
+        step_length=float(row["step_length"]),
+        step_error=_known(row["step_error"]),
+        choice=choice_of(row),
+        comparison_depth=_by_law(row, "comparison_wear_depth"),
+        comparison_area=row.get("comparison_worn_area", np.zeros((2, 0))),
+        fatigue_damage=_by_law(row, "fatigue_damage"),
+        counterface=counterface_of(row),
+        turned=int(row.get("last_reprofiling", 0)),
+    )
+
+
+def _by_law(row: Mapping[str, np.ndarray], name: str) -> tuple[np.ndarray, ...]:
+    return tuple(row[name].swapaxes(0, 1)) if name in row else ()
+
+
+def _known(value: np.ndarray) -> float | None:
+    return None if value == FILL_FLOAT else float(value)
+
+
+def versions() -> str:
+    """Name the programs whose arithmetic a result depends on."""
+    import numba
+    import scipy
+
+    import wearsim
+
+    return (
+        f"wearsim {wearsim.__version__} (Python {platform.python_version()}, numpy {np.__version__}, "
+        f"scipy {scipy.__version__}, numba {numba.__version__})"
+    )
+
+
+def _turning_attributes(rules: TurningRules | None) -> dict[str, str | float]:
+    if rules is None:
+        return {}
+    return {
+        TURNED_AT: " ".join(rules.limits),
+        "reprofiling_distances": " ".join(f"{place:.12g}" for place in rules.places),
+        "reprofiling_least_cut": rules.cut,
+    }
+
+
+def header_of(setup: CampaignSetup, command: str) -> Header:
+    """Return the static part of the result file of a campaign."""
+    points, conditions = setup.points, setup.points.conditions
+    static = {
+        "wheel_name": ("right", "left"),
+        "regime_name": WEAR_LAWS[setup.wear.law].regimes,
+        "operating_point_name": points.label,
+        "shift": conditions.shift,
+        "yaw": conditions.yaw,
+        "roll": conditions.roll,
+        "wheel_load": conditions.wheel_load,
+        "speed": conditions.speed,
+        "friction": conditions.friction,
+        "track_curvature": conditions.track_curvature,
+        "environment": points.environment,
+        "weight": points.weight,
+        "block_length": points.block_length,
+        "arc_length": arc_length(setup.wheelset.right.y, setup.wheelset.right.z),
+        "counterface_y": setup.counterface.profile.y,
+        "counterface_z": setup.counterface.profile.z,
+        **static_choice(setup),
+        **static_comparison(comparison_laws(setup)),
+        **static_below(setup),
+        **({} if setup.templates is None else {"wheel_template": [one.name for one in setup.templates]}),
+    }
+    wear, models, limits = setup.wear, setup.models, setup.control
+    coefficients, law = coefficients_of(wear), WEAR_LAWS[wear.law]
+    auto = setup.tolerance is not None
+    rotation = conditions.rotation
+    attributes: dict[str, str | int | float] = {
+        "title": setup.title or f"wear campaign, {setup.kind}",
+        "history": command,
+        "source": versions(),
+        "scene_text": setup.scene_text,
+        "scene_kind": setup.kind,
+        "input_hashes": "; ".join(f"{name} sha256:{value}" for name, value in setup.input_hashes),
+        "wheel_profile_right": setup.wheelset.right.name,
+        "wheel_profile_left": setup.wheelset.left.name,
+        "counterface_profile": setup.counterface.profile.name,
+        "wear_law": wear.law,
+        "wear_coefficients": coefficients.name if law.wears else "",
+        "wear_coefficients_source": coefficients.source if law.wears else "",
+        "wear_coefficients_materials": coefficients.materials if law.wears else "",
+        "wear_coefficients_validity": coefficients.validity if law.wears else "",
+        "wear_coefficients_departures": " ".join(coefficients.departures) if law.wears else "",
+        "wear_coefficients_warnings": "; ".join(coefficients.uncertain) if law.wears else "",
+        "wear_law_numbers": ", ".join(coefficients.numbers) if law.wears else "",
+        "wear_form": wear.form if law.wears else "",
+        "seizure_cap": wear.seizure_cap if "seizure_cap" in law.parameters else "",
+        "wheel_density": wear.density,
+        "contact_normal": "auto" if auto else models.normal,
+        "contact_tangential": "auto" if auto else models.tangential,
+        "contact_tolerance": setup.tolerance if setup.tolerance is not None else "",
+        "contact_parameters": ", ".join(f"{name} = {value:g}" for name, value in models.parameters),
+        "youngs_modulus": models.youngs_modulus,
+        "poisson_ratio": models.poisson_ratio,
+        "strips": 0 if auto else models.strips,
+        "cells": 0 if auto else models.cells,
+        "rotation_rule": rotation if isinstance(rotation, str) else "given",
+        "roll_rule": "free" if conditions.free_roll else "given",
+        "axle_torque": float(conditions.torque),
+        "smoothing_wavelength": limits.smoothing_wavelength,
+        "stability_limit": limits.stability,
+        "depth_cap": limits.depth_cap,
+        "first_depth": limits.first_depth if limits.first_depth < math.inf else "",
+        "integrator": limits.integrator,
+        "error_tolerance": limits.error_tolerance if limits.error_tolerance < math.inf else "",
+        "target_distance": limits.distance,
+        **attributes_of(dict(limits.limits), limits.end_at_limit),
+        **_turning_attributes(limits.turning),
+        "counterface_curvature": setup.counterface.curvature,
+        **attributes_below(setup.counterface_wear),
+        **comparison_attributes(comparison_laws(setup)),
+        "wheel_radius": setup.wheelset.radius,
+        "half_span": setup.wheelset.half_span,
+        "friction_note": "one Coulomb coefficient per operating point, alike over the whole profile",
+        "attribute_units": "SI: m, m-1, Pa, N m, kg m-3",
+        "warnings": "; ".join(str(warning) for warning in setup.warnings),
+    }
+    return Header(static, attributes)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.solve import ContactSolution
+from wearsim.contact.solve import ContactSolution, Wheelset
+from wearsim.profile.shape import Profile
 
 
 @dataclass(frozen=True)
@@ -219,3 +220,8 @@ class PatchWear:
     depth_rate_max: FloatArray
     regime: IntArray
     regime_highest: IntArray
+
+
+def worn_wheels(wheelset: Wheelset, y: FloatArray, z: FloatArray) -> tuple[Profile, Profile]:
+    """Return the right and left wheel of a wheelset with other profiles, (2, n) each [m]."""
+    return replace(wheelset.right, y=y[0], z=z[0]), replace(wheelset.left, y=y[1], z=z[1])

@@ -9,9 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.campaign.counterface import damped_counterface, wear_off_counterface
-from wearsim.campaign.smoothing import smooth_sides
 from wearsim.campaign.state import CounterfaceState, Increment, State, WearRate
-from wearsim.campaign.vertices import taken_off
+from wearsim.campaign.vertices import smooth_sides, taken_off
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue.balance import damage_after
 from wearsim.profile.shape import vertex_lengths

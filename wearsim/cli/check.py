@@ -152,7 +152,7 @@ def _choice(setup: CampaignSetup) -> dict[str, Any] | None:
     import math
 
     from wearsim.campaign import choose
-    from wearsim.campaign.classes import CLASSES
+    from wearsim.campaign.choose import CLASSES
     from wearsim.campaign.evolution import WheelsetEvolution
 
     if setup.tolerance is None:

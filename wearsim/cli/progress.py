@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
-    from wearsim.campaign.progress import Event, Observer
+    from wearsim.campaign.run import Event, Observer
 
 PLAIN_INTERVAL = 10.0
 """Without a terminal a line at most every so many seconds [s]."""

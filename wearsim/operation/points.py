@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
-from wearsim.contact.patch import FloatArray
+import numpy as np
+
+from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import ContactConditions
 
 
@@ -36,68 +38,76 @@ class OperatingPoints:
     label: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class TurningRules:
-    """When the wheels are turned.
+def select(points: OperatingPoints, index: IntArray) -> OperatingPoints:
+    """Return the operating points at `index`, in that order; weights are not rescaled."""
+
+    def chosen(one: Any) -> dict[str, Any]:
+        values = {f.name: getattr(one, f.name) for f in fields(one)}
+        return {name: value[index] for name, value in values.items() if isinstance(value, np.ndarray)}
+
+    return replace(
+        points,
+        **chosen(points),
+        conditions=replace(points.conditions, **chosen(points.conditions)),
+        label=tuple(points.label[i] for i in index),
+    )
+
+
+def with_monitors(
+    points: OperatingPoints,
+    shift: FloatArray,
+    *,
+    wheel_load: float,
+    speed: float,
+    friction: float,
+    yaw: float = 0.0,
+) -> OperatingPoints:
+    """Append points of weight 0 to a load collective.
 
     Parameters
     ----------
-    limits : tuple of str
-        Measures whose limit, once met, has them turned. With fatigue damage among them, every turning
-        takes all cracks of a known depth.
-    places : tuple of float
-        Distances at which they are turned [m].
-    cut : float
-        Least depth that the lathe takes everywhere [m].
+    points : OperatingPoints
+        Of `n` points.
+    shift : (k,) array
+        Lateral shifts to watch [m].
+    wheel_load : float
+        Vertical load of each wheel [N].
+    speed : float
+        [m/s]
+    friction : float
+        Coulomb coefficient [-].
+    yaw : float
+        [rad]
+
+    Returns
+    -------
+    OperatingPoints
+        Of `n + k` points; the new ones have weight 0, block length 0, environment factor 1, no roll
+        and tangent track, so that two campaigns watch the same states. The rotation rule is that of
+        `points`, and so is whether the roll is free.
     """
+    shift = np.asarray(shift, dtype=np.float64)
+    old = points.conditions
+    if not isinstance(old.rotation, str):
+        raise ValueError("monitoring points need a rotation rule, not given rotation speeds")
 
-    limits: tuple[str, ...] = ()
-    places: tuple[float, ...] = ()
-    cut: float = 0.0
+    def appended(values: FloatArray, value: float) -> FloatArray:
+        return np.concatenate([values, np.full(shift.size, value)])
 
-
-@dataclass(frozen=True)
-class ControlSettings:
-    """How far a campaign goes, in which steps.
-
-    Parameters
-    ----------
-    distance : float
-        Distance to run [m].
-    depth_cap : float
-        Largest wear depth of one step, after smoothing [m].
-    stability : float
-        Limit of S = sum of depth over interpenetration in one step [-]; below 1 the explicit update is
-        monotone, from 2 on it oscillates.
-    smoothing_wavelength : float
-        Wavelength whose amplitude in the wear increment is halved; 0 = no smoothing [m].
-    integrator : str
-        Name in the registry of `campaign.step`.
-    max_step : float
-        Longest step [m].
-    error_tolerance : float
-        Largest estimated error of the depth of one step, after smoothing; steps above it are repeated
-        shorter. Infinite = not looked at [m].
-    first_depth : float
-        Largest wear depth of the first step, and of that after wheels or rollers were turned; it may double
-        from step to step up to `depth_cap`. A new profile changes its contact fastest [m].
-    limits : tuple of (str, float)
-        Limits of measures, by variable of the result file [SI].
-    end_at_limit : bool
-        Whether the campaign ends with the step in which the first of them is met; those at which wheels are
-        turned do not end it.
-    turning : TurningRules or None
-        When the wheels are turned.
-    """
-
-    distance: float
-    depth_cap: float
-    stability: float
-    smoothing_wavelength: float
-    integrator: str
-    max_step: float = math.inf
-    error_tolerance: float = math.inf
-    first_depth: float = math.inf
-    limits: tuple[tuple[str, float], ...] = ()
-    end_at_limit: bool = False
-    turning: TurningRules | None = None
+    conditions = replace(
+        old,
+        shift=np.concatenate([old.shift, shift]),
+        yaw=appended(old.yaw, yaw),
+        roll=appended(old.roll, 0.0),
+        wheel_load=appended(old.wheel_load, wheel_load),
+        speed=appended(old.speed, speed),
+        friction=appended(old.friction, friction),
+        track_curvature=appended(old.track_curvature, 0.0),
+    )
+    return OperatingPoints(
+        conditions=conditions,
+        weight=appended(points.weight, 0.0),
+        environment=appended(points.environment, 1.0),
+        block_length=appended(points.block_length, 0.0),
+        label=points.label + tuple(f"monitor {1e3 * value:+.2f} mm" for value in shift),
+    )

@@ -9,7 +9,7 @@ from typing import Literal
 from pydantic import Field
 
 from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.operation.points import ControlSettings
+from wearsim.operation.control import ControlSettings
 from wearsim.scene.limits import LimitsSection, values
 from wearsim.scene.reprofiling import ReprofilingSection, turning_rules
 from wearsim.scene.section import Section, number

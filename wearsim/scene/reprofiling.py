@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field, Strict
 
-from wearsim.operation.points import TurningRules
+from wearsim.operation.control import TurningRules
 from wearsim.profile.shape import Profile
 from wearsim.scene.limits import KEYS, LimitsSection, met_by_wheels, values
 from wearsim.scene.section import Section, Text, number, range_of, words

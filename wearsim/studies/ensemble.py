@@ -35,8 +35,7 @@ from wearsim.campaign.directory import (
     read_status,
     refuse_other,
 )
-from wearsim.campaign.progress import Event, Observer
-from wearsim.campaign.run import available_cores, run_scene, scene_files
+from wearsim.campaign.run import Event, Observer, available_cores, run_scene, scene_files
 from wearsim.errors import Fault, ResultError, SceneError, WearsimError
 from wearsim.scene import load_campaign
 from wearsim.scene.overrides import at_its_source
