@@ -150,7 +150,7 @@ def test_damage_of_patches_is_kept_on_the_profile(evolution):
     of = evolution(FATIGUE)
     state, _ = of.start()
     found = of.evaluate(state)
-    setup, solution = of.setup, found.solution
+    setup, solution = of.setup, found.collective.solution
     for k, law in enumerate(setup.fatigue):
         strips = found.comparison.patches[k].strip_damage
         by_patch = (strips.sum(axis=1) * solution.fields.strip_width) * setup.points.weight[solution.point]

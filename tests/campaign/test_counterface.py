@@ -10,7 +10,8 @@ import pytest
 from wearsim.campaign.control import stability_rate
 from wearsim.campaign.counterface import new_counterface, turned, wear_off_counterface, worn_counterface
 from wearsim.campaign.evaluate import Setup, accumulate
-from wearsim.campaign.run import run_campaign
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.run import run_evolution
 from wearsim.campaign.state import CounterfaceRate, WearRate
 from wearsim.campaign.step import advance, damped
 from wearsim.contact.solve import Counterface
@@ -326,7 +327,7 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, rig):
     of = rig("[counterface.wear]\nfactor = 0.8\nredress_every_km = 12", campaign)
     for folder in ("whole", "parts"):
         (tmp_path / folder).mkdir()
-    whole = run_campaign(of.setup, tmp_path / "whole", "rig", command="wearsim run", threads=1)
+    whole = run_evolution(WheelsetEvolution(of.setup, "wearsim run"), tmp_path / "whole", "rig")
     with open_results(whole) as data:
         (turning,) = np.flatnonzero(np.diff(data["counterface_redressed_count"].values)) + 1
         deepest = data["counterface_max_wear_depth"].values.max(axis=1)
@@ -342,8 +343,8 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, rig):
                 raise Stop
 
         with pytest.raises(Stop):
-            run_campaign(of.setup, tmp_path / "parts", "rig", stop, threads=1)
-    parts = run_campaign(of.setup, tmp_path / "parts", "rig", command="wearsim run", threads=1)
+            run_evolution(of, tmp_path / "parts", "rig", stop)
+    parts = run_evolution(WheelsetEvolution(of.setup, "wearsim run"), tmp_path / "parts", "rig")
     with netCDF4.Dataset(whole) as one, netCDF4.Dataset(parts) as other:
         assert set(GROUPS["counterface"]) <= set(one.variables)
         for file in (one, other):
@@ -359,12 +360,12 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, rig):
 @pytest.mark.cf
 def test_the_file_of_rollers_that_wear_keeps_the_conventions(tmp_path, assert_cf, rig):
     of = rig("[counterface.wear]\nfactor = 0.8\nredress_every_km = 2", "distance_km = 3")
-    assert_cf(run_campaign(of.setup, tmp_path, "rig", command="wearsim run", threads=1))
+    assert_cf(run_evolution(WheelsetEvolution(of.setup, "wearsim run"), tmp_path, "rig"))
 
 
 def test_a_counterface_that_stays_has_no_variables(tmp_path, rig):
     of = rig("", "distance_km = 3")
-    path = run_campaign(of.setup, tmp_path, "rig", threads=1)
+    path = run_evolution(of, tmp_path, "rig")
     with open_results(path) as data:
         assert not set(GROUPS["counterface"]) & set(data.variables)
         assert not any("redress" in name or name == "counterface_wear_factor" for name in data.attrs)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wearsim.operation.field import TrackClass, collective, normal_positions
+from wearsim.operation.points import TrackClass, collective, normal_positions
 
 TANGENT = TrackClass("tangent", 0.0, 2.5e-3, 80e3, 20.0, 0.35, 0.75, positions=15, environment=0.1)
 CURVE = TrackClass("curve", 4e-3, 0.0, 90e3, 15.0, 0.30, 0.25, track_curvature=-1 / 500, yaw=1e-3, roll=2e-3)

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from wearsim.operation.points import with_monitors
-from wearsim.operation.rig import Block, programme
+from wearsim.operation.points import Block, programme, with_monitors
 
 BLOCKS = [
     Block("left", -3e-3, 80e3, 20.0, 0.35, 1000.0, yaw=1e-3, roll=2e-3, environment=0.5),

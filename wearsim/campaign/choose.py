@@ -217,7 +217,10 @@ def candidates(base: ContactModels) -> tuple[ContactModels, ...]:
     tuple of ContactModels
         As of `COST_ORDER`; the last one is the reference.
     """
-    return tuple(_models(base, one) for one in COST_ORDER)
+    return tuple(
+        replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid)
+        for normal, tangential, grid, _ in COST_ORDER
+    )
 
 
 def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
@@ -251,11 +254,8 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
     whole = found.index.size == np.count_nonzero(setup.points.weight)
     bound = setup.tolerance if whole else MARGIN * setup.tolerance
     there, classes = np.unique(found.point_class, return_inverse=True)
-    collective = Collective(
-        setup.points, classes, tuple(models[place] for place in BRIDGES), models[: BRIDGES[0] + 1]
-    )
-    evidence = []
-    for one in judge(
+    bridges = tuple(models[place] for place in BRIDGES)
+    judged = judge(
         models,
         models[-1],
         state,
@@ -263,8 +263,10 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
         setup_of(setup, threads),
         smoothing_wavelength=setup.control.smoothing_wavelength,
         point_class=classes[found.index],
-        collective=collective,
-    ):
+        collective=Collective(setup.points, classes, bridges, models[: BRIDGES[0] + 1]),
+    )
+    evidence = []
+    for one in judged:
         evidence.append(one)
         if one.depth_error <= bound:
             break
@@ -277,11 +279,10 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
     taken, error = cheapest(difference, cost, count.tolist(), bound)
     of_class = np.array([places[k] for k in taken])[_nearest(there, np.arange(len(CLASSES)))]
     known = [one.depth_error if isfinite(one.depth_error) else None for one in evidence]
+    errors = (*known, *[None] * (len(models) - len(known)))
     return Verdict(
         tuple(evidence),
-        Choice(
-            tuple(of_class.tolist()), found.point_class, error, (*known, *[None] * (len(models) - len(known)))
-        ),
+        Choice(tuple(of_class.tolist()), found.point_class, error, errors),
         tuple(np.bincount(found.point_class, minlength=len(CLASSES)).tolist()),
         float(count @ np.array(cost)[list(taken)]) / found.point_class.size,
     )
@@ -352,11 +353,6 @@ def named(models: ContactModels) -> str:
         Normal model, tangential model, strips x cells.
     """
     return f"{models.normal} + {models.tangential}, {models.strips} x {models.cells}"
-
-
-def _models(base: ContactModels, one: tuple[str, str, int, float]) -> ContactModels:
-    normal, tangential, grid, _ = one
-    return replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid)
 
 
 CLASSES = ("least", "minor", "major", "leading")
@@ -604,4 +600,4 @@ def _share(difference: float, whole: float) -> float:
     """Return the difference over the whole; 0 if there is neither."""
     if whole > 0.0:
         return float(difference / whole)
-    return 0.0 if difference == 0.0 else float("inf")
+    return 0.0 if difference == 0.0 else inf

@@ -7,7 +7,7 @@ vertices of the profile as wear is, and accumulates there along the campaign of 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -149,16 +149,10 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
     """Return the static variables of a result file that name the laws and their numbers."""
     static: dict[str, Any] = {}
     if laws.wear:
-        sets = _wear_sets(laws)
-        static |= {
+        caps = [f", seizure cap {one.seizure_cap}" if one.seizure_cap != "none" else "" for one in laws.wear]
+        static |= _names_of("comparison", _wear_sets(laws)) | {
             "comparison_name": laws.names,
-            "comparison_coefficients": tuple("" if one is None else one.name for one in sets),
-            "comparison_source": tuple("" if one is None else one.source for one in sets),
-            "comparison_warnings": tuple("" if one is None else "; ".join(one.uncertain) for one in sets),
-            "comparison_form": tuple(
-                one.form + (f", seizure cap {one.seizure_cap}" if one.seizure_cap != "none" else "")
-                for one in laws.wear
-            ),
+            "comparison_form": tuple(one.form + cap for one, cap in zip(laws.wear, caps, strict=True)),
             "comparison_regime_name": tuple(
                 f"{name}: {regime}"
                 for name, one in zip(laws.names, laws.wear, strict=True)
@@ -166,25 +160,32 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
             ),
         }
     if laws.fatigue:
-        numbers = [fatigue.coefficients_of(one) for one in laws.fatigue]
-        static |= {
+        sets = [fatigue.coefficients_of(one) for one in laws.fatigue]
+        removed = [one.crack_depth is not None for one in laws.fatigue]
+        static |= _names_of("fatigue", sets) | {
             "fatigue_name": tuple(one.law for one in laws.fatigue),
-            "fatigue_coefficients": tuple(one.name for one in numbers),
-            "fatigue_source": tuple(one.source for one in numbers),
-            "fatigue_warnings": tuple("; ".join(one.uncertain) for one in numbers),
             "fatigue_form": tuple(_form(one) for one in laws.fatigue),
             "fatigue_crack_width": np.array([one.crack_width for one in laws.fatigue]),
-            "fatigue_wear_limit": np.array(
-                [FILL_FLOAT if one.crack_depth is None else one.wear_limit for one in laws.fatigue]
-            ),
-            "fatigue_crack_depth": np.array(
-                [FILL_FLOAT if one.crack_depth is None else one.crack_depth for one in laws.fatigue]
-            ),
+            "fatigue_wear_limit": _where(removed, [one.wear_limit for one in laws.fatigue]),
+            "fatigue_crack_depth": _where(removed, [one.crack_depth for one in laws.fatigue]),
             "fatigue_shear_yield": np.array(
-                [_MPA * one["shear_yield"] if "shear_yield" in one.values else FILL_FLOAT for one in numbers]
+                [_MPA * one["shear_yield"] if "shear_yield" in one.values else FILL_FLOAT for one in sets]
             ),
         }
     return static
+
+
+def _names_of(group: str, sets: Sequence[CoefficientSet | None]) -> dict[str, tuple[str, ...]]:
+    """Name, source and warnings of coefficient sets; empty for a law that has none."""
+    return {
+        f"{group}_coefficients": tuple("" if one is None else one.name for one in sets),
+        f"{group}_source": tuple("" if one is None else one.source for one in sets),
+        f"{group}_warnings": tuple("" if one is None else "; ".join(one.uncertain) for one in sets),
+    }
+
+
+def _where(known: Sequence[bool], values: Sequence[float | None]) -> FloatArray:
+    return np.array([value if there else FILL_FLOAT for there, value in zip(known, values, strict=True)])
 
 
 def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
@@ -274,19 +275,15 @@ def patch_values(
         return {}
     loads = patch_loads(solution)
     missing = np.full(loads.area.shape, FILL_FLOAT)
-    indices = {
-        name: np.stack(
-            [
-                one.index if FATIGUE_LAWS[law.law].index_quantity == name else missing
-                for one, law in zip(passage.patches, laws.fatigue, strict=True)
-            ],
-            axis=1,
-        )
-        for name in dict.fromkeys(one.index_quantity for one in FATIGUE_LAWS.values())
-    }
+    quantities = [FATIGUE_LAWS[law.law].index_quantity for law in laws.fatigue]
+
+    def index(quantity: str) -> FloatArray:
+        pairs = zip(passage.patches, quantities, strict=True)
+        return np.stack([one.index if own == quantity else missing for one, own in pairs], axis=1)
+
     return {
         "fatigue_damage_passage": np.stack([one.damage for one in passage.patches], axis=1),
-        **indices,
+        **{name: index(name) for name in dict.fromkeys(one.index_quantity for one in FATIGUE_LAWS.values())},
         "fatigue_index_y": np.stack([one.index_y for one in passage.patches], axis=1),
         "subsurface_fatigue_index": subsurface_index(loads.utilised_friction, loads.max_pressure),
         **{f"wear_number_{name}": number(loads) for name, number in WEAR_NUMBERS.items()},

@@ -111,7 +111,7 @@ def refuse_foreign(out: Path) -> None:
         Intended run directory; need not exist.
     """
     try:
-        if (out / SCENE_FOLDER / MANIFEST).is_file() or not out.is_dir():
+        if is_claimed(out) or not out.is_dir():
             return
         found = [name for name in _OURS if (out / name).exists()]
     except OSError as error:
@@ -147,7 +147,7 @@ def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
     """
     refuse_foreign(out)
     folder = out / SCENE_FOLDER
-    if (folder / MANIFEST).is_file():
+    if is_claimed(out):
         manifest = read_manifest(out)
         refuse_other(out, manifest, scene)
         return manifest
@@ -180,17 +180,14 @@ def refuse_other(out: Path, manifest: Manifest, scene: SceneFiles) -> None:
     scene : SceneFiles
         The scene to run.
     """
+    names = sorted({*manifest.hashes, *scene.hashes})
+    differing = [name for name in names if manifest.hashes.get(name) != scene.hashes.get(name)]
     if manifest.main != scene.main:
         what = f"it was started with {manifest.main}, not {scene.main}"
-    else:
-        differing = [
-            name
-            for name in sorted({*manifest.hashes, *scene.hashes})
-            if manifest.hashes.get(name) != scene.hashes.get(name)
-        ]
-        if not differing:
-            return
+    elif differing:
         what = f"not the same as in {out / SCENE_FOLDER}: {', '.join(differing)}"
+    else:
+        return
     raise ResultError(
         f"{out} belongs to another campaign: {what}; nothing was touched, "
         f"choose another --out, or continue that one: `wearsim resume {out}`"
@@ -296,8 +293,7 @@ def read_status(out: Path) -> dict[str, Any]:
         was killed is "stopped".
     """
     status = _stored_status(out)
-    campaigns = status.get("campaigns")
-    running = [item for item in (campaigns or {}).values() if item.get("state") == "running"]
+    running = [item for item in (status.get("campaigns") or {}).values() if item.get("state") == "running"]
     if running and not is_locked(out):
         for item in running:
             item["state"] = "stopped"

@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wearsim.campaign import choose, control, step
 from wearsim.campaign.comparison import (
-    ComparisonPassage,
     comparison_laws,
     comparison_passage,
     start_comparison,
 )
 from wearsim.campaign.counterface import new_counterface, turned
-from wearsim.campaign.evaluate import Setup, accumulate, patch_wear, rate, setup_of, solve_contact
+from wearsim.campaign.evaluate import Setup, accumulate, rate, setup_of, solve_contact
 from wearsim.campaign.reprofiling import to_next_turning, turn_wheels, turning_due
-from wearsim.campaign.row import StepTaken, build_row, header_of, measures_told, no_step
+from wearsim.campaign.row import Evaluation, StepTaken, build_row, header_of, measures_told, no_step
 from wearsim.campaign.state import State, WearRate
-from wearsim.contact.solve import ContactSolution
 from wearsim.damage.wear import WEAR_LAWS, passage_depth
 from wearsim.errors import NumericalError
 from wearsim.profile.shape import arc_length
@@ -35,59 +32,6 @@ if TYPE_CHECKING:
 
 _ATTEMPTS = 30
 """Tries of one step: the error falls at least in proportion to the length, so a few are enough."""
-
-
-class Evolution(Protocol):
-    """What happens between two rows of the result file. All methods are pure."""
-
-    @property
-    def header(self) -> Header:
-        """Static part of the result file."""
-
-    @property
-    def target(self) -> float:
-        """Distance to run [m]."""
-
-    @property
-    def digest(self) -> str:
-        """Tells campaigns apart: a hash of all input."""
-
-    def start(self) -> tuple[State, StepTaken]:
-        """Return the new wheelset."""
-
-    def evaluate(self, state: State) -> Any:
-        """Solve the contact of a state."""
-
-    def row(self, state: State, evaluation: Any, taken: StepTaken) -> dict[str, np.ndarray]:
-        """Return the row of the result file for a state."""
-
-    def advance(self, state: State, evaluation: Any) -> tuple[State, StepTaken]:
-        """Take one wear step."""
-
-
-@dataclass(frozen=True)
-class Evaluation:
-    """Contact of one state, solved once, and what follows from it.
-
-    Parameters
-    ----------
-    solution : ContactSolution
-        Of all operating points, monitoring points too.
-    passage : (n_regimes, m, ny) array
-        Depth per passage of each strip [m].
-    collective : WearRate
-        Under the weights of the full collective.
-    comparison : ComparisonPassage
-        What the comparison laws make of each passage.
-    measures : mapping of arrays
-        Of the wheels, from `row.measures_told`.
-    """
-
-    solution: ContactSolution
-    passage: np.ndarray
-    collective: WearRate
-    comparison: ComparisonPassage
-    measures: Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -167,20 +111,11 @@ class WheelsetEvolution:
         collective = accumulate(
             solution, points, points.weight, state, setup, passage=passage, comparison=comparison
         )
-        return Evaluation(solution, passage, collective, comparison, measures_told(state, self.setup))
+        return Evaluation(collective, passage, comparison, measures_told(state, self.setup))
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
-        wear = patch_wear(evaluation.solution, evaluation.passage, state, self.setup.wheelset)
-        return build_row(
-            state,
-            evaluation.collective,
-            wear,
-            taken,
-            self.setup,
-            evaluation.measures,
-            evaluation.comparison,
-        )
+        return build_row(state, evaluation, taken, self.setup)
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Choose the next step and take it; turn the wheels where that is due."""
@@ -194,9 +129,14 @@ class WheelsetEvolution:
         def rate_for(weight: np.ndarray) -> WearRate:
             if np.array_equal(weight, points.weight):
                 return evaluation.collective
-            of = evaluation
             return accumulate(
-                of.solution, points, weight, state, here, passage=of.passage, comparison=of.comparison
+                evaluation.collective.solution,
+                points,
+                weight,
+                state,
+                here,
+                passage=evaluation.passage,
+                comparison=evaluation.comparison,
             )
 
         def depth_limit(now: WearRate, weight: np.ndarray) -> float:

@@ -112,9 +112,8 @@ class Records:
         digest = hashlib.sha256(label.encode() + payload).hexdigest()
         buffer = io.BytesIO()
         # one array for all values: fifty small ones would cost more than the disk does
-        np.savez(
-            buffer, allow_pickle=False, label=label, digest=digest, payload=np.frombuffer(payload, np.uint8)
-        )
+        values = np.frombuffer(payload, np.uint8)
+        np.savez(buffer, allow_pickle=False, label=label, digest=digest, payload=values)
         try:
             self.folder.mkdir(exist_ok=True)
         except OSError as error:
@@ -266,12 +265,16 @@ class Writer:
         self.records.remove()
         return True
 
-    def outcome(self) -> tuple[int, float, float, str]:
+    def outcome(self) -> dict[str, Any]:
         """Read steps, distance [m], largest depth [m] and reason of the end of the finished file."""
         with open_results(self.path) as data:
             last = data.isel(step=-1)
-            deepest = float(last["max_wear_depth"].max())
-            return data.sizes["step"] - 1, float(last["distance"]), deepest, str(data.attrs["finished"])
+            return {
+                "step": data.sizes["step"] - 1,
+                "distance": float(last["distance"]),
+                "worst_depth": float(last["max_wear_depth"].max()),
+                "ended": str(data.attrs["finished"]),
+            }
 
     def recover(self) -> int:
         """Bring the result file to the state of the records; return how many steps are recorded."""
@@ -287,7 +290,7 @@ class Writer:
         rows = verify(self.path, self._readers())
         if rows is None:
             self.rebuilt = self.path.exists()
-            create(self.path, self.header, (read() for read in self._readers()))
+            self._rebuild()
             rows = count
         self._rows_in_file = rows
         self.flush()
@@ -327,7 +330,7 @@ class Writer:
                 row_count(self.path)
             except ResultError:
                 self.rebuilt = True
-                create(self.path, self.header, (read() for read in self._readers()))
+                self._rebuild()
             else:
                 self._patience = 0.0
                 return True
@@ -350,17 +353,15 @@ class Writer:
         laws = self.header.static.get("fatigue_name", ())
         met = first_met(self.records.row(count - 1), ending_limits(given), laws)
         ended = f"limit of {QUANTITIES[met].meaning} met" if met else "distance reached"
-        header = replace(
-            self.header,
-            attributes={
-                **given,
-                **met_attributes((read() for read in self._readers()), limits, laws),
-                "source": self.records.sources(count),
-                "finished": ended,
-            },
-        )
+        attributes = {
+            **given,
+            **met_attributes((read() for read in self._readers()), limits, laws),
+            "source": self.records.sources(count),
+            "finished": ended,
+        }
+        header = replace(self.header, attributes=attributes)
         # written anew in one go: also right while a reader holds the appended file, and smaller
-        create(self.path, header, (read() for read in self._readers()))
+        self._rebuild(header)
         if verify(self.path, self._readers()) != count:
             raise ResultError(
                 f"{self.path} does not read back as it was written; its steps are safe, "
@@ -370,6 +371,9 @@ class Writer:
         write_atomically(self._mark, json.dumps(mark, indent=2).encode())
         self.records.remove()
         return ended
+
+    def _rebuild(self, header: Header | None = None) -> None:
+        create(self.path, header or self.header, (read() for read in self._readers()))
 
     def _readers(self) -> list[Callable[[], dict[str, np.ndarray]]]:
         return [functools.partial(self.records.row, index) for index in range(self._count)]

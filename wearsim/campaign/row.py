@@ -21,9 +21,10 @@ from wearsim.campaign.comparison import (
     static_comparison,
 )
 from wearsim.campaign.counterface import attributes_below, counterface_of, row_below, static_below
+from wearsim.campaign.evaluate import patch_wear
 from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
 from wearsim.contact.solve import ContactSolution
-from wearsim.damage.wear import WEAR_LAWS, coefficients_of
+from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
 from wearsim.operation.control import TurningRules
 from wearsim.profile import measures
@@ -43,6 +44,15 @@ _MEASURES = (
     "hollowing",
     "equivalent_conicity",
 )
+
+# variables of the result file that are fields of the state
+_OF_STATE = {
+    "distance": "distance", "profile_y": "y", "profile_z": "z", "wear_depth": "wear_depth",
+    "wear_depth_by_regime": "regime_depth", "worn_area": "worn_area", "worn_mass": "worn_mass",
+}  # fmt: skip
+
+# variables that are fields of the contact conditions
+_CONDITIONS = ("shift", "yaw", "roll", "wheel_load", "speed", "friction", "track_curvature")
 
 # variables of the result file that are fields of the solution
 _PATCH_VALUES = (
@@ -79,14 +89,30 @@ def no_step(count: int) -> StepTaken:
     return StepTaken(0.0, 0.0, np.zeros(count))
 
 
+@dataclass(frozen=True)
+class Evaluation:
+    """Contact of one state, solved once, and what follows from it.
+
+    Parameters
+    ----------
+    collective : WearRate
+        Under the weights of the full collective; its solution has all operating points.
+    passage : (n_regimes, m, ny) array
+        Depth per passage of each strip [m].
+    comparison : ComparisonPassage
+        What the comparison laws make of each passage.
+    measures : mapping of arrays
+        Of the wheels, from `measures_told`.
+    """
+
+    collective: WearRate
+    passage: np.ndarray
+    comparison: ComparisonPassage
+    measures: Mapping[str, np.ndarray]
+
+
 def build_row(
-    state: State,
-    collective: WearRate,
-    wear: PatchWear,
-    taken: StepTaken,
-    setup: CampaignSetup,
-    measures: Mapping[str, np.ndarray],
-    comparison: ComparisonPassage | None = None,
+    state: State, evaluation: Evaluation, taken: StepTaken, setup: CampaignSetup
 ) -> dict[str, np.ndarray]:
     """Return all variables of one row.
 
@@ -94,52 +120,40 @@ def build_row(
     ----------
     state : State
         Both wheels.
-    collective : WearRate
-        In that state under the weights of the full collective.
-    wear : PatchWear
-        Wear of each patch of its solution.
+    evaluation : Evaluation
+        In that state.
     taken : StepTaken
         The step that led to the state.
     setup : CampaignSetup
-        For operating points and counterface.
-    measures : mapping of arrays
-        Of the state, from `measures_told`.
-    comparison : ComparisonPassage, optional
-        What the comparison laws make of each patch.
+        For operating points, wheelset and laws.
 
     Returns
     -------
     dict of arrays
         As `wearsim.results.ROW` names them [SI units].
     """
-    return {
-        "distance": np.asarray(state.distance),
+    collective, measures, laws = evaluation.collective, evaluation.measures, comparison_laws(setup)
+    solution = collective.solution
+    wear = patch_wear(solution, evaluation.passage, state, setup.wheelset)
+    by_law = patch_values(solution, evaluation.comparison, laws)
+    row = {
         "step_length": np.asarray(taken.length),
         "stability_number": np.asarray(taken.stability),
         "step_error": np.asarray(FILL_FLOAT if state.step_error is None else state.step_error),
         "rejected_steps": np.asarray(taken.rejected, dtype=np.int32),
         "active_weight": np.asarray(taken.weight, dtype=np.float64),
-        "profile_y": state.y,
-        "profile_z": state.z,
-        "wear_depth": state.wear_depth,
-        "wear_depth_by_regime": state.regime_depth,
         "friction_work": collective.friction_work,
-        "worn_area": state.worn_area,
-        "worn_mass": state.worn_mass,
+        **{name: np.asarray(getattr(state, field)) for name, field in _OF_STATE.items()},
         **{name: measures[name] for name in _MEASURES},
-        **_turning(state, setup, measures),
-        **summarise(
-            collective.solution,
-            wear,
-            len(setup.points.label),
-            {}
-            if comparison is None
-            else patch_values(collective.solution, comparison, comparison_laws(setup)),
-        ),
+        **summarise(solution, wear, len(setup.points.label), by_law),
         **row_choice(state.choice),
-        **({} if comparison is None else comparison_row(state, collective, comparison_laws(setup))),
+        **comparison_row(state, collective, laws),
         **row_below(state.counterface),
     }
+    if setup.templates is not None:
+        row["last_reprofiling"] = np.asarray(state.turned, dtype=np.int32)
+        row["wheel_diameter"] = measures["wheel_diameter"]
+    return row
 
 
 def summarise(
@@ -170,18 +184,15 @@ def summarise(
     fields = solution.fields
     cell_area = fields.cell_length * fields.strip_width[:, None]
     work = (fields.work_density * cell_area[:, None, :]).sum(axis=(1, 2))
-    values = {name: getattr(solution, name) for name in _PATCH_VALUES}
-    values["wear_index_mean"] = work / solution.area
-    values["wear_index_max"] = fields.work_density.max(axis=(1, 2), initial=0.0)
-
-    values["wear_area_rate"] = wear.area_rate
-    values["wear_depth_rate_max"] = wear.depth_rate_max
-    values.update(further)
-    flags = {
-        "side": solution.side,
-        "wear_regime": wear.regime,
-        "wear_regime_highest": wear.regime_highest,
+    values = {
+        **{name: getattr(solution, name) for name in _PATCH_VALUES},
+        "wear_index_mean": work / solution.area,
+        "wear_index_max": fields.work_density.max(axis=(1, 2), initial=0.0),
+        "wear_area_rate": wear.area_rate,
+        "wear_depth_rate_max": wear.depth_rate_max,
+        **further,
     }
+    flags = {"side": solution.side, "wear_regime": wear.regime, "wear_regime_highest": wear.regime_highest}
 
     row = {
         name: np.full((count, PATCH_SLOTS, *value.shape[1:]), FILL_FLOAT) for name, value in values.items()
@@ -257,16 +268,6 @@ def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> d
     return found
 
 
-def _turning(state: State, setup: CampaignSetup, measures: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Variables of campaigns whose wheels are turned."""
-    if setup.templates is None:
-        return {}
-    return {
-        "last_reprofiling": np.asarray(state.turned, dtype=np.int32),
-        "wheel_diameter": measures["wheel_diameter"],
-    }
-
-
 def _or_missing(measure: Callable[..., float | None], *arguments: object) -> float:
     try:
         value = measure(*arguments)
@@ -287,15 +288,10 @@ def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
     """
     return State(
         step=index,
+        **{field: row[name] for name, field in _OF_STATE.items() if name != "distance"},
         distance=float(row["distance"]),
-        y=row["profile_y"],
-        z=row["profile_z"],
-        wear_depth=row["wear_depth"],
-        regime_depth=row["wear_depth_by_regime"],
-        worn_area=row["worn_area"],
-        worn_mass=row["worn_mass"],
         step_length=float(row["step_length"]),
-        step_error=_known(row["step_error"]),
+        step_error=None if row["step_error"] == FILL_FLOAT else float(row["step_error"]),
         choice=choice_of(row),
         comparison_depth=_by_law(row, "comparison_wear_depth"),
         comparison_area=row.get("comparison_worn_area", np.zeros((2, 0))),
@@ -307,10 +303,6 @@ def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
 
 def _by_law(row: Mapping[str, np.ndarray], name: str) -> tuple[np.ndarray, ...]:
     return tuple(row[name].swapaxes(0, 1)) if name in row else ()
-
-
-def _known(value: np.ndarray) -> float | None:
-    return None if value == FILL_FLOAT else float(value)
 
 
 def versions() -> str:
@@ -326,16 +318,6 @@ def versions() -> str:
     )
 
 
-def _turning_attributes(rules: TurningRules | None) -> dict[str, str | float]:
-    if rules is None:
-        return {}
-    return {
-        TURNED_AT: " ".join(rules.limits),
-        "reprofiling_distances": " ".join(f"{place:.12g}" for place in rules.places),
-        "reprofiling_least_cut": rules.cut,
-    }
-
-
 def header_of(setup: CampaignSetup, command: str) -> Header:
     """Return the static part of the result file of a campaign."""
     points, conditions = setup.points, setup.points.conditions
@@ -343,13 +325,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "wheel_name": ("right", "left"),
         "regime_name": WEAR_LAWS[setup.wear.law].regimes,
         "operating_point_name": points.label,
-        "shift": conditions.shift,
-        "yaw": conditions.yaw,
-        "roll": conditions.roll,
-        "wheel_load": conditions.wheel_load,
-        "speed": conditions.speed,
-        "friction": conditions.friction,
-        "track_curvature": conditions.track_curvature,
+        **{name: getattr(conditions, name) for name in _CONDITIONS},
         "environment": points.environment,
         "weight": points.weight,
         "block_length": points.block_length,
@@ -362,7 +338,6 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         **({} if setup.templates is None else {"wheel_template": [one.name for one in setup.templates]}),
     }
     wear, models, limits = setup.wear, setup.models, setup.control
-    coefficients, law = coefficients_of(wear), WEAR_LAWS[wear.law]
     auto = setup.tolerance is not None
     rotation = conditions.rotation
     attributes: dict[str, str | int | float] = {
@@ -376,15 +351,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "wheel_profile_left": setup.wheelset.left.name,
         "counterface_profile": setup.counterface.profile.name,
         "wear_law": wear.law,
-        "wear_coefficients": coefficients.name if law.wears else "",
-        "wear_coefficients_source": coefficients.source if law.wears else "",
-        "wear_coefficients_materials": coefficients.materials if law.wears else "",
-        "wear_coefficients_validity": coefficients.validity if law.wears else "",
-        "wear_coefficients_departures": " ".join(coefficients.departures) if law.wears else "",
-        "wear_coefficients_warnings": "; ".join(coefficients.uncertain) if law.wears else "",
-        "wear_law_numbers": ", ".join(coefficients.numbers) if law.wears else "",
-        "wear_form": wear.form if law.wears else "",
-        "seizure_cap": wear.seizure_cap if "seizure_cap" in law.parameters else "",
+        **_wear_attributes(wear),
         "wheel_density": wear.density,
         "contact_normal": "auto" if auto else models.normal,
         "contact_tangential": "auto" if auto else models.tangential,
@@ -405,7 +372,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "error_tolerance": limits.error_tolerance if limits.error_tolerance < math.inf else "",
         "target_distance": limits.distance,
         **attributes_of(dict(limits.limits), limits.end_at_limit),
-        **_turning_attributes(limits.turning),
+        **_reprofiling_attributes(limits.turning),
         "counterface_curvature": setup.counterface.curvature,
         **attributes_below(setup.counterface_wear),
         **comparison_attributes(comparison_laws(setup)),
@@ -416,3 +383,31 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "warnings": "; ".join(str(warning) for warning in setup.warnings),
     }
     return Header(static, attributes)
+
+
+def _wear_attributes(wear: WearSettings) -> dict[str, str]:
+    law = WEAR_LAWS[wear.law]
+    if not law.wears:
+        return {}
+    coefficients = coefficients_of(wear)
+    return {
+        "wear_coefficients": coefficients.name,
+        "wear_coefficients_source": coefficients.source,
+        "wear_coefficients_materials": coefficients.materials,
+        "wear_coefficients_validity": coefficients.validity,
+        "wear_coefficients_departures": " ".join(coefficients.departures),
+        "wear_coefficients_warnings": "; ".join(coefficients.uncertain),
+        "wear_law_numbers": ", ".join(coefficients.numbers),
+        "wear_form": wear.form,
+        "seizure_cap": wear.seizure_cap if "seizure_cap" in law.parameters else "",
+    }
+
+
+def _reprofiling_attributes(rules: TurningRules | None) -> dict[str, str | float]:
+    if rules is None:
+        return {}
+    return {
+        TURNED_AT: " ".join(rules.limits),
+        "reprofiling_distances": " ".join(f"{place:.12g}" for place in rules.places),
+        "reprofiling_least_cut": rules.cut,
+    }

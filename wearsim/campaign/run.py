@@ -28,7 +28,7 @@ from wearsim.campaign.directory import (
     refuse_foreign,
     write_status,
 )
-from wearsim.campaign.evolution import Evolution, WheelsetEvolution
+from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.record import Writer
 from wearsim.campaign.row import StepTaken, state_of
 from wearsim.campaign.state import State
@@ -37,7 +37,6 @@ from wearsim.results import check_row
 from wearsim.results.limits import ending_limits, first_met
 from wearsim.scene import (
     CampaignScene,
-    CampaignSetup,
     CompareScene,
     build,
     files_to_copy,
@@ -161,8 +160,9 @@ def _run_claimed(
     scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
     parts = (scene.rig, scene.field) if isinstance(scene, CompareScene) else (scene,)
     setups = [build(part) for part in parts]
+    threads = threads or available_cores()
     paths = [
-        run_campaign(setup, out, setup.kind, observer, command=manifest.command, threads=threads)
+        run_evolution(WheelsetEvolution(setup, manifest.command, threads), out, setup.kind, observer)
         for setup in setups
     ]
     if isinstance(scene, CompareScene):
@@ -172,47 +172,14 @@ def _run_claimed(
     return tuple(paths)
 
 
-def run_campaign(
-    setup: CampaignSetup,
-    directory: str | Path,
-    name: str,
-    observer: Observer | None = None,
-    *,
-    command: str = "",
-    threads: int | None = None,
+def run_evolution(
+    evolution: WheelsetEvolution, directory: Path, name: str, observer: Observer | None = None
 ) -> Path:
-    """Run one campaign to its end, from wherever it stands in `directory`.
-
-    Parameters
-    ----------
-    setup : CampaignSetup
-        As `wearsim.scene.build` gives it.
-    directory : str or Path
-        Existing directory for `<name>.nc`; the caller sees to it that nobody else works there.
-    name : str
-        Of the campaign.
-    observer : callable, optional
-        Called with an `Event` at each step.
-    command : str
-        Command line, for the history attribute.
-    threads : int, optional
-        Of the contact solver, by default all the process may use; they do not change a bit.
-
-    Returns
-    -------
-    Path
-        The finished, verified result file.
-    """
-    evolution = WheelsetEvolution(setup, command, threads or available_cores())
-    return run_evolution(evolution, Path(directory), name, observer)
-
-
-def run_evolution(evolution: Evolution, directory: Path, name: str, observer: Observer | None = None) -> Path:
     """Run a campaign to its end, from wherever it stands in `directory`.
 
     Parameters
     ----------
-    evolution : Evolution
+    evolution : WheelsetEvolution
         The physics.
     directory : Path
         Where `<name>.nc` is written; the caller holds its lock.
@@ -230,7 +197,7 @@ def run_evolution(evolution: Evolution, directory: Path, name: str, observer: Ob
     progress = Progress(name, evolution.target, directory, observer)
     try:
         if writer.finished():
-            progress.tell("found", *writer.outcome())
+            progress.tell("found", **writer.outcome())
             return writer.path
         _loop(evolution, writer, progress)
         progress.tell("finished", ended=writer.finish())
@@ -247,7 +214,7 @@ def run_evolution(evolution: Evolution, directory: Path, name: str, observer: Ob
     return writer.path
 
 
-def _loop(evolution: Evolution, writer: Writer, progress: Progress) -> None:
+def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress) -> None:
     done = writer.recover()
     taken: StepTaken | None
     limits = ending_limits(writer.header.attributes)
@@ -372,36 +339,18 @@ class Progress:
     def start(self, kind: Literal["started", "resumed"], state: State) -> None:
         """Tell that the campaign goes on from a state."""
         self._from = state.distance
-        self.tell(kind, state.step, state.distance, float(state.wear_depth.max()))
+        self.tell(kind, **_standing(state))
 
     def step(self, state: State, step_length: float) -> None:
         """Tell that the step of this length [m] led to a state, now written."""
-        self._event = replace(self._event, step_length=step_length)
-        self.tell("step", state.step, state.distance, float(state.wear_depth.max()))
+        self.tell("step", **_standing(state), step_length=step_length)
 
-    def tell(
-        self,
-        kind: Kind,
-        step: int | None = None,
-        distance: float | None = None,
-        worst: float | None = None,
-        ended: str = "",
-    ) -> None:
-        """Tell an event; step, distance [m] and worst depth [m] stay as they were unless given."""
-        last = self._event
-        elapsed = time.monotonic() - self._began
-        at = last.distance if distance is None else distance
-        run = at - self._from
-        self._event = replace(
-            last,
-            kind=kind,
-            step=last.step if step is None else step,
-            distance=at,
-            worst_depth=last.worst_depth if worst is None else worst,
-            elapsed=elapsed,
-            ended=ended,
-            time_left=elapsed / run * max(last.target - at, 0.0) if run > 0.0 else None,
-        )
+    def tell(self, kind: Kind, **changes: Any) -> None:
+        """Tell an event; fields of `Event` that are not named stay as they were."""
+        event = replace(self._event, kind=kind, **changes)
+        elapsed, run = time.monotonic() - self._began, event.distance - self._from
+        left = elapsed / run * max(event.target - event.distance, 0.0) if run > 0.0 else None
+        self._event = replace(event, elapsed=elapsed, time_left=left)
         self._status("finished" if kind in ("finished", "found") else "running")
         if self._observer is not None:
             self._observer(self._event)
@@ -415,3 +364,11 @@ class Progress:
         status = asdict(self._event)
         del status["kind"], status["name"]
         write_status(self._directory, self._event.name, {"state": state, **status, "message": message})
+
+
+def _standing(state: State) -> dict[str, Any]:
+    return {
+        "step": state.step,
+        "distance": state.distance,
+        "worst_depth": float(state.wear_depth.max()),
+    }

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import ContactConditions
+
+REACH = 3.0
+"""Standard deviations on either side of the mean that positions cover."""
 
 
 @dataclass(frozen=True)
@@ -94,20 +98,222 @@ def with_monitors(
     def appended(values: FloatArray, value: float) -> FloatArray:
         return np.concatenate([values, np.full(shift.size, value)])
 
-    conditions = replace(
-        old,
-        shift=np.concatenate([old.shift, shift]),
-        yaw=appended(old.yaw, yaw),
-        roll=appended(old.roll, 0.0),
-        wheel_load=appended(old.wheel_load, wheel_load),
-        speed=appended(old.speed, speed),
-        friction=appended(old.friction, friction),
-        track_curvature=appended(old.track_curvature, 0.0),
-    )
+    values = {"yaw": yaw, "roll": 0.0, "wheel_load": wheel_load, "speed": speed, "friction": friction}
+    values["track_curvature"] = 0.0
+    new: dict[str, Any] = {name: appended(getattr(old, name), value) for name, value in values.items()}
     return OperatingPoints(
-        conditions=conditions,
+        conditions=replace(old, shift=np.concatenate([old.shift, shift]), **new),
         weight=appended(points.weight, 0.0),
         environment=appended(points.environment, 1.0),
         block_length=appended(points.block_length, 0.0),
         label=points.label + tuple(f"monitor {1e3 * value:+.2f} mm" for value in shift),
+    )
+
+
+@dataclass(frozen=True)
+class Block:
+    """One block of a rig programme: the wheelset runs like this for a while.
+
+    Parameters
+    ----------
+    name : str
+        For tables and figures.
+    shift : float
+        Lateral shift of the wheelset, positive to the right [m].
+    wheel_load : float
+        Vertical load of each wheel [N].
+    speed : float
+        Peripheral speed of the rollers [m/s].
+    friction : float
+        Coulomb coefficient [-].
+    distance : float
+        Length of the block in one loop of the programme [m].
+    yaw, roll : float
+        [rad]
+    environment : float
+        Factor on the wear depth [-].
+    """
+
+    name: str
+    shift: float
+    wheel_load: float
+    speed: float
+    friction: float
+    distance: float
+    yaw: float = 0.0
+    roll: float = 0.0
+    environment: float = 1.0
+    track_curvature: ClassVar[float] = 0.0
+
+
+def programme(
+    blocks: Sequence[Block], *, rotation: str = "free", torque: float = 0.0, free_roll: bool = False
+) -> OperatingPoints:
+    """Operating points of a programme whose blocks are looped until the campaign's distance is run.
+
+    Parameters
+    ----------
+    blocks : sequence of Block
+        In the order in which they are run, at least one.
+    rotation : str
+        Rule of the wheels' rotation speed.
+    torque : float
+        On the axle [N m].
+    free_roll : bool
+        Whether the wheelset rests on both wheels; its roll is then the first guess only.
+
+    Returns
+    -------
+    OperatingPoints
+        One point per block; its weight is its share of the loop, its track curvature 0.
+    """
+    distance = np.array([block.distance for block in blocks], dtype=np.float64)
+    if distance.size == 0 or not np.all(distance > 0):
+        raise ValueError("a programme needs blocks, each with a distance above 0")
+    return _points_of(
+        blocks,
+        np.ones(distance.size, dtype=np.int64),
+        shift=np.array([block.shift for block in blocks], dtype=np.float64),
+        weight=distance / distance.sum(),
+        block_length=distance,
+        label=tuple(block.name for block in blocks),
+        rules={"rotation": rotation, "torque": torque, "free_roll": free_roll},
+    )
+
+
+def _points_of(
+    runs: Sequence[Block | TrackClass],
+    count: IntArray,
+    *,
+    rules: dict[str, Any],
+    shift: FloatArray,
+    **own: Any,
+) -> OperatingPoints:
+    """Operating points of blocks or classes, `count` of each."""
+
+    def each(name: str) -> Any:
+        return np.repeat(np.array([getattr(run, name) for run in runs], dtype=np.float64), count)
+
+    names = ("yaw", "roll", "wheel_load", "speed", "friction", "track_curvature")
+    conditions = ContactConditions(shift=shift, **{name: each(name) for name in names}, **rules)
+    return OperatingPoints(conditions, environment=each("environment"), **own)
+
+
+@dataclass(frozen=True)
+class TrackClass:
+    """One class of track, in which the lateral shift is normally distributed.
+
+    Parameters
+    ----------
+    name : str
+        For tables and figures.
+    shift_mean, shift_std : float
+        Mean and standard deviation of the wheelset's lateral shift, positive to the right [m].
+    wheel_load : float
+        Vertical load of each wheel [N].
+    speed : float
+        [m/s]
+    friction : float
+        Coulomb coefficient [-].
+    share : float
+        Share of the distance; all shares are normalised to the sum 1.
+    track_curvature : float
+        1/R, positive to the right [1/m].
+    positions : int
+        Number of lateral positions; one is enough, and used, where `shift_std` is 0.
+    yaw, roll : float
+        [rad]
+    environment : float
+        Factor on the wear depth [-].
+    """
+
+    name: str
+    shift_mean: float
+    shift_std: float
+    wheel_load: float
+    speed: float
+    friction: float
+    share: float
+    track_curvature: float = 0.0
+    positions: int = 15
+    yaw: float = 0.0
+    roll: float = 0.0
+    environment: float = 1.0
+
+
+def normal_positions(mean: float, std: float, count: int) -> tuple[FloatArray, FloatArray]:
+    """Equally spaced positions over a normal distribution, with weights.
+
+    Parameters
+    ----------
+    mean, std : float
+        Of the distribution [m].
+    count : int
+        Number of positions; 1 only for a `std` of 0.
+
+    Returns
+    -------
+    position : (k,) array
+        From three standard deviations below the mean to three above [m]; the mean alone for `std` 0.
+    weight : (k,) array
+        In proportion to the density at each position, symmetric about the mean; sums to 1.
+
+    Notes
+    -----
+    Densities sampled at equal spacing keep the moments of a normal distribution far better than
+    probabilities of the cells between them, which widen it by a twelfth of the spacing squared. What
+    is cut off beyond three standard deviations (0.27 %) lowers the variance by 2.7 % for a fine
+    spacing.
+    """
+    if std < 0 or (std > 0 and count < 2):
+        raise ValueError("a spread of positions needs a standard deviation >= 0 and at least two positions")
+    if std == 0:
+        return np.array([mean], dtype=np.float64), np.ones(1)
+    half = np.arange(count, dtype=np.float64) - 0.5 * (count - 1)  # exactly antisymmetric
+    reduced = half * (2.0 * REACH / (count - 1))
+    weight = np.exp(-0.5 * reduced**2)
+    return mean + std * reduced, weight / weight.sum()
+
+
+def collective(
+    classes: Sequence[TrackClass], *, rotation: str = "free", torque: float = 0.0, free_roll: bool = False
+) -> OperatingPoints:
+    """Stationary load collective of all classes and their lateral positions.
+
+    Parameters
+    ----------
+    classes : sequence of TrackClass
+        At least one.
+    rotation : str
+        Rule of the wheels' rotation speed.
+    torque : float
+        On the axle [N m].
+    free_roll : bool
+        Whether the wheelset rests on both wheels; its roll is then the first guess only.
+
+    Returns
+    -------
+    OperatingPoints
+        Class by class, positions from left to right; weight = share of the class x weight of the
+        position, block length 0.
+    """
+    if not classes:
+        raise ValueError("a collective needs at least one class")
+    spread = [normal_positions(item.shift_mean, item.shift_std, item.positions) for item in classes]
+    count = [position.size for position, _ in spread]
+    share = np.array([item.share for item in classes], dtype=np.float64)
+    share = share / share.sum()
+
+    return _points_of(
+        classes,
+        np.array(count),
+        shift=np.concatenate([position for position, _ in spread]),
+        weight=np.concatenate([part * weight for part, (_, weight) in zip(share, spread, strict=True)]),
+        block_length=np.zeros(sum(count)),
+        label=tuple(
+            f"{item.name} {1e3 * shift:+.2f} mm"
+            for item, (position, _) in zip(classes, spread, strict=True)
+            for shift in position
+        ),
+        rules={"rotation": rotation, "torque": torque, "free_roll": free_roll},
     )

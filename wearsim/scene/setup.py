@@ -13,9 +13,7 @@ from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import Fault
 from wearsim.operation.control import ControlSettings, CounterfaceWear
-from wearsim.operation.field import TrackClass, collective
-from wearsim.operation.points import OperatingPoints, with_monitors
-from wearsim.operation.rig import Block, programme
+from wearsim.operation.points import Block, OperatingPoints, TrackClass, collective, programme, with_monitors
 from wearsim.profile.shape import Profile
 from wearsim.scene.campaign import control_settings
 from wearsim.scene.counterface import counterface_wear
