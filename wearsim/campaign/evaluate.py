@@ -13,13 +13,7 @@ from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import sample, share_out, stretches
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.solve import (
-    ContactModels,
-    ContactSolution,
-    Counterface,
-    Wheelset,
-    solve,
-)
+from wearsim.contact.solve import ContactModels, ContactSolution, Counterface, Wheelset, solve
 from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.errors import ContactError
 from wearsim.operation.control import CounterfaceWear

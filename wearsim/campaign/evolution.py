@@ -11,11 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wearsim.campaign import choose, control, step
-from wearsim.campaign.comparison import (
-    comparison_laws,
-    comparison_passage,
-    start_comparison,
-)
+from wearsim.campaign.comparison import comparison_laws, comparison_passage, start_comparison
 from wearsim.campaign.counterface import new_counterface, turned
 from wearsim.campaign.evaluate import Setup, accumulate, rate, setup_of, solve_contact
 from wearsim.campaign.reprofiling import to_next_turning, turn_wheels, turning_due

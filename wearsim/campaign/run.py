@@ -35,13 +35,7 @@ from wearsim.campaign.state import State
 from wearsim.errors import Fault, NumericalError, SceneError, WearsimError
 from wearsim.results import check_row
 from wearsim.results.limits import ending_limits, first_met
-from wearsim.scene import (
-    CampaignScene,
-    CompareScene,
-    build,
-    files_to_copy,
-    load_campaign,
-)
+from wearsim.scene import CampaignScene, CompareScene, build, files_to_copy, load_campaign
 from wearsim.scene.overrides import Override
 
 
@@ -367,8 +361,4 @@ class Progress:
 
 
 def _standing(state: State) -> dict[str, Any]:
-    return {
-        "step": state.step,
-        "distance": state.distance,
-        "worst_depth": float(state.wear_depth.max()),
-    }
+    return {"step": state.step, "distance": state.distance, "worst_depth": float(state.wear_depth.max())}
