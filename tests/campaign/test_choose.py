@@ -100,7 +100,7 @@ def test_evidence_is_zero_against_itself_and_the_size_of_the_difference_otherwis
     assert 0.0 < evidence[1].work_error < 0.02
     assert 0.0 < evidence[1].power_error < 0.02
     assert evidence[2].depth_error == np.inf
-    assert "no contact ellipse" in evidence[2].refusal
+    assert "no contact ellipse" in evidence[2].message
 
 
 def test_points_that_the_sample_leaves_out_count_by_a_fast_model(rig):
@@ -163,7 +163,7 @@ def test_a_model_that_refuses_one_point_of_all_is_not_taken(twelve, monkeypatch)
     assert index.size < 12
     freely = choose.choice(tight, state)
     bridge = choose.candidates(tight.models)[choose.BRIDGES[0]].normal
-    assert not any(one.refusal for one in freely.evidence)
+    assert not any(one.message for one in freely.evidence)
     solve = choose.solve_contact
 
     def refuse(state, points, setup):
@@ -175,7 +175,7 @@ def test_a_model_that_refuses_one_point_of_all_is_not_taken(twelve, monkeypatch)
     verdict = choose.choice(tight, state)
     taken = {choose.candidates(tight.models)[place].normal for place in verdict.choice.models}
     assert bridge not in taken
-    told = {one.models.normal: one.refusal for one in verdict.evidence}
+    told = {one.models.normal: one.message for one in verdict.evidence}
     assert told.get(bridge, "point 7: no contact for strips") == "point 7: no contact for strips"
     assert verdict.choice.error <= 0.15
 

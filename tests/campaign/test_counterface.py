@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from wearsim.campaign.control import stability_rate
-from wearsim.campaign.counterface import new_counterface, turned, wear_off_counterface, worn_counterface
+from wearsim.campaign.counterface import new_counterface, redressed, wear_off_counterface, worn_counterface
 from wearsim.campaign.evaluate import Setup, accumulate
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import run_evolution
@@ -240,15 +240,15 @@ def test_turning_restores_the_profile_bit_by_bit(mirror_image, wheelset):
     depth[0, 100:140], depth[1, 100:140] = 30e-6, 20e-6
     worn = wear_off_counterface(mirror_image.counterface, depth, 0.0)
     state = replace(mirror_image, distance=5e3, counterface=worn)
-    assert turned(state, new, replace(ROLLER, redress_distance=5.1e3, redress_depth=31e-6)) is state
+    assert redressed(state, new, replace(ROLLER, redress_distance=5.1e3, redress_depth=31e-6)) is state
     for settings in (replace(ROLLER, redress_distance=5e3), replace(ROLLER, redress_depth=30e-6)):
-        fresh = turned(state, new, settings).counterface
+        fresh = redressed(state, new, settings).counterface
         assert fresh.y.tobytes() == mirror_image.counterface.y.tobytes()
         assert fresh.z.tobytes() == mirror_image.counterface.z.tobytes()
         assert not fresh.depth.any()
-        assert (fresh.turnings, fresh.turned_at) == (1, 5e3)
+        assert (fresh.redressed_count, fresh.redressed_at) == (1, 5e3)
         np.testing.assert_array_equal(fresh.worn_area, worn.worn_area)
-        np.testing.assert_allclose(fresh.turned_depth, [30e-6, 20e-6], rtol=1e-12)
+        np.testing.assert_allclose(fresh.redressed_depth, [30e-6, 20e-6], rtol=1e-12)
         np.testing.assert_array_equal(fresh.last_depth, worn.depth)
 
 
@@ -279,8 +279,8 @@ def test_mirrored_scene_wears_mirrored_rollers(rig, all_states):
     wear = "[counterface.wear]\nfactor = 0.8\nredress_every_km = 17"
     one, other = (all_states(rig(wear, mirrored=mirrored))[0] for mirrored in (False, True))
     assert [state.distance for state in one] == pytest.approx([state.distance for state in other])
-    assert one[-1].counterface.turnings == 1
-    assert one[-1].counterface.turned_at == pytest.approx(17e3, rel=1e-12)
+    assert one[-1].counterface.redressed_count == 1
+    assert one[-1].counterface.redressed_at == pytest.approx(17e3, rel=1e-12)
     pairs = [(end.wear_depth, end.counterface.depth) for end in (one[-1], other[-1])]
     for depth, there in zip(*pairs, strict=True):
         assert abs(depth[0].max() / depth[1].max() - 1.0) > 0.05  # the sides themselves differ
@@ -297,7 +297,7 @@ def test_small_first_steps_after_a_turning_too(rig, all_states):
     fine, coarse = (
         all_states(rig(wear, f"{steps} {text}"))[0][-1] for text in ("2", "40\nfirst_step_depth_um = 5")
     )
-    assert fine.counterface.turnings == coarse.counterface.turnings == 1
+    assert fine.counterface.redressed_count == coarse.counterface.redressed_count == 1
     assert np.abs(coarse.wear_depth - fine.wear_depth).max() < 0.5e-6
 
 
@@ -308,13 +308,13 @@ def test_rollers_are_turned_at_the_depth_asked_for(rig, all_states):
     depths = np.array([
         after.counterface.last_depth.max(axis=1)
         for before, after in pairwise(states)
-        if after.counterface.turnings > before.counterface.turnings
+        if after.counterface.redressed_count > before.counterface.redressed_count
     ])  # fmt: skip
     assert len(depths) >= 2
     assert depths.max(axis=1).min() >= 9.9e-6
     assert depths.max() <= 10.2e-6
     assert max(state.counterface.depth.max() for state in states) < 9.9e-6
-    np.testing.assert_allclose(states[-1].counterface.turned_depth, depths.sum(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(states[-1].counterface.redressed_depth, depths.sum(axis=0), rtol=1e-12)
 
 
 class Stop(Exception):

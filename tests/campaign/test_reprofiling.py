@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.reprofiling import to_next_turning, turn_wheels, turning_due
-from wearsim.campaign.row import measures_told
+from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
+from wearsim.campaign.row import recorded_measures
 from wearsim.campaign.run import resume, run_scene
-from wearsim.operation.control import TurningRules
+from wearsim.operation.control import ReprofilingRules
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.measures import running_circle_level
 from wearsim.profile.reprofiling import reprofile_axle
@@ -26,7 +26,7 @@ from wearsim.report.tables_damage import fatigue_laws, wear_laws
 from wearsim.results import doubts, layout_of, open_results
 from wearsim.results.limits import limits_met
 from wearsim.results.plausibility import seizure_shares
-from wearsim.results.turnings import cracks_left, spans, turned_rows, turnings
+from wearsim.results.reprofiling import cracks_left, reprofiled_rows, reprofilings, spans
 from wearsim.scene import build, load_scene
 
 CAMPAIGN = """\
@@ -97,7 +97,7 @@ def worn(setup):
 
 
 def test_turned_wheels_are_the_template_at_the_least_loss_and_the_least_cut(setup, worn):
-    state = turn_wheels(worn, setup)
+    state = reprofile(worn, setup)
     wheels = [replace(setup.wheelset.right, y=worn.y[w], z=worn.z[w]) for w in (0, 1)]
     depth = reprofile_axle(*wheels, setup.templates)[0].depth
     assert depth == pytest.approx(1e-3, abs=5e-6)  # the deepest vertex is not on the tread's steepest part
@@ -106,7 +106,7 @@ def test_turned_wheels_are_the_template_at_the_least_loss_and_the_least_cut(setu
         # rounding of z
         np.testing.assert_allclose(state.z[w], setup.templates[w].z - depth - 0.3e-3, rtol=0, atol=1e-15)
     assert running_circle_level(state.y[0], state.z[0]) == running_circle_level(state.y[1], state.z[1])
-    assert (state.step, state.turned, state.distance) == (8, 8, 5e3)
+    assert (state.step, state.reprofiled, state.distance) == (8, 8, 5e3)
     assert (state.step_length, state.step_error) == (0.0, None)
     for fresh in (state.wear_depth, state.regime_depth, *state.fatigue_damage):
         assert not fresh.any()
@@ -134,7 +134,7 @@ def test_the_lathe_leaves_what_cracks_reach_deeper_than_its_cut(cracked):
     wheel has lost 1 mm where it is deepest: 0.3 mm are cut there.
     """
     setup, worn = cracked
-    after = turn_wheels(worn, setup)
+    after = reprofile(worn, setup)
     (left,) = after.fatigue_damage
     y, z = after.y[1], after.z[1]
     slope = np.arctan(np.gradient(z, y))
@@ -145,8 +145,8 @@ def test_the_lathe_leaves_what_cracks_reach_deeper_than_its_cut(cracked):
         np.testing.assert_allclose(left[1, part], 0.3 - 0.8 * np.cos(slope[part]) / 5.0, rtol=rtol)
     deepest = np.abs(after.y[0]) < 0.5e-3
     np.testing.assert_allclose(left[0, deepest], 0.3 - 0.3 / 5.0, rtol=5e-3)
-    deep = replace(setup, control=replace(setup.control, turning=TurningRules(cut=2e-3)))
-    assert not turn_wheels(worn, deep).fatigue_damage[0][:, tread].any()
+    deep = replace(setup, control=replace(setup.control, reprofiling=ReprofilingRules(cut=2e-3)))
+    assert not reprofile(worn, deep).fatigue_damage[0][:, tread].any()
 
 
 def test_wheels_turned_at_a_damage_limit_come_back_sound_with_the_least_loss(cracked):
@@ -155,45 +155,47 @@ def test_wheels_turned_at_a_damage_limit_come_back_sound_with_the_least_loss(cra
     bump = np.exp(-((worn.y[1] / 6e-3) ** 4))
     damage = np.stack([np.zeros_like(bump), 0.25 * bump])
     worn = replace(worn, fatigue_damage=(damage,))
-    of_damage = TurningRules(limits=("fatigue_damage",))
-    setup = replace(setup, control=replace(setup.control, turning=of_damage))
-    after = turn_wheels(worn, setup)
+    of_damage = ReprofilingRules(limits=("fatigue_damage",))
+    setup = replace(setup, control=replace(setup.control, reprofiling=of_damage))
+    after = reprofile(worn, setup)
     assert not np.any(after.fatigue_damage)
     assert running_circle_level(after.y[0], after.z[0]) == running_circle_level(after.y[1], after.z[1])
     assert running_circle_level(after.y[1], after.z[1]) == pytest.approx(-0.5e-3 - 5e-3 * 0.25, abs=3e-6)
     over = cut_at(worn, after, 1) - 5e-3 * damage[1]
     assert -1e-12 < np.nanmin(over[bump > 0.01]) < 1e-6
     # at a limit of shape the lathe takes what the shape needs, and cracks stay
-    by_shape = replace(setup, control=replace(setup.control, turning=TurningRules(limits=("hollowing",))))
-    less = turn_wheels(worn, by_shape)
+    by_shape = replace(
+        setup, control=replace(setup.control, reprofiling=ReprofilingRules(limits=("hollowing",)))
+    )
+    less = reprofile(worn, by_shape)
     assert running_circle_level(less.y[1], less.z[1]) == pytest.approx(-1e-3, abs=5e-6)
     assert less.fatigue_damage[0].max() == pytest.approx(0.25 - 0.5 / 5.0, rel=3e-3)
 
 
 def test_mirrored_wheels_come_back_mirrored(setup, worn):
     mirrored = replace(worn, y=worn.y[::-1], z=worn.z[::-1])
-    np.testing.assert_array_equal(turn_wheels(mirrored, setup).z, turn_wheels(worn, setup).z[::-1])
+    np.testing.assert_array_equal(reprofile(mirrored, setup).z, reprofile(worn, setup).z[::-1])
 
 
 def test_turning_is_due_at_limits_and_places_and_never_twice(setup, worn):
     def with_rules(**rules):
-        return replace(setup, control=replace(setup.control, turning=TurningRules(**rules)))
+        return replace(setup, control=replace(setup.control, reprofiling=ReprofilingRules(**rules)))
 
     def due(state, of):
-        return turning_due(state, of, measures_told(state, of))
+        return reprofiling_due(state, of, recorded_measures(state, of))
 
     at_depth = with_rules(limits=("max_wear_depth",))
     assert due(worn, at_depth)
     assert not due(replace(worn, wear_depth=np.full_like(worn.y, 0.0039e-3)), at_depth)
-    assert not due(turn_wheels(worn, at_depth), at_depth)
-    assert not due(replace(worn, turned=7), at_depth)  # a template that meets the limit turns no more
+    assert not due(reprofile(worn, at_depth), at_depth)
+    assert not due(replace(worn, reprofiled=7), at_depth)  # a template that meets the limit turns no more
     at_place = with_rules(places=(4e3, 5e3, 6e3))
     assert due(worn, at_place)
-    assert not due(turn_wheels(worn, at_place), at_place)
+    assert not due(reprofile(worn, at_place), at_place)
     assert not due(replace(worn, distance=5.001e3), at_place)
-    assert not due(worn, replace(setup, control=replace(setup.control, turning=None)))
-    assert to_next_turning(worn, at_place.control).distance == 6e3
-    assert to_next_turning(replace(worn, distance=6e3), at_place.control).distance == 12e3
+    assert not due(worn, replace(setup, control=replace(setup.control, reprofiling=None)))
+    assert to_next_reprofiling(worn, at_place.control).distance == 6e3
+    assert to_next_reprofiling(replace(worn, distance=6e3), at_place.control).distance == 12e3
 
 
 def test_measures_of_a_state_are_computed_once_for_row_and_turning(setup, monkeypatch):
@@ -205,9 +207,9 @@ def test_measures_of_a_state_are_computed_once_for_row_and_turning(setup, monkey
         return equivalent_conicity(*arguments)
 
     monkeypatch.setattr("wearsim.campaign.row.equivalent_conicity", counted)
-    rules = TurningRules(limits=("equivalent_conicity",))
+    rules = ReprofilingRules(limits=("equivalent_conicity",))
     limits = (("equivalent_conicity", 0.9),)
-    of = WheelsetEvolution(replace(setup, control=replace(setup.control, limits=limits, turning=rules)))
+    of = WheelsetEvolution(replace(setup, control=replace(setup.control, limits=limits, reprofiling=rules)))
     state, taken = of.start()
     for states in (1, 2):
         evaluation = of.evaluate(state)
@@ -219,8 +221,8 @@ def test_measures_of_a_state_are_computed_once_for_row_and_turning(setup, monkey
 
 def test_rows_tell_each_turning(data):
     """One where 4 um are worn, one at 10 km; each takes the wear and 0.3 mm of radius off both wheels."""
-    rows = turned_rows(data)
-    made = turnings(data)
+    rows = reprofiled_rows(data)
+    made = reprofilings(data)
     assert len(rows) == len(made) >= 2
     assert made[-1].distance == pytest.approx(10e3, rel=1e-12)
     depth = data["max_wear_depth"].values
@@ -256,7 +258,7 @@ def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
     np.testing.assert_allclose(total, data["worn_area"].values[-1], rtol=1e-9)
     told = dict(quality(data))
     assert told["Worn area by the law against the profiles, right wheel [relative difference]"].value < 1e-9
-    assert told["Wear steps"].value == data.sizes["step"] - 1 - len(turned_rows(data))
+    assert told["Wear steps"].value == data.sizes["step"] - 1 - len(reprofiled_rows(data))
 
 
 def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(data, tmp_path_factory, rig_text):
@@ -265,7 +267,7 @@ def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(data, tmp_path_factory,
     The same wheel but for heights off by 0.35 mm, which move interpolated places by rounding; both
     programmes are at the beginning of a loop and of the small first steps.
     """
-    row = turned_rows(data)[0]
+    row = reprofiled_rows(data)[0]
     radius = 0.5e3 * float(data["wheel_diameter"][row, 0])
     folder = tmp_path_factory.mktemp("small")
     text = rig_text[: rig_text.index("[campaign.limits]")].replace("distance_km = 12", "distance_km = 0.5")
@@ -278,7 +280,7 @@ def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(data, tmp_path_factory,
 def test_limits_are_told_across_turnings(data, finished):
     """Depth is met before the first turning, and damage where the worst place of any law has it."""
     found = {limit.name: limit for limit in limits_met(data)}
-    first = turned_rows(data)[0]
+    first = reprofiled_rows(data)[0]
     met = min(at for at in found["max_wear_depth"].distance if at is not None)
     assert data["distance"].values[first - 2] < met <= data["distance"].values[first]
     assert found["wheel_diameter"].distance == (None, None)
@@ -291,24 +293,24 @@ def test_limits_are_told_across_turnings(data, finished):
 
 
 def test_report_and_summary_tell_the_turnings(data, finished):
-    first = turnings(data)[0]
+    first = reprofilings(data)[0]
     page = render([data])
     table = page[page.index('id="table-turnings"') :].partition("</table>")[0]
     assert f'data-value="{1e3 * first.before[0]!r}"' in table
     found = inspect(finished)
-    assert len(found["turnings"]) == len(turnings(data))
-    steps = data.sizes["step"] - 1 - len(turned_rows(data))
+    assert len(found["turnings"]) == len(reprofilings(data))
+    steps = data.sizes["step"] - 1 - len(reprofiled_rows(data))
     assert found["steps"] == steps
     assert f"km in {steps} wear steps" in page
     assert "Depth counts from the last turning of the wheels." in page
-    told = "The lathe is assumed to take all damage of wlrm, which states no depth of its cracks."
+    told = "Reprofiling is assumed to remove all damage of wlrm, which states no depth of its cracks."
     assert told in table
     assert told in summary_text(found)
     cracked = data.copy()
     cracked["fatigue_crack_depth"] = ("fatigue", [5e-3])
     assert "(1 is a crack of 5 mm) and left none." in render([cracked])
     damage = data["fatigue_damage"].copy()
-    damage[turned_rows(data)[0], 0, 0, 7] = 0.012
+    damage[reprofiled_rows(data)[0], 0, 0, 7] = 0.012
     cracked["fatigue_damage"] = damage
     page = render([cracked])
     assert "(1 is a crack of 5 mm) and left at most 0.012 of it." in page
@@ -318,7 +320,7 @@ def test_report_and_summary_tell_the_turnings(data, finished):
 
 def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data):
     """Cut off at a turning: area of all spans, shares that sum to one, depth of the stretch before it."""
-    row = turned_rows(data)[1]
+    row = reprofiled_rows(data)[1]
     ended = data.isel(step=slice(0, row + 1))
     first = wear_laws(ended)[0].rows[0]
     for cell, area in zip(first[1:3], ended["worn_area"].values[-1], strict=True):
@@ -337,7 +339,7 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data
 
 def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
     """Cut off at a turning: damage, life and worn measures are those of the row before, and that is said."""
-    row = turned_rows(data)[1]
+    row = reprofiled_rows(data)[1]
     ended, before = (data.isel(step=slice(0, end)) for end in (row + 1, row))
     damage = data["fatigue_damage"].values[row - 1, :, 0].max(axis=1)
     assert damage.max() > 0.0
@@ -345,7 +347,7 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
     assert [cell.text for cell in table.rows[0]] == [cell.text for cell in other.rows[0]]
     columns = [table.head.index(f"{side}: largest damage") for side in ("Right", "Left")]
     np.testing.assert_array_equal([table.rows[0][column].value for column in columns], damage)
-    told = "The campaign ends with a turning of the wheels"
+    told = "The campaign ends with a reprofiling of the wheels"
     assert told in table.caption
     assert told not in other.caption
     one, another = summary(ended), summary(before)
@@ -371,7 +373,7 @@ def test_a_life_of_cracks_costs_the_diameter_that_they_are_deep(tmp_path, rig_te
     (tmp_path / "rig.toml").write_text(text)
     with open_results(run_scene(tmp_path / "rig.toml", tmp_path / "out")[0]) as opened:
         found = opened.load()
-    rows = turned_rows(found)
+    rows = reprofiled_rows(found)
     assert len(rows) > 1
     damage, diameter = found["fatigue_damage"].values, found["wheel_diameter"].values
     for row in rows:
@@ -398,11 +400,11 @@ def reshaped(tmp_path_factory, rig_text):
 
 
 def test_figures_stand_at_the_points_of_the_profile_that_was_turned(reshaped):
-    row = turned_rows(reshaped)[-1]
+    row = reprofiled_rows(reshaped)[-1]
     y, z = (reshaped[f"profile_{c}"].values[row, 0] for c in "yz")
     assert np.abs(y - reshaped["profile_y"].values[0, 0]).max() > 0.5e-3
     x = 1e3 * y
-    assert len(turned_rows(reshaped)) < reshaped.sizes["step"] - 2  # runs on
+    assert len(reprofiled_rows(reshaped)) < reshaped.sizes["step"] - 2  # runs on
     for draw in (plot_fatigue_damage, plot_wear_depth, plot_wear_by_regime):
         np.testing.assert_allclose(draw(reshaped).lines[-1].get_xdata(), x, rtol=1e-15)
     along = plot_wear_depth(reshaped, against="arc_length").lines[-1].get_xdata()
@@ -420,7 +422,7 @@ def test_figures_stand_at_the_points_of_the_profile_that_was_turned(reshaped):
 def test_the_shipped_workflow_turns_the_wheels_once_and_ends_at_their_diameter(tmp_path):
     """As its comments say; each rail loses what is stated, the steps' sum to 1e-9."""
     with open_results(run_scene(shipped_path("workflows", "limits.toml"), tmp_path / "out")[0]) as shipped:
-        assert len(turnings(shipped)) == 1
+        assert len(reprofilings(shipped)) == 1
         assert "diameter" in shipped.attrs["finished"]
         assert float(shipped["wheel_diameter"].values[-1].min()) <= 919.3e-3
         run = float(shipped["distance"].values[-1])
@@ -444,7 +446,7 @@ class Stop(Exception):
 def test_a_campaign_stopped_before_or_behind_a_turning_ends_with_the_same_bits(
     scene, finished, data, tmp_path, after
 ):
-    step = turned_rows(data)[0] + after
+    step = reprofiled_rows(data)[0] + after
 
     def stop(event):
         if event.kind == "step" and event.step == step:

@@ -66,7 +66,7 @@ def test_finished_run_is_tidy_and_repeating_it_computes_nothing(synthetic, tmp_p
     before = path.read_bytes()
     events = []
     run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
-    assert [event.kind for event in events] == ["found"]
+    assert [event.kind for event in events] == ["complete"]
     assert (events[0].step, events[0].distance) == (STEPS, STEPS * 1000.0)
     assert path.read_bytes() == before
 
@@ -107,7 +107,7 @@ def test_sigkill_at_random_moments_loses_no_finished_step(synthetic, tmp_path, u
             process.kill()
             lines += printed.read().splitlines()
         process.join()
-        told = [int(line.split()[1]) for line in lines if line.startswith(("resumed", "step", "found"))]
+        told = [int(line.split()[1]) for line in lines if line.startswith(("resumed", "step", "complete"))]
         assert not told or told[0] >= reached
         reached = max([reached, *told])
     path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
@@ -307,7 +307,7 @@ def test_other_campaign_in_the_directory_is_not_touched(synthetic, tmp_path, fin
 
 def test_result_file_of_unknown_origin_is_not_touched(synthetic, tmp_path):
     (tmp_path / "rig.nc").write_text("precious")
-    with pytest.raises(ResultError, match="nothing was touched"):
+    with pytest.raises(ResultError, match="nothing was changed"):
         run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
     assert (tmp_path / "rig.nc").read_text() == "precious"
 
@@ -333,7 +333,7 @@ def test_step_that_does_not_move_on_is_an_error_not_an_endless_loop(synthetic, t
         def advance(self, state, evaluation):
             return state, None
 
-    with pytest.raises(NumericalError, match="could not be made long enough"):
+    with pytest.raises(NumericalError, match="is too short to change the distance"):
         run_evolution(Stuck(STEPS), tmp_path, "rig")
     status = read_status(tmp_path)["campaigns"]["rig"]
     assert status["state"] == "failed"

@@ -1,4 +1,4 @@
-"""Which contact models are good enough for a campaign, and which of those are cheapest."""
+"""Cheapest contact models that keep the tolerance of a campaign."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
 LEAST_SAMPLE = 2
-"""Operating points of each class that are solved with the reference, if it has so many."""
+"""Least number of operating points of each class that are solved with the reference."""
 
 MARGIN = 0.8
-"""Share of the tolerance that the error on a sample may take; the rest is for points that it leaves out."""
+"""Share of the tolerance allowed to the error on a sample; the rest is for the other points."""
 
 REFERENCE_GRID = 40
-"""Strips, and cells along each, of the half-space solution that judges."""
+"""Strips, and cells along each, of the reference, a half-space solution."""
 
 COST_ORDER = (
     ("kik_piotrowski", "fastsim", 20, 1.0),
@@ -44,30 +44,28 @@ COST_ORDER = (
     ("half_space", "half_space", 30, 440.0),
     ("half_space", "half_space", REFERENCE_GRID, 710.0),
 )
-"""Normal model, tangential model, grid and relative time per solution in reports/speed_accuracy.md, without
-those that another is both faster and closer than, but for both half-spaces at 30: the strip model refuses
-noise and conformal contacts. The grid of 40 lies between 30 and 50 by a power of the grid. The last one is
-the reference: it is always good enough."""
+"""Normal model, tangential model, grid and relative time per solution (reports/speed_accuracy.md), by rising
+cost. The last one is the reference."""
 
 BRIDGES = (2, 3)
-"""Places in `COST_ORDER` of those by which all points are judged; the second where the first refuses."""
+"""Indices in `COST_ORDER` of the fast models for all points; the second where the first is not applicable."""
 
 CHECKS = (0.25, 0.5, 0.75)
-"""Shares of a campaign's distance at which the choice is looked at again."""
+"""Shares of the distance of a campaign at which the models are chosen again."""
 
 
 @dataclass(frozen=True)
 class Sample:
-    """Operating points that stand for a collective.
+    """Sample of the operating points of a collective.
 
     Parameters
     ----------
     points : OperatingPoints
-        k of them; their weights carry the work of all.
+        The k points; their weights carry the work of all.
     index : (k,) int array
-        Their places in the collective.
+        Indices in the collective.
     point_class : (n,) int array
-        Class of every point of the collective. Of each that it names there is a point in the sample.
+        Class of every point of the collective; each class has a point in the sample.
     """
 
     points: OperatingPoints
@@ -77,14 +75,14 @@ class Sample:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Contact models that are good enough for a campaign, and why.
+    """Contact models that keep the tolerance of a campaign, and the evidence.
 
     Parameters
     ----------
     evidence : tuple of Evidence
-        On the candidates for all points, by rising cost; the last one keeps the tolerance.
+        Evidence on one candidate for all points, by rising cost; the last one keeps the tolerance.
     choice : Choice
-        What is taken.
+        Models of the classes.
     points : tuple of int
         Number of operating points of each class.
     cost : float
@@ -98,17 +96,17 @@ class Verdict:
 
 
 def sample_size(tolerance: float) -> int:
-    """Return how many operating points of each class are solved with the reference.
+    """Return the number of operating points of each class solved with the reference.
 
     Parameters
     ----------
     tolerance : float
-        Of the wear increment [-].
+        Tolerance of the wear increment [-].
 
     Returns
     -------
     int
-        So many that one of them stands for a share of the work of about the tolerance.
+        Each stands for a share of the work of about the tolerance.
     """
     return max(LEAST_SAMPLE, ceil(1.0 / (len(CLASSES) * tolerance)))
 
@@ -116,27 +114,26 @@ def sample_size(tolerance: float) -> int:
 def sample(
     work: FloatArray, weight: FloatArray, point_class: IntArray, count: int
 ) -> tuple[IntArray, FloatArray]:
-    """Operating points that stand for a load collective.
+    """Sample of the operating points of a load collective.
 
     Parameters
     ----------
     work : (n,) array
-        Frictional work of each point per distance, by any model, of both wheels [J/m].
+        Frictional work of each point per distance, both wheels [J/m].
     weight : (n,) array
         Shares of the distance.
     point_class : (n,) int array
-        Class of each point: each is stood for by points of its own, as those of little work lie
-        elsewhere on the profile than those that lead.
+        Class of each point; each class is sampled for itself.
     count : int
-        Of points of each class to take.
+        Number of points of each class.
 
     Returns
     -------
     (k,) int array
-        Of each class all that act if they are at most `count`; else those at equal steps of the sorted,
-        weighted work summed up, so that every part of the work is stood for by a point of its size. Rising.
+        Of each class all acting points if they are at most `count`, otherwise those at equal steps of the
+        cumulated, sorted, weighted work. Rising.
     (k,) array
-        Their weights: with them the work of each is that of the parts it stands for.
+        Their weights, which carry the work of the parts they stand for.
     """
     own = np.zeros(work.size)
     for one in np.unique(point_class):
@@ -159,24 +156,24 @@ def sample(
 
 
 def sample_of(setup: CampaignSetup, state: State, count: int) -> Sample:
-    """Operating points that stand for the collective of a campaign, by the work that a fast model finds.
+    """Sample of the operating points of a campaign, by the frictional work of a fast model.
 
     Parameters
     ----------
     setup : CampaignSetup
-        The campaign.
+        Setup of the campaign.
     state : State
         Profiles of both wheels.
     count : int
-        Operating points of each class, at most.
+        Largest number of operating points of each class.
 
     Returns
     -------
     Sample
-        Classes in which no point acts join the next one; beyond the last one they join that.
+        Classes without acting points join the next one, or the last one.
     """
     points = setup.points
-    solution = _first_answer(setup, state)
+    solution = _first_solution(setup, state)
     work = np.zeros(len(points.label))
     np.add.at(work, solution.point, solution.power / points.conditions.speed[solution.point])
     work *= points.environment
@@ -187,8 +184,8 @@ def sample_of(setup: CampaignSetup, state: State, count: int) -> Sample:
     return Sample(chosen, index, there[_nearest(there, own)])
 
 
-def _first_answer(setup: CampaignSetup, state: State) -> ContactSolution:
-    """Solve all operating points by the cheapest models that answer."""
+def _first_solution(setup: CampaignSetup, state: State) -> ContactSolution:
+    """Solve all operating points by the cheapest applicable models."""
     *models, reference = (replace(setup_of(setup), models=one) for one in candidates(setup.models))
     for one in models:
         try:
@@ -198,14 +195,14 @@ def _first_answer(setup: CampaignSetup, state: State) -> ContactSolution:
     return solve_contact(state, setup.points, reference)
 
 
-def _nearest(there: IntArray, wanted: IntArray) -> IntArray:
-    """Return the place in `there`, which rises, of the first not below each that is wanted; else the last."""
-    place: IntArray = np.minimum(np.searchsorted(there, wanted), there.size - 1)
+def _nearest(there: IntArray, values: IntArray) -> IntArray:
+    """Return the index in rising `there` of the first that is not smaller than each value; else the last."""
+    place: IntArray = np.minimum(np.searchsorted(there, values), there.size - 1)
     return place
 
 
 def candidates(base: ContactModels) -> tuple[ContactModels, ...]:
-    """Return the combinations that may be chosen, by rising cost.
+    """Return the candidates of the choice, by rising cost.
 
     Parameters
     ----------
@@ -215,7 +212,7 @@ def candidates(base: ContactModels) -> tuple[ContactModels, ...]:
     Returns
     -------
     tuple of ContactModels
-        As of `COST_ORDER`; the last one is the reference.
+        Models of `COST_ORDER`; the last one is the reference.
     """
     return tuple(
         replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid)
@@ -224,45 +221,43 @@ def candidates(base: ContactModels) -> tuple[ContactModels, ...]:
 
 
 def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
-    """Look for the cheapest contact models whose wear increment keeps the tolerance of a campaign.
+    """Choose the cheapest contact models whose wear increment keeps the tolerance of a campaign.
 
     Parameters
     ----------
     setup : CampaignSetup
-        With a tolerance.
+        Setup with a tolerance.
     state : State
         Profiles of both wheels.
     threads : int
-        They do not change the bits of the result.
+        Threads of the contact solver; their number does not change the bits of the result.
 
     Returns
     -------
     Verdict
-        One combination for all points, or one for each class where that is cheaper. Where not all points
-        are solved with the reference they keep `MARGIN` times the tolerance: by what they add up to on a
-        sample, fast models by what they differ on all points from the closest of them, and it on the
-        sample.
+        One combination for all points, or one for each class where that is cheaper. On a sample they keep
+        `MARGIN` times the tolerance.
 
     Raises
     ------
     ContactError, NumericalError
-        If the reference does not solve a point.
+        If the reference has no solution of a point.
     """
-    assert setup.tolerance is not None  # the models are given otherwise
+    assert setup.tolerance is not None
     models = candidates(setup.models)
-    found = sample_of(setup, state, sample_size(setup.tolerance))
-    whole = found.index.size == np.count_nonzero(setup.points.weight)
+    part = sample_of(setup, state, sample_size(setup.tolerance))
+    whole = part.index.size == np.count_nonzero(setup.points.weight)
     bound = setup.tolerance if whole else MARGIN * setup.tolerance
-    there, classes = np.unique(found.point_class, return_inverse=True)
+    there, classes = np.unique(part.point_class, return_inverse=True)
     bridges = tuple(models[place] for place in BRIDGES)
     judged = judge(
         models,
         models[-1],
         state,
-        found.points,
+        part.points,
         setup_of(setup, threads),
         smoothing_wavelength=setup.control.smoothing_wavelength,
-        point_class=classes[found.index],
+        point_class=classes[part.index],
         collective=Collective(setup.points, classes, bridges, models[: BRIDGES[0] + 1]),
     )
     evidence = []
@@ -270,7 +265,7 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
         evidence.append(one)
         if one.depth_error <= bound:
             break
-    # those that were tried, and the reference, whose solutions are there already
+    # the candidates tried, and the reference
     places = sorted({*range(len(evidence)), len(models) - 1})
     difference = np.zeros((len(places), *evidence[0].difference.shape))
     difference[: len(evidence)] = [one.difference for one in evidence]
@@ -282,9 +277,9 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
     errors = (*known, *[None] * (len(models) - len(known)))
     return Verdict(
         tuple(evidence),
-        Choice(tuple(of_class.tolist()), found.point_class, error, errors),
-        tuple(np.bincount(found.point_class, minlength=len(CLASSES)).tolist()),
-        float(count @ np.array(cost)[list(taken)]) / found.point_class.size,
+        Choice(tuple(of_class.tolist()), part.point_class, error, errors),
+        tuple(np.bincount(part.point_class, minlength=len(CLASSES)).tolist()),
+        float(count @ np.array(cost)[list(taken)]) / part.point_class.size,
     )
 
 
@@ -296,7 +291,7 @@ def models_of(base: ContactModels, chosen: Choice | None) -> ContactModels | Mod
     base : ContactModels
         Material and parameters; the models themselves where they are given.
     chosen : Choice or None
-        None where they are given.
+        None where the models are given.
     """
     if chosen is None:
         return base
@@ -304,7 +299,7 @@ def models_of(base: ContactModels, chosen: Choice | None) -> ContactModels | Mod
 
 
 def static_choice(setup: CampaignSetup) -> dict[str, Any]:
-    """Return the static variables of a result file that tell what may be chosen."""
+    """Return the static variables of a result file on the candidates."""
     if setup.tolerance is None:
         return {}
     return {
@@ -315,7 +310,7 @@ def static_choice(setup: CampaignSetup) -> dict[str, Any]:
 
 
 def row_choice(chosen: Choice | None) -> dict[str, np.ndarray]:
-    """Return the variables of one row that tell what was chosen."""
+    """Return the variables of one row on the choice."""
     if chosen is None:
         return {}
     known = [FILL_FLOAT if error is None else error for error in chosen.candidate_error]
@@ -328,7 +323,7 @@ def row_choice(chosen: Choice | None) -> dict[str, np.ndarray]:
 
 
 def choice_of(row: Mapping[str, np.ndarray]) -> Choice | None:
-    """Return the choice that a row holds, bit by bit."""
+    """Return the choice of a row, bit by bit."""
     if "contact_models" not in row:
         return None
     return Choice(
@@ -340,30 +335,19 @@ def choice_of(row: Mapping[str, np.ndarray]) -> Choice | None:
 
 
 def named(models: ContactModels) -> str:
-    """Name a combination of models with its grid.
-
-    Parameters
-    ----------
-    models : ContactModels
-        Any.
-
-    Returns
-    -------
-    str
-        Normal model, tangential model, strips x cells.
-    """
+    """Return the name of a combination: normal model, tangential model, strips x cells."""
     return f"{models.normal} + {models.tangential}, {models.strips} x {models.cells}"
 
 
 CLASSES = ("least", "minor", "major", "leading")
-"""Classes by the work of their points. Those that only monitor are solved as closely as the leading ones."""
+"""Classes by the work of their points; monitoring points belong to the last one."""
 
 EDGES = (0.1, 0.3, 0.6)
-"""Shares of the work that the points of the first class do at most, those of the first two, and so on."""
+"""Largest shares of the work of the first class, of the first two classes, and so on."""
 
 
 def point_classes(work: FloatArray, weight: FloatArray) -> IntArray:
-    """Sort operating points into classes by the share of the work that they do.
+    """Sort operating points into classes by their share of the work.
 
     Parameters
     ----------
@@ -375,48 +359,48 @@ def point_classes(work: FloatArray, weight: FloatArray) -> IntArray:
     Returns
     -------
     (n,) int array
-        Place in `CLASSES`: the points of least weighted work are of the first one as long as they together
-        do at most the first share of `EDGES`, the next ones of the second, and so on. Points without weight
-        lead, and all do where none works.
+        Index in `CLASSES`: the points of least weighted work, up to the first share of `EDGES` together, are
+        in the first class, the next ones in the second, and so on. Points without weight are in the last
+        one, and so are all points without any work.
     """
     share = work * weight
     order = np.argsort(share, kind="stable")
     summed = np.cumsum(share[order])
-    found = np.full(share.size, len(EDGES), dtype=np.int64)
+    place = np.full(share.size, len(EDGES), dtype=np.int64)
     if summed[-1] > 0.0:
-        found[order] = np.searchsorted(EDGES, summed / summed[-1], side="left")
-        found[weight <= 0.0] = len(EDGES)
-    return found
+        place[order] = np.searchsorted(EDGES, summed / summed[-1], side="left")
+        place[weight <= 0.0] = len(EDGES)
+    return place
 
 
 def cheapest(
     difference: FloatArray, cost: Sequence[float], count: Sequence[int], bound: float
 ) -> tuple[tuple[int, ...], float]:
-    """Find the models of each class that are cheapest together and keep a bound.
+    """Return the models of each class that are cheapest together and keep a bound.
 
     Parameters
     ----------
     difference : (k, c, ...) array
-        Of what class c adds by candidate k from what it adds by a reference; infinite where it refuses.
+        Difference of the contribution of class c by candidate k from that by a reference; infinite where the
+        candidate is not applicable.
     cost : (k,) sequence of float
-        Of one solution by each candidate, rising.
+        Cost of one solution by each candidate, rising.
     count : (c,) sequence of int
-        Operating points of each class, which are in order of rising work.
+        Number of operating points of each class, by rising work.
     bound : float
-        Of the largest sum of the differences over the classes.
+        Bound of the largest sum of the differences over the classes.
 
     Returns
     -------
     tuple of int
-        Candidate of each class, never one before that of the class before it: the more work, the better
-        the models, so that no class makes up for the error of another by chance.
+        Candidate of each class, not falling from class to class.
     float
         Largest sum of their differences.
 
     Raises
     ------
     ValueError
-        If none keeps the bound: the reference has to be among the candidates.
+        If no candidate keeps the bound; the reference always does.
     """
     candidates, classes = difference.shape[:2]
 
@@ -436,25 +420,25 @@ ModelsT = TypeVar("ModelsT", bound=ContactModels | ModelsByPoint)
 
 @dataclass(frozen=True)
 class Evidence(Generic[ModelsT]):
-    """How well one combination of models does on a sample of operating points.
+    """Error of one combination of models on a sample of operating points.
 
     Parameters
     ----------
     models : ContactModels or ModelsByPoint
-        The combination and its grid, or those of each point.
+        Combination with its grid, or those of each point.
     depth_error : float
         Largest difference of the smoothed wear increment over the profiles of both wheels from that of
-        the reference, over the reference's largest depth [-]; inf where it refuses. On the sample, or as
-        estimated for the whole collective.
+        the reference, over its largest depth [-]; inf where the models are not applicable. On the sample, or
+        as estimated for the whole collective.
     work_error : float
         Integral of the absolute difference of the strip work over that of the reference's, on the sample [-].
     power_error : float
         Largest relative error of the frictional power of both wheels at a point of the sample [-].
     difference : (c, 2, n) array
-        What each class of points adds to the difference of the increment over the largest depth [-];
-        inf where it refuses.
-    refusal : str
-        Why it gives no answer; empty if it does.
+        Contribution of each class of points to the difference of the increment, over the largest depth [-];
+        inf where the models are not applicable.
+    message : str
+        Why the models are not applicable; empty if they are.
     """
 
     models: ModelsT
@@ -462,27 +446,27 @@ class Evidence(Generic[ModelsT]):
     work_error: float
     power_error: float
     difference: FloatArray
-    refusal: str = ""
+    message: str = ""
 
 
 @dataclass(frozen=True)
 class Collective:
     """All operating points, of which the sample is a part.
 
-    A fast model tells how the points that the sample leaves out differ from it: what is looked for on all
-    points is the difference to that model on all, and that model's own difference on the sample alone.
+    The difference of a model on all points is estimated as its difference from a fast model on all points
+    plus the difference of that fast model on the sample.
 
     Parameters
     ----------
     points : OperatingPoints
-        All n, those that only monitor, too; the sample's weights have to carry their work.
+        All n points, monitoring points included.
     point_class : (n,) int array
-        Class of each, numbered as those of the sample.
+        Class of each, numbered as in the sample.
     bridges : tuple of ContactModels
-        Fast models, the best first; the first that answers at all points is taken. Normal models of those
-        before it are refused in all combinations: they have no answer for the campaign.
+        Fast models, the best first; the first applicable one is used. The normal models of those before it
+        are excluded in all combinations.
     cheap : tuple of ContactModels
-        Candidates that are solved at all points, whatever the bridge.
+        Candidates solved at all points.
     """
 
     points: OperatingPoints
@@ -509,36 +493,36 @@ def judge(
     point_class: IntArray | None = None,
     collective: Collective | None = None,
 ) -> Iterator[Evidence[ModelsT]]:
-    """Compare the wear increments of models with that of a reference, one after the other as asked for.
+    """Compare the wear increments of models with that of a reference, one after the other.
 
     Parameters
     ----------
     candidates : iterable of ContactModels or ModelsByPoint
-        What to judge.
+        Models to compare.
     reference : ContactModels
-        What they are judged by.
+        Reference.
     state : State
         Profiles of both wheels.
     points : OperatingPoints
-        The sample of k points; its weights count.
+        Sample of k points with weights.
     setup : Setup
-        What runs on what, by which wear law; its models do not count.
+        Bodies and wear law; its models are not used.
     smoothing_wavelength : float
-        Of the increment, as in the campaign [m].
+        Wavelength of the smoothing of the increment [m].
     point_class : (k,) int array, optional
-        Class of each point of the sample, 0 to c - 1; without it all are of one.
+        Class of each point of the sample, 0 to c - 1; by default one class.
     collective : Collective, optional
-        Of which the points are a sample. Without it, or where all bridges refuse, the sample alone counts.
+        Collective of the sample. Without it, or where no bridge is applicable, the sample alone counts.
 
     Yields
     ------
     Evidence
-        Of each candidate, in their order.
+        Evidence on each candidate, in order.
 
     Raises
     ------
     ContactError, NumericalError
-        If the reference does not solve a point.
+        If the reference has no solution of a point.
     """
     classes = np.zeros(len(points.label), dtype=np.int64) if point_class is None else point_class
     still = replace(setup, counterface_wear=None)
@@ -564,7 +548,7 @@ def judge(
     truth = increment(reference, points, classes)
     left_out = np.zeros_like(truth.depth)
     of_all: dict[ContactModels | ModelsByPoint, _Increment] = {}
-    refused: dict[str, str] = {}
+    excluded: dict[str, str] = {}
     for bridge in () if collective is None else collective.bridges:
         assert collective is not None
         try:
@@ -572,14 +556,14 @@ def judge(
             left_out = of_all[bridge].depth - increment(bridge, points, classes).depth
             break
         except (ContactError, NumericalError) as error:
-            refused[bridge.normal] = str(error)
+            excluded[bridge.normal] = str(error)
     deepest = float((truth.depth + left_out).sum(axis=0).max())
     for models in candidates:
         try:
-            if isinstance(models, ContactModels) and models != reference and models.normal in refused:
-                raise ContactError(refused[models.normal])
-            answer = truth if models == reference else increment(models, points, classes)
-            difference = answer.depth - truth.depth
+            if isinstance(models, ContactModels) and models != reference and models.normal in excluded:
+                raise ContactError(excluded[models.normal])
+            increments = truth if models == reference else increment(models, points, classes)
+            difference = increments.depth - truth.depth
             if collective is not None and (models in collective.cheap or models in of_all):
                 if models not in of_all:
                     of_all[models] = increment(models, collective.points, collective.point_class)
@@ -590,8 +574,8 @@ def judge(
         yield Evidence(
             models,
             _share(np.abs(difference.sum(axis=0)).max(), deepest),
-            _share(np.abs(answer.work - truth.work).sum(), truth.work.sum()),
-            max(_share(abs(a - b), b) for a, b in zip(answer.power, truth.power, strict=True)),
+            _share(np.abs(increments.work - truth.work).sum(), truth.work.sum()),
+            max(_share(abs(a - b), b) for a, b in zip(increments.power, truth.power, strict=True)),
             difference / deepest if deepest > 0.0 else np.where(difference == 0.0, 0.0, inf),
         )
 

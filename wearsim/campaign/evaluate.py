@@ -1,4 +1,4 @@
-"""What wears per metre in one state of the campaign: contact, wear law, profile coordinates."""
+"""Wear rate of one state of a campaign: contact, wear law, profile coordinates."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ from wearsim.profile.shape import arc_length, vertex_lengths
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
-# Strips at the rim of a patch have hardly any interpenetration and would demand vanishing steps, although
-# they only decide where the patch ends (spec 0.1).
+# share of the largest interpenetration below which strips do not limit the step (spec 0.1)
 _RIM = 0.05
 
 _CELL_FIELDS = ("pressure", "shear_x", "shear_y", "slip_x", "slip_y", "work_density")
@@ -32,25 +31,25 @@ _CELL_FIELDS = ("pressure", "shear_x", "shear_y", "slip_x", "slip_y", "work_dens
 
 @dataclass(frozen=True)
 class ModelsByPoint:
-    """Which contact models solve which operating point.
+    """Contact models of each operating point.
 
     Parameters
     ----------
     models : tuple of ContactModels
         Combinations with their grids.
     place : (n,) int array
-        Place of each point's in `models`.
+        Index in `models` of each point.
     """
 
     models: tuple[ContactModels, ...]
     place: IntArray
 
     def at(self, index: IntArray) -> ModelsByPoint:
-        """Return those of the points at `index`."""
+        """Return the models of the points at `index`."""
         return replace(self, place=self.place[index])
 
     def groups(self) -> list[tuple[ContactModels, IntArray]]:
-        """Return each combination that solves a point with the points it solves."""
+        """Return each combination in use with the indices of its points."""
         whose = [(one, np.flatnonzero(self.place == k)) for k, one in enumerate(self.models)]
         return [(one, index) for one, index in whose if index.size]
 
@@ -105,9 +104,9 @@ def solve_contact(state: State, points: OperatingPoints, setup: Setup) -> Contac
     Parameters
     ----------
     state : State
-        Its profiles replace those of the wheelset, and of the counterface if that wears.
+        Its profiles replace those of the wheelset, and those of a counterface that wears.
     points : OperatingPoints
-        All of them, whatever their weight.
+        All points, whatever their weight.
     setup : Setup
         Wheelset, counterface and models.
 
@@ -148,24 +147,24 @@ def accumulate(
     Parameters
     ----------
     solution : ContactSolution
-        Of all `n` points in this state; several weightings may share it.
+        Of all `n` points in this state.
     points : OperatingPoints
-        For the environment factors.
+        Environment factors.
     weight : (n,) array
         Share of the distance each point acts for.
     state : State
         The profiles the contact was solved with.
     setup : Setup
-        For the radius at the tape circle, the wear law, and the wear of the counterface.
+        Radius at the running circle, wear law, and wear of the counterface.
     passage : (n_regimes, m, ny) array, optional
-        Depth per passage of `damage.wear.passage_depth`, if it is known already [m].
+        Depth per passage of `damage.wear.passage_depth`, if computed before [m].
     comparison : ComparisonPassage, optional
-        What the comparison laws make of the same passages.
+        Depth and damage of the same passages by the comparison laws.
 
     Returns
     -------
     WearRate
-        Per metre run; points of zero weight do not enter.
+        Per metre run, without points of zero weight.
 
     Notes
     -----
@@ -181,7 +180,6 @@ def accumulate(
     gap = solution.patch.interpenetration
     rim = _RIM * gap.max(axis=1, keepdims=True, initial=0.0)
     load_bearing = gap > rim
-    # at the rim as if it had the least interpenetration that counts: without a jump there
     floor = np.maximum(gap, rim)
     floor[floor == 0.0] = np.inf
     active = weight[solution.point] > 0.0
@@ -200,7 +198,7 @@ def accumulate(
         at = np.flatnonzero(active & (solution.side == wheel))
         point = solution.point[at]
         share = (weight[point] * points.environment[point])[:, None]
-        # A worn flank may overhang by rounding; the mapping from y to arc length must not turn back.
+        # a worn flank may overhang by rounding; interpolation needs a rising y
         rising_y = np.maximum.accumulate(state.y[wheel])
         strip_edges = np.interp(solution.strip_edges_wheel_y[at], rising_y, arc)
 
@@ -220,8 +218,8 @@ def accumulate(
         depth[wheel], further[wheel] = per_vertex[:n_regimes], per_vertex[n_regimes + 2 :]
         work[wheel], damping[wheel] = per_vertex[n_regimes : n_regimes + 2]
 
-        bears = load_bearing[at]
-        ratio = np.where(bears, law_depth.sum(axis=0) / np.where(bears, gap[at], 1.0), 0.0)
+        inner = load_bearing[at]
+        ratio = np.where(inner, law_depth.sum(axis=0) / np.where(inner, gap[at], 1.0), 0.0)
         sample(strip_edges, arc, ratio, stability[wheel])
         stability[wheel] *= per_metre
     result = WearRate(
@@ -243,7 +241,7 @@ def accumulate(
 
 
 def patch_wear(solution: ContactSolution, passage: FloatArray, state: State, wheelset: Wheelset) -> PatchWear:
-    r"""Tell what each patch would wear if the wheel ran in its operating point alone.
+    r"""Wear of each patch of a wheel that ran in its operating point alone.
 
     Parameters
     ----------
@@ -254,13 +252,12 @@ def patch_wear(solution: ContactSolution, passage: FloatArray, state: State, whe
     state : State
         The profiles the contact was solved with.
     wheelset : Wheelset
-        For the radius at the tape circle.
+        Radius at the running circle.
 
     Returns
     -------
     PatchWear
-        Neither weighted nor multiplied by an environment factor: states compare, whatever the share and
-        the environment of their point.
+        Neither weighted nor multiplied by an environment factor.
 
     Notes
     -----
@@ -271,7 +268,7 @@ def patch_wear(solution: ContactSolution, passage: FloatArray, state: State, whe
     height = np.empty_like(centre)
     for wheel in (0, 1):
         at = solution.side == wheel
-        # A worn flank may overhang by rounding; interpolation needs a rising y.
+        # a worn flank may overhang by rounding
         rising_y = np.maximum.accumulate(state.y[wheel])
         height[at] = np.interp(centre[at], rising_y, state.z[wheel])
     depth_rate = passage.sum(axis=0) / (2.0 * np.pi * (wheelset.radius + height))
@@ -284,7 +281,7 @@ def patch_wear(solution: ContactSolution, passage: FloatArray, state: State, whe
 
 
 def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup) -> WearRate:
-    """Solve the points that act and give what wears per metre.
+    """Solve the contact of the acting points and return the wear rate.
 
     Parameters
     ----------
@@ -320,7 +317,7 @@ def numbered(error: ContactError, index: IntArray) -> ContactError:
 
 
 def join(parts: Sequence[tuple[ContactSolution, IntArray]]) -> ContactSolution:
-    """Put solutions of different operating points together.
+    """Join solutions of different operating points.
 
     Parameters
     ----------
@@ -330,11 +327,9 @@ def join(parts: Sequence[tuple[ContactSolution, IntArray]]) -> ContactSolution:
     Returns
     -------
     ContactSolution
-        Ordered by point, side and falling normal force as every solution. All have as many strips, and
-        cells along them, as the one with most: those that others lack are added at the field side and
-        the trailing end; the strips have no width on the profiles, the cells carry no pressure and
-        do not slip, so that neither adds to a sum. The patches are those of strips, without the grid
-        a half-space model found its pressure on.
+        Ordered by point, side and falling normal force. All have the largest number of strips and cells:
+        missing ones are added at the field side and the trailing end, without width, pressure and slip. The
+        patches have no grid of a half-space model.
     """
     ((solution, index), *others) = parts
     if not others and np.array_equal(index, np.arange(index.size)):
@@ -387,7 +382,7 @@ def _padded(solution: ContactSolution, strips: int, cells: int) -> ContactSoluti
 
 
 def _stacked(parts: Sequence[Any], order: IntArray) -> Any:
-    """Put dataclasses of arrays behind one another along the first axis, in another order."""
+    """Concatenate dataclasses of arrays along the first axis, in another order."""
     first = parts[0]
     if first is None:
         return None

@@ -1,4 +1,4 @@
-"""The physics of a campaign as its run sees it: start, evaluate, row, advance."""
+"""Evolution of a wheelset: start, evaluate, row, advance."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import numpy as np
 
 from wearsim.campaign import choose, control, step
 from wearsim.campaign.comparison import comparison_laws, comparison_passage, start_comparison
-from wearsim.campaign.counterface import new_counterface, turned
+from wearsim.campaign.counterface import new_counterface, redressed
 from wearsim.campaign.evaluate import Setup, accumulate, rate, setup_of, solve_contact
-from wearsim.campaign.reprofiling import to_next_turning, turn_wheels, turning_due
-from wearsim.campaign.row import Evaluation, StepTaken, build_row, header_of, measures_told, no_step
+from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
+from wearsim.campaign.row import Evaluation, StepTaken, build_row, header_of, no_step, recorded_measures
 from wearsim.campaign.state import State, WearRate
 from wearsim.damage.wear import WEAR_LAWS, passage_depth
 from wearsim.errors import NumericalError
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 _ATTEMPTS = 30
-"""Tries of one step: the error falls at least in proportion to the length, so a few are enough."""
+"""Largest number of attempts at one step."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +37,11 @@ class WheelsetEvolution:
     Parameters
     ----------
     setup : CampaignSetup
-        Ingredients from the scene.
+        Setup from the scene.
     command : str
         Command line, for the history attribute.
     threads : int
-        Of the contact solver; they do not change a bit.
+        Threads of the contact solver; their number does not change the bits of the result.
     """
 
     setup: CampaignSetup
@@ -55,11 +55,11 @@ class WheelsetEvolution:
 
     @cached_property
     def digest(self) -> str:
-        """Hash of the scene and of all files it names, whatever their names are in this directory."""
+        """Hash of the scene and of all files it names."""
         digest = hashlib.sha256(self.setup.scene_text.encode())
         for _, value in self.setup.input_hashes:
             digest.update(f"\0{value}".encode())
-        for name in choose.static_choice(self.setup).get("contact_candidate", ()):  # rows tell their places
+        for name in choose.static_choice(self.setup).get("contact_candidate", ()):  # rows hold their indices
             digest.update(f"\0{name}".encode())
         return digest.hexdigest()
 
@@ -88,7 +88,7 @@ class WheelsetEvolution:
         return self._chosen(state), no_step(len(self.setup.points.label))
 
     def _chosen(self, state: State) -> State:
-        """Return the state with the contact models that are good enough in it."""
+        """Return the state with contact models chosen for it."""
         if self.setup.tolerance is None:
             return state
         return replace(state, choice=choose.choice(self.setup, state, threads=self.threads).choice)
@@ -107,19 +107,19 @@ class WheelsetEvolution:
         collective = accumulate(
             solution, points, points.weight, state, setup, passage=passage, comparison=comparison
         )
-        return Evaluation(collective, passage, comparison, measures_told(state, self.setup))
+        return Evaluation(collective, passage, comparison, recorded_measures(state, self.setup))
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
         return build_row(state, evaluation, taken, self.setup)
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
-        """Choose the next step and take it; turn the wheels where that is due."""
+        """Take the next wear step, or reprofile the wheels where that is due."""
         setup, points = self.setup, self.setup.points
-        if turning_due(state, setup, evaluation.measures):
-            return self._chosen(turn_wheels(state, setup)), no_step(len(points.label))
+        if reprofiling_due(state, setup, evaluation.measures):
+            return self._chosen(reprofile(state, setup)), no_step(len(points.label))
         here = self._setup(state)
-        ahead_of = to_next_turning(state, setup.control)
+        ahead_of = to_next_reprofiling(state, setup.control)
         wave = setup.control.smoothing_wavelength
 
         def rate_for(weight: np.ndarray) -> WearRate:
@@ -136,8 +136,8 @@ class WheelsetEvolution:
             )
 
         def depth_limit(now: WearRate, weight: np.ndarray) -> float:
-            below = state.counterface or state
-            lines = ((state.y[0], state.z[0]), (below.y[0], below.z[0]))
+            other = state.counterface or state
+            lines = ((state.y[0], state.z[0]), (other.y[0], other.z[0]))
             spacing = min(float(np.diff(arc_length(*line)).min()) for line in lines)
             return control.half_space_depth_limit(now, weight, setup.models, spacing, wave)
 
@@ -168,9 +168,9 @@ class WheelsetEvolution:
             )
             if after.step_error is None or after.step_error <= tolerance:
                 stability = control.stability_rate(now) * choice.step_length
-                after = replace(after, choice=state.choice, turned=state.turned)
+                after = replace(after, choice=state.choice, reprofiled=state.reprofiled)
                 if setup.counterface_wear is not None and not control.finished(after, setup.control):
-                    after = turned(after, setup.counterface, setup.counterface_wear)
+                    after = redressed(after, setup.counterface, setup.counterface_wear)
                 passed = [share * setup.control.distance for share in choose.CHECKS]
                 if any(state.distance < place <= after.distance for place in passed):
                     after = self._chosen(after)
@@ -178,6 +178,6 @@ class WheelsetEvolution:
             limit = control.error_limit(choice.step_length, after.step_error, tolerance)
         raise NumericalError(
             f"after {state.distance / 1e3:.6g} km no wear step keeps the tolerance of "
-            f"{1e6 * tolerance:.4g} um: one of {choice.step_length:.4g} m still has an error of "
+            f"{1e6 * tolerance:.4g} um: a step of {choice.step_length:.4g} m has an error of "
             f"{1e6 * (after.step_error or 0.0):.4g} um; raise error_tolerance_um in [campaign]"
         )

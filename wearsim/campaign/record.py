@@ -1,8 +1,8 @@
-"""Records of single wear steps: the safe copy a campaign is continued from.
+"""Records of single wear steps, and the result file that follows them.
 
-The result file is appended in place and can be damaged when the process dies in the middle; a record is
-written beside it first, under another name, brought to the disk and renamed.  A record is therefore whole
-or absent; its digest guards against what a file system may still do to it.
+The result file is appended in place and may be damaged when the process ends during a write. Each step is
+first written as a record: under another name, synchronised with the disk, and renamed. A record is therefore
+complete or absent; its digest detects later changes.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from wearsim.results.older import RENAMED
 
 
 def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> None:
-    """Write a file so that `path` always is the whole old or the whole new content.
+    """Write a file so that `path` always has the complete old or the complete new content.
 
     Parameters
     ----------
@@ -40,12 +40,12 @@ def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> Non
     content : bytes
         New content.
     durable : bool
-        Whether to wait until the disk has it, so that it survives a power failure.
+        Whether to wait for the disk, so that the file survives a power failure.
 
     Raises
     ------
     ResultError
-        If the disk is full or the directory cannot be written.
+        If the disk is full or the directory is not writable.
     """
     temporary = path.with_name(f".{path.name}.tmp")
     try:
@@ -69,9 +69,9 @@ class Records:
     Parameters
     ----------
     folder : Path
-        Where they are.
+        Folder of the records.
     campaign : str
-        Digest of the campaign they must belong to.
+        Digest of the campaign.
     names : tuple of str
         Variables of a row.
     """
@@ -92,9 +92,9 @@ class Records:
         index : int
             Step.
         row : mapping of arrays
-            Row of the result file; it holds the full state.
+            Row of the result file, which holds the full state.
         source : str
-            Program versions that computed it.
+            Program versions behind it.
         """
         arrays = {name: np.asarray(row[name]) for name in self.names}
         layout = {name: (value.dtype.str, value.shape) for name, value in arrays.items()}
@@ -102,7 +102,7 @@ class Records:
         label = json.dumps({"campaign": self.campaign, "index": index, "source": source, "layout": layout})
         digest = hashlib.sha256(label.encode() + payload).hexdigest()
         buffer = io.BytesIO()
-        # one array for all values: fifty small ones would cost more than the disk does
+        # one array for all values is faster than fifty small ones
         values = np.frombuffer(payload, np.uint8)
         np.savez(buffer, allow_pickle=False, label=label, digest=digest, payload=values)
         try:
@@ -114,7 +114,7 @@ class Records:
         write_atomically(self.path(index), buffer.getvalue())
 
     def read(self, index: int) -> tuple[dict[str, np.ndarray], str] | None:
-        """Read the record of step `index`, None if it is missing, torn or of another campaign.
+        """Read the record of step `index`; None if it is missing, damaged or of another campaign.
 
         Parameters
         ----------
@@ -124,12 +124,14 @@ class Records:
         Returns
         -------
         tuple of dict and str
-            Row of the result file, and the program versions that computed it.
+            Row of the result file, and the program versions behind it.
         """
-        found = self._load(index)
-        if found is None or found[0]["campaign"] != self.campaign or found[0]["index"] != index:
+        record = self._load(index)
+        if record is None:
             return None
-        label, payload = found
+        label, payload = record
+        if label["campaign"] != self.campaign or label["index"] != index:
+            return None
         arrays = {}
         for name, (kind, shape) in label["layout"].items():
             dtype = np.dtype(kind)
@@ -139,49 +141,49 @@ class Records:
         return (arrays, str(label["source"])) if set(arrays) == set(self.names) else None
 
     def row(self, index: int) -> dict[str, np.ndarray]:
-        """Read the row of a step that is known to be there.
+        """Read the row of a step whose record must exist.
 
         Parameters
         ----------
         index : int
             Step.
         """
-        found = self.read(index)
-        if found is None:
+        record = self.read(index)
+        if record is None:
             raise ResultError(
                 f"{self.path(index)} was changed while the campaign ran; run the same command again"
             )
-        return found[0]
+        return record[0]
 
-    def refuse_other_campaign(self) -> None:
-        """Raise if the first record is sound but of another campaign."""
-        found = self._load(0)
-        if found is not None and found[0]["campaign"] != self.campaign:
+    def require_own_campaign(self) -> None:
+        """Raise if the first record belongs to another campaign."""
+        record = self._load(0)
+        if record is not None and record[0]["campaign"] != self.campaign:
             raise ResultError(
-                f"{self.folder} holds another campaign's steps; nothing was touched, choose another --out"
+                f"{self.folder} holds another campaign; nothing was changed, choose another --out"
             )
 
     def count(self) -> int:
-        """Return how many records, from step 0 on without gap, are sound."""
+        """Return the number of valid records from step 0 on without gap."""
         count = 0
         while self.read(count) is not None:
             count += 1
         return count
 
     def sources(self, count: int) -> str:
-        """Name the program versions behind the first `count` records, in order of first use.
+        """Return the program versions behind the first `count` records, in order of first use.
 
         Parameters
         ----------
         count : int
             Number of records.
         """
-        seen: dict[str, int] = {}
+        first_use: dict[str, int] = {}
         for index in range(count):
-            found = self.read(index)
-            if found is not None:
-                seen.setdefault(found[1], index)
-        first, *later = seen.items() or [("", 0)]
+            record = self.read(index)
+            if record is not None:
+                first_use.setdefault(record[1], index)
+        first, *later = first_use.items() or [("", 0)]
         return "; ".join([first[0], *(f"from step {index} on {source}" for source, index in later)])
 
     def remove(self) -> None:
@@ -189,7 +191,7 @@ class Records:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def _load(self, index: int) -> tuple[dict[str, Any], memoryview] | None:
-        """Label and values of a record whose digest is right."""
+        """Label and values of a record with the right digest."""
         try:
             with open(self.path(index), "rb") as record, np.load(record, allow_pickle=False) as file:
                 label, digest, payload = str(file["label"]), str(file["digest"]), file["payload"]
@@ -201,14 +203,14 @@ class Records:
 
 
 APPEND_INTERVAL = 0.5
-"""Rows of steps faster than this are appended together: opening the file costs more than a short step [s]."""
+"""Rows of steps faster than this are appended together [s]."""
 
 APPEND_AT_MOST = 16
-"""So many rows are held in memory to be appended."""
+"""Largest number of rows appended at a time."""
 
 
 class Writer:
-    """Keeps records and result file of one campaign in step.
+    """Records and result file of one campaign.
 
     Parameters
     ----------
@@ -217,9 +219,9 @@ class Writer:
     directory : Path
         Run directory.
     name : str
-        Of the campaign; the file is `<name>.nc`, the records are in `.<name>.records`.
+        Name of the campaign; the file is `<name>.nc`, the records are in `.<name>.records`.
     digest : str
-        Tells campaigns apart.
+        Hash of all input.
     """
 
     def __init__(self, header: Header, directory: Path, name: str, digest: str) -> None:
@@ -235,7 +237,7 @@ class Writer:
         self._appended = 0.0
 
     def finished(self) -> bool:
-        """Tell whether the campaign was finished before; raise if its file was changed since."""
+        """Whether the campaign was finished before; raise if its file was changed since."""
         try:
             mark = json.loads(self._mark.read_text(encoding="utf-8"))
             campaign, digest = mark["campaign"], mark["sha256"]
@@ -243,21 +245,21 @@ class Writer:
             return False
         if campaign != self.records.campaign:
             raise ResultError(
-                f"{self.path} is the result of another campaign; nothing was touched, choose another --out"
+                f"{self.path} is the result of another campaign; nothing was changed, choose another --out"
             )
         if not self.path.exists():
-            self._mark.unlink()  # the user removed the result: compute it again
+            self._mark.unlink()  # the result was removed: compute it again
             return False
         if _sha256(self.path) != digest:
             raise ResultError(
-                f"{self.path} was changed after its campaign had finished; nothing was touched, "
+                f"{self.path} was changed after its campaign had finished; nothing was changed, "
                 f"move it away to have it computed again"
             )
         self.records.remove()
         return True
 
     def outcome(self) -> dict[str, Any]:
-        """Read steps, distance [m], largest depth [m] and reason of the end of the finished file."""
+        """Return steps, distance [m], largest depth [m] and reason of the end of a finished campaign."""
         with open_results(self.path) as data:
             last = data.isel(step=-1)
             return {
@@ -268,13 +270,13 @@ class Writer:
             }
 
     def recover(self) -> int:
-        """Bring the result file to the state of the records; return how many steps are recorded."""
-        self.records.refuse_other_campaign()
+        """Bring the result file to the state of the records; return the number of steps recorded."""
+        self.records.require_own_campaign()
         self._count = count = self.records.count()
         if count == 0:
             if self.path.exists() and not self.records.folder.is_dir():
                 raise ResultError(
-                    f"{self.path} exists, but no steps of this campaign do; nothing was touched, "
+                    f"{self.path} exists, but no steps of this campaign do; nothing was changed, "
                     f"move it away or choose another --out"
                 )
             return 0
@@ -288,7 +290,7 @@ class Writer:
         return count
 
     def write(self, index: int, row: Mapping[str, np.ndarray]) -> bool:
-        """Write record and row of one step; return True if the row has to wait for a reader."""
+        """Write record and row of one step; return True if the row waits for a reader."""
         self.records.write(index, row, str(self.header.attributes.get("source", "")))
         self._count = index + 1
         if index == 0:
@@ -301,20 +303,20 @@ class Writer:
         return self.flush()
 
     def flush(self) -> bool:
-        """Append the rows that are recorded only; return True if they have to wait for a reader."""
+        """Append the recorded rows; return True if they wait for a reader."""
         if self._rows_in_file == self._count or self._failed:
             return False
         try:
             while self._rows_in_file < self._count:
                 first = self._rows_in_file
-                # of the rows that a reader kept waiting, few at a time: they may be a whole campaign
+                # few rows at a time: a reader may have kept a whole campaign waiting
                 until = min(self._count, first + APPEND_AT_MOST)
                 rows = [self.records.row(index) for index in range(first, until)]
-                # met for the first time, a reader gets its second; as long as it stays, each step asks once
+                # at the first deferral wait for the reader; while it stays, try once per step
                 append(self.path, self.header, rows, first, patience=self._patience)
                 self._rows_in_file = until
         except ResultError:
-            self._failed = True  # the steps are in their records: the next start looks at the file
+            self._failed = True  # the steps are in their records: the next start checks the file
             raise
         except (OSError, RuntimeError):
             try:
@@ -331,12 +333,12 @@ class Writer:
         return False
 
     def finish(self) -> str:
-        """Bring the file up to date, verify it against the records, mark it finished, drop the records.
+        """Write and verify the complete file, mark it finished, remove the records.
 
         Returns
         -------
         str
-            Why the campaign ended.
+            Reason of the end.
         """
         count = self._count
         given = self.header.attributes
@@ -351,7 +353,7 @@ class Writer:
             "finished": ended,
         }
         header = replace(self.header, attributes=attributes)
-        # written anew in one go: also right while a reader holds the appended file, and smaller
+        # written anew: smaller, and independent of readers of the appended file
         self._rebuild(header)
         if verify(self.path, self._readers()) != count:
             raise ResultError(

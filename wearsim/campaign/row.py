@@ -1,4 +1,4 @@
-"""One row of the result file from one state of the wheelset."""
+"""Static part and rows of the result file: from setup and state, and back to the state."""
 
 from __future__ import annotations
 
@@ -20,18 +20,23 @@ from wearsim.campaign.comparison import (
     patch_values,
     static_comparison,
 )
-from wearsim.campaign.counterface import attributes_below, counterface_of, row_below, static_below
+from wearsim.campaign.counterface import (
+    counterface_attributes,
+    counterface_of,
+    counterface_row,
+    static_counterface,
+)
 from wearsim.campaign.evaluate import patch_wear
 from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
 from wearsim.contact.solve import ContactSolution
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
-from wearsim.operation.control import TurningRules
+from wearsim.operation.control import ReprofilingRules
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import arc_length
 from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header
-from wearsim.results.limits import TURNED_AT, attributes_of
+from wearsim.results.limits import REPROFILED_AT, attributes_of
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -73,9 +78,9 @@ class StepTaken:
     stability : float
         Stability number S [-].
     weight : (n,) array
-        Share of each operating point [-].
+        Share of each operating point in the step [-].
     rejected : int
-        How many longer steps were tried before, and failed the tolerance of the error.
+        Number of longer steps that exceeded the tolerance of the error.
     """
 
     length: float
@@ -85,13 +90,13 @@ class StepTaken:
 
 
 def no_step(count: int) -> StepTaken:
-    """Return the step that led to the initial state of `count` operating points: none."""
+    """Return the step of length 0 to a state without wear, with `count` operating points."""
     return StepTaken(0.0, 0.0, np.zeros(count))
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Contact of one state, solved once, and what follows from it.
+    """Contact of one state, and the wear rate and measures that follow from it.
 
     Parameters
     ----------
@@ -100,9 +105,9 @@ class Evaluation:
     passage : (n_regimes, m, ny) array
         Depth per passage of each strip [m].
     comparison : ComparisonPassage
-        What the comparison laws make of each passage.
+        Depth and damage of each passage by the comparison laws.
     measures : mapping of arrays
-        Of the wheels, from `measures_told`.
+        Measures of the wheels, from `recorded_measures`.
     """
 
     collective: WearRate
@@ -125,7 +130,7 @@ def build_row(
     taken : StepTaken
         The step that led to the state.
     setup : CampaignSetup
-        For operating points, wheelset and laws.
+        Operating points, wheelset and laws.
 
     Returns
     -------
@@ -148,10 +153,10 @@ def build_row(
         **summarise(solution, wear, len(setup.points.label), by_law),
         **row_choice(state.choice),
         **comparison_row(state, collective, laws),
-        **row_below(state.counterface),
+        **counterface_row(state.counterface),
     }
     if setup.templates is not None:
-        row["last_reprofiling"] = np.asarray(state.turned, dtype=np.int32)
+        row["last_reprofiling"] = np.asarray(state.reprofiled, dtype=np.int32)
         row["wheel_diameter"] = measures["wheel_diameter"]
     return row
 
@@ -162,7 +167,7 @@ def summarise(
     count: int,
     further: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> dict[str, np.ndarray]:
-    """Lay the patches of a solution out in slots per operating point.
+    """Arrange the patches of a solution in slots of the operating points.
 
     Parameters
     ----------
@@ -178,8 +183,8 @@ def summarise(
     Returns
     -------
     dict of arrays
-        (count, PATCH_SLOTS), fill values where there is no patch; `n_patch` (count,). Of more patches
-        than slots the most loaded are kept, in their order; `n_patch` counts all.
+        (count, PATCH_SLOTS), fill values without patch; `n_patch` (count,) counts all patches, of which the
+        most loaded are kept.
     """
     fields = solution.fields
     cell_area = fields.cell_length * fields.strip_width[:, None]
@@ -211,16 +216,10 @@ def summarise(
     return row
 
 
-def measures_told(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
-    """Measures that the row of a state tells, or that a limit is on: computed once for both.
-
-    Parameters
-    ----------
-    state, setup
-        As for `measures_of`, which says what is returned.
-    """
-    turned = () if setup.templates is None else ("wheel_diameter",)
-    return measures_of(state, setup, {*_MEASURES, *turned, *(name for name, _ in setup.control.limits)})
+def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
+    """Return the measures of a state that its row holds or that have a limit, as `measures_of` does."""
+    diameter = () if setup.templates is None else ("wheel_diameter",)
+    return measures_of(state, setup, {*_MEASURES, *diameter, *(name for name, _ in setup.control.limits)})
 
 
 def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> dict[str, np.ndarray]:
@@ -231,14 +230,14 @@ def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> d
     state : State
         Both wheels.
     setup : CampaignSetup
-        For wheelset and counterface.
+        Wheelset and counterface.
     names : collection of str
-        Which of them.
+        Names of the measures.
 
     Returns
     -------
     dict of arrays
-        By variable of the result file; fill values where a worn profile does not have them [SI].
+        By variable of the result file; fill values where a measure does not exist on a worn profile [SI].
     """
     wheelset = setup.wheelset
 
@@ -252,20 +251,20 @@ def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> d
         "hollowing": measures.hollowing,
         "wheel_diameter": diameter,
     }
-    found: dict[str, np.ndarray] = {
+    values: dict[str, np.ndarray] = {
         name: np.array([_or_missing(measure, state.y[w], state.z[w]) for w in (0, 1)])
         for name, measure in per_wheel.items()
         if name in names
     }
     if "max_wear_depth" in names:
-        found["max_wear_depth"] = state.wear_depth.max(axis=1)
+        values["max_wear_depth"] = state.wear_depth.max(axis=1)
     if "fatigue_damage" in names and state.fatigue_damage:
-        found["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
+        values["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
     if "equivalent_conicity" in names:
         wheels = worn_wheels(wheelset, state.y, state.z)
         conicity = _or_missing(equivalent_conicity, *wheels, setup.counterface.profile)
-        found["equivalent_conicity"] = np.asarray(conicity)
-    return found
+        values["equivalent_conicity"] = np.asarray(conicity)
+    return values
 
 
 def _or_missing(measure: Callable[..., float | None], *arguments: object) -> float:
@@ -277,7 +276,7 @@ def _or_missing(measure: Callable[..., float | None], *arguments: object) -> flo
 
 
 def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
-    """Return the state that a row holds, bit by bit.
+    """Return the state of a row, bit by bit.
 
     Parameters
     ----------
@@ -297,7 +296,7 @@ def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
         comparison_area=row.get("comparison_worn_area", np.zeros((2, 0))),
         fatigue_damage=_by_law(row, "fatigue_damage"),
         counterface=counterface_of(row),
-        turned=int(row.get("last_reprofiling", 0)),
+        reprofiled=int(row.get("last_reprofiling", 0)),
     )
 
 
@@ -306,7 +305,7 @@ def _by_law(row: Mapping[str, np.ndarray], name: str) -> tuple[np.ndarray, ...]:
 
 
 def versions() -> str:
-    """Name the programs whose arithmetic a result depends on."""
+    """Return the versions of the programs whose arithmetic a result depends on."""
     import numba
     import scipy
 
@@ -334,7 +333,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "counterface_z": setup.counterface.profile.z,
         **static_choice(setup),
         **static_comparison(comparison_laws(setup)),
-        **static_below(setup),
+        **static_counterface(setup),
         **({} if setup.templates is None else {"wheel_template": [one.name for one in setup.templates]}),
     }
     wear, models, limits = setup.wear, setup.models, setup.control
@@ -372,9 +371,9 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "error_tolerance": limits.error_tolerance if limits.error_tolerance < math.inf else "",
         "target_distance": limits.distance,
         **attributes_of(dict(limits.limits), limits.end_at_limit),
-        **_reprofiling_attributes(limits.turning),
+        **_reprofiling_attributes(limits.reprofiling),
         "counterface_curvature": setup.counterface.curvature,
-        **attributes_below(setup.counterface_wear),
+        **counterface_attributes(setup.counterface_wear),
         **comparison_attributes(comparison_laws(setup)),
         "wheel_radius": setup.wheelset.radius,
         "half_span": setup.wheelset.half_span,
@@ -403,11 +402,11 @@ def _wear_attributes(wear: WearSettings) -> dict[str, str]:
     }
 
 
-def _reprofiling_attributes(rules: TurningRules | None) -> dict[str, str | float]:
+def _reprofiling_attributes(rules: ReprofilingRules | None) -> dict[str, str | float]:
     if rules is None:
         return {}
     return {
-        TURNED_AT: " ".join(rules.limits),
+        REPROFILED_AT: " ".join(rules.limits),
         "reprofiling_distances": " ".join(f"{place:.12g}" for place in rules.places),
         "reprofiling_least_cut": rules.cut,
     }

@@ -1,8 +1,8 @@
-"""Run a campaign: evaluate, record, append, step, until the distance is reached; continue it at any moment.
+"""Run or resume a campaign: evaluate, record, append, step, until the distance is reached; report progress.
 
-Order of writing at each step: record (atomic), row of the result file, status.  Whatever moment the
-process dies at, the records up to the last finished step are whole; on the next start the result file is
-compared with them bit by bit and rebuilt if it differs.
+Order of writing at each step: record (atomic), row of the result file, status. The records up to the last
+finished step are complete whenever the process ends; the next start compares the result file with them bit
+by bit and rebuilds it if it differs.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from wearsim.campaign.directory import (
     claim,
     locked,
     read_manifest,
-    refuse_foreign,
+    require_own_directory,
     write_status,
 )
 from wearsim.campaign.evolution import WheelsetEvolution
@@ -48,12 +48,12 @@ def run_scene(
     overrides: Sequence[Override] = (),
     threads: int | None = None,
 ) -> tuple[Path, ...]:
-    """Run a scene in a run directory, or continue it if it was begun there.
+    """Run a scene in a run directory, or resume it if it was started there.
 
     Parameters
     ----------
     scene : str, Path, dict or scene
-        A rig, a field or a comparison: its file, its tables as dicts, or loaded by `load_scene`.
+        A rig, field or compare scene: its file, its tables as dicts, or loaded by `load_scene`.
     out : str or Path
         Run directory.
     command : str
@@ -63,7 +63,7 @@ def run_scene(
     overrides : sequence of Override
         Values that replace those of a scene file or dict.
     threads : int, optional
-        Of the contact solver, by default all the process may use; they do not change a bit.
+        Threads of the contact solver, by default all available; their number does not change the bits.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def run_scene(
     SceneError
         With all faults of the scene; nothing is written then.
     ResultError
-        If `out` cannot be used; nothing in it is touched then.
+        If `out` cannot be used; nothing in it is changed then.
 
     Examples
     --------
@@ -97,26 +97,20 @@ def run_scene(
     if not isinstance(scene, CampaignScene):
         scene = load_campaign(scene, overrides=overrides)
     elif overrides:
-        raise SceneError([Fault("overrides act on a scene file or a dict, not on a scene that is loaded")])
+        raise SceneError([Fault("overrides act on a scene file or a dict, not on a loaded scene")])
     files = scene_files(scene)
-    refuse_foreign(out)
+    require_own_directory(out)
     with locked(out):
         return _run_claimed(out, claim(out, files, command), observer, threads)
 
 
 def scene_files(scene: CampaignScene) -> SceneFiles:
-    """Return the files that make up a scene, as a run directory keeps them.
-
-    Parameters
-    ----------
-    scene : RigScene, FieldScene or CompareScene
-        As loaded.
-    """
+    """Return the files of a loaded scene that a run directory keeps."""
     return SceneFiles(scene.origin.path.name, files_to_copy(scene))
 
 
 def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, ...]:
-    """Continue what was begun in a run directory; what is finished stays as it is.
+    """Resume the campaigns of a run directory; finished ones stay unchanged.
 
     Parameters
     ----------
@@ -133,7 +127,7 @@ def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, 
     Raises
     ------
     ResultError
-        If `out` is no run directory, or its copy of the scene was changed.
+        If `out` is not a run directory, or its copy of the scene was changed.
 
     Examples
     --------
@@ -169,16 +163,16 @@ def _run_claimed(
 def run_evolution(
     evolution: WheelsetEvolution, directory: Path, name: str, observer: Observer | None = None
 ) -> Path:
-    """Run a campaign to its end, from wherever it stands in `directory`.
+    """Run a campaign to its end, from its last step in `directory`.
 
     Parameters
     ----------
     evolution : WheelsetEvolution
-        The physics.
+        Wheelset and setup.
     directory : Path
         Where `<name>.nc` is written; the caller holds its lock.
     name : str
-        Of the campaign.
+        Name of the campaign.
     observer : callable, optional
         Called with an `Event` at each step.
 
@@ -191,10 +185,10 @@ def run_evolution(
     progress = Progress(name, evolution.target, directory, observer)
     try:
         if writer.finished():
-            progress.tell("found", **writer.outcome())
+            progress.report("complete", **writer.outcome())
             return writer.path
         _loop(evolution, writer, progress)
-        progress.tell("finished", ended=writer.finish())
+        progress.report("finished", ended=writer.finish())
     except KeyboardInterrupt:
         with _uninterrupted(), contextlib.suppress(WearsimError):
             writer.flush()
@@ -223,7 +217,7 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress) -> N
         state, taken = evolution.start()
         progress.start("started", state)
     if writer.rebuilt:
-        progress.tell("rebuilt")
+        progress.report("rebuilt")
     target = evolution.target
     while True:
         ended = reached(state.distance, target)
@@ -237,21 +231,21 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress) -> N
                 deferred = writer.write(state.step, row)
                 progress.step(state, taken.length)
             if deferred:
-                progress.tell("deferred")
+                progress.report("deferred")
             if ended or first_met(row, limits, laws):
                 return
         before = state
         state, taken = evolution.advance(before, evaluation)
-        moved = state.distance > before.distance or state.turned == state.step
+        moved = state.distance > before.distance or state.reprofiled == state.step
         if not (moved and state.step == before.step + 1):
             raise NumericalError(
-                f"the wear step at {before.distance:.6g} m could not be made long enough to move on; "
+                f"the wear step at {before.distance:.6g} m is too short to change the distance; "
                 f"raise max_step_depth_um or stability in [campaign]"
             )
 
 
 def available_cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -259,7 +253,7 @@ def available_cores() -> int:
 
 @contextlib.contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Hold Ctrl-C back until record and row are both written, so that the file stays whole."""
+    """Defer Ctrl-C until record and row are both written."""
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # a run in the background, under nohup
     if ignored or threading.current_thread() is not threading.main_thread():
         yield
@@ -274,21 +268,21 @@ def _uninterrupted() -> Iterator[None]:
         raise KeyboardInterrupt
 
 
-Kind = Literal["started", "resumed", "step", "deferred", "rebuilt", "finished", "found"]
+Kind = Literal["started", "resumed", "step", "deferred", "rebuilt", "finished", "complete"]
 
 
 @dataclass(frozen=True)
 class Event:
-    """What a campaign tells its observer.
+    """Progress of a campaign, for an observer.
 
     Parameters
     ----------
     kind : str
         "started", "resumed", "step", "deferred" (a reader holds the file; the rows follow), "rebuilt" (the
-        result file was damaged and written anew from the records), "finished", or "found" (it was
-        finished before).
+        result file was damaged and written anew from the records), "finished", or "complete" (finished
+        before).
     name : str
-        Campaign: rig or field.
+        Name of the campaign: rig or field.
     step : int
         Finished wear steps.
     distance, target : float
@@ -300,9 +294,9 @@ class Event:
     elapsed : float
         Wall time of this session [s].
     time_left : float or None
-        Estimated from this session's pace [s]; None before its first step.
+        Estimated from the pace of this session [s]; None before its first step.
     ended : str
-        Why a finished campaign ended: "distance reached" or "limit of ... met".
+        Reason of the end: "distance reached" or "limit of ... met".
     """
 
     kind: Kind
@@ -321,7 +315,7 @@ Observer = Callable[[Event], None]
 
 
 class Progress:
-    """Tells observer and status file how far the campaign is."""
+    """Reports progress to observer and status file."""
 
     def __init__(self, name: str, target: float, directory: Path, observer: Observer | None) -> None:
         self._event = Event("started", name, target=target)
@@ -331,27 +325,27 @@ class Progress:
         self._from = 0.0
 
     def start(self, kind: Literal["started", "resumed"], state: State) -> None:
-        """Tell that the campaign goes on from a state."""
+        """Report that the campaign starts from a state."""
         self._from = state.distance
-        self.tell(kind, **_standing(state))
+        self.report(kind, **_standing(state))
 
     def step(self, state: State, step_length: float) -> None:
-        """Tell that the step of this length [m] led to a state, now written."""
-        self.tell("step", **_standing(state), step_length=step_length)
+        """Report the step of a length [m] that led to a state, after writing it."""
+        self.report("step", **_standing(state), step_length=step_length)
 
-    def tell(self, kind: Kind, **changes: Any) -> None:
-        """Tell an event; fields of `Event` that are not named stay as they were."""
+    def report(self, kind: Kind, **changes: Any) -> None:
+        """Report an event; other fields of `Event` keep their values."""
         event = replace(self._event, kind=kind, **changes)
         elapsed, run = time.monotonic() - self._began, event.distance - self._from
         left = elapsed / run * max(event.target - event.distance, 0.0) if run > 0.0 else None
         self._event = replace(event, elapsed=elapsed, time_left=left)
-        self._status("finished" if kind in ("finished", "found") else "running")
+        self._status("finished" if kind in ("finished", "complete") else "running")
         if self._observer is not None:
             self._observer(self._event)
 
     def close(self, state: str, message: str = "") -> None:
-        """Write down how the session ended, if that can still be written."""
-        with contextlib.suppress(WearsimError):  # what stopped the campaign matters more
+        """Write the end of the session to the status file, if possible."""
+        with contextlib.suppress(WearsimError):  # the first error matters more
             self._status(state, message)
 
     def _status(self, state: str, message: str = "") -> None:

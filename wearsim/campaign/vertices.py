@@ -12,7 +12,7 @@ from wearsim.profile.smoothing import smoothing_spline
 
 
 def stretches(arc: FloatArray) -> FloatArray:
-    """Return the borders (n + 1,) of the stretches that vertices at arc lengths (n,) stand for [m]."""
+    """Return the limits (n + 1,) of the stretches of vertices at arc lengths (n,) [m]."""
     return np.concatenate([arc[:1], 0.5 * (arc[1:] + arc[:-1]), arc[-1:]])
 
 
@@ -50,22 +50,22 @@ def sample(strip_edges: FloatArray, arc: FloatArray, value: FloatArray, out: Flo
                 vertex += 1
 
 
-def taken_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tuple[FloatArray, FloatArray]:
-    """Move the vertices of a profile along their normals so that it loses the area of a wear increment.
+def worn_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tuple[FloatArray, FloatArray]:
+    """Move the vertices of a profile along their normals by the area of a wear increment.
 
     Parameters
     ----------
     y, z : (n,) array
         Vertices, z out of the material [m].
     depth : (n,) array
-        Depth of the law at the vertices, smoothed [m].
+        Smoothed depth of the law at the vertices [m].
     body : str
-        What wears, for the error.
+        Name of the body, for the message.
 
     Returns
     -------
     y, z : (n,) array
-        The same vertices after [m].
+        Vertices after removal [m].
 
     Raises
     ------
@@ -93,11 +93,11 @@ def smooth(arc: FloatArray, depth: FloatArray, length: FloatArray, wavelength: f
     arc : (n,) array
         Arc length at the vertices, strictly rising [m].
     depth : (..., n) array
-        Wear depth, not negative [m]; each row is smoothed on its own.
+        Wear depth, not negative [m]; rows are independent.
     length : (n,) array
         Length of profile each vertex stands for [m].
     wavelength : float
-        Wavelength whose amplitude is halved [m]; 0 returns `depth` as it is.
+        Wavelength whose amplitude is halved [m]; 0: no smoothing.
 
     Returns
     -------
@@ -106,8 +106,8 @@ def smooth(arc: FloatArray, depth: FloatArray, length: FloatArray, wavelength: f
 
     Notes
     -----
-    `wearsim.profile.noise.smoothing_spline`: the amplitude at wavelength :math:`\Lambda` is halved.
-    The small negative side lobes beside a worn band are cut off, then each row is scaled to its area.
+    `wearsim.profile.smoothing.smoothing_spline`: the amplitude at wavelength :math:`\Lambda` is halved.
+    Negative side lobes of a worn band are set to 0, then each row is scaled to its area.
     """
     if wavelength == 0.0 or not depth.any():
         return depth.copy()

@@ -82,7 +82,7 @@ def line(event: Event) -> str:
             f"{event.name}: another program holds {event.name}.nc open; "
             f"the campaign goes on, the file follows when it is free"
         )
-    if event.kind == "found":
+    if event.kind == "complete":
         return f"{event.name}: finished before, {_state(event)}{_why(event)}"
     if event.kind == "finished":
         return f"{event.name}: finished, {_state(event)}, in {duration(event.elapsed)}{_why(event)}"

@@ -1,4 +1,4 @@
-"""How far a campaign goes, in which steps, when wheels are turned, and how the counterface wears."""
+"""Settings of a campaign: distance, step length, reprofiling of the wheels, wear of the counterface."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class TurningRules:
-    """When the wheels are turned.
+class ReprofilingRules:
+    """When the wheels are reprofiled.
 
     Parameters
     ----------
     limits : tuple of str
-        Measures whose limit, once met, has them turned. With fatigue damage among them, every turning
-        takes all cracks of a known depth.
+        Measures whose limit leads to reprofiling. With fatigue damage among them, every reprofiling removes
+        all cracks of known depth.
     places : tuple of float
-        Distances at which they are turned [m].
+        Distances of reprofiling [m].
     cut : float
-        Least depth that the lathe takes everywhere [m].
+        Least depth of cut over the whole profile [m].
     """
 
     limits: tuple[str, ...] = ()
@@ -28,7 +28,7 @@ class TurningRules:
 
 @dataclass(frozen=True)
 class ControlSettings:
-    """How far a campaign goes, in which steps.
+    """Distance of a campaign and length of its steps.
 
     Parameters
     ----------
@@ -47,17 +47,17 @@ class ControlSettings:
         Longest step [m].
     error_tolerance : float
         Largest estimated error of the depth of one step, after smoothing; steps above it are repeated
-        shorter. Infinite = not looked at [m].
+        shorter. Infinite = not estimated [m].
     first_depth : float
-        Largest wear depth of the first step, and of that after wheels or rollers were turned; it may double
-        from step to step up to `depth_cap`. A new profile changes its contact fastest [m].
+        Largest wear depth of the first step and of the first after reprofiling or redressing; it doubles from
+        step to step up to `depth_cap` [m].
     limits : tuple of (str, float)
         Limits of measures, by variable of the result file [SI].
     end_at_limit : bool
-        Whether the campaign ends with the step in which the first of them is met; those at which wheels are
-        turned do not end it.
-    turning : TurningRules or None
-        When the wheels are turned.
+        Whether the campaign ends with the step in which the first limit is met; limits of reprofiling do not
+        end it.
+    reprofiling : ReprofilingRules or None
+        When the wheels are reprofiled.
     """
 
     distance: float
@@ -70,7 +70,7 @@ class ControlSettings:
     first_depth: float = math.inf
     limits: tuple[tuple[str, float], ...] = ()
     end_at_limit: bool = False
-    turning: TurningRules | None = None
+    reprofiling: ReprofilingRules | None = None
 
 
 @dataclass(frozen=True)
@@ -86,15 +86,15 @@ class CounterfaceWear:
     area_rate : float
         Area of its cross-section that each rail loses per distance the wheelset runs [m2/m]; 0 for rollers.
     redress_distance : float
-        Running after which both rollers are turned back to their new profile [m].
+        Distance after which both rollers are redressed to their new profile [m].
     redress_depth : float
-        Wear depth of either roller at which both are [m].
+        Wear depth of either roller at which both are redressed [m].
 
     Notes
     -----
     A roller of radius :math:`s_0` passes under its wheel once in :math:`2 \pi s_0` of running, whatever the
-    local radius: all its rings turn together, and the distance run is that of its profile's top. A rail is
-    passed by other wheels, too, so what it loses is stated, and the campaign's contacts only tell where.
+    local radius; the distance run is that of its profile top. A rail is passed by other wheels as well: its
+    loss is given, and the contacts of the campaign distribute it.
     """
 
     factor: float = 0.0
@@ -104,12 +104,12 @@ class CounterfaceWear:
     redress_depth: float = math.inf
 
     def passages(self, area: float) -> float:
-        """Return how often per metre run the counterface loses what the wheel's law tells for a passage.
+        """Return the passages per metre run by which the depth per passage of the wheel is multiplied.
 
         Parameters
         ----------
         area : float
-            Area of the wheel's cross-section that the law takes off in one passage of the collective [m2].
+            Area of the wheel's cross-section removed in one passage of the collective [m2].
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Operating points: how the wheelset runs, for how large a share, in which environment."""
+"""Operating points: programme of a rig, load collective of the field, monitoring points."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import ContactConditions
 
 REACH = 3.0
-"""Standard deviations on either side of the mean that positions cover."""
+"""Standard deviations from the mean to the outermost positions."""
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,8 @@ class OperatingPoints:
     conditions : ContactConditions
         Of the `n` points.
     weight : (n,) array
-        Share of the distance; of a collective they sum to 1. Monitoring points have 0: they are solved
-        and stored, but wear nothing.
+        Share of the distance; the shares of a collective sum to 1. Monitoring points have 0: they are solved
+        and stored, and cause no wear.
     environment : (n,) array
         Environment factor on the wear depth [-], 1 = dry laboratory coefficients.
     block_length : (n,) array
@@ -73,7 +73,7 @@ def with_monitors(
     points : OperatingPoints
         Of `n` points.
     shift : (k,) array
-        Lateral shifts to watch [m].
+        Lateral shifts [m].
     wheel_load : float
         Vertical load of each wheel [N].
     speed : float
@@ -86,9 +86,8 @@ def with_monitors(
     Returns
     -------
     OperatingPoints
-        Of `n + k` points; the new ones have weight 0, block length 0, environment factor 1, no roll
-        and tangent track, so that two campaigns watch the same states. The rotation rule is that of
-        `points`, and so is whether the roll is free.
+        `n + k` points; the new ones have weight 0, block length 0, environment factor 1, no roll and tangent
+        track. The rotation rule is that of `points`, and so is whether the roll is free.
     """
     shift = np.asarray(shift, dtype=np.float64)
     old = points.conditions
@@ -112,7 +111,7 @@ def with_monitors(
 
 @dataclass(frozen=True)
 class Block:
-    """One block of a rig programme: the wheelset runs like this for a while.
+    """One block of a rig programme.
 
     Parameters
     ----------
@@ -149,7 +148,7 @@ class Block:
 def programme(
     blocks: Sequence[Block], *, rotation: str = "free", torque: float = 0.0, free_roll: bool = False
 ) -> OperatingPoints:
-    """Operating points of a programme whose blocks are looped until the campaign's distance is run.
+    """Operating points of a programme whose blocks are repeated until the distance of the campaign is run.
 
     Parameters
     ----------
@@ -189,7 +188,7 @@ def _points_of(
     shift: FloatArray,
     **own: Any,
 ) -> OperatingPoints:
-    """Operating points of blocks or classes, `count` of each."""
+    """Return the operating points of blocks or classes, `count` of each."""
 
     def each(name: str) -> Any:
         return np.repeat(np.array([getattr(run, name) for run in runs], dtype=np.float64), count)
@@ -220,7 +219,7 @@ class TrackClass:
     track_curvature : float
         1/R, positive to the right [1/m].
     positions : int
-        Number of lateral positions; one is enough, and used, where `shift_std` is 0.
+        Number of lateral positions; 1 where `shift_std` is 0.
     yaw, roll : float
         [rad]
     environment : float

@@ -112,8 +112,8 @@ def speed_and_accuracy(
             smoothing_wavelength=setup.control.smoothing_wavelength,
         )  # fmt: skip
         for column, one in enumerate(evidence):
-            refusal[row, column] = one.refusal
-            if one.refusal:
+            refusal[row, column] = one.message
+            if one.message:
                 continue
             depth[row, column], work[row, column] = one.depth_error, one.work_error
             power[row, column] = one.power_error

@@ -1,4 +1,4 @@
-"""The turnings of the wheels in a result, and the spans of wear between them."""
+"""Reprofilings of the wheels in a result, and the spans of wear between them."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class TurningMade:
-    """One turning of both wheels.
+class Reprofiling:
+    """One reprofiling of both wheels.
 
     Parameters
     ----------
     distance : float
-        Where it was [m].
+        Distance run [m].
     before, after : tuple of float or None
-        Diameter of right and left wheel at the tape circle [m].
+        Diameter of right and left wheel at the running circle [m].
     """
 
     distance: float
@@ -30,8 +30,8 @@ class TurningMade:
     after: tuple[float | None, float | None]
 
 
-def turned_rows(dataset: xr.Dataset) -> list[int]:
-    """Return the rows that hold wheels as they come from the lathe.
+def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
+    """Return the rows of reprofiled wheels before they run.
 
     Parameters
     ----------
@@ -44,8 +44,8 @@ def turned_rows(dataset: xr.Dataset) -> list[int]:
     return [int(row) for row in np.flatnonzero((last == np.arange(last.size)) & (last > 0))]
 
 
-def turnings(dataset: xr.Dataset) -> tuple[TurningMade, ...]:
-    """Tell each turning of the wheels.
+def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
+    """Return the reprofilings of the wheels.
 
     Parameters
     ----------
@@ -54,8 +54,8 @@ def turnings(dataset: xr.Dataset) -> tuple[TurningMade, ...]:
 
     Returns
     -------
-    tuple of TurningMade
-        In order; none where wheels are not turned.
+    tuple of Reprofiling
+        In order; empty without reprofiling.
     """
 
     def diameters(row: int) -> tuple[float | None, float | None]:
@@ -63,25 +63,25 @@ def turnings(dataset: xr.Dataset) -> tuple[TurningMade, ...]:
         return (right if np.isfinite(right) else None, left if np.isfinite(left) else None)
 
     return tuple(
-        TurningMade(float(dataset["distance"].values[row]), diameters(row - 1), diameters(row))
-        for row in turned_rows(dataset)
+        Reprofiling(float(dataset["distance"].values[row]), diameters(row - 1), diameters(row))
+        for row in reprofiled_rows(dataset)
     )
 
 
 def spans(dataset: xr.Dataset) -> Iterator[tuple[int, int]]:
-    """Give first and last row of each span of wear, from a new or turned wheel to the last before the next.
+    """Yield first and last row of each span of wear, from new or reprofiled wheels to the next reprofiling.
 
     Parameters
     ----------
     dataset : Dataset
         From `results.open_results`.
     """
-    rows = turned_rows(dataset)
+    rows = reprofiled_rows(dataset)
     yield from zip([0, *rows], [*(row - 1 for row in rows), dataset.sizes["step"] - 1], strict=True)
 
 
 def last_worn_row(dataset: xr.Dataset) -> int:
-    """Return the last row whose wheels do not just come from the lathe.
+    """Return the last row whose wheels are not just reprofiled.
 
     Parameters
     ----------
@@ -89,44 +89,44 @@ def last_worn_row(dataset: xr.Dataset) -> int:
         From `results.open_results`.
     """
     last = dataset.sizes["step"] - 1
-    return last - 1 if last in turned_rows(dataset) else last
+    return last - 1 if last in reprofiled_rows(dataset) else last
 
 
 def wear_steps(dataset: xr.Dataset) -> int:
-    """Return how many wear steps a campaign has taken; a turning of the wheels is none.
+    """Return the number of wear steps of a campaign, without reprofilings.
 
     Parameters
     ----------
     dataset : Dataset
         From `results.open_results`.
     """
-    return int(dataset.sizes["step"]) - 1 - len(turned_rows(dataset))
+    return int(dataset.sizes["step"]) - 1 - len(reprofiled_rows(dataset))
 
 
 def new_row(dataset: xr.Dataset, row: int) -> int:
-    """Return the row of the wheels as they were new, or came from the lathe, before a row.
+    """Return the row of the new or reprofiled wheels before a row.
 
     Parameters
     ----------
     dataset : Dataset
         From `results.open_results`.
     row : int
-        Any; depth and damage in it stand at the points of that profile.
+        Row whose depth and damage stand at the points of that profile.
     """
     if "last_reprofiling" not in dataset:
         return 0
     return int(dataset["last_reprofiling"].values[row])
 
 
-def closing_turning(dataset: xr.Dataset) -> str:
-    """Say that a campaign ends with a turning and what of it is shown, "" if it does not."""
+def reprofiled_at_end(dataset: xr.Dataset) -> str:
+    """Return the note on a campaign that ends with a reprofiling; empty otherwise."""
     if last_worn_row(dataset) == dataset.sizes["step"] - 1:
         return ""
-    return "The campaign ends with a turning of the wheels: what is told of its end is the state before it."
+    return "The campaign ends with a reprofiling of the wheels; its end is reported in the state before it."
 
 
 def damage_left(dataset: xr.Dataset) -> dict[str, tuple[float, float]]:
-    """Tell the damage that the lathe left, of laws that state the depth of their cracks.
+    """Return the damage left by reprofiling, for laws that state the depth of their cracks.
 
     Parameters
     ----------
@@ -136,10 +136,10 @@ def damage_left(dataset: xr.Dataset) -> dict[str, tuple[float, float]]:
     Returns
     -------
     dict of str to (float, float)
-        By law the largest damage of wheels as they come from the lathe [-] and the depth of a crack of
-        damage 1 [m]; empty without turnings.
+        By law the largest damage of reprofiled wheels [-] and the depth of a crack of damage 1 [m]; empty
+        without reprofiling.
     """
-    rows = turned_rows(dataset)
+    rows = reprofiled_rows(dataset)
     if not rows or "fatigue_name" not in dataset:
         return {}
     return {
@@ -152,30 +152,30 @@ def damage_left(dataset: xr.Dataset) -> dict[str, tuple[float, float]]:
 
 
 def cracks_left(dataset: xr.Dataset) -> str:
-    """Say what the lathe made of fatigue damage, law by law; "" where there is none or no turning.
+    """Return the notes on fatigue damage left by reprofiling, law by law; empty without either.
 
     Parameters
     ----------
     dataset : Dataset
         From `results.open_results`.
     """
-    if not turned_rows(dataset) or "fatigue_name" not in dataset:
+    if not reprofiled_rows(dataset) or "fatigue_name" not in dataset:
         return ""
-    left, told = damage_left(dataset), []
+    left, notes = damage_left(dataset), []
     for law in dataset["fatigue_name"].values:
         if law not in left:
             why = "which states no depth of its cracks"
-            told.append(f"The lathe is assumed to take all damage of {law}, {why}.")
+            notes.append(f"Reprofiling is assumed to remove all damage of {law}, {why}.")
             continue
         damage, crack = left[law]
         kept = f"left at most {damage:.3g} of it" if damage > 0.0 else "left none"
-        reached = f"the damage its cut reached (1 is a crack of {1e3 * crack:g} mm)"
-        told.append(f"Of {law} the lathe took {reached} and {kept}.")
-    return " ".join(told)
+        removed = f"the damage within its cut (1 is a crack of {1e3 * crack:g} mm)"
+        notes.append(f"Of {law} reprofiling removed {removed} and {kept}.")
+    return " ".join(notes)
 
 
 def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:
-    """Wear depth by regime, summed along the profile and over all spans between turnings.
+    """Wear depth by regime, summed along the profile and over all spans between reprofilings.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:
     Returns
     -------
     (2, n_regimes) array
-        [m]; only the shares mean something: the points of a profile are equally apart.
+        Sums over the points [m], for shares: the points of a profile are equally spaced.
     """
     rows = [last for _, last in spans(dataset)]
     return np.asarray(dataset["wear_depth_by_regime"].values[rows].sum(axis=(0, 3)))
