@@ -78,7 +78,7 @@ class WearSection(Section):
     """[wear]: the law that turns frictional work into depth."""
 
     not_here: ClassVar[dict[str, str]] = {
-        "comparison": "the comparison laws are the key also_evaluate; rename it"
+        "beside": "the comparison laws are the key also_evaluate; rename it"
     }
 
     law: WearLawName = Field(WearSettings.law, description="the wear law")
