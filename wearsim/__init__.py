@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from wearsim.damage.fatigue import FATIGUE_LAWS
     from wearsim.damage.wear import WEAR_LAWS
     from wearsim.errors import WearsimError
+    from wearsim.profile.files import write_profile as export_profile
     from wearsim.profile.shape import Profile
-    from wearsim.profile.sources import export_profile, read_profile, standard_profile
+    from wearsim.profile.sources import read_profile, standard_profile
     from wearsim.quantities import QUANTITIES
     from wearsim.results.file import open_results
     from wearsim.scene.load import load_scene
@@ -30,24 +31,26 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _MODULES = {
-    "campaign.run": "resume run_scene",
-    "contact.dataset": "rails rollers solve_contact wheelset",
-    "contact.normal": "NORMAL_MODELS",
-    "contact.problem": "ContactConditions ContactModels Counterface Wheelset",
-    "contact.tangential": "TANGENTIAL_MODELS",
-    "damage.coefficients": "COEFFICIENT_SETS",
-    "damage.fatigue": "FATIGUE_LAWS",
-    "damage.wear": "WEAR_LAWS",
-    "errors": "WearsimError",
-    "profile.shape": "Profile",
-    "profile.sources": "export_profile read_profile standard_profile",
-    "quantities": "QUANTITIES",
-    "results.file": "open_results",
-    "scene.load": "load_scene",
-    "translation.translate": "translate",
+    "campaign.run": ("resume", "run_scene"),
+    "contact.dataset": ("rails", "rollers", "solve_contact", "wheelset"),
+    "contact.normal": ("NORMAL_MODELS",),
+    "contact.problem": ("ContactConditions", "ContactModels", "Counterface", "Wheelset"),
+    "contact.tangential": ("TANGENTIAL_MODELS",),
+    "damage.coefficients": ("COEFFICIENT_SETS",),
+    "damage.fatigue": ("FATIGUE_LAWS",),
+    "damage.wear": ("WEAR_LAWS",),
+    "errors": ("WearsimError",),
+    "profile.files": ("write_profile",),
+    "profile.shape": ("Profile",),
+    "profile.sources": ("read_profile", "standard_profile"),
+    "quantities": ("QUANTITIES",),
+    "results.file": ("open_results",),
+    "scene.load": ("load_scene",),
+    "translation.translate": ("translate",),
 }
-_PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names.split()}
+_PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names}
 _PLACES["run"] = _PLACES.pop("run_scene")
+_PLACES["export_profile"] = _PLACES.pop("write_profile")
 
 __all__ = [
     "COEFFICIENT_SETS", "FATIGUE_LAWS", "NORMAL_MODELS", "QUANTITIES", "TANGENTIAL_MODELS", "WEAR_LAWS",

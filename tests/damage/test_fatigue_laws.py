@@ -180,8 +180,8 @@ def test_all_faults_of_fatigue_settings():
         'branch "fall"',
         'coefficient set "burstow"',
     ]
-    assert told[4] == "crack_depth = 1000 mm must be from 0.001 to 100 mm"
-    assert told[5] == "crack_width = 1000 mm must be from 0.1 to 200 mm"
+    assert told[4] == "crack_depth = 1000 must be at least 0.001 and at most 100 mm"
+    assert told[5] == "crack_width = 1000 must be at least 0.1 and at most 200 mm"
     other = refused(default_settings("wlrm", coefficients="dirks_enblom_2011"))
     assert other == [
         'coefficients = "dirks_enblom_2011" belong to stress_index, not to law = "wlrm"; '

@@ -112,7 +112,7 @@ def test_wheels_that_miss_the_rail_are_refused():
 
 @pytest.mark.parametrize("amplitude", [0.0, -1e-3, 1.0, np.nan])
 def test_amplitude_is_checked(amplitude):
-    with pytest.raises(ProfileError, match=r"amplitude = .* mm must be in 0\.2 \.\. 15 mm"):
+    with pytest.raises(ProfileError, match=r"amplitude = .* must be at least 0\.2 and at most 15 mm"):
         equivalent_conicity(S1002, S1002, RAIL, amplitude=amplitude)
 
 

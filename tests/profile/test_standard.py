@@ -146,8 +146,8 @@ def test_spacing_is_checked(spacing):
     [
         ((-0.025, 1.435, 0.75), r"inclination = -0\.025 must be in"),
         ((np.nan, 1.435, 0.75), r"inclination = nan must be in"),
-        ((0.025, 1435.0, 0.75), r"gauge = 1\.435e\+06 mm must be in"),
-        ((0.025, 1.435, 1.5), r"half distance of the running circles = 1500 mm must be in"),
+        ((0.025, 1435.0, 0.75), r"gauge = 1\.435e\+06 must be at least 500 and"),
+        ((0.025, 1.435, 1.5), r"half_span = 1500 must be at least 250 and"),
     ],
 )
 def test_placement_is_checked(arguments, message):

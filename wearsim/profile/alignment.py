@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -94,7 +94,20 @@ def default_zones(reference: Profile) -> tuple[FitZone, ...]:
 
 @dataclass(frozen=True)
 class Move:
-    """What a rule finds: rotation about the origin, then shift; see `Alignment`."""
+    """How a profile is moved by an alignment.
+
+    Parameters
+    ----------
+    dy, dz : float
+        Shift, after the rotation [m].
+    angle : float
+        Rotation about the origin of the measured profile; turns y towards z [rad].
+    rms : float or None
+        Root mean square of the normal distances left on the zones used [m]; None for rules that hold
+        single points.
+    note : str
+        What was held, in one sentence.
+    """
 
     dy: float = 0.0
     dz: float = 0.0
@@ -310,33 +323,11 @@ class _Nearest:
 
 
 @dataclass(frozen=True)
-class Alignment:
-    """A profile after alignment, and how it was moved.
+class Alignment(Move):
+    """A profile after alignment, which its source notes, and the rule, a key of `ALIGNMENTS`."""
 
-    Parameters
-    ----------
-    profile : Profile
-        Moved; its source notes how.
-    rule : str
-        Key of `ALIGNMENTS`.
-    dy, dz : float
-        Shift, after the rotation [m].
-    angle : float
-        Rotation about the origin of the measured profile; turns y towards z [rad].
-    rms : float or None
-        Root mean square of the normal distances left on the zones used [m]; None for rules that hold
-        single points.
-    note : str
-        What was held, in one sentence.
-    """
-
-    profile: Profile
-    rule: str
-    dy: float
-    dz: float
-    angle: float
-    rms: float | None
-    note: str
+    profile: Profile = field(kw_only=True)
+    rule: str = field(kw_only=True)
 
 
 class AlignmentRule(NamedTuple):
@@ -386,8 +377,8 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
         move = ALIGNMENTS[rule].move(profile, reference, **options)
     except ProfileError as error:
         working = [name for name in known if name not in (rule, "none") and _works(name, profile, reference)]
-        way_out = f"align by {' or '.join(working)}" if working else "only 'none' is possible"
-        raise ProfileError(f"{profile.name}: alignment by {rule}: {error}; {way_out}") from error
+        fix = f"align by {' or '.join(working)}" if working else "only 'none' is possible"
+        raise ProfileError(f"{profile.name}: alignment by {rule}: {error}; {fix}") from error
     c, s = math.cos(move.angle), math.sin(move.angle)
     moved = profile
     if move.dy or move.dz or move.angle:
@@ -395,7 +386,7 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
         z = s * profile.y + c * profile.z + move.dz
         source = f"{profile.source}; aligned by {rule}" if profile.source else f"aligned by {rule}"
         moved = replace(profile, y=y, z=z, source=source)
-    return Alignment(moved, rule, move.dy, move.dz, move.angle, move.rms, move.note)
+    return Alignment(**vars(move), profile=moved, rule=rule)
 
 
 def _works(rule: str, profile: Profile, reference: Profile) -> bool:
@@ -489,10 +480,8 @@ def _by_back_and_tip(profile: Profile, reference: Profile) -> Move:
 
 
 def _back_shift(profile: Profile, reference: Profile) -> tuple[float, str]:
-    """Shift that lays the flange backs on each other [m], and what was held.
-
-    Compared at equal depth below the tip, which wears as little as the back; the tread does wear.
-    """
+    """Shift that lays the flange backs on each other [m], and what was held."""
+    # at equal depth below the tip, which wears as little as the back; the tread does wear
     tip_z, ref_tip_z = _tip(profile)[1], _tip(reference)[1]
     ref = prolonged(reference)
     end = int(np.argmax(ref.z)) + 1

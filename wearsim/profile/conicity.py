@@ -55,12 +55,8 @@ def _beyond(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], FloatArray]:
-    """Wheel z at the smallest gap to a right rail [m], as a function of lateral shifts (n,) [m].
-
-    NaN where the smallest gap is at the end of a profile: there the bodies would touch outside of what
-    is given. Shifts that all differ by whole grid steps share one evaluation of the wheel, and all calls of
-    the function the splines, which take longer than few shifts.
-    """
+    """Wheel z at the smallest gap to a right rail [m] over shifts (n,) [m]; NaN beyond the profiles."""
+    # shifts that differ by whole grid steps share one evaluation of the wheel, all calls share the splines
     from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
 
     rail_y, rail_z = facing(rail)
@@ -123,10 +119,8 @@ def _least(at: FloatArray, value: FloatArray) -> FloatArray:
 def _with_jumps(
     shift: FloatArray, difference: FloatArray, fine: Callable[[FloatArray], FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Insert shifts on both sides of each jump of the radius difference, 0.1 um apart.
-
-    A jump that is smeared over a step of 0.05 mm would change the conicity just behind it by a half.
-    """
+    """Insert shifts on both sides of each jump of the radius difference, 0.1 um apart."""
+    # smeared over a step of 0.05 mm, a jump would change the conicity just behind it by a half
     change = np.abs(np.diff(difference))
     trend = np.maximum(np.concatenate((change[:1], change[:-1])), np.concatenate((change[1:], change[-1:])))
     steps = np.flatnonzero(change > 3.0 * trend + _JUMP)
@@ -248,9 +242,8 @@ def equivalent_conicity(
     .. [1] EN 15302, Railway applications: method for determining the equivalent conicity; the same definition
        in UIC 519.
     """
-    low, high = QUANTITIES["amplitude"].span
-    if not low <= 1e3 * amplitude <= high:
-        raise ProfileError(f"amplitude = {amplitude * 1e3:g} mm must be in {low:g} .. {high:g} mm")
+    if fault := QUANTITIES["amplitude"].fault(amplitude):
+        raise ProfileError(fault)
     reach = math.ceil((amplitude + _CENTRE_RANGE) / _GRID)
     shift: FloatArray = _GRID * np.arange(-reach, reach + 1, dtype=np.float64)
     difference_at = _radius_difference(wheel_right, wheel_left, rail)

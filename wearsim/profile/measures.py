@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from types import MappingProxyType
 
 import numpy as np
 
@@ -170,13 +169,12 @@ class GaugeDistances:
 
     def __post_init__(self) -> None:
         for each in fields(self):
-            _check(each.name, getattr(self, each.name), f"gauge distance {each.name}")
+            _check(each.name, getattr(self, each.name))
 
 
-def _check(name: str, value: float, words: str) -> None:
-    low, high = QUANTITIES[name].span
-    if not low <= 1e3 * value <= high:  # also false for NaN
-        raise ProfileError(f"{words} = {1e3 * value:g} mm must be in {low:g} .. {high:g} mm")
+def _check(name: str, value: float) -> None:
+    if fault := QUANTITIES[name].fault(value):
+        raise ProfileError(fault)
 
 
 @dataclass(frozen=True)
@@ -247,27 +245,28 @@ def wheel_measures(
     if profile.kind != "wheel":
         raise ProfileError(f"{profile.name} is a {profile.kind}; gauge values are of wheels")
     if radius is not None:
-        _check("wheel_radius", radius, "rolling radius")
+        _check("wheel_radius", radius)
     at = distances or GaugeDistances()
     y, z = profile.y, profile.z
-    values, missing = _collected(
-        {
-            "flange_height": lambda: flange_height(*_with_tip(y, z)),
-            "flange_thickness": lambda: flange_thickness(
-                *_flanged(y, z), level=at.level, flange_back=at.flange_back
-            ),
-            "flange_gradient": lambda: flange_gradient(
-                *_with_tip(y, z), level=at.level, below_tip=at.below_tip
-            ),
-            "hollowing": lambda: _whole_hollowing(y, z),
-            "rim_width": lambda: _rim_width(*_flanged(y, z), at.flange_back),
-            "wheel_diameter": lambda: _diameter(y, z, radius),
-        }
-    )
+    gauge: dict[str, Callable[[], float]] = {
+        "flange_height": lambda: flange_height(*_with_tip(y, z)),
+        "flange_thickness": lambda: flange_thickness(
+            *_flanged(y, z), level=at.level, flange_back=at.flange_back
+        ),
+        "flange_gradient": lambda: flange_gradient(*_with_tip(y, z), level=at.level, below_tip=at.below_tip),
+        "hollowing": lambda: _whole_hollowing(y, z),
+        "rim_width": lambda: _rim_width(*_flanged(y, z), at.flange_back),
+        "wheel_diameter": lambda: _diameter(y, z, radius),
+    }
+    values: dict[str, float] = {}
+    missing: dict[str, str] = {}
+    for name, measure in gauge.items():
+        try:
+            values[name] = float(measure())
+        except ProfileError as error:
+            missing[name] = str(error)
     axle = _axle(values, values, back_to_back)
-    return Measures(
-        MappingProxyType({**values, **axle.values}), MappingProxyType({**missing, **axle.missing})
-    )
+    return Measures({**values, **axle.values}, {**missing, **axle.missing})
 
 
 def wheelset_measures(
@@ -297,40 +296,23 @@ def wheelset_measures(
     WheelsetMeasures
         Front-to-front is AR + Sd of the right + Sd of the left wheel, at the level of Sd.
     """
-    each = (
-        wheel_measures(right, distances, radius=radius_right),
-        wheel_measures(left, distances, radius=radius_left),
-    )
-    alone = [
-        Measures(
-            MappingProxyType({k: v for k, v in m.values.items() if k not in _OF_AXLE}),
-            MappingProxyType({k: v for k, v in m.missing.items() if k not in _OF_AXLE}),
-        )
-        for m in each
-    ]
-    axle = _axle(alone[0].values, alone[1].values, back_to_back)
-    values, missing = dict(axle.values), dict(axle.missing)
-    diameters = [m.values.get("wheel_diameter") for m in alone]
-    if diameters[0] is not None and diameters[1] is not None:
-        values["wheel_diameter_difference"] = diameters[0] - diameters[1]
+    wheels = []
+    for profile, radius in ((right, radius_right), (left, radius_left)):
+        whole = wheel_measures(profile, distances, radius=radius)
+        values = {name: value for name, value in whole.values.items() if name not in _OF_AXLE}
+        missing = {name: why for name, why in whole.missing.items() if name not in _OF_AXLE}
+        wheels.append(Measures(values, missing))
+    axle = _axle(wheels[0].values, wheels[1].values, back_to_back)
+    diameters = [wheel.values.get("wheel_diameter") for wheel in wheels]
+    difference = "wheel_diameter_difference"
+    if diameters[0] is None or diameters[1] is None:
+        axle = Measures(axle.values, {**axle.missing, difference: "the radii of both wheels are needed"})
     else:
-        missing["wheel_diameter_difference"] = "the radii of both wheels are needed"
-    return WheelsetMeasures(alone[0], alone[1], Measures(MappingProxyType(values), MappingProxyType(missing)))
+        axle = Measures({**axle.values, difference: diameters[0] - diameters[1]}, axle.missing)
+    return WheelsetMeasures(wheels[0], wheels[1], axle)
 
 
 _OF_AXLE = ("back_to_back", "front_to_front")
-
-
-def _collected(measures: Mapping[str, Callable[[], float]]) -> tuple[dict[str, float], dict[str, str]]:
-    """Take each measure or the reason why not."""
-    values: dict[str, float] = {}
-    missing: dict[str, str] = {}
-    for name, measure in measures.items():
-        try:
-            values[name] = float(measure())
-        except ProfileError as error:
-            missing[name] = str(error)
-    return values, missing
 
 
 def _axle(right: Mapping[str, float], left: Mapping[str, float], back_to_back: float | None) -> Measures:
@@ -338,7 +320,7 @@ def _axle(right: Mapping[str, float], left: Mapping[str, float], back_to_back: f
     if back_to_back is None:
         reason = "the back-to-back distance of the wheelset is not given"
         return Measures({}, dict.fromkeys(_OF_AXLE, reason))
-    _check("back_to_back", back_to_back, "back-to-back distance")
+    _check("back_to_back", back_to_back)
     values = {"back_to_back": back_to_back}
     if "flange_thickness" not in right or "flange_thickness" not in left:
         return Measures(values, {"front_to_front": "the flange thickness cannot be measured"})

@@ -73,10 +73,8 @@ def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, ha
     if not 0.0 <= inclination <= steepest:
         raise ProfileError(f"rail inclination = {inclination:g} must be in 0 .. {steepest:g} (1:40 is 0.025)")
     for name, value in (("gauge", gauge), ("half_span", half_span)):
-        low, high = QUANTITIES[name].span
-        if not low <= 1e3 * value <= high:
-            meaning = QUANTITIES[name].meaning
-            raise ProfileError(f"{meaning} = {value * 1e3:g} mm must be in {low:g} .. {high:g} mm")
+        if fault := QUANTITIES[name].fault(value):
+            raise ProfileError(fault)
     tilt = math.atan(inclination)
     y_tilted, z_tilted = Placement(tilt, 0.0, 0.0).apply(y, z)
     top = int(np.argmin(z_tilted))

@@ -201,11 +201,9 @@ def _piece(part: FloatArray, s: FloatArray, length: FloatArray, wavelength: floa
 
 
 def _end_bend(part: FloatArray, s: FloatArray, wavelength: float) -> FloatArray:
-    """Smooth function with the second derivative the points have at s = 0, fading out from there.
-
-    Its second derivative is k (1 - u^2)^2, u = s over the fading length: without slope at the end, as
-    the free end of the spline wants what remains.
-    """
+    """Smooth function with the second derivative the points have at s = 0, fading out from there."""
+    # its second derivative is k (1 - u^2)^2, u = s over the fading length: without slope at the end, as the
+    # free end of the spline needs what remains
     near = s <= _FIT * wavelength
     if np.count_nonzero(near) < 5:
         return np.zeros_like(part)

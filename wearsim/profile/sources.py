@@ -1,13 +1,13 @@
-"""Profiles for users: a standard shape by name, a file of any known format, and back to a file."""
+"""Profiles for users, by the name of a standard shape or from a file, placed in the track."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal, Unpack
 
 from wearsim.errors import ProfileError
 from wearsim.profile import standard
-from wearsim.profile.files import load_profile, write_profile
+from wearsim.profile.files import Statements, load_profile
 from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
 
@@ -99,7 +99,7 @@ def read_profile(
     inclination: float = INCLINATION,
     gauge: float = GAUGE,
     back_to_back: float = 1.360,
-    **statements: Any,
+    **statements: Unpack[Statements],
 ) -> Profile:
     """Read a profile from a file of any known format.
 
@@ -115,8 +115,8 @@ def read_profile(
     gauge, back_to_back : float
         As of `standard_profile` [m].
     **statements
-        What the file does not say and cannot be detected: `format`, `units`, `mirror`, `z_up`, `origin`,
-        `part`, `slice` of `wearsim.profile.files.read_profile`, which also returns what was detected.
+        What the file does not say or says wrongly: `format`, `units`, `mirror`, `z_up`, `origin`, `part`,
+        `slice`, see `wearsim.profile.files.Statements`.
 
     Returns
     -------
@@ -136,42 +136,11 @@ def read_profile(
     'wheel'
     """
     path = Path(path)
+    unknown = [name for name in statements if name not in Statements.__annotations__]
+    if unknown:
+        known = ", ".join(Statements.__annotations__)
+        raise ProfileError(f"{path}: {unknown[0]} is no statement on a file; known: {known}")
     if not path.is_file():
         raise ProfileError(f"{path} does not exist or is no file; give a profile file")
     span = half_span(back_to_back)
     return load_profile(path, kind, inclination=inclination, gauge=gauge, half_span=span, **statements)
-
-
-def export_profile(
-    profile: Profile,
-    path: str | Path,
-    format: Literal["two-column", "miniprof", "simpack"] = "two-column",
-    *,
-    overwrite: bool = False,
-) -> None:
-    """Write a profile to a file that `read_profile` reads back to the same bits.
-
-    Parameters
-    ----------
-    profile : Profile
-        In metres.
-    path : str or Path
-        File to write; MiniProf `.whl` or `.ban`, SIMPACK `.prw` or `.prr`.
-    format : {"two-column", "miniprof", "simpack"}
-        Of the file; two columns are y and z in mm.
-    overwrite : bool
-        Whether an existing file may be replaced.
-
-    Raises
-    ------
-    ProfileError
-        The format is not known, the extension is that of the other kind, the file exists or cannot be
-        written, or a point is not finite.
-
-    Examples
-    --------
-    >>> import wearsim
-    >>> rail = wearsim.standard_profile("60E1")
-    >>> wearsim.export_profile(rail, "60e1.csv")
-    """
-    write_profile(profile, path, format, overwrite=overwrite)

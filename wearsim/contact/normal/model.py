@@ -16,8 +16,9 @@ from wearsim.contact.geometry import Gap
 from wearsim.contact.patch import FloatArray, IntArray, Patch
 from wearsim.contact.registry import check_grid
 from wearsim.errors import ContactError, NumericalError
+from wearsim.quantities import QUANTITIES
 
-FEWEST = 5
+FEWEST = int(QUANTITIES["strips"].range.low)
 """Strips across a patch and cells along each of any normal model, at least."""
 LARGEST_STRAIN = 0.1
 """Largest pressure over E*: strains of a tenth, four times what hardened steel stands before it yields."""

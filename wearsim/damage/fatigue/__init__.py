@@ -17,6 +17,7 @@ from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, patch_loads
 from wearsim.damage.registry import Registry, discover, unknown
 from wearsim.errors import Fault, NumericalError, SceneError
+from wearsim.quantities import QUANTITIES
 
 FATIGUE_LAWS: Registry[FatigueLaw] = discover("fatigue law", __name__, __path__, FatigueLaw)
 BRANCHES: tuple[Branch, ...] = ("net", "rising")
@@ -100,11 +101,9 @@ def coefficients_of(settings: FatigueSettings) -> CoefficientSet:
         faults += error.faults
     if law is not None:
         faults += _removal_faults(law, settings)
-    depth = settings.crack_depth
-    if depth is not None and not 1e-6 <= depth <= 0.1:
-        faults.append(Fault(f"crack_depth = {1e3 * depth:g} mm must be from 0.001 to 100 mm"))
-    if not 1e-4 <= settings.crack_width <= 0.2:
-        faults.append(Fault(f"crack_width = {1e3 * settings.crack_width:g} mm must be from 0.1 to 200 mm"))
+    for name, value in (("crack_depth", settings.crack_depth), ("crack_width", settings.crack_width)):
+        if value is not None and (told := QUANTITIES[f"fatigue_{name}"].fault(value, name)):
+            faults.append(Fault(told))
     if faults or coefficients is None:
         raise SceneError(faults)
     return coefficients

@@ -331,6 +331,12 @@ def write_profile(
     -----
     The shortest decimals that stand for the stored metres, moved by exact decimal arithmetic:
     `read_profile` returns the same bits.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> rail = wearsim.standard_profile("60E1")
+    >>> wearsim.export_profile(rail, "60e1.ban", "miniprof")
     """
     path = Path(path)
     _known("format", format, WRITTEN_FORMATS, path)

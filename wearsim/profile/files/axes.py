@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Literal, TypedDict
+from typing import Literal, NoReturn, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,7 +118,7 @@ class _Conversion:
         self.notes: list[str] = []
 
     def result(self) -> OurAxes:
-        points, notes, faults, wheel = self.points, self.notes, self.faults, self.kind == "wheel"
+        points, notes, wheel = self.points, self.notes, self.kind == "wheel"
         rough = [
             np.array([float(cell) for cell in cells]) + float(shift)
             for cells, shift in ((points.y, points.shift_y), (points.z, points.shift_z))
@@ -136,11 +136,9 @@ class _Conversion:
                 f"straight piece of {longest * 1e3:.3g} mm without points near an end taken as it is"
             )
         upside = self._flip_z(y, z)
-        faults.raise_any()
         z = -z if upside else z
         flip = self._flip_wheel(y, z) if wheel else self._flip_rail(y, z)
-        offset = self._wheel_offset(-y if flip else y, z) if wheel and not faults.entries else Decimal(0)
-        faults.raise_any()
+        offset = self._wheel_offset(-y if flip else y, z) if wheel else Decimal(0)
         factor_y = EXACT.multiply(unit, Decimal(-1 if flip != points.mirror_y else 1))
         factor_z = EXACT.multiply(unit, Decimal(-1 if upside != points.mirror_z else 1))
         y = scaled([points.y[int(k)] for k in kept], points.shift_y, factor_y, offset)
@@ -164,6 +162,11 @@ class _Conversion:
         for message, point in messages:
             self.faults.add(message, None if point is None else lines[point])
         self.faults.raise_any()
+
+    def _stop(self, message: str) -> NoReturn:
+        self.faults.add(message)
+        self.faults.raise_any()
+        raise AssertionError(message)
 
     def _unit(self, y: FloatArray, z: FloatArray) -> Decimal:
         """Length of the file's unit [m]."""
@@ -189,14 +192,12 @@ class _Conversion:
         hint = f"; the width alone would fit {' or '.join(wide)}" if wide and not fits else ""
         if not fits and _plausible(kind, y, z, "cm"):
             hint = f"; {IN_CM}{' or inches' if 'inches' in wide else ''}"
-        self.faults.add(
+        self._stop(
             f"the {kind} profile is {np.ptp(y):.4g} wide and {np.ptp(z):.4g} high, which fits "
             f"{'several units' if fits else 'no unit'} (a {kind} is {low * 1e3:g} .. {high * 1e3:g} mm wide "
             f"and {HEIGHT_RANGE[kind][0] * 1e3:g} .. {HEIGHT_RANGE[kind][1] * 1e3:g} mm high){hint}: check "
             f"the columns and state --units {', '.join(UNITS)}"
         )
-        self.faults.raise_any()
-        return UNITS["mm"]
 
     def _distinct(self, y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
         """Return the indices of the points that differ from the one before them (instruments at rest)."""
@@ -241,8 +242,7 @@ class _Conversion:
         if up is None:
             what = "a flange tip stands out on neither side" if wheel else "the head is as flat as its ends"
             if wheel or axis == "unknown":
-                self.faults.add(f"{what}, so the sign of z is not known: state --z-up or --z-down")
-                return False
+                self._stop(f"{what}, so the sign of z is not known: state --z-up or --z-down")
             self.notes.append(f"{what}: z taken as {axis}, the rule of the format")
             return axis == "up"
         if up:
@@ -257,11 +257,10 @@ class _Conversion:
             return self._mirror_stated(mirror)
         place = (float(y[int(np.argmax(z))]) - float(y.min())) / float(np.ptp(y))
         if 0.4 < place < 0.6:
-            self.faults.add(
+            self._stop(
                 "the flange tip is in the middle of the profile, so its side is not known: state --mirror "
                 "(flange at the end of larger y) or --no-mirror"
             )
-            return False
         if place > 0.5:
             self.notes.append("flange at the end of larger y, y mirrored")
         elif self.points.y_axis == "centre":
@@ -312,14 +311,14 @@ class _Conversion:
             elif _symmetric(y, z, top):
                 self.notes.append("head symmetric: it does not matter which side is the gauge side")
             else:
-                self.faults.add(
+                self._stop(
                     "both sides of the head could be the gauge side: state --mirror (gauge side at the end "
                     "of larger y) or --no-mirror (at the end of smaller y)"
                 )
             return bool(larger)
         flip = axis == "centre"
         if larger is not None and larger != flip:
-            self.faults.add(
+            self._stop(
                 f"the gauge side should be at the end of {'larger' if flip else 'smaller'} y by the rule of "
                 "the format, but only the other side of the head reaches 14 mm down: state --mirror (gauge "
                 "side at the end of larger y) or --no-mirror"
