@@ -11,7 +11,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.report.inspect import inspect
 from wearsim.results import layout_of, open_results, row_count
 from wearsim.results.older import RENAMED
-from wearsim.results.reprofiling import reprofilings
+from wearsim.results.turnings import turnings
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -47,7 +47,7 @@ def test_results_of_schema_3_are_read_by_what_reads_results(path):
     assert list(found["damage"]["comparison"]) == ["archard"]
     assert found["counterface"]["counterface_redressed_count"] == 2
     with open_results(path) as dataset:
-        (turning,) = reprofilings(dataset)
+        (turning,) = turnings(dataset)
         assert turning.distance == pytest.approx(20e3)
 
 

@@ -16,73 +16,6 @@ from wearsim.damage.fatigue.balance import damage_after
 from wearsim.profile.shape import vertex_lengths
 
 RateAt = Callable[[State], WearRate]
-Predict = Callable[[Increment], State]
-
-
-class Outcome(NamedTuple):
-    """Result of an integrator for one step.
-
-    Parameters
-    ----------
-    after : State
-        At the end of the step.
-    companion : State or None
-        The same step by the rule of the other order; the difference in depth estimates the error of the rule
-        of lower order. None without estimate.
-    """
-
-    after: State
-    companion: State | None
-
-
-Integrator = Callable[[State, WearRate, float, RateAt, Predict, bool], Outcome]
-
-
-def euler(
-    state: State, rate: WearRate, step_length: float, rate_at: RateAt, predict: Predict, estimate: bool
-) -> Outcome:
-    """Wear at the rate of the beginning of the step, first order; Heun's rule estimates the error."""
-    after = predict(_at_once(rate, step_length))
-    mean = _mean_of_rates(state, rate, step_length, rate_at, after) if estimate else None
-    return Outcome(after, None if mean is None else predict(mean))
-
-
-def heun(
-    state: State,
-    rate: WearRate,
-    step_length: float,
-    rate_at: RateAt,
-    predict: Predict,
-    estimate: bool,  # noqa: ARG001 -- Euler's step is made anyway
-) -> Outcome:
-    """Wear at the mean of the rates at the beginning and the predicted end of the step, second order.
-
-    Notes
-    -----
-    The prediction is Euler's step; the difference of both is the error of Euler's step to first order, an
-    upper estimate of the error of this rule.
-    """
-    ahead = predict(_at_once(rate, step_length))
-    return Outcome(predict(_mean_of_rates(state, rate, step_length, rate_at, ahead)), ahead)
-
-
-def semi_implicit(
-    state: State, rate: WearRate, step_length: float, rate_at: RateAt, predict: Predict, estimate: bool
-) -> Outcome:
-    r"""Wear at the rate of the end of the step, linearised, first order, stable for any length.
-
-    Notes
-    -----
-    With virtual penetration the rate of a strip falls with :math:`1 - d/g`. Solved for the depth at the end
-    of the step, a wave is multiplied by :math:`1/(1 + S)` instead of :math:`1 - S`.
-    """
-    start = _at_once(rate, step_length)
-    comparison = tuple(depth / _divisor(rate, step_length) for depth in start.comparison)
-    after = predict(
-        Increment(damped(rate, step_length), comparison, start.fatigue, damped_counterface(rate, step_length))
-    )
-    mean = _mean_of_rates(state, rate, step_length, rate_at, after) if estimate else None
-    return Outcome(after, None if mean is None else predict(mean))
 
 
 def damped(rate: WearRate, step_length: float) -> FloatArray:
@@ -126,11 +59,19 @@ def _at_once(rate: WearRate, step_length: float) -> Increment:
     )
 
 
+def _damped(rate: WearRate, step_length: float) -> Increment:
+    """Increment of a step at the rate of its end, linearised; fatigue damage at the rate of its beginning."""
+    start, divisor = _at_once(rate, step_length), _divisor(rate, step_length)
+    comparison = tuple(depth / divisor for depth in start.comparison)
+    return Increment(
+        damped(rate, step_length), comparison, start.fatigue, damped_counterface(rate, step_length)
+    )
+
+
 def _mean_of_rates(
-    state: State, rate: WearRate, step_length: float, rate_at: RateAt, ahead: State
+    state: State, rate: WearRate, step_length: float, ahead: State, predicted: WearRate
 ) -> Increment:
     """Increment at the mean of the rates in two states, scaled to the present stretches."""
-    predicted = rate_at(ahead)
     stretch = _stretched(state, ahead)
 
     def mean(here: FloatArray, there: FloatArray, stretch: FloatArray = stretch) -> FloatArray:
@@ -159,7 +100,33 @@ def _stretched(before: State | CounterfaceState, after: State | CounterfaceState
     )
 
 
-INTEGRATORS: dict[str, Integrator] = {"euler": euler, "heun": heun, "semi_implicit": semi_implicit}
+class Integrator(NamedTuple):
+    """Rule of a wear step.
+
+    Parameters
+    ----------
+    increment : callable
+        Increment of first order, from the rate at the beginning and the length of the step [m].
+    second_order : bool
+        Whether the step is that of Heun's rule, at the mean of the rates at the beginning and at the end of
+        the increment of first order. Otherwise Heun's rule estimates the error only.
+    """
+
+    increment: Callable[[WearRate, float], Increment]
+    second_order: bool
+
+
+INTEGRATORS = {
+    "euler": Integrator(_at_once, second_order=False),
+    "heun": Integrator(_at_once, second_order=True),
+    "semi_implicit": Integrator(_damped, second_order=False),
+}
+r"""Rules by name.
+
+With virtual penetration the rate of a strip falls with :math:`1 - d/g`. Solved for the depth at the end of
+the step, "semi_implicit" multiplies a wave by :math:`1/(1 + S)` instead of :math:`1 - S`: it is stable for
+any length.
+"""
 
 
 def advance(
@@ -219,9 +186,12 @@ def advance(
             worn = replace(worn, counterface=other)
         return _with_comparison_laws(state, worn, increment, smoothing_wavelength, crack_depth)
 
-    after, companion = INTEGRATORS[integrator](state, rate, step_length, rate_at, wear_off, estimate)
-    if companion is None:
-        return after
+    rule = INTEGRATORS[integrator]
+    first = wear_off(rule.increment(rate, step_length))
+    if not (estimate or rule.second_order):
+        return first
+    second = wear_off(_mean_of_rates(state, rate, step_length, first, rate_at(first)))
+    after, companion = (second, first) if rule.second_order else (first, second)
     error = float(np.abs(after.wear_depth - companion.wear_depth).max())
     if after.counterface is not None and companion.counterface is not None:
         error = max(error, float(np.abs(after.counterface.depth - companion.counterface.depth).max()))

@@ -21,7 +21,7 @@ from wearsim.report.style import (
     shown,
     wrapped,
 )
-from wearsim.results.reprofiling import last_worn_row, new_row
+from wearsim.results.turnings import last_worn_row, new_row
 from wearsim.translation.axes import at_distances, rows_at
 
 WHEELS = ("right", "left")

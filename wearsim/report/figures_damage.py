@@ -11,7 +11,7 @@ from wearsim.damage.fatigue.agreement import normalised
 from wearsim.damage.fatigue.shakedown import boundaries
 from wearsim.report.figures import WHEELS, new_place
 from wearsim.report.style import COLOURS, SERIES_COLOURS, label, own_axes, plain, role_of, shown, wrapped
-from wearsim.results.reprofiling import last_worn_row
+from wearsim.results.turnings import last_worn_row
 
 _NEW_Y = "Lateral position on the new wheel [mm]"
 _MARKERS = ("o", "^", "s", "D", "v", "P")

@@ -24,7 +24,7 @@ from wearsim.report import (
 from wearsim.report.convergence import CAPTION, Convergence, read_convergence
 from wearsim.report.style import plain, role_of, shown, to_svg
 from wearsim.results import doubts, open_results
-from wearsim.results.reprofiling import cracks_left, last_worn_row, reprofiled_at_end, wear_steps
+from wearsim.results.turnings import closing_turning, cracks_left, last_worn_row, wear_steps
 from wearsim.translation.translate import content_hash, table, translate
 
 SECTIONS = (
@@ -197,7 +197,7 @@ def warnings(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> list
         text = str(data.attrs.get("warnings", "")).replace("\n", "; ")
         lines += [f"{role}: {line.strip()}" for line in text.split("; ") if line.strip()]
         lines += [f"{role}: {line}." for line in doubts(data)]
-        if told := reprofiled_at_end(data):
+        if told := closing_turning(data):
             lines.append(f"{role}: {told}")
         if "finished" not in data.attrs:
             run = shown("distance", data["distance"].values[-1])

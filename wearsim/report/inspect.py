@@ -15,12 +15,12 @@ from wearsim.report.style import capital, role_of, save_svg
 from wearsim.report.tables import UNDEFINED, limit_text, number
 from wearsim.results import doubts, open_results
 from wearsim.results.limits import limits_met
-from wearsim.results.reprofiling import (
+from wearsim.results.turnings import (
+    closing_turning,
     cracks_left,
     depth_by_regime,
     last_worn_row,
-    reprofiled_at_end,
-    reprofilings,
+    turnings,
     wear_steps,
 )
 
@@ -85,7 +85,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "warnings": [
             *(line.strip() for line in str(dataset.attrs.get("warnings", "")).split("; ") if line.strip()),
             *doubts(dataset),
-            *filter(None, [reprofiled_at_end(dataset)]),
+            *filter(None, [closing_turning(dataset)]),
         ],
         "settings": {key: _plain(dataset.attrs[key]) for key in _SETTINGS if key in dataset.attrs},
         "new": {name: [_plain(v) for v in dataset[name].values[0]] for name in _MEASURES},
@@ -107,7 +107,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
     }
     found["turnings"] = [
         {"distance": one.distance, "before": list(one.before), "after": list(one.after)}
-        for one in reprofilings(dataset)
+        for one in turnings(dataset)
     ]
     found["cracks_left"] = cracks_left(dataset)
     if "comparison_name" in dataset or "fatigue_name" in dataset:

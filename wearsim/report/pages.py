@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from wearsim.report import figures, figures_translation
 from wearsim.report.style import COLOURS, grid, legend, plain, role_of, shown, style
-from wearsim.results.reprofiling import last_worn_row, reprofiled_rows
+from wearsim.results.turnings import last_worn_row, turned_rows
 from wearsim.translation.axes import at_distances
 
 _FACTOR_POINTS = (
@@ -61,7 +61,7 @@ def environment_note(datasets: list[xr.Dataset]) -> str:
 
 def turning_note(datasets: list[xr.Dataset]) -> str:
     """One sentence on what wear depths count from, where wheels of any campaign were turned; else empty."""
-    return "Depth counts from the last turning of the wheels." if any(map(reprofiled_rows, datasets)) else ""
+    return "Depth counts from the last turning of the wheels." if any(map(turned_rows, datasets)) else ""
 
 
 def worn_range(datasets: list[xr.Dataset], wheel: int, name: str = "profile_y") -> tuple[float, float]:

@@ -16,7 +16,7 @@ from wearsim.report.pages import environment_text
 from wearsim.report.style import capital, plain, role_of, shown
 from wearsim.results.limits import LIMITED, LimitMet, limits_met
 from wearsim.results.plausibility import LOAD_TOLERANCE, load_scaling, tread_wear
-from wearsim.results.reprofiling import last_worn_row, reprofiled_rows, reprofilings, spans, wear_steps
+from wearsim.results.turnings import last_worn_row, spans, turned_rows, turnings, wear_steps
 from wearsim.translation.factors import POINT_QUANTITIES
 from wearsim.translation.translate import point_table
 
@@ -311,7 +311,7 @@ def turned_wheels(dataset: xr.Dataset) -> list[tuple[Cell, list[Cell]]]:
             number(shown("distance", one.distance)),
             [cell for side in zip(one.before, one.after, strict=True) for cell in cells(*side)],
         )
-        for one in reprofilings(dataset)
+        for one in turnings(dataset)
     ]
 
 
@@ -336,7 +336,7 @@ def _where_met(limit: LimitMet) -> Cell:
 
 def quality(dataset: xr.Dataset) -> list[tuple[str, Cell]]:
     """Numbers that tell how far a campaign can be trusted as a computation."""
-    lathe = reprofiled_rows(dataset)
+    lathe = turned_rows(dataset)
     count = wear_steps(dataset)
     depth = dataset["wear_depth"].values
     rows = [("Wear steps", Cell(str(count), float(count)))]

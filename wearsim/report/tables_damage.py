@@ -13,13 +13,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.report.figures import WHEELS
 from wearsim.report.style import shown
 from wearsim.report.tables import Cell, number
-from wearsim.results.reprofiling import (
-    depth_by_regime,
-    last_worn_row,
-    new_row,
-    reprofiled_at_end,
-    reprofiled_rows,
-)
+from wearsim.results.turnings import closing_turning, depth_by_regime, last_worn_row, new_row, turned_rows
 
 _COLUMNS = ("rig", "field", "ratio")
 _NONE = Cell("–")
@@ -105,7 +99,7 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
         "left [mm]", "over active", "Share of the worn area by regime",
     ]  # fmt: skip
     text = "Wear laws on the contacts of the campaign; the profile wears by the active law alone."
-    if reprofiled_rows(dataset):
+    if turned_rows(dataset):
         text += " Area is of all wear, depth of the last stretch that was run since a turning."
     active_set = [str(dataset.attrs.get(f"wear_coefficients_{key}", "")) for key in _HOLDS]
     return [
@@ -154,7 +148,7 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
         "are before what wear removes of cracks of a stated depth. The width of a place is an assumption: "
         "damage at a point before removal is in proportion to it."
     )
-    text = " ".join(filter(None, (text, reprofiled_at_end(dataset))))
+    text = " ".join(filter(None, (text, closing_turning(dataset))))
     origin = [_origin(dataset, "fatigue", k) for k in range(len(names))]
     return [
         Table("fatigue-laws", text, head, rows),

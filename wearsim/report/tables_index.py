@@ -14,7 +14,7 @@ from wearsim.report.figures import WHEELS
 from wearsim.report.style import shown
 from wearsim.report.tables import Cell, number
 from wearsim.report.tables_damage import Table
-from wearsim.results.reprofiling import last_worn_row
+from wearsim.results.turnings import last_worn_row
 
 SUBSURFACE = "subsurface_fatigue_index"
 

@@ -29,8 +29,8 @@ LIMITED: Mapping[str, float] = {
 
 _ATTRIBUTE = "limit_"
 END = "end_at_limit"
-REPROFILED_AT = "reprofiling_limits"
-"""Attribute with the names, separated by spaces, of the limits at which wheels are reprofiled."""
+TURNED_AT = "reprofiling_limits"
+"""Attribute that names, separated by spaces, the limits at which wheels are turned."""
 
 
 def attributes_of(limits: Mapping[str, float], end: bool) -> dict[str, float | int]:
@@ -58,7 +58,7 @@ def limits_of(attributes: Mapping[str, Any]) -> dict[str, float]:
 
 
 def ending_limits(attributes: Mapping[str, Any]) -> dict[str, float]:
-    """Return the limits that end a campaign: none unless it ends there, and none that leads to reprofiling.
+    """Return the limits that end a campaign: none unless it is to end there, and none that has wheels turned.
 
     Parameters
     ----------
@@ -67,8 +67,8 @@ def ending_limits(attributes: Mapping[str, Any]) -> dict[str, float]:
     """
     if END not in attributes:
         return {}
-    reprofiled = str(attributes.get(REPROFILED_AT, "")).split()
-    return {name: value for name, value in limits_of(attributes).items() if name not in reprofiled}
+    turned = str(attributes.get(TURNED_AT, "")).split()
+    return {name: value for name, value in limits_of(attributes).items() if name not in turned}
 
 
 def first_met(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wearsim.damage.wear import WEAR_LAWS
-from wearsim.results.reprofiling import damage_left, depth_by_regime, spans
+from wearsim.results.turnings import damage_left, depth_by_regime, spans
 
 if TYPE_CHECKING:
     import xarray as xr

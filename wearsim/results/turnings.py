@@ -1,4 +1,4 @@
-"""Reprofilings of the wheels in a result, and the spans of wear between them."""
+"""The turnings of the wheels in a result, and the spans of wear between them."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Reprofiling:
-    """One reprofiling of both wheels.
+class TurningMade:
+    """One turning of both wheels.
 
     Parameters
     ----------
     distance : float
-        Distance run [m].
+        Where it was [m].
     before, after : tuple of float or None
-        Diameter of right and left wheel at the running circle [m].
+        Diameter of right and left wheel at the tape circle [m].
     """
 
     distance: float
@@ -30,8 +30,8 @@ class Reprofiling:
     after: tuple[float | None, float | None]
 
 
-def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
-    """Return the rows of reprofiled wheels before they run.
+def turned_rows(dataset: xr.Dataset) -> list[int]:
+    """Return the rows that hold wheels as they come from the lathe.
 
     Parameters
     ----------
@@ -44,8 +44,8 @@ def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
     return [int(row) for row in np.flatnonzero((last == np.arange(last.size)) & (last > 0))]
 
 
-def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
-    """Return the reprofilings of the wheels.
+def turnings(dataset: xr.Dataset) -> tuple[TurningMade, ...]:
+    """Tell each turning of the wheels.
 
     Parameters
     ----------
@@ -54,8 +54,8 @@ def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
 
     Returns
     -------
-    tuple of Reprofiling
-        In order; empty without reprofiling.
+    tuple of TurningMade
+        In order; none where wheels are not turned.
     """
 
     def diameters(row: int) -> tuple[float | None, float | None]:
@@ -63,25 +63,25 @@ def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
         return (right if np.isfinite(right) else None, left if np.isfinite(left) else None)
 
     return tuple(
-        Reprofiling(float(dataset["distance"].values[row]), diameters(row - 1), diameters(row))
-        for row in reprofiled_rows(dataset)
+        TurningMade(float(dataset["distance"].values[row]), diameters(row - 1), diameters(row))
+        for row in turned_rows(dataset)
     )
 
 
 def spans(dataset: xr.Dataset) -> Iterator[tuple[int, int]]:
-    """Yield first and last row of each span of wear, from new or reprofiled wheels to the next reprofiling.
+    """Give first and last row of each span of wear, from a new or turned wheel to the last before the next.
 
     Parameters
     ----------
     dataset : Dataset
         From `results.open_results`.
     """
-    rows = reprofiled_rows(dataset)
+    rows = turned_rows(dataset)
     yield from zip([0, *rows], [*(row - 1 for row in rows), dataset.sizes["step"] - 1], strict=True)
 
 
 def last_worn_row(dataset: xr.Dataset) -> int:
-    """Return the last row whose wheels are not just reprofiled.
+    """Return the last row whose wheels do not just come from the lathe.
 
     Parameters
     ----------
@@ -89,44 +89,44 @@ def last_worn_row(dataset: xr.Dataset) -> int:
         From `results.open_results`.
     """
     last = dataset.sizes["step"] - 1
-    return last - 1 if last in reprofiled_rows(dataset) else last
+    return last - 1 if last in turned_rows(dataset) else last
 
 
 def wear_steps(dataset: xr.Dataset) -> int:
-    """Return the number of wear steps of a campaign, without reprofilings.
+    """Return how many wear steps a campaign has taken; a turning of the wheels is none.
 
     Parameters
     ----------
     dataset : Dataset
         From `results.open_results`.
     """
-    return int(dataset.sizes["step"]) - 1 - len(reprofiled_rows(dataset))
+    return int(dataset.sizes["step"]) - 1 - len(turned_rows(dataset))
 
 
 def new_row(dataset: xr.Dataset, row: int) -> int:
-    """Return the row of the new or reprofiled wheels before a row.
+    """Return the row of the wheels as they were new, or came from the lathe, before a row.
 
     Parameters
     ----------
     dataset : Dataset
         From `results.open_results`.
     row : int
-        Row whose depth and damage stand at the points of that profile.
+        Any; depth and damage in it stand at the points of that profile.
     """
     if "last_reprofiling" not in dataset:
         return 0
     return int(dataset["last_reprofiling"].values[row])
 
 
-def reprofiled_at_end(dataset: xr.Dataset) -> str:
-    """Return the note on a campaign that ends with a reprofiling; empty otherwise."""
+def closing_turning(dataset: xr.Dataset) -> str:
+    """Say that a campaign ends with a turning and what of it is shown, "" if it does not."""
     if last_worn_row(dataset) == dataset.sizes["step"] - 1:
         return ""
-    return "The campaign ends with a reprofiling of the wheels; its end is reported in the state before it."
+    return "The campaign ends with a turning of the wheels: what is told of its end is the state before it."
 
 
 def damage_left(dataset: xr.Dataset) -> dict[str, tuple[float, float]]:
-    """Return the damage left by reprofiling, for laws that state the depth of their cracks.
+    """Tell the damage that the lathe left, of laws that state the depth of their cracks.
 
     Parameters
     ----------
@@ -136,10 +136,10 @@ def damage_left(dataset: xr.Dataset) -> dict[str, tuple[float, float]]:
     Returns
     -------
     dict of str to (float, float)
-        By law the largest damage of reprofiled wheels [-] and the depth of a crack of damage 1 [m]; empty
-        without reprofiling.
+        By law the largest damage of wheels as they come from the lathe [-] and the depth of a crack of
+        damage 1 [m]; empty without turnings.
     """
-    rows = reprofiled_rows(dataset)
+    rows = turned_rows(dataset)
     if not rows or "fatigue_name" not in dataset:
         return {}
     return {
@@ -152,30 +152,30 @@ def damage_left(dataset: xr.Dataset) -> dict[str, tuple[float, float]]:
 
 
 def cracks_left(dataset: xr.Dataset) -> str:
-    """Return the notes on fatigue damage left by reprofiling, law by law; empty without either.
+    """Say what the lathe made of fatigue damage, law by law; "" where there is none or no turning.
 
     Parameters
     ----------
     dataset : Dataset
         From `results.open_results`.
     """
-    if not reprofiled_rows(dataset) or "fatigue_name" not in dataset:
+    if not turned_rows(dataset) or "fatigue_name" not in dataset:
         return ""
-    left, notes = damage_left(dataset), []
+    left, told = damage_left(dataset), []
     for law in dataset["fatigue_name"].values:
         if law not in left:
             why = "which states no depth of its cracks"
-            notes.append(f"Reprofiling is assumed to remove all damage of {law}, {why}.")
+            told.append(f"The lathe is assumed to take all damage of {law}, {why}.")
             continue
         damage, crack = left[law]
         kept = f"left at most {damage:.3g} of it" if damage > 0.0 else "left none"
-        removed = f"the damage within its cut (1 is a crack of {1e3 * crack:g} mm)"
-        notes.append(f"Of {law} reprofiling removed {removed} and {kept}.")
-    return " ".join(notes)
+        reached = f"the damage its cut reached (1 is a crack of {1e3 * crack:g} mm)"
+        told.append(f"Of {law} the lathe took {reached} and {kept}.")
+    return " ".join(told)
 
 
 def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:
-    """Wear depth by regime, summed along the profile and over all spans between reprofilings.
+    """Wear depth by regime, summed along the profile and over all spans between turnings.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:
     Returns
     -------
     (2, n_regimes) array
-        Sums over the points [m], for shares: the points of a profile are equally spaced.
+        [m]; only the shares mean something: the points of a profile are equally apart.
     """
     rows = [last for _, last in spans(dataset)]
     return np.asarray(dataset["wear_depth_by_regime"].values[rows].sum(axis=(0, 3)))
