@@ -337,7 +337,7 @@ def test_step_that_does_not_move_on_is_an_error_not_an_endless_loop(synthetic, t
         run_evolution(Stuck(STEPS), tmp_path, "rig")
     status = read_status(tmp_path)["campaigns"]["rig"]
     assert status["state"] == "failed"
-    assert "long enough" in status["message"]
+    assert "too short" in status["message"]
 
 
 def test_full_disk_is_told_and_keeps_the_finished_steps(synthetic, tmp_path, monkeypatch):
