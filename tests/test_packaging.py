@@ -76,11 +76,11 @@ def test_the_python_examples_of_the_readme_run(tmp_path, monkeypatch, undrawn, c
         plt.close("all")
 
 
-@pytest.mark.parametrize("document", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"])
+@pytest.mark.parametrize("document", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "reports/README.md"])
 def test_the_links_of_documents_lead_somewhere(document):
     text = (ROOT / document).read_text(encoding="utf-8")
     targets = [target for target in re.findall(r"\]\(([^)]+)\)", text) if "://" not in target]
-    assert [target for target in targets if not (ROOT / target).exists()] == []
+    assert [target for target in targets if not (ROOT / document).parent.joinpath(target).exists()] == []
 
 
 def test_the_scenes_of_the_readme_have_no_faults(tmp_path):
