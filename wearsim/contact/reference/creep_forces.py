@@ -8,8 +8,7 @@ positive magnitudes.
 
 References
 ----------
-.. [1] J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990,
-   doi:10.1007/978-94-015-7889-9.
+.. [1] J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990.
 .. [2] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13, doi:10.1080/00423118208968684.
 """
 
@@ -62,8 +61,7 @@ def kalker_linear(
 
     References
     ----------
-    .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990,
-       doi:10.1007/978-94-015-7889-9.
+    .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
     """
     modulus = number("shear modulus G", positive("shear modulus G", shear_modulus, "Pa"))
     poisson = number("Poisson's ratio", within("Poisson's ratio", poisson_ratio, "-", 0.0, 0.5))

@@ -5,7 +5,7 @@ and tractions and forces are those on the wheel: they oppose the creepage.
 
 References
 ----------
-.. [1] F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157, doi:10.1098/rspa.1926.0100.
+.. [1] F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157.
 .. [2] C. Cattaneo, Rend. Accad. Naz. Lincei 27 (1938) 342-348, 434-436, 474-478.
 .. [3] R. D. Mindlin, J. Appl. Mech. 16 (1949) 259-268, doi:10.1115/1.4009973.
 .. [4] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, chapters 7 and 8.
@@ -115,7 +115,7 @@ def carter(
 
     References
     ----------
-    .. [1] F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157, doi:10.1098/rspa.1926.0100.
+    .. [1] F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157.
     .. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731.
     """
     xi, half, pressure, mu, modulus = alike(

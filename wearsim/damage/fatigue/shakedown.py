@@ -7,7 +7,7 @@ and not of the source.
 
 References
 ----------
-.. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163, doi:10.1243/PIME_PROC_1989_203_099_02.
+.. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ cycles.
 
 References
 ----------
-.. [1] B. Dirks, R. Enblom, Wear 271 (2011) 210-217, doi:10.1016/j.wear.2010.10.028.
+.. [1] B. Dirks, R. Enblom, Wear 271 (2011) 210-217.
 """
 
 from __future__ import annotations

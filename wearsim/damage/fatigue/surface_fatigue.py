@@ -10,8 +10,8 @@ failure.
 
 References
 ----------
-.. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163, doi:10.1243/PIME_PROC_1989_203_099_02.
-.. [2] A. Ekberg, E. Kabo, H. Andersson, FFEMS 25 (2002) 899-909, doi:10.1046/j.1460-2695.2002.00535.x.
+.. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163.
+.. [2] A. Ekberg, E. Kabo, H. Andersson, FFEMS 25 (2002) 899-909.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ Where the surfaces slip, :math:`|\tau| = \mu p`, so that this law and the energy
 References
 ----------
 .. [1] J. F. Archard, J. Appl. Phys. 24 (1953) 981, doi:10.1063/1.1721448.
-.. [2] T. Jendel, Wear 253 (2002) 89-99, doi:10.1016/S0043-1648(02)00087-X.
+.. [2] T. Jendel, Wear 253 (2002) 89-99.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ whole patch has no local form.
 
 References
 ----------
-.. [1] T. G. Pearce, N. D. Sherratt, Wear 144 (1991) 343-351, doi:10.1016/0043-1648(91)90025-P.
+.. [1] T. G. Pearce, N. D. Sherratt, Wear 144 (1991) 343-351.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ stands for the contact temperature; such a switch depends on the running speed.
 References
 ----------
 .. [1] H. Krause, G. Poll, Wear 113 (1986) 103-122.
-.. [2] I. Zobory, Vehicle System Dynamics 28 (1997) 221-259, doi:10.1080/00423119708969355.
+.. [2] I. Zobory, Vehicle System Dynamics 28 (1997) 221-259.
 """
 
 from __future__ import annotations

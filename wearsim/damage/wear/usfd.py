@@ -56,8 +56,7 @@ def wear_rate(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
 
     References
     ----------
-    .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478,
-       doi:10.1243/1350650042794815.
+    .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
     """
     mild, severe, catastrophic = regime(index, coefficients)
     level = coefficients["severe_level"]
@@ -108,8 +107,7 @@ def depth(
 
     References
     ----------
-    .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478,
-       doi:10.1243/1350650042794815.
+    .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
     """
     if form == "local":
         index = fields.work_density / _PASCAL_PER_N_MM2

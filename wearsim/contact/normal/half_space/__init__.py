@@ -14,8 +14,7 @@ borders stay.
 References
 ----------
 .. [1] I. A. Polonsky, L. M. Keer, Wear 231 (1999) 206-219, doi:10.1016/S0043-1648(99)00113-1.
-.. [2] J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990,
-   doi:10.1007/978-94-015-7889-9.
+.. [2] J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990.
 """
 
 from __future__ import annotations

@@ -14,8 +14,7 @@ reports/half_space_fields.md.
 
 References
 ----------
-.. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990,
-   doi:10.1007/978-94-015-7889-9.
+.. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
 .. [2] E. A. H. Vollebregt, user guide of CONTACT, Vtech CMCC.
 """
 
