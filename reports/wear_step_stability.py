@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import NullFormatter
+from wearsim.profile.noise import smoothing_spline
 from writing import Figure, Table, options, save_svg, write_report
 
 import wearsim
@@ -20,7 +21,6 @@ from wearsim.campaign.step import advance
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import NumericalError, WearsimError
 from wearsim.operation.points import ControlSettings, OperatingPoints
-from wearsim.profile.noise import smoothing_spline
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.report.style import SERIES_COLOURS, grid, legend, style
 

@@ -172,9 +172,7 @@ def test_what_was_not_measured_stays_in_the_list_with_its_reason():
 
 
 def test_wheelset_the_smaller_wheel_chooses_the_limits_of_the_axle():
-    found = judge_wheelset(
-        wheelset_measures(NEW, NEW, diameters=(0.8402, 0.8398), back_to_back=1.3575), TSI
-    )
+    found = judge_wheelset(wheelset_measures(NEW, NEW, diameters=(0.8402, 0.8398), back_to_back=1.3575), TSI)
     assert {each.condition for each in found["right"] if each.measure == "flange_thickness"} == {"D > 840 mm"}
     (low, _) = [each for each in found["axle"] if each.measure == "back_to_back"]
     assert low.exceeded

@@ -16,30 +16,13 @@ from wearsim.profile.definitions import (
     Parameter,
     TangentArc,
     Template,
-    evaluate,
     junction_faults,
-    junctions,
     read_template,
     sample,
 )
 from wearsim.profile.placement import Placement, placement
 from wearsim.profile.segments import Arc, Polynomial, Segment, height_at, part_moved, tangent_arc
 from wearsim.profile.shape import Profile
-
-__all__ = [
-    "Definition",
-    "definition",
-    "evaluate",
-    "find_shipped",
-    "is_designation",
-    "junctions",
-    "rail",
-    "read_definition",
-    "sample",
-    "shipped_names",
-    "shipped_path",
-    "wheel",
-]
 
 # Fine enough for the gauge point and the top of the densest arcs to be exact to 0.001 um.
 _PLACEMENT_SPACING = 0.02e-3

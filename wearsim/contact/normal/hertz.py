@@ -32,7 +32,7 @@ from scipy.optimize import brentq
 from wearsim.contact.geometry import NO_WHEEL, Gap
 from wearsim.contact.normal.model import AT_EDGE, NO_TOUCH, NOT_SINGLE, NormalModel, NormalSolution, fault_of
 from wearsim.contact.patch import FloatArray, IntArray, Patch
-from wearsim.contact.reference import hertz as contact_ellipse
+from wearsim.contact.reference.hertzian import hertz as contact_ellipse
 from wearsim.errors import ContactError
 
 # Half width [m] of the window of the lateral curvature: a narrower one shows the interpolation of the gap, a

@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
-from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue.law import FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import PatchLoads, work_share
 from wearsim.damage.wear.sliding import mean_of, patch_total

@@ -11,7 +11,8 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.damage.batches import batches, part_of
-from wearsim.damage.coefficients import CoefficientSet, coefficient_set
+from wearsim.damage.coefficients import coefficient_set
+from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.registry import Registry, discover, unknown
 from wearsim.damage.wear.archard import SEIZURE_CAPS, SeizureCap
 from wearsim.damage.wear.law import FORMS, Form, WearLaw
@@ -224,21 +225,3 @@ def highest_regime(depth: FloatArray) -> IntArray:
     index = np.arange(depth.shape[0])[:, None]
     highest: IntArray = np.where(wears, index, -1).max(axis=0).astype(np.int64)
     return highest
-
-
-__all__ = [
-    "FORMS",
-    "SEIZURE_CAPS",
-    "WEAR_LAWS",
-    "Form",
-    "SeizureCap",
-    "WearLaw",
-    "WearSettings",
-    "coefficients_of",
-    "default_settings",
-    "highest_regime",
-    "laws_that_take",
-    "passage_depth",
-    "patch_regime",
-    "worn_volume",
-]

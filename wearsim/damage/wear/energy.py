@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
-from wearsim.damage.coefficients import Coefficient, CoefficientSet
+from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total
 

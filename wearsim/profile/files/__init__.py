@@ -18,7 +18,6 @@ from wearsim.profile.files import miniprof, simpack
 from wearsim.profile.files.axes import ORIGINS, RUNNING_CIRCLE, UNITS, Statements, to_our_axes
 from wearsim.profile.files.points import (
     EXACT,
-    MAX_BYTES,
     POINT_FORMATS,
     Faults,
     Kind,
@@ -32,17 +31,6 @@ from wearsim.profile.files.points import (
 )
 from wearsim.profile.placement import head_lean, lean_words, place_rail, tilt_to_add
 from wearsim.profile.shape import Profile
-
-__all__ = [
-    "FORMATS",
-    "MAX_BYTES",
-    "WRITTEN_FORMATS",
-    "ProfileReading",
-    "Statements",
-    "load_profile",
-    "read_profile",
-    "write_profile",
-]
 
 
 class Format(NamedTuple):

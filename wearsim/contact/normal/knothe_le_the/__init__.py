@@ -51,7 +51,7 @@ from wearsim.contact.normal.model import (
     raise_first,
 )
 from wearsim.contact.patch import FloatArray, Patch
-from wearsim.contact.reference import hertz
+from wearsim.contact.reference.hertzian import hertz
 
 DEFAULTS = {"solved_strips": 20.0}
 
