@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import difflib
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 
@@ -28,6 +29,13 @@ class Fault:
         """Return ``file:line: message``."""
         place = "" if self.file is None else self.file if self.line is None else f"{self.file}:{self.line}"
         return f"{place}: {self.message}" if place else self.message
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return "; did you mean 'S1002'?" with the known name nearest to an unknown one, "" if none is near."""
+    by_lower = {each.lower(): each for each in known}
+    near = difflib.get_close_matches(name.lower(), list(by_lower), n=1, cutoff=0.5)
+    return f"; did you mean {by_lower[near[0]]!r}?" if near else ""
 
 
 class WearsimError(Exception):

@@ -76,6 +76,12 @@ class Quantity:
         return f"{self.meaning} {self.symbol}{unit}" if self.symbol else f"{self.meaning}{unit}"
 
     @property
+    def attributes(self) -> dict[str, str]:
+        """Attributes of a variable of a dataset: `long_name`, `units` and, with a sign, `comment`."""
+        texts = {"long_name": self.meaning, "units": self.unit, "comment": self.sign}
+        return {key: text for key, text in texts.items() if text}
+
+    @property
     def range(self) -> InputRange:
         """Range allowed as input, in the shown unit; raises ValueError for what is no input."""
         if self.allowed is None:

@@ -555,7 +555,7 @@ def test_any_text_ends_in_a_line_or_an_answer(flags, text, tmp_path, capsys):
 def test_a_pipe_is_not_waited_for(name, tmp_path, capsys):
     os.mkfifo(tmp_path / name)
     (told,) = refused(capsys, str(tmp_path / name))
-    assert told.endswith("is not a regular file; give the path of a profile file")
+    assert told.endswith("is no regular file; give the path of a profile file")
     (told,) = refused(capsys, "S1002", "--limits", str(tmp_path / name))
     assert told.endswith("no such file of limits")
 

@@ -82,7 +82,7 @@ def test_every_file_tells_its_source_and_certainty(path):
     assert shape.name == path.stem
     assert len(shape.source) > 20
     assert shape.certainty.startswith(("certain", "exact", "uncertain"))
-    assert find_shipped("profiles", shape.name) == path
+    assert find_shipped(shape.name) == path
     for alias in read_template(path).aliases:
         assert definition(alias, shape.kind) == shape
 

@@ -32,7 +32,7 @@ def zone(shape, name):
 def test_designations(written, name):
     assert is_designation(written)
     assert wheel(written).name == name
-    assert find_shipped("profiles", written) == shipped_path("profiles", f"{name.split('/')[0]}.toml")
+    assert find_shipped(written) == shipped_path("profiles", f"{name.split('/')[0]}.toml")
 
 
 def test_the_title_tells_what_differs():

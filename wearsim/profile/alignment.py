@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -12,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, suggestion
 from wearsim.profile.shape import FloatArray, Profile, extremum, resample, vertex_lengths
 
 BACK_FROM = 8e-3
@@ -349,8 +348,7 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
     rule : str
         Key of `ALIGNMENTS`.
     **options
-        Of the rule: `lateral` (bool) of flange_tip; `rotation` (bool) and `zones` (tuple of FitZone) of
-        best_fit.
+        Of best_fit: `rotation` (bool) and `zones` (tuple of FitZone).
 
     Returns
     -------
@@ -370,8 +368,7 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
         )
     known = [name for name, each in ALIGNMENTS.items() if profile.kind in each.kinds]
     if rule not in known:
-        near = difflib.get_close_matches(rule, known, n=1, cutoff=0.5)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
+        hint = suggestion(rule, known)
         raise ProfileError(f"{rule!r} is no rule of aligning a {profile.kind} ({', '.join(known)}){hint}")
     try:
         move = ALIGNMENTS[rule].move(profile, reference, **options)
@@ -460,13 +457,9 @@ def _by_running_circle(profile: Profile, reference: Profile) -> Move:  # noqa: A
     return Move(dz=-level, note="z = 0 on the tread at y = 0; y as measured")
 
 
-def _by_flange_tip(profile: Profile, reference: Profile, *, lateral: bool = False) -> Move:
-    y, z = _tip(profile)
-    ref_y, ref_z = _tip(reference)
-    held = f"y and z of the flange tip as on {reference.name}"
-    if not lateral:
-        held = f"z of the flange tip as on {reference.name}; y as measured"
-    return Move(dy=ref_y - y if lateral else 0.0, dz=ref_z - z, note=held)
+def _by_flange_tip(profile: Profile, reference: Profile) -> Move:
+    dz = _tip(reference)[1] - _tip(profile)[1]
+    return Move(dz=dz, note=f"z of the flange tip as on {reference.name}; y as measured")
 
 
 def _by_flange_back(profile: Profile, reference: Profile) -> Move:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -10,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
-from wearsim.errors import Fault, ProfileError
+from wearsim.errors import Fault, ProfileError, suggestion
 from wearsim.profile.definitions import (
     Definition,
     Parameter,
@@ -47,15 +46,13 @@ def shipped_path(*parts: str) -> Path:
     return (installed if installed.is_dir() else package.parent).joinpath(*parts)
 
 
-def find_shipped(kind_dir: str, name: str) -> Path:
-    """File of a shipped thing by its name.
+def find_shipped(name: str) -> Path:
+    """File of a shipped profile by its name.
 
     Parameters
     ----------
-    kind_dir : str
-        Folder of the shipped files: "profiles" or "workflows".
     name : str
-        File name without ".toml"; of a profile also another name it has, or one with parameters.
+        Of the shape, with or without parameters.
 
     Returns
     -------
@@ -65,23 +62,18 @@ def find_shipped(kind_dir: str, name: str) -> Path:
     Raises
     ------
     ProfileError
-        There is no such file; the message lists what there is and the nearest name.
+        There is no such shape; the message lists what there is and the nearest name.
     """
-    template = _split(name)[0] if kind_dir == "profiles" else None
-    if template is not None:
-        return template.path
-    names = sorted(path.stem for path in shipped_path(kind_dir).glob("*.toml"))
-    if name not in names:
-        raise ProfileError(_unknown(f"{name!r} is not among the shipped {kind_dir}", name, names))
-    return shipped_path(kind_dir, f"{name}.toml")
+    template = _split(name)[0]
+    if template is None:
+        names = sorted(_templates(shipped_path("profiles")))
+        raise ProfileError(_unknown(f"{name!r} is not among the shipped profiles", name, names))
+    return template.path
 
 
 def _unknown(message: str, name: str, names: list[str]) -> str:
     """End a message about an unknown name with what there is."""
-    by_lower = {known.lower(): known for known in names}
-    near = difflib.get_close_matches(name.lower(), list(by_lower), n=1, cutoff=0.5)
-    hint = f"; did you mean {by_lower[near[0]]!r}?" if near else ""
-    return f"{message} ({', '.join(names) or 'there are none'}){hint}"
+    return f"{message} ({', '.join(names) or 'there are none'}){suggestion(name, names)}"
 
 
 @lru_cache(maxsize=8)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -12,7 +11,7 @@ from typing import NamedTuple, Unpack
 
 import numpy as np
 
-from wearsim.errors import Fault, ProfileError
+from wearsim.errors import Fault, ProfileError, suggestion
 from wearsim.profile import standard
 from wearsim.profile.files import miniprof, simpack
 from wearsim.profile.files.axes import ORIGINS, RUNNING_CIRCLE, UNITS, Statements, to_our_axes
@@ -155,11 +154,9 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
 
 def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> None:
     """Raise for a statement that is none of the known ones."""
-    if value is None or value in known:
-        return
-    near = difflib.get_close_matches(value.lower(), list(known), n=1, cutoff=0.4)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    raise ProfileError(f"{path}: {key} = {value!r} is not one of {', '.join(known)}{hint}")
+    if value is not None and value not in known:
+        hint = suggestion(value, known)
+        raise ProfileError(f"{path}: {key} = {value!r} is not one of {', '.join(known)}{hint}")
 
 
 def _format_of(text: Text, name: str | None) -> str:

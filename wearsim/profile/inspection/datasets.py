@@ -213,8 +213,4 @@ def _moved(points: FloatArray, alignment: Alignment) -> FloatArray:
 
 
 def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
-    quantity = QUANTITIES[name]
-    attributes = {"long_name": quantity.meaning, "units": quantity.unit or "1"}
-    if quantity.sign:
-        attributes["comment"] = quantity.sign
-    return xr.Variable(dimensions, np.asarray(values, dtype=np.float64), attributes)
+    return xr.Variable(dimensions, np.asarray(values, dtype=np.float64), QUANTITIES[name].attributes)

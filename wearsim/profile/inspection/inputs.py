@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from collections.abc import Mapping
@@ -12,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, suggestion
 from wearsim.profile import measures, standard
 from wearsim.profile.definitions import Definition, sample
 from wearsim.profile.files import FORMATS, ProfileReading, is_file, place_file, read_profile
-from wearsim.profile.files.axes import IN_CM
 from wearsim.profile.files.points import Kind
 from wearsim.profile.placement import UPRIGHT, tilt_to_add
 from wearsim.profile.shape import Profile
@@ -38,7 +36,6 @@ _BOTH_SIDES = 8e-3  # a head falls off by this on both sides of its top [m]
 _ONE_SIDE = 10e-3  # or by this on one side, and steeper there than a flange [m]
 _STEEPEST_FLANGE = 78.0  # degrees
 _HEADER_LINES = 5  # lines searched for a word on the kind
-_MOST_SHOWN = 90  # characters
 _NUMBER = re.compile(r"\d{2,4}(\.\d+)?")
 _DIAMETER_RANGE = (0.3, 1.5)  # plausible diameters of a header [m]
 
@@ -234,9 +231,7 @@ def _named(given: str, kind: Kind | None) -> Definition:
         parts = [part.strip() for part in given.split("/")]
         bases = {"/".join(parts[:count]) for count in range(1, len(parts) + 1)}
         return standard.definition(given, "rail" if bases & set(names["rail"]) else "wheel")
-    known = {name.lower(): name for each in names.values() for name in each}
-    near = difflib.get_close_matches(given.lower(), list(known), n=1, cutoff=0.5)
-    hint = f"; did you mean {known[near[0]]!r}?" if near else ""
+    hint = suggestion(given, [name for each in names.values() for name in each])
     listed = "; ".join(f"{each}s: {', '.join(each_names)}" for each, each_names in names.items())
     raise ProfileError(f"{given!r} is neither a file nor a shipped profile ({listed}){hint}")
 
@@ -312,12 +307,9 @@ def _either(path: Path, statements: Mapping[str, Any]) -> tuple[ProfileReading, 
         both = [line for line in errors["wheel"].splitlines() if line in errors["rail"].splitlines()]
         if both:
             raise ProfileError("\n".join(both))
-        why = {kind: _short(text.splitlines()[0].removeprefix(f"{path}:")) for kind, text in errors.items()}
-        sized = [kind for kind, text in errors.items() if IN_CM in text]
-        hint = f"; if it is a {' or '.join(sized)} in cm, state --units cm" if sized else ""
         raise ProfileError(
-            f"{path}: neither a wheel ({why['wheel']}) nor a rail ({why['rail']}): check units and order of "
-            f"the columns, or see all faults with --kind wheel or --kind rail{hint}"
+            f"{path}: neither a wheel nor a rail: check the order of the columns, state --units, or see the "
+            "faults with --kind wheel or --kind rail"
         )
     if "rail" not in readings:
         return readings["wheel"], ("a wheel, for it is no rail",)
@@ -327,12 +319,6 @@ def _either(path: Path, statements: Mapping[str, Any]) -> tuple[ProfileReading, 
         f"{path}: has neither the flange of a wheel nor crown and sides of a rail head; state --kind wheel "
         "or --kind rail, or check that the columns y and z are not swapped"
     )
-
-
-def _short(fault: str) -> str:
-    """Beginning of a fault, for a message that holds two."""
-    first = re.split(r"; |: | \(|, so |, which ", fault.strip(), maxsplit=1)[0]
-    return first if len(first) <= _MOST_SHOWN else f"{first[: _MOST_SHOWN - 3]}..."
 
 
 def _has_head(profile: Profile) -> bool:
