@@ -1,4 +1,4 @@
-"""Errors that reach the user: one line each, naming the input, the value, the limit and the way out."""
+"""Errors that reach the user: one line each, naming the input, the value, the limit and the fix."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Fault:
     Parameters
     ----------
     message : str
-        What is wrong: key, value, allowed range and way out, in one line.
+        What is wrong: key, value, allowed range and fix, in one line.
     file : str, optional
         The file that holds the fault.
     line : int, optional
@@ -45,7 +45,7 @@ class WearsimError(Exception):
 
 
 class SceneError(WearsimError):
-    """A scene file, or a set of flags, with one or more faults, all told at once."""
+    """A scene file, or a set of flags, with one or more faults, all reported at once."""
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
@@ -57,7 +57,7 @@ class ProfileError(WearsimError):
 
 
 class ContactError(WearsimError):
-    """A contact problem without an answer: no touch, patch at the edge of a profile, unusable input.
+    """A contact problem without a solution: no contact, patch at the edge of a profile, unusable input.
 
     `row` is the row of the batch it belongs to, where a model knows it.
     """

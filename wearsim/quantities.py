@@ -357,7 +357,7 @@ _COUNTERFACE = _group("counterface",
 )
 
 _REPROFILING = _group("reprofiling",
-    _q("wheel_template", "", "", "profile the wheel is turned to", at="wheel"),
+    _q("wheel_template", "", "", "profile the wheel is reprofiled to", at="wheel"),
     _q("last_reprofiling", "n", "1", "step of the last reprofiling of the wheels",
        "its own number in the row of the reprofiled wheels, 0 before the first reprofiling", "i4 step"),
     _q("wheel_diameter", "D", "m", "wheel diameter at the running circle", at=f"{_WHEEL} ?",

@@ -127,7 +127,8 @@ def kinematics(
 
     Notes
     -----
-    To first order these are (35)-(37) of [1]_ as corrected in the specification; nothing is linearised here.
+    Rotation (8), surface velocities (15) and (21) of [1]_, in the contact frames of (34), without small
+    angles; to first order these are (35)-(37) as corrected in `contact.reference.linear_creepage`.
 
     References
     ----------
@@ -161,11 +162,11 @@ def kinematics(
     wheel = np.cross(axle, arm)  # surface velocity of the wheel per rotation speed
     rolling = -(speed * (1.0 - curvature * point.counterface_z))[:, None] * e_x
     counterface = rolling + (speed * track_curvature)[:, None] * np.stack((y, -x, zero), axis=1)
-    turning = np.stack((zero, curvature * speed, -speed * track_curvature), axis=1)
+    spinning = np.stack((zero, curvature * speed, -speed * track_curvature), axis=1)
 
     def frame(velocity: FloatArray, spin: FloatArray) -> FloatArray:
         parts = [(velocity * e).sum(axis=1) for e in (e_x, e_s)] + [(spin * e_n).sum(axis=1)]
         value: FloatArray = np.stack(parts, axis=1) / speed[:, None]
         return value
 
-    return Kinematics(frame(-counterface, -turning), frame(wheel, axle), x)
+    return Kinematics(frame(-counterface, -spinning), frame(wheel, axle), x)

@@ -1,8 +1,9 @@
 """The gap in three dimensions, over a contact plane: the exact heights of a yawed wheel and its counterface.
 
 `geometry.gap` is the gap along the line where each lateral position comes nearest. Here every point of
-the plane is a ray along the contact normal, cut with both surfaces of revolution by Newton's method; rings
-and profiles are joined by cubic polynomials through positions and slopes, so that the surfaces are smooth.
+the plane is a ray along the contact normal, cut with both surfaces of revolution by Newton's method; circles
+of the wheel and profiles are joined by cubic polynomials through positions and slopes, so that the surfaces
+are smooth.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ class ContactPlane:
 
 
 def contact_plane(gap: Gap, row: IntArray, y: FloatArray, angle: FloatArray) -> ContactPlane:
-    """Plane on the contact line, with the wheel lowered until it touches somewhere.
+    """Plane on the contact line, with the wheel lowered to its initial contact.
 
     Parameters
     ----------

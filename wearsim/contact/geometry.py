@@ -2,7 +2,7 @@
 
 Wheel and counterface are surfaces of revolution. The counterface has curvature kappa = 1/s0 in the rolling
 direction (a rail: 0) and is unrolled: the height of a point above its axis, measured from the profile's
-top, is ``zeta``; in the plane (y, zeta) rail and roller are the same curve. Each ring of the wheel is
+top, is ``zeta``; in the plane (y, zeta) rail and roller are the same curve. Each circle of the wheel is
 nearest to the counterface where the wheel's normal has no component along the rolling direction; these
 points form the wheel's contact line, and the gap is the distance of it from the counterface profile.
 """
@@ -27,14 +27,14 @@ NO_WHEEL = 1.0  # gap [m] at lateral positions where there is no wheel above the
 
 @dataclass(frozen=True)
 class WheelSurface:
-    """Surface of a wheel: rings about its axle, from the flange tip to the field side.
+    """Surface of a wheel: circles about its axle, from the flange tip to the field side.
 
     Parameters
     ----------
     y : (k,) array
         Lateral position on the wheel profile, rising [m].
     radius : (k,) array
-        Rolling radius of each ring [m].
+        Rolling radius of each circle [m].
     slope : (k,) array
         dr/dy [-].
     """
@@ -153,7 +153,7 @@ def _steep_free(profile: Profile, spacing: float, start: int) -> tuple[FloatArra
 
 
 def wheel_surface(profile: Profile, radius: float, spacing: float = 1e-4) -> WheelSurface:
-    """Cut a wheel into rings, from the flange tip to the field side.
+    """Cut a wheel into circles about its axle, from the flange tip to the field side.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def wheel_surface(profile: Profile, radius: float, spacing: float = 1e-4) -> Whe
     radius : float
         Of the running circle [m].
     spacing : float
-        Distance of the rings along the profile [m].
+        Distance of the circles along the profile [m].
 
     Returns
     -------

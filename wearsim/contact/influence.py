@@ -133,8 +133,8 @@ def tangential_influence(
     -------
     along, across, mixed : (..., 2 nx - 1, 2 ny - 1) array
         u_x under tau_x, u_y under tau_y, and u_x under tau_y = u_y under tau_x [m/Pa]. Entry
-        (nx - 1 + i, ny - 1 + j) is for the cell i places behind and j beside the loaded one: x index from
-        the leading end, as in `PatchGrid`.
+        (nx - 1 + i, ny - 1 + j) is for the cell i places behind and j across from the loaded one: x index
+        from the leading end, as in `PatchGrid`.
     """
     nx, ny = shape
     length, width = np.broadcast_arrays(np.asarray(cell_length, float), np.asarray(cell_width, float))

@@ -102,10 +102,10 @@ class Patch:
         return _extent(self.grid.pressure.max(axis=1) > 0.0) * self.width
 
 
-def _extent(touches: NDArray[np.bool_]) -> IntArray:
+def _extent(loaded: NDArray[np.bool_]) -> IntArray:
     """Count the places (m,) from the first to the last true one of each row."""
-    count = touches.shape[1]
-    extent: IntArray = count - np.argmax(touches, axis=1) - np.argmax(touches[:, ::-1], axis=1)
+    count = loaded.shape[1]
+    extent: IntArray = count - np.argmax(loaded, axis=1) - np.argmax(loaded[:, ::-1], axis=1)
     return extent
 
 

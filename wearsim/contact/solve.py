@@ -64,7 +64,7 @@ def solve(
     Raises
     ------
     ContactError
-        If a wheel does not touch, its patch reaches the edge of a profile, or creepages are given and
+        If a wheel is not in contact, its patch reaches the edge of a profile, or creepages are given and
         several patches close; the message names the point, and `row` of the error is its index.
     """
     parts = solve_each(

@@ -155,7 +155,7 @@ def best_fit(
     zones : tuple of FitZone
         In the axes of the reference; each that is needed must hold 5 measured points.
     rotation : bool
-        Whether the profile may also be turned, as gauges tilt.
+        Whether the profile may also be rotated, as gauges tilt.
 
     Returns
     -------
@@ -191,15 +191,15 @@ def best_fit(
     if profile.kind == "rail":
         stages.insert(0, (_EVERYWHERE, _biweight, _FIRST_ROUNDS))
     for held, weigh, rounds in stages:
-        for turn in range(rounds):
+        for k in range(rounds):
             c, s = math.cos(angle), math.sin(angle)
-            turned = lever @ np.array([[c, s], [-s, c]])
-            foot, normal, distance = search(turned + place)
+            rotated = lever @ np.array([[c, s], [-s, c]])
+            foot, normal, distance = search(rotated + place)
             inside = [_within(zone, foot) for zone in held]
-            _check_measured(held, inside, reference.name, turn == 0)
+            _check_measured(held, inside, reference.name, k == 0)
             use = np.any(inside, axis=0)
             step = _step(
-                turned[use], normal[use], distance[use], length[use] * weigh(distance[use]), rotation
+                rotated[use], normal[use], distance[use], length[use] * weigh(distance[use]), rotation
             )
             place, angle = place + step[:2], angle + float(step[2])
             change = float(np.max(np.abs(step * (1.0, 1.0, _ARM))))
@@ -213,7 +213,7 @@ def best_fit(
     c, s = math.cos(angle), math.sin(angle)
     total = place - np.array([c * centre[0] - s * centre[1], s * centre[0] + c * centre[1]])
     names = " and ".join(zone.name for zone, members in zip(zones, inside, strict=True) if np.any(members))
-    freedom = "shifted and turned" if rotation else "shifted, not turned"
+    freedom = "shifted and rotated" if rotation else "shifted, not rotated"
     return Move(
         float(total[0]),
         float(total[1]),
@@ -344,7 +344,7 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
     profile : Profile
         As measured.
     reference : Profile
-        New shape, or an earlier measurement, in the axes wanted.
+        New shape, or an earlier measurement, in whose axes the profile is moved.
     rule : str
         Key of `ALIGNMENTS`.
     **options

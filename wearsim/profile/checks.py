@@ -197,7 +197,7 @@ def _gaps(points: _List) -> Iterator[PointFault]:
     step, count = points.step, len(points.y)
     gaps = np.flatnonzero((step > 5e-3) & (step > 10.0 * np.median(step))) + 1
     # drawn profiles end in a chamfer and a face of two points each, and instruments jump on the straight
-    # side of a head or roller: nothing touches there
+    # side of a head or roller: there is no contact
     end = max(_END_POINTS, count // 50)
     for j in gaps[(step[gaps - 1] > _END_PIECE) | ((gaps > end) & (gaps < count - end))]:
         gap = f"{step[j - 1] * 1e3:.4g} mm without a point"

@@ -27,7 +27,7 @@ CLIMBING_ANGLE = math.radians(60.0)
 
 
 def facing(profile: Profile) -> tuple[FloatArray, FloatArray]:
-    """Part of a profile that the other body can touch from above or below, as z over rising y.
+    """Part of a profile that can be in contact from above or below, as z over rising y.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def rolling_radius_difference(
     Raises
     ------
     ProfileError
-        A wheel would touch beyond the end of its own or the rail's profile.
+        A contact would lie beyond the end of its own or the rail's profile.
 
     Notes
     -----
@@ -324,7 +324,7 @@ def flange_clearance(wheel: Profile, rail: Profile) -> float | None:
 
     Notes
     -----
-    Rigid profiles without yaw and roll touch where the wheel must be lifted most,
+    Rigid profiles without yaw and roll are in contact where the wheel must be lifted most,
     :math:`h(u) = \max_y (z_w(y - u) - z_r(y))`, and :math:`dh/du` is the tangent of the contact angle
     there. The clearance is the first shift at which this angle is 60 degrees: less than the flank of any
     flange of EN 13715 (70 degrees), and more than the flange root has before the flank takes over. The

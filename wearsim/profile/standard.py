@@ -265,9 +265,9 @@ def _varied(
             if turn is not None and new.zone == turn.zone and isinstance(new, Polynomial):
                 slope = -0.01 * value if turn.meaning == "percent" else -1.0 / value
                 pivot = new.start if turn.pivot is None else turn.pivot
-                turned = replace(new, origin=pivot, coefficients=(height_at(new, pivot), slope))
-                lift += height_at(turned, new.end) - height_at(new, new.end)
-                new = turned
+                sloped = replace(new, origin=pivot, coefficients=(height_at(new, pivot), slope))
+                lift += height_at(sloped, new.end) - height_at(new, new.end)
+                new = sloped
             arcs = parameter.tangent_arc
             if arcs is not None and new.zone == arcs.zone and isinstance(new, Arc):
                 radius = arcs.radii[parameter.values.index(value)]
@@ -362,7 +362,7 @@ def wheel(name: str, spacing: float = 0.25e-3) -> Profile:
     name : str
         Such as "S1002" or "S1002/h30/e30.5", see `definition`.
     spacing : float
-        Wanted distance of the points along the profile [m]; junctions of the definition are points.
+        Distance of the points along the profile [m]; junctions of the definition are points.
 
     Returns
     -------
@@ -389,7 +389,7 @@ def rail(name: str, inclination: float, gauge: float, half_span: float, spacing:
     half_span : float
         From the track centre to the origin of the wheel profile [m].
     spacing : float
-        Wanted distance of the points along the profile [m]; junctions of the definition are points.
+        Distance of the points along the profile [m]; junctions of the definition are points.
 
     Returns
     -------

@@ -4,7 +4,7 @@ Equations (35)-(37) of the paper below, its misprints corrected and the one miss
 read, to check with and for quick estimates. The solver uses the exact vector form of `creepage.kinematics`.
 
 The paper has z up, y to the left and lists positive contact angles on both sides. Here x is the rolling
-direction, y to the right, z down (the paper's axes turned by half a turn about x), so that
+direction, y to the right, z down (the paper's axes rotated by 180 degrees about x), so that
 
 ========================================  ====================  ==========================================
 here                                      in the paper          remark

@@ -32,7 +32,7 @@ class RollingCylinders:
     half_length : array
         Half the length of the contact along the rolling direction [m].
     stick_half_length : array
-        Half the length of the stick zone; it touches the leading edge [m].
+        Half the length of the stick zone; it begins at the leading edge [m].
     saturation : array
         Creepage at which all slips [-].
     creepage : array

@@ -103,8 +103,8 @@ def coefficients_of(settings: FatigueSettings) -> CoefficientSet:
     if law is not None:
         faults += _removal_faults(law, settings)
     for name, value in (("crack_depth", settings.crack_depth), ("crack_width", settings.crack_width)):
-        if value is not None and (told := QUANTITIES[f"fatigue_{name}"].fault(value, name)):
-            faults.append(Fault(told))
+        if value is not None and (fault := QUANTITIES[f"fatigue_{name}"].fault(value, name)):
+            faults.append(Fault(fault))
     if faults or coefficients is None:
         raise SceneError(faults)
     return coefficients

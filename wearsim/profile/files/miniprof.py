@@ -99,10 +99,10 @@ def read_part(text: Text, kind: Kind, faults: Faults, part: int | str | None) ->
         faults.add(f"holds {len(rows)} curves ({known}), which are never joined; choose one with --part")
         return None
     if part is not None:
-        wanted = str(part).strip()
-        chosen = next((k for k in rows if wanted in (str(k), names.get(k, ""))), None)
+        asked = str(part).strip()
+        chosen = next((k for k in rows if asked in (str(k), names.get(k, ""))), None)
         if chosen is None:
-            faults.add(f"--part {wanted} is not among its curves ({known})")
+            faults.add(f"--part {asked} is not among its curves ({known})")
             return None
     return _points(rows[chosen], {**info[0], **info.get(chosen, {})}, kind, faults)
 

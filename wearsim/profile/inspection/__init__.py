@@ -126,7 +126,7 @@ class Comparison:
             tilt = "" if self.alignment.angle else "; a profile measured at a tilt needs --rotate"
             lines.append(
                 f"{1e6 * rms:.0f} µm rms are left on parts that do not wear, more than "
-                f"{1e6 * LARGE_REST:.0f}: wear of this size is doubtful{tilt}"
+                f"{1e6 * LARGE_REST:.0f}: wear of this size is uncertain{tilt}"
             )
         if rule in HOLD_TREAD:
             lines.append(

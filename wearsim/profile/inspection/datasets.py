@@ -208,8 +208,8 @@ def _origin(rail: ProfileInput, comparison: Comparison | None) -> str:
 def _moved(points: FloatArray, alignment: Alignment) -> FloatArray:
     """Points of a profile after its alignment."""
     c, s = np.cos(alignment.angle), np.sin(alignment.angle)
-    turned = points @ np.array([[c, s], [-s, c]])
-    return np.asarray(turned + np.array([alignment.dy, alignment.dz]))
+    rotated = points @ np.array([[c, s], [-s, c]])
+    return np.asarray(rotated + np.array([alignment.dy, alignment.dz]))
 
 
 def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:

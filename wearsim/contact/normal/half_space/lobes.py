@@ -26,12 +26,12 @@ from wearsim.contact.normal.half_space.regions import (
     curvature_along,
     origin_x,
 )
-from wearsim.contact.normal.model import ALIKE, BESIDE, CLEAR, FAR, NEAR, UNLIKE
+from wearsim.contact.normal.model import ADJACENT, ALIKE, CLEAR, FAR, NEAR, UNLIKE
 from wearsim.contact.patch import FloatArray, IntArray
 
 MARGIN = 1.5  # empty cells between a patch and each border of its grid
 _NEXT = 1e-3  # m, next to a grid, where no other contact begins
-_GROW = 0.2  # of the grid's size, where a patch touches its border
+_GROW = 0.2  # of the grid's size, where a patch reaches its border
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
     for run in np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1):
         profile = load[run][:, None]
         before, after = float(_reach(profile)[0]), float(_reach(profile[::-1])[0])
-        # Longer and wider where they touch the border of the grid.
+        # Longer and wider where they reach the border of the grid.
         if run[0] == 0 and not np.isfinite(region.y_low):
             before = _GROW * ny
         if run[-1] == ny - 1 and not np.isfinite(region.y_high):
@@ -148,7 +148,7 @@ def _coupling(gap: Gap, one: Lobe, other: Lobe) -> float:
     """Share t in which two lobes, the one on the flange's side first, are coupled."""
     distance = _distance(gap, one, other)
     alike = _ramp(abs(other.angle - one.angle), ALIKE, UNLIKE)
-    return max(_ramp(distance, NEAR, FAR) * alike, _ramp(distance, BESIDE, CLEAR))
+    return max(_ramp(distance, NEAR, FAR) * alike, _ramp(distance, ADJACENT, CLEAR))
 
 
 def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
@@ -170,7 +170,7 @@ def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
     """
     runs: list[list[Lobe]] = []
     for lobe in sorted(lobes, key=lambda lobe: lobe.centre):
-        if runs and _distance(gap, _merged(runs[-1]), lobe) <= BESIDE:
+        if runs and _distance(gap, _merged(runs[-1]), lobe) <= ADJACENT:
             runs[-1].append(lobe)
         else:
             runs.append([lobe])

@@ -10,7 +10,7 @@ import numpy as np
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import kernel
 from wearsim.contact.normal.kik_piotrowski.strips import displacement_at, fill_strips, find_outline
-from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_TOUCH, NOT_SINGLE, TOO_MANY
+from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_CONTACT, NOT_SINGLE, TOO_MANY
 from wearsim.contact.patch import FloatArray, IntArray
 
 MOST_BASINS = 64
@@ -336,7 +336,7 @@ def balance(
         skewed = wheel[0].size > 0 and poses[row, 0] != 0.0
         low = gap.min()
         if low >= NO_WHEEL:
-            fault[row] = NO_TOUCH
+            fault[row] = NO_CONTACT
             continue
         # Hertz-like guess for a sphere of the wheel's radius; then grow until the load is exceeded.
         approach = (load[row] / modulus) ** (2.0 / 3.0) * 0.8

@@ -1,4 +1,4 @@
-"""Kernels of the strip model: where a patch ends, and what touches outside of the strips.
+"""Kernels of the strip model: where a patch ends, and what is in contact outside of the strips.
 
 Equations and sources: see `knothe_le_the`.
 """
@@ -239,7 +239,7 @@ def refit(
 
 
 @kernel
-def turned(
+def rotated(
     spans: FloatArray,
     parts: int,
     old: FloatArray,
@@ -276,7 +276,7 @@ def another_part(
     table: FloatArray,
     spans: FloatArray,
 ) -> bool:
-    """Add to the parts one that touches now, if there is any."""
+    """Add to the parts one in contact now, if there is any."""
     if parts >= spans.shape[0]:
         return False
     for start in range(3, gap.size - 3, 3):

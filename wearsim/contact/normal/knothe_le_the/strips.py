@@ -12,7 +12,7 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import kernel
-from wearsim.contact.normal.model import ALIKE, BESIDE, CLEAR, FAR, NEAR, UNLIKE
+from wearsim.contact.normal.model import ADJACENT, ALIKE, CLEAR, FAR, NEAR, UNLIKE
 from wearsim.contact.patch import FloatArray
 
 LOBES = 6  # parts of the profile laid out with strips, at most
@@ -124,7 +124,7 @@ def cut_strips(
 
 @kernel
 def influence_share(turn: float, distance: float) -> float:
-    """Share of the elastic influence of strips at a distance whose planes are turned by an angle."""
+    """Share of the elastic influence of strips at a distance whose planes differ by an angle."""
     away = min(max((distance - _NEXT) / (_AWAY - _NEXT), 0.0), 1.0)
     full = _FULL_NEXT + away * (_FULL_AWAY - _FULL_NEXT)
     none = _NONE_NEXT + away * (_NONE_AWAY - _NONE_NEXT)
@@ -150,7 +150,7 @@ def plane_share(distance: float, turn: float) -> float:
     """Share in which two contacts have one plane, by their distance from edge to edge and their angles."""
     near = min(max((FAR - distance) / (FAR - NEAR), 0.0), 1.0)
     alike = min(max((UNLIKE - abs(turn)) / (UNLIKE - ALIKE), 0.0), 1.0)
-    adjacent = min(max((CLEAR - distance) / (CLEAR - BESIDE), 0.0), 1.0)
+    adjacent = min(max((CLEAR - distance) / (CLEAR - ADJACENT), 0.0), 1.0)
     share: float = max(near * alike, adjacent)
     return share
 
@@ -370,7 +370,7 @@ def first_displacement(
     table: FloatArray,
     lobes: FloatArray,
 ) -> tuple[float, int]:
-    """Descent at which patches pressed into ellipses carry the load, to a few per cent, and their number."""
+    """Vertical displacement at which elliptic patches about carry the load, and their number."""
     small, large = 0.0, 0.0
     displacement = 5e-5
     parts = 0

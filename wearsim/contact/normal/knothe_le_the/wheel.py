@@ -10,7 +10,7 @@ import numpy as np
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import kernel
 from wearsim.contact.normal.knothe_le_the.equations import pair_up
-from wearsim.contact.normal.knothe_le_the.refit import APART, another_part, end_of, refit, turned
+from wearsim.contact.normal.knothe_le_the.refit import APART, another_part, end_of, refit, rotated
 from wearsim.contact.normal.knothe_le_the.solution import newton, relax
 from wearsim.contact.normal.knothe_le_the.strips import (
     ANGLE,
@@ -40,7 +40,7 @@ from wearsim.contact.normal.knothe_le_the.strips import (
     share_points,
     value_at,
 )
-from wearsim.contact.normal.model import AT_EDGE, MOST_PATCHES, NO_BALANCE, NO_TOUCH, NOT_SINGLE, TOO_MANY
+from wearsim.contact.normal.model import AT_EDGE, MOST_PATCHES, NO_BALANCE, NO_CONTACT, NOT_SINGLE, TOO_MANY
 from wearsim.contact.patch import FloatArray, IntArray
 
 _STAGES = 12  # of fitting the strips to the patch
@@ -81,7 +81,7 @@ def solve_wheel(
     """
     low = gap.min()
     if low >= NO_WHEEL:
-        return NO_TOUCH
+        return NO_CONTACT
     k = int(gap.argmin())
     if k < 3 or k > gap.size - 4 or gap[k - 1] >= NO_WHEEL or gap[k + 1] >= NO_WHEEL:
         return AT_EDGE
@@ -224,7 +224,7 @@ def solve_wheel(
                 total, influence, spans, fresh,
             )  # fmt: skip
             if not again:
-                again = turned(
+                again = rotated(
                     fresh, kept, old, old_total, strips, lobe, total, grid_y, grid_z, angle, planes
                 )
             if again and stage < _STAGES - 1:
