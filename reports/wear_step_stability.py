@@ -22,6 +22,7 @@ from wearsim.damage.wear import WearSettings
 from wearsim.errors import NumericalError, WearsimError
 from wearsim.operation.points import ControlSettings, OperatingPoints
 from wearsim.profile.shape import arc_length, vertex_lengths
+from wearsim.profile.smoothing import smoothing_spline
 from wearsim.report.style import SERIES_COLOURS, grid, legend, style
 
 TITLE = "Stability of wear steps"
