@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import NullFormatter
-from wearsim.profile.noise import smoothing_spline
 from writing import Figure, Table, options, save_svg, write_report
 
 import wearsim

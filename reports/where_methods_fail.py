@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 from contact_accuracy import ERRORS, WheelSums, errors_of, wheel_sums
 from wear_step_stability import one_step_section, read_table, wave_after_one_step
-from wearsim.profile.noise import smoothed
 from writing import HERE, Table, options, read_csv, write_report
 
 import wearsim

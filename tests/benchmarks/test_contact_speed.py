@@ -16,8 +16,7 @@ from wearsim.contact import geometry
 from wearsim.contact import solve as contact
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import load_factor
-from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
-from wearsim.contact.solve import CHUNK
+from wearsim.contact.solve import CHUNK, ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.tangential import fastsim
 from wearsim.profile import standard
 

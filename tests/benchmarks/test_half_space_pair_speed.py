@@ -6,8 +6,7 @@ import pytest
 from wearsim.contact import geometry
 from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.normal import half_space as normal
-from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
-from wearsim.contact.solve import solve
+from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
 from wearsim.contact.tangential import half_space as tangential
 from wearsim.contact.tangential.half_space import steady_rolling
 from wearsim.profile import standard

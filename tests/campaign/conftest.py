@@ -13,7 +13,7 @@ from wearsim.campaign.control import finished
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import State
 from wearsim.contact.patch import Patch, SurfaceFields
-from wearsim.contact.problem import ContactConditions, ContactSolution, Wheelset
+from wearsim.contact.solve import ContactConditions, ContactSolution, Wheelset
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import Profile
 from wearsim.scene import build, load_scene

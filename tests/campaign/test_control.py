@@ -13,7 +13,7 @@ from wearsim.campaign.control import (
     reached,
 )
 from wearsim.campaign.state import CounterfaceState, WearRate
-from wearsim.contact.problem import ContactModels
+from wearsim.contact.solve import ContactModels
 from wearsim.errors import NumericalError
 from wearsim.operation.points import ControlSettings
 

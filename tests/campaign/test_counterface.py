@@ -13,7 +13,7 @@ from wearsim.campaign.rate import accumulate
 from wearsim.campaign.run import run_campaign
 from wearsim.campaign.state import CounterfaceRate, WearRate
 from wearsim.campaign.step import advance, damped
-from wearsim.contact.problem import Counterface
+from wearsim.contact.solve import Counterface
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.operation.counterface import CounterfaceWear
 from wearsim.profile.shape import polygon_area_between, vertex_lengths

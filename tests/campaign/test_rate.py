@@ -5,7 +5,7 @@ import pytest
 
 from wearsim.campaign import rate as rate_module
 from wearsim.campaign.rate import accumulate, patch_wear, rate, select, solve_contact
-from wearsim.contact.problem import ContactModels, Counterface
+from wearsim.contact.solve import ContactModels, Counterface
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.profile.shape import vertex_lengths
 

@@ -9,8 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import QuadMesh
 from matplotlib.quiver import Quiver
 
-from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
-from wearsim.contact.solve import solve
+from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
 from wearsim.errors import ResultError
 from wearsim.profile import standard
 from wearsim.report import figures_contact, pages_contact

@@ -10,7 +10,7 @@ from wearsim.campaign.counterface import new_counterface
 from wearsim.campaign.rate import rate
 from wearsim.campaign.state import State
 from wearsim.campaign.step import advance
-from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
 from wearsim.operation.counterface import CounterfaceWear
 from wearsim.operation.points import ControlSettings, OperatingPoints

@@ -12,7 +12,7 @@ import pytest
 from wearsim.campaign.rate import rate
 from wearsim.campaign.state import State
 from wearsim.campaign.step import advance
-from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import WearsimError
 from wearsim.operation.points import OperatingPoints

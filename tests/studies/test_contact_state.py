@@ -7,8 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
-from wearsim.contact.solve import solve
+from wearsim.contact.solve import (
+    ContactConditions,
+    ContactModels,
+    Counterface,
+    Wheelset,
+    solve,
+)
 from wearsim.errors import ContactError
 from wearsim.profile import standard
 from wearsim.quantities import QUANTITIES

@@ -15,13 +15,18 @@ import numpy as np
 
 from wearsim.campaign.state import State, WearRate
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactSolution
+from wearsim.contact.solve import ContactSolution
 from wearsim.damage import fatigue
-from wearsim.damage.coefficients.record import CoefficientSet
-from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings, passage_damage
+from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.fatigue import (
+    FATIGUE_LAWS,
+    WEAR_NUMBERS,
+    FatigueDamage,
+    FatigueSettings,
+    passage_damage,
+    patch_loads,
+)
 from wearsim.damage.fatigue.balance import balance
-from wearsim.damage.fatigue.law import FatigueDamage
-from wearsim.damage.fatigue.loads import WEAR_NUMBERS, patch_loads
 from wearsim.damage.fatigue.surface_fatigue import subsurface_index
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of, passage_depth
 from wearsim.results import FILL_FLOAT, FILL_INT

@@ -13,7 +13,7 @@ from wearsim.campaign.smoothing import smooth_sides
 from wearsim.campaign.state import State, WearRate
 from wearsim.campaign.step import damped
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactModels
+from wearsim.contact.solve import ContactModels
 from wearsim.errors import NumericalError
 from wearsim.operation.counterface import CounterfaceWear
 from wearsim.operation.points import ControlSettings, OperatingPoints

@@ -11,7 +11,7 @@ from wearsim.campaign.smoothing import smooth_sides
 from wearsim.campaign.state import CounterfaceRate, CounterfaceState, State, WearRate
 from wearsim.campaign.vertices import sample, share_out, stretches, taken_off
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import Counterface
+from wearsim.contact.solve import Counterface
 from wearsim.operation.counterface import CounterfaceWear
 from wearsim.profile.shape import arc_length, vertex_lengths
 

@@ -27,7 +27,7 @@ from wearsim.campaign.rate import accumulate, patch_wear, rate, solve_contact
 from wearsim.campaign.reprofiling import to_next_turning, turn_wheels, turning_due
 from wearsim.campaign.row import StepTaken, build_row, measures_told, no_step
 from wearsim.campaign.state import State, WearRate
-from wearsim.contact.problem import ContactSolution
+from wearsim.contact.solve import ContactSolution
 from wearsim.damage.wear import WEAR_LAWS, coefficients_of, passage_depth
 from wearsim.errors import NumericalError
 from wearsim.operation.points import TurningRules

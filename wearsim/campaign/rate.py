@@ -12,8 +12,14 @@ from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.state import PatchWear, State, WearRate
 from wearsim.campaign.vertices import sample, share_out, stretches
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
-from wearsim.contact.solve import solve
+from wearsim.contact.solve import (
+    ContactConditions,
+    ContactModels,
+    ContactSolution,
+    Counterface,
+    Wheelset,
+    solve,
+)
 from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.errors import ContactError
 from wearsim.operation.counterface import CounterfaceWear

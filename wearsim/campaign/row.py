@@ -13,7 +13,7 @@ from wearsim.campaign.choose import row_choice
 from wearsim.campaign.comparison import ComparisonPassage, comparison_laws, comparison_row, patch_values
 from wearsim.campaign.counterface_row import row_below
 from wearsim.campaign.state import PatchWear, State, WearRate
-from wearsim.contact.problem import ContactSolution
+from wearsim.contact.solve import ContactSolution
 from wearsim.errors import ProfileError
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity

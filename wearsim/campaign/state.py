@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.problem import ContactSolution
+from wearsim.contact.solve import ContactSolution
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,7 @@ from wearsim.cli.contact_request import Request
 from wearsim.errors import ContactError, NumericalError, ProfileError
 
 if TYPE_CHECKING:
-    from wearsim.contact.problem import (
-        ContactConditions,
-        ContactModels,
-        ContactSolution,
-        Counterface,
-        Wheelset,
-    )
+    from wearsim.contact.solve import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
     from wearsim.profile.shape import Profile
 
 PATCH_NAMES = (
@@ -86,7 +80,7 @@ def problem(points: Sequence[Request]) -> Problem:
     """Batch of points that have all in common that `Request.batch` holds."""
     import numpy as np
 
-    from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+    from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 
     first = points[0]
     wheel = wheel_profile(first.wheel)

@@ -20,6 +20,17 @@ from wearsim.contact.problem import ContactConditions, ContactModels, ContactSol
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution
 from wearsim.errors import ContactError
 
+__all__ = [
+    "CHUNK",
+    "ContactConditions",
+    "ContactModels",
+    "ContactSolution",
+    "Counterface",
+    "Wheelset",
+    "solve",
+    "solve_each",
+]
+
 CHUNK = 64  # operating points per task, whatever the number of threads: same bits for any number of them
 
 

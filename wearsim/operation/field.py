@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactConditions
+from wearsim.contact.solve import ContactConditions
 from wearsim.operation.points import OperatingPoints
 
 REACH = 3.0

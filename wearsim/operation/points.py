@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactConditions
+from wearsim.contact.solve import ContactConditions
 
 
 @dataclass(frozen=True)

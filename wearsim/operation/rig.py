@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wearsim.contact.problem import ContactConditions
+from wearsim.contact.solve import ContactConditions
 from wearsim.operation.points import OperatingPoints
 
 

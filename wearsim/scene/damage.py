@@ -17,8 +17,7 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from wearsim.damage import fatigue, wear
-from wearsim.damage.coefficients import COEFFICIENT_SETS
-from wearsim.damage.coefficients.record import CoefficientSet
+from wearsim.damage.coefficients import COEFFICIENT_SETS, CoefficientSet
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.damage.fatigue.wlrm import own_function
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, energy

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from wearsim.contact.problem import ContactModels, Counterface, Wheelset
+from wearsim.contact.solve import ContactModels, Counterface, Wheelset
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import Fault

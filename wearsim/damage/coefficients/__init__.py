@@ -5,7 +5,7 @@ Every `CoefficientSet` at the top of a module of this folder is registered.
 
 from __future__ import annotations
 
-from wearsim.damage.coefficients.record import CoefficientSet
+from wearsim.damage.coefficients.record import CERTAINTIES, Coefficient, CoefficientSet
 from wearsim.damage.registry import Registry, discover, unknown
 from wearsim.errors import Fault, SceneError
 
@@ -38,3 +38,12 @@ def coefficient_set(given: str | CoefficientSet, law: str | None) -> Coefficient
         message = f'coefficients = "{chosen.name}" belong to {", ".join(chosen.laws)}, not to law = "{law}"'
         raise SceneError([Fault(f"{message}; take {', '.join(fitting) or 'a table of your own'}")])
     return chosen
+
+
+__all__ = [
+    "CERTAINTIES",
+    "COEFFICIENT_SETS",
+    "Coefficient",
+    "CoefficientSet",
+    "coefficient_set",
+]

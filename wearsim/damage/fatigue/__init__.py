@@ -15,7 +15,7 @@ from wearsim.damage.batches import batches, part_of
 from wearsim.damage.coefficients import coefficient_set
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
-from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber
+from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, patch_loads
 from wearsim.damage.registry import Registry, discover, unknown
 from wearsim.errors import Fault, NumericalError, SceneError
 from wearsim.quantities import QUANTITIES
@@ -187,3 +187,22 @@ def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamag
             "look at this operating point with the contact command"
         )
     return passage
+
+
+__all__ = [
+    "BRANCHES",
+    "FATIGUE_LAWS",
+    "WEAR_NUMBERS",
+    "Branch",
+    "FatigueDamage",
+    "FatigueLaw",
+    "FatigueSettings",
+    "PatchLoads",
+    "WearNumber",
+    "coefficients_of",
+    "counts_cycles",
+    "default_settings",
+    "laws_that_take",
+    "passage_damage",
+    "patch_loads",
+]

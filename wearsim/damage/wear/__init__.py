@@ -225,3 +225,21 @@ def highest_regime(depth: FloatArray) -> IntArray:
     index = np.arange(depth.shape[0])[:, None]
     highest: IntArray = np.where(wears, index, -1).max(axis=0).astype(np.int64)
     return highest
+
+
+__all__ = [
+    "FORMS",
+    "SEIZURE_CAPS",
+    "WEAR_LAWS",
+    "Form",
+    "SeizureCap",
+    "WearLaw",
+    "WearSettings",
+    "coefficients_of",
+    "default_settings",
+    "highest_regime",
+    "laws_that_take",
+    "passage_depth",
+    "patch_regime",
+    "worn_volume",
+]
