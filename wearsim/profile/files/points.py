@@ -421,19 +421,16 @@ def read_slice_list(text: Text, faults: Faults, number: int | None) -> SliceFile
     """
     rows = [(at, line) for at, line in ((k, _bare(raw)) for k, raw in enumerate(text.lines, 1)) if line]
     names = ("offset and scale", "the number of slices", "NFEAT NKINK NACCEL", "the method")
-    values: list[list[str]] = []
-    for (name, count), (at, line) in zip(zip(names, (2, 1, 3, 1), strict=True), rows, strict=False):
-        cells = _numbers(line, count)
-        if len(cells) < count:
+    for name, count, (at, line) in zip(names, (2, 1, 3, 1), rows, strict=False):
+        if len(_numbers(line, count)) < count:
             faults.add(f"{count} number{'s are' if count > 1 else ' is'} needed here: {name}", at)
-        values.append(cells)
     if len(rows) < 4:
         faults.add(f"ends before {names[len(rows)]}: the file is cut off; copy it again", len(text.lines))
     if faults.count:
         return None
-    total = float(values[1][0])
+    total = float(_numbers(rows[1][1], 1)[0])
     if total != int(total) or not 1 <= total <= MAX_SLICES:
-        faults.add(f"{values[1][0]} slices; the number must be a whole one in 1 .. {MAX_SLICES}", rows[1][0])
+        faults.add(f"{total:g} slices; the number must be a whole one in 1 .. {MAX_SLICES}", rows[1][0])
         return None
     listed = []
     for at, line in rows[4 : 4 + int(total)]:

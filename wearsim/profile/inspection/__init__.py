@@ -10,8 +10,17 @@ from wearsim.errors import ProfileError
 from wearsim.profile.alignment import HOLD_TREAD, Alignment, align
 from wearsim.profile.conicity import AMPLITUDES, Running, running
 from wearsim.profile.files.points import Kind
-from wearsim.profile.inspection.inputs import ProfileInput, placed, placement_notes, read_input, tilt_of
-from wearsim.profile.inspection.notes import axle_notes, comparison_notes, header_notes, hollowing_notes
+from wearsim.profile.inspection.inputs import (
+    ProfileInput,
+    axle_notes,
+    comparison_notes,
+    header_notes,
+    hollowing_notes,
+    placed,
+    placement_notes,
+    read_input,
+    tilt_of,
+)
 from wearsim.profile.limits import Judgement, LimitSet, judge, judge_wheelset
 from wearsim.profile.measures import (
     GaugeDistances,
