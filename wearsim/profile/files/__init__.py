@@ -253,9 +253,8 @@ def is_file(name: str) -> bool:
         False for designations such as "S1002/h30".
     """
     path = Path(name)
-    return path.is_file() or (
-        not standard.is_designation(name) and (bool(path.suffix) or len(path.parts) != 1)
-    )
+    looks_like_path = bool(path.suffix) or len(path.parts) != 1
+    return path.is_file() or (looks_like_path and not standard.is_designation(name))
 
 
 def place_file(profile: Profile, name: str, tilt: float, gauge: float, half_span: float) -> Profile:

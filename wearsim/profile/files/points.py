@@ -22,7 +22,6 @@ Kind = Literal["wheel", "rail"]
 
 MAX_BYTES = 20_000_000
 MAX_LINES = 1_100_000  # 10^6 points and what may stand around them
-MAX_LINE = 100_000  # characters; a longer line is no text of a profile
 MAX_POINTS = 1_000_000
 MAX_CELL = 1000  # characters of one number
 MAX_SLICES = 100_000
@@ -210,30 +209,18 @@ def read_text(path: Path) -> Text:
     if data.startswith((b"\x89HDF", b"CDF")):
         message = f"is a result file, not a profile; `wearsim inspect {path}` shows what it holds"
         raise ProfileError(str(Fault(message, str(path))))
-    notes: tuple[str, ...] = ()
     marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
-        if marked:
-            text, notes = data.decode("utf-16"), ("text read as UTF-16",)
-        else:
-            text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        if marked:
-            line = data.count(b"\n", 0, error.start) + 1
-            message = "is not UTF-16, as its first bytes say, text; save the file as UTF-8"
-            raise ProfileError(str(Fault(message, str(path), line))) from error
+        text = data.decode("utf-16" if marked else "utf-8-sig")
+        notes = ("text read as UTF-16",) if marked else ()
+    except UnicodeDecodeError:
         text, notes = data.decode("latin-1"), ("text is not UTF-8: read as Latin-1",)
     text = text.removesuffix("\x1a")  # end mark of DOS files
     if (bad := _CONTROL.search(text)) is not None:
-        what = "zero bytes" if bad[0] == "\0" else f"the control character {bad[0]!r}"
         line = text.count("\n", 0, bad.start()) + 1
-        fault = Fault(f"holds {what}, so it is not UTF-8 text; save it as UTF-8", str(path), line)
-        raise ProfileError(str(fault))
+        message = f"holds the control character {bad[0]!r}, so it is not UTF-8 text; save it as UTF-8"
+        raise ProfileError(str(Fault(message, str(path), line)))
     lines = tuple(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
-    for number, each in enumerate(lines, start=1):
-        if len(each) > MAX_LINE:
-            message = f"a line of {len(each)} characters, at most {MAX_LINE} are read; one point per line"
-            raise ProfileError(str(Fault(message, str(path), number)))
     return Text(path, lines, notes)
 
 

@@ -240,13 +240,10 @@ def placed(rail: ProfileInput, inclination: float | None, gauge: float, half_spa
 
 def _named(given: str, kind: Kind | None) -> Definition:
     """Definition of a shipped shape; without a kind, of whichever it is."""
+    kind = kind or standard.designation_kind(given)
     if kind is not None:
         return standard.definition(given, kind)
     names = {each: standard.shipped_names(each) for each in ("wheel", "rail")}
-    if standard.is_designation(given):
-        parts = [part.strip() for part in given.split("/")]
-        bases = {"/".join(parts[:count]) for count in range(1, len(parts) + 1)}
-        return standard.definition(given, "rail" if bases & set(names["rail"]) else "wheel")
     hint = suggestion(given, [name for each in names.values() for name in each])
     listed = "; ".join(f"{each}s: {', '.join(each_names)}" for each, each_names in names.items())
     raise ProfileError(f"{given!r} is neither a file nor a shipped profile ({listed}){hint}")
