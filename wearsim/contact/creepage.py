@@ -40,8 +40,7 @@ class Kinematics:
 
     def creepage(self, rotation_speed: FloatArray) -> FloatArray:
         """Creepages (m, 3) for (m,) rotation speeds [rad/s]."""
-        value: FloatArray = self.at_rest + rotation_speed[:, None] * self.per_speed
-        return value
+        return self.at_rest + rotation_speed[:, None] * self.per_speed
 
 
 def moved(motion: Kinematics, along: FloatArray, across: FloatArray) -> Kinematics:
@@ -166,7 +165,6 @@ def kinematics(
 
     def frame(velocity: FloatArray, spin: FloatArray) -> FloatArray:
         parts = [(velocity * e).sum(axis=1) for e in (e_x, e_s)] + [(spin * e_n).sum(axis=1)]
-        value: FloatArray = np.stack(parts, axis=1) / speed[:, None]
-        return value
+        return np.stack(parts, axis=1) / speed[:, None]
 
     return Kinematics(frame(-counterface, -spinning), frame(wheel, axle), x)

@@ -37,8 +37,7 @@ class PatchGrid:
     def x(self) -> FloatArray:
         """Longitudinal position of the cell centres (m, nx) [m]."""
         count = self.pressure.shape[1]
-        place: FloatArray = self.x_lead[:, None] - self.cell_length[:, None] * (np.arange(count) + 0.5)
-        return place
+        return self.x_lead[:, None] - self.cell_length[:, None] * (np.arange(count) + 0.5)
 
 
 @dataclass(frozen=True)

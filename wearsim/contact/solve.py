@@ -88,8 +88,7 @@ def solve(
         vertical=vertical,
         threads=threads,
     )
-    solution: ContactSolution = parts[0] if len(parts) == 1 else _join(parts)
-    return solution
+    return parts[0] if len(parts) == 1 else _join(parts)
 
 
 def solve_each(
@@ -230,8 +229,7 @@ def _solve_side(task: _Task, side: int, chunk: ContactConditions, start: int) ->
         index = np.clip(np.searchsorted(grid, y, side="right") - 1, 0, grid.size - 2)
         share = (y - grid[index]) / (grid[index + 1] - grid[index])
         line = row.reshape((-1,) + (1,) * (y.ndim - 1))
-        value: FloatArray = table[line, index] + share * (table[line, index + 1] - table[line, index])
-        return value
+        return table[line, index] + share * (table[line, index + 1] - table[line, index])
 
     reference = normal.reference_point
     centre = normal.centre_y if reference is None else reference.y

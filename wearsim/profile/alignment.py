@@ -278,15 +278,13 @@ def _scale(distance: FloatArray) -> float:
 
 def _huber(distance: FloatArray) -> FloatArray:
     """Huber's weights at the scale of the median distance."""
-    result: FloatArray = np.minimum(1.0, _HUBER * _scale(distance) / np.maximum(np.abs(distance), 1e-12))
-    return result
+    return np.minimum(1.0, _HUBER * _scale(distance) / np.maximum(np.abs(distance), 1e-12))
 
 
 def _biweight(distance: FloatArray) -> FloatArray:
     """Tukey's weights at the scale of the median distance."""
     u = np.minimum(np.abs(distance) / (_TUKEY * _scale(distance)), 1.0)
-    result: FloatArray = (1.0 - u**2) ** 2
-    return result
+    return (1.0 - u**2) ** 2
 
 
 class _Nearest:

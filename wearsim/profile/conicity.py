@@ -155,8 +155,7 @@ def _radius_difference(right: Profile, left: Profile, rail: Profile) -> Callable
 
     def alike(shift: FloatArray) -> FloatArray:
         both = at_right(np.concatenate((shift, -shift)))
-        difference: FloatArray = both[: len(shift)] - both[len(shift) :]
-        return difference
+        return both[: len(shift)] - both[len(shift) :]
 
     return alike
 
@@ -266,10 +265,7 @@ def equivalent_conicity(
         """Integrate the piecewise linear difference exactly up to u."""
         k = np.clip(np.searchsorted(shift, u, side="right") - 1, 0, len(shift) - 2)
         t = u - shift[k]
-        part: FloatArray = potential[k] + t * (
-            difference[k] + 0.5 * t / step[k] * (difference[k + 1] - difference[k])
-        )
-        return part
+        return potential[k] + t * (difference[k] + 0.5 * t / step[k] * (difference[k + 1] - difference[k]))
 
     centre = _centre(at, float(shift[0]) + amplitude, float(shift[-1]) - amplitude, amplitude)
     if centre is None:

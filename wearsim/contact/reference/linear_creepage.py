@@ -171,5 +171,4 @@ def linear_creepage(
         cosine, sine = np.cos(psi), np.sin(psi)
         xi_x, xi_y = cosine * xi_x - sine * xi_y, cosine * xi_y + sine * xi_x
     # Adding 0.0 turns a mirrored -0.0 into 0.0.
-    creepage: FloatArray = np.stack((xi_x, sign * xi_y + 0.0, sign * spin + 0.0), axis=1)
-    return creepage
+    return np.stack((xi_x, sign * xi_y + 0.0, sign * spin + 0.0), axis=1)

@@ -52,8 +52,7 @@ class RollingCylinders:
         """Longitudinal force on the wheel per width [N/m]."""
         full = 0.5 * np.pi * self.half_length * self.limit
         share = 1.0 - (self.stick_half_length / self.half_length) ** 2
-        force: FloatArray = -np.sign(self.creepage) * full * share
-        return force
+        return -np.sign(self.creepage) * full * share
 
     def traction(self, x: ArrayLike) -> FloatArray:
         """Longitudinal traction on the wheel [Pa] at finite distances [m] from the middle."""
@@ -73,8 +72,7 @@ class RollingCylinders:
         behind = np.maximum(a - c - place, 0.0)
         beyond = np.maximum(np.abs(self.creepage) / self.saturation - 1.0, 0.0)
         local = np.sqrt(np.maximum(behind**2 - c**2, 0.0)) / a
-        value: FloatArray = np.sign(self.creepage) * self.saturation * (local + beyond)
-        return value
+        return np.sign(self.creepage) * self.saturation * (local + beyond)
 
 
 def carter(

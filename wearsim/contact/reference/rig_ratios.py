@@ -161,8 +161,7 @@ def spin_ratio(radius_ratio: ArrayLike, roll_share: ArrayLike = 0.0) -> FloatArr
         radius_ratio=_radius_ratio(radius_ratio),
         roll_over_contact_angle=finite("roll over contact angle", roll_share, "-"),
     )
-    ratio: FloatArray = 1.0 + chi * (1.0 - share)
-    return ratio
+    return 1.0 + chi * (1.0 - share)
 
 
 def longitudinal_creepage_ratio(
@@ -200,8 +199,7 @@ def longitudinal_creepage_ratio(
     )
     if (difference == 0.0).any():
         raise ContactError("radius difference = 0 m: no longitudinal creepage on the rail to compare with")
-    ratio: FloatArray = 1.0 + kappa * z * radius / difference
-    return ratio
+    return 1.0 + kappa * z * radius / difference
 
 
 def creep_stiffness_ratios(
@@ -260,8 +258,7 @@ def load_ratio_for_equal_pressure(pressure_ratio: ArrayLike) -> FloatArray:
     ContactError
         If a ratio is not positive and finite.
     """
-    ratio: FloatArray = positive("pressure ratio", pressure_ratio, "-") ** -3.0
-    return ratio
+    return positive("pressure ratio", pressure_ratio, "-") ** -3.0
 
 
 def load_ratio_for_equal_area(area_ratio: ArrayLike) -> FloatArray:
@@ -282,8 +279,7 @@ def load_ratio_for_equal_area(area_ratio: ArrayLike) -> FloatArray:
     ContactError
         If a ratio is not positive and finite.
     """
-    ratio: FloatArray = positive("area ratio", area_ratio, "-") ** -1.5
-    return ratio
+    return positive("area ratio", area_ratio, "-") ** -1.5
 
 
 def _radius_ratio(value: ArrayLike) -> FloatArray:

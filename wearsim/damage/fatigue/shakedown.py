@@ -89,8 +89,7 @@ def shakedown_limit(friction: FloatArray, contact: Contact = "point") -> FloatAr
     end = 1.0 / SURFACE_FLOW_FROM
     join = start + (end - start) * np.asarray(friction) / SURFACE_FLOW_FROM
     flow = 1.0 / np.maximum(friction, 1e-12)
-    limit: FloatArray = np.where(np.asarray(friction) >= SURFACE_FLOW_FROM, flow, np.minimum(join, flow))
-    return limit
+    return np.where(np.asarray(friction) >= SURFACE_FLOW_FROM, flow, np.minimum(join, flow))
 
 
 def boundaries(

@@ -66,8 +66,7 @@ def subsurface_index(utilised_friction: FloatArray, max_pressure: FloatArray) ->
     -----
     Of an ellipse :math:`p_0/6 = N/(4\pi a b)` [2]_. The term of the residual stress is not in it.
     """
-    index: FloatArray = max_pressure / 6.0 * (1.0 + utilised_friction**2)
-    return index
+    return max_pressure / 6.0 * (1.0 + utilised_friction**2)
 
 
 def patch(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:

@@ -151,8 +151,7 @@ def depth(
     load = patch_total(along_strips(fields.pressure, fields), fields)
     mean_speed = mean_of(patch_total(strips, fields), load) * fields.speed
     masks = regime(mean_of(load, area), mean_speed, coefficients)
-    depths: FloatArray = (per_hardness[:, None] * masks)[:, :, None] * strips
-    return depths
+    return (per_hardness[:, None] * masks)[:, :, None] * strips
 
 
 def energy_coefficient(archard: float, friction: float, hardness: float) -> float:

@@ -129,8 +129,7 @@ def _reach(value: FloatArray) -> FloatArray:
     here, next_ = value[first, column], value[np.minimum(first + 1, count - 1), column]
     rise = next_ - here
     steep = (rise > here) & (here > 0.0)
-    share: FloatArray = np.where(steep, here, 1.0) / np.where(steep, rise, 1.0)
-    return share
+    return np.where(steep, here, 1.0) / np.where(steep, rise, 1.0)
 
 
 def _ramp(value: float, full: float, none: float) -> float:
@@ -338,5 +337,4 @@ def missed(
 
 def _middle(place: FloatArray, starts: IntArray) -> FloatArray:
     """Mean of the positions of each block of cells."""
-    value: FloatArray = np.add.reduceat(place, starts) / np.diff(np.append(starts, place.size))
-    return value
+    return np.add.reduceat(place, starts) / np.diff(np.append(starts, place.size))

@@ -51,14 +51,12 @@ class Region:
     def x(self, count: int) -> FloatArray:
         """Cell centres along, from the leading end (count,) [m]."""
         share = (np.arange(count, dtype=np.float64) + 0.5) / count
-        place: FloatArray = self.x_high - (self.x_high - self.x_low) * share
-        return place
+        return self.x_high - (self.x_high - self.x_low) * share
 
     def s(self, count: int) -> FloatArray:
         """Cell centres across (count,) [m]."""
         share = (np.arange(count, dtype=np.float64) + 0.5) / count
-        place: FloatArray = self.s_low + (self.s_high - self.s_low) * share
-        return place
+        return self.s_low + (self.s_high - self.s_low) * share
 
 
 class Section:
@@ -80,8 +78,7 @@ class Section:
     def across(self, y: FloatArray) -> FloatArray:
         """Positions s of points of the profile [m]."""
         z: FloatArray = np.interp(y, self._profile.y, self._profile.z)
-        place: FloatArray = (y - self._y0) * self._cosine + (z - self._z0) * self._sine
-        return place
+        return (y - self._y0) * self._cosine + (z - self._z0) * self._sine
 
     def lateral(self, s: FloatArray) -> FloatArray:
         """Lateral positions y of the profile over positions s; beyond its ends along its last slope [m]."""
@@ -250,8 +247,7 @@ def carried_over(
 def _linear(place: FloatArray, start: float, stop: float, count: int) -> FloatArray:
     """Weights (n, count) of linear interpolation between cell centres; zero outside the grid."""
     at = (place - start) / (stop - start) * count - 0.5
-    weights: FloatArray = np.maximum(1.0 - np.abs(at[:, None] - np.arange(count)), 0.0)
-    return weights
+    return np.maximum(1.0 - np.abs(at[:, None] - np.arange(count)), 0.0)
 
 
 def coupling_of(
