@@ -117,10 +117,5 @@ def boundaries(
     return (
         Boundary(flow, 1.0 / flow, "surface flow, p0/k = 1/mu", "recalled"),
         Boundary(join, shakedown_limit(join, contact), "elastic shakedown, a straight join", "join"),
-        Boundary(
-            np.zeros(2),
-            np.array(marks.first_yield),
-            "first yield in pure rolling",
-            "recalled",
-        ),
+        Boundary(np.zeros(2), np.array(marks.first_yield), "first yield in pure rolling", "recalled"),
     )

@@ -20,12 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wearsim.contact.geometry import Gap
-from wearsim.contact.normal.half_space.regions import (
-    Region,
-    Section,
-    curvature_along,
-    origin_x,
-)
+from wearsim.contact.normal.half_space.regions import Region, Section, curvature_along, origin_x
 from wearsim.contact.normal.model import ADJACENT, ALIKE, CLEAR, FAR, NEAR, UNLIKE
 from wearsim.contact.patch import FloatArray, IntArray
 

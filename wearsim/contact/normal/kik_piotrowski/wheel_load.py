@@ -18,12 +18,7 @@ MOST_BASINS = 64
 
 @kernel
 def find_basins(
-    gap: FloatArray,
-    highest: float,
-    minima: FloatArray,
-    order: IntArray,
-    parent: IntArray,
-    saddle: FloatArray,
+    gap: FloatArray, highest: float, minima: FloatArray, order: IntArray, parent: IntArray, saddle: FloatArray
 ) -> int:
     """Find local minima of the gap below `highest`, how they join, and return their number.
 

@@ -203,11 +203,7 @@ class RollingSolution:
 
 
 def slip_operator(
-    shape: tuple[int, int],
-    cell_length: float,
-    cell_width: float,
-    shear_modulus: float,
-    poisson_ratio: float,
+    shape: tuple[int, int], cell_length: float, cell_width: float, shear_modulus: float, poisson_ratio: float
 ) -> SlipOperator:
     r"""Operator of the slip that tractions cause in steady rolling.
 
