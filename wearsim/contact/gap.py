@@ -110,28 +110,11 @@ def gap_surface(gap: Gap, plane: ContactPlane, x: FloatArray, s: FloatArray) -> 
     count = plane.row.size
     out = np.empty((count, x.shape[1], s.shape[1]))
     _fill(
-        plane.row,
-        plane.y,
-        plane.x,
-        plane.angle,
-        plane.vertical_displacement,
-        x,
-        s,
-        bodies.wheel.y,
-        bodies.wheel.radius,
-        bodies.wheel.slope,
-        gap.counterface.y,
-        gap.counterface.z,
-        gap.counterface.slope,
-        bodies.pose.shift,
-        bodies.pose.yaw,
-        bodies.pose.roll,
-        bodies.half_span,
-        bodies.nominal_radius,
-        gap.curvature,
-        np.empty((2, s.shape[1])),
-        out,
-    )
+        plane.row, plane.y, plane.x, plane.angle, plane.vertical_displacement, x, s, bodies.wheel.y,
+        bodies.wheel.radius, bodies.wheel.slope, gap.counterface.y, gap.counterface.z, gap.counterface.slope,
+        bodies.pose.shift, bodies.pose.yaw, bodies.pose.roll, bodies.half_span, bodies.nominal_radius,
+        gap.curvature, np.empty((2, s.shape[1])), out,
+    )  # fmt: skip
     return out
 
 
@@ -184,28 +167,12 @@ def roller_angle(x: float, z: float, kappa: float) -> tuple[float, float, float]
 
 @kernel
 def _fill(
-    rows: IntArray,
-    plane_y: FloatArray,
-    plane_x: FloatArray,
-    plane_angle: FloatArray,
-    displacement: FloatArray,
-    x_grid: FloatArray,
-    s_grid: FloatArray,
-    ring_y: FloatArray,
-    ring_radius: FloatArray,
-    ring_slope: FloatArray,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    grid_slope: FloatArray,
-    shifts: FloatArray,
-    yaws: FloatArray,
-    rolls: FloatArray,
-    half_span: float,
-    nominal_radius: float,
-    kappa: float,
-    guess: FloatArray,
-    out: FloatArray,
-) -> None:
+    rows: IntArray, plane_y: FloatArray, plane_x: FloatArray, plane_angle: FloatArray,
+    displacement: FloatArray, x_grid: FloatArray, s_grid: FloatArray, ring_y: FloatArray,
+    ring_radius: FloatArray, ring_slope: FloatArray, grid_y: FloatArray, grid_z: FloatArray,
+    grid_slope: FloatArray, shifts: FloatArray, yaws: FloatArray, rolls: FloatArray, half_span: float,
+    nominal_radius: float, kappa: float, guess: FloatArray, out: FloatArray,
+) -> None:  # fmt: skip
     """Cut the rays of every plane; from the middle outwards, each starting from its neighbour's solution."""
     lengths, widths = out.shape[1], out.shape[2]
     for m in range(rows.size):

@@ -247,47 +247,20 @@ def gap(
     )
     height, offset, lever, along = (np.empty(wheel.y.size) for _ in range(4))
     _raster(
-        wheel.y,
-        wheel.radius,
-        wheel.slope,
-        counterface.y,
-        counterface.z,
-        pose.shift,
-        pose.yaw,
-        pose.roll,
-        half_span,
-        nominal_radius,
-        curvature,
-        offset,
-        height,
-        lever,
-        along,
-        result.gap,
-        result.wheel_y,
-        result.sin_theta,
-        result.wheel_radius,
-        result.x,
-    )
+        wheel.y, wheel.radius, wheel.slope, counterface.y, counterface.z, pose.shift, pose.yaw, pose.roll,
+        half_span, nominal_radius, curvature, offset, height, lever, along, result.gap, result.wheel_y,
+        result.sin_theta, result.wheel_radius, result.x,
+    )  # fmt: skip
     result.gap[:, curvature * counterface.z > _NEAREST_AXIS] = NO_WHEEL
     return result
 
 
 @kernel
 def _envelope(
-    ring_y: FloatArray,
-    ring_radius: FloatArray,
-    offset: FloatArray,
-    height: FloatArray,
-    lever: FloatArray,
-    along: FloatArray,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    gap_out: FloatArray,
-    wheel_y_out: FloatArray,
-    sin_theta_out: FloatArray,
-    radius_out: FloatArray,
-    x_out: FloatArray,
-) -> None:
+    ring_y: FloatArray, ring_radius: FloatArray, offset: FloatArray, height: FloatArray, lever: FloatArray,
+    along: FloatArray, grid_y: FloatArray, grid_z: FloatArray, gap_out: FloatArray, wheel_y_out: FloatArray,
+    sin_theta_out: FloatArray, radius_out: FloatArray, x_out: FloatArray,
+) -> None:  # fmt: skip
     """Lowest part of the wheel's contact line over each grid point."""
     points = grid_y.size
     gap_out[:] = NO_WHEEL
@@ -314,27 +287,12 @@ def _envelope(
 
 @kernel
 def _raster(
-    ring_y: FloatArray,
-    ring_radius: FloatArray,
-    ring_slope: FloatArray,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    shift: FloatArray,
-    yaw: FloatArray,
-    roll: FloatArray,
-    half_span: float,
-    nominal_radius: float,
-    kappa: float,
-    offset: FloatArray,
-    height: FloatArray,
-    lever: FloatArray,
-    along: FloatArray,
-    gap_out: FloatArray,
-    wheel_y_out: FloatArray,
-    sin_theta_out: FloatArray,
-    radius_out: FloatArray,
-    x_out: FloatArray,
-) -> None:
+    ring_y: FloatArray, ring_radius: FloatArray, ring_slope: FloatArray, grid_y: FloatArray,
+    grid_z: FloatArray, shift: FloatArray, yaw: FloatArray, roll: FloatArray, half_span: float,
+    nominal_radius: float, kappa: float, offset: FloatArray, height: FloatArray, lever: FloatArray,
+    along: FloatArray, gap_out: FloatArray, wheel_y_out: FloatArray, sin_theta_out: FloatArray,
+    radius_out: FloatArray, x_out: FloatArray,
+) -> None:  # fmt: skip
     """Contact line of the yawed wheel in the unrolled plane, then its upper envelope on the grid."""
     for row in range(shift.size):
         sy, cy = np.sin(yaw[row]), np.cos(yaw[row])
@@ -370,17 +328,6 @@ def _raster(
             lever[k] = sine
             along[k] = x
         _envelope(
-            ring_y,
-            ring_radius,
-            offset,
-            height,
-            lever,
-            along,
-            grid_y,
-            grid_z,
-            gap_out[row],
-            wheel_y_out[row],
-            sin_theta_out[row],
-            radius_out[row],
-            x_out[row],
-        )
+            ring_y, ring_radius, offset, height, lever, along, grid_y, grid_z, gap_out[row], wheel_y_out[row],
+            sin_theta_out[row], radius_out[row], x_out[row],
+        )  # fmt: skip

@@ -415,17 +415,9 @@ def _finish(
 
 @kernel
 def _scale_work(
-    shear_x: FloatArray,
-    shear_y: FloatArray,
-    slip_x: FloatArray,
-    slip_y: FloatArray,
-    cell_area: FloatArray,
-    speed: FloatArray,
-    power: FloatArray,
-    sign: FloatArray,
-    work: FloatArray,
-    local_power: FloatArray,
-) -> None:
+    shear_x: FloatArray, shear_y: FloatArray, slip_x: FloatArray, slip_y: FloatArray, cell_area: FloatArray,
+    speed: FloatArray, power: FloatArray, sign: FloatArray, work: FloatArray, local_power: FloatArray,
+) -> None:  # fmt: skip
     """Work density of each cell, scaled to the patch's power; lateral shear and slip mirrored in place.
 
     Fills `work` (m, nx, ny) and `local_power` (m,), what the cells add up to before the scaling.

@@ -89,22 +89,10 @@ def solve(
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     slope = patch.pressure_slope * load_factor(cells)
     _march(
-        plain(patch.y),
-        plain(patch.width),
-        plain(patch.x_lead),
-        plain(patch.x_trail),
-        plain(friction),
-        plain(slope),
-        plain(creepage),
-        flexibility,
-        plain(_mean_flexibility(creepage, flexibility)),
-        cells,
-        fields,
-        np.empty(14 * _ROW),
-        out,
-        force,
-        slip_area,
-    )
+        plain(patch.y), plain(patch.width), plain(patch.x_lead), plain(patch.x_trail), plain(friction),
+        plain(slope), plain(creepage), flexibility, plain(_mean_flexibility(creepage, flexibility)), cells,
+        fields, np.empty(14 * _ROW), out, force, slip_area,
+    )  # fmt: skip
     return TangentialSolution(force, slip_area, patch.x_lead, patch.x_trail, out if fields else None)
 
 
@@ -117,22 +105,10 @@ def _mean_flexibility(creepage: FloatArray, flexibility: FloatArray) -> FloatArr
 
 @leaf_kernel
 def _march(
-    y: FloatArray,
-    width: FloatArray,
-    x_lead: FloatArray,
-    x_trail: FloatArray,
-    friction: FloatArray,
-    slope: FloatArray,
-    creepage: FloatArray,
-    flexibility: FloatArray,
-    mean: FloatArray,
-    cells: int,
-    keep: bool,
-    rows: FloatArray,
-    out: FloatArray,
-    force: FloatArray,
-    slip_area: FloatArray,
-) -> None:
+    y: FloatArray, width: FloatArray, x_lead: FloatArray, x_trail: FloatArray, friction: FloatArray,
+    slope: FloatArray, creepage: FloatArray, flexibility: FloatArray, mean: FloatArray, cells: int,
+    keep: bool, rows: FloatArray, out: FloatArray, force: FloatArray, slip_area: FloatArray,
+) -> None:  # fmt: skip
     """March from the leading to the trailing end, all strips of a patch side by side.
 
     All operands of the inner loop lie in `rows`, one buffer of rows a constant number of places apart:
