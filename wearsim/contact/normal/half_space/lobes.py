@@ -248,16 +248,10 @@ def _fitted(
     x = float(np.interp(lobe.centre, gap.counterface.y, gap.x[row]))
     low, high = float(s[0]) - MARGIN * width, float(s[1]) + MARGIN * width
     return Region(
-        row,
-        lobe.centre,
-        angle,
-        lobe.x_low - MARGIN * length - x,
-        lobe.x_high + MARGIN * length - x,
+        row, lobe.centre, angle, lobe.x_low - MARGIN * length - x, lobe.x_high + MARGIN * length - x,
         max(low, float(s[2])) if np.isfinite(y_low) else low,
-        min(high, float(s[3])) if np.isfinite(y_high) else high,
-        y_low,
-        y_high,
-    )
+        min(high, float(s[3])) if np.isfinite(y_high) else high, y_low, y_high,
+    )  # fmt: skip
 
 
 def missed(

@@ -77,23 +77,9 @@ def solve(
     profile = (counterface.y, counterface.z, counterface.slope, counterface.angle)
     wheel, poses = _bodies(gap)
     balance(
-        profile,
-        gap.gap,
-        gap.wheel_radius,
-        gap.x,
-        poses,
-        wheel,
-        gap.curvature,
-        load,
-        vertical,
-        factor,
-        effective_modulus,
-        np.empty((WORK_ROWS, points)),
-        np.zeros((points, SECTION)),
-        count,
-        fault,
-        patches,
-    )
+        profile, gap.gap, gap.wheel_radius, gap.x, poses, wheel, gap.curvature, load, vertical, factor,
+        effective_modulus, np.empty((WORK_ROWS, points)), np.zeros((points, SECTION)), count, fault, patches,
+    )  # fmt: skip
     raise_first(fault)
     row = np.repeat(np.arange(rows), count)
     lines = patches[np.arange(MOST_PATCHES) < count[:, None]]
@@ -102,25 +88,9 @@ def solve(
     centre, angle, maximum = (np.empty(row.size) for _ in range(3))
     slope = np.empty(row.size)
     _cut_strips(
-        row,
-        lines,
-        gap.curvature,
-        profile,
-        gap.gap,
-        gap.wheel_radius,
-        gap.x,
-        poses,
-        wheel,
-        y,
-        lead,
-        trail,
-        depth,
-        edges,
-        centre,
-        angle,
-        maximum,
-        slope,
-    )
+        row, lines, gap.curvature, profile, gap.gap, gap.wheel_radius, gap.x, poses, wheel, y, lead, trail,
+        depth, edges, centre, angle, maximum, slope,
+    )  # fmt: skip
     patch = Patch(
         row=row,
         y=y,
@@ -160,25 +130,13 @@ def _bodies(gap: Gap) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatA
 
 @kernel
 def _cut_strips(
-    rows: IntArray,
-    lines: FloatArray,
-    kappa: float,
-    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    gaps: FloatArray,
-    radii: FloatArray,
-    alongs: FloatArray,
-    poses: FloatArray,
-    wheel: tuple[FloatArray, FloatArray, FloatArray],
-    strip_y: FloatArray,
-    strip_lead: FloatArray,
-    strip_trail: FloatArray,
-    strip_depth: FloatArray,
-    edges: FloatArray,
-    centres: FloatArray,
-    angles: FloatArray,
-    maximum: FloatArray,
+    rows: IntArray, lines: FloatArray, kappa: float,
+    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], gaps: FloatArray, radii: FloatArray,
+    alongs: FloatArray, poses: FloatArray, wheel: tuple[FloatArray, FloatArray, FloatArray],
+    strip_y: FloatArray, strip_lead: FloatArray, strip_trail: FloatArray, strip_depth: FloatArray,
+    edges: FloatArray, centres: FloatArray, angles: FloatArray, maximum: FloatArray,
     pressure_slope: FloatArray,
-) -> None:
+) -> None:  # fmt: skip
     """Cut patches into strips of equal width in their contact planes and make the pressure fit the load."""
     strips = strip_y.shape[1]
     grid_y, grid_z, slope = profile[0], profile[1], profile[2]

@@ -265,17 +265,11 @@ def find_outline(
 
 @kernel
 def fill_strips(
-    line: FloatArray,
-    row: int,
-    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    here: tuple[FloatArray, FloatArray, FloatArray],
-    pose: FloatArray,
-    wheel: tuple[FloatArray, FloatArray, FloatArray],
-    skewed: bool,
-    kappa: float,
-    work: FloatArray,
+    line: FloatArray, row: int, profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    here: tuple[FloatArray, FloatArray, FloatArray], pose: FloatArray,
+    wheel: tuple[FloatArray, FloatArray, FloatArray], skewed: bool, kappa: float, work: FloatArray,
     sections: FloatArray,
-) -> None:
+) -> None:  # fmt: skip
     """Cut a patch into strips in its contact plane, at the grid points of `line`.
 
     Fills `work` with position s in the contact plane, interpenetration g, width of the strip, squared
@@ -329,17 +323,11 @@ def fill_strips(
 
 @kernel
 def _skew_strips(
-    row: int,
-    start: int,
-    stop: int,
-    limit: float,
+    row: int, start: int, stop: int, limit: float,
     profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    here: tuple[FloatArray, FloatArray, FloatArray],
-    pose: FloatArray,
-    wheel: tuple[FloatArray, FloatArray, FloatArray],
-    work: FloatArray,
-    sections: FloatArray,
-) -> None:
+    here: tuple[FloatArray, FloatArray, FloatArray], pose: FloatArray,
+    wheel: tuple[FloatArray, FloatArray, FloatArray], work: FloatArray, sections: FloatArray,
+) -> None:  # fmt: skip
     """Half lengths and middles of the strips of `fill_strips` under a yawed wheel."""
     gap, radius, along = here[0], here[1], here[2]
     for i in range(start, stop + 1):

@@ -35,21 +35,10 @@ _FULL_NEXT, _NONE_NEXT, _FULL_AWAY, _NONE_AWAY = 0.349, 0.698, 0.2, 0.3
 
 @kernel
 def cut_strips(
-    left: float,
-    right: float,
-    middle: float,
-    delta: float,
-    low: float,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    slope: FloatArray,
-    gap: FloatArray,
-    radius: FloatArray,
-    kappa: float,
-    strips: FloatArray,
-    first: int,
-    count: int,
-) -> bool:
+    left: float, right: float, middle: float, delta: float, low: float, grid_y: FloatArray,
+    grid_z: FloatArray, slope: FloatArray, gap: FloatArray, radius: FloatArray, kappa: float,
+    strips: FloatArray, first: int, count: int,
+) -> bool:  # fmt: skip
     """Lay strips of equal width between two places of a profile in the plane through `middle`.
 
     The gap of a strip is its mean over the width. Returns whether there is a wheel all along.
@@ -278,18 +267,10 @@ def hertz_at(table: FloatArray, ratio: float) -> tuple[float, float, float]:
 
 @kernel
 def _start(
-    displacement: float,
-    low: float,
-    vertical: bool,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    angle: FloatArray,
-    gap: FloatArray,
-    radius: FloatArray,
-    kappa: float,
-    table: FloatArray,
+    displacement: float, low: float, vertical: bool, grid_y: FloatArray, grid_z: FloatArray,
+    angle: FloatArray, gap: FloatArray, radius: FloatArray, kappa: float, table: FloatArray,
     lobes: FloatArray,
-) -> tuple[float, int]:
+) -> tuple[float, int]:  # fmt: skip
     """Return load over pi E* at a displacement, every part pressed into an ellipse, and their number.
 
     `lobes` gets a line for each: left and right end (profile y), half-length squared per depth, gap where it
@@ -358,18 +339,9 @@ def _start(
 
 @kernel
 def first_displacement(
-    load: float,
-    low: float,
-    vertical: bool,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    angle: FloatArray,
-    gap: FloatArray,
-    radius: FloatArray,
-    kappa: float,
-    table: FloatArray,
-    lobes: FloatArray,
-) -> tuple[float, int]:
+    load: float, low: float, vertical: bool, grid_y: FloatArray, grid_z: FloatArray, angle: FloatArray,
+    gap: FloatArray, radius: FloatArray, kappa: float, table: FloatArray, lobes: FloatArray,
+) -> tuple[float, int]:  # fmt: skip
     """Vertical displacement at which elliptic patches about carry the load, and their number."""
     small, large = 0.0, 0.0
     displacement = 5e-5

@@ -55,24 +55,10 @@ _WIDEST = 0.65e-3  # m, of a strip: profiles change their radius within wide pat
 
 @kernel
 def solve_wheel(
-    load: float,
-    vertical: bool,
-    count: int,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    slope: FloatArray,
-    angle: FloatArray,
-    gap: FloatArray,
-    radius: FloatArray,
-    kappa: float,
-    coarse: int,
-    influence: FloatArray,
-    hertz: FloatArray,
-    strips: FloatArray,
-    lobe: IntArray,
-    spans: FloatArray,
-    info: FloatArray,
-) -> int:
+    load: float, vertical: bool, count: int, grid_y: FloatArray, grid_z: FloatArray, slope: FloatArray,
+    angle: FloatArray, gap: FloatArray, radius: FloatArray, kappa: float, coarse: int, influence: FloatArray,
+    hertz: FloatArray, strips: FloatArray, lobe: IntArray, spans: FloatArray, info: FloatArray,
+) -> int:  # fmt: skip
     """Find the strips of one wheel under a load (over pi E*); return a fault or 0.
 
     `strips` (fields, most strips) and `lobe` (number of the part of the profile each belongs to) get the
@@ -279,29 +265,12 @@ def _between(
 
 @kernel
 def solve_patches(
-    load: FloatArray,
-    vertical: bool,
-    modulus: float,
-    count: int,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    slope: FloatArray,
-    angle: FloatArray,
-    gaps: FloatArray,
-    radii: FloatArray,
-    alongs: FloatArray,
-    kappa: float,
-    influence: FloatArray,
-    hertz: FloatArray,
-    number: IntArray,
-    fault: IntArray,
-    out_y: FloatArray,
-    out_half: FloatArray,
-    out_skew: FloatArray,
-    out_slope: FloatArray,
-    out_edge: FloatArray,
-    values: FloatArray,
-) -> None:
+    load: FloatArray, vertical: bool, modulus: float, count: int, grid_y: FloatArray, grid_z: FloatArray,
+    slope: FloatArray, angle: FloatArray, gaps: FloatArray, radii: FloatArray, alongs: FloatArray,
+    kappa: float, influence: FloatArray, hertz: FloatArray, number: IntArray, fault: IntArray,
+    out_y: FloatArray, out_half: FloatArray, out_skew: FloatArray, out_slope: FloatArray,
+    out_edge: FloatArray, values: FloatArray,
+) -> None:  # fmt: skip
     """Solve every row and lay its patches, by falling normal force.
 
     `values` (n, most, 13): centre y, angle of the plane, approach, normal force, largest pressure, load
