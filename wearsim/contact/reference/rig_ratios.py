@@ -12,7 +12,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -89,13 +89,8 @@ def normal_ratios(
     )
     field = hertz(along, across, 1.0, 1.0)
     rig = hertz(along * (1.0 + chi), across, 1.0, 1.0)
-    return NormalRatios(
-        rig.semi_axis_x / field.semi_axis_x,
-        rig.semi_axis_y / field.semi_axis_y,
-        rig.area / field.area,
-        rig.max_pressure / field.max_pressure,
-        rig.approach / field.approach,
-    )
+    names = [each.name for each in fields(NormalRatios)]
+    return NormalRatios(*(getattr(rig, name) / getattr(field, name) for name in names))
 
 
 def normal_exponents(curvature_ratio: ArrayLike) -> NormalRatios:
@@ -122,18 +117,7 @@ def normal_exponents(curvature_ratio: ArrayLike) -> NormalRatios:
     """
     ratio, step = positive("curvature ratio A/B", curvature_ratio, "-"), 1e-4
     change = normal_ratios(ratio * np.exp(-0.5 * step), 1.0, np.expm1(step))
-    return NormalRatios(
-        *(
-            np.log(value) / step
-            for value in (
-                change.semi_axis_x,
-                change.semi_axis_y,
-                change.area,
-                change.max_pressure,
-                change.approach,
-            )
-        )
-    )
+    return NormalRatios(*(np.log(value) / step for value in vars(change).values()))
 
 
 def spin_ratio(radius_ratio: ArrayLike, roll_share: ArrayLike = 0.0) -> FloatArray:
