@@ -7,8 +7,8 @@ import pytest
 
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.scene import build, load_scene
+from wearsim.scene.initial_contact import check_contact
 from wearsim.scene.setup import warnings_of
-from wearsim.scene.touch import check_contact
 
 DATA = Path(__file__).parents[1] / "data"
 RIG = (DATA / "scene_rig.toml").read_text()

@@ -8,8 +8,8 @@ import pytest
 from wearsim.profile import standard
 from wearsim.profile.files import write_profile
 from wearsim.scene import load_scene
+from wearsim.scene.initial_contact import check_contact
 from wearsim.scene.setup import warnings_of
-from wearsim.scene.touch import check_contact
 
 DATA = Path(__file__).parents[1] / "data"
 RIG = (DATA / "scene_rig.toml").read_text()

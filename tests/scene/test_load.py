@@ -11,7 +11,7 @@ from wearsim.errors import SceneError
 from wearsim.profile import standard
 from wearsim.profile.files import write_profile
 from wearsim.scene import CompareScene, FieldScene, RigScene, build, files_to_copy, load_scene, scene_schema
-from wearsim.scene.touch import check_contact
+from wearsim.scene.initial_contact import check_contact
 
 DATA = Path(__file__).parents[1] / "data"
 RIG = (DATA / "scene_rig.toml").read_text()

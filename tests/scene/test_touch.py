@@ -9,7 +9,7 @@ from wearsim.campaign.rate import select
 from wearsim.contact.solve import solve
 from wearsim.errors import SceneError
 from wearsim.scene import build, load_scene
-from wearsim.scene.touch import check_contact
+from wearsim.scene.initial_contact import check_contact
 
 RIG = (Path(__file__).parents[1] / "data/scene_rig.toml").read_text()
 
@@ -56,7 +56,9 @@ def test_a_wheelset_that_finds_no_rest_is_refused(folder, changed, line_with, mo
     """No shift that the clearance allows is known to have none: the search is made to fail."""
     text = rig(changed)
     Path("scene.toml").write_text(text)
-    monkeypatch.setattr("wearsim.scene.touch.resting_roll", lambda *_: (np.zeros(1), np.zeros(1, bool)))
+    monkeypatch.setattr(
+        "wearsim.scene.initial_contact.resting_roll", lambda *_: (np.zeros(1), np.zeros(1, bool))
+    )
     with pytest.raises(SceneError) as refused:
         check_contact(load_scene("scene.toml"))
     assert len(refused.value.faults) == 5

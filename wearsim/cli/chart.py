@@ -53,7 +53,7 @@ def execute(arguments: argparse.Namespace) -> int:
         raise SceneError([Fault(fault) for fault in faults])
     from wearsim.report.chart import write_chart
     from wearsim.scene import CompareScene, build
-    from wearsim.scene.load import load_campaign
+    from wearsim.scene.read import load_campaign
     from wearsim.studies.chart import speed_and_accuracy
 
     scene = load_campaign(arguments.scene)

@@ -38,7 +38,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     from wearsim.cli import sweep
     from wearsim.scene import CompareScene, SweepScene
-    from wearsim.scene.touch import check_contact
+    from wearsim.scene.initial_contact import check_contact
 
     scene, _ = load_overridden(arguments)
     told: dict[str, Any]

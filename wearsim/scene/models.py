@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -10,12 +11,12 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, Strict
 from pydantic_core import PydanticCustomError
 
+from wearsim.errors import Fault
+from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.campaign import CampaignSection
-from wearsim.scene.counterface import RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
 from wearsim.scene.section import Registered, Section, Text, number, range_of, words
-from wearsim.toml_faults import Lines, line_of
+from wearsim.toml_faults import KeyPath, Lines, line_of
 
 
 def _inclination(text: str) -> str:
@@ -92,6 +93,45 @@ class WheelsetSection(Section):
     back_to_back_mm: float = number("back_to_back", "the back-to-back distance of the wheels", 1360.0)
 
 
+_OF_RAILS = (
+    "a rail is passed by other wheels, too: state what it loses as area_mm2_per_1000km, or write "
+    'kind = "rig" in [scene]'
+)
+_OF_ROLLERS = (
+    "a roller runs under this wheel alone: its wear follows from the wheel's law times factor; write that, "
+    'or kind = "field" in [scene]'
+)
+
+
+class RollerWearSection(Section):
+    """[counterface.wear] on a rig: both rollers wear, each under its wheel, and are turned together."""
+
+    not_here: ClassVar[dict[str, str]] = {"area_mm2_per_1000km": _OF_ROLLERS}
+    factor: float = number(
+        "counterface_wear_factor",
+        "the wear depth of a roller in one passage over that of the wheel by the law of [wear]",
+    )
+    redress_every_km: float | None = number(
+        "redress_distance", "the running after which both rollers are turned back to their new profile", None
+    )
+    redress_depth_um: float | None = number(
+        "redress_depth",
+        "the wear depth of either roller at which both are turned back to their new profile",
+        None,
+    )
+
+
+class RailWearSection(Section):
+    """[counterface.wear] in the field: both rails lose a stated area where the campaign's contacts wear."""
+
+    not_here: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("factor", "redress_every_km", "redress_depth_um"), _OF_RAILS
+    )
+    area_mm2_per_1000km: float = number(
+        "counterface_area_rate", "the area each rail's cross-section loses while the wheelset runs 1000 km"
+    )
+
+
 class CounterfaceSection(Section):
     """[counterface]: what rails and rollers with a rail's profile have in common."""
 
@@ -107,6 +147,7 @@ class RailSection(CounterfaceSection):
         "roller_radius_mm": 'a rail has no radius; delete the key, or write kind = "rig" in [scene]'
     }
     wear: RailWearSection | None = None
+    curvature: ClassVar[float] = 0.0
 
 
 class RollerSection(CounterfaceSection):
@@ -114,6 +155,11 @@ class RollerSection(CounterfaceSection):
 
     roller_radius_mm: float = number("roller_radius", "the radius of the rollers at the profile's top")
     wear: RollerWearSection | None = None
+
+    @property
+    def curvature(self) -> float:
+        """Curvature of the rollers at the profile's top [1/m]."""
+        return 1e3 / self.roller_radius_mm
 
 
 NormalName = Annotated[str, Registered("wearsim.contact.normal", "NORMAL_MODELS")]
@@ -224,6 +270,11 @@ class RigOperation(Section):
     )
     monitor: MonitorSection | None = None
 
+    @property
+    def runs(self) -> dict[KeyPath, BlockSection | ClassSection]:
+        """Blocks by their path in the scene."""
+        return {("operation", "block", k): block for k, block in enumerate(self.blocks)}
+
 
 class FieldOperation(Section):
     """[operation] in the field: classes of track, each with a distribution of the shift."""
@@ -235,6 +286,90 @@ class FieldOperation(Section):
         alias="class", min_length=1, max_length=1000, description="the classes of track"
     )
     monitor: MonitorSection | None = None
+
+    @property
+    def runs(self) -> dict[KeyPath, BlockSection | ClassSection]:
+        """Classes by their path in the scene."""
+        return {("operation", "class", k): run for k, run in enumerate(self.classes)}
+
+
+class LimitsSection(Section):
+    """[campaign.limits]: what ends the life of a wheel; the distance at which each is met is told."""
+
+    depth_mm: float | None = number("max_wear_depth", "the largest wear depth", None)
+    flange_height_mm: float | None = number("flange_height", "the largest flange height Sh", None)
+    flange_thickness_mm: float | None = number("flange_thickness", "the least flange thickness Sd", None)
+    flange_gradient_mm: float | None = number("flange_gradient", "the least flange gradient qR", None)
+    hollowing_mm: float | None = number("hollowing", "the largest hollowing of the tread", None)
+    conicity: float | None = number("equivalent_conicity", "the largest equivalent conicity", None)
+    damage: float | None = number(
+        "fatigue_damage", "the largest fatigue damage by a law that counts cycles (wlrm)", None
+    )
+    diameter_mm: float | None = number("wheel_diameter", "the least wheel diameter after turning", None)
+    end: bool = Field(False, description="whether the campaign ends at the first limit that is met")
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The limits by the variable of the result file [SI]."""
+        given = {name: getattr(self, key) for name, key in LIMIT_KEYS.items()}
+        return {
+            name: limit / QUANTITIES[name].shown_factor for name, limit in given.items() if limit is not None
+        }
+
+
+LIMIT_KEYS: Mapping[str, str] = {
+    "max_wear_depth": "depth_mm",
+    "flange_height": "flange_height_mm",
+    "flange_thickness": "flange_thickness_mm",
+    "flange_gradient": "flange_gradient_mm",
+    "hollowing": "hollowing_mm",
+    "equivalent_conicity": "conicity",
+    "fatigue_damage": "damage",
+    "wheel_diameter": "diameter_mm",
+}
+"""Key of the scene by variable of the result file, for each of `results.limits.LIMITED`."""
+
+
+class ReprofilingSection(Section):
+    """[campaign.reprofiling]: both wheels are turned to one diameter, with the least loss of it.
+
+    With `damage` among `at_limits` and a crack depth, that includes the material cracks run through.
+    """
+
+    at_limits: Annotated[tuple[str, ...], Strict(False)] = Field(
+        (), description="the keys of [campaign.limits] at which the wheels are turned instead of worn on"
+    )
+    at_km: Annotated[tuple[Annotated[float, Field(**range_of("distance"))], ...], Strict(False)] = Field(
+        (), description="the distances at which they are turned", json_schema_extra={"unit": "km"}
+    )
+    profile: Text | None = words("the profile they get, by default that of [wheelset]", None)
+    cut_mm: float = number("least_cut", "the least depth that the lathe takes everywhere", 0.0)
+
+
+class CampaignSection(Section):
+    """[campaign]: how far, and in which steps."""
+
+    distance_km: float = number("distance", "the distance of the campaign")
+    max_step_depth_um: float = number("depth_cap", "the largest wear depth of one step", 8.0)
+    first_step_depth_um: float | None = number(
+        "first_depth",
+        "the largest wear depth of the first step and of that after a turning, doubled from step to step",
+        None,
+    )
+    stability: float = number("stability_number", "the limit of the stability number S", 0.4)
+    smoothing_wavelength_mm: float = number(
+        "smoothing_wavelength", "the wavelength that smoothing halves, 0 for none", 2.5
+    )
+    integrator: Literal["heun", "euler", "semi_implicit"] = Field(
+        "heun", description="the rule that combines wear rates"
+    )
+    error_tolerance_um: float = number(
+        "step_error", "the largest estimated error of the depth of one step, of wheels and counterface", 1.0
+    )
+    point_spacing_mm: float = number("point_spacing", "the spacing of the profile's points", 0.25)
+    max_step_km: float | None = number("step_length", "the longest step", None)
+    limits: LimitsSection | None = None
+    reprofiling: ReprofilingSection | None = None
 
 
 class ComparedSection(Section):
@@ -266,8 +401,18 @@ class Origin:
     lines: Lines
 
 
+def find_file(name: str, folders: tuple[Path, ...], shipped: str) -> Path | None:
+    """Existing file of a name: as given, in one of `folders`, or among the files in the `shipped` folder."""
+    places = (Path(name), *(folder / name for folder in folders))
+    places += (shipped_path(name), shipped_path(shipped, name))
+    try:
+        return next((place for place in places if place.is_file()), None)
+    except (OSError, ValueError):  # a name too long, or with a zero byte
+        return None
+
+
 class SceneModel(Section):
-    """A scene file; `origin` tells where it stands."""
+    """A scene file; `origin` is where it was read from."""
 
     _origin: Origin = PrivateAttr()
     _inputs: object = PrivateAttr(None)  # set once the files it names were read
@@ -281,31 +426,48 @@ class SceneModel(Section):
         """Line of a key in the scene file, counted from 1."""
         return line_of(self._origin.lines, path)
 
+    def fault(self, path: KeyPath, message: str) -> Fault:
+        """Fault or warning at the line of a key."""
+        return Fault(message, str(self._origin.path), self.line(*path))
 
-class RigScene(SceneModel):
+
+class _Campaign(SceneModel):
+    """What scenes of rig and field have in common."""
+
+    scene: RigHeader | FieldHeader
+    wheelset: WheelsetSection
+    counterface: RailSection | RollerSection
+    contact: ContactSection = Field(default_factory=lambda: ContactSection.model_validate({}))
+    wear: WearSection = Field(default_factory=lambda: WearSection.model_validate({}))
+    fatigue: FatigueSection | None = None
+    operation: RigOperation | FieldOperation
+    campaign: CampaignSection
+
+
+class RigScene(_Campaign):
     """A campaign on a roller rig."""
 
     scene: RigHeader
-    wheelset: WheelsetSection
     counterface: RollerSection
-    contact: ContactSection = Field(default_factory=lambda: ContactSection.model_validate({}))
-    wear: WearSection = Field(default_factory=lambda: WearSection.model_validate({}))
-    fatigue: FatigueSection | None = None
     operation: RigOperation
-    campaign: CampaignSection
+
+    @property
+    def parts(self) -> tuple[RigScene | FieldScene, ...]:
+        """The campaigns of the scene."""
+        return (self,)
 
 
-class FieldScene(SceneModel):
+class FieldScene(_Campaign):
     """A campaign on track."""
 
     scene: FieldHeader
-    wheelset: WheelsetSection
     counterface: RailSection
-    contact: ContactSection = Field(default_factory=lambda: ContactSection.model_validate({}))
-    wear: WearSection = Field(default_factory=lambda: WearSection.model_validate({}))
-    fatigue: FatigueSection | None = None
     operation: FieldOperation
-    campaign: CampaignSection
+
+    @property
+    def parts(self) -> tuple[RigScene | FieldScene, ...]:
+        """The campaigns of the scene."""
+        return (self,)
 
 
 _ELSEWHERE = "a compare scene holds [scene] and [compare] only; move it into the two scenes it names"
@@ -331,3 +493,8 @@ class CompareScene(SceneModel):
     def field(self) -> FieldScene:
         """The scene of the field."""
         return self._field
+
+    @property
+    def parts(self) -> tuple[RigScene | FieldScene, ...]:
+        """The campaigns of the scene."""
+        return self._rig, self._field

@@ -14,8 +14,7 @@ from pydantic import Field, Strict
 
 from wearsim.errors import Fault, SceneError
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.inputs import find_file
-from wearsim.scene.models import Header, SceneModel
+from wearsim.scene.models import Header, SceneModel, find_file
 from wearsim.scene.overrides import Override, value_of
 from wearsim.scene.section import Section, Text, number, words
 from wearsim.toml_faults import KeyPath, line_of, shown

@@ -41,7 +41,7 @@ from wearsim.errors import Fault, ResultError, SceneError, WearsimError
 from wearsim.scene import load_campaign
 from wearsim.scene.overrides import at_its_source
 from wearsim.scene.sweep import Case
-from wearsim.scene.touch import check_contact
+from wearsim.scene.initial_contact import check_contact
 
 if TYPE_CHECKING:
     from multiprocessing.synchronize import Event as Signal

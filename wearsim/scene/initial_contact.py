@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from wearsim.contact import geometry
@@ -12,18 +10,18 @@ from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError
-from wearsim.scene.load import CampaignScene
-from wearsim.scene.models import CompareScene, FieldScene, RigScene
+from wearsim.scene.messages import by_line, key_of, shift_ranges
+from wearsim.scene.models import FieldScene, RigScene
 from wearsim.scene.overrides import at_its_source
+from wearsim.scene.read import CampaignScene
 from wearsim.scene.setup import CampaignSetup, build, warnings_of
+from wearsim.toml_faults import KeyPath
 
 _BATCH = 64
 """Points whose gaps are held in memory at a time."""
 
 LARGEST_TILT = 1e-3
 """Roll that a scene may leave out without a warning [rad]: it turns the contact angles by as much."""
-
-Place = tuple[str | int, ...]
 
 
 def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
@@ -45,38 +43,32 @@ def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
         With one fault for each block, class or watched shift at which a wheel does not touch, or its patch
         reaches the edge of a profile.
     """
-    parts: list[RigScene | FieldScene] = (
-        [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
-    )
     faults: list[Fault] = []
     warnings: list[Fault] = []
-    for part in parts:
-        setup, places = build(part), list(_places(part))
+    for part in scene.parts:
+        setup = build(part)
+        places = [path for path, _, _, points in shift_ranges(part) for _ in range(points)]
         found, tilt = _touching(part, setup, places)
         faults += found
         if not found:
-            warnings += _sorted(list(warnings_of(part)) + _roll_warnings(part, setup, places, tilt))
+            warnings += by_line(list(warnings_of(part)) + _roll_warnings(part, setup, places, tilt))
     if faults:
         raise SceneError([at_its_source(fault) for fault in faults])
     return tuple(warnings)
 
 
-def _sorted(faults: list[Fault]) -> list[Fault]:
-    return sorted(faults, key=lambda fault: fault.line or 0)
-
-
 def _touching(
-    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[Place]
+    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[KeyPath]
 ) -> tuple[list[Fault], FloatArray]:
     """Faults of points without contact, and by how much the wheelset would roll further at each [rad]."""
-    found: dict[Place, Fault] = {}
+    found: dict[KeyPath, Fault] = {}
     tilt = np.zeros(len(places))
     if setup.points.conditions.free_roll:
         for number, place in enumerate(places):
             fault = None if place in found else _without_rest(setup, number)
             if fault is not None:
                 found[place] = _fault(scene, setup, place, number, *fault)
-        return _sorted(list(found.values())), tilt
+        return by_line(list(found.values())), tilt
     for start in range(0, len(places), _BATCH):
         rows = np.arange(start, min(start + _BATCH, len(places)))
         for side in (0, 1):
@@ -88,7 +80,7 @@ def _touching(
                         found[places[row]] = _fault(scene, setup, places[row], int(row), side, told)
             elif descent is not None:
                 tilt[rows] += (-1.0 if side else 1.0) * descent / (2.0 * setup.wheelset.half_span)
-    return _sorted(list(found.values())), tilt
+    return by_line(list(found.values())), tilt
 
 
 def _descent(
@@ -137,10 +129,10 @@ def _without_rest(setup: CampaignSetup, row: int) -> tuple[int | None, str] | No
 
 
 def _roll_warnings(
-    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[Place], tilt: FloatArray
+    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[KeyPath], tilt: FloatArray
 ) -> list[Fault]:
     """Tell, for each block or class, the largest difference of its roll to that of resting on both wheels."""
-    worst: dict[Place, tuple[float, int]] = {}
+    worst: dict[KeyPath, tuple[float, int]] = {}
     for row, place in enumerate(places):
         if "monitor" in place or abs(tilt[row]) <= 0.5 * LARGEST_TILT:  # at rest it is seldom twice as much
             continue
@@ -157,7 +149,7 @@ def _roll_warnings(
             f'roll of {given + 1e3 * left_out:.2g} mrad; give that roll, or roll = "free" in [contact], or '
             "smaller shifts"
         )
-        found.append(Fault(told, str(scene.origin.path), scene.line(*place[:3], "roll_mrad")))
+        found.append(scene.fault((*place[:3], "roll_mrad"), told))
     return found
 
 
@@ -180,35 +172,20 @@ def _resting_roll(setup: CampaignSetup, row: int) -> float | None:
     return float(angle[0]) if found[0] else None
 
 
-def _places(scene: RigScene | FieldScene) -> Iterator[Place]:
-    """Key behind each operating point, in the order of the points."""
-    if isinstance(scene, RigScene):
-        for index in range(len(scene.operation.blocks)):
-            yield ("operation", "block", index, "shift_mm")
-    else:
-        for index, run in enumerate(scene.operation.classes):
-            for _ in range(run.positions if run.shift_std_mm > 0 else 1):
-                yield ("operation", "class", index, "shift_mean_mm")
-    if scene.operation.monitor is not None:
-        for index in range(len(scene.operation.monitor.shifts_mm)):
-            yield ("operation", "monitor", "shifts_mm", index)
-
-
 def _fault(
     scene: RigScene | FieldScene,
     setup: CampaignSetup,
-    place: Place,
+    place: KeyPath,
     row: int,
     side: int | None,
     told: str,
 ) -> Fault:
-    key = place[-1] if isinstance(place[-1], str) else place[-2]
     conditions = setup.points.conditions
     shift, yaw = 1e3 * conditions.shift[row], 1e3 * conditions.yaw[row]
     who = "wheelset" if side is None else "left wheel" if side else "right wheel"
     message = (
-        f"{key}: at a shift of {shift:.4g} mm and a yaw of {yaw:.4g} mrad the {who} "
+        f"{key_of(place)}: at a shift of {shift:.4g} mm and a yaw of {yaw:.4g} mrad the {who} "
         f"has no contact to solve: {told}; check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and "
         f"how far both profiles reach"
     )
-    return Fault(message, str(scene.origin.path), scene.line(*place))
+    return scene.fault(place, message)

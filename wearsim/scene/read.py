@@ -1,24 +1,39 @@
-"""Scene files: read, checked with all faults at once, and made into the ingredients of a campaign."""
+"""Scenes and the files they name: read, and checked with all faults of a stage at once."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
-from wearsim.errors import Fault, SceneError
-from wearsim.scene.inputs import find_file, read_inputs
-from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene
-from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text
-from wearsim.scene.setup import inputs_of
+from wearsim.damage.wear.table import WearTable
+from wearsim.errors import Fault, ProfileError, SceneError
+from wearsim.profile import standard
+from wearsim.profile.conicity import flange_clearance
+from wearsim.profile.files import read_profile
+from wearsim.profile.placement import place_rail
+from wearsim.profile.shape import Profile, resample
+from wearsim.scene.messages import (
+    beyond_clearance,
+    by_line,
+    cross_faults,
+    fit_faults,
+    limit_faults,
+    template_faults,
+)
+from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
+from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
 from wearsim.scene.sweep import SweepScene, read_sweep
-from wearsim.scene.toml import toml_text
+from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
     Lines,
     is_key,
@@ -52,6 +67,71 @@ _DICT = Path("scene.toml")  # name of a scene from a dict in results and run dir
 _LARGEST_FILE = 2_000_000
 _INPUTS = "inputs.json"
 _RESERVED = (_INPUTS, "manifest.json")
+
+FLANGE_BACK_TO_ORIGIN = 0.070
+"""From the flange back to the origin line of a wheel profile [m]."""
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A file behind a campaign, as it was read.
+
+    Parameters
+    ----------
+    role : str
+        What names it: "scene", "rig", "field", or a key such as "wheelset.profile".
+    name : str
+        As the scene writes it.
+    path : Path
+        Where it was found.
+    content : bytes
+        What it held.
+    shipped : bool
+        Whether it is a definition that comes with wearsim.
+    """
+
+    role: str
+    name: str
+    path: Path
+    content: bytes
+    shipped: bool = False
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the content."""
+        return hashlib.sha256(self.content).hexdigest()
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Profiles of a campaign and the files they come from.
+
+    Parameters
+    ----------
+    right, left : Profile
+        Wheels, with points at the scene's spacing, equally many.
+    counterface : Profile
+        Placed in the track.
+    half_span : float
+        From the track centre to the origin of the wheel profile [m].
+    clearance : (float or None, float or None)
+        Flange clearance of the right and the left wheel [m].
+    files : tuple of InputFile
+        The scene file first.
+    wear_table : WearTable or None
+        Of the file that `table_file` names.
+    templates : (Profile, Profile) or None
+        What the right and the left wheel are turned to, with the points of the wheels.
+    """
+
+    right: Profile
+    left: Profile
+    counterface: Profile
+    half_span: float
+    clearance: tuple[float | None, float | None]
+    files: tuple[InputFile, ...]
+    wear_table: WearTable | None = None
+    templates: tuple[Profile, Profile] | None = None
 
 
 def load_scene(
@@ -93,7 +173,7 @@ def load_scene(
         return _load_dict(path, overrides)
     found = find_file(str(path), (), "workflows")
     if found is None:
-        known = ", ".join(sorted(item.name for item in _shipped_scenes()))
+        known = ", ".join(sorted(item.name for item in standard.shipped_path("workflows").glob("*.toml")))
         what = "is a folder, not a scene file" if os.path.isdir(path) else "does not exist"
         told = f"the scene file {what}, neither as given nor among the shipped workflows ({known})"
         raise SceneError([Fault(told, str(path))])
@@ -157,8 +237,8 @@ def load_campaign(
     """
     scene = load_scene(path, copied=copied, overrides=overrides)
     if isinstance(scene, SweepScene):
-        told = f"kind = {scene.scene.kind!r} is no campaign; run it with `wearsim run`"
-        raise SceneError([Fault(told, str(scene.origin.path), scene.line("scene", "kind"))])
+        text = f"kind = {scene.scene.kind!r} is no campaign; run it with `wearsim run`"
+        raise SceneError([scene.fault(("scene", "kind"), text)])
     return scene
 
 
@@ -177,10 +257,7 @@ def files_to_copy(scene: CampaignScene) -> dict[str, bytes]:
         ships are not among them.
     """
     named = [("scene", scene.origin.path, scene.origin.content)]
-    parts: list[RigScene | FieldScene] = (
-        [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
-    )
-    for part in parts:
+    for part in scene.parts:
         if part is not scene:
             named.append((part.origin.role, part.origin.path, part.origin.content))
         named += [
@@ -306,13 +383,10 @@ def _read_compared(
 ) -> list[Fault]:
     """Read one of the scenes that a compare scene names, all stages."""
     name = getattr(scene.compare, role)
-    place = (str(scene.origin.path), scene.line("compare", role))
     path = kept.get(role) or find_file(name, (scene.origin.path.parent,), "workflows")
     if path is None:
-        told = (
-            f"{role} = {shown(name)} does not exist as given, beside the scene or among the shipped workflows"
-        )
-        return [Fault(told, *place)]
+        text = "does not exist as given, beside the scene or among the shipped workflows"
+        return [scene.fault(("compare", role), f"{role} = {shown(name)} {text}")]
     try:
         part = _read(path, role, overrides)
     except SceneError as error:
@@ -323,14 +397,160 @@ def _read_compared(
     if role == "field" and isinstance(part, FieldScene):
         scene._field = part
         return _read_files(part, kept)
-    told = f"{role} = {shown(name)} is a {part.scene.kind} scene; name a {role} scene"
-    return [Fault(told, *place)]
+    text = f"{role} = {shown(name)} is a {part.scene.kind} scene; name a {role} scene"
+    return [scene.fault(("compare", role), text)]
+
+
+def inputs_of(scene: RigScene | FieldScene) -> Inputs:
+    """Contents of the files of a scene that `load_scene` has read."""
+    inputs = scene._inputs
+    if not isinstance(inputs, Inputs):
+        raise ValueError("a scene is built after load_scene has read its files")
+    return inputs
+
+
+class _UnfitError(Exception):
+    """Faults after which nothing further can be checked."""
+
+    def __init__(self, *faults: Fault) -> None:
+        self.faults = faults
 
 
 def _read_files(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> list[Fault]:
-    inputs, faults = read_inputs(scene, kept)
-    scene._inputs = inputs
-    return faults
+    """Read the files of a scene, which become its inputs, and cross-check its values."""
+    faults: list[Fault] = []
+    try:
+        inputs = _inputs(scene, kept, faults)
+    except _UnfitError as error:
+        faults += error.faults
+    if not faults:
+        scene._inputs = inputs
+    return by_line(faults)
+
+
+def _inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path], faults: list[Fault]) -> Inputs:
+    """Read the files of a scene; all faults are appended to `faults`."""
+    origin, wheelset, rules = scene.origin, scene.wheelset, scene.campaign.reprofiling
+    half_span = 0.5e-3 * wheelset.back_to_back_mm + FLANGE_BACK_TO_ORIGIN
+    spacing = 1e-3 * scene.campaign.point_spacing_mm
+    files = [InputFile("scene", origin.path.name, origin.path, origin.content)]
+
+    def profile(name: str, *path: str) -> Profile | None:
+        try:
+            shape, file = _read_profile(scene, ".".join(path), name, half_span, kept)
+            if path[0] != "counterface" or scene.counterface.wear is not None:
+                shape = resample(shape, spacing)
+        except ProfileError as error:
+            lines = str(error).splitlines()
+            faults.extend(scene.fault(path, f"{path[-1]} = {shown(name)}: {line}") for line in lines)
+            return None
+        files.append(file)
+        return shape
+
+    def matched(shape: Profile, name: str | None, *path: str) -> Profile:
+        """Profile with as many points as the right wheel."""
+        assert right is not None
+        other = _with_points(shape, len(right.y), spacing)
+        if other is None:
+            text = f"{path[-1]} = {shown(name)} cannot be given as many points as the right wheel "
+            text += (
+                f"({len(right.y)}); change point_spacing_mm = {scene.campaign.point_spacing_mm:g} a little"
+            )
+            raise _UnfitError(scene.fault(path, text))
+        return other
+
+    right = profile(wheelset.profile, "wheelset", "profile")
+    left = right
+    if wheelset.profile_left is not None:
+        left = profile(wheelset.profile_left, "wheelset", "profile_left")
+    counterface = profile(scene.counterface.profile, "counterface", "profile")
+    named = None if rules is None else rules.profile
+    place = ("campaign", "reprofiling", "profile")
+    template = None if named is None else profile(named, *place)
+    table = _wear_table(scene, kept, files, faults)
+    faults += cross_faults(scene)
+    if right is None or left is None or counterface is None or (named is not None and template is None):
+        raise _UnfitError
+    wheels = right, matched(left, wheelset.profile_left, "wheelset", "profile_left")
+    unfit = fit_faults(scene, wheels, counterface)
+    if unfit:
+        raise _UnfitError(*unfit)
+    templates = None if rules is None else wheels
+    if template is not None:
+        templates = (matched(template, named, *place),) * 2
+    if templates is not None:
+        faults += template_faults(scene, templates, counterface)
+    free = flange_clearance(right, counterface)
+    clearance = (free, free if left is right else flange_clearance(wheels[1], counterface))
+    faults += limit_faults(scene, wheels, counterface, end=True)
+    lines = {fault.line for fault in faults}
+    faults += [fault for fault in beyond_clearance(scene, clearance)[0] if fault.line not in lines]
+    return Inputs(*wheels, counterface, half_span, clearance, tuple(files), table, templates)
+
+
+def _wear_table(
+    scene: RigScene | FieldScene, kept: Mapping[str, Path], files: list[InputFile], faults: list[Fault]
+) -> WearTable | None:
+    """Read the table that `table_file` names, and note its file."""
+    name, role, origin = scene.wear.table_file, "wear.table_file", scene.origin
+    if name is None:
+        return None
+    path = kept.get(f"{origin.role}/{role}") or find_file(name, (origin.path.parent,), "profiles")
+    if path is None:
+        text = f"table_file = {shown(name)} does not exist as given or beside the scene; give a wear table"
+        faults.append(scene.fault(("wear", "table_file"), text))
+        return None
+    try:
+        table = replace(read_wear_table(path), name=Path(name).name)
+        files.append(InputFile(role, name, path, path.read_bytes()))
+        return table
+    except OSError as error:
+        faults.append(Fault(f"cannot be read ({error.strerror}); give a wear table", str(path)))
+    except SceneError as error:
+        faults += error.faults
+    return None
+
+
+def _read_profile(
+    scene: RigScene | FieldScene, role: str, name: str, half_span: float, kept: Mapping[str, Path]
+) -> tuple[Profile, InputFile]:
+    origin: Origin = scene.origin
+    counterface = scene.counterface
+    is_rail = role.startswith("counterface")
+    kind: Literal["wheel", "rail"] = "rail" if is_rail else "wheel"
+    inclination = 0.0 if counterface.inclination == "none" else 1.0 / float(counterface.inclination[2:])
+    gauge = 1e-3 * counterface.gauge_mm
+    path = kept.get(f"{origin.role}/{role}") or find_file(name, (origin.path.parent,), "profiles")
+    if path is None or path.suffix == ".toml":
+        looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
+        if looks_like_file and not standard.is_designation(name):
+            raise ProfileError(
+                "there is no such file as given, beside the scene or among the shipped profiles"
+            )
+        short = name.removesuffix(".toml")
+        shape = standard.rail(short, inclination, gauge, half_span) if is_rail else standard.wheel(short)
+        path = standard.find_shipped("profiles", short)
+        return shape, InputFile(role, name, path, path.read_bytes(), shipped=True)
+    reading = read_profile(path, kind)
+    shape, path = reading.profile, reading.files[-1]  # of a list of slices, the slice
+    if is_rail:
+        shape = place_rail(shape, inclination, gauge, half_span)
+    try:
+        return shape, InputFile(role, name, path, path.read_bytes())
+    except OSError as error:
+        raise ProfileError(f"{path} cannot be read: {error.strerror}") from error
+
+
+def _with_points(profile: Profile, count: int, spacing: float) -> Profile | None:
+    """Set `count` points on a profile by a slightly different spacing; None if none within 3 % does."""
+    if len(profile.y) == count:
+        return profile
+    guess = spacing * (len(profile.y) - 1) / (count - 1)
+    for part in sorted(np.linspace(-0.03, 0.03, 121), key=abs):
+        shape = resample(profile, guess * (1.0 + float(part)))
+        if len(shape.y) == count:
+            return shape
+    return None
 
 
 def _kept_files(path: Path) -> dict[str, Path]:
@@ -340,9 +560,3 @@ def _kept_files(path: Path) -> dict[str, Path]:
     except (OSError, ValueError, AttributeError) as error:
         told = f"cannot be read ({error}); start the scene again with `wearsim run` and another --out"
         raise SceneError([Fault(told, str(path.parent / _INPUTS))]) from error
-
-
-def _shipped_scenes() -> list[Path]:
-    from wearsim.profile.standard import shipped_path
-
-    return list(shipped_path("workflows").glob("*.toml"))
