@@ -7,9 +7,9 @@ import json
 import pytest
 
 from wearsim.cli import main
-from wearsim.cli.contact_flags import FLAGS
 from wearsim.profile.files import write_profile
 from wearsim.profile.inspection.inputs import read_input
+from wearsim.studies.contact_flags import FLAGS
 
 
 def solved(capsys: pytest.CaptureFixture[str], *flags: str) -> dict:

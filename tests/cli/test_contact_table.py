@@ -13,10 +13,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from wearsim.cli import contact, contact_points, main
-from wearsim.cli.contact_flags import COLUMNS
-from wearsim.cli.contact_output import RESULT_COLUMNS
+from wearsim.cli import contact, main
 from wearsim.errors import ContactError, NumericalError
+from wearsim.studies import contact_points
+from wearsim.studies.contact_flags import COLUMNS
+from wearsim.studies.contact_table import RESULT_COLUMNS
 
 COARSE = ("--strips", "16", "--cells", "12")
 

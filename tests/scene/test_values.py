@@ -178,7 +178,7 @@ def test_faults_in_a_list_of_tables_are_not_followed_by_one_on_its_length(folder
     [
         (b"[scene\n", "scene.toml:1: not valid TOML"),
         (b"[scene]\nkind = 'rig'\nkind = 'rig'\n", "scene.toml:3: not valid TOML"),
-        (b"\xff\xfe[\x00s", "scene.toml:1: not UTF-8 text"),
+        (b"\xff\xfe[\x00s", "scene.toml:1: is not UTF-8 text"),
         (b"a = " + b"[" * 20000, "nested too deeply"),
         (b"a = " + b"1" * 5000, "not valid TOML"),
         (b"#" * 2_000_001, "larger than 2 MB"),

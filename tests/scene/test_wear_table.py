@@ -133,7 +133,7 @@ def test_every_column_is_a_key_of_the_table():
     [
         (b"a = = 1", ":1: not valid TOML: invalid value"),
         (b"x = 1\n\xff", ":2: is not UTF-8"),
-        (b" " * 1_000_001, ": is larger than 1 MB"),
+        (b" " * 2_000_001, ": is larger than 2 MB"),
         (None, ": cannot be read"),
     ],
 )

@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearsim.cli import Commands, add_command
-from wearsim.cli.contact_flags import COLUMNS, FLAGS
+from wearsim.studies.contact_flags import COLUMNS, FLAGS
 
 if TYPE_CHECKING:
-    from wearsim.cli.contact_points import PointResult
-    from wearsim.cli.contact_request import Request
-    from wearsim.cli.contact_table import Row, Table
     from wearsim.errors import ContactError, Fault
+    from wearsim.studies.contact_points import PointResult, Request
+    from wearsim.studies.contact_table import Row, Table
 
 _WINDOW = 64
 """Rows of a table solved and printed together; the memory a table takes does not grow beyond them."""
@@ -74,9 +73,8 @@ def add_parser(commands: Commands) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Solve and print."""
-    from wearsim.cli.contact_points import profile_faults
-    from wearsim.cli.contact_request import faults_of, request_of
     from wearsim.errors import Fault, SceneError
+    from wearsim.studies.contact_points import faults_of, profile_faults, request_of
 
     flags = {column: text.strip() for column in COLUMNS if (text := getattr(arguments, column)) is not None}
     request, wrong = request_of(flags)
@@ -99,8 +97,8 @@ def _solve_point(request: Request, arguments: argparse.Namespace) -> None:
     import json
     import sys
 
-    from wearsim.cli.contact_output import as_json, as_text, notes
-    from wearsim.cli.contact_points import solve_one
+    from wearsim.studies.contact_points import solve_one
+    from wearsim.studies.contact_table import as_json, as_text, notes
 
     problem, solution, result = solve_one(request)
     print(json.dumps({"points": [as_json(result)]}, indent=2) if arguments.json else as_text(result))
@@ -130,9 +128,8 @@ def _solve_table(source: str, flags: Mapping[str, str], faults: list[Fault], as_
     """Print the solution of every row, window by window; the exit code is that of the worst row."""
     import sys
 
-    from wearsim.cli.contact_output import notes
-    from wearsim.cli.contact_table import read_table
     from wearsim.errors import ContactError, Fault, SceneError
+    from wearsim.studies.contact_table import notes, read_table
 
     try:
         table = read_table(source, flags)
@@ -168,8 +165,7 @@ def _solved(table: Table, flags: Mapping[str, str]) -> Iterator[tuple[Row, Point
     import sys
     from itertools import islice
 
-    from wearsim.cli.contact_points import solve_points
-    from wearsim.cli.contact_request import request_of
+    from wearsim.studies.contact_points import request_of, solve_points
 
     rows = table.rows()
     while window := list(islice(rows, _WINDOW)):
@@ -182,8 +178,8 @@ def _write_csv(table: Table, flags: Mapping[str, str], results: Iterator[tuple[R
     import csv
     import sys
 
-    from wearsim.cli.contact_output import RESULT_COLUMNS, result_cells
-    from wearsim.cli.contact_request import texts_of
+    from wearsim.studies.contact_points import texts_of
+    from wearsim.studies.contact_table import RESULT_COLUMNS, result_cells
 
     # flags given with the table become columns, too: the output holds all that was not a default
     stated = ("side", "roll", "normal", "tangential")
@@ -199,7 +195,7 @@ def _write_json(table: Table, flags: Mapping[str, str], results: Iterator[tuple[
     import json
     import sys
 
-    from wearsim.cli.contact_output import as_json
+    from wearsim.studies.contact_table import as_json
 
     between = "\n"
     sys.stdout.write('{"points": [')

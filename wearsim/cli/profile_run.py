@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import errno
 import json
-import math
 import os
 import sys
 from argparse import Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -31,6 +30,7 @@ from wearsim.profile.inspection.inputs import RUNNING_CIRCLE, ProfileInput, read
 from wearsim.profile.limits import LimitSet, load_limits
 from wearsim.profile.measures import GaugeDistances
 from wearsim.quantities import QUANTITIES
+from wearsim.studies.contact_points import decimal, inclination
 
 _PICTURES = ("png", "svg", "pdf")
 _NUMBERS = {  # quantity whose input range holds
@@ -66,11 +66,8 @@ class Request:
         self.given: dict[str, Any] = {
             key: None if value is False else value for key, value in vars(arguments).items()
         }
-        self.faults: list[str] = []
-        self._check_names()
+        self.faults = list(self._name_faults())
         self.raise_any()  # nothing can be looked up under such names, and more messages would only repeat it
-        self._check_subject()
-        self._check_outputs()
         for key, known in _CHOICES.items():
             text = self.given[key]
             if text is not None and text not in known:
@@ -78,8 +75,15 @@ class Request:
                 self.given[key] = None
         self.statements = self._statements()
         self.numbers = self._numbers()
-        self.inclination = self._inclination()
-        self._check_comparison()
+        self.inclination = None
+        if self.given["inclination"] is not None:
+            try:
+                self.inclination = inclination(self.given["inclination"].strip())
+            except ValueError as error:
+                self.faults.append(f"--inclination = {_short(self.given['inclination'])} {error}")
+        self.faults += [*self._subject_faults(), *self._output_faults(), *self._comparison_faults()]
+        if "wheel_radius_mm" in self.numbers:
+            self.numbers["diameter_mm"] = 2.0 * self.numbers.pop("wheel_radius_mm")
 
     def __getattr__(self, key: str) -> Any:
         """Value of a flag, None if it is not given."""
@@ -152,100 +156,78 @@ class Request:
             self.take(lambda: counterpart_of(kind, at), "--rail" if kind == "wheel" else "--wheel")
         return at, limits
 
-    def _exclude(self, *rules: tuple[Any, str]) -> None:
-        self.faults += [message for broken, message in rules if broken]
-
-    def _check_names(self) -> None:
-        """Note names that the operating system takes for none."""
+    def _name_faults(self) -> Iterator[str]:
+        """Names that the operating system does not accept."""
         for key in _NAMES:
             text = self.given[key]
             if text is None:
                 continue
             if not text.strip() or "\0" in text:
-                self.faults.append(f"{_flag(key)} = {_short(text)!r} must not be empty or hold zero bytes")
+                yield f"{_flag(key)} = {_short(text)!r} must not be empty or hold zero bytes"
                 continue
             try:
                 Path(text).stat()
             except OSError as error:
                 if error.errno == errno.ENAMETOOLONG:
-                    self.faults.append(
-                        f"{_flag(key)} = {_short(text)}... is too long a name; give a shorter one"
-                    )
+                    yield f"{_flag(key)} = {_short(text)}... is too long a name; give a shorter one"
 
-    def _check_subject(self) -> None:
-        """Check what is inspected: one profile or a folder."""
+    def _subject_faults(self) -> Iterator[str]:
+        """Faults of what is inspected: one profile or a folder."""
         if self.fleet is None:
             if self.name is None:
-                self.faults.append("give a profile, NAME or FILE, or a folder with --fleet DIR")
+                yield "give a profile, NAME or FILE, or a folder with --fleet DIR"
             return
         if self.name is not None:
-            self.faults.append(
+            yield (
                 f"--fleet and a profile ({_short(self.name)}) exclude each other; the reference of a fleet "
                 "is given with --against"
             )
-        self.faults += [
-            f"{_flag(key)} belongs to one profile, --fleet measures many; leave one of them out"
-            for key in _SINGLE
-            if self.given[key] is not None
-        ]
+        single = [_flag(key) for key in _SINGLE if self.given[key] is not None]
+        for flag in single:
+            yield f"{flag} belongs to one profile, --fleet measures many; leave one of them out"
         folder = Path(self.fleet)
-        if self.csv not in (None, "-") and Path(self.csv).resolve().parent == folder.resolve():
-            self.faults.append(
+        into = self.csv not in (None, "-") and Path(self.csv).resolve().parent == folder.resolve()
+        if into:
+            yield (
                 f"--csv = {_short(self.csv)} lies in the folder of --fleet, whose next run would take the "
                 "table for a profile; choose another folder"
             )
-        if not self.faults and not folder.is_dir():
+        if self.name is None and not (single or into or folder.is_dir()):
             what = "is no folder" if folder.exists() else "does not exist"
-            self.faults.append(f"--fleet = {self.fleet} {what}; give a folder of profile files")
+            yield f"--fleet = {self.fleet} {what}; give a folder of profile files"
 
-    def _check_outputs(self) -> None:
-        faults, plot, csv = self.faults, self.plot, self.csv
-        self._exclude(
-            (self.out and not self.convert, "--out needs --convert: it names the file that is written"),
-            (
-                self.overwrite and not self.convert and csv in (None, "-"),
-                "--overwrite needs --convert or --csv: nothing else is guarded",
-            ),
-            (self.json and csv == "-", "--json and --csv - exclude each other on stdout; give --csv a file"),
-            (
-                plot and Path(plot).suffix[1:].lower() not in _PICTURES,
-                f"--plot = {_short(plot or '')} must end with .{', .'.join(_PICTURES)}",
-            ),
-        )
+    def _output_faults(self) -> Iterator[str]:
+        plot, csv = self.plot, self.csv
+        if self.out and not self.convert:
+            yield "--out needs --convert: it names the file that is written"
+        if self.overwrite and not self.convert and csv in (None, "-"):
+            yield "--overwrite needs --convert or --csv: nothing else is guarded"
+        if self.json and csv == "-":
+            yield "--json and --csv - exclude each other on stdout; give --csv a file"
+        if plot and Path(plot).suffix[1:].lower() not in _PICTURES:
+            yield f"--plot = {_short(plot)} must end with .{', .'.join(_PICTURES)}"
         files = {key: self.given[key] for key in ("out", "csv", "plot") if self.given[key] not in (None, "-")}
         for key, text in files.items():
+            named = f"--{key} = {_short(text)}"
             if not Path(text).parent.is_dir():
-                faults.append(f"--{key} = {_short(text)}: the folder does not exist; make it first")
+                yield f"{named}: the folder does not exist; make it first"
             elif Path(text).is_dir():
-                faults.append(f"--{key} = {_short(text)} is a folder; give the name of a file in it")
+                yield f"{named} is a folder; give the name of a file in it"
             elif key == "csv" and Path(text).exists() and not self.overwrite:
-                faults.append(
-                    f"--csv = {_short(text)} exists already; choose another name or add --overwrite"
-                )
+                yield f"{named} exists already; choose another name or add --overwrite"
         if len({str(Path(text)) for text in files.values()}) < len(files):
-            faults.append("--out, --csv and --plot must not name the same file")
+            yield "--out, --csv and --plot must not name the same file"
 
-    def _check_comparison(self) -> None:
-        lone = "needs --against: it says how the profile is laid on the other"
-        other = self.align not in (None, "best_fit")
-        self._exclude(
-            (self.align and not self.against, f"--align {lone}"),
-            (self.rotate and not self.against, f"--rotate {lone}"),
-            (
-                self.rotate and self.against and other,
-                f"--rotate belongs to --align best_fit, not to {_short(self.align or '')}; leave one out",
-            ),
-            (
-                self.rail and self.wheel,
-                "--rail and --wheel exclude each other; give the counterpart of the profile",
-            ),
-            (
-                {"diameter_mm", "wheel_radius_mm"} <= self.numbers.keys(),
-                "--diameter-mm and --wheel-radius-mm exclude each other; give one of them",
-            ),
-        )
-        if "wheel_radius_mm" in self.numbers:
-            self.numbers["diameter_mm"] = 2.0 * self.numbers.pop("wheel_radius_mm")
+    def _comparison_faults(self) -> Iterator[str]:
+        for key in ("align", "rotate"):
+            if self.given[key] and not self.against:
+                yield f"--{key} needs --against: it says how the profile is laid on the other"
+        if self.rotate and self.against and self.align not in (None, "best_fit"):
+            yield f"--rotate belongs to --align best_fit, not to {_short(self.align)}; leave one out"
+        if self.rail and self.wheel:
+            yield "--rail and --wheel exclude each other; give the counterpart of the profile"
+        if {"diameter_mm", "wheel_radius_mm"} <= self.numbers.keys():
+            yield "--diameter-mm and --wheel-radius-mm exclude each other; give one of them"
 
     def _statements(self) -> dict[str, Any]:
         """Arguments of `read_profile`."""
@@ -265,17 +247,13 @@ class Request:
         return statements
 
     def _numbers(self) -> dict[str, float]:
-        """Return the stated lengths [m]."""
+        """Stated lengths [m]."""
         numbers = {}
         for key, quantity in _NUMBERS.items():
-            low, high = QUANTITIES[quantity].span
             text = self.given[key]
             if text is None:
                 continue
-            try:
-                number = float(text) if text.isascii() and "_" not in text else math.nan
-            except ValueError:
-                number = math.nan
+            (low, high), number = QUANTITIES[quantity].span, decimal(text)
             if low <= number <= high:
                 numbers[key] = number * 1e-3
             else:
@@ -284,19 +262,6 @@ class Request:
                     f"{_flag(key)} = {_short(text)} must be a number from {low:g} to {high:g} mm{comma}"
                 )
         return numbers
-
-    def _inclination(self) -> Any:
-        """Slope of the rail from 1:N or none, by the rule of `wearsim contact`."""
-        if self.given["inclination"] is None:
-            return None
-        from wearsim.cli.contact_request import inclination
-
-        text = self.given["inclination"]
-        try:
-            return inclination(text.strip())
-        except ValueError as error:
-            self.faults.append(f"--inclination = {_short(text)} {error}")
-            return None
 
 
 def _flag(key: str) -> str:

@@ -82,8 +82,8 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.errors import Fault, SceneError
     from wearsim.report.html import write_report
     from wearsim.scene import SweepScene
-    from wearsim.scene.overrides import at_its_source
     from wearsim.scene.initial_contact import check_contact
+    from wearsim.scene.overrides import at_its_source
 
     scene, overrides = load_overridden(arguments)
     given = Path(arguments.out) if arguments.out else None

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -36,11 +35,13 @@ from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
     Lines,
+    content_of,
     is_key,
     key_lines,
     line_of,
     shown,
-    syntax_fault,
+    text_of,
+    toml_of,
     unknown_key,
     validation_faults,
 )
@@ -64,7 +65,6 @@ _SCRIPTS = {
 """Kinds of scenes of before: the script in reports/ that writes their report now."""
 
 _DICT = Path("scene.toml")  # name of a scene from a dict in results and run directories
-_LARGEST_FILE = 2_000_000
 _INPUTS = "inputs.json"
 _RESERVED = (_INPUTS, "manifest.json")
 
@@ -306,34 +306,12 @@ def scene_schema() -> dict[str, Any]:
     }
 
 
-def _content(path: Path) -> bytes:
-    """Read a scene file."""
-    file = str(path)
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(_LARGEST_FILE + 1)
-    except OSError as error:
-        raise SceneError([Fault(f"the scene file cannot be read: {error.strerror}", file)]) from error
-    if len(content) > _LARGEST_FILE:
-        raise SceneError([Fault(f"larger than {_LARGEST_FILE // 1000000} MB; this is no scene file", file)])
-    return content
-
-
 def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: bytes | None = None) -> Scene:
     """Stages 1 and 2 of one file: syntax; keys, types and ranges."""
     file = str(path)
-    content = _content(path) if content is None else content
-    try:
-        text = content.decode("utf-8-sig")
-        data = tomllib.loads(text)
-        lines: Lines = key_lines(text)
-    except UnicodeDecodeError as error:
-        line = content[: error.start].count(b"\n") + 1
-        raise SceneError([Fault("not UTF-8 text; save the scene file as UTF-8", file, line)]) from error
-    except ValueError as error:
-        raise SceneError([syntax_fault(error, text, file)]) from error
-    except RecursionError:
-        raise SceneError([Fault("tables or lists are nested too deeply for a scene file", file)]) from None
+    content = content_of(path, "a scene file") if content is None else content
+    text = text_of(content, file)
+    data, lines = toml_of(text, file), key_lines(text)
     header = data.get("scene")
     kind = header.get("kind") if isinstance(header, dict) else None
     if isinstance(kind, str) and kind in _SCRIPTS:

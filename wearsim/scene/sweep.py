@@ -17,7 +17,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import Header, SceneModel, find_file
 from wearsim.scene.overrides import Override, value_of
 from wearsim.scene.section import Section, Text, number, words
-from wearsim.toml_faults import KeyPath, line_of, shown
+from wearsim.toml_faults import KeyPath, content_of, line_of, shown, text_of
 
 MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)
 _DIGITS = 6  # significant ones of values drawn from a range: enough for any input, and legible in tables
@@ -299,11 +299,9 @@ def table_rows(path: Path) -> tuple[list[Row], list[Fault]]:
     """
     file = str(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        return [], [Fault(f"cannot be read ({error.strerror}); give a CSV file of cases", file)]
-    except UnicodeDecodeError:
-        return [], [Fault("not UTF-8 text; save the table as UTF-8", file)]
+        text = text_of(content_of(path, "a CSV file of cases"), file)
+    except SceneError as error:
+        return [], list(error.faults)
     rows = [
         (place, next(csv.reader([line])))
         for place, line in enumerate(text.splitlines(), 1)
