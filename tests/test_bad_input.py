@@ -132,13 +132,13 @@ BAD_VALUES = {
         ["roller_radius_mm = 10 must be at least 50 and", "give the radius"],
     ),
     "unknown profile": ('"S1002"', '"S1003"', ["S1003", "S1002"]),
-    "missing profile file": ('"S1002"', '"worn.csv"', ['profile = "worn.csv"', "no such file", "beside"]),
+    "missing profile file": ('"S1002"', '"worn.csv"', ['profile = "worn.csv"', "no such file", "next to"]),
     "no TOML": ("strips = 10", "strips = = 10", ["not valid TOML", "key = value"]),
     "gauge narrower than the wheelset": ("gauge_mm = 1435", "gauge_mm = 1420", ["width over both flanges"]),
-    "wheel beside the rail": (
+    "wheel off the rail": (
         "gauge_mm = 1435",
         "gauge_mm = 1700",
-        ["shift of 3 mm", "does not touch", "check gauge_mm = 1700"],
+        ["shift of 3 mm", "no contact", "check gauge_mm = 1700"],
     ),
 }
 
@@ -150,7 +150,7 @@ def test_a_bad_value_is_one_line_with_its_place_and_nothing_is_written(folder, c
     line = written(old, new)
     if case == "unknown wear law":
         line += 1
-    if case == "wheel beside the rail":
+    if case == "wheel off the rail":
         line = line_of(SCENE, "shift_mm")
     before = snapshot(folder)
     faults = refused(capsys, command[0], "rig.toml", *command[1:])

@@ -293,7 +293,7 @@ def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
 def validation_faults(
     errors: Sequence[ErrorDetails], model: type[BaseModel], lines: Lines, file: str
 ) -> list[Fault]:
-    """One fault, in one line, for each error that pydantic found; in the order of the file.
+    """One fault, in one line, for each error of pydantic; in the order of the file.
 
     Parameters
     ----------
@@ -451,7 +451,7 @@ def _entry(annotation: Any) -> Any:
     """Annotation of the entries of a list, which may be optional."""
     if get_origin(annotation) is tuple:
         return get_args(annotation)[0]
-    return next((found for item in get_args(annotation) if (found := _entry(item)) is not None), None)
+    return next((entry for item in get_args(annotation) if (entry := _entry(item)) is not None), None)
 
 
 def _range(limits: Sequence[str], unit: str) -> str:
@@ -479,7 +479,7 @@ def _element(annotation: Any) -> type[BaseModel] | None:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     if get_origin(annotation) in (tuple, Union, types.UnionType):
-        return next((found for item in get_args(annotation) if (found := _element(item))), None)
+        return next((model for item in get_args(annotation) if (model := _element(item))), None)
     return None
 
 

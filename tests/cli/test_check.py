@@ -132,7 +132,7 @@ def test_check_tells_the_limits_and_which_the_new_wheel_meets(tmp_path, monkeypa
     Path("rig.toml").write_text(f"{text}\n[campaign.limits]\nhollowing_mm = 2\nconicity = 0.1\n")
     assert cli.main(["check", "rig.toml"]) == 0
     told = capsys.readouterr().out
-    assert "hollowing_mm = 2, conicity = 0.1; told where they are met" in told
+    assert "hollowing_mm = 2, conicity = 0.1; the distance at which each is met is reported" in told
     assert "conicity = 0.1 is met by the new wheelset (0.1" in told
 
 

@@ -8,7 +8,7 @@ import netCDF4
 import pytest
 
 from wearsim import cli
-from wearsim.cli.run import tell_doubts
+from wearsim.cli.run import print_warnings
 from wearsim.profile.standard import shipped_path
 from wearsim.report import html
 
@@ -193,7 +193,7 @@ def test_what_a_result_deserves_to_be_doubted_for_is_told_after_the_run(out, tmp
     """Scaled loads do not occur in so short a campaign, so one is written into the file."""
     with netCDF4.Dataset(shutil.copy(out / "rig.nc", tmp_path / "rig.nc"), "a") as file:
         file["load_scale"][1, 0, 0] = 1.25
-    tell_doubts([tmp_path / "rig.nc", out / "translation.nc"])
+    print_warnings([tmp_path / "rig.nc", out / "translation.nc"])
     told = capsys.readouterr().err.splitlines()
     assert len(told) == 1
     assert told[0].startswith("warning: rig: contact patches merge")

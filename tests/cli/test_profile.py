@@ -118,7 +118,7 @@ def test_limits_depend_on_the_diameter(capsys):
     assert sd_minimum()["exceeded"] is False
     assert sd_minimum("--diameter-mm", "900")["limit"] == pytest.approx(22e-3)
     assert sd_minimum("--wheel-radius-mm", "400")["limit"] == pytest.approx(25e-3)
-    assert "min not judged: depends on the wheel diameter, which is not given (--diameter-mm)" in printed(
+    assert "min not checked: depends on the wheel diameter, which is not given (--diameter-mm)" in printed(
         capsys, RIGHT
     )
 
@@ -150,7 +150,7 @@ def test_a_condemned_wheel_is_condemned_without_its_diameter(thin, capsys):
         (line,) = [line for line in text.splitlines() if name in line and "EXCEEDED" in line]
         assert f"EXCEEDED by {by}" in line
         assert "for any diameter listed" in line
-    assert len(re.findall("not judged", text)) == 1
+    assert len(re.findall("not checked", text)) == 1
 
 
 def test_the_axle_is_judged_by_its_smaller_wheel(capsys):

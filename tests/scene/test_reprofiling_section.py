@@ -58,8 +58,12 @@ def test_no_turning_without_the_table(folder):
     [
         ("", "[campaign.reprofiling]", "does not say when; write at_limits"),
         ("at_limit = []", "at_limit", "did you mean at_limits?"),
-        ('at_limits = ["hollowing"]', "at_limits", '"hollowing" is no limit to turn wheels at; did you mean'),
-        ('at_limits = ["diameter_mm"]', "at_limits", '"diameter_mm" is no limit to turn wheels at'),
+        (
+            'at_limits = ["hollowing"]',
+            "at_limits",
+            '"hollowing" is no limit to reprofile wheels at; did you mean',
+        ),
+        ('at_limits = ["diameter_mm"]', "at_limits", '"diameter_mm" is no limit to reprofile wheels at'),
         ('at_limits = ["conicity"]', "at_limits", '"conicity" has no value; give it in [campaign.limits]'),
         ("at_km = [20, 10]", "at_km", "must rise from one to the next"),
         ("at_km = [0]", "at_km", "at_km"),
@@ -68,7 +72,7 @@ def test_no_turning_without_the_table(folder):
         (
             'at_limits = ["flange_thickness_mm"]\nprofile = "S1002/h28/e29"',
             "flange_thickness_mm",
-            "flange_thickness_mm = 30 is met by the turned right wheel (29 mm), too: wheels would be turned",
+            "flange_thickness_mm = 30 is met by the reprofiled right wheel (29 mm), too: wheels would be",
         ),
     ],
 )
@@ -86,7 +90,7 @@ def test_faults_stand_at_their_line(folder, faults_of, lines, line, told):
         (
             "diameter_mm = 850",
             "",
-            "diameter_mm = 850 is for wheels that are turned; add [campaign.reprofiling]",
+            "diameter_mm = 850 is for wheels that are reprofiled; add [campaign.reprofiling]",
         ),
         ("diameter_mm = 920", "at_km = [5]", "must be below the diameter of the new wheels, 920 mm"),
         ("damage = 1", "", "damage = 1 needs a fatigue law that counts cycles; write wlrm among the laws"),
@@ -107,7 +111,7 @@ def test_turned_wheels_are_not_compared_nor_run_at_the_speed_of_new_ones(folder,
     assert "cannot be compared" in fault
     text = with_turning("at_km = [5]") + '[contact]\nrotation = "nominal"\n'
     (fault,) = faults_of(text)
-    assert "turned wheels would slide" in fault
+    assert "reprofiled wheels would slide" in fault
 
 
 def test_a_limit_that_has_the_new_wheel_turned_is_no_fault_of_the_end(folder):

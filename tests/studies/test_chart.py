@@ -49,7 +49,7 @@ def test_every_combination_has_a_time_and_errors_or_a_refusal(dataset):
         assert np.array_equal(np.isnan(dataset[name].values), refused)
     assert np.all(dataset["time"].values[~refused] > 0.0)
     names = dataset["normal"].values
-    assert np.array_equal(dataset["leads"].values, names != "hertz")
+    assert np.array_equal(dataset["can_update_profile"].values, names != "hertz")
     assert not dataset["pareto"].values[refused].any()
 
 

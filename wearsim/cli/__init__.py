@@ -120,9 +120,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as error:
         if arguments.debug:
             raise
-        told = " ".join(str(error).split())
+        message = " ".join(str(error).split())
         print(
-            f"wearsim: internal error, {type(error).__name__}: {told}; this is a fault of wearsim, "
+            f"wearsim: internal error, {type(error).__name__}: {message}; this is a fault of wearsim, "
             f"add --debug to see where",
             file=sys.stderr,
         )

@@ -32,7 +32,7 @@ def add_parser(commands: Commands) -> None:
         "--points",
         metavar="N",
         default="40",
-        help="operating points per scene, at most; but one of each class of work (default 40)",
+        help="operating points per scene, at most; but one of each class of operating points (default 40)",
     )
     parser.add_argument(
         "--out", metavar="DIR", default="reports", help="folder of the report (default reports)"
@@ -61,7 +61,7 @@ def execute(arguments: argparse.Namespace) -> int:
     parts = [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
     dataset = speed_and_accuracy(
         [build(part) for part in parts], grids, reference, points=points,
-        told=lambda line: print(line, file=sys.stderr),
+        report=lambda line: print(line, file=sys.stderr),
     )  # fmt: skip
     if arguments.json:
         print(json.dumps(_json(dataset), indent=2))
@@ -92,7 +92,7 @@ def _numbers(arguments: argparse.Namespace) -> tuple[list[int], int, int, list[s
 
 
 def _json(dataset: Any) -> dict[str, Any]:
-    """JSON value, SI units; what has no answer is null."""
+    """JSON value, SI units; null where there is no solution."""
 
     def plain(value: Any) -> Any:
         value = value.item() if hasattr(value, "item") else value
@@ -101,7 +101,7 @@ def _json(dataset: Any) -> dict[str, Any]:
     models = []
     for k in range(dataset.sizes["model"]):
         one = dataset.isel(model=k)
-        names = ("normal", "tangential", "grid", "leads", "time", "worst_depth_error", "pareto")
+        names = ("normal", "tangential", "grid", "can_update_profile", "time", "worst_depth_error", "pareto")
         entry = {name: plain(one[name]) for name in names}
         entry["scenes"] = [
             {"scene": str(scene)}

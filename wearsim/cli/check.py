@@ -41,10 +41,10 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.scene.initial_contact import check_contact
 
     scene, _ = load_overridden(arguments)
-    told: dict[str, Any]
+    value: dict[str, Any]
     if isinstance(scene, SweepScene):
-        told = sweep.plan(scene)
-        texts = [sweep.text(told)]
+        value = sweep.plan(scene)
+        texts = [sweep.text(value)]
     else:
         warnings = check_contact(scene)
         parts: list[RigScene | FieldScene]
@@ -52,25 +52,25 @@ def execute(arguments: argparse.Namespace) -> int:
         plans = [
             plan(part, [item for item in warnings if item.file == str(part.origin.path)]) for part in parts
         ]
-        told, texts = {"campaigns": plans}, [_text(item) for item in plans]
+        value, texts = {"campaigns": plans}, [_text(item) for item in plans]
     kind = scene.scene.kind
     if arguments.json:
-        told = {"scene": str(scene.origin.path), "kind": kind, **told}
-        print(json.dumps(told, indent=2, ensure_ascii=False))
+        value = {"scene": str(scene.origin.path), "kind": kind, **value}
+        print(json.dumps(value, indent=2, ensure_ascii=False))
     else:
         print("\n\n".join([f"{scene.origin.path}: no faults ({kind})", *texts]))
     return 0
 
 
 def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, Any]:
-    """Tell what a scene would run.
+    """Return what a scene would run.
 
     Parameters
     ----------
     scene : RigScene or FieldScene
-        As loaded.
+        From `load_scene`.
     warnings : sequence of Fault
-        What `check_contact` warned of.
+        From `check_contact`.
 
     Returns
     -------
@@ -142,13 +142,13 @@ def _laws(item: dict[str, Any]) -> list[tuple[str, str]]:
         removal = f", wear removes cracks of {1e3 * one['crack_depth']:g} mm" if "crack_depth" in one else ""
         assumed = f"; assumed: places {1e3 * one['crack_width']:g} mm wide"
         assumed += f", {1e3 * one['wear_limit']:g} mm may wear" if "wear_limit" in one else ""
-        told = f"{one['law']}, {one['coefficients']}{form.replace('_', ' ')}{removal}{assumed}"
-        lines.append(("fatigue law", told))
+        text = f"{one['law']}, {one['coefficients']}{form.replace('_', ' ')}{removal}{assumed}"
+        lines.append(("fatigue law", text))
     return lines
 
 
 def _choice(setup: CampaignSetup) -> dict[str, Any] | None:
-    """Contact models that would be chosen for the new wheelset, and the evidence; None if they are given."""
+    """Contact models that would be chosen for the new wheelset, and why; None if they are given."""
     import math
 
     from wearsim.campaign import choose
@@ -208,8 +208,8 @@ def _models(choice: dict[str, Any] | None, contact: dict[str, Any]) -> list[tupl
     lines.append(("for all points", "in units of the cheapest one's time per solution"))
     for one in choice["evidence"]:
         error = one["depth_error"]
-        told = f"depth error {percent(error)}" if error is not None else f"no answer: {one['refusal']}"
-        lines.append(("", f"{one['models']}: {told}, cost {one['cost']:g}"))
+        text = f"depth error {percent(error)}" if error is not None else f"no solution: {one['refusal']}"
+        lines.append(("", f"{one['models']}: {text}, cost {one['cost']:g}"))
     return lines
 
 
@@ -217,11 +217,15 @@ def _limits(given: dict[str, Any] | None) -> list[tuple[str, str]]:
     """Line on the limits of a campaign, if there are any."""
     if given is None:
         return []
-    told = ", ".join(
+    limits = ", ".join(
         f"{key} = {value:g}" for key, value in given.items() if key != "end" and value is not None
     )
-    end = "the first that is met ends the campaign" if given["end"] else "told where they are met"
-    return [("limits", f"{told}; {end}")]
+    end = (
+        "the first that is met ends the campaign"
+        if given["end"]
+        else "the distance at which each is met is reported"
+    )
+    return [("limits", f"{limits}; {end}")]
 
 
 def _counterface(wear: dict[str, Any] | None) -> list[tuple[str, str]]:
@@ -240,19 +244,19 @@ def _counterface(wear: dict[str, Any] | None) -> list[tuple[str, str]]:
         )
         if text
     ]
-    turned = f"turned back to their new profile {' or '.join(when)}" if when else "never turned"
-    return [("rollers", f"wear {wear['factor']:g} times as deep per passage as the wheels; {turned}")]
+    redressed = f"redressed to their new profile {' or '.join(when)}" if when else "never redressed"
+    return [("rollers", f"wear {wear['factor']:g} times as deep per passage as the wheels; {redressed}")]
 
 
-def _turning(given: dict[str, Any] | None, profile: str) -> list[tuple[str, str]]:
-    """Line on the turning of the wheels, if there is any."""
+def _reprofiling(given: dict[str, Any] | None, profile: str) -> list[tuple[str, str]]:
+    """Line on the reprofiling of the wheels, if there is any."""
     if given is None:
         return []
     when = [
         *given["at_limits"],
         *([f"at {', '.join(f'{at:g}' for at in given['at_km'])} km"] if given["at_km"] else []),
     ]
-    return [("turned to", f"{given['profile'] or profile}: {', '.join(when)}")]
+    return [("reprofiled to", f"{given['profile'] or profile}: {', '.join(when)}")]
 
 
 def _text(item: dict[str, Any]) -> str:
@@ -278,7 +282,7 @@ def _text(item: dict[str, Any]) -> str:
         ),
         *_limits(campaign["limits"]),
         *_counterface(item["settings"]["counterface"]["wear"]),
-        *_turning(campaign["reprofiling"], item["settings"]["wheelset"]["profile"]),
+        *_reprofiling(campaign["reprofiling"], item["settings"]["wheelset"]["profile"]),
         ("result file", f"about {item['bytes_per_step'] / 1e6:.2g} MB per step before compression"),
     ]
     lines = [f"{item['kind']}: {item['title']}"]

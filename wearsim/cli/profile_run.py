@@ -422,9 +422,9 @@ def measure_fleet(arguments: Namespace) -> int:
         pages, drawn = write_fleet(fleet_dataset(rows, against, limits), Path(request.plot))
         of_all = f" of {len(measured)} measured" if drawn < len(measured) else ""
         print(f"wrote {', '.join(map(str, pages))}: {drawn}{of_all} profiles drawn", file=sys.stderr)
-    faulty, apart = len(rows) - len(measured), sum(1 for row in measured if row.fault)
+    faulty, alone = len(rows) - len(measured), sum(1 for row in measured if row.fault)
     summary = [f"{len(rows)} files: {len(measured)} measured, {faulty} with faults"]
-    summary += [f"{apart} not compared"] if apart else []
+    summary += [f"{alone} not compared"] if alone else []
     if skipped:
         names = ", ".join(skipped[:3]) + (", ..." if len(skipped) > 3 else "")
         summary.append(f"{len(skipped)} other files or folders left out ({names})")

@@ -122,7 +122,7 @@ def _warnings(scene: Campaign) -> _Messages:
         yield (
             ("counterface", "wear", "redress_every_km"),
             f"redress_every_km = {every:g} is not reached in distance_km = {distance:g}: the rollers are not "
-            "turned by it",
+            "redressed at it",
         )
     rules = campaign.reprofiling
     beyond = [f"{place:g}" for place in (rules.at_km if rules else ()) if place >= distance]
@@ -130,7 +130,7 @@ def _warnings(scene: Campaign) -> _Messages:
         yield (
             (*_REPROFILING, "at_km"),
             f"at_km = {', '.join(beyond)} is not below the distance of the campaign, {distance:g} km: the "
-            "wheels are not turned there",
+            "wheels are not reprofiled there",
         )
     if campaign.smoothing_wavelength_mm == 0:
         path = ("campaign", "smoothing_wavelength_mm")
@@ -159,8 +159,8 @@ def _contact_faults(scene: Campaign) -> _Messages:
     model = NORMAL_MODELS[contact.normal]
     if not model.can_update_profile:
         others = _normal_models("can_update_profile")
-        text = f"normal = {shown(contact.normal)} cannot lead a campaign: {model.reason}; write {others}"
-        yield ("contact", "normal"), text
+        text = f"normal = {shown(contact.normal)} cannot update the profile in a campaign: {model.reason}; "
+        yield ("contact", "normal"), f"{text}write {others}"
     runs = scene.operation.runs
     for path, run in runs.items() if contact.roll == "free" else ():
         if "roll_mrad" in run.model_fields_set:
@@ -241,7 +241,9 @@ def _reprofiling_faults(scene: Campaign) -> _Messages:
     path: KeyPath = ("campaign", "limits", "diameter_mm")
     if rules is None:
         if least is not None:
-            text = f"diameter_mm = {least:g} is for wheels that are turned; add [campaign.reprofiling], or "
+            text = (
+                f"diameter_mm = {least:g} is for wheels that are reprofiled; add [campaign.reprofiling], or "
+            )
             yield path, f"{text}delete it"
         return
     if least is not None and least >= new:
@@ -256,7 +258,7 @@ def _reprofiling_faults(scene: Campaign) -> _Messages:
     for key in rules.at_limits:
         path = (*_REPROFILING, "at_limits")
         if key not in keys:
-            yield path, f"at_limits: {shown(key)} is no limit to turn wheels at; {suggestion(key, keys)}"
+            yield path, f"at_limits: {shown(key)} is no limit to reprofile wheels at; {suggestion(key, keys)}"
         elif limits is None or getattr(limits, key) is None:
             yield path, f"at_limits: {shown(key)} has no value; give it in [campaign.limits]"
     if any(b <= a for a, b in zip((0.0, *rules.at_km), rules.at_km, strict=False)):
@@ -265,7 +267,7 @@ def _reprofiling_faults(scene: Campaign) -> _Messages:
     if scene.contact.rotation == "nominal":
         yield (
             ("contact", "rotation"),
-            'rotation = "nominal" turns the wheels at the speed of new ones: turned wheels would slide; '
+            'rotation = "nominal" is the rotation speed of new wheels: reprofiled wheels would slide; '
             'write rotation = "free" or "centred", or delete [campaign.reprofiling]',
         )
     if scene.origin.role != "scene":
@@ -307,7 +309,7 @@ def fit_faults(scene: Campaign, wheels: Wheels, counterface: Profile) -> list[Fa
         text = (
             f"gauge_mm = {gauge:g} must be above {over_flanges:.4g} mm, the width over both flanges "
             f"(back_to_back_mm = {back_to_back:g} + {thickness[0]:.4g} + {thickness[1]:.4g}"
-            f"); give the gauge of the track or the flange back distance of the wheelset"
+            f"); give the gauge of the track or the back-to-back distance of the wheelset"
         )
         return [scene.fault(("counterface", "gauge_mm"), text)]
     top = float(counterface.y[np.argmin(counterface.z)])
@@ -318,7 +320,7 @@ def fit_faults(scene: Campaign, wheels: Wheels, counterface: Profile) -> list[Fa
                 if missing > 0.0:
                     text = (
                         f"{key_of(path)}: at a shift of {shift:g} mm the tread ends {1e3 * missing:.3g} mm "
-                        f"short of the counterface's top: the wheel does not touch it; check gauge_mm = "
+                        f"short of the counterface's top: the wheel has no contact; check gauge_mm = "
                         f"{gauge:g} and back_to_back_mm = {back_to_back:g}"
                     )
                     return [scene.fault(path, text)]
@@ -420,10 +422,10 @@ def template_faults(scene: Campaign, templates: Wheels, counterface: Profile) ->
     return [
         scene.fault(
             ("campaign", "limits", key),
-            f"{key} = {getattr(limits, key):g} is met by {who}, too: wheels would be turned for ever; "
+            f"{key} = {getattr(limits, key):g} is met by {who}, too: wheels would be reprofiled for ever; "
             "change the limit, or give another profile in [campaign.reprofiling]",
         )
-        for key, who in _met_by(limits, templates, counterface, "turned").items()
+        for key, who in _met_by(limits, templates, counterface, "reprofiled").items()
         if key in rules.at_limits
     ]
 

@@ -104,7 +104,7 @@ _OF_ROLLERS = (
 
 
 class RollerWearSection(Section):
-    """[counterface.wear] on a rig: both rollers wear, each under its wheel, and are turned together."""
+    """[counterface.wear] on a rig: both rollers wear, each under its wheel, and are redressed together."""
 
     not_here: ClassVar[dict[str, str]] = {"area_mm2_per_1000km": _OF_ROLLERS}
     factor: float = number(
@@ -112,11 +112,11 @@ class RollerWearSection(Section):
         "the wear depth of a roller in one passage over that of the wheel by the law of [wear]",
     )
     redress_every_km: float | None = number(
-        "redress_distance", "the running after which both rollers are turned back to their new profile", None
+        "redress_distance", "the distance after which both rollers are redressed to their new profile", None
     )
     redress_depth_um: float | None = number(
         "redress_depth",
-        "the wear depth of either roller at which both are turned back to their new profile",
+        "the wear depth of either roller at which both are redressed to their new profile",
         None,
     )
 
@@ -294,7 +294,7 @@ class FieldOperation(Section):
 
 
 class LimitsSection(Section):
-    """[campaign.limits]: what ends the life of a wheel; the distance at which each is met is told."""
+    """[campaign.limits]: what ends the life of a wheel; results hold the distance at which each is met."""
 
     depth_mm: float | None = number("max_wear_depth", "the largest wear depth", None)
     flange_height_mm: float | None = number("flange_height", "the largest flange height Sh", None)
@@ -305,7 +305,7 @@ class LimitsSection(Section):
     damage: float | None = number(
         "fatigue_damage", "the largest fatigue damage by a law that counts cycles (wlrm)", None
     )
-    diameter_mm: float | None = number("wheel_diameter", "the least wheel diameter after turning", None)
+    diameter_mm: float | None = number("wheel_diameter", "the least wheel diameter after reprofiling", None)
     end: bool = Field(False, description="whether the campaign ends at the first limit that is met")
 
     @property
@@ -331,16 +331,16 @@ LIMIT_KEYS: Mapping[str, str] = {
 
 
 class ReprofilingSection(Section):
-    """[campaign.reprofiling]: both wheels are turned to one diameter, with the least loss of it.
+    """[campaign.reprofiling]: both wheels are reprofiled to one diameter, with the least loss of it.
 
     With `damage` among `at_limits` and a crack depth, that includes the material cracks run through.
     """
 
     at_limits: Annotated[tuple[str, ...], Strict(False)] = Field(
-        (), description="the keys of [campaign.limits] at which the wheels are turned instead of worn on"
+        (), description="the keys of [campaign.limits] at which the wheels are reprofiled instead of worn on"
     )
     at_km: Annotated[tuple[Annotated[float, Field(**range_of("distance"))], ...], Strict(False)] = Field(
-        (), description="the distances at which they are turned", json_schema_extra={"unit": "km"}
+        (), description="the distances at which they are reprofiled", json_schema_extra={"unit": "km"}
     )
     profile: Text | None = words("the profile they get, by default that of [wheelset]", None)
     cut_mm: float = number("least_cut", "the least depth that the lathe takes everywhere", 0.0)
@@ -353,7 +353,7 @@ class CampaignSection(Section):
     max_step_depth_um: float = number("depth_cap", "the largest wear depth of one step", 8.0)
     first_step_depth_um: float | None = number(
         "first_depth",
-        "the largest wear depth of the first step and of that after a turning, doubled from step to step",
+        "the largest wear depth of the first step and of that after a reprofiling, doubled from step to step",
         None,
     )
     stability: float = number("stability_number", "the limit of the stability number S", 0.4)

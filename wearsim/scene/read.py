@@ -83,7 +83,7 @@ class InputFile:
     name : str
         As the scene writes it.
     path : Path
-        Where it was found.
+        Its place.
     content : bytes
         What it held.
     shipped : bool
@@ -121,7 +121,7 @@ class Inputs:
     wear_table : WearTable or None
         Of the file that `table_file` names.
     templates : (Profile, Profile) or None
-        What the right and the left wheel are turned to, with the points of the wheels.
+        Profiles that the right and the left wheel are reprofiled to, with the points of the wheels.
     """
 
     right: Profile
@@ -146,7 +146,7 @@ def load_scene(
         dicts, which name files relative to the current folder.
     copied : bool
         Whether the file stands in a folder written from `files_to_copy`; the files it names are then
-        those beside it, whatever happened to the originals.
+        those next to it, whatever happened to the originals.
     overrides : sequence of Override
         Values to read in place of those in the file, as a sweep varies them. In a compare scene, keys act
         on both scenes it names, those that begin with rig or field on the one only.
@@ -171,14 +171,14 @@ def load_scene(
     """
     if isinstance(path, Mapping):
         return _load_dict(path, overrides)
-    found = find_file(str(path), (), "workflows")
-    if found is None:
+    file = find_file(str(path), (), "workflows")
+    if file is None:
         known = ", ".join(sorted(item.name for item in standard.shipped_path("workflows").glob("*.toml")))
         what = "is a folder, not a scene file" if os.path.isdir(path) else "does not exist"
-        told = f"the scene file {what}, neither as given nor among the shipped workflows ({known})"
-        raise SceneError([Fault(told, str(path))])
-    kept = _kept_files(found) if copied else {}
-    return _with_files(_read(found, "scene", overrides), kept, overrides)
+        message = f"the scene file {what}, neither as given nor among the shipped workflows ({known})"
+        raise SceneError([Fault(message, str(path))])
+    kept = _kept_files(file) if copied else {}
+    return _with_files(_read(file, "scene", overrides), kept, overrides)
 
 
 def _load_dict(data: Mapping[str, Any], overrides: Sequence[Override]) -> Scene:
@@ -248,7 +248,7 @@ def files_to_copy(scene: CampaignScene) -> dict[str, bytes]:
     Parameters
     ----------
     scene : RigScene, FieldScene or CompareScene
-        As loaded.
+        From `load_scene`.
 
     Returns
     -------
@@ -315,22 +315,22 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
     header = data.get("scene")
     kind = header.get("kind") if isinstance(header, dict) else None
     if isinstance(kind, str) and kind in _SCRIPTS:
-        told = (
+        message = (
             f'kind = "{kind}" is no scene any more: `python reports/{_SCRIPTS[kind]}` of the repository '
             f"writes its report; a scene is one of {', '.join(_MODELS)}"
         )
-        raise SceneError([Fault(told, file, line_of(lines, ("scene", "kind")))])
-    acting = _acting(overrides, kind, role)
-    if acting:
-        data = merge(data, acting, lines)
-        content = overridden_text(data, acting).encode()
+        raise SceneError([Fault(message, file, line_of(lines, ("scene", "kind")))])
+    own = _overrides_of(overrides, kind, role)
+    if own:
+        data = merge(data, own, lines)
+        content = overridden_text(data, own).encode()
     model = _MODELS.get(kind) if isinstance(kind, str) else None
     try:
         if model is None:
-            AnyScene.model_validate(data)  # tells what is wrong with the kind
+            AnyScene.model_validate(data)  # raises what is wrong with the kind
             raise AssertionError("a scene of unknown kind was accepted")
         scene = model.model_validate(data)
-        unknown = [item for item in acting if item.value is None and not is_key(model, item.keys)]
+        unknown = [item for item in own if item.value is None and not is_key(model, item.keys)]
         if unknown:  # a removed key that is misspelt would act on nothing without a word
             raise SceneError(
                 [Fault(unknown_key(item.keys, model), item.source or file, item.line) for item in unknown]
@@ -343,17 +343,17 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
     return scene
 
 
-def _acting(overrides: Sequence[Override], kind: Any, role: str) -> list[Override]:
-    """Return the overrides of one file, without the leading rig or field."""
+def _overrides_of(overrides: Sequence[Override], kind: Any, role: str) -> list[Override]:
+    """Return the overrides of one file, without rig or field at the start of their keys."""
     if kind == "compare":
         return [item for item in overrides if item.keys[0] in ("scene", "compare")]
-    acting = []
+    own = []
     for item in overrides:
         if item.keys[0] == kind and len(item.keys) > 1:
-            acting.append(item.below(item.keys[1:]))
+            own.append(item.below(item.keys[1:]))
         elif role == "scene" or item.keys[0] not in ("rig", "field", "scene", "compare"):
-            acting.append(item)
-    return acting
+            own.append(item)
+    return own
 
 
 def _read_compared(
@@ -363,7 +363,7 @@ def _read_compared(
     name = getattr(scene.compare, role)
     path = kept.get(role) or find_file(name, (scene.origin.path.parent,), "workflows")
     if path is None:
-        text = "does not exist as given, beside the scene or among the shipped workflows"
+        text = "does not exist as given, next to the scene file or among the shipped workflows"
         return [scene.fault(("compare", role), f"{role} = {shown(name)} {text}")]
     try:
         part = _read(path, role, overrides)
@@ -475,7 +475,9 @@ def _wear_table(
         return None
     path = kept.get(f"{origin.role}/{role}") or find_file(name, (origin.path.parent,), "profiles")
     if path is None:
-        text = f"table_file = {shown(name)} does not exist as given or beside the scene; give a wear table"
+        text = (
+            f"table_file = {shown(name)} does not exist as given or next to the scene file; give a wear table"
+        )
         faults.append(scene.fault(("wear", "table_file"), text))
         return None
     try:
@@ -503,7 +505,7 @@ def _read_profile(
         looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
         if looks_like_file and not standard.is_designation(name):
             raise ProfileError(
-                "there is no such file as given, beside the scene or among the shipped profiles"
+                "there is no such file as given, next to the scene file or among the shipped profiles"
             )
         short = name.removesuffix(".toml")
         shape = standard.rail(short, inclination, gauge, half_span) if is_rail else standard.wheel(short)
@@ -536,5 +538,5 @@ def _kept_files(path: Path) -> dict[str, Path]:
         roles = json.loads((path.parent / _INPUTS).read_text(encoding="utf-8"))
         return {str(role): path.parent / str(name) for role, name in roles.items()}
     except (OSError, ValueError, AttributeError) as error:
-        told = f"cannot be read ({error}); start the scene again with `wearsim run` and another --out"
-        raise SceneError([Fault(told, str(path.parent / _INPUTS))]) from error
+        message = f"cannot be read ({error}); start the scene again with `wearsim run` and another --out"
+        raise SceneError([Fault(message, str(path.parent / _INPUTS))]) from error

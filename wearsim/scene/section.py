@@ -1,4 +1,4 @@
-"""What every table of a scene file is made of: a model of exact types, and fields that tell their meaning."""
+"""Base of every table of a scene file: a model of exact types; fields with unit, range and meaning."""
 
 from __future__ import annotations
 

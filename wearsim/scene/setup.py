@@ -65,7 +65,7 @@ class CampaignSetup:
     fatigue : tuple of FatigueSettings
         Fatigue laws.
     templates : (Profile, Profile), optional
-        What right and left wheel are turned to, where they are.
+        Profiles that right and left wheel are reprofiled to, if they are.
     tolerance : float, optional
         Of the wear increment, if the models are chosen by `campaign.choose` instead of given [-].
     counterface_wear : CounterfaceWear, optional
@@ -96,7 +96,7 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
     Parameters
     ----------
     scene : RigScene or FieldScene
-        As loaded; of a compare scene, its `rig` or its `field`.
+        From `load_scene`; of a compare scene, its `rig` or its `field`.
 
     Returns
     -------

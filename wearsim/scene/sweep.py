@@ -135,10 +135,8 @@ def read_sweep(scene: SweepScene) -> tuple[Sweep | None, list[Fault]]:
     for name in section.scenes if section.base is None else (section.base,):
         path = find_file(name, (folder,), "workflows")
         if path is None:
-            message = (
-                f"{key} = {shown(name)} does not exist as given, beside the sweep or among the workflows"
-            )
-            fault(message, key)
+            places = "as given, next to the sweep file or among the workflows"
+            fault(f"{key} = {shown(name)} does not exist {places}", key)
         else:
             bases.append(path)
     varied = []
@@ -165,7 +163,9 @@ def read_sweep(scene: SweepScene) -> tuple[Sweep | None, list[Fault]]:
     if not faults and section.table is not None:
         table = find_file(section.table, (folder,), "workflows")
         if table is None:
-            fault(f"table = {shown(section.table)} does not exist as given or beside the sweep", "table")
+            fault(
+                f"table = {shown(section.table)} does not exist as given or next to the sweep file", "table"
+            )
         else:
             rows, faults = table_rows(table)
     elif not faults:

@@ -52,7 +52,7 @@ _ENDINGS = {
 _RENAMED = {"normal_force_kN": "patch_normal_force_kN"}  # the first is a flag
 
 _PLASTIC = 4e9
-"""Maximum pressure [Pa] above which an elastic contact is no answer: a surface is fully plastic at a mean
+"""Maximum pressure [Pa] above which an elastic contact does not hold: a surface is fully plastic at a mean
 pressure of 2.8 times the yield stress (K. L. Johnson, Contact Mechanics, 1985, 6.3,
 doi:10.1017/CBO9781139171731), in an ellipse two thirds of the maximum; with 0.95 GPa, high for wheel and rail
 steel, that is 4 GPa."""
@@ -359,11 +359,11 @@ def as_text(result: PointResult) -> str:
     kappa = request.counterface_curvature
     against = "rail" if kappa == 0.0 else f"roller of {1e3 / kappa:g} mm"
     who = "both wheels" if request.side == "both" else f"{request.side} wheel"
-    turning = "creepages given" if speed is None else f"rotation {speed:.4f} rad/s"
+    rotation = "creepages given" if speed is None else f"rotation {speed:.4f} rad/s"
     if speed is not None and isinstance(request.rule, str):
-        turning += f" ({request.rule})"
+        rotation += f" ({request.rule})"
     roll = f"roll {result.roll * 1e3:.4f} mrad" + (" (free)" if request.free_roll else "")
-    lines.append(f"{who} on {against}, {count} patch{'' if count == 1 else 'es'}; {turning}; {roll}")
+    lines.append(f"{who} on {against}, {count} patch{'' if count == 1 else 'es'}; {rotation}; {roll}")
     lines.append(f"{request.normal}, {request.tangential}; forces act on the wheel")
     return "\n".join(lines)
 
@@ -400,11 +400,11 @@ def notes(result: PointResult) -> dict[str, str]:
     if highest > _PLASTIC:
         lines["pressure"] = (
             f"maximum pressure {1e-9 * highest:.3g} GPa: wheel and rail steel yields far below "
-            f"{1e-9 * _PLASTIC:g} GPa, and an elastic contact is no answer; check load and profiles"
+            f"{1e-9 * _PLASTIC:g} GPa, and an elastic contact does not hold; check load and profiles"
         )
     if request.track_curvature != 0.0 and request.counterface_curvature > 0.0:
         lines["curve"] = (
-            "a curve radius on a roller stands for rollers of both sides that turn at different speeds"
+            "a curve radius on a roller stands for rollers of both sides that rotate at different speeds"
         )
     return lines
 

@@ -63,7 +63,7 @@ def run_sweep(
     Parameters
     ----------
     sweep : Sweep
-        The cases; `check_cases` finds all their faults before.
+        The cases; from `read_sweep` or `sweep_of_flags`, checked by `check_cases`.
     out : str or Path
         Directory; case 1 runs in `case_0001` in it, `sweep.csv` and `sweep.nc` have a row for each.
     executor, jobs, command, report
@@ -268,7 +268,7 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
     xarray.Dataset
         Over `case`, `campaign` (rig, field) and `wheel`: the varied values as the scene has them, state and
         fault of each case, and of finished ones the last value of each measure [SI], that of the worn
-        wheels where a campaign ends with a turning; others are NaN.
+        wheels where a campaign ends with a reprofiling; others are NaN.
     """
     import xarray as xr
 
@@ -390,8 +390,8 @@ def write_tables(out: Path) -> None:
 def _end(path: Path) -> dict[str, np.ndarray]:
     with open_results(path) as result:
         last = result.isel(step=last_worn_row(result))
-        told = (*MEASURES, *(name for name in COUNTERFACE_MEASURES if name in result))
-        return {name: np.asarray(last[name].values, dtype=float) for name in told}
+        names = (*MEASURES, *(name for name in COUNTERFACE_MEASURES if name in result))
+        return {name: np.asarray(last[name].values, dtype=float) for name in names}
 
 
 def _varied(key: str, values: list[Any]) -> tuple[str, np.ndarray, dict[str, str]]:
@@ -424,6 +424,6 @@ def _measures(row: dict[str, Any], name: str, values: np.ndarray, campaign: int 
     for index, wheel in enumerate(wheels):
         value = None
         if campaign is not None:
-            found = float(values[campaign] if values.ndim == 1 else values[campaign, index])
-            value = float(f"{found * factor:.9g}") if np.isfinite(found) else None
+            stored = float(values[campaign] if values.ndim == 1 else values[campaign, index])
+            value = float(f"{stored * factor:.9g}") if np.isfinite(stored) else None
         row[f"{name}{suffix}{wheel}"] = value
