@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import math
 import re
 import tomllib
 import types
@@ -222,6 +223,14 @@ def _locate_value(value: Node, path: KeyPath, lines: Lines) -> None:
         for index, element in enumerate(elements):
             lines[(*path, index)] = _line(element)
             _locate_value(element, (*path, index), lines)
+
+
+def decimal(text: str) -> float:
+    """Value of a plain decimal, NaN of anything else; Python alone would accept 1_000 and Arabic digits."""
+    try:
+        return float(text) if text.isascii() and "_" not in text else math.nan
+    except ValueError:
+        return math.nan
 
 
 def shown(value: object) -> str:

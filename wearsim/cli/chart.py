@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from wearsim.cli import Commands, add_command
-
-if TYPE_CHECKING:
-    from wearsim.scene import FieldScene, RigScene
 
 
 def add_parser(commands: Commands) -> None:
@@ -52,15 +49,13 @@ def execute(arguments: argparse.Namespace) -> int:
     if faults:
         raise SceneError([Fault(fault) for fault in faults])
     from wearsim.report.chart import write_chart
-    from wearsim.scene import CompareScene, build
+    from wearsim.scene import build
     from wearsim.scene.read import load_campaign
     from wearsim.studies.chart import speed_and_accuracy
 
     scene = load_campaign(arguments.scene)
-    parts: list[RigScene | FieldScene]
-    parts = [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
     dataset = speed_and_accuracy(
-        [build(part) for part in parts], grids, reference, points=points,
+        [build(part) for part in scene.parts], grids, reference, points=points,
         report=lambda line: print(line, file=sys.stderr),
     )  # fmt: skip
     if arguments.json:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, Strict
 from pydantic_core import PydanticCustomError
 
 from wearsim.errors import Fault
+from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.damage import FatigueSection, WearSection
@@ -20,11 +20,12 @@ from wearsim.toml_faults import KeyPath, Lines, line_of
 
 
 def _inclination(text: str) -> str:
-    ratio = re.fullmatch(r"1:(\d+(?:\.\d+)?)", text)
-    low, high = QUANTITIES["inclination_ratio"].span
-    if text != "none" and not (ratio and low <= float(ratio[1]) <= high):
+    try:
+        slope_of(text)
+    except ValueError:
+        low, high = QUANTITIES["inclination_ratio"].span
         allowed = f'"1:{low:g}" to "1:{high:g}", or "none"'
-        raise PydanticCustomError("out_of_range", "inclination", {"allowed": allowed})
+        raise PydanticCustomError("out_of_range", "inclination", {"allowed": allowed}) from None
     return text
 
 
@@ -426,6 +427,16 @@ class SceneModel(Section):
         """Line of a key in the scene file, counted from 1."""
         return line_of(self._origin.lines, path)
 
+    @property
+    def prefixed(self) -> dict[str, RigScene | FieldScene]:
+        """Campaigns of the scene by what stands before their keys in overrides."""
+        return {}
+
+    @property
+    def parts(self) -> tuple[RigScene | FieldScene, ...]:
+        """Campaigns of the scene, the rig first."""
+        return tuple(self.prefixed.values())
+
     def fault(self, path: KeyPath, message: str) -> Fault:
         """Fault or warning at the line of a key."""
         return Fault(message, str(self._origin.path), self.line(*path))
@@ -452,9 +463,9 @@ class RigScene(_Campaign):
     operation: RigOperation
 
     @property
-    def parts(self) -> tuple[RigScene | FieldScene, ...]:
-        """The campaigns of the scene."""
-        return (self,)
+    def prefixed(self) -> dict[str, RigScene | FieldScene]:
+        """Campaigns of the scene by what stands before their keys in overrides."""
+        return {"": self}
 
 
 class FieldScene(_Campaign):
@@ -465,9 +476,9 @@ class FieldScene(_Campaign):
     operation: FieldOperation
 
     @property
-    def parts(self) -> tuple[RigScene | FieldScene, ...]:
-        """The campaigns of the scene."""
-        return (self,)
+    def prefixed(self) -> dict[str, RigScene | FieldScene]:
+        """Campaigns of the scene by what stands before their keys in overrides."""
+        return {"": self}
 
 
 _ELSEWHERE = "a compare scene holds [scene] and [compare] only; move it into the two scenes it names"
@@ -495,6 +506,6 @@ class CompareScene(SceneModel):
         return self._field
 
     @property
-    def parts(self) -> tuple[RigScene | FieldScene, ...]:
-        """The campaigns of the scene."""
-        return self._rig, self._field
+    def prefixed(self) -> dict[str, RigScene | FieldScene]:
+        """Campaigns of the scene by what stands before their keys in overrides."""
+        return {"rig.": self._rig, "field.": self._field}

@@ -19,7 +19,7 @@ from wearsim.errors import Fault, ProfileError, SceneError
 from wearsim.profile import standard
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import read_profile
-from wearsim.profile.placement import place_rail
+from wearsim.profile.placement import place_rail, slope_of
 from wearsim.profile.shape import Profile, resample
 from wearsim.scene.messages import (
     beyond_clearance,
@@ -498,7 +498,7 @@ def _read_profile(
     counterface = scene.counterface
     is_rail = role.startswith("counterface")
     kind: Literal["wheel", "rail"] = "rail" if is_rail else "wheel"
-    inclination = 0.0 if counterface.inclination == "none" else 1.0 / float(counterface.inclination[2:])
+    inclination = slope_of(counterface.inclination)
     gauge = 1e-3 * counterface.gauge_mm
     path = kept.get(f"{origin.role}/{role}") or find_file(name, (origin.path.parent,), "profiles")
     if path is None or path.suffix == ".toml":

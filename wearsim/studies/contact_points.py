@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
@@ -18,9 +17,11 @@ from wearsim.contact.solve import solve, solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError, NumericalError, ProfileError
 from wearsim.profile.files import load_profile
+from wearsim.profile.placement import slope_of
 from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
 from wearsim.studies.contact_flags import COLUMNS, FLAGS, Flag
+from wearsim.toml_faults import decimal
 
 _TIGHTEST_CURVE = QUANTITIES["curve_radius"].range.low  # m
 _FLANGE_BACK_TO_ORIGIN = 0.070  # from the flange back to the origin line of a wheel profile [m]
@@ -98,25 +99,6 @@ class Request(BaseModel):
         return None
 
 
-def inclination(text: str) -> float:
-    """Slope of the rail's axis from 1:N or none; raises ValueError."""
-    first, _, second = text.partition(":")
-    if text == "none":
-        return 0.0
-    low, high = QUANTITIES["inclination_ratio"].span
-    if first.strip() == "1" and second.strip().isdecimal() and low <= int(second[:9]) <= high:
-        return 1.0 / int(second)
-    raise ValueError(f"must be 1:N with N from {low:g} to {high:g}, or none; 60E1 mostly lies at 1:40")
-
-
-def decimal(text: str) -> float:
-    """Value of a plain decimal, NaN of anything else; Python alone would accept 1_000 and Arabic digits."""
-    try:
-        return float(text) if text.isascii() and "_" not in text else math.nan
-    except ValueError:
-        return math.nan
-
-
 def _in_range(flag: Flag, text: str) -> float:
     number = decimal(text)
     if not flag.low <= number <= flag.high:
@@ -174,7 +156,7 @@ def _value(flag: Flag, text: str | None) -> Any:
     if flag.kind == "rotation":
         return _rotation(flag, text)
     if flag.kind in ("inclination", "creepage"):
-        return inclination(text) if flag.kind == "inclination" else _creepage(text)
+        return slope_of(text) if flag.kind == "inclination" else _creepage(text)
     number = _in_range(flag, text)
     return int(number) if flag.kind == "count" else number * flag.factor
 

@@ -17,7 +17,7 @@ from wearsim.campaign.run import run_scene
 from wearsim.errors import ContactError
 from wearsim.results import open_results
 from wearsim.results.turnings import last_worn_row, new_row, wear_steps
-from wearsim.scene import CompareScene, FieldScene, RigScene, load_campaign
+from wearsim.scene import CampaignScene, FieldScene, RigScene, load_campaign
 from wearsim.scene.overrides import Override
 
 FOLDER = "converge"
@@ -51,7 +51,7 @@ class Refinement:
     reason: str = ""
 
 
-def refinements(scene: RigScene | FieldScene | CompareScene) -> tuple[Refinement, ...]:
+def refinements(scene: CampaignScene) -> tuple[Refinement, ...]:
     """Make the refinements of a scene.
 
     Parameters
@@ -67,7 +67,7 @@ def refinements(scene: RigScene | FieldScene | CompareScene) -> tuple[Refinement
 
     def overrides(of: Any) -> tuple[Override, ...]:
         return tuple(
-            Override(role + key, value) for role, part in _parts(scene).items() for key, value in of(part)
+            Override(role + key, value) for role, part in scene.prefixed.items() for key, value in of(part)
         )
 
     step, grid, points = overrides(_step), overrides(_grid), overrides(_points)
@@ -76,7 +76,7 @@ def refinements(scene: RigScene | FieldScene | CompareScene) -> tuple[Refinement
     resolved = overrides(lambda part: _smoothing(part, 0.5, _spacing(part)))
     text = "all of these, smoothed as given"
     if resolved:
-        where = "" if len(resolved) == len(_parts(scene)) else ", where points resolve that"
+        where = "" if len(resolved) == len(scene.prefixed) else ", where points resolve that"
         text = f"all of these, with the wavelength halved{where}"
     no_wave = "the increments are not smoothed, or half the wavelength is below two points of the profile"
     given = "a rig programme gives its operating points one by one"
@@ -90,9 +90,7 @@ def refinements(scene: RigScene | FieldScene | CompareScene) -> tuple[Refinement
     )
 
 
-def other_models(
-    scene: RigScene | FieldScene | CompareScene, against: Sequence[tuple[str, str]]
-) -> tuple[Refinement, ...]:
+def other_models(scene: CampaignScene, against: Sequence[tuple[str, str]]) -> tuple[Refinement, ...]:
     """Make the campaigns with other contact models.
 
     Parameters
@@ -107,8 +105,7 @@ def other_models(
     tuple of Refinement
         Grid, steps and all else as given.
     """
-    parts = _parts(scene)
-    chosen = any(part.contact.model == "auto" for part in parts.values())
+    chosen = any(part.contact.model == "auto" for part in scene.parts)
     return tuple(
         Refinement(
             f"{normal}+{tangential}",
@@ -117,20 +114,13 @@ def other_models(
             if chosen
             else tuple(
                 Override(f"{role}contact.{key}", value)
-                for role in parts
+                for role in scene.prefixed
                 for key, value in (("normal", normal), ("tangential", tangential))
             ),
             'the scene leaves its contact models to model = "auto"',
         )
         for normal, tangential in against
     )
-
-
-def _parts(scene: RigScene | FieldScene | CompareScene) -> dict[str, RigScene | FieldScene]:
-    """Return the campaigns of a scene by what stands before their keys."""
-    if isinstance(scene, CompareScene):
-        return {"rig.": scene.rig, "field.": scene.field}
-    return {"": scene}
 
 
 def converge(
@@ -214,17 +204,14 @@ def converge(
     return out / TABLE
 
 
-def _as_far(
-    scene: RigScene | FieldScene | CompareScene, given: dict[str, dict[str, Any]]
-) -> tuple[Override, ...]:
+def _as_far(scene: CampaignScene, given: dict[str, dict[str, Any]]) -> tuple[Override, ...]:
     """Return the overrides that let refined campaigns run as far as those given that ended at a limit."""
     overrides: list[Override] = []
-    for kind, end in given.items():
-        part = getattr(scene, kind) if isinstance(scene, CompareScene) else scene
-        role = f"{kind}." if isinstance(scene, CompareScene) else ""
+    for prefix, part in scene.prefixed.items():
         if part.campaign.limits is not None and part.campaign.limits.end:
-            overrides.append(Override(f"{role}campaign.distance_km", 1e-3 * end["distance"]))
-            overrides.append(Override(f"{role}campaign.limits.end", False))
+            distance = 1e-3 * given[part.scene.kind]["distance"]
+            overrides.append(Override(f"{prefix}campaign.distance_km", distance))
+            overrides.append(Override(f"{prefix}campaign.limits.end", False))
     return tuple(overrides)
 
 
