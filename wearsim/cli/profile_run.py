@@ -14,8 +14,9 @@ from wearsim.errors import ProfileError, ResultError
 from wearsim.profile.files import WRITTEN_FORMATS, is_file, read_profile, write_profile
 from wearsim.profile.inspection import Inspection, inspect_profile, reprofiled_wheels, tables
 from wearsim.profile.inspection.fleet import fleet_rows, profile_files
-from wearsim.profile.inspection.inputs import RUNNING_CIRCLE, ProfileInput
+from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.inspection.request import Request, flag_of
+from wearsim.profile.placement import RUNNING_CIRCLE
 
 
 def measure_one(arguments: Namespace) -> int:

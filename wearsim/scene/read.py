@@ -19,7 +19,7 @@ from wearsim.errors import Fault, ProfileError, SceneError
 from wearsim.profile import standard
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import read_profile
-from wearsim.profile.placement import place_rail, slope_of
+from wearsim.profile.placement import RUNNING_CIRCLE, place_rail, slope_of
 from wearsim.profile.shape import Profile, resample
 from wearsim.scene.messages import (
     beyond_clearance,
@@ -67,9 +67,6 @@ _SCRIPTS = {
 _DICT = Path("scene.toml")  # name of a scene from a dict in results and run directories
 _INPUTS = "inputs.json"
 _RESERVED = (_INPUTS, "manifest.json")
-
-FLANGE_BACK_TO_ORIGIN = 0.070
-"""From the flange back to the origin line of a wheel profile [m]."""
 
 
 @dataclass(frozen=True)
@@ -409,7 +406,7 @@ def _read_files(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> list[
 def _inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path], faults: list[Fault]) -> Inputs:
     """Read the files of a scene; all faults are appended to `faults`."""
     origin, wheelset, rules = scene.origin, scene.wheelset, scene.campaign.reprofiling
-    half_span = 0.5e-3 * wheelset.back_to_back_mm + FLANGE_BACK_TO_ORIGIN
+    half_span = 0.5e-3 * wheelset.back_to_back_mm + RUNNING_CIRCLE
     spacing = 1e-3 * scene.campaign.point_spacing_mm
     files = [InputFile("scene", origin.path.name, origin.path, origin.content)]
 

@@ -17,14 +17,13 @@ from wearsim.contact.solve import solve, solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError, NumericalError, ProfileError
 from wearsim.profile.files import load_profile
-from wearsim.profile.placement import slope_of
+from wearsim.profile.placement import RUNNING_CIRCLE, slope_of
 from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
 from wearsim.studies.contact_flags import COLUMNS, FLAGS, Flag
 from wearsim.toml_faults import decimal
 
 _TIGHTEST_CURVE = QUANTITIES["curve_radius"].range.low  # m
-_FLANGE_BACK_TO_ORIGIN = 0.070  # from the flange back to the origin line of a wheel profile [m]
 _INSTEAD = (("wheel_load_kN", "normal_force_kN"), ("rotation", "creepage"))  # only one of each pair acts
 
 
@@ -66,7 +65,7 @@ class Request(BaseModel):
     @property
     def half_span(self) -> float:
         """From the track centre to the origin of the wheel profile."""
-        return float(0.5 * self.back_to_back + _FLANGE_BACK_TO_ORIGIN)
+        return float(0.5 * self.back_to_back + RUNNING_CIRCLE)
 
     @property
     def counterface_curvature(self) -> float:
