@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from wearsim.contact.geometry import counterface_profile
-from wearsim.operation.counterface import CounterfaceWear
 from wearsim.profile.shape import arc_length
 from wearsim.scene import build, load_scene
+from wearsim.scene.campaign import CounterfaceWear
 
 DATA = Path(__file__).parents[1] / "data"
 TEXT = {kind: (DATA / f"scene_{kind}.toml").read_text() for kind in ("rig", "field")}

@@ -6,7 +6,7 @@ import pytest
 
 from wearsim.results.limits import LIMITED
 from wearsim.scene import build, load_scene
-from wearsim.scene.models import LIMIT_KEYS as KEYS
+from wearsim.scene.campaign import LIMIT_KEYS as KEYS
 
 DATA = Path(__file__).parents[1] / "data"
 RIG = (DATA / "scene_rig.toml").read_text()

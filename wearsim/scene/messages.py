@@ -11,20 +11,18 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, ProfileError
-from wearsim.operation.field import REACH
+from wearsim.operation.points import REACH
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import FloatArray, Profile
 from wearsim.quantities import QUANTITIES
 from wearsim.results.limits import LIMITED
+from wearsim.scene.campaign import LIMIT_KEYS, LimitsSection, RollerWearSection
 from wearsim.scene.damage import damage_faults
 from wearsim.scene.models import (
-    LIMIT_KEYS,
     ClassSection,
     FieldScene,
-    LimitsSection,
     RigScene,
-    RollerWearSection,
 )
 from wearsim.toml_faults import KeyPath, shown, suggestion
 

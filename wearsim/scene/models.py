@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -14,6 +13,7 @@ from wearsim.errors import Fault
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
+from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
 from wearsim.scene.section import Registered, Section, Text, number, range_of, words
 from wearsim.toml_faults import KeyPath, Lines, line_of
@@ -92,45 +92,6 @@ class WheelsetSection(Section):
     profile_left: Text | None = words("the profile of the left wheel, if it differs", None)
     radius_mm: float = number("wheel_radius", "the wheel radius at the running circle", 460.0)
     back_to_back_mm: float = number("back_to_back", "the back-to-back distance of the wheels", 1360.0)
-
-
-_OF_RAILS = (
-    "a rail is passed by other wheels, too: state what it loses as area_mm2_per_1000km, or write "
-    'kind = "rig" in [scene]'
-)
-_OF_ROLLERS = (
-    "a roller runs under this wheel alone: its wear follows from the wheel's law times factor; write that, "
-    'or kind = "field" in [scene]'
-)
-
-
-class RollerWearSection(Section):
-    """[counterface.wear] on a rig: both rollers wear, each under its wheel, and are redressed together."""
-
-    not_here: ClassVar[dict[str, str]] = {"area_mm2_per_1000km": _OF_ROLLERS}
-    factor: float = number(
-        "counterface_wear_factor",
-        "the wear depth of a roller in one passage over that of the wheel by the law of [wear]",
-    )
-    redress_every_km: float | None = number(
-        "redress_distance", "the distance after which both rollers are redressed to their new profile", None
-    )
-    redress_depth_um: float | None = number(
-        "redress_depth",
-        "the wear depth of either roller at which both are redressed to their new profile",
-        None,
-    )
-
-
-class RailWearSection(Section):
-    """[counterface.wear] in the field: both rails lose a stated area where the campaign's contacts wear."""
-
-    not_here: ClassVar[dict[str, str]] = dict.fromkeys(
-        ("factor", "redress_every_km", "redress_depth_um"), _OF_RAILS
-    )
-    area_mm2_per_1000km: float = number(
-        "counterface_area_rate", "the area each rail's cross-section loses while the wheelset runs 1000 km"
-    )
 
 
 class CounterfaceSection(Section):
@@ -292,85 +253,6 @@ class FieldOperation(Section):
     def runs(self) -> dict[KeyPath, BlockSection | ClassSection]:
         """Classes by their path in the scene."""
         return {("operation", "class", k): run for k, run in enumerate(self.classes)}
-
-
-class LimitsSection(Section):
-    """[campaign.limits]: what ends the life of a wheel; results hold the distance at which each is met."""
-
-    depth_mm: float | None = number("max_wear_depth", "the largest wear depth", None)
-    flange_height_mm: float | None = number("flange_height", "the largest flange height Sh", None)
-    flange_thickness_mm: float | None = number("flange_thickness", "the least flange thickness Sd", None)
-    flange_gradient_mm: float | None = number("flange_gradient", "the least flange gradient qR", None)
-    hollowing_mm: float | None = number("hollowing", "the largest hollowing of the tread", None)
-    conicity: float | None = number("equivalent_conicity", "the largest equivalent conicity", None)
-    damage: float | None = number(
-        "fatigue_damage", "the largest fatigue damage by a law that counts cycles (wlrm)", None
-    )
-    diameter_mm: float | None = number("wheel_diameter", "the least wheel diameter after reprofiling", None)
-    end: bool = Field(False, description="whether the campaign ends at the first limit that is met")
-
-    @property
-    def values(self) -> dict[str, float]:
-        """The limits by the variable of the result file [SI]."""
-        given = {name: getattr(self, key) for name, key in LIMIT_KEYS.items()}
-        return {
-            name: limit / QUANTITIES[name].shown_factor for name, limit in given.items() if limit is not None
-        }
-
-
-LIMIT_KEYS: Mapping[str, str] = {
-    "max_wear_depth": "depth_mm",
-    "flange_height": "flange_height_mm",
-    "flange_thickness": "flange_thickness_mm",
-    "flange_gradient": "flange_gradient_mm",
-    "hollowing": "hollowing_mm",
-    "equivalent_conicity": "conicity",
-    "fatigue_damage": "damage",
-    "wheel_diameter": "diameter_mm",
-}
-"""Key of the scene by variable of the result file, for each of `results.limits.LIMITED`."""
-
-
-class ReprofilingSection(Section):
-    """[campaign.reprofiling]: both wheels are reprofiled to one diameter, with the least loss of it.
-
-    With `damage` among `at_limits` and a crack depth, that includes the material cracks run through.
-    """
-
-    at_limits: Annotated[tuple[str, ...], Strict(False)] = Field(
-        (), description="the keys of [campaign.limits] at which the wheels are reprofiled instead of worn on"
-    )
-    at_km: Annotated[tuple[Annotated[float, Field(**range_of("distance"))], ...], Strict(False)] = Field(
-        (), description="the distances at which they are reprofiled", json_schema_extra={"unit": "km"}
-    )
-    profile: Text | None = words("the profile they get, by default that of [wheelset]", None)
-    cut_mm: float = number("least_cut", "the least depth that the lathe takes everywhere", 0.0)
-
-
-class CampaignSection(Section):
-    """[campaign]: how far, and in which steps."""
-
-    distance_km: float = number("distance", "the distance of the campaign")
-    max_step_depth_um: float = number("depth_cap", "the largest wear depth of one step", 8.0)
-    first_step_depth_um: float | None = number(
-        "first_depth",
-        "the largest wear depth of the first step and of that after a reprofiling, doubled from step to step",
-        None,
-    )
-    stability: float = number("stability_number", "the limit of the stability number S", 0.4)
-    smoothing_wavelength_mm: float = number(
-        "smoothing_wavelength", "the wavelength that smoothing halves, 0 for none", 2.5
-    )
-    integrator: Literal["heun", "euler", "semi_implicit"] = Field(
-        "heun", description="the rule that combines wear rates"
-    )
-    error_tolerance_um: float = number(
-        "step_error", "the largest estimated error of the depth of one step, of wheels and counterface", 1.0
-    )
-    point_spacing_mm: float = number("point_spacing", "the spacing of the profile's points", 0.25)
-    max_step_km: float | None = number("step_length", "the longest step", None)
-    limits: LimitsSection | None = None
-    reprofiling: ReprofilingSection | None = None
 
 
 class ComparedSection(Section):

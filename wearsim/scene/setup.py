@@ -12,23 +12,20 @@ from wearsim.contact.solve import ContactModels, Counterface, Wheelset
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import Fault
-from wearsim.operation.counterface import CounterfaceWear
-from wearsim.operation.field import TrackClass, collective
-from wearsim.operation.monitor import with_monitors
-from wearsim.operation.points import ControlSettings, OperatingPoints, TurningRules
-from wearsim.operation.rig import Block, programme
+from wearsim.operation.points import Block, OperatingPoints, TrackClass, collective, programme, with_monitors
 from wearsim.profile.shape import Profile
-from wearsim.scene.damage import comparison_settings, fatigue_settings, wear_settings
-from wearsim.scene.messages import scene_warnings
-from wearsim.scene.models import (
+from wearsim.scene.campaign import (
     LIMIT_KEYS,
     CampaignSection,
-    ContactSection,
-    FieldScene,
+    ControlSettings,
+    CounterfaceWear,
     RailWearSection,
-    RigScene,
+    ReprofilingRules,
     RollerWearSection,
 )
+from wearsim.scene.damage import comparison_settings, fatigue_settings, wear_settings
+from wearsim.scene.messages import scene_warnings
+from wearsim.scene.models import ContactSection, FieldScene, RigScene
 from wearsim.scene.read import InputFile, inputs_of
 
 
@@ -152,13 +149,13 @@ def contact_models(contact: ContactSection) -> ContactModels:
 def _control_settings(campaign: CampaignSection) -> ControlSettings:
     """Make the settings of the steps: the keys of [campaign] that `ControlSettings` has, and its tables."""
     values, limits, rules = campaign.si(), campaign.limits, campaign.reprofiling
-    values |= {"depth_cap": values["max_step_depth"], "turning": None}
+    values |= {"depth_cap": values["max_step_depth"], "reprofiling": None}
     values["first_depth"] = values.get("first_step_depth", math.inf)
     values["limits"] = () if limits is None else tuple(limits.values.items())
     values["end_at_limit"] = limits is not None and limits.end
     if rules is not None:
         names = {key: name for name, key in LIMIT_KEYS.items()}
-        values["turning"] = TurningRules(
+        values["reprofiling"] = ReprofilingRules(
             limits=tuple(names[key] for key in rules.at_limits),
             places=tuple(1e3 * place for place in rules.at_km),
             cut=1e-3 * rules.cut_mm,

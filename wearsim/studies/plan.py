@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 from wearsim.campaign import choose
-from wearsim.campaign.classes import CLASSES
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.damage import fatigue, wear
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
@@ -102,7 +101,7 @@ def _choice(setup: CampaignSetup) -> dict[str, Any] | None:
         "tolerance": setup.tolerance,
         "classes": [
             {"class": name, "points": count, "models": models}
-            for name, count, models in zip(CLASSES, verdict.points, taken, strict=True)
+            for name, count, models in zip(choose.CLASSES, verdict.points, taken, strict=True)
         ],
         "depth_error": verdict.choice.error,
         "cost": verdict.cost,
@@ -113,7 +112,7 @@ def _choice(setup: CampaignSetup) -> dict[str, Any] | None:
                 "cost": choose.COST_ORDER[candidates.index(one.models)][3],
                 "depth_error": one.depth_error if math.isfinite(one.depth_error) else None,
                 "strip_work_error": one.work_error if math.isfinite(one.work_error) else None,
-                "refusal": one.refusal,
+                "refusal": one.message,
             }
             for one in verdict.evidence
         ],

@@ -1,0 +1,245 @@
+"""[campaign] and [counterface.wear] of a scene, and the records that a campaign runs by."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field, Strict
+
+from wearsim.quantities import QUANTITIES
+from wearsim.scene.section import Section, Text, number, range_of, words
+
+_OF_RAILS = (
+    "a rail is passed by other wheels, too: state what it loses as area_mm2_per_1000km, or write "
+    'kind = "rig" in [scene]'
+)
+_OF_ROLLERS = (
+    "a roller runs under this wheel alone: its wear follows from the wheel's law times factor; write that, "
+    'or kind = "field" in [scene]'
+)
+
+
+class RollerWearSection(Section):
+    """[counterface.wear] on a rig: both rollers wear, each under its wheel, and are redressed together."""
+
+    not_here: ClassVar[dict[str, str]] = {"area_mm2_per_1000km": _OF_ROLLERS}
+    factor: float = number(
+        "counterface_wear_factor",
+        "the wear depth of a roller in one passage over that of the wheel by the law of [wear]",
+    )
+    redress_every_km: float | None = number(
+        "redress_distance", "the distance after which both rollers are redressed to their new profile", None
+    )
+    redress_depth_um: float | None = number(
+        "redress_depth",
+        "the wear depth of either roller at which both are redressed to their new profile",
+        None,
+    )
+
+
+class RailWearSection(Section):
+    """[counterface.wear] in the field: both rails lose a stated area where the campaign's contacts wear."""
+
+    not_here: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("factor", "redress_every_km", "redress_depth_um"), _OF_RAILS
+    )
+    area_mm2_per_1000km: float = number(
+        "counterface_area_rate", "the area each rail's cross-section loses while the wheelset runs 1000 km"
+    )
+
+
+class LimitsSection(Section):
+    """[campaign.limits]: what ends the life of a wheel; results hold the distance at which each is met."""
+
+    depth_mm: float | None = number("max_wear_depth", "the largest wear depth", None)
+    flange_height_mm: float | None = number("flange_height", "the largest flange height Sh", None)
+    flange_thickness_mm: float | None = number("flange_thickness", "the least flange thickness Sd", None)
+    flange_gradient_mm: float | None = number("flange_gradient", "the least flange gradient qR", None)
+    hollowing_mm: float | None = number("hollowing", "the largest hollowing of the tread", None)
+    conicity: float | None = number("equivalent_conicity", "the largest equivalent conicity", None)
+    damage: float | None = number(
+        "fatigue_damage", "the largest fatigue damage by a law that counts cycles (wlrm)", None
+    )
+    diameter_mm: float | None = number("wheel_diameter", "the least wheel diameter after reprofiling", None)
+    end: bool = Field(False, description="whether the campaign ends at the first limit that is met")
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The limits by the variable of the result file [SI]."""
+        given = {name: getattr(self, key) for name, key in LIMIT_KEYS.items()}
+        return {
+            name: limit / QUANTITIES[name].shown_factor for name, limit in given.items() if limit is not None
+        }
+
+
+LIMIT_KEYS: Mapping[str, str] = {
+    "max_wear_depth": "depth_mm",
+    "flange_height": "flange_height_mm",
+    "flange_thickness": "flange_thickness_mm",
+    "flange_gradient": "flange_gradient_mm",
+    "hollowing": "hollowing_mm",
+    "equivalent_conicity": "conicity",
+    "fatigue_damage": "damage",
+    "wheel_diameter": "diameter_mm",
+}
+"""Key of the scene by variable of the result file, for each of `results.limits.LIMITED`."""
+
+
+class ReprofilingSection(Section):
+    """[campaign.reprofiling]: both wheels are reprofiled to one diameter, with the least loss of it.
+
+    With `damage` among `at_limits` and a crack depth, that includes the material cracks run through.
+    """
+
+    at_limits: Annotated[tuple[str, ...], Strict(False)] = Field(
+        (), description="the keys of [campaign.limits] at which the wheels are reprofiled instead of worn on"
+    )
+    at_km: Annotated[tuple[Annotated[float, Field(**range_of("distance"))], ...], Strict(False)] = Field(
+        (), description="the distances at which they are reprofiled", json_schema_extra={"unit": "km"}
+    )
+    profile: Text | None = words("the profile they get, by default that of [wheelset]", None)
+    cut_mm: float = number("least_cut", "the least depth that the lathe takes everywhere", 0.0)
+
+
+class CampaignSection(Section):
+    """[campaign]: how far, and in which steps."""
+
+    distance_km: float = number("distance", "the distance of the campaign")
+    max_step_depth_um: float = number("depth_cap", "the largest wear depth of one step", 8.0)
+    first_step_depth_um: float | None = number(
+        "first_depth",
+        "the largest wear depth of the first step and of that after a reprofiling, doubled from step to step",
+        None,
+    )
+    stability: float = number("stability_number", "the limit of the stability number S", 0.4)
+    smoothing_wavelength_mm: float = number(
+        "smoothing_wavelength", "the wavelength that smoothing halves, 0 for none", 2.5
+    )
+    integrator: Literal["heun", "euler", "semi_implicit"] = Field(
+        "heun", description="the rule that combines wear rates"
+    )
+    error_tolerance_um: float = number(
+        "step_error", "the largest estimated error of the depth of one step, of wheels and counterface", 1.0
+    )
+    point_spacing_mm: float = number("point_spacing", "the spacing of the profile's points", 0.25)
+    max_step_km: float | None = number("step_length", "the longest step", None)
+    limits: LimitsSection | None = None
+    reprofiling: ReprofilingSection | None = None
+
+
+@dataclass(frozen=True)
+class ReprofilingRules:
+    """When the wheels are reprofiled.
+
+    Parameters
+    ----------
+    limits : tuple of str
+        Measures whose limit leads to reprofiling. With fatigue damage among them, every reprofiling removes
+        all cracks of known depth.
+    places : tuple of float
+        Distances of reprofiling [m].
+    cut : float
+        Least depth of cut over the whole profile [m].
+    """
+
+    limits: tuple[str, ...] = ()
+    places: tuple[float, ...] = ()
+    cut: float = 0.0
+
+
+@dataclass(frozen=True)
+class ControlSettings:
+    """Distance of a campaign and length of its steps.
+
+    Parameters
+    ----------
+    distance : float
+        Distance to run [m].
+    depth_cap : float
+        Largest wear depth of one step, after smoothing [m].
+    stability : float
+        Limit of S = sum of depth over interpenetration in one step [-]; below 1 the explicit update is
+        monotone, from 2 on it oscillates.
+    smoothing_wavelength : float
+        Wavelength whose amplitude in the wear increment is halved; 0 = no smoothing [m].
+    integrator : str
+        Name in the registry of `campaign.step`.
+    max_step : float
+        Longest step [m].
+    error_tolerance : float
+        Largest estimated error of the depth of one step, after smoothing; steps above it are repeated
+        shorter. Infinite = not estimated [m].
+    first_depth : float
+        Largest wear depth of the first step and of the first after reprofiling or redressing; it doubles from
+        step to step up to `depth_cap` [m].
+    limits : tuple of (str, float)
+        Limits of measures, by variable of the result file [SI].
+    end_at_limit : bool
+        Whether the campaign ends with the step in which the first limit is met; limits of reprofiling do not
+        end it.
+    reprofiling : ReprofilingRules or None
+        When the wheels are reprofiled.
+    """
+
+    distance: float
+    depth_cap: float
+    stability: float
+    smoothing_wavelength: float
+    integrator: str
+    max_step: float = math.inf
+    error_tolerance: float = math.inf
+    first_depth: float = math.inf
+    limits: tuple[tuple[str, float], ...] = ()
+    end_at_limit: bool = False
+    reprofiling: ReprofilingRules | None = None
+
+
+@dataclass(frozen=True)
+class CounterfaceWear:
+    r"""Wear of rollers by the wheels' law, or of rails at a stated rate.
+
+    Parameters
+    ----------
+    factor : float
+        Depth per passage of a roller over that of the wheel in the same contact [-]; 0 for a rail.
+    radius : float
+        Of the rollers at their profile's top [m]; infinite for a rail.
+    area_rate : float
+        Area of its cross-section that each rail loses per distance the wheelset runs [m2/m]; 0 for rollers.
+    redress_distance : float
+        Distance after which both rollers are redressed to their new profile [m].
+    redress_depth : float
+        Wear depth of either roller at which both are redressed [m].
+
+    Notes
+    -----
+    A roller of radius :math:`s_0` passes under its wheel once in :math:`2 \pi s_0` of running, whatever the
+    local radius; the distance run is that of its profile top. A rail is passed by other wheels as well: its
+    loss is given, and the contacts of the campaign distribute it.
+    """
+
+    factor: float = 0.0
+    radius: float = math.inf
+    area_rate: float = 0.0
+    redress_distance: float = math.inf
+    redress_depth: float = math.inf
+
+    def passages(self, area: float) -> float:
+        """Return the passages per metre run by which the depth per passage of the wheel is multiplied.
+
+        Parameters
+        ----------
+        area : float
+            Area of the wheel's cross-section removed in one passage of the collective [m2].
+
+        Returns
+        -------
+        float
+            With the factor of a roller [1/m].
+        """
+        if self.area_rate == 0.0:
+            return self.factor / (2.0 * math.pi * self.radius)
+        return self.area_rate / area if area > 0.0 else 0.0
