@@ -294,7 +294,7 @@ def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
     reason = words[: match.start()] if match else words
     place = f" in column {match[2]}" if match and match[2] else " at the end of the file" if match else ""
     reason = reason[:1].lower() + reason[1:]
-    if not isinstance(error, tomllib.TOMLDecodeError):  # a number that Python refuses to read
+    if not isinstance(error, tomllib.TOMLDecodeError):  # a number that Python does not read
         return Fault(f"not valid TOML: {reason}", file)
     return Fault(f"not valid TOML: {reason}{place}; write one `key = value` per line", file, line)
 

@@ -281,8 +281,10 @@ def test_what_spreadsheets_write_is_read(content, table, run):
     code, out, err = run("--table", table(content))
     assert code == 0
     empty = b"\n,,," in content
-    told = "1 rows of empty cells are left out, the first is line 3; a row of defaults needs one value"
-    assert err == (f"{table(content)}: {told}\n" if empty else "")
+    printed_text = (
+        "1 rows of empty cells are left out, the first is line 3; a row of defaults needs one value"
+    )
+    assert err == (f"{table(content)}: {printed_text}\n" if empty else "")
     assert [(row["shift_mm"], row["name"]) for row in rows(out)] == [("1", "a"), ("2", "b")]
 
 
@@ -327,11 +329,11 @@ def test_standard_input_is_a_table(run, monkeypatch, table):
     assert run("--table", "-")[2].startswith("stdin:2: shift_mm = x")
 
 
-@pytest.mark.parametrize(("name", "told"), [("missing.csv", "cannot be read"), (".", "is a folder")])
-def test_a_table_that_cannot_be_read(name, told, tmp_path, run):
+@pytest.mark.parametrize(("name", "printed_text"), [("missing.csv", "cannot be read"), (".", "is a folder")])
+def test_a_table_that_cannot_be_read(name, printed_text, tmp_path, run):
     code, out, err = run("--table", str(tmp_path / name))
     assert (code, out) == (2, "")
-    assert told in err
+    assert printed_text in err
     assert err.count("\n") == 1
 
 
@@ -373,8 +375,8 @@ def test_garbage_is_never_a_traceback(columns, body, noise, quoted, tmp_path_fac
     assert "internal error" not in captured.err
     assert code in (0, 2, 3)
     assert captured.err or code == 0
-    told = [line for line in captured.err.splitlines() if line.startswith(f"{path}:")]
-    assert told == captured.err.splitlines()
+    printed_text = [line for line in captured.err.splitlines() if line.startswith(f"{path}:")]
+    assert printed_text == captured.err.splitlines()
     for row in rows(captured.out):
         numbers = [float(row[name]) for name in RESULT_COLUMNS if row[name] != ""]
         assert np.all(np.isfinite(numbers))

@@ -113,7 +113,7 @@ def test_doubts_of_the_comparison_are_told_in_table_and_notes(folder, capsys):
 
 
 def test_notes_of_a_row_are_those_of_the_file_alone(folder, capsys):
-    """What is found out beside reading is told, too: headers that differ, a stale Sd."""
+    """Results of the comparison of files are listed, too: headers that differ, a stale Sd."""
     text = (folder / "wheel_worn_right.whl").read_text()
     (folder / "old.whl").write_text(text.replace("CarNo=1", "CarNo=7\nSd=25.1"))
     row = rows_of(

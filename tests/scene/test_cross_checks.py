@@ -17,7 +17,7 @@ COMPARE = (DATA / "scene_compare.toml").read_text()
 
 
 @pytest.mark.parametrize(
-    ("text", "old", "new", "told"),
+    ("text", "old", "new", "output"),
     [
         (RIG, '"S1002"', '"S1003"', "neither a file nor a shipped wheel profile"),
         (RIG, '"60E1"', '"S1002"', "'S1002' is a wheel profile"),
@@ -40,11 +40,11 @@ COMPARE = (DATA / "scene_compare.toml").read_text()
     ],
 )
 def test_files_and_cross_checks_are_told_with_their_line(
-    folder, text, old, new, told, changed, faults_of, line_with
+    folder, text, old, new, output, changed, faults_of, line_with
 ):
     (fault,) = faults_of(changed(text, (old, new)))
     assert fault.startswith(f"scene.toml:{line_with(text, old)}: ")
-    assert told in fault
+    assert output in fault
 
 
 def test_semi_implicit_steps_need_a_model_with_interpenetration(folder, changed, faults_of, line_with):

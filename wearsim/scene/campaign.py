@@ -137,7 +137,7 @@ class ReprofilingRules:
     Parameters
     ----------
     limits : tuple of str
-        Measures whose limit leads to reprofiling. With fatigue damage among them, every reprofiling removes
+        Measures whose limit is one of reprofiling. With fatigue damage among them, every reprofiling removes
         all cracks of known depth.
     places : tuple of float
         Distances of reprofiling [m].

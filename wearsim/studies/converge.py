@@ -22,8 +22,8 @@ from wearsim.scene.overrides import Override
 FOLDER = "converge"
 TABLE = "convergence.json"
 MEASURES = ("flange_thickness", "flange_height", "max_wear_depth", "worn_area", "equivalent_conicity")
-BELOW = ("counterface_max_wear_depth", "counterface_worn_area")
-"""Further ones of rails or rollers that wear."""
+COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area")
+"""Further measures of rails or rollers that wear."""
 
 _FINEST_SPACING_MM, _MOST_CELLS, _MOST_POSITIONS, _LONGEST_WAVE_MM = 0.05, 400, 200, 50.0
 
@@ -221,7 +221,7 @@ def _end(path: Path) -> dict[str, Any]:
     """
     with open_results(path) as data:
         row = last_worn_row(data)
-        names = (*MEASURES, *(name for name in BELOW if name in data))
+        names = (*MEASURES, *(name for name in COUNTERFACE_MEASURES if name in data))
         last = {name: data[name].values[row].reshape(-1).tolist() for name in names}
         first = {name: data[name].values[0].reshape(-1).tolist() for name in names}
         return {

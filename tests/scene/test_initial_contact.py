@@ -15,7 +15,7 @@ RIG = (Path(__file__).parents[1] / "data/scene_rig.toml").read_text()
 
 
 def test_the_grid_of_the_scene_is_the_one_that_is_tried(folder, changed):
-    """The half-space needs 8 cells along a strip: told before the run, as with 7 strips."""
+    """The half-space needs 8 cells along a strip: a fault before the run, as with 7 strips."""
     for key in ("cells", "strips"):
         for count in (7, 8):
             grid = {"cells": 10, "strips": 10, key: count}
