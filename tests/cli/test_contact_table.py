@@ -13,9 +13,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from wearsim.cli import contact, main
+from wearsim.cli import main
 from wearsim.errors import ContactError, NumericalError
-from wearsim.studies import contact_points
+from wearsim.studies import contact_table
 from wearsim.studies.contact_flags import COLUMNS
 from wearsim.studies.contact_table import RESULT_COLUMNS
 
@@ -90,7 +90,7 @@ def test_three_hundred_rows_in_one_call(table, run):
 def test_windows_do_not_show_in_the_output(table, run, monkeypatch):
     path = table(TABLE)
     whole = run("--table", path)
-    monkeypatch.setattr(contact, "_WINDOW", 2)
+    monkeypatch.setattr(contact_table, "_WINDOW", 2)
     assert run("--table", path) == whole
 
 
@@ -162,7 +162,7 @@ def test_rows_that_fail_leave_the_others_the_bits_they_have_alone(table, run):
 
 def test_the_exit_code_is_that_of_the_worst_row(table, run, monkeypatch):
     answers = iter([ContactError("no touch", 0), NumericalError("no convergence", 1), ContactError("edge")])
-    monkeypatch.setattr(contact_points, "solve_points", lambda points: [next(answers) for _ in points])
+    monkeypatch.setattr(contact_table, "solve_points", lambda points: [next(answers) for _ in points])
     code, out, err = run("--table", table("shift_mm\n0\n1\n2\n"))
     assert code == 3
     assert out.count("\n") == 1  # the header

@@ -81,9 +81,12 @@ def test_json_of_the_command(capsys):
 @pytest.mark.parametrize(
     ("flags", "message"),
     [
-        (["--grids", "3,x"], ["--grids = 3 must be a whole number in 5 .. 200", "--grids = x must be"]),
+        (
+            ["--grids", "3,x"],
+            ["--grids = 3 must be a whole number, at least 5 and at most 200", "--grids = x must be"],
+        ),
         (["--grids", "50", "--reference-grid", "40"], ["--reference-grid = 40 must be at least the finest"]),
-        (["--points", "0"], ["--points = 0 must be a whole number in 1 .. 500"]),
+        (["--points", "0"], ["--points = 0 must be a whole number, at least 1 and at most 500"]),
     ],
 )
 def test_wrong_flags_are_told_all_at_once(flags, message, capsys):

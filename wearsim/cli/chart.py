@@ -6,7 +6,7 @@ import argparse
 import math
 from typing import Any
 
-from wearsim.cli import Commands, add_command
+from wearsim.cli import Commands, add_command, whole
 
 
 def add_parser(commands: Commands) -> None:
@@ -69,20 +69,18 @@ def _numbers(arguments: argparse.Namespace) -> tuple[list[int], int, int, list[s
     """Numbers of the flags, and all that is wrong with them."""
     faults: list[str] = []
 
-    def whole(flag: str, text: str, low: int, high: int) -> int:
+    def number(flag: str, text: str, low: int, high: int) -> int:
         try:
-            value = int(text)
-        except ValueError:
-            value = low - 1
-        if not low <= value <= high:
-            faults.append(f"--{flag} = {text} must be a whole number in {low} .. {high}")
-        return value
+            return whole(low, high, text)
+        except argparse.ArgumentTypeError as error:
+            faults.append(f"--{flag} = {error}")
+            return 0
 
-    grids = [whole("grids", text.strip(), 5, 200) for text in arguments.grids.split(",")]
-    reference = whole("reference-grid", arguments.reference_grid, 10, 400)
+    grids = [number("grids", text.strip(), 5, 200) for text in arguments.grids.split(",")]
+    reference = number("reference-grid", arguments.reference_grid, 10, 400)
     if not faults and reference < max(grids):
         faults.append(f"--reference-grid = {reference} must be at least the finest of --grids, {max(grids)}")
-    points = whole("points", arguments.points, 1, 500)
+    points = number("points", arguments.points, 1, 500)
     return sorted(set(grids)), reference, points, faults
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearsim.cli import Commands, add_command
+from wearsim.cli import Commands, add_command, whole
 
 if TYPE_CHECKING:
     from wearsim.scene import SweepScene
@@ -41,18 +42,10 @@ def add_parser(commands: Commands) -> None:
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--case", metavar="K", type=int, help="run case K only, counted from 1 (job arrays)")
     what.add_argument("--list", action="store_true", help="show and check the cases; run nothing")
-    parser.add_argument("--jobs", metavar="N", type=_jobs, help="processes (default: one per core)")
+    parser.add_argument(
+        "--jobs", metavar="N", type=partial(whole, 1, 1024), help="processes (default: one per core)"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON")
-
-
-def _jobs(text: str) -> int:
-    try:
-        jobs = int(text)
-    except ValueError:
-        jobs = 0
-    if not 1 <= jobs <= 1024:
-        raise argparse.ArgumentTypeError(f"{text} must be a whole number, at least 1 and at most 1024")
-    return jobs
 
 
 def execute(arguments: argparse.Namespace) -> int:

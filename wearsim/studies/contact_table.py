@@ -5,13 +5,15 @@ from __future__ import annotations
 import csv
 import difflib
 import io
+import itertools
+import json
 import sys
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TextIO
 
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import ContactError, Fault, SceneError
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import is_file
 from wearsim.profile.inspection.inputs import placement_notes, read_input
@@ -24,9 +26,14 @@ from wearsim.studies.contact_points import (
     profile_faults,
     rail_profile,
     request_of,
+    solve_points,
+    texts_of,
     wheel_profile,
 )
 from wearsim.toml_faults import text_of
+
+_WINDOW = 64
+"""Rows of a table solved and written together; the memory a table takes does not grow beyond them."""
 
 _LONGEST_LINE = 1_000_000  # characters; longer ones are no table of operating points
 _MOST_FAULTS = 100  # lines of one message; a wrong unit would fault every row of a long table
@@ -419,3 +426,36 @@ def _stand(rail: str, inclination: float) -> str | None:
     """How a measured rail is put into the track, None for standard shapes."""
     lines = placement_notes(read_input(rail, "rail"), inclination) if is_file(rail) else ()
     return lines[0] if lines else None
+
+
+def solved_rows(table: Table, flags: Mapping[str, str]) -> Iterator[tuple[Row, PointResult | ContactError]]:
+    """Rows with their solutions, or why they have none; solved a window at a time."""
+    rows = table.rows()
+    while window := list(itertools.islice(rows, _WINDOW)):
+        requests = [request_of(flags, row.given)[0] for row in window]
+        yield from zip(window, solve_points(requests), strict=True)
+
+
+def write_csv(
+    table: Table, flags: Mapping[str, str], results: Iterator[tuple[Row, PointResult]], stream: TextIO
+) -> None:
+    """Write a line per patch: what was given, and `RESULT_COLUMNS`."""
+    # flags given with the table become columns, too: the output holds all that was not a default
+    stated = ("side", "roll", "normal", "tangential")
+    columns = list(dict.fromkeys([*table.kept, *flags, *stated, *RESULT_COLUMNS]))
+    writer = csv.DictWriter(stream, columns, restval="", extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    for row, result in results:
+        given = texts_of(flags, row.given) | row.carried
+        writer.writerows(given | cells for cells in result_cells(result, row.line))
+        stream.flush()
+
+
+def write_json(results: Iterator[tuple[Row, PointResult]], stream: TextIO) -> None:
+    """Write all points as one JSON value."""
+    between = "\n"
+    stream.write('{"points": [')
+    for row, result in results:
+        stream.write(between + json.dumps(as_json(result, row.line, row.carried)))
+        between = ",\n"
+    stream.write("\n]}\n")
