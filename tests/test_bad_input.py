@@ -202,7 +202,7 @@ BAD_PROFILES = {
     "metres": (
         "\n".join(f"{y / 1000},{-y / 40000}" for y in range(-30, 60)),
         None,
-        ["fits no unit", "the width alone would fit metres", "state --units"],
+        ["fits no unit", "the width alone would fit m", "state --units"],
     ),
     "empty": ("", None, ["0 points are too few"]),
 }

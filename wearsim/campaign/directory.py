@@ -8,14 +8,14 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import filelock
 
-from wearsim.campaign.record import write_atomically
+from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.errors import ResultError
 
 SCENE_FOLDER = "scene"
@@ -80,22 +80,17 @@ def locked(out: Path) -> Iterator[None]:
     ResultError
         If the directory cannot be made or written, or another run holds the lock.
     """
-    try:
+    with readable_errors(f"{out} cannot be made a run directory"):
         out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ResultError(
-            f"{out} cannot be made a run directory: {error.strerror}; choose another --out"
-        ) from error
     lock = filelock.FileLock(out / _LOCK, timeout=_PATIENCE)
-    try:
-        lock.acquire()
-    except filelock.Timeout:
-        raise ResultError(
-            f"another wearsim run works in {out}; wait for it (see `wearsim status {out}`) "
-            f"or choose another --out"
-        ) from None
-    except OSError as error:
-        raise ResultError(f"{out} cannot be written: {error.strerror}; choose another --out") from error
+    with readable_errors(f"{out} cannot be written"):
+        try:
+            lock.acquire()
+        except filelock.Timeout:  # an OSError, too
+            raise ResultError(
+                f"another wearsim run works in {out}; wait for it (see `wearsim status {out}`) "
+                f"or choose another --out"
+            ) from None
     try:
         yield
     finally:
@@ -110,12 +105,10 @@ def require_own_directory(out: Path) -> None:
     out : Path
         Intended run directory; need not exist.
     """
-    try:
+    with readable_errors(f"{out} cannot be read"):
         if is_claimed(out) or not out.is_dir():
             return
         present = [name for name in _OURS if (out / name).exists()]
-    except OSError as error:
-        raise ResultError(f"{out} cannot be read: {error.strerror}; choose another --out") from error
     if present:
         raise ResultError(
             f"{out} already holds {', '.join(present)} but no {SCENE_FOLDER}/{MANIFEST}: not a run "
@@ -153,18 +146,15 @@ def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
         return manifest
     manifest = Manifest(scene.main, scene.hashes, command)
     temporary = out / f".{SCENE_FOLDER}.tmp"
-    try:
+    with readable_errors(f"{folder} cannot be written"):
         if temporary.exists():  # of a start that was killed here
             shutil.rmtree(temporary)
         for name, content in scene.files.items():
             path = temporary / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
-        text = json.dumps({"main": manifest.main, "hashes": manifest.hashes, "command": command}, indent=2)
-        write_atomically(temporary / MANIFEST, text.encode())
+        write_atomically(temporary / MANIFEST, json.dumps(asdict(manifest), indent=2).encode())
         os.replace(temporary, folder)
-    except OSError as error:
-        raise ResultError(f"{folder} cannot be written: {error.strerror}; choose another --out") from error
     return manifest
 
 

@@ -350,14 +350,10 @@ def _padded(solution: ContactSolution, strips: int, cells: int) -> ContactSoluti
     further = cells - fields_.pressure.shape[1]
     centre = patch.y[:, -1:] + patch.width[:, None] * np.arange(1, more + 1)
 
-    def empty(value: FloatArray) -> FloatArray:
-        return np.pad(value, [(0, 0)] * (value.ndim - 1) + [(0, more)])
+    cells_and_strips = [(0, 0), (0, further), (0, more)]
 
     def same(value: FloatArray) -> FloatArray:
         return np.pad(value, [(0, 0), (0, more)], mode="edge")
-
-    def field_(value: FloatArray) -> FloatArray:
-        return np.pad(value, [(0, 0), (0, further), (0, more)])
 
     return replace(
         solution,
@@ -368,13 +364,13 @@ def _padded(solution: ContactSolution, strips: int, cells: int) -> ContactSoluti
             y=np.concatenate([patch.y, centre], axis=1),
             x_lead=same(patch.x_lead),
             x_trail=np.concatenate([patch.x_trail, np.repeat(patch.x_lead[:, -1:], more, axis=1)], axis=1),
-            pressure_slope=empty(patch.pressure_slope),
-            interpenetration=empty(patch.interpenetration),
+            pressure_slope=np.pad(patch.pressure_slope, [(0, 0), (0, more)]),
+            interpenetration=np.pad(patch.interpenetration, [(0, 0), (0, more)]),
             grid=None,
         ),
         fields=replace(
             fields_,
-            **{name: field_(getattr(fields_, name)) for name in _CELL_FIELDS},
+            **{name: np.pad(getattr(fields_, name), cells_and_strips) for name in _CELL_FIELDS},
             x_lead=same(fields_.x_lead),
             cell_length=same(fields_.cell_length),
         ),

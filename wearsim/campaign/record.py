@@ -16,7 +16,8 @@ import os
 import shutil
 import time
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,15 @@ from wearsim.quantities import QUANTITIES
 from wearsim.results import ROW, Header, append, create, open_results, row_count, row_names, verify
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
 from wearsim.results.older import RENAMED
+
+
+@contextmanager
+def readable_errors(what: str, advice: str = "choose another --out") -> Iterator[None]:
+    """Raise a ResultError with the reason and advice where the operating system fails."""
+    try:
+        yield
+    except OSError as error:
+        raise ResultError(f"{what}: {error.strerror}; {advice}") from error
 
 
 def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> None:
@@ -48,18 +58,13 @@ def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> Non
         If the disk is full or the directory is not writable.
     """
     temporary = path.with_name(f".{path.name}.tmp")
-    try:
-        with open(temporary, "wb") as file:
-            file.write(content)
-            if durable:
-                file.flush()
-                os.fsync(file.fileno())
+    advice = "finished steps are safe, make room or give write access and run the same command again"
+    with readable_errors(f"{path} cannot be written", advice), open(temporary, "wb") as file:
+        file.write(content)
+        if durable:
+            file.flush()
+            os.fsync(file.fileno())
         os.replace(temporary, path)
-    except OSError as error:
-        raise ResultError(
-            f"{path} cannot be written: {error.strerror}; finished steps are safe, make room or "
-            f"give write access and run the same command again"
-        ) from error
 
 
 @dataclass(frozen=True)
@@ -105,12 +110,8 @@ class Records:
         # one array for all values is faster than fifty small ones
         values = np.frombuffer(payload, np.uint8)
         np.savez(buffer, allow_pickle=False, label=label, digest=digest, payload=values)
-        try:
+        with readable_errors(f"{self.folder} cannot be made"):
             self.folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise ResultError(
-                f"{self.folder} cannot be made: {error.strerror}; choose another --out"
-            ) from error
         write_atomically(self.path(index), buffer.getvalue())
 
     def read(self, index: int) -> tuple[dict[str, np.ndarray], str] | None:
