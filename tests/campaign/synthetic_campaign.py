@@ -125,8 +125,8 @@ class SyntheticEvolution:
 if __name__ == "__main__":
     from wearsim.campaign.run import run_evolution
 
-    def tell(event: object) -> None:
+    def show(event: object) -> None:
         sys.stdout.write(f"{event.kind} {event.step}\n")  # type: ignore[attr-defined]
         sys.stdout.flush()
 
-    run_evolution(SyntheticEvolution(int(sys.argv[2]), float(sys.argv[3])), Path(sys.argv[1]), "rig", tell)
+    run_evolution(SyntheticEvolution(int(sys.argv[2]), float(sys.argv[3])), Path(sys.argv[1]), "rig", show)

@@ -1,4 +1,4 @@
-"""Campaigns with limits: told where they are met, ended there if the scene says so."""
+"""Campaigns with limits: where they are met, and that they end there if the scene says so."""
 
 from dataclasses import dataclass, replace
 

@@ -114,11 +114,11 @@ def test_points_that_the_sample_leaves_out_count_by_a_fast_model(rig):
     kinds = np.array([0, 0, 1, 1])
 
     def differences(points, classes, models, reference, collective=None):
-        (found,) = judge(
+        (evidence,) = judge(
             [models], reference, state, points, setup_of(rig),
             smoothing_wavelength=rig.control.smoothing_wavelength, point_class=classes, collective=collective,
         )  # fmt: skip
-        return found
+        return evidence
 
     collective = Collective(points, kinds, (bridge,), (fast, bridge))
     own = np.array([0, 1])
@@ -128,10 +128,10 @@ def test_points_that_the_sample_leaves_out_count_by_a_fast_model(rig):
     assert alone.depth_error != pytest.approx(whole.depth_error, rel=0.1)
     assert estimate.depth_error == pytest.approx(whole.depth_error, rel=0.1)
     # the fast model's own difference on the sample is all that is known of it there
-    found = differences(halves, own, bridge, truth, collective)
+    close = differences(halves, own, bridge, truth, collective)
     only = differences(halves, own, bridge, truth)
-    scale = np.abs(found.difference).max() / np.abs(only.difference).max()  # over another largest depth
-    np.testing.assert_allclose(found.difference, scale * only.difference, rtol=0.0, atol=1e-9)  # rounding
+    scale = np.abs(close.difference).max() / np.abs(only.difference).max()  # over another largest depth
+    np.testing.assert_allclose(close.difference, scale * only.difference, rtol=0.0, atol=1e-9)  # rounding
 
 
 TWELVE = CONE.replace(CONE[CONE.index("[[operation") :], "").replace('"1in40"', '"S1002"') + "".join(
@@ -175,8 +175,8 @@ def test_a_model_that_refuses_one_point_of_all_is_not_taken(twelve, monkeypatch)
     verdict = choose.choice(tight, state)
     taken = {choose.candidates(tight.models)[place].normal for place in verdict.choice.models}
     assert bridge not in taken
-    told = {one.models.normal: one.message for one in verdict.evidence}
-    assert told.get(bridge, "point 7: no contact for strips") == "point 7: no contact for strips"
+    messages = {one.models.normal: one.message for one in verdict.evidence}
+    assert messages.get(bridge, "point 7: no contact for strips") == "point 7: no contact for strips"
     assert verdict.choice.error <= 0.15
 
 
@@ -249,11 +249,11 @@ def test_a_campaign_with_chosen_models_runs_resumes_and_keeps_its_choice(tmp_pat
 def test_choice_and_given_models_exclude_each_other(tmp_path):
     text = Path("workflows/rig.toml").read_text().replace("[contact]\n", '[contact]\nmodel = "auto"\n')
     (tmp_path / "both.toml").write_text(text)
-    with pytest.raises(SceneError) as refused:
+    with pytest.raises(SceneError) as caught:
         load_scene(tmp_path / "both.toml")
-    told = str(refused.value)
+    message = str(caught.value)
     for key in ("normal", "tangential", "strips", "cells"):
-        assert f'{key} and model = "auto" exclude each other' in told
+        assert f'{key} and model = "auto" exclude each other' in message
     (tmp_path / "alone.toml").write_text(text.replace('model = "auto"', "tolerance = 0.1"))
     with pytest.raises(SceneError, match=r'tolerance = 0\.1 is for model = "auto"'):
         load_scene(tmp_path / "alone.toml")
@@ -325,15 +325,15 @@ def test_costs_are_those_of_the_committed_chart():
 @pytest.mark.parametrize("count", [1, 2, 10])
 def test_every_class_that_is_named_has_a_point_in_the_sample(rig, count):
     """However small the sample is, of the 4 points that act and 9 that only monitor."""
-    found = choose.sample_of(rig, WheelsetEvolution(rig).start()[0], count)
-    assert np.bincount(found.point_class[found.index]).max() <= count
-    assert set(found.point_class[found.index]) == set(found.point_class)
+    part = choose.sample_of(rig, WheelsetEvolution(rig).start()[0], count)
+    assert np.bincount(part.point_class[part.index]).max() <= count
+    assert set(part.point_class[part.index]) == set(part.point_class)
 
 
 def test_classes_part_the_work_in_rising_order():
     """Shares 0.01, 0.09 | 0.2 | 0.3 | 0.4, and a point without weight; not in order."""
-    found = point_classes(np.array([20.0, 1.0, 40.0, 9.0, 400.0, 30.0]), np.array([1.0, 1, 1, 1, 0, 1]))
-    assert [CLASSES[k] for k in found] == ["minor", "least", "leading", "least", "leading", "major"]
+    classes = point_classes(np.array([20.0, 1.0, 40.0, 9.0, 400.0, 30.0]), np.array([1.0, 1, 1, 1, 0, 1]))
+    assert [CLASSES[k] for k in classes] == ["minor", "least", "leading", "least", "leading", "major"]
 
 
 def test_one_point_that_does_all_leads_and_so_do_all_if_none_works():
@@ -349,10 +349,10 @@ def test_the_cheapest_is_found_among_all_with_better_models_for_more_work():
     random = np.random.default_rng(6)
     difference = random.normal(0.0, 1.0, (4, 3, 2, 5)) * np.array([1.0, 0.3, 0.1, 0.0])[:, None, None, None]
     cost, count = [1.0, 1.5, 20.0, 70.0], [7, 2, 3]
-    found = set()
+    choices = set()
     for bound in (0.05, 0.2, 0.3, 0.6, 1.5, 9.0):
         chosen, error = cheapest(difference, cost, count, bound)
-        found.add(chosen)
+        choices.add(chosen)
         assert error == pytest.approx(np.abs(sum(difference[k, c] for c, k in enumerate(chosen))).max())
         assert error <= bound
         assert list(chosen) == sorted(chosen)
@@ -360,7 +360,7 @@ def test_the_cheapest_is_found_among_all_with_better_models_for_more_work():
         for other in np.ndindex(4, 4, 4):
             if list(other) == sorted(other) and np.dot([cost[k] for k in other], count) < price - 1e-9:
                 assert np.abs(sum(difference[k, c] for c, k in enumerate(other))).max() > bound
-    assert len(found) >= 4
+    assert len(choices) >= 4
 
 
 def test_refusing_candidates_are_not_taken_and_a_bound_nobody_keeps_is_an_error():

@@ -60,8 +60,8 @@ def test_both_forms_of_a_law_stand_side_by_side(tmp_path, evolution):
     path = run_evolution(evolution(forms), tmp_path, "rig")
     with open_results(path) as data:
         assert list(data["comparison_name"].values) == ["energy (patch mean)", "usfd"]
-        told = [str(name) for name in data["comparison_regime_name"].values]
-        assert told[:3] == ["energy (patch mean): mild", "energy (patch mean): severe", "usfd: mild"]
+        names = [str(name) for name in data["comparison_regime_name"].values]
+        assert names[:3] == ["energy (patch mean): mild", "energy (patch mean): severe", "usfd: mild"]
         mean, local = data["comparison_wear_depth"].values[-1, :, 0], data["wear_depth"].values[-1]
         assert mean.max() > 0.0
         assert abs(mean.max() / local.max() - 1.0) > 1e-3
@@ -149,16 +149,16 @@ def test_damage_of_patches_is_kept_on_the_profile(evolution):
     """Sum over rings and lengths against the sum over patches: 1e-12 of it (carried, not sampled)."""
     of = evolution(FATIGUE)
     state, _ = of.start()
-    found = of.evaluate(state)
-    setup, solution = of.setup, found.collective.solution
+    result = of.evaluate(state)
+    setup, solution = of.setup, result.collective.solution
     for k, law in enumerate(setup.fatigue):
-        strips = found.comparison.patches[k].strip_damage
+        strips = result.comparison.patches[k].strip_damage
         by_patch = (strips.sum(axis=1) * solution.fields.strip_width) * setup.points.weight[solution.point]
         assert by_patch.sum() > 0.0
         for wheel in (0, 1):
             ring = 2.0 * np.pi * (setup.wheelset.radius + state.z[wheel])
             length = vertex_lengths(state.y[wheel], state.z[wheel])
-            on_profile = (found.collective.fatigue[k][wheel] * ring * length).sum() / law.crack_width
+            on_profile = (result.collective.fatigue[k][wheel] * ring * length).sum() / law.crack_width
             here = by_patch[solution.side == wheel].sum()
             assert on_profile == pytest.approx(here, rel=1e-12, abs=1e-15)
 

@@ -57,8 +57,8 @@ def rate_of(state, solution):
     ],
 )
 def test_shortest_limit_wins(rate_of, state, depth, stability, step, reason):
-    found = largest_step(rate_of(depth, stability), state, SETTINGS)
-    assert found == (pytest.approx(step, rel=1e-12), reason)
+    result = largest_step(rate_of(depth, stability), state, SETTINGS)
+    assert result == (pytest.approx(step, rel=1e-12), reason)
 
 
 def test_remaining_distance_ends_the_campaign(rate_of, state, made_points):
@@ -99,21 +99,21 @@ def test_first_steps_are_small_and_double(rate_of, state):
 
 
 @pytest.mark.parametrize("redressed_at", [0.0, 40e3])
-def test_steps_behind_a_turning_of_the_rollers_are_small_and_double(rate_of, state, redressed_at):
+def test_steps_after_redressing_the_rollers_are_small_and_double(rate_of, state, redressed_at):
     """As at the start, long after it: 1, 2, 4 and 8 um where the rate stays as it is; 1e-12."""
     settings = replace(SETTINGS, first_depth=1e-6)
     nothing, unworn = np.zeros(2), np.zeros_like(state.y)
     new = CounterfaceState(state.y, -state.z, unworn, nothing, unworn, nothing)
-    below = replace(new, redressed_count=1, redressed_at=redressed_at)
-    state, depths = replace(state, step=70, distance=redressed_at, counterface=below), []
+    rollers = replace(new, redressed_count=1, redressed_at=redressed_at)
+    state, depths = replace(state, step=70, distance=redressed_at, counterface=rollers), []
     for _ in range(5):
         length, reason = largest_step(rate_of(8e-10), state, settings)
         depths.append(8e-10 * length)
         state = replace(state, step=state.step + 1, distance=state.distance + length)
         assert reason == "depth cap"
     np.testing.assert_allclose(depths, [1e-6, 2e-6, 4e-6, 8e-6, 8e-6], rtol=1e-12)
-    never_turned = replace(state, distance=redressed_at, counterface=new)
-    assert 8e-10 * largest_step(rate_of(8e-10), never_turned, settings)[0] == pytest.approx(8e-6, rel=1e-12)
+    unredressed = replace(state, distance=redressed_at, counterface=new)
+    assert 8e-10 * largest_step(rate_of(8e-10), unredressed, settings)[0] == pytest.approx(8e-6, rel=1e-12)
 
 
 @pytest.mark.parametrize("stability", [0.0, 5e-5, 1e-3])
@@ -197,10 +197,10 @@ class TestProgramme:
 
         # 3 km at 2.5 km allowed would leave a sliver: two steps of 1.5 km
         expected = 1.5e3 if distance == 3e3 else step
-        weight, found, reason = choose(replace(state, distance=distance), programme, rate, SETTINGS)
+        weight, result, reason = choose(replace(state, distance=distance), programme, rate, SETTINGS)
         assert np.flatnonzero(weight).tolist() == [block]
         assert weight.sum() == 1.0
-        assert found == pytest.approx(expected, rel=1e-9)
+        assert result == pytest.approx(expected, rel=1e-9)
         assert reason == ("depth cap" if distance == 3e3 else "block border")
 
     def test_every_block_gets_its_distance(self, programme, rate_of, state):

@@ -1,4 +1,4 @@
-"""Rollers and rails that wear: conservation, ratios, symmetry, turning back, the same bits after a stop."""
+"""Rollers and rails that wear: conservation, ratios, symmetry, redressing, the same bits after a stop."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -79,13 +79,13 @@ def test_strips_and_vertices_remove_the_same_area(mirror_image, solution, points
     depth = passage_depth(solution.fields, solution.area, WEAR).sum(axis=0)
     share = points.weight[solution.point] * points.environment[solution.point]
     strips = (depth * solution.fields.strip_width[:, None]).sum(axis=1) * share
-    below = mirror_image.counterface
+    rollers = mirror_image.counterface
     for side in (0, 1):
-        vertices = (result.counterface.depth[side] * vertex_lengths(below.y[side], below.z[side])).sum()
-        wanted = strips[solution.side == side].sum() * FACTOR / (2.0 * np.pi * RADIUS)
+        vertices = (result.counterface.depth[side] * vertex_lengths(rollers.y[side], rollers.z[side])).sum()
+        expected = strips[solution.side == side].sum() * FACTOR / (2.0 * np.pi * RADIUS)
         if settings is RAIL:
-            wanted = RAIL.area_rate
-        assert vertices == pytest.approx(wanted, rel=1e-12)
+            expected = RAIL.area_rate
+        assert vertices == pytest.approx(expected, rel=1e-12)
 
 
 def test_depth_of_the_roller_over_that_of_the_wheel(mirror_image, solution, points, wheelset):
@@ -102,37 +102,37 @@ def test_depth_of_the_roller_over_that_of_the_wheel(mirror_image, solution, poin
     )
     alone = accumulate(solution, points, points.weight, mirror_image, law_on(wheelset))
     ratio = FACTOR * (wheelset.radius + mirror_image.z) / RADIUS
-    below, depth = with_roller.counterface, alone.depth
+    rollers, depth = with_roller.counterface, alone.depth
     assert alone.counterface is None
     assert depth.max() > 0.0
     np.testing.assert_array_equal(with_roller.depth, depth)
-    np.testing.assert_allclose(below.depth, ratio * depth, rtol=1e-12)
+    np.testing.assert_allclose(rollers.depth, ratio * depth, rtol=1e-12)
     for name in ("stability", "damping"):
         both = (1.0 + ratio) * getattr(alone, name)
         np.testing.assert_allclose(getattr(with_roller, name), both, rtol=1e-12)
         # the roller's own sum takes r at the strips, the wheel's at the vertices
-        np.testing.assert_allclose(getattr(below, name), both, rtol=5e-3)
+        np.testing.assert_allclose(getattr(rollers, name), both, rtol=5e-3)
     assert stability_rate(with_roller) >= with_roller.stability.max()
 
 
 def test_an_undercut_head_wears_on_its_top(mirror_image, solution, points, wheelset):
     """A point below the head at either end, where y turns back: nothing changes between (rounding, 1e-9)."""
-    below = mirror_image.counterface
+    rollers = mirror_image.counterface
     ends = {"y": ([1e-3], [-1e-3]), "z": ([5e-3], [5e-3])}
     axes = {
         axis: np.stack([
-            np.concatenate((row[0] + before, row, row[-1] + after)) for row in getattr(below, axis)
+            np.concatenate((row[0] + before, row, row[-1] + after)) for row in getattr(rollers, axis)
         ])
         for axis, (before, after) in ends.items()
     }  # fmt: skip
-    undercut = replace(mirror_image, counterface=replace(below, **axes))
+    undercut = replace(mirror_image, counterface=replace(rollers, **axes))
     plain, other = (
         accumulate(solution, points, points.weight, state, law_on(wheelset, ROLLER))
         for state in (mirror_image, undercut)
     )
     for name in ("depth", "damping", "stability"):
-        value, wanted = getattr(other.counterface, name), getattr(plain.counterface, name)
-        np.testing.assert_allclose(value[:, 1:-1], wanted, rtol=1e-9, atol=1e-12 * wanted.max())
+        value, expected = getattr(other.counterface, name), getattr(plain.counterface, name)
+        np.testing.assert_allclose(value[:, 1:-1], expected, rtol=1e-9, atol=1e-12 * expected.max())
         assert not value[:, [0, -1]].any()
 
 
@@ -157,19 +157,19 @@ def test_a_step_takes_the_area_off_both(mirror_image, solution, points, wheelset
         rate_at=rate_at,
         estimate=True,
     )
-    before, below = mirror_image.counterface, after.counterface
+    before, rollers = mirror_image.counterface, after.counterface
     for side in (0, 1):
-        polygon = polygon_area_between(before.y[side], -before.z[side], below.y[side], -below.z[side])
-        assert below.worn_area[side] == pytest.approx(polygon, rel=1e-9)
+        polygon = polygon_area_between(before.y[side], -before.z[side], rollers.y[side], -rollers.z[side])
+        assert rollers.worn_area[side] == pytest.approx(polygon, rel=1e-9)
     lengths = np.stack([vertex_lengths(y, z) for y, z in zip(before.y, before.z, strict=True)])
     if integrator == "euler":
         law = step_length * (rate.counterface.depth * lengths).sum(axis=1)
-        np.testing.assert_allclose(below.worn_area, law, rtol=1e-9)
+        np.testing.assert_allclose(rollers.worn_area, law, rtol=1e-9)
     if integrator == "semi_implicit" and wavelength == 0.0:
-        both = damped(rate, step_length).sum(axis=1) + below.depth
+        both = damped(rate, step_length).sum(axis=1) + rollers.depth
         whole = step_length * (rate.depth + rate.counterface.depth)
         np.testing.assert_allclose(both, whole / (1.0 + step_length * rate.damping), rtol=0, atol=5e-9)
-    np.testing.assert_array_equal(below.last_depth, below.depth)
+    np.testing.assert_array_equal(rollers.last_depth, rollers.depth)
     assert after.step_error > 0.0
 
 
@@ -187,9 +187,9 @@ def test_two_bodies_share_a_gap(mirror_image, solution, integrator, order):
         left = np.maximum(gap - state.wear_depth - state.counterface.depth, 0.0)
         regime = np.zeros_like(state.regime_depth)
         regime[:, 0] = wheel * left
-        below = CounterfaceRate(roller * left, opens, opens)
+        rollers = CounterfaceRate(roller * left, opens, opens)
         nothing = np.zeros_like(left)
-        return WearRate(regime[:, 0], regime, nothing, opens, solution, damping=opens, counterface=below)
+        return WearRate(regime[:, 0], regime, nothing, opens, solution, damping=opens, counterface=rollers)
 
     exact = gap * (1.0 - np.exp(-(wheel + roller) * run)) / (wheel + roller)
     errors = []
@@ -219,9 +219,9 @@ def test_two_bodies_share_a_gap(mirror_image, solution, integrator, order):
 def test_points_move_into_the_counterface(mirror_image):
     """Wear of the top goes down, towards larger z, by the depth along the normal."""
     depth = np.full_like(mirror_image.y, 20e-6)
-    below = wear_off_counterface(mirror_image.counterface, depth, 0.0)
+    rollers = wear_off_counterface(mirror_image.counterface, depth, 0.0)
     level = mirror_image.y[0] > 0.0
-    moved = below.z[0][level] - mirror_image.counterface.z[0][level]
+    moved = rollers.z[0][level] - mirror_image.counterface.z[0][level]
     np.testing.assert_allclose(moved[:-2], 20e-6 * np.cos(np.arctan(0.05)), rtol=1e-6)
 
 
@@ -233,8 +233,8 @@ def test_without_wear_it_is_the_given_counterface(mirror_image, wheelset):
         np.testing.assert_array_equal(sides[side].z, mirror_image.counterface.z[side])
 
 
-def test_turning_restores_the_profile_bit_by_bit(mirror_image, wheelset):
-    """By running and by depth, whichever comes first; what was worn and turned off stays counted."""
+def test_redressing_restores_the_profile_bit_by_bit(mirror_image, wheelset):
+    """By running and by depth, whichever comes first; what was worn and redressed stays counted."""
     new = Counterface(replace(wheelset.right, z=-wheelset.right.z), 1.0 / RADIUS)
     depth = np.zeros_like(mirror_image.y)
     depth[0, 100:140], depth[1, 100:140] = 30e-6, 20e-6
@@ -275,7 +275,7 @@ def test_removed_area_is_the_time_integral_of_the_law(body, rig, field, all_stat
 
 
 def test_mirrored_scene_wears_mirrored_rollers(rig, all_states):
-    """Right and left change places, through a turning at a block's border: 1e-9 of the depth."""
+    """Right and left change places, through a redressing at a block's border: 1e-9 of the depth."""
     wear = "[counterface.wear]\nfactor = 0.8\nredress_every_km = 17"
     one, other = (all_states(rig(wear, mirrored=mirrored))[0] for mirrored in (False, True))
     assert [state.distance for state in one] == pytest.approx([state.distance for state in other])
@@ -287,7 +287,7 @@ def test_mirrored_scene_wears_mirrored_rollers(rig, all_states):
         np.testing.assert_allclose(there[::-1], depth, rtol=0, atol=1e-9 * depth.max())
 
 
-def test_small_first_steps_after_a_turning_too(rig, all_states):
+def test_small_first_steps_after_redressing_too(rig, all_states):
     """Two lives of a roller in steps up to 40 um, the first of each 5 um, against steps of 2 um throughout.
 
     Without a tolerance of the error; with small steps at the start alone, 1.8 um of 42 are missing.
@@ -301,7 +301,7 @@ def test_small_first_steps_after_a_turning_too(rig, all_states):
     assert np.abs(coarse.wear_depth - fine.wear_depth).max() < 0.5e-6
 
 
-def test_rollers_are_turned_at_the_depth_asked_for(rig, all_states):
+def test_rollers_are_redressed_at_the_given_depth(rig, all_states):
     """Steps are aimed at it: 1 % short at most, and past it only by what a step's error allows."""
     wear = "[counterface.wear]\nfactor = 3\nredress_depth_um = 10"
     states, _ = all_states(rig(wear, "distance_km = 20\nerror_tolerance_um = 0.2"))
@@ -322,21 +322,21 @@ class Stop(Exception):
 
 
 def test_stopped_and_continued_to_the_same_bits(tmp_path, rig):
-    """Stopped before rollers and wheels are turned, between the two and after; every variable of the file."""
+    """Stopped before redressing and reprofiling, between the two and after; every variable of the file."""
     campaign = "distance_km = 20\n[campaign.reprofiling]\nat_km = [12]"
     of = rig("[counterface.wear]\nfactor = 0.8\nredress_every_km = 12", campaign)
     for folder in ("whole", "parts"):
         (tmp_path / folder).mkdir()
     whole = run_evolution(WheelsetEvolution(of.setup, "wearsim run"), tmp_path / "whole", "rig")
     with open_results(whole) as data:
-        (turning,) = np.flatnonzero(np.diff(data["counterface_redressed_count"].values)) + 1
+        (redressing,) = np.flatnonzero(np.diff(data["counterface_redressed_count"].values)) + 1
         deepest = data["counterface_max_wear_depth"].values.max(axis=1)
         assert (
-            data["last_reprofiling"].values[turning + 1] == turning + 1
+            data["last_reprofiling"].values[redressing + 1] == redressing + 1
         )  # of the wheels, at the same distance
-        assert deepest[turning] > deepest[turning - 1]
-        assert deepest[turning + 1] == 0.0
-    for stop_at in (1, int(turning), int(turning) + 1):
+        assert deepest[redressing] > deepest[redressing - 1]
+        assert deepest[redressing + 1] == 0.0
+    for stop_at in (1, int(redressing), int(redressing) + 1):
 
         def stop(event, stop_at=stop_at):
             if event.kind == "step" and event.step == stop_at:

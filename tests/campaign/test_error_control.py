@@ -70,9 +70,9 @@ def test_a_killed_campaign_tries_the_same_steps(strict, tmp_path, forked):
     code = KILLED.format(step=3, scene=str(scene), out=str(tmp_path / "out"))
     process, printed = forked(code)
     with printed:
-        told = printed.read()
+        output = printed.read()
     process.join()
-    assert process.exitcode == -signal.SIGKILL, told
+    assert process.exitcode == -signal.SIGKILL, output
     (path,) = resume(tmp_path / "out")
     with netCDF4.Dataset(path) as one, netCDF4.Dataset(reference) as other:
         for file in (one, other):

@@ -57,20 +57,20 @@ def test_result_does_not_hang_on_the_first_step(evolution, all_states):
 
     Without the tolerance a first step of 0.05 mm ends 4 um off, one of 0.1 mm 6 um.
     """
-    found, rejected = {}, {}
+    result, rejected = {}, {}
     for first in (2, 50, 100, 200):
         campaign = (
             f"max_step_depth_um = 200\nfirst_step_depth_um = {first}\nstability = 1.9\nerror_tolerance_um = 1"
         )
         of = evolution(campaign, distance=240)
-        found[first] = all_states(of)[0][-1].wear_depth
+        result[first] = all_states(of)[0][-1].wear_depth
         state, _ = of.start()
         rejected[first] = of.advance(state, of.evaluate(state))[1].rejected
-    assert found[2].max() > 100e-6
+    assert result[2].max() > 100e-6
     assert rejected[2] == 0
     assert min(rejected[first] for first in (50, 100, 200)) >= 1
     for first in (50, 100, 200):
-        assert np.abs(found[first] - found[2]).max() < 0.5e-6
+        assert np.abs(result[first] - result[2]).max() < 0.5e-6
 
 
 SETTINGS = ControlSettings(

@@ -108,20 +108,20 @@ def test_wear_and_fatigue_are_the_sums_of_those_solved_apart(rig, state, mixed, 
 def test_points_without_weight_are_left_out(rig, state, mixed):
     weight = rig.points.weight.copy()
     weight[0] = 0.0
-    found = rate(state, rig.points, weight, replace(setup_of(rig), models=mixed))
+    result = rate(state, rig.points, weight, replace(setup_of(rig), models=mixed))
     solution = solved(rig, state, rig.points, mixed)
     whole = accumulate(solution, rig.points, weight, state, setup_of(rig))
-    np.testing.assert_allclose(found.depth, whole.depth, rtol=1e-11, atol=1e-14 * whole.depth.max())
+    np.testing.assert_allclose(result.depth, whole.depth, rtol=1e-11, atol=1e-14 * whole.depth.max())
 
 
 def test_the_half_space_points_alone_bound_a_step_by_their_pressure(rig, state, mixed):
     """Virtual penetration is bounded by its stability number, also beside a half-space."""
     weight = rig.points.weight
-    found = rate(state, rig.points, weight, replace(setup_of(rig), models=mixed))
-    limit = control.half_space_depth_limit(found, weight, rig.models, 1e-4, 2e-3)
-    mine = np.isin(found.solution.point, np.flatnonzero(mixed.place == 1))
+    result = rate(state, rig.points, weight, replace(setup_of(rig), models=mixed))
+    limit = control.half_space_depth_limit(result, weight, rig.models, 1e-4, 2e-3)
+    mine = np.isin(result.solution.point, np.flatnonzero(mixed.place == 1))
     modulus = rig.models.youngs_modulus / (2.0 * (1.0 - rig.models.poisson_ratio**2))
-    assert limit == pytest.approx(found.solution.max_pressure[mine].min() / modulus * 1e-3, rel=1e-12)
+    assert limit == pytest.approx(result.solution.max_pressure[mine].min() / modulus * 1e-3, rel=1e-12)
 
 
 def test_a_refusal_names_its_point_of_the_collective(rig, state):

@@ -107,9 +107,9 @@ def test_sigkill_at_random_moments_loses_no_finished_step(synthetic, tmp_path, u
             process.kill()
             lines += printed.read().splitlines()
         process.join()
-        told = [int(line.split()[1]) for line in lines if line.startswith(("resumed", "step", "complete"))]
-        assert not told or told[0] >= reached
-        reached = max([reached, *told])
+        output = [int(line.split()[1]) for line in lines if line.startswith(("resumed", "step", "complete"))]
+        assert not output or output[0] >= reached
+        reached = max([reached, *output])
     path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
     assert_same_bits(path, uninterrupted)
     assert_tidy(tmp_path)
@@ -145,9 +145,9 @@ def test_sigkill_in_the_middle_of_an_append(synthetic, tmp_path, uninterrupted, 
     code = KILL_INSIDE.format(folder=str(PROGRAM.parent), cut=cut, sync=sync, steps=STEPS, out=str(tmp_path))
     process, printed = forked(code)
     with printed:
-        told = printed.read()
+        output = printed.read()
     process.join()
-    assert process.exitcode == -signal.SIGKILL, told
+    assert process.exitcode == -signal.SIGKILL, output
     events = []
     path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
     assert events[0].kind == "resumed"
@@ -165,8 +165,8 @@ def test_ctrl_c_leaves_whole_rows_and_a_status(tmp_path, synthetic, uninterrupte
         rest = printed.read()
     process.join()
     assert process.exitcode != 0
-    told = [int(line.split()[1]) for line in rest.splitlines() if line.startswith("step")]
-    last = max([3, *told])
+    output = [int(line.split()[1]) for line in rest.splitlines() if line.startswith("step")]
+    last = max([3, *output])
     assert last < STEPS
     assert row_count(tmp_path / "rig.nc") == last + 1
     assert read_row(tmp_path / "rig.nc", last)["distance"] == last * 1000.0
@@ -389,10 +389,10 @@ def test_writes_that_fail_keep_the_finished_steps_and_tell_what_to_do(
         lines = printed.read().splitlines()
     process.join()
     assert process.exitcode != 0
-    told = [line for line in lines if "ResultError: " in line][-1]
-    assert "cannot be written" in told
-    assert "finished steps are safe, make room" in told
-    assert "run the same command again" in told
+    output = [line for line in lines if "ResultError: " in line][-1]
+    assert "cannot be written" in output
+    assert "finished steps are safe, make room" in output
+    assert "run the same command again" in output
     last = max([-1, *(int(line.split()[1]) for line in lines if line.startswith("step"))])
     events = []
     path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)

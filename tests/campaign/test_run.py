@@ -170,7 +170,7 @@ def test_rows_agree_with_each_other_and_with_the_load(finished, kind):
 def test_wear_factors_at_equal_points_follow_from_the_power(finished):
     """Mild USFD is linear: per metre run, power / V times 5.3e-9 m3/kg over density and circumference.
 
-    The tape circle's radius stands for that of the strips, which lie within 3 mm of it: 0.7 %.
+    The radius at the running circle stands for that of the strips, which lie within 3 mm of it: 0.7 %.
     """
     data = [xr.open_dataset(finished / f"{name}.nc") for name in ("rig", "field", "translation")]
     rig, field, translation = (part.load() for part in data)
@@ -187,9 +187,9 @@ def test_wear_factors_at_equal_points_follow_from_the_power(finished):
         rate.append(expected)
     order = np.argsort(translation["shift"].values)
     assert translation["shift"].values[order] == pytest.approx([0.0, 3e-3])
-    found = translation["wear_area_rate_point_factor"].values[0, 0, order]
+    outcome = translation["wear_area_rate_point_factor"].values[0, 0, order]
     # the radius error all but cancels: the running bands of rig and field differ by some 0.1 mm in height
-    np.testing.assert_allclose(found, rate[0] / rate[1], rtol=1e-3)
+    np.testing.assert_allclose(outcome, rate[0] / rate[1], rtol=1e-3)
 
 
 def test_new_wheel_has_the_measures_of_s1002(finished):
@@ -256,10 +256,10 @@ def test_killed_comparison_resumes_to_the_same_bits(
     code = KILLED.format(name=name, step=step, signal=how, scene=str(scenes / "compare.toml"), out=str(out))
     process, printed = forked(code)
     with printed:
-        told = printed.read()
+        output = printed.read()
     process.join()
-    assert process.exitcode == {"SIGKILL": -signal.SIGKILL, "SIGINT": 1}[how], told
-    assert ("KeyboardInterrupt" in told) == (how == "SIGINT")
+    assert process.exitcode == {"SIGKILL": -signal.SIGKILL, "SIGINT": 1}[how], output
+    assert ("KeyboardInterrupt" in output) == (how == "SIGINT")
     expected = "interrupted" if how == "SIGINT" else "stopped"
     assert read_status(out)["campaigns"][name]["state"] == expected
     events = []
