@@ -27,9 +27,7 @@ def add_parser(commands: Commands) -> None:
     )
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument(
-        "--out",
-        metavar="DIR",
-        help="run directory (default: the scene file's name without .toml)",
+        "--out", metavar="DIR", help="run directory (default: the scene file's name without .toml)"
     )
     add_override_flags(parser)
     parser.add_argument(

@@ -173,12 +173,7 @@ def _resting_roll(setup: CampaignSetup, row: int) -> float | None:
 
 
 def _fault(
-    scene: RigScene | FieldScene,
-    setup: CampaignSetup,
-    place: KeyPath,
-    row: int,
-    side: int | None,
-    text: str,
+    scene: RigScene | FieldScene, setup: CampaignSetup, place: KeyPath, row: int, side: int | None, text: str
 ) -> Fault:
     conditions = setup.points.conditions
     shift, yaw = 1e3 * conditions.shift[row], 1e3 * conditions.yaw[row]

@@ -19,11 +19,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.results.limits import LIMITED
 from wearsim.scene.campaign import LIMIT_KEYS, LimitsSection, RollerWearSection
 from wearsim.scene.damage import damage_faults
-from wearsim.scene.models import (
-    ClassSection,
-    FieldScene,
-    RigScene,
-)
+from wearsim.scene.models import ClassSection, FieldScene, RigScene
 from wearsim.toml_faults import KeyPath, shown, suggestion
 
 SHARES_ROUNDED = 0.01

@@ -143,8 +143,7 @@ class ContactSection(Section):
         for body in ("wheel", "rail", "roller", "counterface")
     }
     model: Literal["auto"] | None = Field(
-        None,
-        description="auto: the cheapest models whose wear is close enough to that of a half-space",
+        None, description="auto: the cheapest models whose wear is close enough to that of a half-space"
     )
     tolerance: float | None = number(
         "contact_tolerance",
