@@ -19,11 +19,11 @@ from wearsim.campaign.state import State
 from wearsim.campaign.step import advance
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import NumericalError, WearsimError
-from wearsim.operation.control import ControlSettings
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.profile.smoothing import smoothing_spline
 from wearsim.report.style import SERIES_COLOURS, grid, legend, style
+from wearsim.scene.campaign import ControlSettings
 
 TITLE = "Stability of wear steps"
 WHEEL = wearsim.standard_profile("S1002")

@@ -89,12 +89,12 @@ def snapshot(folder):
 def refused(capsys, *words):
     """Run a command that must be refused; return the lines it tells, none of which may be a traceback."""
     code = main(list(words))
-    told = capsys.readouterr()
-    assert code == 2, told
-    assert told.out == ""
-    assert "Traceback" not in told.err
-    assert "internal error" not in told.err
-    lines = told.err.splitlines()
+    message = capsys.readouterr()
+    assert code == 2, message
+    assert message.out == ""
+    assert "Traceback" not in message.err
+    assert "internal error" not in message.err
+    lines = message.err.splitlines()
     assert all(lines)
     return lines
 
@@ -132,13 +132,13 @@ BAD_VALUES = {
         ["roller_radius_mm = 10 must be at least 50 and", "give the radius"],
     ),
     "unknown profile": ('"S1002"', '"S1003"', ["S1003", "S1002"]),
-    "missing profile file": ('"S1002"', '"worn.csv"', ['profile = "worn.csv"', "no such file", "beside"]),
+    "missing profile file": ('"S1002"', '"worn.csv"', ['profile = "worn.csv"', "no such file", "next to"]),
     "no TOML": ("strips = 10", "strips = = 10", ["not valid TOML", "key = value"]),
     "gauge narrower than the wheelset": ("gauge_mm = 1435", "gauge_mm = 1420", ["width over both flanges"]),
-    "wheel beside the rail": (
+    "wheel off the rail": (
         "gauge_mm = 1435",
         "gauge_mm = 1700",
-        ["shift of 3 mm", "does not touch", "check gauge_mm = 1700"],
+        ["shift of 3 mm", "no contact", "check gauge_mm = 1700"],
     ),
 }
 
@@ -146,17 +146,17 @@ BAD_VALUES = {
 @pytest.mark.parametrize("command", [["check"], ["run", "--out", "out"]], ids=["check", "run"])
 @pytest.mark.parametrize("case", sorted(BAD_VALUES))
 def test_a_bad_value_is_one_line_with_its_place_and_nothing_is_written(folder, capsys, case, command):
-    old, new, told = BAD_VALUES[case]
+    old, new, message = BAD_VALUES[case]
     line = written(old, new)
     if case == "unknown wear law":
         line += 1
-    if case == "wheel beside the rail":
+    if case == "wheel off the rail":
         line = line_of(SCENE, "shift_mm")
     before = snapshot(folder)
     faults = refused(capsys, command[0], "rig.toml", *command[1:])
-    # a misspelt required key is told twice: as unknown, and as missing at the table it belongs to
+    # a misspelt required key is two faults: as unknown, and as missing at the table it belongs to
     first = next(fault for fault in faults if fault.startswith(f"rig.toml:{line}: "))
-    assert all(part in first for part in told), first
+    assert all(part in first for part in message), first
     if case == "unknown key":
         faults = [fault for fault in faults if "key load_kN is missing" not in fault]
     assert faults == [first]
@@ -210,13 +210,13 @@ BAD_PROFILES = {
 
 @pytest.mark.parametrize("case", sorted(BAD_PROFILES))
 def test_a_bad_profile_is_told_with_its_key_its_file_and_its_line(folder, capsys, case):
-    text, row, told = BAD_PROFILES[case]
+    text, row, message = BAD_PROFILES[case]
     Path("worn.csv").write_text(text)
     line = written('"S1002"', '"worn.csv"')
     (fault,) = refused(capsys, "run", "rig.toml", "--out", "out")
     place = "worn.csv" if row is None else f"worn.csv:{row}"
     assert fault.startswith(f'rig.toml:{line}: profile = "worn.csv": {place}: ')
-    assert all(part in fault for part in told), fault
+    assert all(part in fault for part in message), fault
     assert not Path("out").exists()
 
 
@@ -236,10 +236,10 @@ def test_a_class_and_a_watched_shift_without_contact_are_told_once_each(folder, 
     Path("field.toml").write_text(text)
     faults = refused(capsys, "check", "field.toml")
     lines = text.splitlines()
-    told = [lines[int(fault.split(":")[1]) - 1] for fault in faults]
+    message = [lines[int(fault.split(":")[1]) - 1] for fault in faults]
     means = [line for line in lines if line.startswith("shift_mean_mm")]
-    assert told[: len(means)] == means
-    assert len(set(told)) == len(means) + 1  # and the line of the watched shifts
+    assert message[: len(means)] == means
+    assert len(set(message)) == len(means) + 1  # and the line of the watched shifts
 
 
 @pytest.mark.parametrize("command", [["check"], ["run", "--out", "out"]], ids=["check", "run"])
@@ -335,11 +335,11 @@ def test_a_second_run_in_one_directory_is_refused_and_the_first_goes_on(folder, 
             assert first.poll() is None
         finally:
             first.send_signal(signal.SIGINT)
-            _, told = first.communicate(timeout=120)
+            _, message = first.communicate(timeout=120)
     assert fault.startswith("another wearsim run works in out; ")
     assert "choose another --out" in fault
     assert first.returncode == 130
-    assert "wearsim resume" in told
+    assert "wearsim resume" in message
     assert main(["status", "out"]) == 0
 
 

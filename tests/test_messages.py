@@ -9,10 +9,10 @@ import pytest
 
 import wearsim
 from wearsim.cli import build_parser
-from wearsim.cli.contact_flags import COLUMNS
 from wearsim.profile.alignment import ALIGNMENTS
 from wearsim.quantities import QUANTITIES
 from wearsim.scene import scene_schema
+from wearsim.studies.contact_flags import COLUMNS
 
 PACKAGE = Path(wearsim.__file__).parent
 COMMANDS = next(

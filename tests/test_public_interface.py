@@ -16,7 +16,7 @@ import wearsim
 from wearsim.contact.solve import solve
 from wearsim.profile.standard import shipped_path
 from wearsim.scene import build
-from wearsim.scene.toml import toml_text
+from wearsim.scene.overrides import toml_text
 
 EXAMPLES = (
     "standard_profile", "export_profile", "read_profile", "wheelset", "rails", "rollers", "solve_contact",

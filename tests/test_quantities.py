@@ -6,12 +6,12 @@ import pytest
 from netCDF4 import Dataset
 
 from wearsim import quantities
-from wearsim.cli.contact_flags import COLUMNS
 from wearsim.contact.problem import ContactConditions, ContactSolution
 from wearsim.quantities import QUANTITIES
 from wearsim.results import GROUPS, LAYOUT
 from wearsim.results.older import RENAMED
 from wearsim.scene.models import ContactSection, Running, WheelsetSection
+from wearsim.studies.contact_flags import COLUMNS
 
 # shown unit -> shown value of 1 in the stored unit, written out independently of the table
 SHOWN = {

@@ -1,4 +1,4 @@
-"""Lines of keys in TOML texts, and how values and names are told."""
+"""Lines of keys in TOML texts, and values and names in messages."""
 
 import tomllib
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from wearsim.profile.sources import read_profile, standard_profile
     from wearsim.quantities import QUANTITIES
     from wearsim.results.file import open_results
-    from wearsim.scene.load import load_scene
+    from wearsim.scene.read import load_scene
     from wearsim.translation.translate import translate
 
 __version__ = "0.1.0"
@@ -45,7 +45,7 @@ _MODULES = {
     "profile.sources": ("read_profile", "standard_profile"),
     "quantities": ("QUANTITIES",),
     "results.file": ("open_results",),
-    "scene.load": ("load_scene",),
+    "scene.read": ("load_scene",),
     "translation.translate": ("translate",),
 }
 _PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import math
 import re
 import tomllib
 import types
@@ -15,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from wearsim.errors import Fault
+from wearsim.errors import Fault, SceneError
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -107,6 +108,39 @@ def cross_check(message: str, key: str = "") -> PydanticCustomError:
     return PydanticCustomError("cross_check", "cross-check", {"message": message, "key": key})
 
 
+def content_of(path: Path, what: str) -> bytes:
+    """Content of a file of at most 2 MB; a SceneError says that `what` must be given."""
+    file = str(path)
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(_LARGEST_FILE + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise SceneError([Fault(f"cannot be read ({reason}); give {what}", file)]) from None
+    if len(content) > _LARGEST_FILE:
+        raise SceneError([Fault(f"is larger than {_LARGEST_FILE // 1_000_000} MB; give {what}", file)])
+    return content
+
+
+def text_of(content: bytes, file: str) -> str:
+    """Text of a file's content with plain ends of lines, or a SceneError at the line that is not UTF-8."""
+    try:
+        return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].replace(b"\r\n", b"\n").replace(b"\r", b"\n").count(b"\n") + 1
+        raise SceneError([Fault("is not UTF-8 text; save it as UTF-8", file, line)]) from None
+
+
+def toml_of(text: str, file: str) -> dict[str, Any]:
+    """Parse TOML, or raise a SceneError with the fault of its syntax."""
+    try:
+        return tomllib.loads(text)
+    except ValueError as error:
+        raise SceneError([syntax_fault(error, text, file)]) from error
+    except RecursionError:
+        raise SceneError([Fault("tables or lists are nested too deeply; write flat tables", file)]) from None
+
+
 def read_toml(path: Path, model: type[_Model]) -> tuple[_Model | None, list[Fault]]:
     """Read a TOML file into a model.
 
@@ -126,24 +160,12 @@ def read_toml(path: Path, model: type[_Model]) -> tuple[_Model | None, list[Faul
     """
     file, text = str(path), ""
     try:
-        with path.open("rb") as stream:
-            content = stream.read(_LARGEST_FILE + 1)
-        if len(content) > _LARGEST_FILE:
-            return None, [Fault(f"larger than {_LARGEST_FILE // 1_000_000} MB; give another file", file)]
-        text = content.decode("utf-8-sig")
-        data = tomllib.loads(text)
-        return model.model_validate(_with_tuples(data)), []
-    except OSError as error:
-        return None, [Fault(f"cannot be read ({error.strerror}); check the path and its permissions", file)]
-    except UnicodeDecodeError as error:
-        line = content[: error.start].count(b"\n") + 1
-        return None, [Fault("is not UTF-8 text; save the file as UTF-8", file, line)]
+        text = text_of(content_of(path, "another file"), file)
+        return model.model_validate(_with_tuples(toml_of(text, file))), []
+    except SceneError as error:
+        return None, list(error.faults)
     except ValidationError as error:
         return None, validation_faults(error.errors(include_url=False), model, key_lines(text), file)
-    except ValueError as error:
-        return None, [syntax_fault(error, text, file)]
-    except RecursionError:
-        return None, [Fault("tables or lists are nested too deeply; write flat tables", file)]
 
 
 def _with_tuples(value: Any) -> Any:
@@ -201,6 +223,14 @@ def _locate_value(value: Node, path: KeyPath, lines: Lines) -> None:
         for index, element in enumerate(elements):
             lines[(*path, index)] = _line(element)
             _locate_value(element, (*path, index), lines)
+
+
+def decimal(text: str) -> float:
+    """Value of a plain decimal, NaN of anything else; Python alone would accept 1_000 and Arabic digits."""
+    try:
+        return float(text) if text.isascii() and "_" not in text else math.nan
+    except ValueError:
+        return math.nan
 
 
 def shown(value: object) -> str:
@@ -264,7 +294,7 @@ def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
     reason = words[: match.start()] if match else words
     place = f" in column {match[2]}" if match and match[2] else " at the end of the file" if match else ""
     reason = reason[:1].lower() + reason[1:]
-    if not isinstance(error, tomllib.TOMLDecodeError):  # a number that Python refuses to read
+    if not isinstance(error, tomllib.TOMLDecodeError):  # a number that Python does not read
         return Fault(f"not valid TOML: {reason}", file)
     return Fault(f"not valid TOML: {reason}{place}; write one `key = value` per line", file, line)
 
@@ -272,7 +302,7 @@ def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
 def validation_faults(
     errors: Sequence[ErrorDetails], model: type[BaseModel], lines: Lines, file: str
 ) -> list[Fault]:
-    """One fault, in one line, for each error that pydantic found; in the order of the file.
+    """One fault, in one line, for each error of pydantic; in the order of the file.
 
     Parameters
     ----------
@@ -430,7 +460,7 @@ def _entry(annotation: Any) -> Any:
     """Annotation of the entries of a list, which may be optional."""
     if get_origin(annotation) is tuple:
         return get_args(annotation)[0]
-    return next((found for item in get_args(annotation) if (found := _entry(item)) is not None), None)
+    return next((entry for item in get_args(annotation) if (entry := _entry(item)) is not None), None)
 
 
 def _range(limits: Sequence[str], unit: str) -> str:
@@ -458,7 +488,7 @@ def _element(annotation: Any) -> type[BaseModel] | None:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     if get_origin(annotation) in (tuple, Union, types.UnionType):
-        return next((found for item in get_args(annotation) if (found := _element(item))), None)
+        return next((model for item in get_args(annotation) if (model := _element(item))), None)
     return None
 
 

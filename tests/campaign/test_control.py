@@ -15,7 +15,7 @@ from wearsim.campaign.control import (
 from wearsim.campaign.state import CounterfaceState, WearRate
 from wearsim.contact.solve import ContactModels
 from wearsim.errors import NumericalError
-from wearsim.operation.control import ControlSettings
+from wearsim.scene.campaign import ControlSettings
 
 SETTINGS = ControlSettings(
     distance=100e3,

@@ -16,9 +16,9 @@ from wearsim.campaign.state import CounterfaceRate, WearRate
 from wearsim.campaign.step import advance, damped
 from wearsim.contact.solve import Counterface
 from wearsim.damage.wear import WearSettings, passage_depth
-from wearsim.operation.control import CounterfaceWear
 from wearsim.profile.shape import polygon_area_between, vertex_lengths
 from wearsim.results import GROUPS, open_results
+from wearsim.scene.campaign import CounterfaceWear
 
 WEAR = WearSettings()
 FACTOR, RADIUS = 0.7, 1.2

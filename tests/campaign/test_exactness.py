@@ -8,8 +8,8 @@ import pytest
 from wearsim.campaign.control import choose, error_limit, finished
 from wearsim.campaign.state import WearRate
 from wearsim.campaign.step import advance
-from wearsim.operation.control import ControlSettings
 from wearsim.profile.shape import polygon_area_between, vertex_lengths, vertex_normals
+from wearsim.scene.campaign import ControlSettings
 
 
 @pytest.fixture

@@ -10,7 +10,6 @@ from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import recorded_measures
 from wearsim.campaign.run import resume, run_scene
-from wearsim.operation.control import ReprofilingRules
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.measures import running_circle_level
 from wearsim.profile.reprofiling import reprofile_axle
@@ -28,6 +27,7 @@ from wearsim.results.limits import limits_met
 from wearsim.results.plausibility import seizure_shares
 from wearsim.results.turnings import cracks_left, spans, turned_rows, turnings
 from wearsim.scene import build, load_scene
+from wearsim.scene.campaign import ReprofilingRules
 
 CAMPAIGN = """\
 distance_km = 12

@@ -20,16 +20,16 @@ def bad_rig(tmp_path, monkeypatch):
 
 def test_check_tells_what_would_run(capsys):
     assert cli.main(["check", "workflows/rig_vs_field.toml"]) == 0
-    told = capsys.readouterr().out
-    assert "no faults (compare)" in told
+    output = capsys.readouterr().out
+    assert "no faults (compare)" in output
     for part in ("rig: ", "field: ", "operating points", "environment factor", "not known before the run"):
-        assert part in told
+        assert part in output
 
 
 def test_check_as_json_holds_every_value_that_would_act(capsys):
     assert cli.main(["check", "workflows/rig_vs_field.toml", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    rig, field = told["campaigns"]
+    output = json.loads(capsys.readouterr().out)
+    rig, field = output["campaigns"]
     assert (rig["kind"], field["kind"]) == ("rig", "field")
     for plan in (rig, field):
         settings = plan["settings"]
@@ -47,9 +47,9 @@ def test_check_as_json_holds_every_value_that_would_act(capsys):
 
 def test_check_tells_all_faults_and_returns_2(bad_rig, capsys):
     assert cli.main(["check", "rig.toml"]) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    lines = told.err.splitlines()
+    output = capsys.readouterr()
+    assert output.out == ""
+    lines = output.err.splitlines()
     assert sum("load_kN = 0 must be at least 0.1" in fault for fault in lines) == 5
     assert sum("did you mean strips?" in fault for fault in lines) == 1
     assert all(fault.startswith("rig.toml:") for fault in lines)
@@ -83,9 +83,9 @@ def test_check_warns_with_the_line_at_the_campaign_it_belongs_to(climbing_rig, c
 
 def test_run_warns_on_standard_error_and_runs(climbing_rig, capsys, undrawn):
     assert cli.main(["run", "rig.toml", "--out", "out"]) == 0
-    told = capsys.readouterr()
-    assert any(line.startswith(climbing_rig) for line in told.err.splitlines())
-    assert "warning" not in told.out
+    output = capsys.readouterr()
+    assert any(line.startswith(climbing_rig) for line in output.err.splitlines())
+    assert "warning" not in output.out
     with open_results("out/rig.nc") as rig:
         assert rig.attrs["warnings"].startswith(climbing_rig.removeprefix("warning: "))
 
@@ -98,16 +98,16 @@ def test_run_refuses_a_scene_with_faults_before_anything_is_written(bad_rig, cap
 
 def test_schema_is_json(capsys):
     assert cli.main(["schema"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["$schema"].startswith("https://json-schema.org/")
+    output = json.loads(capsys.readouterr().out)
+    assert output["$schema"].startswith("https://json-schema.org/")
 
 
 @pytest.mark.parametrize("command", ["status", "resume"])
 def test_a_folder_without_a_campaign_is_told(command, tmp_path, capsys):
     assert cli.main([command, str(tmp_path)]) == 2
-    told = capsys.readouterr().err
-    assert "not a run directory" in told
-    assert len(told.splitlines()) == 1
+    output = capsys.readouterr().err
+    assert "not a run directory" in output
+    assert len(output.splitlines()) == 1
 
 
 def test_a_line_of_status_holds_distance_depth_and_time_left():
@@ -122,8 +122,8 @@ def test_a_line_of_status_holds_distance_depth_and_time_left():
     assert status_line("rig", item) == (
         "rig: running, step 7, 250 of 1000 km (25 %), deepest wear 0.12 mm, about 2 min left"
     )
-    told = status_line("rig", {**item, "state": "failed", "message": "no convergence"})
-    assert told.endswith("deepest wear 0.12 mm; no convergence")
+    output = status_line("rig", {**item, "state": "failed", "message": "no convergence"})
+    assert output.endswith("deepest wear 0.12 mm; no convergence")
 
 
 def test_check_tells_the_limits_and_which_the_new_wheel_meets(tmp_path, monkeypatch, capsys):
@@ -131,9 +131,9 @@ def test_check_tells_the_limits_and_which_the_new_wheel_meets(tmp_path, monkeypa
     text = shipped_path("workflows", "rig.toml").read_text()
     Path("rig.toml").write_text(f"{text}\n[campaign.limits]\nhollowing_mm = 2\nconicity = 0.1\n")
     assert cli.main(["check", "rig.toml"]) == 0
-    told = capsys.readouterr().out
-    assert "hollowing_mm = 2, conicity = 0.1; told where they are met" in told
-    assert "conicity = 0.1 is met by the new wheelset (0.1" in told
+    output = capsys.readouterr().out
+    assert "hollowing_mm = 2, conicity = 0.1; the distance at which each is met is reported" in output
+    assert "conicity = 0.1 is met by the new wheelset (0.1" in output
 
 
 def test_status_tells_the_limit_that_ended_a_campaign():
@@ -144,11 +144,11 @@ def test_status_tells_the_limit_that_ended_a_campaign():
 
 def test_check_lists_comparison_and_fatigue_laws(capsys):
     assert cli.main(["check", "workflows/fatigue.toml"]) == 0
-    told = capsys.readouterr().out
-    assert "archard (local), jendel_2002" in told
-    assert "wlrm, burstow_2004, rising form, wear number with spin, wear removes cracks of 5 mm" in told
-    assert "cracks of 5 mm; assumed: places 10 mm wide, 3 mm may wear" in told
-    assert "stress_index, dirks_enblom_2011; assumed: places 10 mm wide\n" in told
+    output = capsys.readouterr().out
+    assert "archard (local), jendel_2002" in output
+    assert "wlrm, burstow_2004, rising form, wear number with spin, wear removes cracks of 5 mm" in output
+    assert "cracks of 5 mm; assumed: places 10 mm wide, 3 mm may wear" in output
+    assert "stress_index, dirks_enblom_2011; assumed: places 10 mm wide\n" in output
     assert cli.main(["check", "workflows/fatigue.toml", "--json"]) == 0
     campaign = json.loads(capsys.readouterr().out)["campaigns"][0]
     assert [one["law"] for one in campaign["comparison_laws"]] == ["archard", "brr", "energy"]
@@ -158,8 +158,8 @@ def test_check_lists_comparison_and_fatigue_laws(capsys):
 
 def test_check_tells_limits_turnings_and_worn_rails(capsys):
     assert cli.main(["check", "workflows/limits.toml"]) == 0
-    told = capsys.readouterr().out
+    output = capsys.readouterr().out
     limits = "flange_thickness_mm = 22, hollowing_mm = 0.02, diameter_mm = 919.3"
-    assert f"{limits}; the first that is met ends the campaign" in told
-    assert "each loses 0.5 mm2 per 1000 km where the wheels wear" in told
-    assert "S1002: hollowing_mm" in told
+    assert f"{limits}; the first that is met ends the campaign" in output
+    assert "each loses 0.5 mm2 per 1000 km where the wheels wear" in output
+    assert "S1002: hollowing_mm" in output

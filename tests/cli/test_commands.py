@@ -8,7 +8,7 @@ import netCDF4
 import pytest
 
 from wearsim import cli
-from wearsim.cli.run import tell_doubts
+from wearsim.cli.run import print_warnings
 from wearsim.profile.standard import shipped_path
 from wearsim.report import html
 
@@ -49,12 +49,12 @@ def test_the_history_of_the_results_is_the_command_line(out, compared):
 def test_check_foretells_the_size_of_a_step(out, compared, capsys):
     """An estimate: rows of a few numbers per step and coordinates are left out of it."""
     assert cli.main(["check", str(compared / "rig.toml"), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)["campaigns"][0]["bytes_per_step"]
+    output = json.loads(capsys.readouterr().out)["campaigns"][0]["bytes_per_step"]
     with netCDF4.Dataset(out / "rig.nc") as file:
         steps = len(file.dimensions["step"])
         stored = [item for item in file.variables.values() if item.dimensions[:1] == ("step",)]
         size = sum(item.size * item.dtype.itemsize for item in stored) / steps
-    assert told == pytest.approx(size, rel=0.1)
+    assert output == pytest.approx(size, rel=0.1)
 
 
 def test_status_tells_both_campaigns(out, capsys):
@@ -110,16 +110,18 @@ def test_the_report_of_a_sweep_leads_to_its_table_and_cases(out, tmp_path, capsy
     (tmp_path / "sweep.json").write_text('{"cases": []}')
     shutil.copytree(out, tmp_path / "case_0002")
     assert cli.main(["report", str(tmp_path)]) == 2
-    told = capsys.readouterr().err
-    assert f"whose table is {tmp_path / 'sweep.csv'}" in told
-    assert told.endswith(f"`wearsim report {tmp_path / 'case_0002'}`\n")
+    output = capsys.readouterr().err
+    assert f"whose table is {tmp_path / 'sweep.csv'}" in output
+    assert output.endswith(f"`wearsim report {tmp_path / 'case_0002'}`\n")
 
 
 def test_a_result_file_is_no_profile(out, capsys):
     assert cli.main(["profile", str(out / "rig.nc")]) == 2
-    told = capsys.readouterr().err
-    assert f"is a result file, not a profile; `wearsim inspect {out / 'rig.nc'}` shows what it holds" in told
-    assert "UTF-8" not in told
+    output = capsys.readouterr().err
+    assert (
+        f"is a result file, not a profile; `wearsim inspect {out / 'rig.nc'}` shows what it holds" in output
+    )
+    assert "UTF-8" not in output
 
 
 def test_a_finished_campaign_is_resumed_with_success_and_left_as_it_is(out, capsys, undrawn):
@@ -135,9 +137,9 @@ def test_a_finished_campaign_is_resumed_with_success_and_left_as_it_is(out, caps
 def test_another_campaign_is_kept_out_of_the_directory(out, compared, capsys):
     before = (out / "rig.nc").read_bytes()
     assert cli.main(["run", str(compared / "rig.toml"), "--out", str(out)]) == 2
-    told = capsys.readouterr().err
-    assert "belongs to another campaign" in told
-    assert len(told.splitlines()) == 1
+    output = capsys.readouterr().err
+    assert "belongs to another campaign" in output
+    assert len(output.splitlines()) == 1
     assert (out / "rig.nc").read_bytes() == before
 
 
@@ -145,9 +147,9 @@ def test_inspect_prints_a_summary_json_and_figures(out, tmp_path, capsys):
     assert cli.main(["inspect", str(out / "rig.nc")]) == 0
     assert "5.000 km" in capsys.readouterr().out
     assert cli.main(["inspect", str(out / "rig.nc"), "--json", "--plot", str(tmp_path / "figures")]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["figures"]
-    assert all(Path(figure).stat().st_size > 1000 for figure in told["figures"])
+    output = json.loads(capsys.readouterr().out)
+    assert output["figures"]
+    assert all(Path(figure).stat().st_size > 1000 for figure in output["figures"])
 
 
 def test_translate_prints_a_table_and_writes_the_factors(out, tmp_path, capsys):
@@ -179,10 +181,10 @@ def test_differing_settings_stand_below_the_table(out, tmp_path, capsys):
         file.rotation_rule = "nominal"
     words = ["translate", str(out / "rig.nc"), str(tmp_path / "field.nc")]
     assert cli.main(words) == 0
-    told = capsys.readouterr().out.splitlines()
-    assert "warning: youngs modulus differs: 2.1e+11 Pa on the rig, 2.05e+11 Pa in the field" in told
-    assert "warning: rotation rule differs: free on the rig, nominal in the field" in told
-    assert not any("at equal operating points" in line for line in told)
+    output = capsys.readouterr().out.splitlines()
+    assert "warning: youngs modulus differs: 2.1e+11 Pa on the rig, 2.05e+11 Pa in the field" in output
+    assert "warning: rotation rule differs: free on the rig, nominal in the field" in output
+    assert not any("at equal operating points" in line for line in output)
     assert cli.main([*words, "--json"]) == 0
     printed = capsys.readouterr()
     assert "warning: youngs modulus differs" in printed.err
@@ -193,18 +195,18 @@ def test_what_a_result_deserves_to_be_doubted_for_is_told_after_the_run(out, tmp
     """Scaled loads do not occur in so short a campaign, so one is written into the file."""
     with netCDF4.Dataset(shutil.copy(out / "rig.nc", tmp_path / "rig.nc"), "a") as file:
         file["load_scale"][1, 0, 0] = 1.25
-    tell_doubts([tmp_path / "rig.nc", out / "translation.nc"])
-    told = capsys.readouterr().err.splitlines()
-    assert len(told) == 1
-    assert told[0].startswith("warning: rig: contact patches merge")
-    assert "at most by the factor 1.25" in told[0]
+    print_warnings([tmp_path / "rig.nc", out / "translation.nc"])
+    output = capsys.readouterr().err.splitlines()
+    assert len(output) == 1
+    assert output[0].startswith("warning: rig: contact patches merge")
+    assert "at most by the factor 1.25" in output[0]
 
 
 def test_results_in_the_wrong_order_are_told(out, capsys):
     assert cli.main(["translate", str(out / "field.nc"), str(out / "rig.nc")]) == 0
-    told = capsys.readouterr().err.splitlines()
-    assert len(told) == 2
-    assert told[0].endswith("field.nc holds a field campaign and is taken as the rig")
+    output = capsys.readouterr().err.splitlines()
+    assert len(output) == 2
+    assert output[0].endswith("field.nc holds a field campaign and is taken as the rig")
 
 
 def test_report_is_written_again_byte_by_byte(out, capsys):
@@ -228,8 +230,8 @@ def test_report_is_written_again_byte_by_byte(out, capsys):
 def test_what_is_not_there_is_one_line_and_exit_code_2(words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert cli.main(words) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert len(told.err.splitlines()) == 1
-    assert "none" in told.err
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert len(output.err.splitlines()) == 1
+    assert "none" in output.err
     assert not list(tmp_path.iterdir())

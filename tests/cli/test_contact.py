@@ -1,4 +1,4 @@
-"""`wearsim contact`: what it prints, and that all faulty flags are told at once."""
+"""`wearsim contact`: what it prints, and that all faulty flags are listed at once."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import json
 import pytest
 
 from wearsim.cli import main
-from wearsim.cli.contact_flags import FLAGS
 from wearsim.profile.files import write_profile
 from wearsim.profile.inspection.inputs import read_input
+from wearsim.studies.contact_flags import FLAGS
 
 
 def solved(capsys: pytest.CaptureFixture[str], *flags: str) -> dict:
@@ -251,7 +251,7 @@ def test_a_negative_number_of_any_form_is_a_value_and_no_flag(capsys):
 
 
 @pytest.mark.parametrize(
-    ("flags", "told"),
+    ("flags", "output"),
     [
         (("--shift-mm", "7"), "note: shift 7 mm is beyond the flange clearance of 6.6 mm: the right wheel"),
         (
@@ -265,10 +265,10 @@ def test_a_negative_number_of_any_form_is_a_value_and_no_flag(capsys):
         (("--curve-radius-m", "500", "--roller-radius-mm", "1000"), "note: a curve radius on a roller"),
     ],
 )
-def test_what_deserves_a_second_look_is_noted(flags, told, capsys):
+def test_what_deserves_a_second_look_is_noted(flags, output, capsys):
     assert main(["contact", *flags]) == 0
     notes = capsys.readouterr().err
-    assert notes.startswith(told)
+    assert notes.startswith(output)
     assert notes.count("\n") == 1
     assert main(["contact", "--shift-mm", "-7"]) == 0  # the right wheel runs on its tread
     assert capsys.readouterr().err == ""
@@ -286,11 +286,11 @@ def test_help_shows_every_flag_with_its_default(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "400")  # lines break at hyphens, too
     with pytest.raises(SystemExit):
         main(["contact", "--help"])
-    told = " ".join(capsys.readouterr().out.split())
+    output = " ".join(capsys.readouterr().out.split())
     for flag in FLAGS:
-        assert f"--{flag.name} X" in told
-        assert flag.default is None or f"(default {flag.default})" in told
-    assert "wearsim contact --table points.csv" in told
+        assert f"--{flag.name} X" in output
+        assert flag.default is None or f"(default {flag.default})" in output
+    assert "wearsim contact --table points.csv" in output
 
 
 def test_the_old_name_of_the_back_to_back_distance_leads_to_the_new_one(capsys):
@@ -312,6 +312,9 @@ def test_flags_of_the_architecture():
 def test_a_measured_rail_tells_how_it_stands(tmp_path, capsys):
     path = tmp_path / "head.ban"
     write_profile(read_input("60E1").profile, path, "miniprof")
-    for stated, told in (([], "inclined 1:40 by --inclination"), (["--inclination", "none"], "as measured")):
+    for stated, output in (
+        ([], "inclined 1:40 by --inclination"),
+        (["--inclination", "none"], "as measured"),
+    ):
         assert main(["contact", "--rail", str(path), *stated]) == 0
-        assert f"note: {path}: in the track {told}" in capsys.readouterr().err
+        assert f"note: {path}: in the track {output}" in capsys.readouterr().err

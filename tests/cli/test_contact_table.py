@@ -13,10 +13,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from wearsim.cli import contact, contact_points, main
-from wearsim.cli.contact_flags import COLUMNS
-from wearsim.cli.contact_output import RESULT_COLUMNS
+from wearsim.cli import main
 from wearsim.errors import ContactError, NumericalError
+from wearsim.studies import contact_table
+from wearsim.studies.contact_flags import COLUMNS
+from wearsim.studies.contact_table import RESULT_COLUMNS
 
 COARSE = ("--strips", "16", "--cells", "12")
 
@@ -89,7 +90,7 @@ def test_three_hundred_rows_in_one_call(table, run):
 def test_windows_do_not_show_in_the_output(table, run, monkeypatch):
     path = table(TABLE)
     whole = run("--table", path)
-    monkeypatch.setattr(contact, "_WINDOW", 2)
+    monkeypatch.setattr(contact_table, "_WINDOW", 2)
     assert run("--table", path) == whole
 
 
@@ -161,7 +162,7 @@ def test_rows_that_fail_leave_the_others_the_bits_they_have_alone(table, run):
 
 def test_the_exit_code_is_that_of_the_worst_row(table, run, monkeypatch):
     answers = iter([ContactError("no touch", 0), NumericalError("no convergence", 1), ContactError("edge")])
-    monkeypatch.setattr(contact_points, "solve_points", lambda points: [next(answers) for _ in points])
+    monkeypatch.setattr(contact_table, "solve_points", lambda points: [next(answers) for _ in points])
     code, out, err = run("--table", table("shift_mm\n0\n1\n2\n"))
     assert code == 3
     assert out.count("\n") == 1  # the header
@@ -280,8 +281,10 @@ def test_what_spreadsheets_write_is_read(content, table, run):
     code, out, err = run("--table", table(content))
     assert code == 0
     empty = b"\n,,," in content
-    told = "1 rows of empty cells are left out, the first is line 3; a row of defaults needs one value"
-    assert err == (f"{table(content)}: {told}\n" if empty else "")
+    printed_text = (
+        "1 rows of empty cells are left out, the first is line 3; a row of defaults needs one value"
+    )
+    assert err == (f"{table(content)}: {printed_text}\n" if empty else "")
     assert [(row["shift_mm"], row["name"]) for row in rows(out)] == [("1", "a"), ("2", "b")]
 
 
@@ -326,11 +329,11 @@ def test_standard_input_is_a_table(run, monkeypatch, table):
     assert run("--table", "-")[2].startswith("stdin:2: shift_mm = x")
 
 
-@pytest.mark.parametrize(("name", "told"), [("missing.csv", "cannot be read"), (".", "is a folder")])
-def test_a_table_that_cannot_be_read(name, told, tmp_path, run):
+@pytest.mark.parametrize(("name", "printed_text"), [("missing.csv", "cannot be read"), (".", "is a folder")])
+def test_a_table_that_cannot_be_read(name, printed_text, tmp_path, run):
     code, out, err = run("--table", str(tmp_path / name))
     assert (code, out) == (2, "")
-    assert told in err
+    assert printed_text in err
     assert err.count("\n") == 1
 
 
@@ -372,8 +375,8 @@ def test_garbage_is_never_a_traceback(columns, body, noise, quoted, tmp_path_fac
     assert "internal error" not in captured.err
     assert code in (0, 2, 3)
     assert captured.err or code == 0
-    told = [line for line in captured.err.splitlines() if line.startswith(f"{path}:")]
-    assert told == captured.err.splitlines()
+    printed_text = [line for line in captured.err.splitlines() if line.startswith(f"{path}:")]
+    assert printed_text == captured.err.splitlines()
     for row in rows(captured.out):
         numbers = [float(row[name]) for name in RESULT_COLUMNS if row[name] != ""]
         assert np.all(np.isfinite(numbers))

@@ -49,17 +49,17 @@ def test_every_command_has_a_help_with_an_example(command, capsys):
     with pytest.raises(SystemExit) as caught:
         cli.main([command, "--help"])
     assert caught.value.code == 0
-    told = capsys.readouterr().out
-    assert f"example:\n  wearsim {command} " in told
+    message = capsys.readouterr().out
+    assert f"example:\n  wearsim {command} " in message
 
 
 def test_the_help_lists_every_command_and_an_example(capsys):
     with pytest.raises(SystemExit):
         cli.main(["--help"])
-    told = capsys.readouterr().out
+    message = capsys.readouterr().out
     for command in cli.COMMANDS:
-        assert f"\n    {command}" in told
-    assert "wearsim run workflows/rig_vs_field.toml --out out" in told
+        assert f"\n    {command}" in message
+    assert "wearsim run workflows/rig_vs_field.toml --out out" in message
 
 
 @pytest.mark.parametrize("words", [[], ["nothing"], ["check"], ["check", "a", "b"], ["check", "a", "--jsn"]])
@@ -67,14 +67,14 @@ def test_a_wrong_command_line_is_one_line_and_exit_code_2(words, capsys):
     with pytest.raises(SystemExit) as caught:
         cli.main(words)
     assert caught.value.code == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert len(told.err.splitlines()) == 1
-    assert "--help`" in told.err
+    message = capsys.readouterr()
+    assert message.out == ""
+    assert len(message.err.splitlines()) == 1
+    assert "--help`" in message.err
 
 
 @pytest.mark.parametrize(
-    ("error", "code", "told"),
+    ("error", "code", "message"),
     [
         (
             SceneError([Fault("a = 1", "x.toml", 3), Fault("b", "x.toml", 4)]),
@@ -87,7 +87,7 @@ def test_a_wrong_command_line_is_one_line_and_exit_code_2(words, capsys):
         (ValueError("two\nlines"), 3, "internal error, ValueError: two lines;"),
     ],
 )
-def test_errors_become_lines_and_exit_codes(error, code, told, monkeypatch, capsys):
+def test_errors_become_lines_and_exit_codes(error, code, message, monkeypatch, capsys):
     def fail(arguments):
         raise error
 
@@ -95,7 +95,7 @@ def test_errors_become_lines_and_exit_codes(error, code, told, monkeypatch, caps
     assert cli.main(["check", "x.toml"]) == code
     printed = capsys.readouterr()
     assert printed.out == ""
-    assert told in printed.err
+    assert message in printed.err
     assert "Traceback" not in printed.err
 
 

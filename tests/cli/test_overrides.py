@@ -67,7 +67,7 @@ def test_what_is_no_key_and_value_is_told(scene, capsys, text):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (["--set", "campaign.stability=-1"], "--set campaign.stability=-1: stability = -1 must be above 0"),
         (["--set", "campaign.stabilty=1"], "--set campaign.stabilty=1: unknown key stabilty in [campaign]"),
@@ -76,11 +76,11 @@ def test_what_is_no_key_and_value_is_told(scene, capsys, text):
         (["--set", "wheelset.profile="], "--set wheelset.profile=: key profile is missing in [wheelset]"),
     ],
 )
-def test_a_fault_of_an_override_names_the_flag(scene, capsys, words, told):
+def test_a_fault_of_an_override_names_the_flag(scene, capsys, words, message):
     """Whatever stage of the checks it shows in; not a line of the file, which does not hold the value."""
     assert cli.main(["check", str(scene), *words]) == 2
     lines = capsys.readouterr().err.splitlines()
-    assert all(line.startswith(told) for line in lines)
+    assert all(line.startswith(message) for line in lines)
     assert "(in rig.toml)" in lines[0] or "unknown key" in lines[0]
 
 

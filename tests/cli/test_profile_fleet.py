@@ -82,7 +82,7 @@ def test_what_cannot_be_judged_without_a_diameter_is_told(folder, capsys):
         "wheel_worn_right.whl"
     ]["not_judged"] == ""  # fmt: skip
     text = measured(capsys, folder).out
-    assert "not judged: Sh" in text
+    assert "not checked: Sh" in text
     assert "(--diameter-mm)" in text
 
 
@@ -105,15 +105,15 @@ def test_a_row_has_the_values_of_the_file_alone(folder, capsys):
 def test_doubts_of_the_comparison_are_told_in_table_and_notes(folder, capsys):
     flags = ["--against", "S1002", "--align", "running_circle"]
     lines = measured(capsys, folder, *flags).out.splitlines()
-    assert sum("wear doubtful" in line for line in lines if ".whl" in line or ".prw" in line) == 3
-    assert sum(line.startswith("wear doubtful: ") for line in lines) == 2
+    assert sum("wear uncertain" in line for line in lines if ".whl" in line or ".prw" in line) == 3
+    assert sum(line.startswith("wear uncertain: ") for line in lines) == 2
     row = rows_of(measured(capsys, folder, "--csv", "-", *flags).out)["wheel_worn_right.whl"]
     assert "the net worn area is negative" in row["notes"]
-    assert "doubtful" not in measured(capsys, folder, "--against", "S1002").out
+    assert "uncertain" not in measured(capsys, folder, "--against", "S1002").out
 
 
 def test_notes_of_a_row_are_those_of_the_file_alone(folder, capsys):
-    """What is found out beside reading is told, too: headers that differ, a stale Sd."""
+    """Results of the comparison of files are listed, too: headers that differ, a stale Sd."""
     text = (folder / "wheel_worn_right.whl").read_text()
     (folder / "old.whl").write_text(text.replace("CarNo=1", "CarNo=7\nSd=25.1"))
     row = rows_of(

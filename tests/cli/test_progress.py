@@ -24,11 +24,11 @@ def test_time_left_is_not_invented_before_the_first_step():
 
 
 @pytest.mark.parametrize(
-    ("seconds", "told"),
+    ("seconds", "message"),
     [(0.4, "0 s"), (89.0, "89 s"), (100.0, "2 min"), (5000.0, "83 min"), (9e3, "2 h 30 min")],
 )
-def test_duration(seconds, told):
-    assert duration(seconds) == told
+def test_duration(seconds, message):
+    assert duration(seconds) == message
 
 
 def test_without_a_terminal_lines_are_plain_and_steps_are_thinned_out():
@@ -43,8 +43,8 @@ def test_without_a_terminal_lines_are_plain_and_steps_are_thinned_out():
         show(Event("resumed", "rig", step=3, distance=2e3, target=5e3))
         show(Event("finished", "rig", step=9, distance=5e3, target=5e3, worst_depth=1e-4, elapsed=65.0))
         show(Event("complete", "rig", step=9, distance=5e3, target=5e3, worst_depth=1e-4))
-    told = stream.getvalue().splitlines()
-    assert told == [
+    message = stream.getvalue().splitlines()
+    assert message == [
         "rig: started, 1200 km to run",
         line(STEP),
         "rig: another program holds rig.nc open; the campaign goes on, the file follows when it is free",
@@ -73,8 +73,8 @@ def test_in_a_terminal_both_campaigns_have_one_live_line(monkeypatch):
         show(Event("deferred", "rig", target=1200e3))
         show(Event("deferred", "rig", target=1200e3))
         show(Event("finished", "field", step=9, distance=5e3, target=5e3))
-    told = stream.getvalue()
-    assert told.count("another program holds rig.nc open; the campaign goes on") >= 1
-    last = told.split("\x1b[2K")[-1]
+    message = stream.getvalue()
+    assert message.count("another program holds rig.nc open; the campaign goes on") >= 1
+    last = message.split("\x1b[2K")[-1]
     assert "field" in last
     assert "finished, 5 km" in last

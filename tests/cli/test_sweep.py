@@ -46,9 +46,9 @@ def rows(out):
 
 def test_the_shipped_sweep_is_right(capsys):
     assert cli.main(["check", "workflows/sweep_rig.toml"]) == 0
-    told = capsys.readouterr().out
-    assert "6 cases" in told
-    assert "case 6: rig.toml, counterface.roller_radius_mm = 5000, operation.block.friction = 0.35" in told
+    message = capsys.readouterr().out
+    assert "6 cases" in message
+    assert "case 6: rig.toml, counterface.roller_radius_mm = 5000, operation.block.friction = 0.35" in message
 
 
 def test_a_sweep_runs_tells_its_table_and_its_status(folder, capsys):
@@ -62,21 +62,21 @@ def test_a_sweep_runs_tells_its_table_and_its_status(folder, capsys):
     assert cli.main(["status", "out"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "4 cases: 3 not started, 1 finished"
     assert cli.main(["sweep", "sweep_rig.toml", "--out", "out", "--jobs", "1"]) == 0
-    told = capsys.readouterr()
-    assert "4 cases: 4 finished" in told.out
-    assert "case 1: begun, roller_radius_mm = 500, friction = 0.2" in told.err
+    message = capsys.readouterr()
+    assert "4 cases: 4 finished" in message.out
+    assert "case 1: begun, roller_radius_mm = 500, friction = 0.2" in message.err
     assert [row["state"] for row in rows(folder / "out")] == ["finished"] * 4
     assert cli.main(["sweep", "sweep_rig.toml", "--out", "out", "--jobs", "1", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [row["counterface.roller_radius_mm"] for row in told] == [500, 500, 1000, 1000]
+    message = json.loads(capsys.readouterr().out)
+    assert [row["counterface.roller_radius_mm"] for row in message] == [500, 500, 1000, 1000]
     assert cli.main(["status", "out"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 5
     assert lines[0].startswith("case 1, rig: finished, step 3, 6 of 6 km (100 %)")
     assert cli.main(["status", "out", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [case["state"] for case in told["cases"]] == ["finished"] * 4
-    assert told["cases"][0]["campaigns"]["rig"]["step"] == 3
+    message = json.loads(capsys.readouterr().out)
+    assert [case["state"] for case in message["cases"]] == ["finished"] * 4
+    assert message["cases"][0]["campaigns"]["rig"]["step"] == 3
     assert cli.main(["sweep", "sweep_rig.toml", "--out", "out", "--list"]) == 0
     assert all(line.endswith(": finished") for line in capsys.readouterr().out.splitlines())
 
@@ -87,14 +87,14 @@ def test_a_case_that_cannot_run_gives_the_exit_code_at_the_end(folder, capsys):
         code = cli.main(["sweep", "sweep_rig.toml", "--out", "out", "--jobs", "1"])
         assert cli.main(["sweep", "sweep_rig.toml", "--out", "out", "--case", "1"]) == 2
     assert code == 2
-    told = capsys.readouterr()
-    assert "4 cases: 1 failed, 3 finished" in told.out
+    message = capsys.readouterr()
+    assert "4 cases: 1 failed, 3 finished" in message.out
     assert [row["state"] for row in rows(folder / "out")] == ["failed", "finished", "finished", "finished"]
     assert "another wearsim run works in" in rows(folder / "out")[0]["fault"]
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (["rig.toml"], "rig.toml: say what to vary"),
         (["sweep_rig.toml", "--vary", "wear.law=usfd"], "leave --vary and --table out"),
@@ -104,11 +104,11 @@ def test_a_case_that_cannot_run_gives_the_exit_code_at_the_end(folder, capsys):
         (["no.toml"], "no.toml: the scene file does not exist"),
     ],
 )
-def test_faults_are_one_line_and_nothing_is_written(folder, capsys, words, told):
+def test_faults_are_one_line_and_nothing_is_written(folder, capsys, words, message):
     assert cli.main(["sweep", *words, "--out", "out"]) == 2
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1
-    assert told in lines[0]
+    assert message in lines[0]
     assert not Path("out").exists()
 
 
@@ -133,9 +133,9 @@ def test_list_tells_impossible_cases(folder, capsys):
     assert "wear.law = energy: impossible; " in bad
     assert 'coefficients = "lewis_dwyer_joyce_2004" belong to usfd' in bad
     assert cli.main([*words, "--json"]) == 2
-    told = json.loads(capsys.readouterr().out)["cases"]
-    assert [case["state"] for case in told] == ["not started", "impossible"]
-    assert told[0]["fault"] == ""
+    message = json.loads(capsys.readouterr().out)["cases"]
+    assert [case["state"] for case in message] == ["not started", "impossible"]
+    assert message[0]["fault"] == ""
     assert not Path("out").exists()
 
 
@@ -152,10 +152,10 @@ def test_ctrl_c_leaves_all_valid_and_the_same_command_goes_on_to_the_same_bits(f
                 break
             time.sleep(0.05)
         os.kill(process.pid, signal.SIGINT)
-        _, told = process.communicate()
-        assert process.returncode == 130, told
-    assert "the same command goes on" in told
-    assert "Traceback" not in told
+        _, message = process.communicate()
+        assert process.returncode == 130, message
+    assert "the same command goes on" in message
+    assert "Traceback" not in message
     states = [row["state"] for row in rows(folder / "out")]
     assert "interrupted" in states
     assert states[3] == "not started"

@@ -122,7 +122,6 @@ def test_check_tells_how_it_wears(folder, capsys):
     assert main(["check", str(folder / "compare.toml")]) == 0
     told = " ".join(capsys.readouterr().out.split())
     assert (
-        "wear 0.5 times as deep per passage as the wheels; turned back to their new profile every 6 km"
-        in told
+        "wear 0.5 times as deep per passage as the wheels; redressed to their new profile every 6 km" in told
     )
     assert "each loses 3 mm2 per 1000 km where the wheels wear" in told

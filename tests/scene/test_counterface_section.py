@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from wearsim.contact.geometry import counterface_profile
-from wearsim.operation.control import CounterfaceWear
 from wearsim.profile.shape import arc_length
 from wearsim.scene import build, load_scene
+from wearsim.scene.campaign import CounterfaceWear
 
 DATA = Path(__file__).parents[1] / "data"
 TEXT = {kind: (DATA / f"scene_{kind}.toml").read_text() for kind in ("rig", "field")}
@@ -48,7 +48,7 @@ def test_wear_reaches_the_campaign_in_si(folder, kind, lines, wanted):
 
 
 @pytest.mark.parametrize(
-    ("kind", "lines", "line", "told"),
+    ("kind", "lines", "line", "message"),
     [
         ("rig", "redress_every_km = 3", "[counterface.wear]", "factor"),
         ("rig", "factor = 0", "factor = 0", "factor = 0 must be above 0"),
@@ -59,11 +59,11 @@ def test_wear_reaches_the_campaign_in_si(folder, kind, lines, wanted):
         ("field", "", "[counterface.wear]", "area_mm2_per_1000km"),
     ],
 )
-def test_faults_stand_at_their_line(folder, faults_of, line_with, kind, lines, line, told):
+def test_faults_stand_at_their_line(folder, faults_of, line_with, kind, lines, line, message):
     text = f"{TEXT[kind]}\n[counterface.wear]\n{lines}\n"
     (fault,) = faults_of(text)
     assert fault.startswith(f"scene.toml:{line_with(text, line)}: ")
-    assert told in fault
+    assert message in fault
 
 
 def test_a_law_that_wears_nothing_wears_no_counterface(folder, faults_of, line_with, changed):

@@ -7,8 +7,8 @@ import pytest
 
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.scene import build, load_scene
+from wearsim.scene.initial_contact import check_contact
 from wearsim.scene.setup import warnings_of
-from wearsim.scene.touch import check_contact
 
 DATA = Path(__file__).parents[1] / "data"
 RIG = (DATA / "scene_rig.toml").read_text()
@@ -17,7 +17,7 @@ COMPARE = (DATA / "scene_compare.toml").read_text()
 
 
 @pytest.mark.parametrize(
-    ("text", "old", "new", "told"),
+    ("text", "old", "new", "output"),
     [
         (RIG, '"S1002"', '"S1003"', "neither a file nor a shipped wheel profile"),
         (RIG, '"60E1"', '"S1002"', "'S1002' is a wheel profile"),
@@ -25,7 +25,7 @@ COMPARE = (DATA / "scene_compare.toml").read_text()
             RIG,
             '"60E1"',
             '"rail.csv"',
-            "there is no such file as given, beside the scene or among the shipped",
+            "there is no such file as given, next to the scene file or among the shipped",
         ),
         (FIELD, "share = 0.75", "share = 0.8", "0.8 + 0.25, must sum to 1 within 1 %, not 1.05"),
         (FIELD, "shift_std_mm = 2.5", "shift_std_mm = 9", "reach 27 mm, more than 4 mm beyond the flange"),
@@ -40,11 +40,11 @@ COMPARE = (DATA / "scene_compare.toml").read_text()
     ],
 )
 def test_files_and_cross_checks_are_told_with_their_line(
-    folder, text, old, new, told, changed, faults_of, line_with
+    folder, text, old, new, output, changed, faults_of, line_with
 ):
     (fault,) = faults_of(changed(text, (old, new)))
     assert fault.startswith(f"scene.toml:{line_with(text, old)}: ")
-    assert told in fault
+    assert output in fault
 
 
 def test_semi_implicit_steps_need_a_model_with_interpenetration(folder, changed, faults_of, line_with):
@@ -78,7 +78,7 @@ def test_a_wheel_that_does_not_touch_the_rail_is_told_at_its_shift(folder, chang
     text = changed(FIELD, ("gauge_mm = 1435", "gauge_mm = 1700"))
     (fault,) = faults_of(text)
     assert fault.startswith(f"scene.toml:{line_with(text, 'shift_mean_mm')}: ")
-    assert "does not touch" in fault
+    assert "has no contact" in fault
 
 
 def test_faults_of_a_profile_file_name_both_files_and_lines(folder, changed, faults_of):
@@ -196,6 +196,6 @@ def test_a_normal_model_that_must_not_lead_a_campaign_is_told(folder, faults_of,
     monkeypatch.setitem(NORMAL_MODELS, name, record)
     (fault,) = faults_of(text + f'[contact]\nnormal = "{name}"\n')
     assert fault.startswith(
-        f'scene.toml:{text.count(chr(10)) + 2}: normal = "{name}" cannot lead a campaign: '
+        f'scene.toml:{text.count(chr(10)) + 2}: normal = "{name}" cannot update the profile in a campaign: '
     )
     assert 'normal = "kik_piotrowski"' in fault

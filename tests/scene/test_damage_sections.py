@@ -124,8 +124,8 @@ def test_a_comparison_law_with_another_form_or_set(folder):
         '{law = "usfd", form = "patch_mean"}, {law = "energy", form = "patch_mean"}, '
         '{law = "energy", coefficients = "zobory_1997"}]\n'
     )
-    told = [(one.law, one.form, one.coefficients) for one in build(scene).also_evaluate]
-    assert told == [
+    message = [(one.law, one.form, one.coefficients) for one in build(scene).also_evaluate]
+    assert message == [
         ("usfd", "local", "lewis_dwyer_joyce_2004"),
         ("usfd", "patch_mean", "lewis_dwyer_joyce_2004"),
         ("energy", "patch_mean", "krause_poll_1986"),
@@ -213,7 +213,7 @@ OWN = (
 
 
 @pytest.mark.parametrize(
-    ("text", "line", "told"),
+    ("text", "line", "message"),
     [
         (WEAR + 'coefficients = "jendel_2002"\n', 2, 'coefficients = "jendel_2002" belong to archard'),
         ('[wear]\nlaw = "brr"\nform = "local"\n', 2, 'write form = "patch_mean"'),
@@ -312,9 +312,9 @@ OWN = (
         ),
     ],
 )
-def test_what_does_not_fit_together(folder, faults_of, text, line, told):
+def test_what_does_not_fit_together(folder, faults_of, text, line, message):
     found = faults_of(RIG + text)
-    (fault,) = [each for each in found if told in each]
+    (fault,) = [each for each in found if message in each]
     assert fault.startswith(f"scene.toml:{FIRST + line}: ")
 
 

@@ -8,8 +8,8 @@ import pytest
 from wearsim.profile import standard
 from wearsim.profile.files import write_profile
 from wearsim.scene import load_scene
+from wearsim.scene.initial_contact import check_contact
 from wearsim.scene.setup import warnings_of
-from wearsim.scene.touch import check_contact
 
 DATA = Path(__file__).parents[1] / "data"
 RIG = (DATA / "scene_rig.toml").read_text()
@@ -40,19 +40,19 @@ CASES = {  # change of the scene, shift that the user reads, wheel
 def test_a_shift_beyond_the_clearance_is_warned_of_and_far_beyond_refused(
     folder, faults_of, changed, line_with, case
 ):
-    text, old, new, told, wheel = CASES[case]
+    text, old, new, message, wheel = CASES[case]
     assert warned(changed(text, (old, new.format(6.55)))) == []
     place = f"scene.toml:{line_with(text, old)}: "
     for shift in (6.65, 10.55):
         (warning,) = warned(changed(text, (old, new.format(shift))))
         assert warning.startswith(
-            f"{place}{told.format(shift)} beyond the flange clearance of 6.6 mm: the {wheel}"
+            f"{place}{message.format(shift)} beyond the flange clearance of 6.6 mm: the {wheel}"
         )
         assert "check gauge_mm = 1435 and back_to_back_mm = 1360" in warning
     for shift in (10.65, 20):
         (fault,) = faults_of(changed(text, (old, new.format(shift))))
         assert fault.startswith(
-            f"{place}{told.format(shift)} more than 4 mm beyond the flange clearance of 6.6 mm"
+            f"{place}{message.format(shift)} more than 4 mm beyond the flange clearance of 6.6 mm"
         )
         assert wheel in fault
 

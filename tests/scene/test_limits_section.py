@@ -6,7 +6,7 @@ import pytest
 
 from wearsim.results.limits import LIMITED
 from wearsim.scene import build, load_scene
-from wearsim.scene.limits import KEYS
+from wearsim.scene.campaign import LIMIT_KEYS as KEYS
 
 DATA = Path(__file__).parents[1] / "data"
 RIG = (DATA / "scene_rig.toml").read_text()
@@ -35,7 +35,7 @@ def test_limits_reach_the_campaign_in_si(folder):
 
 
 @pytest.mark.parametrize(
-    ("lines", "line", "told"),
+    ("lines", "line", "message"),
     [
         ("flange_thicknes_mm = 22", "flange_thicknes_mm", "did you mean flange_thickness_mm?"),
         ("flange_thickness_mm = 2", "flange_thickness_mm", "flange_thickness_mm = 2 must be at least 15"),
@@ -56,11 +56,11 @@ def test_limits_reach_the_campaign_in_si(folder):
         ),
     ],
 )
-def test_faults_stand_at_their_line(folder, faults_of, line_with, lines, line, told):
+def test_faults_stand_at_their_line(folder, faults_of, line_with, lines, line, message):
     text = f"{RIG}\n[campaign.limits]\n{lines}\n"
     (fault,) = faults_of(text)
     assert fault.startswith(f"scene.toml:{line_with(text, line)}: ")
-    assert told in fault
+    assert message in fault
 
 
 def test_limits_behind_the_new_wheel_are_warnings_where_the_campaign_goes_on(folder, line_with):

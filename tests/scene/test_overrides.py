@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wearsim.errors import Fault, SceneError
-from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, value_of
-from wearsim.scene.toml import toml_value
+from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_value, value_of
 from wearsim.toml_faults import key_lines, line_of
 
 TEXT = """\

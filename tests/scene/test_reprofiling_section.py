@@ -33,8 +33,10 @@ def test_turnings_beyond_the_end_are_warned_of(folder, line_with):
     """A campaign may be shortened, by hand or to compare, without another list of turnings."""
     text = with_turning("at_km = [0.001, 1e6]")
     Path("scene.toml").write_text(text)
-    (told,) = build(load_scene("scene.toml")).warnings
-    assert told.startswith(f"scene.toml:{line_with(text, 'at_km')}: at_km = 1e+06 is not below the distance")
+    (message,) = build(load_scene("scene.toml")).warnings
+    assert message.startswith(
+        f"scene.toml:{line_with(text, 'at_km')}: at_km = 1e+06 is not below the distance"
+    )
 
 
 def test_another_template_gets_the_points_of_the_wheel_and_its_file_is_told(folder):
@@ -54,12 +56,16 @@ def test_no_turning_without_the_table(folder):
 
 
 @pytest.mark.parametrize(
-    ("lines", "line", "told"),
+    ("lines", "line", "message"),
     [
         ("", "[campaign.reprofiling]", "does not say when; write at_limits"),
         ("at_limit = []", "at_limit", "did you mean at_limits?"),
-        ('at_limits = ["hollowing"]', "at_limits", '"hollowing" is no limit to turn wheels at; did you mean'),
-        ('at_limits = ["diameter_mm"]', "at_limits", '"diameter_mm" is no limit to turn wheels at'),
+        (
+            'at_limits = ["hollowing"]',
+            "at_limits",
+            '"hollowing" is no limit to reprofile wheels at; did you mean',
+        ),
+        ('at_limits = ["diameter_mm"]', "at_limits", '"diameter_mm" is no limit to reprofile wheels at'),
         ('at_limits = ["conicity"]', "at_limits", '"conicity" has no value; give it in [campaign.limits]'),
         ("at_km = [20, 10]", "at_km", "must rise from one to the next"),
         ("at_km = [0]", "at_km", "at_km"),
@@ -68,36 +74,36 @@ def test_no_turning_without_the_table(folder):
         (
             'at_limits = ["flange_thickness_mm"]\nprofile = "S1002/h28/e29"',
             "flange_thickness_mm",
-            "flange_thickness_mm = 30 is met by the turned right wheel (29 mm), too: wheels would be turned",
+            "flange_thickness_mm = 30 is met by the reprofiled right wheel (29 mm), too: wheels would be",
         ),
     ],
 )
-def test_faults_stand_at_their_line(folder, faults_of, lines, line, told):
+def test_faults_stand_at_their_line(folder, faults_of, lines, line, message):
     text = with_turning(lines)
     (fault,) = faults_of(text)
     at = text.rindex(line) if "profile" in line else text.index(line)
     assert fault.startswith(f"scene.toml:{text[:at].count(chr(10)) + 1}: ")
-    assert told in fault
+    assert message in fault
 
 
 @pytest.mark.parametrize(
-    ("limits", "turning", "told"),
+    ("limits", "turning", "message"),
     [
         (
             "diameter_mm = 850",
             "",
-            "diameter_mm = 850 is for wheels that are turned; add [campaign.reprofiling]",
+            "diameter_mm = 850 is for wheels that are reprofiled; add [campaign.reprofiling]",
         ),
         ("diameter_mm = 920", "at_km = [5]", "must be below the diameter of the new wheels, 920 mm"),
         ("damage = 1", "", "damage = 1 needs a fatigue law that counts cycles; write wlrm among the laws"),
     ],
 )
-def test_limits_that_need_something_else(folder, faults_of, line_with, limits, turning, told):
+def test_limits_that_need_something_else(folder, faults_of, line_with, limits, turning, message):
     table = f"[campaign.reprofiling]\n{turning}\n" if turning else ""
     text = f"{RIG}\n[campaign.limits]\n{limits}\n{table}"
     (fault,) = faults_of(text)
     assert fault.startswith(f"scene.toml:{line_with(text, limits)}: ")
-    assert told in fault
+    assert message in fault
 
 
 def test_turned_wheels_are_not_compared_nor_run_at_the_speed_of_new_ones(folder, faults_of, changed):
@@ -107,7 +113,7 @@ def test_turned_wheels_are_not_compared_nor_run_at_the_speed_of_new_ones(folder,
     assert "cannot be compared" in fault
     text = with_turning("at_km = [5]") + '[contact]\nrotation = "nominal"\n'
     (fault,) = faults_of(text)
-    assert "turned wheels would slide" in fault
+    assert "reprofiled wheels would slide" in fault
 
 
 def test_a_limit_that_has_the_new_wheel_turned_is_no_fault_of_the_end(folder):

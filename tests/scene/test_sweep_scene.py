@@ -87,7 +87,7 @@ def test_in_a_comparison_keys_act_on_both_scenes_or_on_the_named_one(folder):
 
 
 @pytest.mark.parametrize(
-    ("rest", "told"),
+    ("rest", "message"),
     {
         "no list": (
             "[sweep.vary]\nwear.law = 3\n",
@@ -119,12 +119,12 @@ def test_in_a_comparison_keys_act_on_both_scenes_or_on_the_named_one(folder):
         ),
     }.values(),
 )
-def test_faults_of_a_sweep_file(folder, faults_of, rest, told):
-    assert any(told in line for line in faults_of(HEAD + rest, "sweep.toml"))
+def test_faults_of_a_sweep_file(folder, faults_of, rest, message):
+    assert any(message in line for line in faults_of(HEAD + rest, "sweep.toml"))
 
 
 @pytest.mark.parametrize(
-    ("table", "told"),
+    ("table", "message"),
     [
         ("radius\n1\n", "cases.csv:1: column"),
         ("a.b,c.d\n1\n", "cases.csv:2: 1 cells where the first line has 2 keys"),
@@ -132,13 +132,13 @@ def test_faults_of_a_sweep_file(folder, faults_of, rest, told):
         ("a.b,a.b\n1,2\n", "two columns have the same key"),
     ],
 )
-def test_faults_of_a_table(folder, faults_of, table, told):
+def test_faults_of_a_table(folder, faults_of, table, message):
     Path("cases.csv").write_text(table)
-    assert any(told in line for line in faults_of(HEAD + 'table = "cases.csv"\n', "sweep.toml"))
+    assert any(message in line for line in faults_of(HEAD + 'table = "cases.csv"\n', "sweep.toml"))
 
 
 @pytest.mark.parametrize(
-    ("vary", "table", "told"),
+    ("vary", "table", "message"),
     [
         ([], None, "say what to vary"),
         (["wear.law"], None, "must be KEY=VALUE"),
@@ -146,6 +146,6 @@ def test_faults_of_a_table(folder, faults_of, table, told):
         (["a.b=1", "a.b=2"], None, "varied twice"),
     ],
 )
-def test_faults_of_the_flags(folder, vary, table, told):
-    with pytest.raises(SceneError, match=told):
+def test_faults_of_the_flags(folder, vary, table, message):
+    with pytest.raises(SceneError, match=message):
         sweep_of_flags("rig.toml", vary, table)

@@ -12,11 +12,11 @@ from wearsim.campaign.step import advance
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
-from wearsim.operation.control import ControlSettings
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile import standard
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.profile.smoothing import smoothing_spline
+from wearsim.scene.campaign import ControlSettings
 
 SHIFTS = np.linspace(-4e-3, -1e-3, 5)
 SPACING, NOISE, WAVELENGTH = 0.25e-3, 1e-6, 2.5e-3

@@ -12,10 +12,10 @@ from wearsim.campaign.state import State
 from wearsim.campaign.step import advance
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
-from wearsim.operation.control import ControlSettings, CounterfaceWear
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile import standard
 from wearsim.profile.shape import resample
+from wearsim.scene.campaign import ControlSettings, CounterfaceWear
 
 SHIFTS = np.linspace(-4e-3, -1e-3, 5)
 SPACING, NOISE = 0.25e-3, 1e-6

@@ -50,7 +50,7 @@ def test_every_combination_has_a_time_and_errors_or_a_refusal(dataset):
         assert np.array_equal(np.isnan(dataset[name].values), refused)
     assert np.all(dataset["time"].values[~refused] > 0.0)
     names = dataset["normal"].values
-    assert np.array_equal(dataset["leads"].values, names != "hertz")
+    assert np.array_equal(dataset["can_update_profile"].values, names != "hertz")
     assert not dataset["pareto"].values[refused].any()
 
 
@@ -72,24 +72,27 @@ def test_peers_have_times_and_errors():
 def test_json_of_the_command(capsys):
     flags = ["--grids", "8", "--reference-grid", "10", "--points", "1", "--json"]
     assert main(["chart", "workflows/rig.toml", *flags]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["reference"] == "half_space + half_space, 10 x 10"
-    assert {model["grid"] for model in told["models"]} == {8}
-    assert all(model["scenes"][0]["refusal"] or model["time"] > 0.0 for model in told["models"])
+    message = json.loads(capsys.readouterr().out)
+    assert message["reference"] == "half_space + half_space, 10 x 10"
+    assert {model["grid"] for model in message["models"]} == {8}
+    assert all(model["scenes"][0]["refusal"] or model["time"] > 0.0 for model in message["models"])
 
 
 @pytest.mark.parametrize(
-    ("flags", "told"),
+    ("flags", "message"),
     [
-        (["--grids", "3,x"], ["--grids = 3 must be a whole number in 5 .. 200", "--grids = x must be"]),
+        (
+            ["--grids", "3,x"],
+            ["--grids = 3 must be a whole number, at least 5 and at most 200", "--grids = x must be"],
+        ),
         (["--grids", "50", "--reference-grid", "40"], ["--reference-grid = 40 must be at least the finest"]),
-        (["--points", "0"], ["--points = 0 must be a whole number in 1 .. 500"]),
+        (["--points", "0"], ["--points = 0 must be a whole number, at least 1 and at most 500"]),
     ],
 )
-def test_wrong_flags_are_told_all_at_once(flags, told, capsys):
+def test_wrong_flags_are_told_all_at_once(flags, message, capsys):
     assert main(["chart", *flags]) == 2
     error = capsys.readouterr().err
-    assert all(part in error for part in told)
+    assert all(part in error for part in message)
 
 
 @pytest.fixture(scope="module")
@@ -118,11 +121,13 @@ def test_candidates_of_auto_lie_on_the_front_of_the_committed_chart(committed):
 def test_errors_of_the_committed_chart_are_found_again():
     """Fast combinations on the rig: iterations of the half-space, and a wear law that magnifies them where it
     has steps."""
-    told = pd.read_csv(REPOSITORY / "reports/speed_accuracy.csv")
+    message = pd.read_csv(REPOSITORY / "reports/speed_accuracy.csv")
     rig = build(load_scene("workflows/rig.toml"))
     state, _ = WheelsetEvolution(rig).start()
     truth = replace(rig.models, normal="half_space", tangential="half_space", strips=60, cells=60)
-    rows = told[(told["scene"] == rig.title) & (told["tangential"] == "fastsim") & (told["grid"] == 30)]
+    rows = message[
+        (message["scene"] == rig.title) & (message["tangential"] == "fastsim") & (message["grid"] == 30)
+    ]
     rows = rows[rows["refusal"].isna()]
     assert len(rows) >= 3
     models = [replace(rig.models, normal=name, strips=30, cells=30) for name in rows["normal"]]

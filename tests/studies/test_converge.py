@@ -104,7 +104,7 @@ def test_table_tells_how_the_end_moves(converged):
     assert [row["name"] for row in table["rows"]] == ROWS
     given = table["given"]["rig"]
     rows = {row["name"]: row for row in table["rows"]}
-    assert rows["points"]["told"].startswith("a rig programme gives")
+    assert rows["points"]["reason"].startswith("a rig programme gives")
     assert rows["step"]["ends"]["rig"]["steps"] > given["steps"]
     for name in ("step", "grid", "together"):
         with open_results(out / "converge" / name / "rig.nc") as data:
@@ -282,9 +282,9 @@ def test_a_campaign_that_is_cut_short_before_a_turning_is_compared_all_the_same(
     turned = "[campaign.limits]\ndepth_mm = 1\nend = true\n[campaign.reprofiling]\nat_km = [20, 30]\n"
     scene.write_text(rig_text.replace("distance_km = 8", "distance_km = 40") + turned)
     table = json.loads(converge(scene, tmp_path / "out", distance=distance).read_text())
-    told = {row["name"]: row["told"] for row in table["rows"]}
-    assert told["together"] == told["smoothing-half"] == ""
-    assert told["grid"] == told["step"] == "failed: the wheel does not touch"
+    message = {row["name"]: row["reason"] for row in table["rows"]}
+    assert message["together"] == message["smoothing-half"] == ""
+    assert message["grid"] == message["step"] == "failed: the wheel does not touch"
 
 
 def test_a_campaign_that_ended_with_a_turning_is_compared_by_its_worn_wheels(

@@ -157,8 +157,8 @@ def test_the_table_has_what_rollers_lost_where_any_wear(folder):
                     assert table[name].values[at, 0].max() > 0.0
         depth = table["counterface_max_wear_depth"].values[:, 0]
     columns = [f"counterface_max_wear_depth_mm_{wheel}" for wheel in ("right", "left")]
-    told = [[float(row[column]) for column in columns] for row in rows]
-    np.testing.assert_allclose(told, 1e3 * depth, rtol=1e-8)
+    message = [[float(row[column]) for column in columns] for row in rows]
+    np.testing.assert_allclose(message, 1e3 * depth, rtol=1e-8)
     run_sweep(sweep_of_flags("rig.toml", ["wheelset.radius_mm=460"], None), "plain", jobs=1)
     assert not any(name.startswith("counterface_max") for name in sweep_rows(sweep_dataset("plain"))[0])
 

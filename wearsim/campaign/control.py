@@ -15,8 +15,8 @@ from wearsim.campaign.vertices import smooth_sides
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import ContactModels
 from wearsim.errors import NumericalError
-from wearsim.operation.control import ControlSettings, CounterfaceWear
 from wearsim.operation.points import OperatingPoints
+from wearsim.scene.campaign import ControlSettings, CounterfaceWear
 
 # share of the loop within which places of a programme are equal: above the rounding of the distance
 _SAME_PLACE = 1e-9

@@ -13,8 +13,8 @@ from wearsim.campaign.state import CounterfaceRate, CounterfaceState, State, Wea
 from wearsim.campaign.vertices import sample, share_out, smooth_sides, stretches, worn_off
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import Counterface
-from wearsim.operation.control import CounterfaceWear
 from wearsim.profile.shape import arc_length, vertex_lengths
+from wearsim.scene.campaign import CounterfaceWear
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup

@@ -16,9 +16,9 @@ from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import ContactModels, ContactSolution, Counterface, Wheelset, solve
 from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.errors import ContactError
-from wearsim.operation.control import CounterfaceWear
 from wearsim.operation.points import OperatingPoints, select
 from wearsim.profile.shape import arc_length, vertex_lengths
+from wearsim.scene.campaign import CounterfaceWear
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup

@@ -18,11 +18,11 @@ from wearsim.campaign.counterface import without_step
 from wearsim.campaign.state import State, worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue import counts_cycles
-from wearsim.operation.control import ControlSettings
 from wearsim.profile.reprofiling import reprofile_axle
 from wearsim.profile.shape import Profile, arc_length, vertex_normals
 from wearsim.profile.worn import LARGEST_DEPTH, cut_along_normals
 from wearsim.results.limits import first_met
+from wearsim.scene.campaign import ControlSettings
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup

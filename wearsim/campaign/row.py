@@ -31,12 +31,12 @@ from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
 from wearsim.contact.solve import ContactSolution
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
-from wearsim.operation.control import ReprofilingRules
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import arc_length
 from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header
 from wearsim.results.limits import TURNED_AT, attributes_of
+from wearsim.scene.campaign import ReprofilingRules
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup

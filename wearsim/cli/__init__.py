@@ -67,6 +67,17 @@ def add_command(commands: Commands, name: str, summary: str, example: str) -> ar
     return parser
 
 
+def whole(low: int, high: int, text: str) -> int:
+    """Whole number of a flag; raises what argparse prints."""
+    try:
+        number = int(text)
+    except ValueError:
+        number = low - 1
+    if not low <= number <= high:
+        raise argparse.ArgumentTypeError(f"{text} must be a whole number, at least {low} and at most {high}")
+    return number
+
+
 def build_parser() -> argparse.ArgumentParser:
     """Parser of the whole command line."""
     parser = Parser(
@@ -120,9 +131,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as error:
         if arguments.debug:
             raise
-        told = " ".join(str(error).split())
+        message = " ".join(str(error).split())
         print(
-            f"wearsim: internal error, {type(error).__name__}: {told}; this is a fault of wearsim, "
+            f"wearsim: internal error, {type(error).__name__}: {message}; this is a fault of wearsim, "
             f"add --debug to see where",
             file=sys.stderr,
         )

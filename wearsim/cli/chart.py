@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from wearsim.cli import Commands, add_command
-
-if TYPE_CHECKING:
-    from wearsim.scene import FieldScene, RigScene
+from wearsim.cli import Commands, add_command, whole
 
 
 def add_parser(commands: Commands) -> None:
@@ -32,7 +29,7 @@ def add_parser(commands: Commands) -> None:
         "--points",
         metavar="N",
         default="40",
-        help="operating points per scene, at most; but one of each class of work (default 40)",
+        help="operating points per scene, at most; but one of each class of operating points (default 40)",
     )
     parser.add_argument(
         "--out", metavar="DIR", default="reports", help="folder of the report (default reports)"
@@ -52,16 +49,14 @@ def execute(arguments: argparse.Namespace) -> int:
     if faults:
         raise SceneError([Fault(fault) for fault in faults])
     from wearsim.report.chart import write_chart
-    from wearsim.scene import CompareScene, build
-    from wearsim.scene.load import load_campaign
+    from wearsim.scene import build
+    from wearsim.scene.read import load_campaign
     from wearsim.studies.chart import speed_and_accuracy
 
     scene = load_campaign(arguments.scene)
-    parts: list[RigScene | FieldScene]
-    parts = [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
     dataset = speed_and_accuracy(
-        [build(part) for part in parts], grids, reference, points=points,
-        told=lambda line: print(line, file=sys.stderr),
+        [build(part) for part in scene.parts], grids, reference, points=points,
+        report=lambda line: print(line, file=sys.stderr),
     )  # fmt: skip
     if arguments.json:
         print(json.dumps(_json(dataset), indent=2))
@@ -74,25 +69,23 @@ def _numbers(arguments: argparse.Namespace) -> tuple[list[int], int, int, list[s
     """Numbers of the flags, and all that is wrong with them."""
     faults: list[str] = []
 
-    def whole(flag: str, text: str, low: int, high: int) -> int:
+    def number(flag: str, text: str, low: int, high: int) -> int:
         try:
-            value = int(text)
-        except ValueError:
-            value = low - 1
-        if not low <= value <= high:
-            faults.append(f"--{flag} = {text} must be a whole number in {low} .. {high}")
-        return value
+            return whole(low, high, text)
+        except argparse.ArgumentTypeError as error:
+            faults.append(f"--{flag} = {error}")
+            return 0
 
-    grids = [whole("grids", text.strip(), 5, 200) for text in arguments.grids.split(",")]
-    reference = whole("reference-grid", arguments.reference_grid, 10, 400)
+    grids = [number("grids", text.strip(), 5, 200) for text in arguments.grids.split(",")]
+    reference = number("reference-grid", arguments.reference_grid, 10, 400)
     if not faults and reference < max(grids):
         faults.append(f"--reference-grid = {reference} must be at least the finest of --grids, {max(grids)}")
-    points = whole("points", arguments.points, 1, 500)
+    points = number("points", arguments.points, 1, 500)
     return sorted(set(grids)), reference, points, faults
 
 
 def _json(dataset: Any) -> dict[str, Any]:
-    """JSON value, SI units; what has no answer is null."""
+    """JSON value, SI units; null where there is no solution."""
 
     def plain(value: Any) -> Any:
         value = value.item() if hasattr(value, "item") else value
@@ -101,7 +94,7 @@ def _json(dataset: Any) -> dict[str, Any]:
     models = []
     for k in range(dataset.sizes["model"]):
         one = dataset.isel(model=k)
-        names = ("normal", "tangential", "grid", "leads", "time", "worst_depth_error", "pareto")
+        names = ("normal", "tangential", "grid", "can_update_profile", "time", "worst_depth_error", "pareto")
         entry = {name: plain(one[name]) for name in names}
         entry["scenes"] = [
             {"scene": str(scene)}

@@ -9,16 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearsim.cli import Commands, add_command
-from wearsim.cli.contact_flags import COLUMNS, FLAGS
+from wearsim.studies.contact_flags import COLUMNS, FLAGS
 
 if TYPE_CHECKING:
-    from wearsim.cli.contact_points import PointResult
-    from wearsim.cli.contact_request import Request
-    from wearsim.cli.contact_table import Row, Table
-    from wearsim.errors import ContactError, Fault
-
-_WINDOW = 64
-"""Rows of a table solved and printed together; the memory a table takes does not grow beyond them."""
+    from wearsim.errors import Fault
+    from wearsim.studies.contact_points import PointResult, Request
+    from wearsim.studies.contact_table import Row
 
 _FORMATS = ("png", "svg", "pdf")
 
@@ -74,9 +70,8 @@ def add_parser(commands: Commands) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Solve and print."""
-    from wearsim.cli.contact_points import profile_faults
-    from wearsim.cli.contact_request import faults_of, request_of
     from wearsim.errors import Fault, SceneError
+    from wearsim.studies.contact_points import faults_of, profile_faults, request_of
 
     flags = {column: text.strip() for column in COLUMNS if (text := getattr(arguments, column)) is not None}
     request, wrong = request_of(flags)
@@ -99,8 +94,8 @@ def _solve_point(request: Request, arguments: argparse.Namespace) -> None:
     import json
     import sys
 
-    from wearsim.cli.contact_output import as_json, as_text, notes
-    from wearsim.cli.contact_points import solve_one
+    from wearsim.studies.contact_points import solve_one
+    from wearsim.studies.contact_table import as_json, as_text, notes
 
     problem, solution, result = solve_one(request)
     print(json.dumps({"points": [as_json(result)]}, indent=2) if arguments.json else as_text(result))
@@ -127,12 +122,11 @@ def _plot_faults(plot: str, table: str | None) -> list[str]:
 
 
 def _solve_table(source: str, flags: Mapping[str, str], faults: list[Fault], as_json: bool) -> int:
-    """Print the solution of every row, window by window; the exit code is that of the worst row."""
+    """Print the solution of every row as soon as it is there; the exit code is that of the worst row."""
     import sys
 
-    from wearsim.cli.contact_output import notes
-    from wearsim.cli.contact_table import read_table
     from wearsim.errors import ContactError, Fault, SceneError
+    from wearsim.studies.contact_table import notes, read_table, solved_rows, write_csv, write_json
 
     try:
         table = read_table(source, flags)
@@ -147,7 +141,7 @@ def _solve_table(source: str, flags: Mapping[str, str], faults: list[Fault], as_
 
     def results() -> Iterator[tuple[Row, PointResult]]:
         nonlocal worst
-        for row, result in _solved(table, flags):
+        for row, result in solved_rows(table, flags):
             if isinstance(result, ContactError):
                 worst = max(worst, result.exit_code)
                 print(Fault(str(result), table.name, row.line), file=sys.stderr)
@@ -156,54 +150,11 @@ def _solve_table(source: str, flags: Mapping[str, str], faults: list[Fault], as_
                 noted.setdefault(kind, []).append(f"line {row.line}: {note}")
             yield row, result
 
-    (_write_json if as_json else _write_csv)(table, flags, results())
+    if as_json:
+        write_json(results(), sys.stdout)
+    else:
+        write_csv(table, flags, results(), sys.stdout)
     for first, *more in noted.values():
         rows = f" ({len(more)} more row{'s' if len(more) > 1 else ''} like it)" if more else ""
         print(f"{table.name}: note: {first}{rows}", file=sys.stderr)
     return worst
-
-
-def _solved(table: Table, flags: Mapping[str, str]) -> Iterator[tuple[Row, PointResult | ContactError]]:
-    """Rows with their solutions, or why they have none; solved a window at a time."""
-    import sys
-    from itertools import islice
-
-    from wearsim.cli.contact_points import solve_points
-    from wearsim.cli.contact_request import request_of
-
-    rows = table.rows()
-    while window := list(islice(rows, _WINDOW)):
-        requests = [request_of(flags, row.given)[0] for row in window]
-        yield from zip(window, solve_points(requests), strict=True)
-        sys.stdout.flush()
-
-
-def _write_csv(table: Table, flags: Mapping[str, str], results: Iterator[tuple[Row, PointResult]]) -> None:
-    import csv
-    import sys
-
-    from wearsim.cli.contact_output import RESULT_COLUMNS, result_cells
-    from wearsim.cli.contact_request import texts_of
-
-    # flags given with the table become columns, too: the output holds all that was not a default
-    stated = ("side", "roll", "normal", "tangential")
-    columns = list(dict.fromkeys([*table.kept, *flags, *stated, *RESULT_COLUMNS]))
-    writer = csv.DictWriter(sys.stdout, columns, restval="", extrasaction="ignore", lineterminator="\n")
-    writer.writeheader()
-    for row, result in results:
-        given = texts_of(flags, row.given) | row.carried
-        writer.writerows(given | cells for cells in result_cells(result, row.line))
-
-
-def _write_json(table: Table, flags: Mapping[str, str], results: Iterator[tuple[Row, PointResult]]) -> None:  # noqa: ARG001
-    import json
-    import sys
-
-    from wearsim.cli.contact_output import as_json
-
-    between = "\n"
-    sys.stdout.write('{"points": [')
-    for row, result in results:
-        sys.stdout.write(between + json.dumps(as_json(result, row.line, row.carried)))
-        between = ",\n"
-    sys.stdout.write("\n]}\n")

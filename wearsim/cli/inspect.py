@@ -22,7 +22,7 @@ def add_parser(commands: Commands) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the summary; write the figures if they are wanted."""
+    """Print the summary; write the figures on request."""
     import json
 
     from wearsim.report.inspect import inspect, summary_text, write_figures

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from wearsim.scene import FieldScene, RigScene, Scene
+    from wearsim.scene import Scene
     from wearsim.scene.overrides import Override
 
 _SMOOTHING = {"off": 0.0, "half": 0.5, "double": 2.0}
@@ -47,15 +47,15 @@ def load_overridden(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Over
         For `run_scene`.
     """
     from wearsim.errors import Fault, SceneError
-    from wearsim.scene import CompareScene, SweepScene, load_scene
+    from wearsim.scene import SweepScene, load_scene
     from wearsim.scene.overrides import Override, value_of
 
     overrides, faults = [], []
     for text in arguments.set:
         key, equals, value = (part.strip() for part in text.partition("="))
         if not (equals and all(key.split(".")) and "." in key):
-            told = "write KEY=VALUE with a dotted key, such as campaign.stability=0.2"
-            faults.append(Fault(told, f"--set {text}"))
+            message = "write KEY=VALUE with a dotted key, such as campaign.stability=0.2"
+            faults.append(Fault(message, f"--set {text}"))
         overrides.append(Override(key, value_of(value), f"--set {text}"))
     if faults:
         raise SceneError(faults)
@@ -65,9 +65,7 @@ def load_overridden(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Over
     if isinstance(scene, SweepScene):
         message = f"--smoothing is for campaigns; this scene is of kind {scene.scene.kind}"
         raise SceneError([Fault(message, str(scene.origin.path))])
-    parts: dict[str, RigScene | FieldScene]
-    parts = {"rig.": scene.rig, "field.": scene.field} if isinstance(scene, CompareScene) else {"": scene}
-    for role, part in parts.items():
+    for role, part in scene.prefixed.items():
         wavelength = _SMOOTHING[arguments.smoothing] * part.campaign.smoothing_wavelength_mm
         key, flag = f"{role}campaign.smoothing_wavelength_mm", f"--smoothing {arguments.smoothing}"
         overrides.append(Override(key, wavelength, flag))

@@ -47,7 +47,7 @@ _FLAGS = {
             "of the rail, or none (default 1:40; measured rails: none, they stand as measured)",
         ),
         ("gauge-mm", "X", "gauge, 14 mm below the top (default 1435)"),
-        ("back-to-back-mm", "X", "back-to-back distance; stated, it is judged, too (default 1360)"),
+        ("back-to-back-mm", "X", "back-to-back distance; stated, it is checked, too (default 1360)"),
         ("wheel-radius-mm", "X", "wheel radius at the running circle"),
         ("diameter-mm", "X", "wheel diameter at the running circle, instead of the radius"),
         ("left-diameter-mm", "X", "diameter of the left wheel, if it differs"),
@@ -60,7 +60,7 @@ _FLAGS = {
             "how NAME|FILE is laid on it: none, flange_back, back_and_tip, flange_tip, running_circle, "
             "best_fit, top (default best_fit for measured profiles, else none)",
         ),
-        ("rotate", "", "best_fit may turn it, too: for profiles measured at a tilt"),
+        ("rotate", "", "best_fit may rotate it, too: for profiles measured at a tilt"),
         (
             "reprofile-to",
             "NAME",

@@ -47,7 +47,7 @@ class PlainLines:
         self._stream = stream
         self._interval = interval
         self._last = -float("inf")
-        self._told_deferred = False
+        self._deferred_shown = False
 
     def __call__(self, event: Event) -> None:
         """Show an event."""
@@ -56,9 +56,9 @@ class PlainLines:
                 return
             self._last = time.monotonic()
         if event.kind == "deferred":
-            if self._told_deferred:
+            if self._deferred_shown:
                 return
-            self._told_deferred = True
+            self._deferred_shown = True
         self._stream.write(line(event) + "\n")
         self._stream.flush()
 
@@ -107,9 +107,9 @@ def duration(seconds: float) -> str:
 
 
 def _state(event: Event, distance: bool = True) -> str:
-    told = [_km(event.distance)] if distance else []
-    told += [f"worst depth {1e3 * event.worst_depth:.3f} mm", f"step {event.step}"]
-    return ", ".join(told)
+    text = [_km(event.distance)] if distance else []
+    text += [f"worst depth {1e3 * event.worst_depth:.3f} mm", f"step {event.step}"]
+    return ", ".join(text)
 
 
 def _why(event: Event) -> str:
@@ -134,8 +134,8 @@ def _live(stream: TextIO) -> Iterator[Observer]:
         def show(event: Event) -> None:
             if event.name not in tasks:
                 tasks[event.name] = bar.add_task("", name=event.name, total=event.target)
-            told = line(event).removeprefix(f"{event.name}: ")
-            bar.update(tasks[event.name], completed=event.distance, description=told)
+            text = line(event).removeprefix(f"{event.name}: ")
+            bar.update(tasks[event.name], completed=event.distance, description=text)
             if event.kind == "rebuilt" or (event.kind == "deferred" and event.name not in deferred):
                 bar.console.print(line(event), markup=False, highlight=False)
             if event.kind == "deferred":
@@ -156,16 +156,16 @@ def status_line(name: str, item: dict[str, Any]) -> str:
     """
     distance, target = float(item.get("distance", 0.0)), float(item.get("target", 0.0))
     percent = f" ({100.0 * distance / target:.0f} %)" if target > 0 else ""
-    told = (
+    text = (
         f"{name}: {item.get('state', 'unknown')}, step {item.get('step', 0)}, "
         f"{distance / 1e3:.6g} of {target / 1e3:.6g} km{percent}, "
         f"deepest wear {1e3 * float(item.get('worst_depth', 0.0)):.4g} mm"
     )
     left = item.get("time_left")
     if item.get("state") == "running" and left is not None:
-        told += f", about {duration(float(left))} left"
+        text += f", about {duration(float(left))} left"
     if item.get("ended") not in (None, "", "distance reached"):
-        told += f": {item['ended']}"
+        text += f": {item['ended']}"
     if item.get("message"):
-        told += f"; {item['message']}"
-    return told
+        text += f"; {item['message']}"
+    return text

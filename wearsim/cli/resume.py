@@ -23,12 +23,12 @@ def execute(arguments: argparse.Namespace) -> int:
     """Continue from the last finished step and write the report."""
     from wearsim.campaign.run import resume
     from wearsim.cli.progress import observer
-    from wearsim.cli.run import tell_doubts
+    from wearsim.cli.run import print_warnings
     from wearsim.report.html import write_report
 
     out = Path(arguments.directory)
     with observer() as observe:
         results = resume(out, observer=observe)
-    tell_doubts(results)
+    print_warnings(results)
     print(f"report: {write_report(out)}")
     return 0

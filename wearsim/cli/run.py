@@ -27,9 +27,7 @@ def add_parser(commands: Commands) -> None:
     )
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument(
-        "--out",
-        metavar="DIR",
-        help="run directory (default: the scene file's name without .toml)",
+        "--out", metavar="DIR", help="run directory (default: the scene file's name without .toml)"
     )
     add_override_flags(parser)
     parser.add_argument(
@@ -47,8 +45,8 @@ def add_parser(commands: Commands) -> None:
         action="append",
         default=[],
         type=_models,
-        help="also run with these contact models, such as half_space+half_space, and tell in the same table "
-        "how far the end differs; with --converge KM over that distance; can be repeated",
+        help="also run with these contact models, such as half_space+half_space, and report in the same "
+        "table how far the end differs; with --converge KM over that distance; can be repeated",
     )
 
 
@@ -57,9 +55,9 @@ def _models(text: str) -> tuple[str, str]:
     from wearsim.contact.tangential import TANGENTIAL_MODELS
 
     normal, plus, tangential = text.partition("+")
-    leading = [name for name, model in NORMAL_MODELS.items() if model.can_update_profile]
-    if not plus or normal not in leading or tangential not in TANGENTIAL_MODELS:
-        pair = f"one of {', '.join(leading)}, a plus sign, and one of {', '.join(TANGENTIAL_MODELS)}"
+    usable = [name for name, model in NORMAL_MODELS.items() if model.can_update_profile]
+    if not plus or normal not in usable or tangential not in TANGENTIAL_MODELS:
+        pair = f"one of {', '.join(usable)}, a plus sign, and one of {', '.join(TANGENTIAL_MODELS)}"
         raise argparse.ArgumentTypeError(f"{text} must be {pair}")
     return normal, tangential
 
@@ -82,16 +80,16 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.errors import Fault, SceneError
     from wearsim.report.html import write_report
     from wearsim.scene import SweepScene
+    from wearsim.scene.initial_contact import check_contact
     from wearsim.scene.overrides import at_its_source
-    from wearsim.scene.touch import check_contact
 
     scene, overrides = load_overridden(arguments)
     given = Path(arguments.out) if arguments.out else None
     if isinstance(scene, SweepScene):
         if arguments.converge or arguments.against:
             flag = "--converge" if arguments.converge else "--against"
-            told = f"{flag} is for campaigns; this scene is of kind {scene.scene.kind}"
-            raise SceneError([Fault(told, str(scene.origin.path))])
+            message = f"{flag} is for campaigns; this scene is of kind {scene.scene.kind}"
+            raise SceneError([Fault(message, str(scene.origin.path))])
         return sweep.run(scene, given, arguments.command_line)
     out = given or Path(Path(arguments.scene).stem)
     for warning in check_contact(scene):
@@ -100,7 +98,7 @@ def execute(arguments: argparse.Namespace) -> int:
         results = run_scene(
             arguments.scene, out, command=arguments.command_line, observer=observe, overrides=overrides
         )
-    tell_doubts(results)
+    print_warnings(results)
     if arguments.converge or arguments.against:
         _converge(arguments, out, overrides)
     print(f"report: {write_report(out)}")
@@ -129,8 +127,8 @@ def _converge(arguments: argparse.Namespace, out: Path, overrides: Sequence[Over
     print(text)
 
 
-def tell_doubts(results: Sequence[Path]) -> None:
-    """Tell what the results of campaigns deserve to be doubted for, on standard error.
+def print_warnings(results: Sequence[Path]) -> None:
+    """Print the warnings on the results of campaigns to standard error.
 
     Parameters
     ----------

@@ -50,11 +50,10 @@ def _sweep(out: Path, as_json: bool) -> int:
     from dataclasses import asdict
 
     from wearsim.campaign.directory import read_status
-    from wearsim.cli.sweep import status_lines
     from wearsim.studies.sweep import outcomes_of, read_plan
 
     if not as_json:
-        print("\n".join(status_lines(out)))
+        print("\n".join(_lines(out)))
         return 0
     plan = read_plan(out)
     cases = [
@@ -65,3 +64,18 @@ def _sweep(out: Path, as_json: bool) -> int:
         del case["number"], case["exit_code"]
     print(json.dumps({"title": plan["title"], "cases": cases}, indent=2, ensure_ascii=False))
     return 0
+
+
+def _lines(out: Path) -> list[str]:
+    from wearsim.campaign.directory import read_status
+    from wearsim.cli.sweep import with_fault
+    from wearsim.studies.sweep import counted, outcomes_of, read_plan
+
+    lines = []
+    outcomes = outcomes_of(out)
+    for entry, outcome in zip(read_plan(out)["cases"], outcomes, strict=True):
+        campaigns = read_status(out / entry["directory"]).get("campaigns") or {}
+        lines += [status_line(f"case {outcome.number}, {name}", item) for name, item in campaigns.items()]
+        if not campaigns or (outcome.fault and not any(item.get("message") for item in campaigns.values())):
+            lines.append(with_fault(f"case {outcome.number}: {outcome.state}", outcome.fault))
+    return [*lines, counted(outcomes)]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from wearsim.cli import Commands, add_command
+from wearsim.cli import Commands, add_command, whole
 
 if TYPE_CHECKING:
     from wearsim.scene import SweepScene
@@ -41,18 +42,10 @@ def add_parser(commands: Commands) -> None:
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--case", metavar="K", type=int, help="run case K only, counted from 1 (job arrays)")
     what.add_argument("--list", action="store_true", help="show and check the cases; run nothing")
-    parser.add_argument("--jobs", metavar="N", type=_jobs, help="processes (default: one per core)")
+    parser.add_argument(
+        "--jobs", metavar="N", type=partial(whole, 1, 1024), help="processes (default: one per core)"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON")
-
-
-def _jobs(text: str) -> int:
-    try:
-        jobs = int(text)
-    except ValueError:
-        jobs = 0
-    if not 1 <= jobs <= 1024:
-        raise argparse.ArgumentTypeError(f"{text} must be a whole number, at least 1 and at most 1024")
-    return jobs
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -60,6 +53,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.errors import Fault, SceneError
     from wearsim.scene import SweepScene, load_scene
     from wearsim.scene.sweep import sweep_of_flags
+    from wearsim.studies.sweep import sweep_of
 
     scene = load_scene(arguments.scene)
     if not isinstance(scene, SweepScene):
@@ -68,7 +62,7 @@ def execute(arguments: argparse.Namespace) -> int:
         message = "a sweep file states itself what is varied; leave --vary and --table out"
         raise SceneError([Fault(message, arguments.scene)])
     else:
-        sweep = _sweep_of(scene)
+        sweep = sweep_of(scene)
     out = Path(arguments.out or Path(arguments.scene).stem)
     if arguments.list:
         return _list(sweep, out, arguments.json)
@@ -79,89 +73,28 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def run(scene: SweepScene, out: Path | None, command: str) -> int:
     """Run a sweep file for `wearsim run`; the exit code."""
-    return _all(_sweep_of(scene), out or Path(scene.origin.path.stem), None, command, False)
+    from wearsim.studies.sweep import sweep_of
+
+    return _all(sweep_of(scene), out or Path(scene.origin.path.stem), None, command, False)
 
 
-def plan(scene: SweepScene) -> dict[str, Any]:
-    """Return what a sweep file would run, for `wearsim check`: title, cases and warnings."""
-    from wearsim.studies.ensemble import check_cases
-    from wearsim.studies.sweep import plan_of
-
-    sweep = _sweep_of(scene)
-    return {**plan_of(sweep), "warnings": [str(warning) for warning in check_cases(sweep.cases)]}
-
-
-def text(planned: dict[str, Any]) -> str:
-    """Lines for `wearsim check` from what `plan` returns."""
-    lines = [f"{planned['title']}: {len(planned['cases'])} cases"]
-    lines += map(_case_line, planned["cases"])
-    return "\n".join(lines + [f"warning: {warning}" for warning in planned["warnings"]])
-
-
-def status_lines(out: Path) -> list[str]:
-    """Lines for `wearsim status` on the directory of a sweep."""
-    from wearsim.campaign.directory import read_status
-    from wearsim.cli.progress import status_line
-    from wearsim.studies.sweep import outcomes_of, read_plan
-
-    lines = []
-    outcomes = outcomes_of(out)
-    for entry, outcome in zip(read_plan(out)["cases"], outcomes, strict=True):
-        campaigns = read_status(out / entry["directory"]).get("campaigns") or {}
-        lines += [status_line(f"case {outcome.number}, {name}", item) for name, item in campaigns.items()]
-        if not campaigns or (outcome.fault and not any(item.get("message") for item in campaigns.values())):
-            lines.append(_with_fault(f"case {outcome.number}: {outcome.state}", outcome.fault))
-    return [*lines, _counted(outcomes)]
-
-
-def _sweep_of(scene: SweepScene) -> Sweep:
-    from wearsim.scene.sweep import Sweep
-
-    assert isinstance(scene._inputs, Sweep)
-    return scene._inputs
-
-
-def _counted(outcomes: tuple[Outcome, ...]) -> str:
-    states = [outcome.state for outcome in outcomes]
-    counts = [f"{states.count(state)} {state}" for state in dict.fromkeys(states)]
-    return f"{len(outcomes)} cases: {', '.join(counts)}"
-
-
-def _case_line(case: dict[str, Any]) -> str:
-    values = [f"{key} = {'removed' if value is None else value}" for key, value in case["values"].items()]
-    return ", ".join([f"  case {case['case']}: {case['scene']}", *values])
-
-
-def _with_fault(line: str, fault: str) -> str:
+def with_fault(line: str, fault: str) -> str:
+    """Line with its fault, if there is one."""
     return f"{line}; {fault}" if fault else line
 
 
 def _list(sweep: Sweep, out: Path, as_json: bool) -> int:
-    """Print all cases, each with its state, or with what makes it impossible."""
     import json
 
-    from wearsim.errors import WearsimError
-    from wearsim.studies.ensemble import check_cases
-    from wearsim.studies.sweep import outcomes_of, plan_of, read_plan
+    from wearsim.studies.sweep import case_line, listed_cases
 
-    cases = plan_of(sweep)["cases"]
-    begun = read_plan(out).get("cases") == cases
-    states = [item.state for item in outcomes_of(out)] if begun else ["not started"] * len(cases)
-    listed = []
-    for case, entry, state in zip(sweep.cases, cases, states, strict=True):
-        listed.append({**entry, "state": state, "fault": ""})
-        try:
-            if state == "not started":
-                check_cases((case,), out)
-        except WearsimError as error:
-            fault = "; ".join(str(error).splitlines()).replace(f"case {case.number}: ", "", 1)
-            listed[-1] |= {"state": "impossible", "fault": fault}
+    cases = listed_cases(sweep, out)
     if as_json:
-        print(json.dumps({"title": sweep.title, "cases": listed}, indent=2, ensure_ascii=False))
+        print(json.dumps({"title": sweep.title, "cases": cases}, indent=2, ensure_ascii=False))
     else:
-        for entry in listed:
-            print(_with_fault(f"{_case_line(entry)}: {entry['state']}", entry["fault"]))
-    return 2 if any(entry["fault"] for entry in listed) else 0
+        for case in cases:
+            print(with_fault(f"{case_line(case)}: {case['state']}", case["fault"]))
+    return 2 if any(case["fault"] for case in cases) else 0
 
 
 def _one(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
@@ -187,7 +120,7 @@ def _one(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
 def _all(sweep: Sweep, out: Path, jobs: int | None, command: str, as_json: bool) -> int:
     import json
 
-    from wearsim.studies.sweep import run_sweep, sweep_dataset, sweep_rows
+    from wearsim.studies.sweep import counted, run_sweep, sweep_dataset, sweep_rows
 
     _warn(sweep.cases, out)
     ended: set[int] = set()
@@ -198,7 +131,7 @@ def _all(sweep: Sweep, out: Path, jobs: int | None, command: str, as_json: bool)
         else:
             ended.add(outcome.number)
             count = f"({len(ended)} of {len(sweep.cases)})"
-            line = _with_fault(f"case {outcome.number}: {outcome.state} {count}", outcome.fault)
+            line = with_fault(f"case {outcome.number}: {outcome.state} {count}", outcome.fault)
         print(line, file=sys.stderr, flush=True)
 
     try:
@@ -209,7 +142,7 @@ def _all(sweep: Sweep, out: Path, jobs: int | None, command: str, as_json: bool)
     if as_json:
         print(json.dumps(sweep_rows(sweep_dataset(out)), indent=2, ensure_ascii=False))
     else:
-        print(_counted(outcomes))
+        print(counted(outcomes))
         print(f"table: {out / 'sweep.csv'}, {out / 'sweep.nc'}")
     return max(outcome.exit_code for outcome in outcomes)
 

@@ -28,7 +28,7 @@ def add_parser(commands: Commands) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the factors where both campaigns end; write all of them if wanted."""
+    """Print the factors where both campaigns end; write all of them on request."""
     import json
     import sys
 
@@ -37,28 +37,28 @@ def execute(arguments: argparse.Namespace) -> int:
 
     with open_results(arguments.rig) as rig, open_results(arguments.field) as field:
         for kind, path, result in (("rig", arguments.rig, rig), ("field", arguments.field, field)):
-            found = result.attrs.get("scene_kind")
-            if found != kind:  # allowed, to compare two rigs, but an exchange would invert every factor
-                print(f"warning: {path} holds a {found} campaign and is taken as the {kind}", file=sys.stderr)
+            held = result.attrs.get("scene_kind")
+            if held != kind:  # allowed, to compare two rigs, but an exchange would invert every factor
+                print(f"warning: {path} holds a {held} campaign and is taken as the {kind}", file=sys.stderr)
         factors = translate(rig, field)
         rows, points = table(factors), point_table(factors)
         if arguments.out:
             write(factors, arguments.out)
     if arguments.json:
-        told = [
+        records = [
             {
                 key: None if value != value else value for key, value in row.items()
             }  # NaN is not equal to itself
             for part in (rows, points)
             for row in part.to_dict(orient="records")
         ]
-        print(json.dumps(told, indent=2, ensure_ascii=False, allow_nan=False))
+        print(json.dumps(records, indent=2, ensure_ascii=False, allow_nan=False))
     else:
         print(_text(rows, index=False))
         for state in dict.fromkeys(points["state"]):
             print(f"\nFactors at equal operating points, {state}, by shift [mm]:")
             print(_text(_by_shift(points[points["state"] == state])))
-    # with the table where people read it, beside it where a program does
+    # after the table where people read it, on stderr where a program does
     for line in rows.attrs["warnings"]:
         print(f"warning: {line}", file=sys.stderr if arguments.json else sys.stdout)
     return 0
@@ -75,7 +75,7 @@ def _by_shift(points: DataFrame) -> DataFrame:
 
     names = points.drop_duplicates(["variable", "wheel"]).sort_values("wheel", ascending=False, kind="stable")
     factor = points.set_index(["variable", "wheel"])["factor"]
-    # labels and shifts may be given twice: points are told apart by their order alone
+    # labels and shifts may be given twice: only their order distinguishes points
     places = points[(points["variable"] == names["variable"].iloc[0]) & (points["wheel"] == "right")]
     twice = bool(places["shift"].duplicated().any())
     return pd.DataFrame(

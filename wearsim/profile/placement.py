@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,6 +31,17 @@ _MOST_LEAN = 0.1  # leans looked for [-]
 _SIDE_DEPTH = 10e-3  # the axis is midway between the sides of a head down here [m]
 _MIRRORED = 0.1e-3  # halves further from being mirror images leave the lean open [m]
 _HEAD_POINTS = 2000  # taken of a long list
+
+
+def slope_of(text: str) -> float:
+    """Slope of a rail's axis from "1:N" or "none", 0; raises ValueError with the end of a message."""
+    if text == "none":
+        return 0.0
+    ratio = re.fullmatch(r"1\s*:\s*([0-9]+(?:\.[0-9]+)?)", text)
+    low, high = QUANTITIES["inclination_ratio"].span
+    if not (ratio and low <= float(ratio[1]) <= high):
+        raise ValueError(f"must be 1:N with N from {low:g} to {high:g}, or none; 60E1 mostly lies at 1:40")
+    return 1.0 / float(ratio[1])
 
 
 @dataclass(frozen=True)

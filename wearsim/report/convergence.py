@@ -113,7 +113,11 @@ def _of_role(table: dict[str, Any], role: str) -> Convergence:
     for row in table["rows"]:
         if "ends" not in row:
             rows.append(
-                [Cell(row["text"]), Cell(row["told"] or "not run"), *[Cell("") for _ in (*columns, ANYWHERE)]]
+                [
+                    Cell(row["text"]),
+                    Cell(row.get("reason", row.get("told")) or "not run"),
+                    *[Cell("") for _ in (*columns, ANYWHERE)],
+                ]
             )
             continue
         found = row["ends"][role]

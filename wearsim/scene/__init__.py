@@ -1,14 +1,7 @@
 """The scene file: read, checked with all faults at once, and made into the ingredients of a campaign."""
 
-from wearsim.scene.load import (
-    CampaignScene,
-    Scene,
-    files_to_copy,
-    load_campaign,
-    load_scene,
-    scene_schema,
-)
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
+from wearsim.scene.read import CampaignScene, Scene, files_to_copy, load_campaign, load_scene, scene_schema
 from wearsim.scene.setup import CampaignSetup, build
 from wearsim.scene.sweep import SweepScene
 

@@ -1,22 +1,107 @@
-"""[campaign] of a scene: how far, in which steps; its faults beside the rest of the scene, and SI values."""
+"""[campaign] and [counterface.wear] of a scene, and the records that a campaign runs by."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Literal
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, Strict
 
-from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.operation.control import ControlSettings
-from wearsim.scene.limits import LimitsSection, values
-from wearsim.scene.reprofiling import ReprofilingSection, reprofiling_rules
-from wearsim.scene.section import Section, number
-from wearsim.toml_faults import shown
+from wearsim.quantities import QUANTITIES
+from wearsim.scene.section import Section, Text, number, range_of, words
 
-_EXPLICIT_LIMIT = 2.0
-"""From this stability number on an explicit step makes every wave larger (spec 3.2)."""
+_OF_RAILS = (
+    "a rail is passed by other wheels, too: state what it loses as area_mm2_per_1000km, or write "
+    'kind = "rig" in [scene]'
+)
+_OF_ROLLERS = (
+    "a roller runs under this wheel alone: its wear follows from the wheel's law times factor; write that, "
+    'or kind = "field" in [scene]'
+)
+
+
+class RollerWearSection(Section):
+    """[counterface.wear] on a rig: both rollers wear, each under its wheel, and are redressed together."""
+
+    not_here: ClassVar[dict[str, str]] = {"area_mm2_per_1000km": _OF_ROLLERS}
+    factor: float = number(
+        "counterface_wear_factor",
+        "the wear depth of a roller in one passage over that of the wheel by the law of [wear]",
+    )
+    redress_every_km: float | None = number(
+        "redress_distance", "the distance after which both rollers are redressed to their new profile", None
+    )
+    redress_depth_um: float | None = number(
+        "redress_depth",
+        "the wear depth of either roller at which both are redressed to their new profile",
+        None,
+    )
+
+
+class RailWearSection(Section):
+    """[counterface.wear] in the field: both rails lose a stated area where the campaign's contacts wear."""
+
+    not_here: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("factor", "redress_every_km", "redress_depth_um"), _OF_RAILS
+    )
+    area_mm2_per_1000km: float = number(
+        "counterface_area_rate", "the area each rail's cross-section loses while the wheelset runs 1000 km"
+    )
+
+
+class LimitsSection(Section):
+    """[campaign.limits]: what ends the life of a wheel; results hold the distance at which each is met."""
+
+    depth_mm: float | None = number("max_wear_depth", "the largest wear depth", None)
+    flange_height_mm: float | None = number("flange_height", "the largest flange height Sh", None)
+    flange_thickness_mm: float | None = number("flange_thickness", "the least flange thickness Sd", None)
+    flange_gradient_mm: float | None = number("flange_gradient", "the least flange gradient qR", None)
+    hollowing_mm: float | None = number("hollowing", "the largest hollowing of the tread", None)
+    conicity: float | None = number("equivalent_conicity", "the largest equivalent conicity", None)
+    damage: float | None = number(
+        "fatigue_damage", "the largest fatigue damage by a law that counts cycles (wlrm)", None
+    )
+    diameter_mm: float | None = number("wheel_diameter", "the least wheel diameter after reprofiling", None)
+    end: bool = Field(False, description="whether the campaign ends at the first limit that is met")
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The limits by the variable of the result file [SI]."""
+        given = {name: getattr(self, key) for name, key in LIMIT_KEYS.items()}
+        return {
+            name: limit / QUANTITIES[name].shown_factor for name, limit in given.items() if limit is not None
+        }
+
+
+LIMIT_KEYS: Mapping[str, str] = {
+    "max_wear_depth": "depth_mm",
+    "flange_height": "flange_height_mm",
+    "flange_thickness": "flange_thickness_mm",
+    "flange_gradient": "flange_gradient_mm",
+    "hollowing": "hollowing_mm",
+    "equivalent_conicity": "conicity",
+    "fatigue_damage": "damage",
+    "wheel_diameter": "diameter_mm",
+}
+"""Key of the scene by variable of the result file, for each of `results.limits.LIMITED`."""
+
+
+class ReprofilingSection(Section):
+    """[campaign.reprofiling]: both wheels are reprofiled to one diameter, with the least loss of it.
+
+    With `damage` among `at_limits` and a crack depth, that includes the material cracks run through.
+    """
+
+    at_limits: Annotated[tuple[str, ...], Strict(False)] = Field(
+        (), description="the keys of [campaign.limits] at which the wheels are reprofiled instead of worn on"
+    )
+    at_km: Annotated[tuple[Annotated[float, Field(**range_of("distance"))], ...], Strict(False)] = Field(
+        (), description="the distances at which they are reprofiled", json_schema_extra={"unit": "km"}
+    )
+    profile: Text | None = words("the profile they get, by default that of [wheelset]", None)
+    cut_mm: float = number("least_cut", "the least depth that the lathe takes everywhere", 0.0)
 
 
 class CampaignSection(Section):
@@ -26,7 +111,7 @@ class CampaignSection(Section):
     max_step_depth_um: float = number("depth_cap", "the largest wear depth of one step", 8.0)
     first_step_depth_um: float | None = number(
         "first_depth",
-        "the largest wear depth of the first step and of that after a turning, doubled from step to step",
+        "the largest wear depth of the first step and of that after a reprofiling, doubled from step to step",
         None,
     )
     stability: float = number("stability_number", "the limit of the stability number S", 0.4)
@@ -45,73 +130,116 @@ class CampaignSection(Section):
     reprofiling: ReprofilingSection | None = None
 
 
-def campaign_faults(campaign: CampaignSection, normal: str | None) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Tell what in [campaign] does not go together, or not with the contact model.
+@dataclass(frozen=True)
+class ReprofilingRules:
+    """When the wheels are reprofiled.
 
     Parameters
     ----------
-    campaign : CampaignSection
-        As read.
-    normal : str or None
-        Name of the normal contact model; None where models are chosen, of which some answer otherwise.
-
-    Yields
-    ------
-    tuple of (key, message)
-        The key as a path from the top of the scene.
+    limits : tuple of str
+        Measures whose limit is one of reprofiling. With fatigue damage among them, every reprofiling removes
+        all cracks of known depth.
+    places : tuple of float
+        Distances of reprofiling [m].
+    cut : float
+        Least depth of cut over the whole profile [m].
     """
-    if 0 < campaign.smoothing_wavelength_mm < 2.0 * campaign.point_spacing_mm:
-        yield (
-            ("campaign", "smoothing_wavelength_mm"),
-            f"smoothing_wavelength_mm = {campaign.smoothing_wavelength_mm:g} must be 0 (no smoothing) or at "
-            f"least twice point_spacing_mm = {campaign.point_spacing_mm:g}; shorter waves are not resolved",
-        )
-    limits = campaign.limits
-    if limits is not None and not values(limits):
-        yield (
-            ("campaign", "limits"),
-            "[campaign.limits] has no limit; write one, such as flange_thickness_mm = 22, or delete it",
-        )
-    implicit = campaign.integrator == "semi_implicit"
-    if implicit and not (normal in NORMAL_MODELS and NORMAL_MODELS[normal].local):
-        others = " or ".join(f"normal = {shown(name)}" for name, one in NORMAL_MODELS.items() if one.local)
-        lacks = 'some models that model = "auto" may choose do not have'
-        if normal is not None:
-            lacks = f"normal = {shown(normal)} does not have"
-        instead = f'delete model = "auto" for {others}' if normal is None else others
-        yield (
-            ("campaign", "integrator"),
-            f'integrator = "semi_implicit" damps a step by depth over interpenetration, which {lacks}; '
-            f'write integrator = "heun", or {instead}',
-        )
-    if campaign.stability >= _EXPLICIT_LIMIT and not implicit:
-        yield (
-            ("campaign", "stability"),
-            f"stability = {campaign.stability:g} must be below {_EXPLICIT_LIMIT:g} with integrator = "
-            f"{shown(campaign.integrator)}: longer steps make every wave grow; lower it, or write "
-            f'integrator = "semi_implicit"',
-        )
+
+    limits: tuple[str, ...] = ()
+    places: tuple[float, ...] = ()
+    cut: float = 0.0
 
 
-def control_settings(campaign: CampaignSection) -> ControlSettings:
-    """Return the settings of the steps in SI units.
+@dataclass(frozen=True)
+class ControlSettings:
+    """Distance of a campaign and length of its steps.
 
     Parameters
     ----------
-    campaign : CampaignSection
-        As read.
+    distance : float
+        Distance to run [m].
+    depth_cap : float
+        Largest wear depth of one step, after smoothing [m].
+    stability : float
+        Limit of S = sum of depth over interpenetration in one step [-]; below 1 the explicit update is
+        monotone, from 2 on it oscillates.
+    smoothing_wavelength : float
+        Wavelength whose amplitude in the wear increment is halved; 0 = no smoothing [m].
+    integrator : str
+        Name in the registry of `campaign.step`.
+    max_step : float
+        Longest step [m].
+    error_tolerance : float
+        Largest estimated error of the depth of one step, after smoothing; steps above it are repeated
+        shorter. Infinite = not estimated [m].
+    first_depth : float
+        Largest wear depth of the first step and of the first after reprofiling or redressing; it doubles from
+        step to step up to `depth_cap` [m].
+    limits : tuple of (str, float)
+        Limits of measures, by variable of the result file [SI].
+    end_at_limit : bool
+        Whether the campaign ends with the step in which the first limit is met; limits of reprofiling do not
+        end it.
+    reprofiling : ReprofilingRules or None
+        When the wheels are reprofiled.
     """
-    first, longest = campaign.first_step_depth_um, campaign.max_step_km
-    return ControlSettings(
-        distance=1e3 * campaign.distance_km,
-        depth_cap=1e-6 * campaign.max_step_depth_um,
-        stability=campaign.stability,
-        smoothing_wavelength=1e-3 * campaign.smoothing_wavelength_mm,
-        integrator=campaign.integrator,
-        max_step=math.inf if longest is None else 1e3 * longest,
-        error_tolerance=1e-6 * campaign.error_tolerance_um,
-        first_depth=math.inf if first is None else 1e-6 * first,
-        limits=tuple(values(campaign.limits).items()),
-        end_at_limit=campaign.limits is not None and campaign.limits.end,
-        reprofiling=reprofiling_rules(campaign.reprofiling),
-    )
+
+    distance: float
+    depth_cap: float
+    stability: float
+    smoothing_wavelength: float
+    integrator: str
+    max_step: float = math.inf
+    error_tolerance: float = math.inf
+    first_depth: float = math.inf
+    limits: tuple[tuple[str, float], ...] = ()
+    end_at_limit: bool = False
+    reprofiling: ReprofilingRules | None = None
+
+
+@dataclass(frozen=True)
+class CounterfaceWear:
+    r"""Wear of rollers by the wheels' law, or of rails at a stated rate.
+
+    Parameters
+    ----------
+    factor : float
+        Depth per passage of a roller over that of the wheel in the same contact [-]; 0 for a rail.
+    radius : float
+        Of the rollers at their profile's top [m]; infinite for a rail.
+    area_rate : float
+        Area of its cross-section that each rail loses per distance the wheelset runs [m2/m]; 0 for rollers.
+    redress_distance : float
+        Distance after which both rollers are redressed to their new profile [m].
+    redress_depth : float
+        Wear depth of either roller at which both are redressed [m].
+
+    Notes
+    -----
+    A roller of radius :math:`s_0` passes under its wheel once in :math:`2 \pi s_0` of running, whatever the
+    local radius; the distance run is that of its profile top. A rail is passed by other wheels as well: its
+    loss is given, and the contacts of the campaign distribute it.
+    """
+
+    factor: float = 0.0
+    radius: float = math.inf
+    area_rate: float = 0.0
+    redress_distance: float = math.inf
+    redress_depth: float = math.inf
+
+    def passages(self, area: float) -> float:
+        """Return the passages per metre run by which the depth per passage of the wheel is multiplied.
+
+        Parameters
+        ----------
+        area : float
+            Area of the wheel's cross-section removed in one passage of the collective [m2].
+
+        Returns
+        -------
+        float
+            With the factor of a roller [1/m].
+        """
+        if self.area_rate == 0.0:
+            return self.factor / (2.0 * math.pi * self.radius)
+        return self.area_rate / area if area > 0.0 else 0.0

@@ -75,7 +75,7 @@ class _OrName:
 
 
 class WearSection(Section):
-    """[wear]: the law that turns frictional work into depth."""
+    """[wear]: the law of the wear depth by frictional work."""
 
     not_here: ClassVar[dict[str, str]] = {
         "beside": "the comparison laws are the key also_evaluate; rename it"
@@ -254,8 +254,8 @@ def _fatigue(section: FatigueSection, law: str) -> FatigueSettings:
     if own is not None and "damage_function" in record.parameters:
         coefficients = own_function(**{key.removesuffix("_N"): value for key, value in own})
     if section.shear_yield_MPa is not None and "shear_yield" in record.parameters:
-        acting = COEFFICIENT_SETS[coefficients] if isinstance(coefficients, str) else coefficients
-        coefficients = acting.with_value("shear_yield", section.shear_yield_MPa, "yield stress as given")
+        own_set = COEFFICIENT_SETS[coefficients] if isinstance(coefficients, str) else coefficients
+        coefficients = own_set.with_value("shear_yield", section.shear_yield_MPa, "yield stress as given")
     return FatigueSettings(
         law=law,
         coefficients=coefficients,

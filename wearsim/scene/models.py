@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -10,20 +9,23 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, Strict
 from pydantic_core import PydanticCustomError
 
+from wearsim.errors import Fault
+from wearsim.profile.placement import slope_of
+from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.campaign import CampaignSection
-from wearsim.scene.counterface import RailWearSection, RollerWearSection
+from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
 from wearsim.scene.section import Registered, Section, Text, number, range_of, words
-from wearsim.toml_faults import Lines, line_of
+from wearsim.toml_faults import KeyPath, Lines, line_of
 
 
 def _inclination(text: str) -> str:
-    ratio = re.fullmatch(r"1:(\d+(?:\.\d+)?)", text)
-    low, high = QUANTITIES["inclination_ratio"].span
-    if text != "none" and not (ratio and low <= float(ratio[1]) <= high):
+    try:
+        slope_of(text)
+    except ValueError:
+        low, high = QUANTITIES["inclination_ratio"].span
         allowed = f'"1:{low:g}" to "1:{high:g}", or "none"'
-        raise PydanticCustomError("out_of_range", "inclination", {"allowed": allowed})
+        raise PydanticCustomError("out_of_range", "inclination", {"allowed": allowed}) from None
     return text
 
 
@@ -107,6 +109,7 @@ class RailSection(CounterfaceSection):
         "roller_radius_mm": 'a rail has no radius; delete the key, or write kind = "rig" in [scene]'
     }
     wear: RailWearSection | None = None
+    curvature: ClassVar[float] = 0.0
 
 
 class RollerSection(CounterfaceSection):
@@ -114,6 +117,11 @@ class RollerSection(CounterfaceSection):
 
     roller_radius_mm: float = number("roller_radius", "the radius of the rollers at the profile's top")
     wear: RollerWearSection | None = None
+
+    @property
+    def curvature(self) -> float:
+        """Curvature of the rollers at the profile's top [1/m]."""
+        return 1e3 / self.roller_radius_mm
 
 
 NormalName = Annotated[str, Registered("wearsim.contact.normal", "NORMAL_MODELS")]
@@ -135,8 +143,7 @@ class ContactSection(Section):
         for body in ("wheel", "rail", "roller", "counterface")
     }
     model: Literal["auto"] | None = Field(
-        None,
-        description="auto: the cheapest models whose wear is close enough to that of a half-space",
+        None, description="auto: the cheapest models whose wear is close enough to that of a half-space"
     )
     tolerance: float | None = number(
         "contact_tolerance",
@@ -224,6 +231,11 @@ class RigOperation(Section):
     )
     monitor: MonitorSection | None = None
 
+    @property
+    def runs(self) -> dict[KeyPath, BlockSection | ClassSection]:
+        """Blocks by their path in the scene."""
+        return {("operation", "block", k): block for k, block in enumerate(self.blocks)}
+
 
 class FieldOperation(Section):
     """[operation] in the field: classes of track, each with a distribution of the shift."""
@@ -235,6 +247,11 @@ class FieldOperation(Section):
         alias="class", min_length=1, max_length=1000, description="the classes of track"
     )
     monitor: MonitorSection | None = None
+
+    @property
+    def runs(self) -> dict[KeyPath, BlockSection | ClassSection]:
+        """Classes by their path in the scene."""
+        return {("operation", "class", k): run for k, run in enumerate(self.classes)}
 
 
 class ComparedSection(Section):
@@ -266,8 +283,18 @@ class Origin:
     lines: Lines
 
 
+def find_file(name: str, folders: tuple[Path, ...], shipped: str) -> Path | None:
+    """Existing file of a name: as given, in one of `folders`, or among the files in the `shipped` folder."""
+    places = (Path(name), *(folder / name for folder in folders))
+    places += (shipped_path(name), shipped_path(shipped, name))
+    try:
+        return next((place for place in places if place.is_file()), None)
+    except (OSError, ValueError):  # a name too long, or with a zero byte
+        return None
+
+
 class SceneModel(Section):
-    """A scene file; `origin` tells where it stands."""
+    """A scene file; `origin` is where it was read from."""
 
     _origin: Origin = PrivateAttr()
     _inputs: object = PrivateAttr(None)  # set once the files it names were read
@@ -281,31 +308,58 @@ class SceneModel(Section):
         """Line of a key in the scene file, counted from 1."""
         return line_of(self._origin.lines, path)
 
+    @property
+    def prefixed(self) -> dict[str, RigScene | FieldScene]:
+        """Campaigns of the scene by what stands before their keys in overrides."""
+        return {}
 
-class RigScene(SceneModel):
+    @property
+    def parts(self) -> tuple[RigScene | FieldScene, ...]:
+        """Campaigns of the scene, the rig first."""
+        return tuple(self.prefixed.values())
+
+    def fault(self, path: KeyPath, message: str) -> Fault:
+        """Fault or warning at the line of a key."""
+        return Fault(message, str(self._origin.path), self.line(*path))
+
+
+class _Campaign(SceneModel):
+    """What scenes of rig and field have in common."""
+
+    scene: RigHeader | FieldHeader
+    wheelset: WheelsetSection
+    counterface: RailSection | RollerSection
+    contact: ContactSection = Field(default_factory=lambda: ContactSection.model_validate({}))
+    wear: WearSection = Field(default_factory=lambda: WearSection.model_validate({}))
+    fatigue: FatigueSection | None = None
+    operation: RigOperation | FieldOperation
+    campaign: CampaignSection
+
+
+class RigScene(_Campaign):
     """A campaign on a roller rig."""
 
     scene: RigHeader
-    wheelset: WheelsetSection
     counterface: RollerSection
-    contact: ContactSection = Field(default_factory=lambda: ContactSection.model_validate({}))
-    wear: WearSection = Field(default_factory=lambda: WearSection.model_validate({}))
-    fatigue: FatigueSection | None = None
     operation: RigOperation
-    campaign: CampaignSection
+
+    @property
+    def prefixed(self) -> dict[str, RigScene | FieldScene]:
+        """Campaigns of the scene by what stands before their keys in overrides."""
+        return {"": self}
 
 
-class FieldScene(SceneModel):
+class FieldScene(_Campaign):
     """A campaign on track."""
 
     scene: FieldHeader
-    wheelset: WheelsetSection
     counterface: RailSection
-    contact: ContactSection = Field(default_factory=lambda: ContactSection.model_validate({}))
-    wear: WearSection = Field(default_factory=lambda: WearSection.model_validate({}))
-    fatigue: FatigueSection | None = None
     operation: FieldOperation
-    campaign: CampaignSection
+
+    @property
+    def prefixed(self) -> dict[str, RigScene | FieldScene]:
+        """Campaigns of the scene by what stands before their keys in overrides."""
+        return {"": self}
 
 
 _ELSEWHERE = "a compare scene holds [scene] and [compare] only; move it into the two scenes it names"
@@ -331,3 +385,8 @@ class CompareScene(SceneModel):
     def field(self) -> FieldScene:
         """The scene of the field."""
         return self._field
+
+    @property
+    def prefixed(self) -> dict[str, RigScene | FieldScene]:
+        """Campaigns of the scene by what stands before their keys in overrides."""
+        return {"rig.": self._rig, "field.": self._field}

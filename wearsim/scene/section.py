@@ -1,4 +1,4 @@
-"""What every table of a scene file is made of: a model of exact types, and fields that tell their meaning."""
+"""Base of every table of a scene file: a model of exact types; fields with unit, range and meaning."""
 
 from __future__ import annotations
 
@@ -12,6 +12,12 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import Table, suggestion
+
+_SI = {
+    "_km_h": (1.0, 3.6), "_mrad": (1e-3, 1.0), "_GPa": (1e9, 1.0), "_kN": (1e3, 1.0), "_km": (1e3, 1.0),
+    "_mm": (1e-3, 1.0), "_um": (1e-6, 1.0), "_Nm": (1.0, 1.0), "_m": (1.0, 1.0),
+}  # fmt: skip
+"""Units at the end of keys, with the factor and the divisor that make SI of them."""
 
 _ASCII = str.maketrans("µ²³", "u23")
 
@@ -72,3 +78,13 @@ class Section(Table):
     """A table of the scene file; `not_here` holds hints on keys that people look for in it."""
 
     not_here: ClassVar[dict[str, str]] = {}
+
+    def si(self) -> dict[str, Any]:
+        """Values by key without its unit, numbers in SI units; without None and lists of numbers."""
+        values: dict[str, Any] = {}
+        for key in type(self).model_fields:
+            value, ending = getattr(self, key), next((unit for unit in _SI if key.endswith(unit)), "")
+            if value is not None and not (ending and isinstance(value, tuple)):
+                times, over = _SI.get(ending, (1, 1))
+                values[key.removesuffix(ending)] = value * times / over if ending else value
+        return values

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass, fields, replace
+from typing import Any, Literal
 
 import numpy as np
 
@@ -12,15 +12,21 @@ from wearsim.contact.solve import ContactModels, Counterface, Wheelset
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import Fault
-from wearsim.operation.control import ControlSettings, CounterfaceWear
 from wearsim.operation.points import Block, OperatingPoints, TrackClass, collective, programme, with_monitors
 from wearsim.profile.shape import Profile
-from wearsim.scene.campaign import control_settings
-from wearsim.scene.counterface import counterface_wear
-from wearsim.scene.cross_checks import limit_faults, scene_warnings
+from wearsim.scene.campaign import (
+    LIMIT_KEYS,
+    CampaignSection,
+    ControlSettings,
+    CounterfaceWear,
+    RailWearSection,
+    ReprofilingRules,
+    RollerWearSection,
+)
 from wearsim.scene.damage import comparison_settings, fatigue_settings, wear_settings
-from wearsim.scene.inputs import InputFile, Inputs
+from wearsim.scene.messages import scene_warnings
 from wearsim.scene.models import ContactSection, FieldScene, RigScene
+from wearsim.scene.read import InputFile, inputs_of
 
 
 @dataclass(frozen=True)
@@ -56,7 +62,7 @@ class CampaignSetup:
     fatigue : tuple of FatigueSettings
         Fatigue laws.
     templates : (Profile, Profile), optional
-        What right and left wheel are turned to, where they are.
+        Profiles that right and left wheel are reprofiled to, if they are.
     tolerance : float, optional
         Of the wear increment, if the models are chosen by `campaign.choose` instead of given [-].
     counterface_wear : CounterfaceWear, optional
@@ -87,87 +93,48 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
     Parameters
     ----------
     scene : RigScene or FieldScene
-        As loaded; of a compare scene, its `rig` or its `field`.
+        From `load_scene`; of a compare scene, its `rig` or its `field`.
 
     Returns
     -------
     CampaignSetup
         What the campaign is run with.
     """
-    inputs = inputs_of(scene)
-    contact, campaign, header = scene.contact, scene.campaign, scene.scene
-    rig = isinstance(scene, RigScene)
+    inputs, contact, curvature = inputs_of(scene), scene.contact, scene.counterface.curvature
+    tolerance = 0.05 if contact.tolerance is None else contact.tolerance
     return CampaignSetup(
-        tolerance=_tolerance(contact),
-        kind="rig" if rig else "field",
+        tolerance=None if contact.model is None else tolerance,
+        kind=scene.scene.kind,
         wheelset=Wheelset(inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span),
-        counterface=Counterface(
-            inputs.counterface,
-            1e3 / scene.counterface.roller_radius_mm if isinstance(scene, RigScene) else 0.0,
-        ),
+        counterface=Counterface(inputs.counterface, curvature),
         models=contact_models(contact),
         wear=wear_settings(scene.wear, inputs.wear_table),
         points=_points(scene),
-        control=control_settings(campaign),
+        control=_control_settings(scene.campaign),
         scene_text=scene.origin.content.decode("utf-8-sig"),
-        title=header.title or scene.origin.path.stem,
+        title=scene.scene.title or scene.origin.path.stem,
         input_hashes=tuple((_hash_name(file), file.sha256) for file in inputs.files),
         warnings=tuple(
-            # results tell the file by its name alone: the run reads a copy, and folders are nobody's business
+            # results name the file without its folder: the run reads a copy, and folders are private
             str(replace(warning, file=scene.origin.path.name))
             for warning in warnings_of(scene)
         ),
         also_evaluate=comparison_settings(scene.wear, inputs.wear_table),
         fatigue=fatigue_settings(scene.fatigue),
-        counterface_wear=counterface_wear(
-            scene.counterface.wear,
-            1e-3 * scene.counterface.roller_radius_mm if isinstance(scene, RigScene) else math.inf,
-        ),
+        counterface_wear=_counterface_wear(scene),
         templates=inputs.templates,
     )
 
 
 def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
-    """Tell what a scene may hold, but deserves a second look.
-
-    Parameters
-    ----------
-    scene : RigScene or FieldScene
-        As loaded.
-
-    Returns
-    -------
-    tuple of Fault
-        In the order of the file; `wearsim.scene.touch.check_contact` adds what only the contact tells.
-    """
+    """Warnings of a loaded scene, in the order of the file, without those of `check_contact`."""
     inputs = inputs_of(scene)
-    found = [
-        *scene_warnings(scene, inputs.clearance),
-        *limit_faults(scene, (inputs.right, inputs.left), inputs.counterface, end=False),
-    ]
-    return tuple(sorted(found, key=lambda fault: fault.line or 0))
-
-
-def _tolerance(contact: ContactSection) -> float | None:
-    """Tolerance of the wear increment where models are chosen, 5 % unless the scene says otherwise."""
-    if contact.model is None:
-        return None
-    return 0.05 if contact.tolerance is None else contact.tolerance
+    wheels = inputs.right, inputs.left
+    return tuple(scene_warnings(scene, wheels, inputs.counterface, inputs.clearance))
 
 
 def contact_models(contact: ContactSection) -> ContactModels:
-    """Contact models of a scene, in SI units.
-
-    Parameters
-    ----------
-    contact : ContactSection
-        [contact] of the scene.
-
-    Returns
-    -------
-    ContactModels
-        Models, grid and material.
-    """
+    """Contact models, grid and material of [contact], in SI units."""
     return ContactModels(
         normal=contact.normal,
         tangential=contact.tangential,
@@ -179,70 +146,66 @@ def contact_models(contact: ContactSection) -> ContactModels:
     )
 
 
-def _points(scene: RigScene | FieldScene) -> OperatingPoints:
-    rotation, torque = scene.contact.rotation, scene.contact.torque_Nm
-    if isinstance(scene, RigScene):
-        points = programme(
-            [
-                Block(
-                    name=run.name,
-                    shift=1e-3 * run.shift_mm,
-                    wheel_load=1e3 * run.load_kN,
-                    speed=run.speed_km_h / 3.6,
-                    friction=run.friction,
-                    distance=1e3 * run.distance_km,
-                    yaw=1e-3 * run.yaw_mrad,
-                    roll=1e-3 * run.roll_mrad,
-                    environment=run.environment,
-                )
-                for run in scene.operation.blocks
-            ],
-            rotation=rotation,
-            torque=torque,
-            free_roll=scene.contact.roll == "free",
+def _control_settings(campaign: CampaignSection) -> ControlSettings:
+    """Make the settings of the steps: the keys of [campaign] that `ControlSettings` has, and its tables."""
+    values, limits, rules = campaign.si(), campaign.limits, campaign.reprofiling
+    values |= {"depth_cap": values["max_step_depth"], "reprofiling": None}
+    values["first_depth"] = values.get("first_step_depth", math.inf)
+    values["limits"] = () if limits is None else tuple(limits.values.items())
+    values["end_at_limit"] = limits is not None and limits.end
+    if rules is not None:
+        names = {key: name for name, key in LIMIT_KEYS.items()}
+        values["reprofiling"] = ReprofilingRules(
+            limits=tuple(names[key] for key in rules.at_limits),
+            places=tuple(1e3 * place for place in rules.at_km),
+            cut=1e-3 * rules.cut_mm,
         )
-    else:
-        points = collective(
-            [
-                TrackClass(
-                    name=run.name,
-                    shift_mean=1e-3 * run.shift_mean_mm,
-                    shift_std=1e-3 * run.shift_std_mm,
-                    wheel_load=1e3 * run.load_kN,
-                    speed=run.speed_km_h / 3.6,
-                    friction=run.friction,
-                    share=run.share,
-                    track_curvature=0.0 if run.curve_radius_m is None else 1.0 / run.curve_radius_m,
-                    positions=run.positions,
-                    yaw=1e-3 * run.yaw_mrad,
-                    roll=1e-3 * run.roll_mrad,
-                    environment=run.environment,
-                )
-                for run in scene.operation.classes
-            ],
-            rotation=rotation,
-            torque=torque,
-            free_roll=scene.contact.roll == "free",
-        )
-    monitor = scene.operation.monitor
-    if monitor is None:
-        return points
-    return with_monitors(
-        points,
-        1e-3 * np.array(monitor.shifts_mm, dtype=np.float64),
-        wheel_load=1e3 * monitor.load_kN,
-        speed=monitor.speed_km_h / 3.6,
-        friction=monitor.friction,
-        yaw=1e-3 * monitor.yaw_mrad,
+    own = {field.name for field in fields(ControlSettings)}
+    return ControlSettings(**{name: value for name, value in values.items() if name in own})
+
+
+def _counterface_wear(scene: RigScene | FieldScene) -> CounterfaceWear | None:
+    section = scene.counterface.wear
+    if isinstance(section, RailWearSection):
+        return CounterfaceWear(area_rate=1e-12 * section.area_mm2_per_1000km)
+    if not isinstance(section, RollerWearSection) or not isinstance(scene, RigScene):
+        return None
+    every, depth = section.redress_every_km, section.redress_depth_um
+    return CounterfaceWear(
+        factor=section.factor,
+        radius=1e-3 * scene.counterface.roller_radius_mm,
+        redress_distance=math.inf if every is None else 1e3 * every,
+        redress_depth=math.inf if depth is None else 1e-6 * depth,
     )
 
 
-def inputs_of(scene: RigScene | FieldScene) -> Inputs:
-    """Return what the files of a scene hold, read by `load_scene`."""
-    inputs = scene._inputs
-    if not isinstance(inputs, Inputs):
-        raise ValueError("a scene is built after load_scene has read its files")
-    return inputs
+def _points(scene: RigScene | FieldScene) -> OperatingPoints:
+    contact, monitor = scene.contact, scene.operation.monitor
+    runs = []
+    for section in scene.operation.runs.values():
+        values = section.si()
+        values["wheel_load"] = values.pop("load")
+        if "curve_radius" in values:
+            values["track_curvature"] = 1.0 / values.pop("curve_radius")
+        runs.append(values)
+    motion: dict[str, Any] = {
+        "rotation": contact.rotation,
+        "torque": contact.torque_Nm,
+        "free_roll": contact.roll == "free",
+    }
+    if isinstance(scene, RigScene):
+        points = programme([Block(**values) for values in runs], **motion)
+    else:
+        points = collective([TrackClass(**values) for values in runs], **motion)
+    if monitor is None:
+        return points
+    values = monitor.si()
+    return with_monitors(
+        points,
+        1e-3 * np.array(monitor.shifts_mm, dtype=np.float64),
+        wheel_load=values["load"],
+        **{name: values[name] for name in ("speed", "friction", "yaw")},
+    )
 
 
 def _hash_name(file: InputFile) -> str:

@@ -14,11 +14,10 @@ from pydantic import Field, Strict
 
 from wearsim.errors import Fault, SceneError
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.inputs import find_file
-from wearsim.scene.models import Header, SceneModel
+from wearsim.scene.models import Header, SceneModel, find_file
 from wearsim.scene.overrides import Override, value_of
 from wearsim.scene.section import Section, Text, number, words
-from wearsim.toml_faults import KeyPath, line_of, shown
+from wearsim.toml_faults import KeyPath, content_of, line_of, shown, text_of
 
 MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)
 _DIGITS = 6  # significant ones of values drawn from a range: enough for any input, and legible in tables
@@ -136,10 +135,8 @@ def read_sweep(scene: SweepScene) -> tuple[Sweep | None, list[Fault]]:
     for name in section.scenes if section.base is None else (section.base,):
         path = find_file(name, (folder,), "workflows")
         if path is None:
-            message = (
-                f"{key} = {shown(name)} does not exist as given, beside the sweep or among the workflows"
-            )
-            fault(message, key)
+            places = "as given, next to the sweep file or among the workflows"
+            fault(f"{key} = {shown(name)} does not exist {places}", key)
         else:
             bases.append(path)
     varied = []
@@ -166,7 +163,9 @@ def read_sweep(scene: SweepScene) -> tuple[Sweep | None, list[Fault]]:
     if not faults and section.table is not None:
         table = find_file(section.table, (folder,), "workflows")
         if table is None:
-            fault(f"table = {shown(section.table)} does not exist as given or beside the sweep", "table")
+            fault(
+                f"table = {shown(section.table)} does not exist as given or next to the sweep file", "table"
+            )
         else:
             rows, faults = table_rows(table)
     elif not faults:
@@ -300,11 +299,9 @@ def table_rows(path: Path) -> tuple[list[Row], list[Fault]]:
     """
     file = str(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        return [], [Fault(f"cannot be read ({error.strerror}); give a CSV file of cases", file)]
-    except UnicodeDecodeError:
-        return [], [Fault("not UTF-8 text; save the table as UTF-8", file)]
+        text = text_of(content_of(path, "a CSV file of cases"), file)
+    except SceneError as error:
+        return [], list(error.faults)
     rows = [
         (place, next(csv.reader([line])))
         for place, line in enumerate(text.splitlines(), 1)

@@ -7,7 +7,6 @@ such as ``# source = twin disc, our laboratory``, a line with the names of the c
 from __future__ import annotations
 
 import csv
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -18,9 +17,17 @@ from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS, WearTable
 from wearsim.errors import Fault, SceneError
 from wearsim.scene.section import Section, Text, number, words
-from wearsim.toml_faults import KeyPath, Lines, key_lines, line_of, syntax_fault, validation_faults
+from wearsim.toml_faults import (
+    KeyPath,
+    Lines,
+    content_of,
+    key_lines,
+    line_of,
+    text_of,
+    toml_of,
+    validation_faults,
+)
 
-MAX_BYTES = 1_000_000
 _MOST_FAULTS = 20  # lines of one message; a wrong column is a fault of every row
 
 Words = Annotated[Text, AfterValidator(str.strip)]
@@ -200,8 +207,11 @@ def read_wear_table(path: str | Path) -> WearTable:
     """
     path = Path(path)
     file = str(path)
-    text = _file_text(path)
-    data, lines = (_parsed_toml if path.suffix.lower() == ".toml" else _parsed_csv)(file, text)
+    text = text_of(content_of(path, "a wear table"), file)
+    if path.suffix.lower() == ".toml":
+        data, lines = toml_of(text, file), key_lines(text)
+    else:
+        data, lines = _parsed_csv(file, text)
     try:
         section = WearTableSection.model_validate(data)
     except ValidationError as error:
@@ -218,32 +228,6 @@ def _error(faults: list[Fault], file: str) -> SceneError:
     more = len(faults) - _MOST_FAULTS
     rest = [Fault(f"{more} more faults of this file are not shown", file)] if more > 0 else []
     return SceneError([*faults[:_MOST_FAULTS], *rest])
-
-
-def _file_text(path: Path) -> str:
-    file = str(path)
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise SceneError([Fault(f"cannot be read ({reason}); give a wear table", file)]) from None
-    if len(content) > MAX_BYTES:
-        raise SceneError([Fault("is larger than 1 MB, hardly one wear table", file)])
-    try:
-        return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise SceneError([Fault("is not UTF-8 text; save it as UTF-8", file, line)]) from None
-
-
-def _parsed_toml(file: str, text: str) -> tuple[dict[str, Any], Lines]:
-    try:
-        return tomllib.loads(text), key_lines(text)
-    except ValueError as error:
-        raise SceneError([syntax_fault(error, text, file)]) from None
-    except RecursionError:
-        raise SceneError([Fault("lists are nested too deeply for a wear table", file)]) from None
 
 
 def _parsed_csv(file: str, text: str) -> tuple[dict[str, Any], Lines]:

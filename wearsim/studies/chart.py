@@ -62,9 +62,9 @@ def speed_and_accuracy(
     reference_grid: int,
     *,
     points: int = POINTS,
-    told: Callable[[str], None] | None = None,
+    report: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
-    """Time every combination of models and judge its wear increment on new profiles.
+    """Time every combination of models and compare its wear increment on new profiles.
 
     Parameters
     ----------
@@ -73,21 +73,20 @@ def speed_and_accuracy(
     grids : sequence of int
         Strips, and cells along each strip.
     reference_grid : int
-        Of the half-space solution that all are judged by.
+        Of the half-space solution that all are compared with.
     points : int
-        Operating points that stand for each scene, at most; but one of each class of work at least.
-    told : callable
+        Largest number of operating points for each scene, but at least one of each class of them.
+    report : callable
         Takes a line of progress for each combination.
 
     Returns
     -------
     Dataset
         Over `model`: normal, tangential, grid, time per solution of one wheel at one operating point on one
-        thread (mean over the scenes), whether it may lead a profile update, whether it lies on the Pareto
+        thread (mean over the scenes), whether it can update the profile, whether it lies on the Pareto
         front of time, largest depth error and largest strip-work error (`pareto_depth`: without the last).
         Over `scene` and `model`: `depth_error`, `work_error`, `power_error` and time. Where a combination
-        refuses a point of a scene its values are
-        missing, with the message in `refusal`.
+        does not solve a point of a scene its values are missing, with the message in `refusal`.
 
     Raises
     ------
@@ -118,8 +117,8 @@ def speed_and_accuracy(
             depth[row, column], work[row, column] = one.depth_error, one.work_error
             power[row, column] = one.power_error
             seconds[row, column] = time_per_solution(setup, state, chosen, one.models)
-            if told is not None:
-                told(
+            if report is not None:
+                report(
                     f"{setup.kind}: {one.models.normal} + {one.models.tangential}, {one.models.strips}: "
                     f"{1e3 * seconds[row, column]:.3g} ms, depth error {percent(one.depth_error)}"
                 )
@@ -131,7 +130,7 @@ def speed_and_accuracy(
         "normal": ("model", [one.normal for one in models]),
         "tangential": ("model", [one.tangential for one in models]),
         "grid": ("model", [one.strips for one in models]),
-        "leads": ("model", [NORMAL_MODELS[one.normal].can_update_profile for one in models]),
+        "can_update_profile": ("model", [NORMAL_MODELS[one.normal].can_update_profile for one in models]),
         "time": ("model", per_solution),
         "worst_depth_error": ("model", worst),
         "pareto": ("model", pareto(per_solution, worst, worst_work)),
@@ -164,7 +163,7 @@ def time_per_solution(
         start = time.perf_counter()
         try:
             solve_contact(state, batch, replace(setup_of(setup), models=models))
-        except (ContactError, NumericalError):  # judged before; cannot happen for the same points
+        except (ContactError, NumericalError):  # solved before; cannot happen for the same points
             return float("nan")
         took = time.perf_counter() - start
         spent += took
@@ -178,7 +177,7 @@ def time_per_solution(
 
 
 def pareto(cost: FloatArray, *errors: FloatArray) -> np.ndarray:
-    """Tell which combinations are beaten by none in cost and all errors.
+    """Return which combinations no other beats in cost and all errors.
 
     Parameters
     ----------

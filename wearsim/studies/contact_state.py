@@ -54,7 +54,7 @@ def contact_state(
         SI units. Over `patch`: side (0 right, 1 left) and the summary of result files. Over (patch, strip)
         and (patch, cell, strip): the fields, cells from the leading edge, lateral directions those of the
         track, so that those of a left wheel are mirrored. Over `wheel` and points: wheel and counterface in
-        the plane across the track, the wheel just touching, and the gap around the patches.
+        the plane across the track, the wheel in initial contact, and the gap around the patches.
 
     Raises
     ------
@@ -122,42 +122,42 @@ def _sections(
     """Wheel and counterface across the track, and the gap around the patches, of each solved side."""
     sides = np.unique(solution.side[rows])
     parts: dict[str, list[FloatArray]] = {}
-    grounds, spread, touch = [], [], []
+    surfaces, spread, distances = [], [], []
     for side in sides:
         sign = -1.0 if side else 1.0
         angles = (conditions.yaw[point], solution.roll[rows[0]])
         shift, yaw, roll = sign * np.array([conditions.shift[point], *angles])
         profile = wheelset.left if side else wheelset.right
-        below = counterface.profiles[side]
-        ground = geometry.counterface_profile(below)
+        rail = counterface.profiles[side]
+        surface = geometry.counterface_profile(rail)
         gap = geometry.gap(
             geometry.wheel_surface(profile, wheelset.radius),
-            ground,
+            surface,
             geometry.WheelsetPose(np.array([shift]), np.array([yaw]), np.array([roll])),
             half_span=wheelset.half_span,
             nominal_radius=wheelset.radius,
             curvature=counterface.curvature,
         )
-        descent = float(gap.gap.min())
+        height = float(gap.gap.min())
         y, z = _trace(profile, wheelset, counterface.curvature, shift, yaw, roll)
         own = rows[solution.side[rows] == side]
         half = 0.5 * solution.width[own]
         low, high = (solution.rail_y[own] - half).min(), (solution.rail_y[own] + half).max()
         margin = _GAP_SPAN * float(half.max())
-        grounds.append(ground)
+        surfaces.append(surface)
         spread.append((low - margin, high + margin))
-        touch.append((gap.gap[0] - descent) * np.cos(ground.angle))
+        distances.append((gap.gap[0] - height) * np.cos(surface.angle))
         for name, values in (
             ("wheel_section_y", sign * y),
-            ("wheel_section_z", z + descent),
-            ("counterface_section_y", sign * below.y),
-            ("counterface_section_z", below.z),
+            ("wheel_section_z", z + height),
+            ("counterface_section_y", sign * rail.y),
+            ("counterface_section_z", rail.z),
         ):
             parts.setdefault(name, []).append(values)
-    for ground, (low, high), distance in zip(grounds, spread, touch, strict=True):
-        at = np.linspace(max(low, ground.y[0]), min(high, ground.y[-1]), 401)
+    for surface, (low, high), distance in zip(surfaces, spread, distances, strict=True):
+        at = np.linspace(max(low, surface.y[0]), min(high, surface.y[-1]), 401)
         parts.setdefault("gap_rail_y", []).append(at)
-        parts.setdefault("gap", []).append(np.interp(at, ground.y, distance))
+        parts.setdefault("gap", []).append(np.interp(at, surface.y, distance))
     meaning = {"long_name": "wheel", "comment": "0 right, 1 left"}
     variables = {"wheel": xr.Variable(("wheel",), sides, meaning)}
     for name, lines in parts.items():
@@ -169,10 +169,10 @@ def _sections(
 def _trace(
     profile: Profile, wheelset: Wheelset, curvature: float, shift: float, yaw: float, roll: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Whole wheel profile in the plane across the track: each ring where it comes nearest to the ground.
+    """Whole wheel profile in the plane across the track: each circle of it at its smallest gap.
 
-    The nearest point of a ring is taken to first order in the angles (second order: below 0.01 mm at a yaw
-    of 10 mrad); the flange back, which touches nothing, is cut below the axle.
+    The nearest point of a circle is taken to first order in the angles (second order: below 0.01 mm at a yaw
+    of 10 mrad); the flange back, which is never in contact, is cut below the axle.
     """
     b, r = wheelset.half_span + profile.y, wheelset.radius + profile.z
     dy, dz = np.gradient(profile.y), np.gradient(profile.z)

@@ -1,4 +1,4 @@
-"""How far a campaign's result hangs on its numerical settings: one refined at a time, then all together."""
+"""Sensitivity of a campaign's result to its numerical settings: one refined at a time, then all together."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from wearsim.campaign.run import Event, Observer, run_scene
 from wearsim.errors import ContactError
 from wearsim.results import open_results
 from wearsim.results.turnings import last_worn_row, new_row, wear_steps
-from wearsim.scene import CompareScene, FieldScene, RigScene, load_campaign
+from wearsim.scene import CampaignScene, FieldScene, RigScene, load_campaign
 from wearsim.scene.overrides import Override
 
 FOLDER = "converge"
 TABLE = "convergence.json"
 MEASURES = ("flange_thickness", "flange_height", "max_wear_depth", "worn_area", "equivalent_conicity")
-BELOW = ("counterface_max_wear_depth", "counterface_worn_area")
-"""Further ones of rails or rollers that wear."""
+COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area")
+"""Further measures of rails or rollers that wear."""
 
 _FINEST_SPACING_MM, _MOST_CELLS, _MOST_POSITIONS, _LONGEST_WAVE_MM = 0.05, 400, 200, 50.0
 
@@ -50,7 +50,7 @@ class Refinement:
     reason: str = ""
 
 
-def refinements(scene: RigScene | FieldScene | CompareScene) -> tuple[Refinement, ...]:
+def refinements(scene: CampaignScene) -> tuple[Refinement, ...]:
     """Make the refinements of a scene.
 
     Parameters
@@ -66,17 +66,17 @@ def refinements(scene: RigScene | FieldScene | CompareScene) -> tuple[Refinement
 
     def overrides(of: Any) -> tuple[Override, ...]:
         return tuple(
-            Override(role + key, value) for role, part in _parts(scene).items() for key, value in of(part)
+            Override(role + key, value) for role, part in scene.prefixed.items() for key, value in of(part)
         )
 
     step, grid, points = overrides(_step), overrides(_grid), overrides(_points)
     half, double = (overrides(lambda part, f=factor: _smoothing(part, f)) for factor in (0.5, 2.0))
     # together the points are twice as close, and half the wavelength is resolved wherever the whole one was
     resolved = overrides(lambda part: _smoothing(part, 0.5, _spacing(part)))
-    told = "all of these, smoothed as given"
+    text = "all of these, smoothed as given"
     if resolved:
-        where = "" if len(resolved) == len(_parts(scene)) else ", where points resolve that"
-        told = f"all of these, with the wavelength halved{where}"
+        where = "" if len(resolved) == len(scene.prefixed) else ", where points resolve that"
+        text = f"all of these, with the wavelength halved{where}"
     no_wave = "the increments are not smoothed, or half the wavelength is below two points of the profile"
     given = "a rig programme gives its operating points one by one"
     return (
@@ -85,13 +85,11 @@ def refinements(scene: RigScene | FieldScene | CompareScene) -> tuple[Refinement
         Refinement("smoothing-half", "smoothing wavelength halved", half, no_wave),
         Refinement("smoothing-double", "smoothing wavelength doubled", double, no_wave),
         Refinement("points", "twice as many lateral positions", points, given),
-        Refinement("together", told, (*step, *grid, *resolved, *points)),
+        Refinement("together", text, (*step, *grid, *resolved, *points)),
     )
 
 
-def other_models(
-    scene: RigScene | FieldScene | CompareScene, against: Sequence[tuple[str, str]]
-) -> tuple[Refinement, ...]:
+def other_models(scene: CampaignScene, against: Sequence[tuple[str, str]]) -> tuple[Refinement, ...]:
     """Make the campaigns with other contact models.
 
     Parameters
@@ -106,8 +104,7 @@ def other_models(
     tuple of Refinement
         Grid, steps and all else as given.
     """
-    parts = _parts(scene)
-    chosen = any(part.contact.model == "auto" for part in parts.values())
+    chosen = any(part.contact.model == "auto" for part in scene.parts)
     return tuple(
         Refinement(
             f"{normal}+{tangential}",
@@ -116,20 +113,13 @@ def other_models(
             if chosen
             else tuple(
                 Override(f"{role}contact.{key}", value)
-                for role in parts
+                for role in scene.prefixed
                 for key, value in (("normal", normal), ("tangential", tangential))
             ),
             'the scene leaves its contact models to model = "auto"',
         )
         for normal, tangential in against
     )
-
-
-def _parts(scene: RigScene | FieldScene | CompareScene) -> dict[str, RigScene | FieldScene]:
-    """Return the campaigns of a scene by what stands before their keys."""
-    if isinstance(scene, CompareScene):
-        return {"rig.": scene.rig, "field.": scene.field}
-    return {"": scene}
 
 
 def converge(
@@ -158,7 +148,7 @@ def converge(
     refine : bool
         Whether step, grid, smoothing and operating points are refined.
     against : sequence of (str, str)
-        Normal and tangential contact models that are to run the campaign, too.
+        Normal and tangential contact models of further runs of the campaign.
     command : str
         Command line.
     observer : callable, optional
@@ -174,7 +164,7 @@ def converge(
     common = (*overrides, *shortened)
     scene = load_campaign(path, overrides=common)
     others = other_models(scene, against)
-    for item in others:  # refused models are told before anything is run
+    for item in others:  # models that cannot run raise before anything is run
         load_campaign(path, overrides=(*common, *item.overrides))
     runs = out / FOLDER if distance is None else out / f"{FOLDER}-{1e-3 * distance:g}km"
     base = out if distance is None else runs / "as-given"
@@ -189,9 +179,9 @@ def converge(
         paths = run_scene(path, directory, overrides=all_overrides, command=command, observer=observe)
         return {item.stem: _end(item) for item in paths if item.stem in ("rig", "field")}
 
-    def apart(directory: Path, ends: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    def with_difference(directory: Path, ends: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
         for kind, end in ends.items():
-            end["profile_difference"] = _apart(base / f"{kind}.nc", directory / f"{kind}.nc")
+            end["profile_difference"] = _difference(base / f"{kind}.nc", directory / f"{kind}.nc")
         return ends
 
     out.mkdir(parents=True, exist_ok=True)
@@ -200,41 +190,38 @@ def converge(
     runs.mkdir(exist_ok=True)
     rows = []
     for item in (*(refinements(scene) if refine else ()), *others):
-        row: dict[str, Any] = {"name": item.name, "text": item.text, "told": item.reason}
+        row: dict[str, Any] = {"name": item.name, "text": item.text, "reason": item.reason}
         if item.overrides:
             try:
                 ends = run(runs / item.name, (*alike, *item.overrides))
-                row["ends"], row["told"] = apart(runs / item.name, ends), ""
+                row["ends"], row["reason"] = with_difference(runs / item.name, ends), ""
             except ContactError as error:
-                row["told"] = f"failed: {error}"
+                row["reason"] = f"failed: {error}"
         rows.append(row)
     table = {"command": command, "shortened": distance is not None, "given": given, "rows": rows}
     write_atomically(out / TABLE, json.dumps(table, indent=2, allow_nan=False).encode())
     return out / TABLE
 
 
-def _as_far(
-    scene: RigScene | FieldScene | CompareScene, given: dict[str, dict[str, Any]]
-) -> tuple[Override, ...]:
+def _as_far(scene: CampaignScene, given: dict[str, dict[str, Any]]) -> tuple[Override, ...]:
     """Return the overrides that let refined campaigns run as far as those given that ended at a limit."""
-    found: list[Override] = []
-    for kind, end in given.items():
-        part = getattr(scene, kind) if isinstance(scene, CompareScene) else scene
-        role = f"{kind}." if isinstance(scene, CompareScene) else ""
+    overrides: list[Override] = []
+    for prefix, part in scene.prefixed.items():
         if part.campaign.limits is not None and part.campaign.limits.end:
-            found.append(Override(f"{role}campaign.distance_km", 1e-3 * end["distance"]))
-            found.append(Override(f"{role}campaign.limits.end", False))
-    return tuple(found)
+            distance = 1e-3 * given[part.scene.kind]["distance"]
+            overrides.append(Override(f"{prefix}campaign.distance_km", distance))
+            overrides.append(Override(f"{prefix}campaign.limits.end", False))
+    return tuple(overrides)
 
 
 def _end(path: Path) -> dict[str, Any]:
     """Measures at the end of a campaign, and how far they moved; None where a profile has none.
 
-    The end of one that ended with a turning is that of the worn wheels: refined ones are not turned there.
+    After a reprofiling at the end it is that of the worn wheels: refined ones are not reprofiled there.
     """
     with open_results(path) as data:
         row = last_worn_row(data)
-        names = (*MEASURES, *(name for name in BELOW if name in data))
+        names = (*MEASURES, *(name for name in COUNTERFACE_MEASURES if name in data))
         last = {name: data[name].values[row].reshape(-1).tolist() for name in names}
         first = {name: data[name].values[0].reshape(-1).tolist() for name in names}
         return {
@@ -248,7 +235,7 @@ def _end(path: Path) -> dict[str, Any]:
         }
 
 
-def _apart(given: Path, other: Path) -> list[float]:
+def _difference(given: Path, other: Path) -> list[float]:
     """Largest difference of the wear depth at one place of the profile, of each wheel, at the ends [m]."""
     with open_results(given) as a, open_results(other) as b:
         rows = [(data, last_worn_row(data)) for data in (a, b)]

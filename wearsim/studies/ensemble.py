@@ -38,9 +38,9 @@ from wearsim.campaign.directory import (
 from wearsim.campaign.run import Event, Observer, available_cores, run_scene, scene_files
 from wearsim.errors import Fault, ResultError, SceneError, WearsimError
 from wearsim.scene import load_campaign
+from wearsim.scene.initial_contact import check_contact
 from wearsim.scene.overrides import at_its_source
 from wearsim.scene.sweep import Case
-from wearsim.scene.touch import check_contact
 
 if TYPE_CHECKING:
     from multiprocessing.synchronize import Event as Signal

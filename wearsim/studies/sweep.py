@@ -19,12 +19,12 @@ import numpy as np
 from wearsim.campaign.directory import is_claimed
 from wearsim.campaign.record import write_atomically
 from wearsim.campaign.run import Observer, available_cores
-from wearsim.errors import Fault, ResultError, SceneError
+from wearsim.errors import Fault, ResultError, SceneError, WearsimError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import GROUPS, LAYOUT, open_results
 from wearsim.results.turnings import last_worn_row
-from wearsim.scene.sweep import Case, Sweep
-from wearsim.studies.ensemble import CaseRunner, Outcome, campaigns_of, outcome_in, run_cases
+from wearsim.scene.sweep import Case, Sweep, SweepScene
+from wearsim.studies.ensemble import CaseRunner, Outcome, campaigns_of, check_cases, outcome_in, run_cases
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,7 +62,7 @@ def run_sweep(
     Parameters
     ----------
     sweep : Sweep
-        The cases; `check_cases` finds all their faults before.
+        The cases; from `read_sweep` or `sweep_of_flags`, checked by `check_cases`.
     out : str or Path
         Directory; case 1 runs in `case_0001` in it, `sweep.csv` and `sweep.nc` have a row for each.
     executor, jobs, command, report
@@ -267,7 +267,7 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
     xarray.Dataset
         Over `case`, `campaign` (rig, field) and `wheel`: the varied values as the scene has them, state and
         fault of each case, and of finished ones the last value of each measure [SI], that of the worn
-        wheels where a campaign ends with a turning; others are NaN.
+        wheels where a campaign ends with a reprofiling; others are NaN.
     """
     import xarray as xr
 
@@ -389,8 +389,8 @@ def write_tables(out: Path) -> None:
 def _end(path: Path) -> dict[str, np.ndarray]:
     with open_results(path) as result:
         last = result.isel(step=last_worn_row(result))
-        told = (*MEASURES, *(name for name in COUNTERFACE_MEASURES if name in result))
-        return {name: np.asarray(last[name].values, dtype=float) for name in told}
+        names = (*MEASURES, *(name for name in COUNTERFACE_MEASURES if name in result))
+        return {name: np.asarray(last[name].values, dtype=float) for name in names}
 
 
 def _varied(key: str, values: list[Any]) -> tuple[str, np.ndarray, dict[str, str]]:
@@ -423,6 +423,62 @@ def _measures(row: dict[str, Any], name: str, values: np.ndarray, campaign: int 
     for index, wheel in enumerate(wheels):
         value = None
         if campaign is not None:
-            found = float(values[campaign] if values.ndim == 1 else values[campaign, index])
-            value = float(f"{found * factor:.9g}") if np.isfinite(found) else None
+            stored = float(values[campaign] if values.ndim == 1 else values[campaign, index])
+            value = float(f"{stored * factor:.9g}") if np.isfinite(stored) else None
         row[f"{name}{suffix}{wheel}"] = value
+
+
+def sweep_of(scene: SweepScene) -> Sweep:
+    """Cases of a sweep file that `load_scene` has read."""
+    assert isinstance(scene._inputs, Sweep)
+    return scene._inputs
+
+
+def checked_plan(scene: SweepScene) -> dict[str, Any]:
+    """Return what a sweep file would run: title, cases and warnings; raises the faults of all cases."""
+    sweep = sweep_of(scene)
+    return {**plan_of(sweep), "warnings": [str(warning) for warning in check_cases(sweep.cases)]}
+
+
+def checked_plan_text(plan: dict[str, Any]) -> str:
+    """Lines for people from what `checked_plan` returns."""
+    lines = [f"{plan['title']}: {len(plan['cases'])} cases", *map(case_line, plan["cases"])]
+    return "\n".join(lines + [f"warning: {warning}" for warning in plan["warnings"]])
+
+
+def case_line(case: dict[str, Any]) -> str:
+    """Line on a case of a plan and what it varies."""
+    values = [f"{key} = {'removed' if value is None else value}" for key, value in case["values"].items()]
+    return ", ".join([f"  case {case['case']}: {case['scene']}", *values])
+
+
+def listed_cases(sweep: Sweep, out: Path) -> list[dict[str, Any]]:
+    """Return all cases, each with its state, or with the fault that makes it impossible.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        The cases.
+    out : Path
+        Directory of the sweep.
+    """
+    cases = plan_of(sweep)["cases"]
+    begun = read_plan(out).get("cases") == cases
+    states = [item.state for item in outcomes_of(out)] if begun else ["not started"] * len(cases)
+    listed = []
+    for case, entry, state in zip(sweep.cases, cases, states, strict=True):
+        listed.append({**entry, "state": state, "fault": ""})
+        try:
+            if state == "not started":
+                check_cases((case,), out)
+        except WearsimError as error:
+            fault = "; ".join(str(error).splitlines()).replace(f"case {case.number}: ", "", 1)
+            listed[-1] |= {"state": "impossible", "fault": fault}
+    return listed
+
+
+def counted(outcomes: tuple[Outcome, ...]) -> str:
+    """How many cases there are in each state."""
+    states = [outcome.state for outcome in outcomes]
+    counts = [f"{states.count(state)} {state}" for state in dict.fromkeys(states)]
+    return f"{len(outcomes)} cases: {', '.join(counts)}"

@@ -9,13 +9,13 @@ from wearsim.contact.solve import solve
 from wearsim.errors import SceneError
 from wearsim.operation.points import select
 from wearsim.scene import build, load_scene
-from wearsim.scene.touch import check_contact
+from wearsim.scene.initial_contact import check_contact
 
 RIG = (Path(__file__).parents[1] / "data/scene_rig.toml").read_text()
 
 
 def test_the_grid_of_the_scene_is_the_one_that_is_tried(folder, changed):
-    """The half-space needs 8 cells along a strip: told before the run, as with 7 strips."""
+    """The half-space needs 8 cells along a strip: a fault before the run, as with 7 strips."""
     for key in ("cells", "strips"):
         for count in (7, 8):
             grid = {"cells": 10, "strips": 10, key: count}
@@ -56,7 +56,9 @@ def test_a_wheelset_that_finds_no_rest_is_refused(folder, changed, line_with, mo
     """No shift that the clearance allows is known to have none: the search is made to fail."""
     text = rig(changed)
     Path("scene.toml").write_text(text)
-    monkeypatch.setattr("wearsim.scene.touch.resting_roll", lambda *_: (np.zeros(1), np.zeros(1, bool)))
+    monkeypatch.setattr(
+        "wearsim.scene.initial_contact.resting_roll", lambda *_: (np.zeros(1), np.zeros(1, bool))
+    )
     with pytest.raises(SceneError) as refused:
         check_contact(load_scene("scene.toml"))
     assert len(refused.value.faults) == 5

@@ -109,7 +109,7 @@ def _comparison(comparison: Comparison) -> list[str]:
         f"against {comparison.reference.profile.name} ({comparison.reference.title})",
         *_notes(comparison.reference),
         *_wrapped("aligned", f"{alignment.rule}: {alignment.note}"),
-        f"  {'moved by':<10} y {dy} mm, z {dz} mm, turned {angle} mrad{rest}",
+        f"  {'moved by':<10} y {dy} mm, z {dz} mm, rotated by {angle} mrad{rest}",
         f"  {'':<10} measures and running behaviour below are of the profile as measured, not moved",
         f"  worn area  {1e6 * wear.worn_area:.2f} mm² ({zones})",
         f"  deepest    {1e3 * wear.max_depth:.3f} mm at y = {1e3 * wear.max_depth_y:.2f} mm",
@@ -208,7 +208,7 @@ def _limits(result: Inspection) -> list[str]:
 
 
 def _judgement(measure: str, group: Sequence[Judgement]) -> str:
-    """Value, limits and margin of one measure, or why it cannot be judged."""
+    """Value, limits and margin of one measure, or why it cannot be checked."""
     factor = QUANTITIES[measure].shown_factor
     value = group[0].value
     bounds = {each.bound: each.limit for each in group}
@@ -225,7 +225,7 @@ def _judgement(measure: str, group: Sequence[Judgement]) -> str:
         of = [each.bound for each in group if each.reason == why]
         # of one bound it matters which, of all bounds it does not
         which = f"{of[0]} " if len(group) > len(of) else ""
-        texts.append(f"{which}not judged: {why}{' (--diameter-mm)' if why == NO_DIAMETER else ''}")
+        texts.append(f"{which}not checked: {why}{' (--diameter-mm)' if why == NO_DIAMETER else ''}")
     shown = "-" if value is None else f"{value * factor:.3f}"
     return f"{shown:>9}{least:>8}{most:>8}  {'; '.join(texts)}"
 
@@ -411,8 +411,8 @@ def fleet_text(rows: Sequence[FleetRow]) -> str:
     lines = [_row(start, used.values(), 10, 0) + "  beyond limits, faults"]
     for row, cell in zip(rows, cells, strict=True):
         remarks = [cell["exceeded"]] if cell["exceeded"] else []
-        remarks += [f"not judged: {cell['not_judged']}"] if cell["not_judged"] else []
-        remarks += ["wear doubtful"] if row.warnings else []
+        remarks += [f"not checked: {cell['not_judged']}"] if cell["not_judged"] else []
+        remarks += ["wear uncertain"] if row.warnings else []
         remarks += [f"FAULT {cell['fault']}"] if cell["fault"] else []
         wheel = _cut(cell["wheel"], wide["wheel"]) if row.measured else ""
         start = f"{_cut(row.file, wide['file']):<{wide['file']}}  {wheel:<{wide['wheel']}}"
@@ -420,9 +420,9 @@ def fleet_text(rows: Sequence[FleetRow]) -> str:
         lines.append(f"{_row(start, numbers, 10, 0)}  {'; '.join(remarks)}".rstrip())
     if any(row.not_judged and "wheel_diameter" not in row.values for row in rows):
         lines.append(
-            "not judged: some limits depend on the wheel diameter, which is not given (--diameter-mm)"
+            "not checked: some limits depend on the wheel diameter, which is not given (--diameter-mm)"
         )
-    lines += [f"wear doubtful: {warning}" for warning in _shared_warnings(rows)]
+    lines += [f"wear uncertain: {warning}" for warning in _shared_warnings(rows)]
     lines.append("lengths in mm" + ("; conicity at 3 mm, EN 15302" if "conicity_3mm" in used else ""))
     return "\n".join(lines)
 

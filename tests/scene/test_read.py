@@ -1,4 +1,4 @@
-"""Scene files that are right: what is found, built, copied and told of them."""
+"""Scene files without faults: what is read, built, copied and warned of."""
 
 import json
 import tomllib
@@ -11,7 +11,7 @@ from wearsim.errors import SceneError
 from wearsim.profile import standard
 from wearsim.profile.files import write_profile
 from wearsim.scene import CompareScene, FieldScene, RigScene, build, files_to_copy, load_scene, scene_schema
-from wearsim.scene.touch import check_contact
+from wearsim.scene.initial_contact import check_contact
 
 DATA = Path(__file__).parents[1] / "data"
 RIG = (DATA / "scene_rig.toml").read_text()
@@ -287,7 +287,7 @@ def test_kinds_of_before_name_the_script_that_writes_their_report(kind, script, 
 
 
 @pytest.mark.parametrize(
-    ("key", "told"),
+    ("key", "message"),
     [
         ("[contact]\nfriction = 0.3", "unknown key friction in [contact]; it belongs to [[operation.block]]"),
         (
@@ -300,8 +300,8 @@ def test_kinds_of_before_name_the_script_that_writes_their_report(kind, script, 
         ),
     ],
 )
-def test_an_unknown_key_leads_to_the_right_one(folder, faults_of, key, told):
+def test_an_unknown_key_leads_to_the_right_one(folder, faults_of, key, message):
     table, _ = key.split("\n")
     text = Path("rig.toml").read_text()
     text = text.replace(table, key) if table in text else f"{text}\n{key}\n"
-    assert any(told in fault for fault in faults_of(text))
+    assert any(message in fault for fault in faults_of(text))

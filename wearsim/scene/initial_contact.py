@@ -1,8 +1,6 @@
-"""Whether the new wheels of a scene find a contact at every operating point: the last check before a run."""
+"""Initial contact of the new wheels of a scene at every operating point: the last check before a run."""
 
 from __future__ import annotations
-
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -12,27 +10,27 @@ from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError
-from wearsim.scene.load import CampaignScene
-from wearsim.scene.models import CompareScene, FieldScene, RigScene
+from wearsim.scene.messages import by_line, key_of, shift_ranges
+from wearsim.scene.models import FieldScene, RigScene
 from wearsim.scene.overrides import at_its_source
+from wearsim.scene.read import CampaignScene
 from wearsim.scene.setup import CampaignSetup, build, warnings_of
+from wearsim.toml_faults import KeyPath
 
 _BATCH = 64
 """Points whose gaps are held in memory at a time."""
 
 LARGEST_TILT = 1e-3
-"""Roll that a scene may leave out without a warning [rad]: it turns the contact angles by as much."""
-
-Place = tuple[str | int, ...]
+"""Roll that a scene may leave out without a warning [rad]: contact angles change by as much."""
 
 
 def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
-    """Solve the normal contact of the new wheels at all operating points and refuse what has no answer.
+    """Solve the normal contact of the new wheels at all operating points.
 
     Parameters
     ----------
     scene : RigScene, FieldScene or CompareScene
-        As loaded.
+        From `load_scene`.
 
     Returns
     -------
@@ -42,59 +40,53 @@ def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
     Raises
     ------
     SceneError
-        With one fault for each block, class or watched shift at which a wheel does not touch, or its patch
+        With one fault for each block, class or watched shift at which a wheel has no contact, or its patch
         reaches the edge of a profile.
     """
-    parts: list[RigScene | FieldScene] = (
-        [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
-    )
     faults: list[Fault] = []
     warnings: list[Fault] = []
-    for part in parts:
-        setup, places = build(part), list(_places(part))
-        found, tilt = _touching(part, setup, places)
-        faults += found
-        if not found:
-            warnings += _sorted(list(warnings_of(part)) + _roll_warnings(part, setup, places, tilt))
+    for part in scene.parts:
+        setup = build(part)
+        places = [path for path, _, _, points in shift_ranges(part) for _ in range(points)]
+        own, tilt = _contact_faults(part, setup, places)
+        faults += own
+        if not own:
+            warnings += by_line(list(warnings_of(part)) + _roll_warnings(part, setup, places, tilt))
     if faults:
         raise SceneError([at_its_source(fault) for fault in faults])
     return tuple(warnings)
 
 
-def _sorted(faults: list[Fault]) -> list[Fault]:
-    return sorted(faults, key=lambda fault: fault.line or 0)
-
-
-def _touching(
-    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[Place]
+def _contact_faults(
+    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[KeyPath]
 ) -> tuple[list[Fault], FloatArray]:
     """Faults of points without contact, and by how much the wheelset would roll further at each [rad]."""
-    found: dict[Place, Fault] = {}
+    faults: dict[KeyPath, Fault] = {}
     tilt = np.zeros(len(places))
     if setup.points.conditions.free_roll:
         for number, place in enumerate(places):
-            fault = None if place in found else _without_rest(setup, number)
+            fault = None if place in faults else _without_rest(setup, number)
             if fault is not None:
-                found[place] = _fault(scene, setup, place, number, *fault)
-        return _sorted(list(found.values())), tilt
+                faults[place] = _fault(scene, setup, place, number, *fault)
+        return by_line(list(faults.values())), tilt
     for start in range(0, len(places), _BATCH):
         rows = np.arange(start, min(start + _BATCH, len(places)))
         for side in (0, 1):
-            descent = _descent(setup, side, rows)
-            if isinstance(descent, str):
-                for row in rows:  # a batch tells its first row only
-                    told = None if places[row] in found else _descent(setup, side, np.array([row]))
-                    if isinstance(told, str):
-                        found[places[row]] = _fault(scene, setup, places[row], int(row), side, told)
-            elif descent is not None:
-                tilt[rows] += (-1.0 if side else 1.0) * descent / (2.0 * setup.wheelset.half_span)
-    return _sorted(list(found.values())), tilt
+            displacement = _displacement(setup, side, rows)
+            if isinstance(displacement, str):
+                for row in rows:  # the error of a batch is that of its first row
+                    text = None if places[row] in faults else _displacement(setup, side, np.array([row]))
+                    if isinstance(text, str):
+                        faults[places[row]] = _fault(scene, setup, places[row], int(row), side, text)
+            elif displacement is not None:
+                tilt[rows] += (-1.0 if side else 1.0) * displacement / (2.0 * setup.wheelset.half_span)
+    return by_line(list(faults.values())), tilt
 
 
-def _descent(
+def _displacement(
     setup: CampaignSetup, side: int, rows: IntArray, roll: FloatArray | None = None
 ) -> FloatArray | str | None:
-    """Descent of one wheel at some points [m], or what is wrong with its contact; None if not to be told.
+    """Vertical displacement of one wheel at some points [m], or its fault; None without either.
 
     `roll` replaces that of the points [rad].
     """
@@ -120,27 +112,27 @@ def _descent(
             parameters={"cells": models.cells, **dict(models.parameters)},
         )
     except NumericalError:
-        return None  # no fault of the scene; the run tells it
+        return None  # no fault of the scene; the run reports it
     except ContactError as error:
         return str(error)
     return solution.vertical_displacement[np.searchsorted(solution.patch.row, np.arange(rows.size))]
 
 
 def _without_rest(setup: CampaignSetup, row: int) -> tuple[int | None, str] | None:
-    """Tell what keeps a wheelset from resting on both wheels, and which wheel; None if nothing does."""
-    level = [_descent(setup, side, np.array([row])) for side in (0, 1)]
-    if any(descent is None for descent in level) or _resting_roll(setup, row) is not None:
+    """Return the wheel, and why the wheelset cannot rest on both; None if it can."""
+    level = [_displacement(setup, side, np.array([row])) for side in (0, 1)]
+    if any(displacement is None for displacement in level) or _resting_roll(setup, row) is not None:
         return None
-    side = next((side for side, told in enumerate(level) if isinstance(told, str)), None)
-    told = "no roll of the wheelset lets both wheels carry their loads" if side is None else str(level[side])
-    return side, told
+    side = next((side for side, text in enumerate(level) if isinstance(text, str)), None)
+    text = "no roll of the wheelset lets both wheels carry their loads" if side is None else str(level[side])
+    return side, text
 
 
 def _roll_warnings(
-    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[Place], tilt: FloatArray
+    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[KeyPath], tilt: FloatArray
 ) -> list[Fault]:
-    """Tell, for each block or class, the largest difference of its roll to that of resting on both wheels."""
-    worst: dict[Place, tuple[float, int]] = {}
+    """Largest difference of the roll of each block or class to that of resting on both wheels."""
+    worst: dict[KeyPath, tuple[float, int]] = {}
     for row, place in enumerate(places):
         if "monitor" in place or abs(tilt[row]) <= 0.5 * LARGEST_TILT:  # at rest it is seldom twice as much
             continue
@@ -149,16 +141,16 @@ def _roll_warnings(
             left_out = resting - float(setup.points.conditions.roll[row])
             if abs(left_out) > max(LARGEST_TILT, abs(worst.get(place, (0.0, 0))[0])):
                 worst[place] = (left_out, row)
-    found = []
+    warnings = []
     for place, (left_out, row) in worst.items():
         given, shift = 1e3 * setup.points.conditions.roll[row], 1e3 * setup.points.conditions.shift[row]
-        told = (
+        text = (
             f"roll_mrad = {given:.4g}: at a shift of {shift:.3g} mm the wheelset rests on both wheels at a "
             f'roll of {given + 1e3 * left_out:.2g} mrad; give that roll, or roll = "free" in [contact], or '
             "smaller shifts"
         )
-        found.append(Fault(told, str(scene.origin.path), scene.line(*place[:3], "roll_mrad")))
-    return found
+        warnings.append(scene.fault((*place[:3], "roll_mrad"), text))
+    return warnings
 
 
 def _resting_roll(setup: CampaignSetup, row: int) -> float | None:
@@ -166,49 +158,29 @@ def _resting_roll(setup: CampaignSetup, row: int) -> float | None:
     rows = np.array([row])
 
     def displacements(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-        right, left = (_descent(setup, side, rows, angle) for side in (0, 1))
+        right, left = (_displacement(setup, side, rows, angle) for side in (0, 1))
         if isinstance(right, np.ndarray) and isinstance(left, np.ndarray):
             return right, left
         raise ContactError("no contact at this roll")
 
     try:
-        angle, found = resting_roll(
+        angle, converged = resting_roll(
             displacements, setup.points.conditions.roll[rows], setup.wheelset.half_span
         )
     except ContactError:
         return None
-    return float(angle[0]) if found[0] else None
-
-
-def _places(scene: RigScene | FieldScene) -> Iterator[Place]:
-    """Key behind each operating point, in the order of the points."""
-    if isinstance(scene, RigScene):
-        for index in range(len(scene.operation.blocks)):
-            yield ("operation", "block", index, "shift_mm")
-    else:
-        for index, run in enumerate(scene.operation.classes):
-            for _ in range(run.positions if run.shift_std_mm > 0 else 1):
-                yield ("operation", "class", index, "shift_mean_mm")
-    if scene.operation.monitor is not None:
-        for index in range(len(scene.operation.monitor.shifts_mm)):
-            yield ("operation", "monitor", "shifts_mm", index)
+    return float(angle[0]) if converged[0] else None
 
 
 def _fault(
-    scene: RigScene | FieldScene,
-    setup: CampaignSetup,
-    place: Place,
-    row: int,
-    side: int | None,
-    told: str,
+    scene: RigScene | FieldScene, setup: CampaignSetup, place: KeyPath, row: int, side: int | None, text: str
 ) -> Fault:
-    key = place[-1] if isinstance(place[-1], str) else place[-2]
     conditions = setup.points.conditions
     shift, yaw = 1e3 * conditions.shift[row], 1e3 * conditions.yaw[row]
     who = "wheelset" if side is None else "left wheel" if side else "right wheel"
     message = (
-        f"{key}: at a shift of {shift:.4g} mm and a yaw of {yaw:.4g} mrad the {who} "
-        f"has no contact to solve: {told}; check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and "
+        f"{key_of(place)}: at a shift of {shift:.4g} mm and a yaw of {yaw:.4g} mrad the {who} "
+        f"has no contact to solve: {text}; check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and "
         f"how far both profiles reach"
     )
-    return Fault(message, str(scene.origin.path), scene.line(*place))
+    return scene.fault(place, message)

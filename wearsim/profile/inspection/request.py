@@ -1,0 +1,261 @@
+"""What is asked of `wearsim profile`: flags validated, values in SI units."""
+
+from __future__ import annotations
+
+import errno
+from argparse import Namespace
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+from wearsim.errors import Fault, ProfileError, SceneError
+from wearsim.profile.alignment import ALIGNMENTS
+from wearsim.profile.files import FORMATS, WRITTEN_FORMATS
+from wearsim.profile.files.axes import ORIGINS, UNITS
+from wearsim.profile.inspection import Conditions, counterpart_of
+from wearsim.profile.inspection.inputs import ProfileInput, read_input
+from wearsim.profile.limits import LimitSet, load_limits
+from wearsim.profile.measures import GaugeDistances
+from wearsim.profile.placement import slope_of
+from wearsim.quantities import QUANTITIES
+from wearsim.toml_faults import decimal
+
+_PICTURES = ("png", "svg", "pdf")
+_NUMBERS = {  # quantity whose input range holds
+    "below_tip_mm": "below_tip",
+    "level_mm": "level",
+    "running_circle_mm": "flange_back",
+    "gauge_mm": "gauge",
+    "back_to_back_mm": "back_to_back",
+    "wheel_radius_mm": "wheel_radius",
+    "diameter_mm": "wheel_diameter",
+    "left_diameter_mm": "wheel_diameter",
+    "smooth_mm": "noise_wavelength",
+}
+_NAMES = ("name", "left", "rail", "wheel", "against", "reprofile_to", "limits", "fleet", "out", "csv", "plot")
+_SINGLE = ("left", "convert", "out", "part", "slice", "left_diameter_mm", "reprofile_to")  # not of a folder
+_WHEEL_ONLY = ("below_tip_mm", "level_mm", "running_circle_mm", "left", "limits", "rail", "reprofile_to",
+               "origin")  # fmt: skip
+_CHOICES = {"units": UNITS, "origin": ORIGINS, "format": FORMATS, "kind": ("wheel", "rail"),
+            "convert": WRITTEN_FORMATS}  # fmt: skip
+_T = TypeVar("_T")
+
+
+class Request:
+    """What is asked for, in SI units, and all that is wrong with it.
+
+    Parameters
+    ----------
+    arguments : Namespace
+        From the command line.
+    """
+
+    def __init__(self, arguments: Namespace) -> None:
+        self.given: dict[str, Any] = {
+            key: None if value is False else value for key, value in vars(arguments).items()
+        }
+        self.faults = list(self._name_faults())
+        self.raise_any()  # nothing can be looked up under such names, and more messages would only repeat it
+        for key, known in _CHOICES.items():
+            text = self.given[key]
+            if text is not None and text not in known:
+                self.faults.append(f"{flag_of(key)} = {_short(text)} must be one of {', '.join(known)}")
+                self.given[key] = None
+        self.statements = self._statements()
+        self.numbers = self._numbers()
+        self.inclination = None
+        if self.given["inclination"] is not None:
+            try:
+                self.inclination = slope_of(self.given["inclination"].strip())
+            except ValueError as error:
+                self.faults.append(f"--inclination = {_short(self.given['inclination'])} {error}")
+        self.faults += [*self._subject_faults(), *self._output_faults(), *self._comparison_faults()]
+        if "wheel_radius_mm" in self.numbers:
+            self.numbers["diameter_mm"] = 2.0 * self.numbers.pop("wheel_radius_mm")
+
+    def __getattr__(self, key: str) -> Any:
+        """Value of a flag, None if it is not given."""
+        return self.given[key]
+
+    def take(self, make: Callable[[], _T], flag: str = "") -> _T | None:
+        """Value, or None with its faults kept, named by the flag."""
+        try:
+            return make()
+        except ProfileError as error:
+            before = f"{flag}: " if flag else ""
+            self.faults += [f"{before}{line}" for line in str(error).splitlines()]
+        return None
+
+    def read(self, key: str, kind: Any) -> ProfileInput | None:
+        """Profile of a flag."""
+        if self.given[key] is None:
+            return None
+        flag = "" if key == "name" else flag_of(key)
+        return self.take(lambda: read_input(self.given[key], kind, self.statements), flag)
+
+    def raise_any(self) -> None:
+        """Raise all faults, each once."""
+        if self.faults:
+            raise SceneError([Fault(fault) for fault in dict.fromkeys(self.faults)])
+
+    def conditions(self) -> Conditions:
+        """Return what is stated in the flags."""
+        numbers = self.numbers
+        distances = {key: numbers[f"{key}_mm"] for key in ("below_tip", "level") if f"{key}_mm" in numbers}
+        return Conditions(
+            GaugeDistances(**distances),
+            running_circle=numbers.get("running_circle_mm"),
+            back_to_back=numbers.get("back_to_back_mm"),
+            gauge=numbers.get("gauge_mm"),
+            diameter=numbers.get("diameter_mm"),
+            left_diameter=numbers.get("left_diameter_mm"),
+            inclination=self.inclination,
+            counterpart=self.rail or self.wheel,
+            smooth=numbers.get("smooth_mm"),
+            align=self.align or ("best_fit" if self.rotate else None),
+            rotate=bool(self.rotate),
+            statements=self.statements,
+            own_limits=self.limits is not None,
+        )
+
+    def check_kind(self, kind: str, name: str) -> None:
+        """Note flags that say nothing about this kind of profile."""
+        if kind == "rail":
+            for key in _WHEEL_ONLY:
+                if self.given[key] is not None:
+                    fix = "give the wheel on it with --wheel" if key == "rail" else "leave it out"
+                    self.faults.append(f"{flag_of(key)} belongs to wheels, {name} is a rail; {fix}")
+        elif self.wheel is not None:
+            self.faults.append(
+                f"--wheel is the wheel on a rail, {name} is a wheel itself; give --left or --rail, or leave "
+                "it out"
+            )
+        if "left_diameter_mm" in self.numbers and "diameter_mm" not in self.numbers:
+            self.faults.append("--left-diameter-mm needs --diameter-mm, that of the right wheel")
+        known = [rule for rule, each in ALIGNMENTS.items() if kind in each.kinds]
+        if self.align is not None and self.align not in known:
+            self.faults.append(f"--align = {_short(self.align)} must be one of {', '.join(known)}")
+
+    def common(self, kind: Any) -> tuple[Conditions | None, LimitSet | None]:
+        """Conditions and limits, the counterpart tried."""
+        limits = self.take(lambda: load_limits(self.limits or "TSI"), "--limits" if self.limits else "")
+        at = self.take(self.conditions)
+        if at is not None and kind is not None and (self.rail if kind == "wheel" else self.wheel) is not None:
+            self.take(lambda: counterpart_of(kind, at), "--rail" if kind == "wheel" else "--wheel")
+        return at, limits
+
+    def _name_faults(self) -> Iterator[str]:
+        """Names that the operating system does not accept."""
+        for key in _NAMES:
+            text = self.given[key]
+            if text is None:
+                continue
+            if not text.strip() or "\0" in text:
+                yield f"{flag_of(key)} = {_short(text)!r} must not be empty or hold zero bytes"
+                continue
+            try:
+                Path(text).stat()
+            except OSError as error:
+                if error.errno == errno.ENAMETOOLONG:
+                    yield f"{flag_of(key)} = {_short(text)}... is too long a name; give a shorter one"
+
+    def _subject_faults(self) -> Iterator[str]:
+        """Faults of what is inspected: one profile or a folder."""
+        if self.fleet is None:
+            if self.name is None:
+                yield "give a profile, NAME or FILE, or a folder with --fleet DIR"
+            return
+        if self.name is not None:
+            yield (
+                f"--fleet and a profile ({_short(self.name)}) exclude each other; the reference of a fleet "
+                "is given with --against"
+            )
+        single = [flag_of(key) for key in _SINGLE if self.given[key] is not None]
+        for flag in single:
+            yield f"{flag} belongs to one profile, --fleet measures many; leave one of them out"
+        folder = Path(self.fleet)
+        into = self.csv not in (None, "-") and Path(self.csv).resolve().parent == folder.resolve()
+        if into:
+            yield (
+                f"--csv = {_short(self.csv)} lies in the folder of --fleet, whose next run would take the "
+                "table for a profile; choose another folder"
+            )
+        if self.name is None and not (single or into or folder.is_dir()):
+            what = "is no folder" if folder.exists() else "does not exist"
+            yield f"--fleet = {self.fleet} {what}; give a folder of profile files"
+
+    def _output_faults(self) -> Iterator[str]:
+        plot, csv = self.plot, self.csv
+        if self.out and not self.convert:
+            yield "--out needs --convert: it names the file that is written"
+        if self.overwrite and not self.convert and csv in (None, "-"):
+            yield "--overwrite needs --convert or --csv: nothing else is guarded"
+        if self.json and csv == "-":
+            yield "--json and --csv - exclude each other on stdout; give --csv a file"
+        if plot and Path(plot).suffix[1:].lower() not in _PICTURES:
+            yield f"--plot = {_short(plot)} must end with .{', .'.join(_PICTURES)}"
+        files = {key: self.given[key] for key in ("out", "csv", "plot") if self.given[key] not in (None, "-")}
+        for key, text in files.items():
+            named = f"--{key} = {_short(text)}"
+            if not Path(text).parent.is_dir():
+                yield f"{named}: the folder does not exist; make it first"
+            elif Path(text).is_dir():
+                yield f"{named} is a folder; give the name of a file in it"
+            elif key == "csv" and Path(text).exists() and not self.overwrite:
+                yield f"{named} exists already; choose another name or add --overwrite"
+        if len({str(Path(text)) for text in files.values()}) < len(files):
+            yield "--out, --csv and --plot must not name the same file"
+
+    def _comparison_faults(self) -> Iterator[str]:
+        for key in ("align", "rotate"):
+            if self.given[key] and not self.against:
+                yield f"--{key} needs --against: it says how the profile is laid on the other"
+        if self.rotate and self.against and self.align not in (None, "best_fit"):
+            yield f"--rotate belongs to --align best_fit, not to {_short(self.align)}; leave one out"
+        if self.rail and self.wheel:
+            yield "--rail and --wheel exclude each other; give the counterpart of the profile"
+        if {"diameter_mm", "wheel_radius_mm"} <= self.numbers.keys():
+            yield "--diameter-mm and --wheel-radius-mm exclude each other; give one of them"
+
+    def _statements(self) -> dict[str, Any]:
+        """Arguments of `read_profile`."""
+        keys = ("format", "units", "origin", "part")
+        statements = {key: self.given[key] for key in keys if self.given[key] is not None}
+        for key, no in (("mirror", "no_mirror"), ("z_up", "z_down")):
+            if self.given[key] and self.given[no]:
+                self.faults.append(f"{flag_of(key)} and {flag_of(no)} contradict each other")
+            elif self.given[key] or self.given[no]:
+                statements[key] = bool(self.given[key])
+        if self.slice is not None:
+            text = self.slice.strip()
+            if text.isascii() and text.isdecimal() and 1 <= int(text[:9]) <= 100_000:
+                statements["slice"] = int(text)
+            else:
+                self.faults.append(f"--slice = {_short(text)} must be a whole number from 1")
+        return statements
+
+    def _numbers(self) -> dict[str, float]:
+        """Stated lengths [m]."""
+        numbers = {}
+        for key, quantity in _NUMBERS.items():
+            text = self.given[key]
+            if text is None:
+                continue
+            (low, high), number = QUANTITIES[quantity].span, decimal(text)
+            if low <= number <= high:
+                numbers[key] = number * 1e-3
+            else:
+                comma = "; the decimal mark is a point" if "," in text else ""
+                self.faults.append(
+                    f"{flag_of(key)} = {_short(text)} must be a number from {low:g} to {high:g} mm{comma}"
+                )
+        return numbers
+
+
+def flag_of(key: str) -> str:
+    """Flag as the user writes it."""
+    return "NAME|FILE" if key == "name" else f"--{key.replace('_', '-')}"
+
+
+def _short(text: str) -> str:
+    return " ".join(text.split())[:60]

@@ -1,0 +1,447 @@
+"""What only shows between the values of a scene: faults that forbid a run, warnings that do not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+
+import numpy as np
+
+from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
+from wearsim.damage.wear import WEAR_LAWS
+from wearsim.errors import Fault, ProfileError
+from wearsim.operation.points import REACH
+from wearsim.profile import measures
+from wearsim.profile.conicity import equivalent_conicity
+from wearsim.profile.shape import FloatArray, Profile
+from wearsim.quantities import QUANTITIES
+from wearsim.results.limits import LIMITED
+from wearsim.scene.campaign import LIMIT_KEYS, LimitsSection, RollerWearSection
+from wearsim.scene.damage import damage_faults
+from wearsim.scene.models import ClassSection, FieldScene, RigScene
+from wearsim.toml_faults import KeyPath, shown, suggestion
+
+SHARES_ROUNDED = 0.01
+"""Shares of classes that sum to 1 within this are taken for rounded ones and normalised."""
+
+WIDEST_POSITION_SPACING_MM = 2.0
+"""About half the width of the narrower patches [mm]."""
+
+FURTHEST_CLIMB_MM = 4.0
+"""How far beyond the clearance a shift is still solved [mm]: on S1002 the straight flank of 70 degrees ends
+there, the wheel stands 10 mm high, and what follows over the rounded tip is derailment, not wear."""
+
+_EXPLICIT_LIMIT = 2.0
+"""From this stability number on an explicit step makes every wave larger (spec 3.2)."""
+
+_OF_WHEEL: Mapping[str, Callable[[FloatArray, FloatArray], float]] = {
+    name: getattr(measures, name)
+    for name in ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
+}
+_REPROFILING = ("campaign", "reprofiling")
+
+Campaign = RigScene | FieldScene
+Clearance = tuple[float | None, float | None]
+Wheels = tuple[Profile, Profile]
+_Messages = Iterator[tuple[KeyPath, str]]
+
+
+def by_line(faults: list[Fault]) -> list[Fault]:
+    """Faults in the order of the file."""
+    return sorted(faults, key=lambda fault: fault.line or 0)
+
+
+def cross_faults(scene: Campaign) -> list[Fault]:
+    """Faults between values that are each in range."""
+    checks = (_share_faults, _contact_faults, _step_faults, _limit_faults, _reprofiling_faults)
+    messages = [message for check in checks for message in check(scene)]
+    messages += damage_faults(scene.wear, scene.fatigue)
+    law = scene.wear.law
+    if scene.counterface.wear is not None and not WEAR_LAWS[law].wears:
+        text = (
+            f'[counterface.wear] wears where the law of [wear] does, and law = "{law}" wears nowhere; write '
+        )
+        messages.append((("counterface", "wear"), f"{text}another law, or delete the table"))
+    return [scene.fault(*message) for message in messages]
+
+
+def scene_warnings(
+    scene: Campaign, wheels: Wheels, counterface: Profile, clearance: Clearance
+) -> list[Fault]:
+    """Return what is allowed but deserves a second look, in the order of the file.
+
+    Parameters
+    ----------
+    scene : RigScene or FieldScene
+        Without faults.
+    wheels : (Profile, Profile)
+        Right and left.
+    counterface : Profile
+        Placed.
+    clearance : (float or None, float or None)
+        Flange clearance of the right and the left wheel [m].
+    """
+    warnings = beyond_clearance(scene, clearance)[1]
+    warnings += [scene.fault(*message) for message in _warnings(scene)]
+    return by_line(warnings + limit_faults(scene, wheels, counterface, end=False))
+
+
+def _warnings(scene: Campaign) -> _Messages:
+    runs, contact, campaign = scene.operation.runs, scene.contact, scene.campaign
+    if all(run.friction == 0 for run in runs.values()) and WEAR_LAWS[scene.wear.law].needs_friction:
+        yield (*next(iter(runs)), "friction"), "friction = 0 everywhere: nothing will wear"
+    if contact.torque_Nm != 0 and contact.rotation != "free":
+        yield (
+            ("contact", "torque_Nm"),
+            f"torque_Nm = {contact.torque_Nm:g} is without effect where rotation = {shown(contact.rotation)} "
+            f'gives the speed; write rotation = "free", or delete it',
+        )
+    classes = {path: run for path, run in runs.items() if isinstance(run, ClassSection)}
+    total = sum(run.share for run in classes.values())
+    if classes and abs(total - 1.0) > 1e-6:
+        text = f"share: the shares of all classes sum to {total:.7g}; they are normalised to 1"
+        yield ("operation", "class", 0, "share"), text
+    for path, run in classes.items():
+        step = 2.0 * REACH * run.shift_std_mm / (run.positions - 1)
+        if step > WIDEST_POSITION_SPACING_MM:
+            yield (
+                (*path, "positions"),
+                f"positions = {run.positions} lie {step:.2g} mm apart in class {shown(run.name)}; more than "
+                f"half a patch width (about {WIDEST_POSITION_SPACING_MM:g} mm) leaves ridges between them",
+            )
+    wear, distance = scene.counterface.wear, campaign.distance_km
+    every = wear.redress_every_km if isinstance(wear, RollerWearSection) else None
+    if every is not None and every >= distance:
+        yield (
+            ("counterface", "wear", "redress_every_km"),
+            f"redress_every_km = {every:g} is not reached in distance_km = {distance:g}: the rollers are not "
+            "redressed at it",
+        )
+    rules = campaign.reprofiling
+    beyond = [f"{place:g}" for place in (rules.at_km if rules else ()) if place >= distance]
+    if beyond:
+        yield (
+            (*_REPROFILING, "at_km"),
+            f"at_km = {', '.join(beyond)} is not below the distance of the campaign, {distance:g} km: the "
+            "wheels are not reprofiled there",
+        )
+    if campaign.smoothing_wavelength_mm == 0:
+        path = ("campaign", "smoothing_wavelength_mm")
+        yield path, "smoothing_wavelength_mm = 0: wear increments are not smoothed"
+
+
+def _share_faults(scene: Campaign) -> _Messages:
+    shares = [run.share for run in scene.operation.runs.values() if isinstance(run, ClassSection)]
+    if shares and abs(sum(shares) - 1.0) > SHARES_ROUNDED:
+        yield (
+            ("operation", "class", 0, "share"),
+            f"share: the shares of all classes, {' + '.join(f'{share:g}' for share in shares)}, must sum to "
+            f"1 within {100 * SHARES_ROUNDED:g} %, not {sum(shares):.7g}; change them",
+        )
+
+
+def _contact_faults(scene: Campaign) -> _Messages:
+    contact = scene.contact
+    if contact.model == "auto":
+        for key in sorted(contact.model_fields_set & {"normal", "tangential", "strips", "cells"}):
+            text = f'{key} and model = "auto" exclude each other: auto chooses it; delete one of them'
+            yield ("contact", key), text
+    elif contact.tolerance is not None:
+        text = f'tolerance = {contact.tolerance:g} is for model = "auto"; write that, too, or delete it'
+        yield ("contact", "tolerance"), text
+    model = NORMAL_MODELS[contact.normal]
+    if not model.can_update_profile:
+        others = _normal_models("can_update_profile")
+        text = f"normal = {shown(contact.normal)} cannot update the profile in a campaign: {model.reason}; "
+        yield ("contact", "normal"), f"{text}write {others}"
+    runs = scene.operation.runs
+    for path, run in runs.items() if contact.roll == "free" else ():
+        if "roll_mrad" in run.model_fields_set:
+            yield (
+                (*path, "roll_mrad"),
+                f'roll_mrad = {run.roll_mrad:g} and roll = "free" of [contact] exclude each other: a '
+                "wheelset free to roll rests on both wheels; delete one of them",
+            )
+    if contact.rotation == "free":
+        states = [(f"{path[1]} {shown(run.name)}", run.friction * run.load_kN) for path, run in runs.items()]
+        monitor = scene.operation.monitor
+        if monitor is not None:
+            states.append(("[operation.monitor]", monitor.friction * monitor.load_kN))
+        place, force = min(states, key=lambda state: state[1])
+        weakest = 2.0 * force * scene.wheelset.radius_mm  # kN mm = N m
+        if abs(contact.torque_Nm) > weakest:
+            yield (
+                ("contact", "torque_Nm"),
+                f"torque_Nm = {contact.torque_Nm:g} is more than friction can carry in {place}: "
+                f"2 x friction x load_kN x radius_mm = {weakest:.4g} N m; lower the torque",
+            )
+
+
+def _normal_models(attribute: str) -> str:
+    names = (name for name, model in NORMAL_MODELS.items() if getattr(model, attribute))
+    return " or ".join(f"normal = {shown(name)}" for name in names)
+
+
+def _step_faults(scene: Campaign) -> _Messages:
+    campaign = scene.campaign
+    if 0 < campaign.smoothing_wavelength_mm < 2.0 * campaign.point_spacing_mm:
+        yield (
+            ("campaign", "smoothing_wavelength_mm"),
+            f"smoothing_wavelength_mm = {campaign.smoothing_wavelength_mm:g} must be 0 (no smoothing) or at "
+            f"least twice point_spacing_mm = {campaign.point_spacing_mm:g}; shorter waves are not resolved",
+        )
+    implicit, auto = campaign.integrator == "semi_implicit", scene.contact.model == "auto"
+    if implicit and (auto or not NORMAL_MODELS[scene.contact.normal].local):
+        instead = _normal_models("local")
+        lacks = f"normal = {shown(scene.contact.normal)} does not have"
+        if auto:
+            lacks = 'some models that model = "auto" may choose do not have'
+            instead = f'delete model = "auto" for {instead}'
+        yield (
+            ("campaign", "integrator"),
+            f'integrator = "semi_implicit" damps a step by depth over interpenetration, which {lacks}; '
+            f'write integrator = "heun", or {instead}',
+        )
+    if campaign.stability >= _EXPLICIT_LIMIT and not implicit:
+        yield (
+            ("campaign", "stability"),
+            f"stability = {campaign.stability:g} must be below {_EXPLICIT_LIMIT:g} with integrator = "
+            f"{shown(campaign.integrator)}: longer steps make every wave grow; lower it, or write "
+            f'integrator = "semi_implicit"',
+        )
+
+
+def _limit_faults(scene: Campaign) -> _Messages:
+    limits = scene.campaign.limits
+    if limits is None:
+        return
+    if not limits.values:
+        text = "[campaign.limits] has no limit; write one, such as flange_thickness_mm = 22, or delete it"
+        yield ("campaign", "limits"), text
+    laws = scene.fatigue.laws if scene.fatigue else ()
+    if limits.damage is not None and not any(map(counts_cycles, laws)):
+        given = f"; {', '.join(laws)} orders passages and counts none" if laws else ""
+        yield (
+            ("campaign", "limits", "damage"),
+            f"damage = {limits.damage:g} needs a fatigue law that counts cycles{given}; write "
+            f"{' or '.join(filter(counts_cycles, FATIGUE_LAWS))} among the laws of [fatigue], or delete it",
+        )
+
+
+def _reprofiling_faults(scene: Campaign) -> _Messages:
+    rules, limits = scene.campaign.reprofiling, scene.campaign.limits
+    least, new = None if limits is None else limits.diameter_mm, 2.0 * scene.wheelset.radius_mm
+    path: KeyPath = ("campaign", "limits", "diameter_mm")
+    if rules is None:
+        if least is not None:
+            text = (
+                f"diameter_mm = {least:g} is for wheels that are reprofiled; add [campaign.reprofiling], or "
+            )
+            yield path, f"{text}delete it"
+        return
+    if least is not None and least >= new:
+        yield path, f"diameter_mm = {least:g} must be below the diameter of the new wheels, {new:g} mm"
+    if not rules.at_limits and not rules.at_km:
+        yield (
+            _REPROFILING,
+            "[campaign.reprofiling] does not say when; write at_limits, such as "
+            '["flange_thickness_mm"], or at_km',
+        )
+    keys = [key for name, key in LIMIT_KEYS.items() if name != "wheel_diameter"]
+    for key in rules.at_limits:
+        path = (*_REPROFILING, "at_limits")
+        if key not in keys:
+            yield path, f"at_limits: {shown(key)} is no limit to reprofile wheels at; {suggestion(key, keys)}"
+        elif limits is None or getattr(limits, key) is None:
+            yield path, f"at_limits: {shown(key)} has no value; give it in [campaign.limits]"
+    if any(b <= a for a, b in zip((0.0, *rules.at_km), rules.at_km, strict=False)):
+        text = f"at_km = {shown(list(rules.at_km))} must rise from one to the next"
+        yield (*_REPROFILING, "at_km"), text
+    if scene.contact.rotation == "nominal":
+        yield (
+            ("contact", "rotation"),
+            'rotation = "nominal" is the rotation speed of new wheels: reprofiled wheels would slide; '
+            'write rotation = "free" or "centred", or delete [campaign.reprofiling]',
+        )
+    if scene.origin.role != "scene":
+        yield (
+            _REPROFILING,
+            "[campaign.reprofiling] cannot be compared: factors from rig to field are of the wear since new; "
+            "delete it, or run this scene by itself",
+        )
+
+
+def shift_ranges(scene: Campaign) -> Iterator[tuple[KeyPath, float, float, int]]:
+    """Path of each shift in the scene, ends of its range [mm], number of operating points in it."""
+    for path, run in scene.operation.runs.items():
+        if isinstance(run, ClassSection):
+            mean, spread = run.shift_mean_mm, REACH * run.shift_std_mm
+            positions = run.positions if run.shift_std_mm > 0 else 1
+            yield (*path, "shift_mean_mm"), mean - spread, mean + spread, positions
+        else:
+            yield (*path, "shift_mm"), run.shift_mm, run.shift_mm, 1
+    if scene.operation.monitor is not None:
+        for index, shift in enumerate(scene.operation.monitor.shifts_mm):
+            yield ("operation", "monitor", "shifts_mm", index), shift, shift, 1
+
+
+def key_of(path: KeyPath) -> str:
+    """Last key of a path, without the index in its list."""
+    return str(path[-1] if isinstance(path[-1], str) else path[-2])
+
+
+def fit_faults(scene: Campaign, wheels: Wheels, counterface: Profile) -> list[Fault]:
+    """Fault of a wheelset that does not stand on its rails, if there is any."""
+    gauge, back_to_back = scene.counterface.gauge_mm, scene.wheelset.back_to_back_mm
+    try:
+        thickness = [1e3 * measures.flange_thickness(wheel.y, wheel.z) for wheel in wheels]
+    except ProfileError as error:
+        return [scene.fault(("wheelset", "profile"), f"no flange can be measured: {error}")]
+    over_flanges = back_to_back + sum(thickness)
+    if over_flanges >= gauge:
+        text = (
+            f"gauge_mm = {gauge:g} must be above {over_flanges:.4g} mm, the width over both flanges "
+            f"(back_to_back_mm = {back_to_back:g} + {thickness[0]:.4g} + {thickness[1]:.4g}"
+            f"); give the gauge of the track or the back-to-back distance of the wheelset"
+        )
+        return [scene.fault(("counterface", "gauge_mm"), text)]
+    top = float(counterface.y[np.argmin(counterface.z)])
+    for path, low, high, _ in shift_ranges(scene):
+        for shift in dict.fromkeys((low, high)):
+            for sign, wheel in zip((1.0, -1.0), wheels, strict=True):
+                missing = top - (float(wheel.y[-1]) + sign * 1e-3 * shift)
+                if missing > 0.0:
+                    text = (
+                        f"{key_of(path)}: at a shift of {shift:g} mm the tread ends {1e3 * missing:.3g} mm "
+                        f"short of the counterface's top: the wheel has no contact; check gauge_mm = "
+                        f"{gauge:g} and back_to_back_mm = {back_to_back:g}"
+                    )
+                    return [scene.fault(path, text)]
+    return []
+
+
+def beyond_clearance(scene: Campaign, clearance: Clearance) -> tuple[list[Fault], list[Fault]]:
+    """Shifts at which a wheel climbs its flange.
+
+    Parameters
+    ----------
+    scene : RigScene or FieldScene
+        With valid keys, types and ranges.
+    clearance : (float or None, float or None)
+        Of the right and the left wheel, see `wearsim.profile.conicity.flange_clearance` [m].
+
+    Returns
+    -------
+    faults, warnings : list of Fault
+        At most one for each block, class or watched shift: a fault beyond `FURTHEST_CLIMB_MM`, else a
+        warning.
+    """
+    faults, warnings = [], []
+    right, left = (math.inf if free is None else 1e3 * free for free in clearance)
+    fix = (
+        f"give smaller shifts, or check gauge_mm = {scene.counterface.gauge_mm:g} and "
+        f"back_to_back_mm = {scene.wheelset.back_to_back_mm:g}"
+    )
+    for path, low, high, _ in shift_ranges(scene):
+        to_right = high - right >= -low - left
+        shift, free, wheel = (high, right, "right") if to_right else (low, left, "left")
+        beyond = abs(shift) - free
+        if beyond <= 0:
+            continue
+        run = scene.operation.runs.get(path[:3])
+        entry = f"[{path[-1]}]" if run is None else ""
+        start = f"{key_of(path)}{entry} = {low:g} is"
+        if isinstance(run, ClassSection):
+            start = f"shift_mean_mm = {run.shift_mean_mm:g} is"
+            if high > low:
+                path = (*path[:-1], "shift_std_mm")
+                start = (
+                    f"shift_std_mm = {run.shift_std_mm:g}: {REACH:g} standard deviations about shift_mean_mm "
+                    f"= {run.shift_mean_mm:g} reach {shift:.4g} mm,"
+                )
+        if beyond > FURTHEST_CLIMB_MM:
+            text = (
+                f"{start} more than {FURTHEST_CLIMB_MM:g} mm beyond the flange clearance of {free:.4g} mm: "
+                f"the {wheel} wheel has climbed off its flank, on the way to derailment; {fix}"
+            )
+            faults.append(scene.fault(path, text))
+        else:
+            text = (
+                f"{start} beyond the flange clearance of {free:.4g} mm: the {wheel} wheel climbs its flange"
+            )
+            warnings.append(scene.fault(path, f"{text}; {fix}"))
+    for key, value in zip(("profile", "profile_left"), clearance, strict=True):
+        if value is None and (key == "profile" or scene.wheelset.profile_left is not None):
+            text = (
+                f"{key}: no part of the flange is as steep as 60 degrees: shifts are not checked for climbing"
+            )
+            warnings.append(scene.fault(("wheelset", key), text))
+    return faults, warnings
+
+
+def limit_faults(scene: Campaign, wheels: Wheels, counterface: Profile, *, end: bool) -> list[Fault]:
+    """Limits that the new wheels meet already.
+
+    Parameters
+    ----------
+    scene : RigScene or FieldScene
+        With valid keys, types and ranges.
+    wheels : (Profile, Profile)
+        New, right and left.
+    counterface : Profile
+        Placed.
+    end : bool
+        Whether to check a campaign that ends at its limits (faults), or one that goes on (warnings).
+    """
+    limits, rules = scene.campaign.limits, scene.campaign.reprofiling
+    if limits is None or limits.end is not end:
+        return []
+    faults = []
+    for key, who in _met_by(limits, wheels, counterface, "new").items():
+        if end and rules is not None and key in rules.at_limits:
+            continue
+        text = f"{key} = {getattr(limits, key):g} is met by {who} already"
+        if end:
+            text += ", and the campaign would end before it begins; change the limit, or delete end = true"
+        faults.append(scene.fault(("campaign", "limits", key), text))
+    return faults
+
+
+def template_faults(scene: Campaign, templates: Wheels, counterface: Profile) -> list[Fault]:
+    """Limits that wheels of the profiles `templates` would still meet."""
+    limits, rules = scene.campaign.limits, scene.campaign.reprofiling
+    if limits is None or rules is None:
+        return []
+    return [
+        scene.fault(
+            ("campaign", "limits", key),
+            f"{key} = {getattr(limits, key):g} is met by {who}, too: wheels would be reprofiled for ever; "
+            "change the limit, or give another profile in [campaign.reprofiling]",
+        )
+        for key, who in _met_by(limits, templates, counterface, "reprofiled").items()
+        if key in rules.at_limits
+    ]
+
+
+def _met_by(limits: LimitsSection, wheels: Wheels, counterface: Profile, state: str) -> dict[str, str]:
+    """By key of a limit that unworn wheels meet, which wheel it is and what it has."""
+    met: dict[str, str] = {}
+    for name, limit in limits.values.items():
+        have: list[tuple[str, float | None]] = []
+        try:
+            if name in _OF_WHEEL:
+                have = [
+                    (f"the {state} {side} wheel", _OF_WHEEL[name](wheel.y, wheel.z))
+                    for side, wheel in zip(("right", "left"), wheels, strict=True)
+                ]
+            elif name == "equivalent_conicity":
+                have = [(f"the {state} wheelset", equivalent_conicity(*wheels, counterface))]
+        except ProfileError:
+            continue  # a measure that the new wheel does not have meets no limit
+        quantity = QUANTITIES[name]
+        unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
+        for who, value in have:
+            if value is not None and LIMITED[name] * (value - limit) >= 0.0:
+                met.setdefault(LIMIT_KEYS[name], f"{who} ({value * quantity.shown_factor:.4g}{unit})")
+    return met

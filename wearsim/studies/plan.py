@@ -1,0 +1,213 @@
+"""What a scene would run: `wearsim check` as a dict of JSON values and as text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+from wearsim.campaign import choose
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.damage import fatigue, wear
+from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
+from wearsim.damage.wear import WEAR_LAWS
+from wearsim.errors import Fault
+from wearsim.results.plausibility import percent
+from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
+
+_PATCH_VALUES = 25
+"""Values stored per patch slot: positions, forces, creepages, wear index and the like."""
+
+_Rows = Iterator[tuple[str, str]]
+
+
+def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, Any]:
+    """Return what a scene would run.
+
+    Parameters
+    ----------
+    scene : RigScene or FieldScene
+        From `load_scene`.
+    warnings : sequence of Fault
+        From `check_contact`.
+
+    Returns
+    -------
+    dict
+        JSON values, SI units; `settings` holds every value that would act, defaults included.
+    """
+    setup = build(scene)
+    points = setup.points
+    count = len(points.label)
+    vertices = len(setup.wheelset.right.y)
+    evaluations = 2  # at both ends of a step: for the mean of both rates, or for the error of Euler's rule
+    # two wheels: y, z, depth, work, depth by regime; eight patch slots per point
+    values = 2 * vertices * (4 + len(WEAR_LAWS[setup.wear.law].regimes)) + count * (8 * _PATCH_VALUES + 2)
+    laws = len(setup.fatigue)
+    values += 2 * vertices * (len(setup.also_evaluate) + (1 + 4 * laws if laws else 0))
+    # wear numbers and the index below the surface; of each law damage, place and index in three units
+    values += count * 8 * (3 + 5 * laws) if laws else 0
+    if setup.counterface_wear is not None:  # its y, z and depth
+        values += 2 * 3 * len(setup.counterface.profile.y)
+    return {
+        "kind": setup.kind,
+        "title": setup.title,
+        "scene": str(scene.origin.path),
+        "distance": setup.control.distance,
+        "points": count,
+        "monitoring_points": int((points.weight == 0).sum()),
+        "environment": sorted({float(value) for value in points.environment[points.weight > 0]}),
+        "wheels": 2,
+        "evaluations_per_step": evaluations,
+        "solutions_per_step": 2 * count * evaluations,
+        "steps": None,
+        "profile_points": vertices,
+        "bytes_per_step": 8 * values,
+        "inputs": [{"name": name, "sha256": digest} for name, digest in setup.input_hashes],
+        "wear_coefficients": wear.coefficients_of(setup.wear).name,
+        "wear_form": setup.wear.form,
+        "comparison_laws": [
+            {"law": one.law, "form": one.form, "coefficients": wear.coefficients_of(one).name}
+            for one in setup.also_evaluate
+        ],
+        "fatigue": [_fatigue(one) for one in setup.fatigue],
+        "settings": scene.model_dump(by_alias=True, mode="json"),
+        "choice": _choice(setup),
+        "warnings": [str(warning) for warning in warnings],
+    }
+
+
+def _fatigue(settings: FatigueSettings) -> dict[str, Any]:
+    shown: dict[str, Any] = {"law": settings.law, "coefficients": fatigue.coefficients_of(settings).name}
+    shown["crack_width"] = settings.crack_width
+    if FATIGUE_LAWS[settings.law].contains_removal:
+        shown |= {"branch": settings.branch, "wear_number": settings.wear_number}
+    if settings.crack_depth is not None:
+        shown |= {"crack_depth": settings.crack_depth, "wear_limit": settings.wear_limit}
+    return shown
+
+
+def _choice(setup: CampaignSetup) -> dict[str, Any] | None:
+    """Contact models that would be chosen for the new wheelset, and why; None if they are given."""
+    if setup.tolerance is None:
+        return None
+    state, _ = WheelsetEvolution(replace(setup, tolerance=None)).start()
+    verdict = choose.choice(setup, state)
+    candidates = choose.candidates(setup.models)
+    taken = [choose.named(candidates[place]) for place in verdict.choice.models]
+    alone = verdict.evidence[-1]
+    return {
+        "tolerance": setup.tolerance,
+        "classes": [
+            {"class": name, "points": count, "models": models}
+            for name, count, models in zip(choose.CLASSES, verdict.points, taken, strict=True)
+        ],
+        "depth_error": verdict.choice.error,
+        "cost": verdict.cost,
+        "cost_of_one_for_all": choose.COST_ORDER[candidates.index(alone.models)][3],
+        "evidence": [
+            {
+                "models": choose.named(one.models),
+                "cost": choose.COST_ORDER[candidates.index(one.models)][3],
+                "depth_error": one.depth_error if math.isfinite(one.depth_error) else None,
+                "strip_work_error": one.work_error if math.isfinite(one.work_error) else None,
+                "refusal": one.message,
+            }
+            for one in verdict.evidence
+        ],
+    }
+
+
+def plan_text(item: dict[str, Any]) -> str:
+    """Lines for people from what `plan` returns."""
+    rows = [*_what(item), *_models(item), *_laws(item), *_steps(item), *_counterface(item)]
+    rows.append(("result file", f"about {item['bytes_per_step'] / 1e6:.2g} MB per step before compression"))
+    lines = [f"{item['kind']}: {item['title']}"]
+    lines += [f"  {name:<20}{value}" for name, value in rows]
+    lines += [f"  warning: {warning}" for warning in item["warnings"]]
+    return "\n".join(lines)
+
+
+def _what(item: dict[str, Any]) -> _Rows:
+    yield "distance", f"{item['distance'] / 1e3:g} km"
+    yield "wheel, counterface", ", ".join(entry["name"].split(" ", 1)[1] for entry in item["inputs"][1:3])
+    yield "operating points", f"{item['points']}, of which {item['monitoring_points']} only monitor"
+    yield "environment factor", ", ".join(f"{value:g}" for value in item["environment"])
+
+
+def _models(item: dict[str, Any]) -> _Rows:
+    """Lines on the contact models: as given, or the choice and why."""
+    choice, contact = item["choice"], item["settings"]["contact"]
+    motion = f"rotation {contact['rotation']}, roll {contact['roll']}"
+    if choice is None:
+        yield "contact models", f"{contact['normal']}, {contact['tangential']}; {motion}"
+        yield "cells", f"{contact['strips']} strips x {contact['cells']} cells per patch"
+        return
+    yield "contact models", f"chosen for a tolerance of {100.0 * choice['tolerance']:.3g} %; {motion}"
+    for one in choice["classes"]:
+        if one["points"]:
+            yield "", f"{one['points']} {one['class']} points: {one['models']}"
+    cost = f"cost {choice['cost']:.3g}; one for all would cost {choice['cost_of_one_for_all']:.3g}"
+    yield "", f"depth error {percent(choice['depth_error'])}, estimated from a sample, {cost}"
+    yield "for all points", "in units of the cheapest one's time per solution"
+    for one in choice["evidence"]:
+        error = one["depth_error"]
+        text = f"depth error {percent(error)}" if error is not None else f"no solution: {one['refusal']}"
+        yield "", f"{one['models']}: {text}, cost {one['cost']:g}"
+
+
+def _laws(item: dict[str, Any]) -> _Rows:
+    law = item["settings"]["wear"]["law"]
+    yield "wear law", f"{law} ({item['wear_form']}), {item['wear_coefficients']}"
+    for one in item["comparison_laws"]:
+        yield "comparison law", f"{one['law']} ({one['form']}), {one['coefficients']}"
+    for one in item["fatigue"]:
+        text = f"{one['law']}, {one['coefficients']}"
+        if "branch" in one:
+            text += f", {one['branch']} form, wear number {one['wear_number'].replace('_', ' ')}"
+        if "crack_depth" in one:
+            text += f", wear removes cracks of {1e3 * one['crack_depth']:g} mm"
+        text += f"; assumed: places {1e3 * one['crack_width']:g} mm wide"
+        text += f", {1e3 * one['wear_limit']:g} mm may wear" if "wear_limit" in one else ""
+        yield "fatigue law", text
+
+
+def _steps(item: dict[str, Any]) -> _Rows:
+    campaign = item["settings"]["campaign"]
+    limits, rules = campaign["limits"], campaign["reprofiling"]
+    yield (
+        "solutions per step",
+        f"{item['points']} points x 2 wheels x {item['evaluations_per_step']} evaluations "
+        f"({campaign['integrator']}) = {item['solutions_per_step']}",
+    )
+    yield (
+        "steps",
+        f"not known before the run: depth below {campaign['max_step_depth_um']:g} um, S below "
+        f"{campaign['stability']:g} and error below {campaign['error_tolerance_um']:g} um set each",
+    )
+    if limits is not None:
+        given = [f"{key} = {value:g}" for key, value in limits.items() if key != "end" and value is not None]
+        end = "the first that is met ends the campaign"
+        if not limits["end"]:
+            end = "the distance at which each is met is reported"
+        yield "limits", f"{', '.join(given)}; {end}"
+    if rules is not None:
+        when = list(rules["at_limits"])
+        when += [f"at {', '.join(f'{at:g}' for at in rules['at_km'])} km"] if rules["at_km"] else []
+        profile = rules["profile"] or item["settings"]["wheelset"]["profile"]
+        yield "reprofiled to", f"{profile}: {', '.join(when)}"
+
+
+def _counterface(item: dict[str, Any]) -> _Rows:
+    """Line on the wear of the counterface, if it wears."""
+    wear = item["settings"]["counterface"]["wear"]
+    if wear is None:
+        return
+    if "area_mm2_per_1000km" in wear:
+        yield "rails", f"each loses {wear['area_mm2_per_1000km']:g} mm2 per 1000 km where the wheels wear"
+        return
+    when = [f"every {wear['redress_every_km']:g} km"] if wear["redress_every_km"] else []
+    when += [f"{wear['redress_depth_um']:g} um deep"] if wear["redress_depth_um"] else []
+    redressed = f"redressed to their new profile {' or '.join(when)}" if when else "never redressed"
+    yield "rollers", f"wear {wear['factor']:g} times as deep per passage as the wheels; {redressed}"
