@@ -17,8 +17,12 @@ from wearsim.profile.reprofiling import reprofile_axle
 from wearsim.profile.shape import Profile, arc_length, polygon_area_between, vertex_normals
 from wearsim.profile.standard import shipped_path
 from wearsim.profile.worn import cut_along_normals
-from wearsim.report.figures import plot_profile, plot_wear_by_regime, plot_wear_depth
-from wearsim.report.figures_damage import plot_fatigue_damage
+from wearsim.report.figures.campaign import (
+    plot_fatigue_damage,
+    plot_profile,
+    plot_wear_by_regime,
+    plot_wear_depth,
+)
 from wearsim.report.html import render
 from wearsim.report.inspect import inspect, summary, summary_text
 from wearsim.report.tables import quality, turned_wheels

@@ -8,7 +8,7 @@ from wearsim.campaign import choose
 from wearsim.campaign.classes import CLASSES
 from wearsim.campaign.run import run_scene
 from wearsim.cli import main
-from wearsim.report import tables_choice
+from wearsim.report import tables_quality
 from wearsim.report.html import write_report
 from wearsim.report.inspect import inspect, summary_text
 from wearsim.results import open_results
@@ -34,8 +34,8 @@ def result(scene):
 
 def test_report_shows_classes_models_costs_and_evidence(result, without_figures):
     with open_results(result) as data:
-        models, evidence = tables_choice.chosen(data)
-        steps = tables_choice.looked_at(data)
+        models, evidence = tables_quality.chosen(data)
+        steps = tables_quality.looked_at(data)
         text = [[cell.text for cell in row] for row in models.rows]
         assert steps[0] == 0
         assert len(text) == 2 * len(steps)

@@ -8,9 +8,11 @@ import pytest
 from wearsim.campaign.run import run_scene
 from wearsim.cli import main
 from wearsim.quantities import QUANTITIES
-from wearsim.report import figures_counterface, pages_counterface
+from wearsim.report import plates
+from wearsim.report.figures import campaign
 from wearsim.report.html import write_report
 from wearsim.report.inspect import inspect, summary_text
+from wearsim.report.tables import counterface
 from wearsim.results import open_results
 
 BLOCK = {"name": "curve", "shift_mm": 4, "yaw_mrad": 3, "distance_km": 2}
@@ -60,7 +62,7 @@ def test_report_tells_what_the_counterface_lost(folder, pair):
     assert "sampled differently" not in text
     assert "Rollers turned every [km]" in text
     assert "Area each rail loses [mm²/1000 km]" in text
-    (rails,) = pages_counterface.table(pair[1])
+    (rails,) = counterface(pair[1])
     assert rails.head == ["Measure", "Right rail", "Left rail"]
     area = rails.rows[1]
     assert [cell.value for cell in area[1:]] == pytest.approx([0.09, 0.09], rel=1e-9)  # 3 mm2, 30 of 1000 km
@@ -68,7 +70,8 @@ def test_report_tells_what_the_counterface_lost(folder, pair):
 
 def test_captions_of_rails_say_that_their_area_is_stated(pair):
     """No environment factor acts on it, and rails are not turned."""
-    rig, field = ([plate.caption for plate in pages_counterface.plates([data])] for data in pair)
+    draw = (plates.counterface_wear, plates.counterface_over_distance)
+    rig, field = ([one([data]).caption for one in draw] for data in pair)
     for along, over in (rig, field):
         assert along.endswith(".")
         assert over.endswith(".")
@@ -77,7 +80,7 @@ def test_captions_of_rails_say_that_their_area_is_stated(pair):
     assert "the amount is as given and contains no environment factor" in field[0]
     assert "Wear depths contain" not in "".join(field)
     assert "turned" not in "".join(field)
-    both = pages_counterface.plates(pair)[0].caption
+    both = plates.counterface_wear(pair).caption
     assert "Wear depths contain the environment factor: 1 (rig)." in both
     assert "Rails (field) lose" in both
 
@@ -86,7 +89,7 @@ def test_lives_of_the_rollers_are_drawn(pair):
     """Two turnings: what was turned off then, and the end; rails: three quarters of the way and the end."""
     rig, field = pair
     turnings = rig["counterface_redressed_count"].values
-    rows = figures_counterface.states_shown(rig)
+    rows = campaign.states_shown(rig)
     assert [int(turnings[row]) for row in rows] == [1, 2, 2]
     deepest = rig["counterface_wear_depth"].values.max(axis=2)
     np.testing.assert_array_equal(deepest, rig["counterface_max_wear_depth"].values)
@@ -94,8 +97,8 @@ def test_lives_of_the_rollers_are_drawn(pair):
     np.testing.assert_allclose(rig["counterface_redressed_depth"].values[-1], off, rtol=1e-12)
     assert rows[-1] == rig.sizes["step"] - 1
     assert not field["counterface_redressed_count"].values.any()
-    assert len(figures_counterface.states_shown(field)) == min(4, field.sizes["step"] - 1)
-    ax = figures_counterface.plot_counterface_over_distance(rig, "counterface_max_wear_depth")
+    assert len(campaign.states_shown(field)) == min(4, field.sizes["step"] - 1)
+    ax = campaign.plot_counterface_over_distance(rig, "counterface_max_wear_depth")
     x, y = ax.lines[0].get_data()
     at = np.flatnonzero(np.diff(x) == 0.0)
     np.testing.assert_allclose(x[at], [6.0, 12.0], rtol=1e-12)

@@ -8,9 +8,11 @@ import pytest
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import run_scene
 from wearsim.damage.fatigue.agreement import agreement
-from wearsim.report import figures_damage, pages_damage, tables_damage, tables_index
+from wearsim.report import plates, tables_damage
+from wearsim.report.figures import campaign
 from wearsim.report.html import render, write_report
 from wearsim.report.inspect import inspect, summary_text
+from wearsim.report.sections import SECTIONS, Campaigns
 from wearsim.results import open_results
 from wearsim.scene import build, load_scene
 from wearsim.translation.translate import translate
@@ -155,23 +157,23 @@ def test_assumptions_of_the_balance_are_told_with_their_effect(pair):
     laws = tables_damage.fatigue_laws(pair[0])[0]
     assert "assumption" in laws.caption
     assert "Right: largest rate at the end, before removal [1/1000 km]" in laws.head
-    (plate,) = [plate for plate in pages_damage.plates([pair[0]]) if plate.name == "balance"]
+    plate = plates.balance([pair[0]])
     assert "last step" not in plate.caption
     assert "assumptions" in plate.caption
 
 
 def test_shakedown_map_tells_where_its_yield_stress_comes_from(pair):
     source = "ekberg_kabo_andersson_2002"
-    told = figures_damage.shear_yield_told(pair[0])
+    told = campaign.shear_yield_told(pair[0])
     assert told == f"300 MPa of surface_fatigue_index_local ({source}, recalled, 200 to 350 MPa in use)"
     alone = pair[0].isel(fatigue=[0])
     assert list(alone["fatigue_name"].values) == ["wlrm"]
-    assert figures_damage.shear_yield_told(alone) == (
+    assert campaign.shear_yield_told(alone) == (
         f"300 MPa of {source}, as no law of the scene has one (recalled, 200 to 350 MPa in use)"
     )
     own = pair[0].copy(deep=True)
     own["fatigue_warnings"][1] = ""
-    assert figures_damage.shear_yield_told(own) == "300 MPa as given for surface_fatigue_index_local"
+    assert campaign.shear_yield_told(own) == "300 MPa as given for surface_fatigue_index_local"
 
 
 def test_report_without_such_laws_has_no_section(run_directory):
@@ -214,7 +216,7 @@ def test_life_is_ended_by_what_comes_first(pair):
 def test_largest_index_is_told_with_its_place_and_operating_point(pair, text):
     """From the stored resultants: wear number and the highest pressure of the patches; margin below zero."""
     data = pair[1]
-    (table,) = tables_index.table(data)
+    (table,) = tables_damage.fatigue_index(data)
     assert table.name == "fatigue-index"
     side, end = data["side"].values[-1], data.isel(step=-1)
     number = np.where(side == 0, end["wear_number_without_spin"].values, -np.inf)
@@ -270,18 +272,20 @@ def test_agreement_is_weighted_with_the_collective(pair):
 
 def test_shakedown_map_has_every_patch(pair):
     """Places from the stored resultants; as many marks as patches, new and worn."""
-    friction, ratio = figures_damage.shakedown_place(pair[0], -1)
+    friction, ratio = campaign.shakedown_place(pair[0], -1)
     count = int(np.isfinite(pair[0]["max_pressure"].values[[0, -1]]).sum())
     assert np.isfinite(friction).sum() == np.isfinite(ratio).sum()
-    marks = [line for line in figures_damage.plot_shakedown(pair[0]).lines if line.get_marker() in ("o", "^")]
+    marks = [line for line in campaign.plot_shakedown(pair[0]).lines if line.get_marker() in ("o", "^")]
     assert sum(len(line.get_xdata()) for line in marks) == count
     known = ratio[np.isfinite(ratio)]
     np.testing.assert_allclose(known.max(), np.nanmax(pair[0]["max_pressure"].values[-1]) / 300e6, rtol=1e-12)
 
 
 def test_figures_are_made_for_one_campaign_too(pair):
-    plates = pages_damage.plates([pair[1]])
-    assert [plate.section for plate in plates] == ["wear", *["fatigue"] * 4]
+    one = Campaigns([pair[1]])
+    drawn = {s.key: [b.name for b in s.content(one) if isinstance(b, plates.Plate)] for s in SECTIONS}
+    assert drawn["wear"][-1] == "wear_laws"
+    assert drawn["fatigue"] == ["shakedown", "fatigue_damage", "fatigue_cycles", "balance"]
     assert 'id="fatigue"' in render([pair[1]])
 
 

@@ -16,9 +16,10 @@ from wearsim.profile.inspection.fleet import fleet_rows
 from wearsim.profile.inspection.inputs import read_input
 from wearsim.profile.limits import load_limits
 from wearsim.profile.measures import GaugeDistances
-from wearsim.report import figures_fleet, figures_profile, pages_fleet, pages_profile
-from wearsim.report.figures_fleet import plot_member
-from wearsim.report.style import COLOURS
+from wearsim.report.figures import fleet as figures_fleet
+from wearsim.report.figures import profile as figures_profile
+from wearsim.report.figures.fleet import plot_member
+from wearsim.report.style import COLOURS, write_figure
 
 MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
 
@@ -160,12 +161,12 @@ def test_running_behaviour_of_both(worn):
 
 @pytest.mark.parametrize("name", ["S1002", "60E1", "disc", "cone/1:20", "P8"])
 def test_whole_figures_of_standard_shapes_have_no_texts_on_each_other(name):
-    assert overlaps(pages_profile.profile_figure(state_of(name))) == []
+    assert overlaps(figures_profile.profile_figure(state_of(name))) == []
 
 
 def test_whole_figures_of_comparisons_have_no_texts_on_each_other(worn, rail):
     for state in (worn, rail):
-        assert overlaps(pages_profile.profile_figure(state)) == []
+        assert overlaps(figures_profile.profile_figure(state)) == []
 
 
 def test_rails_are_drawn_top_up(rail):
@@ -179,13 +180,13 @@ def test_the_same_figure_is_the_same_file(ending, worn, tmp_path):
     files = [tmp_path / f"{k}/figure.{ending}" for k in range(2)]
     for file in files:
         file.parent.mkdir()
-        pages_profile.write_figure(pages_profile.profile_figure(worn), file)
+        write_figure(figures_profile.profile_figure(worn), file)
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
 def test_a_figure_that_cannot_be_written_is_told(worn, tmp_path):
     with pytest.raises(ResultError, match="cannot be written"):
-        pages_profile.write_figure(pages_profile.profile_figure(worn), tmp_path / "none" / "figure.png")
+        write_figure(figures_profile.profile_figure(worn), tmp_path / "none" / "figure.png")
 
 
 @pytest.fixture(scope="module")
@@ -209,7 +210,7 @@ def test_small_figures_show_profile_reference_and_what_is_beyond(fleet):
 
 
 def test_pages_hold_all_profiles_on_the_same_axes(fleet):
-    pages = list(pages_fleet.fleet_pages(fleet))
+    pages = list(figures_fleet.fleet_pages(fleet))
     assert len(pages) == 2
     drawn = [ax for page in pages for ax in page.axes if ax.lines]
     assert len(drawn) == fleet.sizes["wheel"] == 30
@@ -223,7 +224,7 @@ def test_several_files_of_one_wheel_are_told_apart_by_their_names(fleet):
 
 
 def test_the_lowest_figure_of_each_column_has_numbers(fleet):
-    page = next(pages_fleet.fleet_pages(fleet.isel(wheel=slice(6))))
+    page = next(figures_fleet.fleet_pages(fleet.isel(wheel=slice(6))))
     numbered = [ax.xaxis.get_tick_params()["labelbottom"] for ax in page.axes if ax.lines]
     assert numbered == [False, False, True, True, True, True]
 
@@ -246,7 +247,7 @@ def test_titles_keep_what_tells_the_wheels_of_an_axle_apart(fleet):
 
 
 def test_more_pages_than_are_drawn_are_told(fleet, tmp_path, monkeypatch):
-    monkeypatch.setattr(pages_fleet, "MOST_PAGES", 1)
-    monkeypatch.setattr(pages_fleet, "ROWS", 1)
-    files, drawn = pages_fleet.write_fleet(fleet, tmp_path / "fleet.svg")
-    assert (len(files), drawn) == (1, pages_fleet.COLUMNS * pages_fleet.ROWS)
+    monkeypatch.setattr(figures_fleet, "MOST_PAGES", 1)
+    monkeypatch.setattr(figures_fleet, "ROWS", 1)
+    files, drawn = figures_fleet.write_fleet(fleet, tmp_path / "fleet.svg")
+    assert (len(files), drawn) == (1, figures_fleet.COLUMNS * figures_fleet.ROWS)

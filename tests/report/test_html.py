@@ -7,8 +7,8 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
-from wearsim.report.html import SECTIONS, render, warnings, write_report
-from wearsim.report.pages import plates
+from wearsim.report.html import render, write_report
+from wearsim.report.sections import SECTIONS, Campaigns, all_figures, warnings
 from wearsim.results import open_results
 from wearsim.results.limits import attributes_of
 from wearsim.translation.translate import table, translate
@@ -111,7 +111,7 @@ def test_factors_of_wear_at_equal_points_are_in_the_page(text, rig, field):
 
 
 def test_both_wheels_are_shown_where_both_are_named(rig, field):
-    shown = {plate.name: plate for plate in plates([rig, field], translate(rig, field))}
+    shown = {plate.name: plate for plate in all_figures(Campaigns([rig, field], translate(rig, field)))}
     titles = [ax.get_title(loc="left") for ax in shown["profiles"].figure.axes]
     assert sum(title.startswith("Right wheel.") for title in titles) == 2
     assert sum(title.startswith("Left wheel.") for title in titles) == 2
@@ -138,7 +138,7 @@ def test_doubts_and_differing_settings_are_told(rig, field):
 
 
 def test_every_figure_and_section_is_there(page, text, rig, field):
-    names = {plate.name for plate in plates([rig, field], translate(rig, field))}
+    names = {plate.name for plate in all_figures(Campaigns([rig, field], translate(rig, field)))}
     assert {
         "profiles",
         "wear_depth",
@@ -152,7 +152,7 @@ def test_every_figure_and_section_is_there(page, text, rig, field):
         figure = text[text.index(f'id="figure-{name}"') :]
         assert "<path" in figure[: figure.index("</figure>")]
     # neither campaign has fatigue laws
-    assert {key for key, _ in SECTIONS} - set(page.ids) == {"fatigue"}
+    assert {section.key for section in SECTIONS} - set(page.ids) == {"fatigue"}
     assert text.count("<figure ") == len(names)
 
 

@@ -109,7 +109,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _converge(arguments: argparse.Namespace, out: Path, overrides: Sequence[Override]) -> None:
     from wearsim.cli.progress import observer
-    from wearsim.report.convergence import markdown, read_convergence
+    from wearsim.report.tables_quality import markdown, read_convergence
     from wearsim.studies.converge import converge
 
     short = arguments.converge not in (None, "all")

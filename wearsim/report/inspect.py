@@ -10,9 +10,12 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
-from wearsim.report import pages, pages_counterface, pages_damage, tables_choice, tables_damage, tables_index
+from wearsim.report import tables_damage
+from wearsim.report.plates import COUNTERFACE_MEASURES, wears
+from wearsim.report.sections import Campaigns, all_figures
 from wearsim.report.style import capital, role_of, save_svg
 from wearsim.report.tables import UNDEFINED, limit_text, number
+from wearsim.report.tables_quality import classes
 from wearsim.results import doubts, open_results
 from wearsim.results.limits import limits_met
 from wearsim.results.turnings import (
@@ -115,12 +118,12 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
     if "contact_candidate" in dataset:
         found["contact_models"] = {
             "error": _plain(dataset["contact_models_error"].values[-1]),
-            "classes": tables_choice.classes(dataset, -1),
+            "classes": classes(dataset, -1),
         }
-    if pages_counterface.wears(dataset):
+    if wears(dataset):
         found["counterface"] = {
             "counterface_redressed_count": int(dataset["counterface_redressed_count"].values[-1]),
-            **{name: [_plain(v) for v in dataset[name].values[-1]] for name in pages_counterface.MEASURES},
+            **{name: [_plain(v) for v in dataset[name].values[-1]] for name in COUNTERFACE_MEASURES},
         }
     return found
 
@@ -155,9 +158,9 @@ def _damage(dataset: xr.Dataset) -> dict[str, Any]:
 
 def _index(dataset: xr.Dataset, row: int, law: int) -> dict[str, Any]:
     """Largest index of a law with its place and operating point, lists are (right, left)."""
-    found = tables_index.largest(dataset, row, law)
+    found = tables_damage.largest(dataset, row, law)
     return {
-        tables_index.quantity_of(str(dataset["fatigue_name"].values[law])): [
+        tables_damage.quantity_of(str(dataset["fatigue_name"].values[law])): [
             None if one is None else one.value for one in found
         ],
         "fatigue_index_y": [None if one is None else one.y for one in found],
@@ -226,8 +229,8 @@ def _counterface_lines(worn: dict[str, Any]) -> list[str]:
     if not worn:
         return []
     lines = [f"{'':<69}{'right':>11}{'left':>11}"]
-    turned = pages_counterface.MEASURES[2:] if worn["counterface_redressed_count"] else ()
-    for name in (*pages_counterface.MEASURES[:2], *turned):
+    turned = COUNTERFACE_MEASURES[2:] if worn["counterface_redressed_count"] else ()
+    for name in (*COUNTERFACE_MEASURES[:2], *turned):
         right, left = (_text(name, value) for value in worn[name])
         lines.append(f"{_title(name):<69}{right:>11}{left:>11}")
     if turned:
@@ -285,11 +288,7 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
         directory.mkdir(parents=True, exist_ok=True)
         return [
             save_svg(plate.figure, directory / f"{Path(path).stem}_{plate.name}.svg")
-            for plate in [
-                *pages.plates([dataset]),
-                *pages_counterface.plates([dataset]),
-                *pages_damage.plates([dataset]),
-            ]
+            for plate in all_figures(Campaigns([dataset]))
         ]
     except OSError as fault:
         raise ResultError(

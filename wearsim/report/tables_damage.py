@@ -1,52 +1,27 @@
-"""Tables of a report on the damage laws: what each wears, what each tires, how far they agree."""
+"""Tables of the damage laws: what each wears, what each tires, how far they agree, largest fatigue index."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
+from wearsim.damage.fatigue import FATIGUE_LAWS
 from wearsim.damage.fatigue.agreement import Agreement, agreement
 from wearsim.damage.fatigue.balance import LIMITED_BY, balance
 from wearsim.quantities import QUANTITIES
-from wearsim.report.figures import WHEELS
+from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import shown
-from wearsim.report.tables import Cell, number
+from wearsim.report.tables import NONE, Cell, Table, number
 from wearsim.results.turnings import closing_turning, depth_by_regime, last_worn_row, new_row, turned_rows
 
-_COLUMNS = ("rig", "field", "ratio")
-_NONE = Cell("–")
+SUBSURFACE = "subsurface_fatigue_index"
 _WIDTHS = (0.5, 2.0)
 """Shares of the width of a place for which the first crack is told, too."""
 _HOLDS = ("materials", "validity", "departures")
 """What a result file says of the coefficient set of a law, besides its numbers."""
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table with the text of its first column in front.
-
-    Parameters
-    ----------
-    name : str
-        Unique in the report with the role of its campaign.
-    caption : str
-        What it holds.
-    head : list of str
-        Of all columns.
-    rows : list of list of Cell
-        The first cell names the row.
-    """
-
-    name: str
-    caption: str
-    head: list[str]
-    rows: list[list[Cell]]
-
-    def numeric(self, column: int) -> bool:
-        """Tell whether any row has a number in a column."""
-        return any(row[column].value is not None for row in self.rows)
 
 
 def wear_laws(dataset: xr.Dataset) -> list[Table]:
@@ -132,7 +107,7 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
         cells = [Cell(name)]
         for wheel in (0, 1):
             largest = float(damage[wheel].max())
-            place = number(1e3 * y[wheel, int(damage[wheel].argmax())], 3) if largest > 0.0 else _NONE
+            place = number(1e3 * y[wheel, int(damage[wheel].argmax())], 3) if largest > 0.0 else NONE
             cells += [
                 number(largest, 3), place, number(shown("fatigue_damage_rate", rate[wheel].max()), 3)
             ]  # fmt: skip
@@ -225,8 +200,8 @@ def life(dataset: xr.Dataset) -> Table | None:
                 *(_distance(float(distance)) for distance in other),
                 _distance(ends["wear"][0]),
                 Cell(first if np.isfinite(ends[first][0]) else "nothing"),
-                number(1e3 * y[wheel, ends[first][1]], 3) if np.isfinite(ends[first][0]) else _NONE,
-                number(100.0 * grown.sum() / acts.sum(), 3) if acts.any() else _NONE,
+                number(1e3 * y[wheel, ends[first][1]], 3) if np.isfinite(ends[first][0]) else NONE,
+                number(100.0 * grown.sum() / acts.sum(), 3) if acts.any() else NONE,
                 number(shown("magic_wear_rate", found.magic_wear_rate.max()), 3),
             ])  # fmt: skip
     if not rows:
@@ -307,42 +282,6 @@ def fatigue_tables(dataset: xr.Dataset) -> list[Table]:
     return [table for table in found if table is not None]
 
 
-def damage_factors(translation: xr.Dataset | None, group: str) -> list[Table]:
-    """Rig over field of the damage laws that act in both campaigns, where the campaigns end.
-
-    Parameters
-    ----------
-    translation : Dataset or None
-        From `wearsim.translation.translate.translate`.
-    group : {"comparison", "fatigue"}
-        Which laws.
-
-    Returns
-    -------
-    list of Table
-        One table, or none where the campaigns have no such law in common.
-    """
-    if translation is None or f"{group}_name" not in translation:
-        return []
-    names = ("comparison_worn_area",) if group == "comparison" else ("fatigue_damage", "fatigue_damage_rate")
-    rows = []
-    for k, law in enumerate(translation[f"{group}_name"].values):
-        for name in names:
-            cells = []
-            for basis in (0, 1):
-                cells += [number(v, 3) for v in shown(name, translation[name].values[basis, -1, :, k, 2])]
-                cells.append(number(translation[f"{name}_factor"].values[basis, -1, k, 2], 3))
-            unit = QUANTITIES[name].shown_unit
-            text = str(translation[name].attrs["long_name"]) + (f" [{unit}]" if unit != "1" else "")
-            rows.append([Cell(f"{law}: {text}"), *cells])
-    ends = [f"{basis}: {what}" for basis in ("Equal distance", "Equal worn depth") for what in _COLUMNS]
-    text = (
-        "Damage by the laws of both campaigns where the range they share ends, both wheels. Factors over the "
-        "whole range are in translation.nc."
-    )
-    return [Table(f"{group}-factors", text, ["Law and quantity", *ends], rows)]
-
-
 def _ratio(value: float, active: float) -> Cell:
     return number(value / active, 3) if active > 0.0 else Cell("active law wears nothing")
 
@@ -355,3 +294,116 @@ def _shares(names: list[str], area: np.ndarray) -> str:
     if not area.sum() > 0.0:
         return "no wear"
     return ", ".join(f"{name} {part:.1%}" for name, part in zip(names, area / area.sum(), strict=True))
+
+
+@dataclass(frozen=True)
+class LargestIndex:
+    """Largest index of the patches of one wheel in one state.
+
+    Parameters
+    ----------
+    value : float
+        In the unit of its quantity.
+    y : float
+        Lateral position on the wheel profile; of the index below the surface that of the patch [m].
+    point : str
+        Label of the operating point.
+    """
+
+    value: float
+    y: float
+    point: str
+
+
+def quantity_of(law: str) -> str:
+    """Return the quantity a law judges by, as `wearsim.quantities` names it."""
+    return FATIGUE_LAWS[law].index_quantity if law in FATIGUE_LAWS else SUBSURFACE
+
+
+def largest(dataset: xr.Dataset, row: int, law: int | None) -> tuple[LargestIndex | None, ...]:
+    """Find the largest index of each wheel among all patches of a state, monitoring points included.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign with fatigue laws.
+    row : int
+        Step.
+    law : int or None
+        Fatigue law; None: the index below the surface.
+
+    Returns
+    -------
+    tuple
+        Right and left; None where no patch bears.
+    """
+    if law is None:
+        index, y = dataset[SUBSURFACE].values[row], dataset["wheel_y"].values[row]
+    else:
+        name = quantity_of(str(dataset["fatigue_name"].values[law]))
+        index, y = dataset[name].values[row, ..., law], dataset["fatigue_index_y"].values[row, ..., law]
+    side = dataset["side"].values[row]
+    found: list[LargestIndex | None] = []
+    for wheel in range(len(WHEELS)):
+        here = np.where((side == wheel) & np.isfinite(index), index, -np.inf)
+        at = np.unravel_index(int(here.argmax()), here.shape)
+        if not np.isfinite(here[at]):
+            found.append(None)
+            continue
+        label = str(dataset["operating_point_name"].values[at[0]])
+        monitored = dataset["weight"].values[at[0]] == 0.0
+        found.append(
+            LargestIndex(float(here[at]), float(y[at]), f"{label} (monitored)" if monitored else label)
+        )
+    return tuple(found)
+
+
+def _limit(numbers: str) -> Cell:
+    """Index above which a law sees damage: 0, or the first break point of its damage function."""
+    start = re.search(r"\bstart = ([^ ,]+)", numbers)
+    return number(float(start[1]) if start else 0.0)
+
+
+def fatigue_index(dataset: xr.Dataset) -> list[Table]:
+    """Largest index of each law and wheel, new and at the end.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+
+    Returns
+    -------
+    list of Table
+        None if it has no fatigue laws.
+    """
+    if "fatigue_name" not in dataset:
+        return []
+    numbers = str(dataset.attrs.get("fatigue_numbers", "")).split("\n")
+    end = last_worn_row(dataset)
+    laws = [(k, str(name)) for k, name in enumerate(dataset["fatigue_name"].values)]
+    rows = []
+    for law, name in [*laws, (None, "below the surface")]:
+        entry = QUANTITIES[quantity_of(name)]
+        unit = f" [{entry.shown_unit}]" if entry.shown_unit != "1" else ""
+        limit = Cell("the steel's own") if law is None else _limit(numbers[law] if law < len(numbers) else "")
+        states = [largest(dataset, row, law) for row in (0, end)]
+        for wheel, side in enumerate(WHEELS):
+            cells = [Cell(f"{name}, {side} wheel: {entry.meaning}{unit}"), limit]
+            for found in states:
+                one = found[wheel]
+                if one is None:
+                    cells += [Cell("–")] * 3
+                    continue
+                value = number(shown(entry.name, one.value), 3)
+                cells += [value, number(shown("wheel_y", one.y), 3), Cell(one.point)]
+            rows.append(cells)
+    head = [
+        "Fatigue law and wheel", "Damage above",
+        *(f"{state}: {what}" for state in ("New", "End") for what in ("largest index", "at y [mm]", "point")),
+    ]  # fmt: skip
+    text = (
+        "Largest index of any contact patch, with its place on the wheel profile and its operating point, "
+        "monitoring points included. Below its limit the difference is the margin to damage."
+    )
+    return [Table("fatigue-index", text, head, rows)]
