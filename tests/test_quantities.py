@@ -10,7 +10,7 @@ from wearsim.cli.contact_flags import COLUMNS
 from wearsim.contact.problem import ContactConditions, ContactSolution
 from wearsim.quantities import QUANTITIES
 from wearsim.results import GROUPS, LAYOUT
-from wearsim.results.older import RENAMED
+from wearsim.results.schema import RENAMED
 from wearsim.scene.models import ContactSection, Running, WheelsetSection
 
 # shown unit -> shown value of 1 in the stored unit, written out independently of the table

@@ -28,9 +28,8 @@ from wearsim.report.inspect import inspect, summary, summary_text
 from wearsim.report.tables import quality, turned_wheels
 from wearsim.report.tables_damage import fatigue_laws, wear_laws
 from wearsim.results import doubts, layout_of, open_results
+from wearsim.results.checks import cracks_left, seizure_shares, spans, turned_rows, turnings
 from wearsim.results.limits import limits_met
-from wearsim.results.plausibility import seizure_shares
-from wearsim.results.turnings import cracks_left, spans, turned_rows, turnings
 from wearsim.scene import build, load_scene
 
 CAMPAIGN = """\

@@ -10,8 +10,8 @@ from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.report.inspect import inspect
 from wearsim.results import layout_of, open_results, row_count
-from wearsim.results.older import RENAMED
-from wearsim.results.turnings import turnings
+from wearsim.results.checks import turnings
+from wearsim.results.schema import RENAMED
 
 DATA = Path(__file__).parents[1] / "data"
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from wearsim.results import doubts, open_results
-from wearsim.results.plausibility import (
+from wearsim.results.checks import (
     TREAD_WEAR_BAND,
     load_scaling,
     outside_warning,

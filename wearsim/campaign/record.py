@@ -26,7 +26,7 @@ from wearsim.campaign.counterface_row import counterface_of
 from wearsim.campaign.state import State
 from wearsim.errors import ResultError
 from wearsim.results import FILL_FLOAT, ROW
-from wearsim.results.older import RENAMED
+from wearsim.results.schema import RENAMED
 
 
 def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> None:

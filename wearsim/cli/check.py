@@ -192,7 +192,7 @@ def _models(choice: dict[str, Any] | None, contact: dict[str, Any]) -> list[tupl
             ("contact models", f"{contact['normal']}, {contact['tangential']}; {motion}"),
             ("cells", f"{contact['strips']} strips x {contact['cells']} cells per patch"),
         ]
-    from wearsim.results.plausibility import percent
+    from wearsim.results.checks import percent
 
     lines = [("contact models", f"chosen for a tolerance of {100.0 * choice['tolerance']:.3g} %; {motion}")]
     for one in choice["classes"]:

@@ -17,8 +17,7 @@ from wearsim.report.style import capital, role_of, save_svg
 from wearsim.report.tables import UNDEFINED, limit_text, number
 from wearsim.report.tables_quality import classes
 from wearsim.results import doubts, open_results
-from wearsim.results.limits import limits_met
-from wearsim.results.turnings import (
+from wearsim.results.checks import (
     closing_turning,
     cracks_left,
     depth_by_regime,
@@ -26,6 +25,7 @@ from wearsim.results.turnings import (
     turnings,
     wear_steps,
 )
+from wearsim.results.limits import limits_met
 
 _MEASURES = (
     "max_wear_depth",

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from wearsim.report.figures import campaign, translation
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import COLOURS, panels, plain, role_of, shown
-from wearsim.results.turnings import last_worn_row, turned_rows
+from wearsim.results.checks import last_worn_row, turned_rows
 from wearsim.translation.axes import at_distances
 
 _FACTOR_POINTS = (

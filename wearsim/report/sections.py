@@ -16,7 +16,7 @@ from wearsim.report.plates import Plate
 from wearsim.report.style import capital, plain, role_of, shown, to_svg
 from wearsim.report.tables import Table, role_title
 from wearsim.results import doubts
-from wearsim.results.turnings import closing_turning, last_worn_row, wear_steps
+from wearsim.results.checks import closing_turning, last_worn_row, wear_steps
 from wearsim.translation.translate import content_hash, table
 
 _PROVENANCE = (
@@ -193,8 +193,8 @@ def _factors(c: Campaigns) -> Content:
         "text",
         "A factor is the value on the rig over the value in the field. It changes while the profiles wear, "
         "so it is shown as a function: at equal distance run, and at equal worn depth. Where the field value "
-        "is zero, or too small to divide by, or a campaign does not come so far, it is undefined and nothing is "
-        "drawn.",
+        "is zero, or too small to divide by, or a campaign does not come so far, it is undefined and nothing "
+        "is drawn.",
     )
     yield from figures(
         c, plates.factors_wear, plates.factors_contact, plates.equivalent_distance,

@@ -12,8 +12,8 @@ import xarray as xr
 from wearsim.quantities import QUANTITIES
 from wearsim.report.plates import COUNTERFACE_MEASURES, environment_text, rolls, wears
 from wearsim.report.style import capital, plain, role_of, shown, with_unit
+from wearsim.results.checks import cracks_left, last_worn_row, turnings
 from wearsim.results.limits import LIMITED, LimitMet, limits_met
-from wearsim.results.turnings import cracks_left, last_worn_row, turnings
 
 UNDEFINED = "undefined"
 

@@ -15,7 +15,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import shown
 from wearsim.report.tables import NONE, Cell, Table, number
-from wearsim.results.turnings import closing_turning, depth_by_regime, last_worn_row, new_row, turned_rows
+from wearsim.results.checks import closing_turning, depth_by_regime, last_worn_row, new_row, turned_rows
 
 SUBSURFACE = "subsurface_fatigue_index"
 _WIDTHS = (0.5, 2.0)

@@ -14,8 +14,15 @@ from wearsim.profile.shape import polygon_area_between
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import capital, shown
 from wearsim.report.tables import NONE, UNDEFINED, Cell, Table, count, number, role_title, span
-from wearsim.results.plausibility import LOAD_TOLERANCE, load_scaling, percent, tread_wear
-from wearsim.results.turnings import spans, turned_rows, wear_steps
+from wearsim.results.checks import (
+    LOAD_TOLERANCE,
+    load_scaling,
+    percent,
+    spans,
+    tread_wear,
+    turned_rows,
+    wear_steps,
+)
 
 TABLE = "convergence.json"
 COLUMNS = (

@@ -21,17 +21,19 @@ import numpy as np
 
 from wearsim.errors import ResultError
 from wearsim.quantities import Quantity
-from wearsim.results.older import OLDER_SCHEMAS, RENAMED, renamed
 from wearsim.results.schema import (
     FILL_FLOAT,
     FILL_INT,
     LABELS,
+    OLDER_SCHEMAS,
     REGIME_FLAGS,
+    RENAMED,
     SCHEMA,
     Header,
     Row,
     check_row,
     layout_of,
+    renamed,
     row_names,
 )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ WHEELS = ("right", "left", "both")
 POINT_STATES = (("new wheels", 0, 0), ("equal distance", 0, -1), ("equal worn depth", 1, -1))
 """States for which equal operating points are listed: name, basis, progress."""
 
+_STATUS_NAMES = {number: name for name, number in STATUS.items()}
 _SAME_PLACE = 1e-7  # [m]
 _ATTRIBUTE_UNITS = {
     "axle_torque": "N m", "wheel_radius": "m", "half_span": "m", "youngs_modulus": "Pa",
@@ -91,20 +93,15 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
         "wheel_name": ("wheel", list(WHEELS[:2]), {"long_name": "wheel"}),
         "wheel_group_name": ("wheel_group", list(WHEELS), {"long_name": "wheel, or both together"}),
         "worn_depth": (
-            ("basis", "progress", "campaign"),
-            axes.depth,
+            ("basis", "progress", "campaign"), axes.depth,
             {"units": "m", "long_name": "largest wear depth of both wheels where the campaigns are compared"},
         ),
         "reachable": (
-            ("basis", "progress"),
-            axes.reachable.astype(np.int8),
-            {
-                "long_name": "whether both campaigns come so far",
-                "flag_values": np.array([0, 1], dtype=np.int8),
-                "flag_meanings": "no yes",
-            },
+            ("basis", "progress"), axes.reachable.astype(np.int8),
+            {"long_name": "whether both campaigns come so far",
+             "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "no yes"},
         ),
-    }
+    }  # fmt: skip
     compare.add_distance(out, axes)
     compare.add_wear(out, pair, axes)
     matched = compare.add_contact(out, pair, axes)
@@ -112,22 +109,12 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
     compare.add_equivalent_distance(out, pair, count)
     notes += damage.add_damage(out, pair, axes)
     dataset = xr.Dataset(out)
+    share = {"units": "1", "long_name": "share of the range both campaigns cover"}
+    arc = {"units": "m", "long_name": "arc length of the new wheel"}
     dataset = dataset.assign_coords(
-        progress=(
-            "progress",
-            np.linspace(0.0, 1.0, count),
-            {"units": "1", "long_name": "share of the range both campaigns cover"},
-        ),
-        stage=(
-            "stage",
-            np.array(STAGES),
-            {"units": "1", "long_name": "share of the range both campaigns cover"},
-        ),
-        arc=(
-            "arc",
-            np.asarray(rig["arc_length"].values),
-            {"units": "m", "long_name": "arc length of the new wheel"},
-        ),
+        progress=("progress", np.linspace(0.0, 1.0, count), share),
+        stage=("stage", np.array(STAGES), share),
+        arc=("arc", np.asarray(rig["arc_length"].values), arc),
     )
     dataset.attrs = _attributes(rig, field, matched, notes)
     return dataset
@@ -195,18 +182,19 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
         is computed here: values, factors and statuses are those of the dataset. Its warnings are in
         `attrs["warnings"]`, a list of str.
     """
-    both = (2,)
     wear = {
-        f"{name}_change" if rule == "change" else name: (name, both)
-        for name, rule in factors.WEAR_QUANTITIES.items()
+        f"{name}_change" if rule == "change" else name: name for name, rule in factors.WEAR_QUANTITIES.items()
     }
-    collective = {f"{name}_collective": (name, both) for name in factors.POINT_QUANTITIES}
-    listed: dict[str, tuple[str, tuple[int, ...]]] = {"distance_run": ("distance", ()), **wear}
-    listed |= {"equivalent_conicity": ("equivalent_conicity", ()), **collective}
+    collective = {f"{name}_collective": name for name in factors.POINT_QUANTITIES}
+    single = {"equivalent_conicity": "equivalent_conicity"}
+    entries = {
+        variable: _entries(dataset, variable, name)
+        for variable, name in ({"distance_run": "distance"} | wear | single | collective).items()
+    }
     found = pd.DataFrame(
-        {"basis": basis} | _entry(dataset, b, variable, name, place)
+        {"basis": basis} | entry(b, -1, () if variable in ("distance_run", *single) else (2,))
         for b, basis in enumerate(BASIS)
-        for variable, (name, place) in listed.items()
+        for variable, entry in entries.items()
     )
     found.attrs["warnings"] = str(dataset.attrs.get("warnings", "")).splitlines()
     return found
@@ -230,36 +218,42 @@ def point_table(dataset: xr.Dataset) -> pd.DataFrame:
     rows: list[dict[str, Any]] = []
     if int(dataset.attrs["matched_points"]):
         shift = dataset["shift"].values * QUANTITIES["shift"].shown_factor
-        order = np.argsort(shift, kind="stable")
+        labels = dataset["rig_label"].values
+        entries = [_entries(dataset, f"{name}_point", name) for name in factors.POINT_QUANTITIES]
         rows = [
-            {"state": state, "point": str(dataset["rig_label"].values[i]), "shift": float(shift[i]),
-             "wheel": wheel} | _entry(dataset, basis, f"{name}_point", name, (i, w), progress)
+            {"state": state, "point": str(labels[i]), "shift": float(shift[i]), "wheel": wheel}
+            | entry(basis, progress, (i, w))
             for state, basis, progress in POINT_STATES
-            for i in order
+            for i in np.argsort(shift, kind="stable")
             for w, wheel in enumerate(WHEELS[:2])
-            for name in factors.POINT_QUANTITIES
-        ]  # fmt: skip
+            for entry in entries
+        ]
     columns = ["state", "point", "shift", "wheel", "variable", "quantity", "unit", "rig", "field", "factor"]
     return pd.DataFrame(rows, columns=[*columns, "status"])
 
 
-def _entry(
-    dataset: xr.Dataset, basis: int, variable: str, name: str, place: tuple[int, ...] = (), progress: int = -1
-) -> dict[str, Any]:
-    """One factor of the dataset with its values, in the unit people read."""
-    rig, field = (dataset[variable].values[basis, progress, c][place] for c in (0, 1))
-    status = int(dataset[f"{variable}_factor_status"].values[basis, progress][place])
+def _entries(
+    dataset: xr.Dataset, variable: str, name: str
+) -> Callable[[int, int, tuple[int, ...]], dict[str, Any]]:
+    """Make the function that gives factor and values of a variable at a place, in the unit people read."""
+    values = dataset[variable].values
+    factor, status = (dataset[f"{variable}_factor{what}"].values for what in ("", "_status"))
     shown = QUANTITIES[name]
-    meaning = shown.meaning if variable == "distance_run" else dataset[variable].attrs["long_name"]
-    return {
+    meaning = shown.meaning if variable == "distance_run" else str(dataset[variable].attrs["long_name"])
+    words = {
         "variable": variable,
-        "quantity": str(meaning).removesuffix(" at equal operating points"),
+        "quantity": meaning.removesuffix(" at equal operating points"),
         "unit": shown.shown_unit,
-        "rig": float(rig) * shown.shown_factor,
-        "field": float(field) * shown.shown_factor,
-        "factor": float(dataset[f"{variable}_factor"].values[basis, progress][place]),
-        "status": next(key for key, number in STATUS.items() if number == status),
     }
+
+    def entry(basis: int, progress: int, place: tuple[int, ...]) -> dict[str, Any]:
+        rig, field = (float(values[(basis, progress, c, *place)]) * shown.shown_factor for c in (0, 1))
+        at = (basis, progress, *place)
+        return words | {
+            "rig": rig, "field": field, "factor": float(factor[at]), "status": _STATUS_NAMES[int(status[at])]
+        }  # fmt: skip
+
+    return entry
 
 
 def content_hash(dataset: xr.Dataset) -> str:
@@ -345,16 +339,12 @@ def _attributes(rig: xr.Dataset, field: xr.Dataset, matched: int, notes: list[st
                 attrs[f"{role}_{key}"] = data.attrs[key]
     notes = [*differences(rig, field), *notes]
     if not factors.rotation_matches(rig, field):
-        notes = [
-            *notes,
+        notes.append(
             "no operating point counts as equal: the rules of rotation and roll and the axle torque are part "
-            "of it, and they differ or are unknown",
-        ]
+            "of it, and they differ or are unknown"
+        )
     elif not matched:
-        notes = [
-            *notes,
-            "no operating point is solved in both campaigns: give both the same [operation.monitor]",
-        ]
+        notes.append("no operating point is solved in both campaigns: give both the same [operation.monitor]")
     if notes:
         attrs["warnings"] = "\n".join(notes)
     return attrs

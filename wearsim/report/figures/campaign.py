@@ -30,7 +30,7 @@ from wearsim.report.style import (
     role_of,
     shown,
 )
-from wearsim.results.turnings import last_worn_row, new_row
+from wearsim.results.checks import last_worn_row, new_row
 from wearsim.translation.axes import at_distances, rows_at
 
 WHEELS = ("right", "left")

@@ -1,14 +1,15 @@
-"""What a result deserves to be doubted for: pure functions on the dataset of one campaign."""
+"""What the steps of a campaign are: spans of wear between turnings of the wheels; what deserves a warning."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.damage.wear import WEAR_LAWS
-from wearsim.results.turnings import damage_left, depth_by_regime, spans
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,13 +34,141 @@ OUTSIDE_SHARE = 0.01
 """Share of the worn area outside the rows of a wear table that deserves a word."""
 
 
-def tread_wear(dataset: xr.Dataset) -> float | None:
-    """Largest wear depth on the tread of both wheels, per 100 000 km.
+@dataclass(frozen=True)
+class TurningMade:
+    """One turning of both wheels.
+
+    Parameters
+    ----------
+    distance : float
+        Where it was [m].
+    before, after : tuple of float or None
+        Diameter of right and left wheel at the tape circle [m].
+    """
+
+    distance: float
+    before: tuple[float | None, float | None]
+    after: tuple[float | None, float | None]
+
+
+def turned_rows(dataset: xr.Dataset) -> list[int]:
+    """Return the rows that hold wheels as they come from the lathe."""
+    if "last_reprofiling" not in dataset:
+        return []
+    last = dataset["last_reprofiling"].values
+    return [int(row) for row in np.flatnonzero((last == np.arange(last.size)) & (last > 0))]
+
+
+def turnings(dataset: xr.Dataset) -> tuple[TurningMade, ...]:
+    """Tell each turning of the wheels.
+
+    Returns
+    -------
+    tuple of TurningMade
+        In order; none where wheels are not turned.
+    """
+
+    def diameters(row: int) -> tuple[float | None, float | None]:
+        right, left = (float(value) for value in dataset["wheel_diameter"].values[row])
+        return (right if np.isfinite(right) else None, left if np.isfinite(left) else None)
+
+    return tuple(
+        TurningMade(float(dataset["distance"].values[row]), diameters(row - 1), diameters(row))
+        for row in turned_rows(dataset)
+    )
+
+
+def spans(dataset: xr.Dataset) -> Iterator[tuple[int, int]]:
+    """Give first and last row of each span of wear, from a new or turned wheel to the next turning."""
+    rows = turned_rows(dataset)
+    yield from zip([0, *rows], [*(row - 1 for row in rows), dataset.sizes["step"] - 1], strict=True)
+
+
+def last_worn_row(dataset: xr.Dataset) -> int:
+    """Return the last row whose wheels do not just come from the lathe."""
+    last = dataset.sizes["step"] - 1
+    return last - 1 if last in turned_rows(dataset) else last
+
+
+def wear_steps(dataset: xr.Dataset) -> int:
+    """Return how many wear steps a campaign has taken; a turning of the wheels is none."""
+    return int(dataset.sizes["step"]) - 1 - len(turned_rows(dataset))
+
+
+def new_row(dataset: xr.Dataset, row: int) -> int:
+    """Return the row of the wheels as they were new, or came from the lathe, before a row.
 
     Parameters
     ----------
     dataset : Dataset
-        Result of a campaign.
+        From `results.open_results`.
+    row : int
+        Any; depth and damage in it stand at the points of that profile.
+    """
+    if "last_reprofiling" not in dataset:
+        return 0
+    return int(dataset["last_reprofiling"].values[row])
+
+
+def closing_turning(dataset: xr.Dataset) -> str:
+    """Say that a campaign ends with a turning and what of it is shown, "" if it does not."""
+    if last_worn_row(dataset) == dataset.sizes["step"] - 1:
+        return ""
+    return "The campaign ends with a turning of the wheels: what is told of its end is the state before it."
+
+
+def damage_left(dataset: xr.Dataset) -> dict[str, tuple[float, float]]:
+    """Tell the damage that the lathe left, of laws that state the depth of their cracks.
+
+    Returns
+    -------
+    dict of str to (float, float)
+        By law the largest damage of wheels as they come from the lathe [-] and the depth of a crack of
+        damage 1 [m]; empty without turnings.
+    """
+    rows = turned_rows(dataset)
+    if not rows or "fatigue_name" not in dataset:
+        return {}
+    return {
+        str(law): (float(dataset["fatigue_damage"].values[rows, :, k].max()), float(crack))
+        for k, (law, crack) in enumerate(
+            zip(dataset["fatigue_name"].values, dataset["fatigue_crack_depth"].values, strict=True)
+        )
+        if np.isfinite(crack)
+    }
+
+
+def cracks_left(dataset: xr.Dataset) -> str:
+    """Say what the lathe made of fatigue damage, law by law; "" where there is none or no turning."""
+    if not turned_rows(dataset) or "fatigue_name" not in dataset:
+        return ""
+    left, told = damage_left(dataset), []
+    for law in dataset["fatigue_name"].values:
+        if law not in left:
+            why = "which states no depth of its cracks"
+            told.append(f"The lathe is assumed to take all damage of {law}, {why}.")
+            continue
+        damage, crack = left[law]
+        kept = f"left at most {damage:.3g} of it" if damage > 0.0 else "left none"
+        reached = f"the damage its cut reached (1 is a crack of {1e3 * crack:g} mm)"
+        told.append(f"Of {law} the lathe took {reached} and {kept}.")
+    return " ".join(told)
+
+
+def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:
+    """Wear depth by regime, summed along the profile and over all spans between turnings.
+
+    Returns
+    -------
+    (2, n_regimes) array
+        [m]; only the shares mean something: the points of a profile are equally apart.
+    """
+    rows = [last for _, last in spans(dataset)]
+    return np.asarray(dataset["wear_depth_by_regime"].values[rows].sum(axis=(0, 3)))
+
+
+def tread_wear(dataset: xr.Dataset) -> float | None:
+    """Largest wear depth on the tread of both wheels, per 100 000 km.
 
     Returns
     -------
@@ -67,15 +196,7 @@ def tread_wear(dataset: xr.Dataset) -> float | None:
 def tread_wear_warning(dataset: xr.Dataset) -> str | None:
     """Warn of a field campaign whose tread wear is not of the size seen in service.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-
-    Returns
-    -------
-    str or None
-        One line; None within `TREAD_WEAR_BAND`, for other campaigns than those in the field, before the
+    One line; None within `TREAD_WEAR_BAND`, for other campaigns than those in the field, before the
         first step and for the law that wears nothing.
     """
     law = WEAR_LAWS.get(dataset.attrs.get("wear_law", ""))
@@ -124,11 +245,6 @@ class LoadScaling:
 def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
     """Find where the normal forces were scaled, among operating points that wear.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-
     Returns
     -------
     LoadScaling or None
@@ -158,15 +274,7 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
 def load_scale_warning(dataset: xr.Dataset) -> str | None:
     """Warn of pressures and forces that were scaled to the wheel load.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-
-    Returns
-    -------
-    str or None
-        One line; None where no factor deviates by more than `LOAD_TOLERANCE`.
+    One line; None where no factor deviates by more than `LOAD_TOLERANCE`.
     """
     found = load_scaling(dataset)
     if found is None:
@@ -182,11 +290,6 @@ def load_scale_warning(dataset: xr.Dataset) -> str | None:
 
 def seizure_shares(dataset: xr.Dataset) -> dict[str, float]:
     """Share of the worn area that each law with a regime of seizure takes off in it, both wheels.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
 
     Returns
     -------
@@ -229,15 +332,7 @@ def regime_shares(dataset: xr.Dataset, wanted: str) -> dict[str, float]:
 def seizure_warning(dataset: xr.Dataset) -> str | None:
     """Warn of wear by seizure, which the pressures of elastic contact models trigger.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-
-    Returns
-    -------
-    str or None
-        One line; None where no law takes off more than `SEIZURE_SHARE` by seizure.
+    One line; None where no law takes off more than `SEIZURE_SHARE` by seizure.
     """
     found = {law: share for law, share in seizure_shares(dataset).items() if share > SEIZURE_SHARE}
     if not found:
@@ -252,15 +347,7 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
 def outside_warning(dataset: xr.Dataset) -> str | None:
     """Warn of wear in regimes in which a law goes beyond its data, such as the rows of a wear table.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-
-    Returns
-    -------
-    str or None
-        One line; None where no more than `OUTSIDE_SHARE` is worn in any such regime.
+    One line; None where no more than `OUTSIDE_SHARE` is worn in any such regime.
     """
     for name, law in WEAR_LAWS.items():
         shares = {text: regime_shares(dataset, regime).get(name, 0.0) for regime, text in law.outside}
@@ -278,15 +365,7 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
 def cracks_warning(dataset: xr.Dataset) -> str | None:
     """Warn of cracks deeper than the lathe has cut.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-
-    Returns
-    -------
-    str or None
-        One line; None where turned wheels are sound, or no depth of cracks is stated.
+    One line; None where turned wheels are sound, or no depth of cracks is stated.
     """
     told = [
         f"of {law}, up to {1e3 * damage * crack:.2g} mm deep"
@@ -303,11 +382,6 @@ def cracks_warning(dataset: xr.Dataset) -> str | None:
 
 def doubts(dataset: xr.Dataset) -> list[str]:
     """All warnings of this module for one result, one line each.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
 
     Returns
     -------
