@@ -13,7 +13,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.report import tables_damage
 from wearsim.report.plates import COUNTERFACE_MEASURES, wears
 from wearsim.report.sections import Campaigns, all_figures
-from wearsim.report.style import capital, role_of, save_svg
+from wearsim.report.style import role_of, save_svg, with_unit
 from wearsim.report.tables import UNDEFINED, limit_text, number
 from wearsim.report.tables_quality import classes
 from wearsim.results import doubts, open_results
@@ -28,30 +28,15 @@ from wearsim.results.checks import (
 from wearsim.results.limits import limits_met
 
 _MEASURES = (
-    "max_wear_depth",
-    "worn_area",
-    "worn_mass",
-    "flange_height",
-    "flange_thickness",
-    "flange_gradient",
+    "max_wear_depth", "worn_area", "worn_mass", "flange_height", "flange_thickness", "flange_gradient",
     "hollowing",
-)
+)  # fmt: skip
 _CONTACT = ("area", "max_pressure", "power", "spin")
 _SETTINGS = (
-    "wear_law",
-    "wear_coefficients",
-    "wear_form",
-    "contact_normal",
-    "contact_tangential",
-    "counterface_curvature",
-    "counterface_wear_factor",
-    "redress_distance",
-    "redress_depth",
-    "counterface_area_rate",
-    "wheel_radius",
-    "source",
-    "history",
-)
+    "wear_law", "wear_coefficients", "wear_form", "contact_normal", "contact_tangential",
+    "counterface_curvature", "counterface_wear_factor", "redress_distance", "redress_depth",
+    "counterface_area_rate", "wheel_radius", "source", "history",
+)  # fmt: skip
 
 
 def inspect(path: str | Path) -> dict[str, Any]:
@@ -84,21 +69,19 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "steps": wear_steps(dataset),
         "operating_points": dataset.sizes["operating_point"],
         "monitoring_points": int((dataset["weight"].values == 0.0).sum()),
-        "environment": [_plain(v) for v in _ends(dataset["environment"].values)],
+        "environment": _plain(_ends(dataset["environment"].values)),
         "warnings": [
             *(line.strip() for line in str(dataset.attrs.get("warnings", "")).split("; ") if line.strip()),
             *doubts(dataset),
             *filter(None, [closing_turning(dataset)]),
         ],
         "settings": {key: _plain(dataset.attrs[key]) for key in _SETTINGS if key in dataset.attrs},
-        "new": {name: [_plain(v) for v in dataset[name].values[0]] for name in _MEASURES},
-        "worn": {name: [_plain(v) for v in dataset[name].values[end]] for name in _MEASURES},
+        "new": {name: _plain(dataset[name].values[0]) for name in _MEASURES},
+        "worn": {name: _plain(dataset[name].values[end]) for name in _MEASURES},
     }
     for state, row in (("new", 0), ("worn", end)):
         found[state]["equivalent_conicity"] = _plain(dataset["equivalent_conicity"].values[row])
-    found["contact"] = {
-        name: [_plain(v) for v in _ends(np.abs(dataset[name].values[end]))] for name in _CONTACT
-    }
+    found["contact"] = {name: _plain(_ends(np.abs(dataset[name].values[end]))) for name in _CONTACT}
     depth = depth_by_regime(dataset).sum(axis=0)
     share = depth / depth.sum() if depth.sum() > 0.0 else np.full(depth.shape, np.nan)
     found["regime_share"] = {
@@ -123,7 +106,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
     if wears(dataset):
         found["counterface"] = {
             "counterface_redressed_count": int(dataset["counterface_redressed_count"].values[-1]),
-            **{name: [_plain(v) for v in dataset[name].values[-1]] for name in COUNTERFACE_MEASURES},
+            **{name: _plain(dataset[name].values[-1]) for name in COUNTERFACE_MEASURES},
         }
     return found
 
@@ -135,15 +118,15 @@ def _damage(dataset: xr.Dataset) -> dict[str, Any]:
     if "comparison_name" in dataset:
         depth = dataset["comparison_wear_depth"].values[end].max(axis=2)
         told["comparison"] = {
-            str(name): {"max_wear_depth": [_plain(v) for v in depth[:, k]]}
+            str(name): {"max_wear_depth": _plain(depth[:, k])}
             for k, name in enumerate(dataset["comparison_name"].values)
         }
     if "fatigue_name" in dataset:
         damage, rate = (dataset[f"fatigue_damage{what}"].values[end].max(axis=2) for what in ("", "_rate"))
         told["fatigue"] = {
             str(name): {
-                "fatigue_damage": [_plain(v) for v in damage[:, k]],
-                "fatigue_damage_rate": [_plain(v) for v in rate[:, k]],
+                "fatigue_damage": _plain(damage[:, k]),
+                "fatigue_damage_rate": _plain(rate[:, k]),
             }
             for k, name in enumerate(dataset["fatigue_name"].values)
         }
@@ -321,11 +304,12 @@ def _diameter(value: float | None) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Value as JSON knows it; None where it is not a number."""
+    """Value, or list of values, as JSON knows it; None where it is not a number."""
     if isinstance(value, str):
         return value
-    number_ = float(value)
-    return number_ if np.isfinite(number_) else None
+    if np.ndim(value):
+        return [_plain(one) for one in value]
+    return float(value) if np.isfinite(value) else None
 
 
 def _ends(values: np.ndarray) -> tuple[float, float]:
@@ -334,9 +318,7 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
 
 
 def _title(name: str) -> str:
-    unit = QUANTITIES[name].shown_unit
-    text = capital(QUANTITIES[name].meaning).removesuffix(" of the wheel")
-    return text + (f" [{unit}]" if unit != "1" else "")
+    return with_unit(QUANTITIES[name].meaning.removesuffix(" of the wheel"), name)
 
 
 def _text(name: str, value: float | None) -> str:
