@@ -57,10 +57,10 @@ def test_report_tells_what_the_counterface_lost(folder, pair):
         assert text.count(f'id="figure-{name}"') == 1
     for role in ("rig", "field"):
         assert text.count(f'id="table-counterface-{role}"') == 1
-    assert "the rollers were turned 2 times" in text
+    assert "the rollers were redressed 2 times" in text
     assert "The factors contain wear of the counterface: rollers wear, rails wear." in text
     assert "sampled differently" not in text
-    assert "Rollers turned every [km]" in text
+    assert "Rollers redressed every [km]" in text
     assert "Area each rail loses [mm²/1000 km]" in text
     (rails,) = counterface(pair[1])
     assert rails.head == ["Measure", "Right rail", "Left rail"]
@@ -69,28 +69,28 @@ def test_report_tells_what_the_counterface_lost(folder, pair):
 
 
 def test_captions_of_rails_say_that_their_area_is_stated(pair):
-    """No environment factor acts on it, and rails are not turned."""
+    """No environment factor acts on it, and rails are not redressed."""
     draw = (plates.counterface_wear, plates.counterface_over_distance)
     rig, field = ([one([data]).caption for one in draw] for data in pair)
     for along, over in (rig, field):
         assert along.endswith(".")
         assert over.endswith(".")
     assert "Wear depths contain the environment factor" in rig[0]
-    assert "turned back" in rig[1]
+    assert "rollers are redressed" in rig[1]
     assert "the amount is as given and contains no environment factor" in field[0]
     assert "Wear depths contain" not in "".join(field)
-    assert "turned" not in "".join(field)
+    assert "redressed" not in "".join(field)
     both = plates.counterface_wear(pair).caption
     assert "Wear depths contain the environment factor: 1 (rig)." in both
     assert "Rails (field) lose" in both
 
 
 def test_lives_of_the_rollers_are_drawn(pair):
-    """Two turnings: what was turned off then, and the end; rails: three quarters of the way and the end."""
+    """Two redressings and the end; rails: three quarters of the way and the end."""
     rig, field = pair
-    turnings = rig["counterface_redressed_count"].values
+    redressings = rig["counterface_redressed_count"].values
     rows = campaign.states_shown(rig)
-    assert [int(turnings[row]) for row in rows] == [1, 2, 2]
+    assert [int(redressings[row]) for row in rows] == [1, 2, 2]
     deepest = rig["counterface_wear_depth"].values.max(axis=2)
     np.testing.assert_array_equal(deepest, rig["counterface_max_wear_depth"].values)
     off = deepest[rows[:-1]].sum(axis=0)
@@ -103,7 +103,7 @@ def test_lives_of_the_rollers_are_drawn(pair):
     at = np.flatnonzero(np.diff(x) == 0.0)
     np.testing.assert_allclose(x[at], [6.0, 12.0], rtol=1e-12)
     depth = QUANTITIES["counterface_max_wear_depth"].shown_factor
-    before = rig["counterface_max_wear_depth"].values[np.flatnonzero(np.diff(turnings)) + 1, 0]
+    before = rig["counterface_max_wear_depth"].values[np.flatnonzero(np.diff(redressings)) + 1, 0]
     np.testing.assert_allclose(y[at], depth * before, rtol=1e-12)
     assert not y[at + 1].any()
 
@@ -117,8 +117,7 @@ def test_inspect_tells_both_sides(folder, pair):
     assert "Number of times the rollers were redressed: 2" in summary_text(found)
     rails = summary_text(inspect(folder / "out" / "field.nc"))
     assert "Largest wear depth of the rail" in rails
-    assert "turned off" not in rails
-    assert "rollers were turned" not in rails
+    assert "redressed" not in rails
 
 
 def test_check_tells_how_it_wears(folder, capsys):

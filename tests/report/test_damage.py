@@ -164,16 +164,16 @@ def test_assumptions_of_the_balance_are_told_with_their_effect(pair):
 
 def test_shakedown_map_tells_where_its_yield_stress_comes_from(pair):
     source = "ekberg_kabo_andersson_2002"
-    told = campaign.shear_yield_told(pair[0])
+    told = campaign.shear_yield_text(pair[0])
     assert told == f"300 MPa of surface_fatigue_index_local ({source}, recalled, 200 to 350 MPa in use)"
     alone = pair[0].isel(fatigue=[0])
     assert list(alone["fatigue_name"].values) == ["wlrm"]
-    assert campaign.shear_yield_told(alone) == (
+    assert campaign.shear_yield_text(alone) == (
         f"300 MPa of {source}, as no law of the scene has one (recalled, 200 to 350 MPa in use)"
     )
     own = pair[0].copy(deep=True)
     own["fatigue_warnings"][1] = ""
-    assert campaign.shear_yield_told(own) == "300 MPa as given for surface_fatigue_index_local"
+    assert campaign.shear_yield_text(own) == "300 MPa as given for surface_fatigue_index_local"
 
 
 def test_report_without_such_laws_has_no_section(run_directory):

@@ -10,7 +10,7 @@ from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.report.inspect import inspect
 from wearsim.results import layout_of, open_results, row_count
-from wearsim.results.checks import turnings
+from wearsim.results.checks import reprofilings
 from wearsim.results.schema import RENAMED
 
 DATA = Path(__file__).parents[1] / "data"
@@ -47,8 +47,8 @@ def test_results_of_schema_3_are_read_by_what_reads_results(path):
     assert list(found["damage"]["comparison"]) == ["archard"]
     assert found["counterface"]["counterface_redressed_count"] == 2
     with open_results(path) as dataset:
-        (turning,) = turnings(dataset)
-        assert turning.distance == pytest.approx(20e3)
+        (reprofiling,) = reprofilings(dataset)
+        assert reprofiling.distance == pytest.approx(20e3)
 
 
 def test_incomplete_file_of_schema_3_is_refused_by_its_present_name(path, tmp_path):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from wearsim.results import doubts, open_results
+from wearsim.results import open_results, result_warnings
 from wearsim.results.checks import (
     TREAD_WEAR_BAND,
     load_scaling,
@@ -62,7 +62,7 @@ def test_loads_that_were_not_scaled_are_not_mentioned(make):
     data["load_scale"].values[:, 0, 0] = 1.0099
     data["load_scale"].values[:, 3:, 0] = 1.3  # monitoring points
     assert load_scaling(data) is None
-    assert doubts(data) == []
+    assert result_warnings(data) == []
 
 
 def test_scaled_loads_are_counted_by_points_states_and_distance(make):
@@ -75,7 +75,7 @@ def test_scaled_loads_are_counted_by_points_states_and_distance(make):
     assert (found.points, found.active_points, found.states, found.all_states) == (3, 3, 3, 7)
     assert found.distance_share == pytest.approx((2 * 0.25 + 0.5) / 6, rel=1e-12)
     assert found.largest == 0.7
-    (line,) = doubts(data)
+    (line,) = result_warnings(data)
     assert "at 3 of 3 operating points with a weight, in 3 of 7 states, over 17 % of the distance" in line
     assert "at most by the factor 0.7" in line
 
@@ -103,7 +103,7 @@ def test_share_of_seizure_of_the_active_and_the_comparison_laws(make):
     assert seizure_shares(data) == pytest.approx({"own": share, "archard": 0.75}, rel=1e-12)
     told = seizure_warning(data)
     assert "75 % of the wear by archard is seizure" in told
-    assert told in doubts(data)
+    assert told in result_warnings(data)
     area[-1, :, 1] = 0.0
     data["wear_depth_by_regime"].values[-1][:, 1] = 0.0
     assert seizure_warning(data) is None
@@ -118,6 +118,6 @@ def test_wear_outside_the_rows_of_a_table_is_doubted(make):
     told = outside_warning(data)
     assert f"{100.0 * depth[:, 0].sum() / depth.sum():.2g} % of it is below the first row" in told
     assert "beyond" not in told
-    assert told in doubts(data)
+    assert told in result_warnings(data)
     data["wear_depth_by_regime"].values[-1][:, 0] = 0.0
     assert outside_warning(data) is None

@@ -8,7 +8,7 @@ from wearsim.results import FILL_FLOAT, GROUPS, layout_of, open_results
 from wearsim.results.limits import (
     END,
     LIMITED,
-    TURNED_AT,
+    REPROFILED_AT,
     attributes_of,
     ending_limits,
     first_met,
@@ -129,5 +129,5 @@ def test_damage_that_counts_no_cycles_meets_no_limit(tmp_path, write_campaign):
 def test_limits_that_have_wheels_turned_end_no_campaign():
     given = attributes_of({"hollowing": 2e-3, "flange_thickness": 22e-3}, True)
     assert ending_limits(given) == limits_of(given)
-    assert ending_limits({**given, TURNED_AT: "hollowing flange_gradient"}) == {"flange_thickness": 22e-3}
+    assert ending_limits({**given, REPROFILED_AT: "hollowing flange_gradient"}) == {"flange_thickness": 22e-3}
     assert ending_limits(attributes_of({"hollowing": 2e-3}, False)) == {}

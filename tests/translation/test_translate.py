@@ -46,7 +46,7 @@ def test_wear_depth_along_the_profile(translation, rig, field):
 
 
 def test_regime_differs_only_in_the_severe_band(translation, rig):
-    """Within 4 mm of the tape circle the rig wears severely and the field mildly."""
+    """Within 4 mm of the running circle the rig wears severely and the field mildly."""
     differs = translation["regime_profile_differs"].values[0, -1, 0]
     y = rig["profile_y"].values[0, 0]
     np.testing.assert_array_equal(differs == 1, np.abs(y) < 4e-3)
@@ -227,8 +227,8 @@ def test_compliance_checker_finds_nothing(tmp_path, campaign_files, assert_cf):
     assert_cf(translate_files(*campaign_files, tmp_path / "translation.nc"))
 
 
-def test_turned_wheels_have_no_factors(rig, field):
-    """Wear depth begins anew at a turning."""
-    turned = rig.assign(last_reprofiling=("step", np.minimum(np.arange(rig.sizes["step"]), 2)))
-    with pytest.raises(ResultError, match=r"rig result: its wheels were turned.*\[campaign.reprofiling\]"):
-        translate(turned, field)
+def test_reprofiled_wheels_have_no_factors(rig, field):
+    """Wear depth begins anew at a reprofiling."""
+    reprofiled = rig.assign(last_reprofiling=("step", np.minimum(np.arange(rig.sizes["step"]), 2)))
+    with pytest.raises(ResultError, match=r"rig result: its wheels were reprofiled.*\[campaign.reprofiling\]"):
+        translate(reprofiled, field)

@@ -33,7 +33,7 @@ from wearsim.errors import NumericalError
 from wearsim.operation.points import TurningRules
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
-from wearsim.results.limits import TURNED_AT, attributes_of
+from wearsim.results.limits import REPROFILED_AT, attributes_of
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -301,7 +301,7 @@ def _turning_attributes(rules: TurningRules | None) -> dict[str, str | float]:
     if rules is None:
         return {}
     return {
-        TURNED_AT: " ".join(rules.limits),
+        REPROFILED_AT: " ".join(rules.limits),
         "reprofiling_distances": " ".join(f"{place:.12g}" for place in rules.places),
         "reprofiling_least_cut": rules.cut,
     }

@@ -137,10 +137,10 @@ def tell_doubts(results: Sequence[Path]) -> None:
     results : sequence of Path
         Files of a finished run; others than rig.nc and field.nc hold no campaign.
     """
-    from wearsim.results import doubts, open_results
+    from wearsim.results import open_results, result_warnings
 
     for path in results:
         if path.stem in ("rig", "field"):
             with open_results(path) as result:
-                for line in doubts(result):
+                for line in result_warnings(result):
                     print(f"warning: {path.stem}: {line}", file=sys.stderr)

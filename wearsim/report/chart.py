@@ -34,7 +34,7 @@ def write_chart(dataset: xr.Dataset, out: Path, stem: str, command: str) -> Path
     Returns
     -------
     Path
-        The Markdown file; beside it the figure, and a CSV file of errors and ratios of time.
+        The Markdown file; next to it the figure, and a CSV file of errors and ratios of time.
 
     Raises
     ------
@@ -120,18 +120,18 @@ def _per_cent(value: float) -> str:
 
 def _refusals(dataset: xr.Dataset) -> list[str]:
     lines = []
-    told = dataset["refusal"].values
+    reasons = dataset["refusal"].values
     for k in range(dataset.sizes["model"]):
-        first = next((text for text in told[:, k] if text), "")
+        first = next((text for text in reasons[:, k] if text), "")
         if first:
             one = dataset.isel(model=k)
             name = f"{one['normal'].item()} + {one['tangential'].item()}, {int(one['grid'])}"
             lines.append(f"- {name}: {first}")
-    return ["Without an answer:\n\n" + "\n".join(lines)] if lines else []
+    return ["Not applicable:\n\n" + "\n".join(lines)] if lines else []
 
 
 def peers() -> list[dict[str, str]]:
-    """Read the combinations of CONTACT that are drawn beside ours.
+    """Read the combinations of CONTACT that are drawn with ours.
 
     Returns
     -------

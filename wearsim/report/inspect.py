@@ -16,13 +16,13 @@ from wearsim.report.sections import Campaigns, all_figures
 from wearsim.report.style import role_of, save_svg, with_unit
 from wearsim.report.tables import UNDEFINED, limit_text, number
 from wearsim.report.tables_quality import classes
-from wearsim.results import doubts, open_results
+from wearsim.results import open_results, result_warnings
 from wearsim.results.checks import (
-    closing_turning,
+    closing_reprofiling,
     cracks_left,
     depth_by_regime,
     last_worn_row,
-    turnings,
+    reprofilings,
     wear_steps,
 )
 from wearsim.results.limits import limits_met
@@ -52,7 +52,7 @@ def inspect(path: str | Path) -> dict[str, Any]:
     dict
         Ready for JSON: SI units, lists are (right, left), null where a value is undefined. Wear measures
         at the start ("new") and at the end ("worn"), extremes of the contact over all patches at the end;
-        of a campaign that ends with a turning of the wheels, in the state before it.
+        of a campaign that ends with a reprofiling, in the state before it.
     """
     with open_results(path) as data:
         return summary(data)
@@ -61,7 +61,7 @@ def inspect(path: str | Path) -> dict[str, Any]:
 def summary(dataset: xr.Dataset) -> dict[str, Any]:
     """Summarise an opened result, see `inspect`."""
     end = last_worn_row(dataset)
-    found: dict[str, Any] = {
+    content: dict[str, Any] = {
         "title": str(dataset.attrs.get("title", "")),
         "kind": role_of(dataset),
         "finished": "finished" in dataset.attrs,
@@ -72,91 +72,91 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "environment": _plain(_ends(dataset["environment"].values)),
         "warnings": [
             *(line.strip() for line in str(dataset.attrs.get("warnings", "")).split("; ") if line.strip()),
-            *doubts(dataset),
-            *filter(None, [closing_turning(dataset)]),
+            *result_warnings(dataset),
+            *filter(None, [closing_reprofiling(dataset)]),
         ],
         "settings": {key: _plain(dataset.attrs[key]) for key in _SETTINGS if key in dataset.attrs},
         "new": {name: _plain(dataset[name].values[0]) for name in _MEASURES},
         "worn": {name: _plain(dataset[name].values[end]) for name in _MEASURES},
     }
     for state, row in (("new", 0), ("worn", end)):
-        found[state]["equivalent_conicity"] = _plain(dataset["equivalent_conicity"].values[row])
-    found["contact"] = {name: _plain(_ends(np.abs(dataset[name].values[end]))) for name in _CONTACT}
+        content[state]["equivalent_conicity"] = _plain(dataset["equivalent_conicity"].values[row])
+    content["contact"] = {name: _plain(_ends(np.abs(dataset[name].values[end]))) for name in _CONTACT}
     depth = depth_by_regime(dataset).sum(axis=0)
     share = depth / depth.sum() if depth.sum() > 0.0 else np.full(depth.shape, np.nan)
-    found["regime_share"] = {
+    content["regime_share"] = {
         str(name): _plain(part) for name, part in zip(dataset["regime_name"].values, share, strict=True)
     }
-    found["ended"] = str(dataset.attrs.get("finished", "")) or None
-    found["limits"] = {
+    content["ended"] = str(dataset.attrs.get("finished", "")) or None
+    content["limits"] = {
         entry.name: {"limit": entry.limit, "met": list(entry.distance)} for entry in limits_met(dataset)
     }
-    found["turnings"] = [
+    content["reprofilings"] = [
         {"distance": one.distance, "before": list(one.before), "after": list(one.after)}
-        for one in turnings(dataset)
+        for one in reprofilings(dataset)
     ]
-    found["cracks_left"] = cracks_left(dataset)
+    content["cracks_left"] = cracks_left(dataset)
     if "comparison_name" in dataset or "fatigue_name" in dataset:
-        found["damage"] = _damage(dataset)
+        content["damage"] = _damage(dataset)
     if "contact_candidate" in dataset:
-        found["contact_models"] = {
+        content["contact_models"] = {
             "error": _plain(dataset["contact_models_error"].values[-1]),
             "classes": classes(dataset, -1),
         }
     if wears(dataset):
-        found["counterface"] = {
+        content["counterface"] = {
             "counterface_redressed_count": int(dataset["counterface_redressed_count"].values[-1]),
             **{name: _plain(dataset[name].values[-1]) for name in COUNTERFACE_MEASURES},
         }
-    return found
+    return content
 
 
 def _damage(dataset: xr.Dataset) -> dict[str, Any]:
     """Wear by the comparison laws and damage by the fatigue laws, lists are (right, left)."""
-    told: dict[str, Any] = {}
+    damage_by: dict[str, Any] = {}
     end = last_worn_row(dataset)
     if "comparison_name" in dataset:
         depth = dataset["comparison_wear_depth"].values[end].max(axis=2)
-        told["comparison"] = {
+        damage_by["comparison"] = {
             str(name): {"max_wear_depth": _plain(depth[:, k])}
             for k, name in enumerate(dataset["comparison_name"].values)
         }
     if "fatigue_name" in dataset:
         damage, rate = (dataset[f"fatigue_damage{what}"].values[end].max(axis=2) for what in ("", "_rate"))
-        told["fatigue"] = {
+        damage_by["fatigue"] = {
             str(name): {
                 "fatigue_damage": _plain(damage[:, k]),
                 "fatigue_damage_rate": _plain(rate[:, k]),
             }
             for k, name in enumerate(dataset["fatigue_name"].values)
         }
-        told["fatigue_index"] = {
+        damage_by["fatigue_index"] = {
             str(name): _index(dataset, end, k) for k, name in enumerate(dataset["fatigue_name"].values)
         }
-        found = tables_damage.life(dataset)
-        if found is not None:
-            told["life"] = {row[0].text: row[found.head.index("Life ends by")].text for row in found.rows}
-    return told
+        life = tables_damage.life(dataset)
+        if life is not None:
+            damage_by["life"] = {row[0].text: row[life.head.index("Life ends by")].text for row in life.rows}
+    return damage_by
 
 
 def _index(dataset: xr.Dataset, row: int, law: int) -> dict[str, Any]:
     """Largest index of a law with its place and operating point, lists are (right, left)."""
-    found = tables_damage.largest(dataset, row, law)
+    indexes = tables_damage.largest(dataset, row, law)
     return {
         tables_damage.quantity_of(str(dataset["fatigue_name"].values[law])): [
-            None if one is None else one.value for one in found
+            None if one is None else one.value for one in indexes
         ],
-        "fatigue_index_y": [None if one is None else one.y for one in found],
-        "operating_point_name": [None if one is None else one.point for one in found],
+        "fatigue_index_y": [None if one is None else one.y for one in indexes],
+        "operating_point_name": [None if one is None else one.point for one in indexes],
     }
 
 
-def summary_text(found: dict[str, Any]) -> str:
+def summary_text(content: dict[str, Any]) -> str:
     """Write a summary for a terminal, in the units people read.
 
     Parameters
     ----------
-    found : dict
+    content : dict
         From `inspect`.
 
     Returns
@@ -165,37 +165,37 @@ def summary_text(found: dict[str, Any]) -> str:
         Several lines.
     """
     run = QUANTITIES["distance"]
-    end = f"finished ({found['ended']})" if found["finished"] else "unfinished"
+    end = f"finished ({content['ended']})" if content["finished"] else "unfinished"
     lines = [
-        found["title"] or found["kind"],
-        f"{found['kind']}, {end}: {_text('distance', found['distance'])} {run.shown_unit} "
-        f"in {found['steps']} wear steps",
-        f"{found['operating_points']} operating points, {found['monitoring_points']} of them only monitored; "
-        f"environment factor {_span('environment', found['environment'])}",
+        content["title"] or content["kind"],
+        f"{content['kind']}, {end}: {_text('distance', content['distance'])} {run.shown_unit} "
+        f"in {content['steps']} wear steps",
+        f"{content['operating_points']} operating points, {content['monitoring_points']} of them only "
+        f"monitored; environment factor {_span('environment', content['environment'])}",
         "",
         f"{'':<46}{'new right':>11}{'left':>11}{'worn right':>12}{'left':>11}",
     ]
     for name in _MEASURES:
-        values = [*found["new"][name], *found["worn"][name]]
+        values = [*content["new"][name], *content["worn"][name]]
         new_right, new_left, right, left = (_text(name, value) for value in values)
         lines.append(f"{_title(name):<46}{new_right:>11}{new_left:>11}{right:>12}{left:>11}")
-    new, worn = (_text("equivalent_conicity", found[s]["equivalent_conicity"]) for s in ("new", "worn"))
+    new, worn = (_text("equivalent_conicity", content[s]["equivalent_conicity"]) for s in ("new", "worn"))
     lines += [f"{_title('equivalent_conicity'):<46}{new:>11}{'':>11}{worn:>12}", ""]
-    lines += [f"{_title(name):<46}{_span(name, found['contact'][name])}" for name in _CONTACT]
+    lines += [f"{_title(name):<46}{_span(name, content['contact'][name])}" for name in _CONTACT]
     shares = ", ".join(
         f"{name} {UNDEFINED if part is None else format(part, '.1%')}"
-        for name, part in found["regime_share"].items()
+        for name, part in content["regime_share"].items()
     )
     lines += [f"{'Share of the worn depth by regime':<46}{shares}", ""]
-    lines += [_limit(name, entry) for name, entry in found["limits"].items()]
-    lines += [_turning(entry) for entry in found["turnings"]]
-    lines += [found["cracks_left"]] if found["cracks_left"] else []
-    lines += [""] if found["limits"] or found["turnings"] else []
-    lines += _counterface_lines(found.get("counterface", {}))
-    lines += _model_lines(found.get("contact_models", {}))
-    lines += _damage_lines(found.get("damage", {}))
-    lines += [f"{key}: {value}" for key, value in found["settings"].items()]
-    lines += [f"warning: {line}" for line in found["warnings"]]
+    lines += [_limit(name, entry) for name, entry in content["limits"].items()]
+    lines += [_reprofiling(entry) for entry in content["reprofilings"]]
+    lines += [content["cracks_left"]] if content["cracks_left"] else []
+    lines += [""] if content["limits"] or content["reprofilings"] else []
+    lines += _counterface_lines(content.get("counterface", {}))
+    lines += _model_lines(content.get("contact_models", {}))
+    lines += _damage_lines(content.get("damage", {}))
+    lines += [f"{key}: {value}" for key, value in content["settings"].items()]
+    lines += [f"warning: {line}" for line in content["warnings"]]
     return "\n".join(lines)
 
 
@@ -203,8 +203,8 @@ def _model_lines(chosen: dict[str, Any]) -> list[str]:
     """Lines on contact models that were chosen, at the end."""
     if not chosen:
         return []
-    told = [f"{one['points']} {one['class']} operating points: {one['models']}" for one in chosen["classes"]]
-    return [*told, f"Error of their wear increment, estimated from a sample: {chosen['error']:.2g}", ""]
+    lines = [f"{one['points']} {one['class']} operating points: {one['models']}" for one in chosen["classes"]]
+    return [*lines, f"Error of their wear increment, estimated from a sample: {chosen['error']:.2g}", ""]
 
 
 def _counterface_lines(worn: dict[str, Any]) -> list[str]:
@@ -212,11 +212,11 @@ def _counterface_lines(worn: dict[str, Any]) -> list[str]:
     if not worn:
         return []
     lines = [f"{'':<69}{'right':>11}{'left':>11}"]
-    turned = COUNTERFACE_MEASURES[2:] if worn["counterface_redressed_count"] else ()
-    for name in (*COUNTERFACE_MEASURES[:2], *turned):
+    redressed = COUNTERFACE_MEASURES[2:] if worn["counterface_redressed_count"] else ()
+    for name in (*COUNTERFACE_MEASURES[:2], *redressed):
         right, left = (_text(name, value) for value in worn[name])
         lines.append(f"{_title(name):<69}{right:>11}{left:>11}")
-    if turned:
+    if redressed:
         lines.append(f"{_title('counterface_redressed_count')}: {worn['counterface_redressed_count']}")
     return [*lines, ""]
 
@@ -283,20 +283,20 @@ def _limit(name: str, entry: dict[str, Any]) -> str:
     """Line on one limit; of a measure of each wheel the values are (right, left)."""
     run = QUANTITIES["distance"].shown_unit
     sides = ("right ", "left ") if len(entry["met"]) == 2 else ("",)
-    told = [
+    texts = [
         f"{side}not met" if at is None else f"{side}met at {_text('distance', at)} {run}"
         for side, at in zip(sides, entry["met"], strict=True)
     ]
-    return f"{limit_text(name, [entry['limit']])}: {', '.join(told)}"
+    return f"{limit_text(name, [entry['limit']])}: {', '.join(texts)}"
 
 
-def _turning(entry: dict[str, Any]) -> str:
-    """Line on one turning of the wheels."""
+def _reprofiling(entry: dict[str, Any]) -> str:
+    """Line on one reprofiling of the wheels."""
     sides = [
         f"{side} {_diameter(before)} to {_diameter(after)} mm"
         for side, before, after in zip(("right", "left"), entry["before"], entry["after"], strict=True)
     ]
-    return f"Turned at {_text('distance', entry['distance'])} km, wheel diameter {', '.join(sides)}"
+    return f"Reprofiled at {_text('distance', entry['distance'])} km, wheel diameter {', '.join(sides)}"
 
 
 def _diameter(value: float | None) -> str:

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from wearsim.report.figures import campaign, translation
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import COLOURS, panels, plain, role_of, shown
-from wearsim.results.checks import last_worn_row, turned_rows
+from wearsim.results.checks import last_worn_row, reprofiled_rows
 from wearsim.translation.axes import at_distances
 
 _FACTOR_POINTS = (
@@ -136,16 +136,16 @@ def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Plate:
         ]
 
     def draw(ax: Axes, row: int, column: int) -> None:
-        wheel, below = divmod(row, 2)
+        wheel, lower = divmod(row, 2)
         title, distances = ends[column]
         for index, (data, distance) in enumerate(zip(datasets, distances, strict=True)):
-            if below:
+            if lower:
                 campaign.plot_wear_depth(data, ax, wheel=wheel, distance=distance)
                 # the colours are those of the axes above
                 ax.lines[-1].set(label="_worn", linestyle="-")
             else:
                 campaign.plot_profile(data, ax, wheel=wheel, distance=distance, new=index == 0)
-        if not below:
+        if not lower:
             ax.set_title(f"{WHEELS[wheel].capitalize()} wheel. {title}")
         elif len(datasets) == 2:
             _difference(datasets, distances, ax, wheel)
@@ -192,8 +192,8 @@ def wear_depth(datasets: Datasets) -> Plate:
     text = (
         f"Wear depth along the profile: {ends}; faint lines at a quarter, half and three quarters of the way."
     )
-    if any(map(turned_rows, datasets)):
-        text += " Depth counts from the last turning of the wheels."
+    if any(map(reprofiled_rows, datasets)):
+        text += " Depth counts from the last reprofiling of the wheels."
     return Plate("wear_depth", figure, f"{text} {environment_note(datasets)}")
 
 
@@ -231,7 +231,7 @@ def counterface_wear(datasets: Datasets) -> Plate | None:
     rollers, rails = ([data for data in worn if rolls(data) == which] for which in (True, False))
     since = "since it was new; faint lines are what it had"
     if rollers:
-        since = "since it was new or last turned; faint lines are what it had when it was turned, or"
+        since = "since it was new or last redressed; faint lines are what it had when it was redressed, or"
     notes = [
         f"Wear depth of the counterface along its profile, {since} a quarter, half and three quarters of the "
         "way."
@@ -256,7 +256,7 @@ def counterface_over_distance(datasets: Datasets) -> Plate | None:
     figure = _by_campaign(worn, COUNTERFACE_MEASURES[:2], plot, gap=0.6, sharey=False)
     text = "Largest wear depth and worn area of the counterface over the distance run"
     if any(map(rolls, worn)):
-        text += "; the depth falls to 0 where rollers are turned back to their new profile"
+        text += "; the depth falls to 0 where rollers are redressed to their new profile"
     return Plate("counterface_over_distance", figure, f"{text}.")
 
 
@@ -314,7 +314,7 @@ def shakedown(datasets: Datasets) -> Plate:
         sharey=True, key_columns=3,
     )  # fmt: skip
     figure.subplots_adjust(top=0.78)
-    shear = "; ".join(f"{role_of(data)}: {campaign.shear_yield_told(data)}" for data in datasets)
+    shear = "; ".join(f"{role_of(data)}: {campaign.shear_yield_text(data)}" for data in datasets)
     text = (
         "Shakedown map of point contact with every contact patch of the campaign: hollow marks the new "
         "wheel, full ones the end; monitoring points included. Above the limits the material ratchets. "
@@ -349,16 +349,17 @@ def fatigue_cycles(datasets: Datasets) -> Plate:
 def balance(datasets: Datasets) -> Plate | None:
     """Wear rate against crack growth, of the fatigue laws whose cracks have a stated depth."""
     rows = [
-        (data, partial(campaign.plot_balance, law=int(law)), f", {data['fatigue_name'].values[law]}")
+        (data, partial(campaign.plot_magic_wear_rate, law=int(law)), f", {data['fatigue_name'].values[law]}")
         for data in datasets
         for law in np.flatnonzero(np.isfinite(data["fatigue_crack_depth"].values))
     ]
     if not rows:
         return None
     text = (
-        "Wear against fatigue at the rates of the full collective in the last state: the wear rate, and the "
-        "one at which cracks just do not grow. Where wear is above, it removes cracks as fast as they grow. "
-        "The balance is in proportion to two assumptions, the depth of a crack and the width of a place."
+        "Wear against fatigue at the rates of the full collective in the last state: the wear rate and "
+        "the magic wear rate, at which cracks just do not grow. Where wear is above, it removes cracks as "
+        "fast as they grow. The magic wear rate is in proportion to two assumptions, the depth of a crack "
+        "and the width of a place."
     )
     return Plate("balance", _by_wheel(rows), text)
 

@@ -15,8 +15,8 @@ from wearsim.report import plates, tables, tables_damage, tables_quality, tables
 from wearsim.report.plates import Plate
 from wearsim.report.style import capital, plain, role_of, shown, to_svg
 from wearsim.report.tables import Table, role_title
-from wearsim.results import doubts
-from wearsim.results.checks import closing_turning, last_worn_row, wear_steps
+from wearsim.results import result_warnings
+from wearsim.results.checks import closing_reprofiling, last_worn_row, wear_steps
 from wearsim.translation.translate import content_hash, table
 
 _PROVENANCE = (
@@ -61,7 +61,7 @@ class Campaigns:
     convergence: Sequence[Table] = ()
 
     @property
-    def tired(self) -> list[xr.Dataset]:
+    def with_fatigue(self) -> list[xr.Dataset]:
         """Campaigns with fatigue laws."""
         return [data for data in self.datasets if "fatigue_name" in data]
 
@@ -105,8 +105,8 @@ def warnings(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> list
         role = role_title(data)
         text = str(data.attrs.get("warnings", "")).replace("\n", "; ")
         lines += [f"{role}: {line.strip()}" for line in text.split("; ") if line.strip()]
-        lines += [f"{role}: {line}." for line in doubts(data)]
-        if closing := closing_turning(data):
+        lines += [f"{role}: {line}." for line in result_warnings(data)]
+        if closing := closing_reprofiling(data):
             lines.append(f"{role}: {closing}")
         if "finished" not in data.attrs:
             run = shown("distance", data["distance"].values[-1])
@@ -169,7 +169,7 @@ def _factors_of(c: Campaigns, group: str) -> Content:
 
 def _measures(c: Campaigns) -> Content:
     yield from tables.limits(c.datasets)
-    yield from tables.turned_wheels(c.datasets)
+    yield from tables.reprofiled_wheels(c.datasets)
     yield from figures(c, plates.measures, plates.conicity)
 
 
@@ -178,12 +178,12 @@ def _contact(c: Campaigns) -> Content:
 
 
 def _fatigue(c: Campaigns) -> Content:
-    if not c.tired:
+    if not c.with_fatigue:
         return
     yield from c.each(lambda data: [*tables_damage.fatigue_index(data), *tables_damage.fatigue_tables(data)])
     yield from _factors_of(c, "fatigue")
     draw = (plates.shakedown, plates.fatigue_damage, plates.fatigue_cycles, plates.balance)
-    yield from figures(Campaigns(c.tired), *draw)
+    yield from figures(Campaigns(c.with_fatigue), *draw)
 
 
 def _factors(c: Campaigns) -> Content:
@@ -193,7 +193,7 @@ def _factors(c: Campaigns) -> Content:
         "text",
         "A factor is the value on the rig over the value in the field. It changes while the profiles wear, "
         "so it is shown as a function: at equal distance run, and at equal worn depth. Where the field value "
-        "is zero, or too small to divide by, or a campaign does not come so far, it is undefined and nothing "
+        "is zero, or too small to divide by, or a campaign ends before, it is undefined and nothing "
         "is drawn.",
     )
     yield from figures(

@@ -12,7 +12,7 @@ import xarray as xr
 from wearsim.quantities import QUANTITIES
 from wearsim.report.plates import COUNTERFACE_MEASURES, environment_text, rolls, wears
 from wearsim.report.style import capital, plain, role_of, shown, with_unit
-from wearsim.results.checks import cracks_left, last_worn_row, turnings
+from wearsim.results.checks import cracks_left, last_worn_row, reprofilings
 from wearsim.results.limits import LIMITED, LimitMet, limits_met
 
 UNDEFINED = "undefined"
@@ -130,8 +130,8 @@ _SETTINGS: tuple[tuple[str, str, float], ...] = (
     ("wheel_profile_left", "Wheel profile, left", 1.0),
     ("counterface_profile", "Counterface profile", 1.0),
     ("counterface_wear_factor", "Depth of the rollers per passage over that of the wheels", 1.0),
-    ("redress_distance", "Rollers turned every [km]", 1e-3),
-    ("redress_depth", "Rollers turned at a depth of [µm]", 1e6),
+    ("redress_distance", "Rollers redressed every [km]", 1e-3),
+    ("redress_depth", "Rollers redressed at a depth of [µm]", 1e6),
     ("counterface_area_rate", "Area each rail loses [mm²/1000 km]", 1e12),
     ("wheel_radius", "Wheel radius [mm]", 1e3),
     ("half_span", "Half span of the wheel profiles [mm]", 1e3),
@@ -231,16 +231,16 @@ def _where_met(limit: LimitMet | None) -> Cell:
     return Cell("; ".join(texts), min((at for at in limit.distance if at is not None), default=None))
 
 
-def turned_wheels(datasets: list[xr.Dataset]) -> list[Table]:
-    """Diameter before, after and lost by each turning of the wheels, for campaigns that have any."""
+def reprofiled_wheels(datasets: list[xr.Dataset]) -> list[Table]:
+    """Diameter before, after and lost by each reprofiling of the wheels, for campaigns that have any."""
 
     def cells(before: float | None, after: float | None) -> list[Cell]:
         if before is None or after is None:
             return [Cell(UNDEFINED)] * 3
         return [number(1e3 * value, 6) for value in (before, after)] + [number(1e3 * (before - after))]
 
-    caption = "Turnings of the wheels: diameter at the tape circle [mm]. Wear depth counts from the last one."
-    caption = " ".join([caption, *filter(None, map(cracks_left, datasets))])
+    text = "Reprofilings of the wheels: diameter at the running circle [mm]. Wear depth counts from the last."
+    caption = " ".join([text, *filter(None, map(cracks_left, datasets))])
     head = [
         "Distance [km]",
         *(text for side in ("right", "left") for text in (f"{side}, before", "after", "lost")),
@@ -250,9 +250,9 @@ def turned_wheels(datasets: list[xr.Dataset]) -> list[Table]:
         rows = [
             [number(shown("distance", one.distance)), *cells(one.before[0], one.after[0]),
              *cells(one.before[1], one.after[1])]
-            for one in turnings(data)
+            for one in reprofilings(data)
         ]  # fmt: skip
-        tables += [Table(f"turnings-{role_of(data)}", caption, head, rows, "numbers")] if rows else []
+        tables += [Table(f"reprofilings-{role_of(data)}", caption, head, rows, "numbers")] if rows else []
     return tables
 
 
@@ -268,7 +268,7 @@ def counterface(dataset: xr.Dataset) -> list[Table]:
     caption = "wear of the counterface at the end of the campaign"
     if rolls(dataset):
         often = "once" if times == 1 else f"{times} times"
-        caption += f"; the rollers were turned {often}" if times else "; the rollers were never turned"
+        caption += f"; the rollers were redressed {often}" if times else "; the rollers were never redressed"
     head = ["Measure", *(capital(str(name)) for name in dataset["counterface_name"].values)]
     return [Table("counterface", f"{caption}.", head, rows)]
 

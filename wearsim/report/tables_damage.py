@@ -15,11 +15,17 @@ from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import shown
 from wearsim.report.tables import NONE, Cell, Table, number
-from wearsim.results.checks import closing_turning, depth_by_regime, last_worn_row, new_row, turned_rows
+from wearsim.results.checks import (
+    closing_reprofiling,
+    depth_by_regime,
+    last_worn_row,
+    new_row,
+    reprofiled_rows,
+)
 
 SUBSURFACE = "subsurface_fatigue_index"
 _WIDTHS = (0.5, 2.0)
-"""Shares of the width of a place for which the first crack is told, too."""
+"""Shares of the width of a place for which the first crack is shown, too."""
 _HOLDS = ("materials", "validity", "departures")
 """What a result file says of the coefficient set of a law, besides its numbers."""
 
@@ -37,7 +43,7 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
     list of Table
         What the laws wear, and where their numbers come from.
     """
-    row = last_worn_row(dataset)  # depth begins anew at a turning, area goes on
+    row = last_worn_row(dataset)  # depth begins anew at a reprofiling, area goes on
     depth = [dataset["wear_depth"].values[row]]
     by_regime = depth_by_regime(dataset)
     total = by_regime.sum(axis=1, keepdims=True)
@@ -74,13 +80,13 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
         "left [mm]", "over active", "Share of the worn area by regime",
     ]  # fmt: skip
     text = "Wear laws on the contacts of the campaign; the profile wears by the active law alone."
-    if turned_rows(dataset):
-        text += " Area is of all wear, depth of the last stretch that was run since a turning."
+    if reprofiled_rows(dataset):
+        text += " Area is of all wear, depth of the wear since the last reprofiling."
     active_set = [str(dataset.attrs.get(f"wear_coefficients_{key}", "")) for key in _HOLDS]
     return [
         Table("wear-laws", text, head, rows),
         _origins("wear-law-numbers", "Wear law", names, origin),
-        _holds("wear-law-validity", "Wear law", names, [active_set, *_told(dataset, "comparison")]),
+        _holds("wear-law-validity", "Wear law", names, [active_set, *_validity(dataset, "comparison")]),
     ]
 
 
@@ -95,7 +101,7 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
     Returns
     -------
     list of Table
-        What the laws tell, and where their numbers come from.
+        What the laws give, and where their numbers come from.
     """
     rows = []
     end = last_worn_row(dataset)
@@ -112,9 +118,9 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
                 number(largest, 3), place, number(shown("fatigue_damage_rate", rate[wheel].max()), 3)
             ]  # fmt: skip
         rows.append([*cells, number(1e3 * dataset["fatigue_crack_width"].values[k], 3)])
-    told = ("largest damage", "at y [mm]", "largest rate at the end, before removal [1/1000 km]")
+    what = ("largest damage", "at y [mm]", "largest rate at the end, before removal [1/1000 km]")
     head = [
-        "Fatigue law", *(f"{side.capitalize()}: {text}" for side in WHEELS for text in told),
+        "Fatigue law", *(f"{side.capitalize()}: {text}" for side in WHEELS for text in what),
         "Width of a place [mm]",
     ]  # fmt: skip
     text = (
@@ -123,17 +129,17 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
         "are before what wear removes of cracks of a stated depth. The width of a place is an assumption: "
         "damage at a point before removal is in proportion to it."
     )
-    text = " ".join(filter(None, (text, closing_turning(dataset))))
+    text = " ".join(filter(None, (text, closing_reprofiling(dataset))))
     origin = [_origin(dataset, "fatigue", k) for k in range(len(names))]
     return [
         Table("fatigue-laws", text, head, rows),
         _origins("fatigue-law-numbers", "Fatigue law", names, origin),
-        _holds("fatigue-law-validity", "Fatigue law", names, _told(dataset, "fatigue")),
+        _holds("fatigue-law-validity", "Fatigue law", names, _validity(dataset, "fatigue")),
     ]
 
 
 def _origin(dataset: xr.Dataset, group: str, law: int) -> list[str]:
-    """Form, coefficients, their source and doubts of a law."""
+    """Form, coefficients, their source and uncertain ones of a law."""
     return [
         str(dataset[f"{group}_{key}"].values[law]) for key in ("form", "coefficients", "source", "warnings")
     ]
@@ -148,26 +154,26 @@ def _origins(name: str, what: str, laws: list[str], origin: list[list[str]]) -> 
     return Table(name, "Where the numbers of the laws come from.", head, rows)
 
 
-def _told(dataset: xr.Dataset, group: str) -> list[list[str]]:
-    """Materials, validity and departures of each law of a group; empty in files that do not tell them."""
+def _validity(dataset: xr.Dataset, group: str) -> list[list[str]]:
+    """Materials, validity and departures of each law of a group; empty in files without them."""
     count = dataset[f"{group}_name"].size if f"{group}_name" in dataset else 0
     columns = [str(dataset.attrs.get(f"{group}_{key}", "")).split("\n") for key in _HOLDS]
     return [[column[law] if law < len(column) else "" for column in columns] for law in range(count)]
 
 
-def _holds(name: str, what: str, laws: list[str], told: list[list[str]]) -> Table:
+def _holds(name: str, what: str, laws: list[str], validity: list[list[str]]) -> Table:
     rows = [
-        [Cell(law), *(Cell(text or "–") for text in texts)] for law, texts in zip(laws, told, strict=True)
+        [Cell(law), *(Cell(text or "–") for text in texts)] for law, texts in zip(laws, validity, strict=True)
     ]
     text = (
-        "Where the numbers of the laws come from: the materials they were found on, what they hold for, and "
-        "where our law departs from its source."
+        "Where the numbers of the laws come from: the materials they were measured on, what they hold for, "
+        "and where our law departs from its source."
     )
     return Table(name, text, [what, "Materials", "Holds for", "Departures from the source"], rows)
 
 
 def life(dataset: xr.Dataset) -> Table | None:
-    """Tell what limits the life of each wheel, from new at the rates of the last state; None if unknown."""
+    """Say what limits the life of each wheel, from new at the rates of the last state; None if unknown."""
     rows, steels = [], []
     end = last_worn_row(dataset)
     wear = dataset["wear_depth_rate"].values[end]
@@ -180,10 +186,10 @@ def life(dataset: xr.Dataset) -> Table | None:
         steels.append(_steel(dataset, k))
         for wheel, side in enumerate(WHEELS):
             rate = dataset["fatigue_damage_rate"].values[end, wheel, k]
-            found = balance(rate, wear[wheel], crack_depth=crack, wear_limit=limit)
+            result = balance(rate, wear[wheel], crack_depth=crack, wear_limit=limit)
             ends = {
-                "wear": (float(found.wear_distance.min()), int(found.wear_distance.argmin())),
-                "cracks": (float(found.crack_distance.min()), int(found.crack_distance.argmin())),
+                "wear": (float(result.wear_distance.min()), int(result.wear_distance.argmin())),
+                "cracks": (float(result.crack_distance.min()), int(result.crack_distance.argmin())),
             }
             first = min(ends, key=lambda what: ends[what][0])
             other = [
@@ -191,7 +197,7 @@ def life(dataset: xr.Dataset) -> Table | None:
                 for part in _WIDTHS
             ]
             acts = (rate > 0.0) | (wear[wheel] > 0.0)
-            grown = (found.limited_by == LIMITED_BY.index("cracks")) & acts
+            grown = (result.limited_by == LIMITED_BY.index("cracks")) & acts
             rows.append([
                 Cell(f"{name}, {side} wheel"),
                 number(1e3 * crack, 3),
@@ -202,7 +208,7 @@ def life(dataset: xr.Dataset) -> Table | None:
                 Cell(first if np.isfinite(ends[first][0]) else "nothing"),
                 number(1e3 * y[wheel, ends[first][1]], 3) if np.isfinite(ends[first][0]) else NONE,
                 number(100.0 * grown.sum() / acts.sum(), 3) if acts.any() else NONE,
-                number(shown("magic_wear_rate", found.magic_wear_rate.max()), 3),
+                number(shown("magic_wear_rate", result.magic_wear_rate.max()), 3),
             ])  # fmt: skip
     if not rows:
         return None
@@ -210,11 +216,11 @@ def life(dataset: xr.Dataset) -> Table | None:
         "Fatigue law and wheel", "Crack of damage 1 [mm]", "Depth that may wear [mm]",
         "First crack after [km]", "with half the width of a place [km]", "with double the width [km]",
         "Wear limit after [km]", "Life ends by", "at y [mm]",
-        "Points limited by cracks [%]", "Largest balanced wear rate [µm/1000 km]",
+        "Points limited by cracks [%]", "Largest magic wear rate [µm/1000 km]",
     ]  # fmt: skip
     text = (
         "Wear against fatigue, from a new wheel at the rates of the full collective in the last state: what "
-        "is met first at any place of the profile. The balanced wear rate is the one at which cracks just do "
+        "is met first at any place of the profile. The magic wear rate is the one at which cracks just do "
         "not grow. The depth of a crack, the depth that may wear and the width of a place are assumptions: "
         "the distance to the wear limit is in proportion to the depth that may wear, and damage to the width."
     )
@@ -223,7 +229,7 @@ def life(dataset: xr.Dataset) -> Table | None:
 
 def _steel(dataset: xr.Dataset, law: int) -> str:
     """Sentence on numbers of a fatigue law that are of rails; empty where they are of wheels, or unknown."""
-    materials = [told[0] for told in _told(dataset, "fatigue")][law]
+    materials = [entry[0] for entry in _validity(dataset, "fatigue")][law]
     if "rail" not in materials or "wheel" in materials:
         return ""
     name, numbers = (str(dataset[f"fatigue_{key}"].values[law]) for key in ("name", "coefficients"))
@@ -240,17 +246,17 @@ def cycles(dataset: xr.Dataset) -> Agreement:
 
 
 def overlaps(dataset: xr.Dataset) -> Table:
-    """Tell the common part of the damage of each pair of laws over the load cycles."""
-    found = cycles(dataset)
+    """Compare each pair of laws: the common part of their damage over the load cycles."""
+    common = cycles(dataset)
     rows = [
-        [Cell(law), *(number(value, 3) for value in found.overlap[k])] for k, law in enumerate(found.laws)
+        [Cell(law), *(number(value, 3) for value in common.overlap[k])] for k, law in enumerate(common.laws)
     ]
     text = (
         "Agreement of the fatigue laws: common part of their distributions of damage over the load cycles of "
         "the worn wheels, weighted with the shares of the collective; 1 where they are the same, 0 where no "
         "cycle has damage by both."
     )
-    return Table("agreement", text, ["Fatigue law", *found.laws], rows)
+    return Table("agreement", text, ["Fatigue law", *common.laws], rows)
 
 
 def wear_numbers(dataset: xr.Dataset) -> Table:
@@ -276,10 +282,10 @@ def fatigue_tables(dataset: xr.Dataset) -> list[Table]:
     if "fatigue_name" not in dataset:
         return []
     several = dataset.sizes["fatigue"] > 1
-    found = [
+    tables = [
         *fatigue_laws(dataset), life(dataset), overlaps(dataset) if several else None, wear_numbers(dataset)
     ]  # fmt: skip
-    return [table for table in found if table is not None]
+    return [table for table in tables if table is not None]
 
 
 def _ratio(value: float, active: float) -> Cell:
@@ -335,7 +341,7 @@ def largest(dataset: xr.Dataset, row: int, law: int | None) -> tuple[LargestInde
     Returns
     -------
     tuple
-        Right and left; None where no patch bears.
+        Right and left; None where no patch carries load.
     """
     if law is None:
         index, y = dataset[SUBSURFACE].values[row], dataset["wheel_y"].values[row]
@@ -343,19 +349,19 @@ def largest(dataset: xr.Dataset, row: int, law: int | None) -> tuple[LargestInde
         name = quantity_of(str(dataset["fatigue_name"].values[law]))
         index, y = dataset[name].values[row, ..., law], dataset["fatigue_index_y"].values[row, ..., law]
     side = dataset["side"].values[row]
-    found: list[LargestIndex | None] = []
+    indexes: list[LargestIndex | None] = []
     for wheel in range(len(WHEELS)):
         here = np.where((side == wheel) & np.isfinite(index), index, -np.inf)
         at = np.unravel_index(int(here.argmax()), here.shape)
         if not np.isfinite(here[at]):
-            found.append(None)
+            indexes.append(None)
             continue
         label = str(dataset["operating_point_name"].values[at[0]])
         monitored = dataset["weight"].values[at[0]] == 0.0
-        found.append(
+        indexes.append(
             LargestIndex(float(here[at]), float(y[at]), f"{label} (monitored)" if monitored else label)
         )
-    return tuple(found)
+    return tuple(indexes)
 
 
 def _limit(numbers: str) -> Cell:
@@ -390,8 +396,8 @@ def fatigue_index(dataset: xr.Dataset) -> list[Table]:
         states = [largest(dataset, row, law) for row in (0, end)]
         for wheel, side in enumerate(WHEELS):
             cells = [Cell(f"{name}, {side} wheel: {entry.meaning}{unit}"), limit]
-            for found in states:
-                one = found[wheel]
+            for state in states:
+                one = state[wheel]
                 if one is None:
                     cells += [Cell("–")] * 3
                     continue

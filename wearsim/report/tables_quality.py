@@ -18,9 +18,9 @@ from wearsim.results.checks import (
     LOAD_TOLERANCE,
     load_scaling,
     percent,
+    reprofiled_rows,
     spans,
     tread_wear,
-    turned_rows,
     wear_steps,
 )
 
@@ -64,7 +64,7 @@ def _checks(dataset: xr.Dataset) -> dict[str, Cell]:
         if np.isfinite(error).any():
             rows["Largest estimated error of one step [µm]"] = number(np.nanmax(error), 2)
         rows["Steps repeated because of their error"] = count(dataset["rejected_steps"].values.sum())
-        length = np.delete(dataset["step_length"].values, [0, *turned_rows(dataset)])
+        length = np.delete(dataset["step_length"].values, [0, *reprofiled_rows(dataset)])
         rows["Shortest and longest step [km]"] = span(shown("distance", length))
     for wheel, side in enumerate(WHEELS):
         law = float(dataset["worn_area"].values[-1, wheel])

@@ -20,7 +20,7 @@ _REASONS = {
     "zero_denominator": "no ratio: the field value is zero",
     "small_denominator": "no ratio: the field value is too small to divide by",
     "missing": "a value is missing on one side",
-    "beyond_range": "a campaign does not come so far",
+    "beyond_range": "a campaign ends before",
 }
 
 

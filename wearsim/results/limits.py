@@ -30,12 +30,12 @@ LIMITED: Mapping[str, float] = {
 _ATTRIBUTE = "limit_"
 SIDES = {1: ("",), 2: ("_right", "_left")}
 END = "end_at_limit"
-TURNED_AT = "reprofiling_limits"
-"""Attribute that names, separated by spaces, the limits at which wheels are turned."""
+REPROFILED_AT = "reprofiling_limits"
+"""Attribute that names, separated by spaces, the limits at which wheels are reprofiled."""
 
 
 def attributes_of(limits: Mapping[str, float], end: bool) -> dict[str, float | int]:
-    """Return the global attributes that tell the limits of a campaign.
+    """Return the global attributes that state the limits of a campaign.
 
     Parameters
     ----------
@@ -48,16 +48,16 @@ def attributes_of(limits: Mapping[str, float], end: bool) -> dict[str, float | i
 
 
 def limits_of(attributes: Mapping[str, Any]) -> dict[str, float]:
-    """Return the limits that global attributes tell, in the order of `LIMITED` [SI]."""
+    """Return the limits that global attributes state, in the order of `LIMITED` [SI]."""
     return {name: float(attributes[_ATTRIBUTE + name]) for name in LIMITED if _ATTRIBUTE + name in attributes}
 
 
 def ending_limits(attributes: Mapping[str, Any]) -> dict[str, float]:
-    """Return the limits that end a campaign, if it is to end there: those at which wheels are not turned."""
+    """Return the limits that end a campaign, if it is to end there: without those of reprofiling."""
     if END not in attributes:
         return {}
-    turned = str(attributes.get(TURNED_AT, "")).split()
-    return {name: value for name, value in limits_of(attributes).items() if name not in turned}
+    others = str(attributes.get(REPROFILED_AT, "")).split()
+    return {name: value for name, value in limits_of(attributes).items() if name not in others}
 
 
 def first_met(

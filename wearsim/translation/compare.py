@@ -44,8 +44,10 @@ def add_quantity(
          "ancillary_variables": f"{variable}_factor_status"},
     )  # fmt: skip
     share = factors.zero_share(quantity) if share is None else share
-    told = {"comment": f"a field value below the part {share:g} of the largest one is too small to divide by"}
-    out[f"{variable}_factor_status"] = (rest, factor.status.astype(np.int8), _status_attrs(meaning) | told)
+    remark = {
+        "comment": f"a field value below the part {share:g} of the largest one is too small to divide by"
+    }
+    out[f"{variable}_factor_status"] = (rest, factor.status.astype(np.int8), _status_attrs(meaning) | remark)
 
 
 def _status_attrs(meaning: str) -> dict[str, Any]:
@@ -254,13 +256,13 @@ def add_equivalent_distance(out: dict[str, Any], pair: Pair, count: int) -> None
     out["rig_distance"] = ("rig_progress", asked, {"units": "m", "long_name": "distance run on the rig"})
     for name, meaning in (("max_wear_depth", "largest wear depth"), ("worn_area", "worn area")):
         mine, theirs = (factors.wear_by_wheel(data, name) for data in pair)
-        found = [
+        reached = [
             factors.equivalent_distance(at_distances(run[0], mine[:, w], asked), theirs[:, w], run[1])
             for w in range(3)
         ]
         dims = ("rig_progress", "wheel_group")
         variable = f"equivalent_distance_{name}"
-        distance, status = (np.stack(parts, axis=1) for parts in zip(*found, strict=True))
+        distance, status = (np.stack(parts, axis=1) for parts in zip(*reached, strict=True))
         text = f"field distance of equal {meaning}"
         attrs = {"units": "m", "long_name": text, "ancillary_variables": f"{variable}_status"}
         out[variable] = (dims, distance, attrs)

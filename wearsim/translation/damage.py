@@ -19,7 +19,7 @@ _SETTINGS = {
 
 
 def common_laws(pair: Pair, group: str) -> tuple[list[str], list[str]]:
-    """Find the laws that act in both campaigns.
+    """Laws that act in both campaigns.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def common_laws(pair: Pair, group: str) -> tuple[list[str], list[str]]:
     if any(f"{group}_name" not in data for data in pair):
         return [], []
     names = [[str(name) for name in data[f"{group}_name"].values] for data in pair]
-    # older files do not have the numbers; the doubtful ones of them are variables
+    # older files do not have the numbers; the uncertain ones of them are variables
     known = all(f"{group}_numbers" in data.attrs for data in pair)
     same: list[str] = []
     other: list[str] = []

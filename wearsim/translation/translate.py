@@ -82,8 +82,8 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
             )
         if "last_reprofiling" in data and (data["last_reprofiling"].values > 0).any():
             raise ResultError(
-                f"{role} result: its wheels were turned, and factors are of the wear since new; compare a "
-                "campaign without [campaign.reprofiling]"
+                f"{role} result: its wheels were reprofiled, and factors are of the wear since new; compare "
+                "a campaign without [campaign.reprofiling]"
             )
     pair = (rig, field)
     axes = common_axes(rig, field, count)
@@ -98,7 +98,7 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
         ),
         "reachable": (
             ("basis", "progress"), axes.reachable.astype(np.int8),
-            {"long_name": "whether both campaigns come so far",
+            {"long_name": "whether both campaigns reach this distance or depth",
              "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "no yes"},
         ),
     }  # fmt: skip
@@ -191,13 +191,13 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
         variable: _entries(dataset, variable, name)
         for variable, name in ({"distance_run": "distance"} | wear | single | collective).items()
     }
-    found = pd.DataFrame(
+    frame = pd.DataFrame(
         {"basis": basis} | entry(b, -1, () if variable in ("distance_run", *single) else (2,))
         for b, basis in enumerate(BASIS)
         for variable, entry in entries.items()
     )
-    found.attrs["warnings"] = str(dataset.attrs.get("warnings", "")).splitlines()
-    return found
+    frame.attrs["warnings"] = str(dataset.attrs.get("warnings", "")).splitlines()
+    return frame
 
 
 def point_table(dataset: xr.Dataset) -> pd.DataFrame:
@@ -269,7 +269,7 @@ def content_hash(dataset: xr.Dataset) -> str:
 
 
 def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
-    """Tell which attributes of model, material and wheelset differ, with both values in SI units.
+    """List which attributes of model, material and wheelset differ, with both values in SI units.
 
     Parameters
     ----------
@@ -280,7 +280,7 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
     -------
     list of str
         One line for each of `factors.COMPARED_KEYS` that differs, and one for counterfaces of different
-        shape under one name. The curvature of the counterface is what is compared: it is not told.
+        shape under one name. The curvature of the counterface is what is compared: it is not listed.
     """
     notes = []
     for key in factors.COMPARED_KEYS:
@@ -290,8 +290,8 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
         if mine == theirs:
             continue
         unit = _ATTRIBUTE_UNITS.get(key, "")
-        told = [_told(value, unit) for value in (mine, theirs)]
-        notes.append(f"{key.replace('_', ' ')} differs: {told[0]} on the rig, {told[1]} in the field")
+        texts = [_text(value, unit) for value in (mine, theirs)]
+        notes.append(f"{key.replace('_', ' ')} differs: {texts[0]} on the rig, {texts[1]} in the field")
     names = [data.attrs.get("counterface_profile", "") for data in (rig, field)]
     rail = [np.stack([data[f"counterface_{c}"].values for c in "yz"]) for data in (rig, field)]
     if names[0] == names[1]:
@@ -300,8 +300,8 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
                 notes.append(
                     "the counterface profiles are sampled differently: they may differ in shape or place"
                 )
-        elif (apart := float(np.abs(rail[0] - rail[1]).max())) > _SAME_PLACE:
-            notes.append(f"the counterface profiles differ in shape or place, by up to {1e3 * apart:.4g} mm")
+        elif (offset := float(np.abs(rail[0] - rail[1]).max())) > _SAME_PLACE:
+            notes.append(f"the counterface profiles differ in shape or place, by up to {1e3 * offset:.4g} mm")
     if "counterface_name" in rig or "counterface_name" in field:
         wears = ["wear" if "counterface_name" in data else "stay as new" for data in (rig, field)]
         notes.append(f"the factors contain wear of the counterface: rollers {wears[0]}, rails {wears[1]}")
@@ -309,7 +309,7 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
 
 
 def _unlike(rig: xr.Dataset, field: xr.Dataset, mine: str, theirs: str) -> tuple[str, str]:
-    """Those of two lists of a law's numbers that differ, none where law or set are told to differ anyway."""
+    """Those of two lists of a law's numbers that differ, none where law or set differ anyway."""
     if any(rig.attrs.get(key) != field.attrs.get(key) for key in ("wear_law", "wear_coefficients")):
         return "", ""
     one, other = (text.split(", ") for text in (mine, theirs))
@@ -317,7 +317,7 @@ def _unlike(rig: xr.Dataset, field: xr.Dataset, mine: str, theirs: str) -> tuple
     return ", ".join(only[0]), ", ".join(only[1])
 
 
-def _told(value: Any, unit: str) -> str:
+def _text(value: Any, unit: str) -> str:
     if isinstance(value, str):
         return value or "unknown"
     return f"{float(value):.10g} {unit}".rstrip()

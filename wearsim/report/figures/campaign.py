@@ -83,7 +83,7 @@ def plot_profile(
     distance: float | None = None,
     new: bool = True,
 ) -> Axes:
-    """Draw the worn wheel profile, flange down; with `new` the new or turned one and the counterface, too."""
+    """Draw the worn wheel profile, flange down; with `new` the unworn one and the counterface, too."""
     ax = own_axes(ax)
     role = role_of(dataset)
     if new:
@@ -101,7 +101,7 @@ def plot_profile(
             )  # fmt: skip
         ax.plot(
             shown("profile_y", y0), shown("profile_z", z0), "--", color=COLOURS["new"], lw=1.2,
-            label="turned wheel" if reprofiled else "new wheel",
+            label="reprofiled wheel" if reprofiled else "new wheel",
         )  # fmt: skip
     y, z = (_along(dataset, f"profile_{c}", distance)[wheel] for c in "yz")
     ax.plot(shown("profile_y", y), shown("profile_z", z), color=COLOURS[role], label=f"worn, {role}")
@@ -127,7 +127,7 @@ def plot_wear_depth(
     dataset, ax, wheel, distance
         See above.
     against : {"profile_y", "arc_length"}
-        Lateral position or arc length of the new (or turned) wheel.
+        Lateral position or arc length of the new (or reprofiled) wheel.
     history : bool
         Whether to draw a quarter, half and three quarters of the distance, too, faintly.
     """
@@ -268,7 +268,7 @@ def plot_counterface_depth(dataset: xr.Dataset, ax: Axes | None = None, *, side:
 
 
 def plot_counterface_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
-    """Draw a measure of both rails or rollers over the distance run, falling to 0 where they are turned."""
+    """Draw a measure of both rails or rollers over the distance run; depth is 0 after a redressing."""
     ax = own_axes(ax)
     run = shown("distance", dataset["distance"].values)
     values = shown(name, dataset[name].values)
@@ -308,7 +308,7 @@ def plot_fatigue_damage(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: i
     return label_axes(ax, NEW_Y, "Fatigue damage over the largest of the law")
 
 
-def plot_balance(dataset: xr.Dataset, ax: Axes | None = None, *, law: int, wheel: int = 0) -> Axes:
+def plot_magic_wear_rate(dataset: xr.Dataset, ax: Axes | None = None, *, law: int, wheel: int = 0) -> Axes:
     """Draw the wear rate, and the one at which cracks of a law just do not grow, along the profile."""
     ax = own_axes(ax)
     row = last_worn_row(dataset)
@@ -316,7 +316,9 @@ def plot_balance(dataset: xr.Dataset, ax: Axes | None = None, *, law: int, wheel
     wear = shown("wear_depth_rate", dataset["wear_depth_rate"].values[row, wheel])
     magic = shown("magic_wear_rate", dataset["magic_wear_rate"].values[row, wheel, law])
     ax.plot(y, wear, color=COLOURS[role_of(dataset)], label="wear")
-    ax.plot(y, magic, "--", color=COLOURS["difference"], lw=1.2, label="balance: cracks just do not grow")
+    ax.plot(
+        y, magic, "--", color=COLOURS["difference"], lw=1.2, label="magic wear rate: cracks just do not grow"
+    )
     ax.fill_between(
         y, wear, magic, where=magic > wear, color=SERIES_COLOURS[3], alpha=0.35, lw=0.0, label="cracks grow"
     )
@@ -330,7 +332,7 @@ def map_shear_yield(dataset: xr.Dataset) -> float:
     return float(known[0]) if known.size else 1e6 * COEFFICIENT_SETS[_YIELD_SET]["shear_yield"]
 
 
-def shear_yield_told(dataset: xr.Dataset) -> str:
+def shear_yield_text(dataset: xr.Dataset) -> str:
     """Yield stress of the shakedown map in words, with its source, range and certainty."""
     value = f"{plain(1e-6 * map_shear_yield(dataset), 3)} MPa"
     known = np.flatnonzero(np.isfinite(dataset["fatigue_shear_yield"].values))

@@ -29,7 +29,7 @@ STICK_ARROW, SLIP_ARROW = "#1a1a1a", "#882255"
 _WHEEL = "#1a1a1a"
 _CONTACT = "#882255"
 _MAP = "viridis"
-_SHAPE = 1.15  # width over height of the axes of a patch: what the grid leaves beside a colour bar
+_SHAPE = 1.15  # width over height of the axes of a patch: what the grid leaves next to a colour bar
 
 
 def shown_values(dataset: xr.Dataset, name: str, **at: int) -> np.ndarray:
@@ -68,15 +68,15 @@ def _ends(
 def outline(dataset: xr.Dataset, patch: int, across: str = "lateral") -> tuple[np.ndarray, np.ndarray]:
     """Return the line around a patch: lateral and longitudinal positions in shown units.
 
-    NaN between the parts of a patch that do not touch each other.
+    NaN between the parts of a patch that are not connected.
     """
     place, lead, trail = _ends(dataset, patch, across)
-    # models that find the contact on a grid have strips without contact beside it
-    touching = np.flatnonzero(dataset["x_lead"].values[patch] > dataset["x_trail"].values[patch])
-    part = slice(2 * int(touching[0]), 2 * int(touching[-1]) + 3)
+    # models that find the contact on a grid have strips without contact next to it
+    loaded = np.flatnonzero(dataset["x_lead"].values[patch] > dataset["x_trail"].values[patch])
+    part = slice(2 * int(loaded[0]), 2 * int(loaded[-1]) + 3)
     place, lead, trail = place[part], lead[part], trail[part]
-    apart = np.concatenate(([False], (lead == trail)[1:-1], [False]))
-    lead, trail = np.where(apart, np.nan, lead), np.where(apart, np.nan, trail)
+    gap = np.concatenate(([False], (lead == trail)[1:-1], [False]))
+    lead, trail = np.where(gap, np.nan, lead), np.where(gap, np.nan, trail)
     return np.concatenate((place, place[::-1])), np.concatenate((lead, trail[::-1]))
 
 
@@ -241,7 +241,7 @@ def plot_shear(
 
 
 def _sampled(dataset: xr.Dataset, patch: int, arrows: int) -> tuple[float, np.ndarray, np.ndarray]:
-    """Spacing in shown units, and strips and cells about so far apart in both directions."""
+    """Spacing in shown units, and strips and cells about that far from each other in both directions."""
     y = shown_values(dataset, "lateral", patch=patch)
     x = shown_values(dataset, "longitudinal", patch=patch)
     lead, trail = (shown_values(dataset, name, patch=patch) for name in ("x_lead", "x_trail"))
@@ -322,7 +322,7 @@ def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0, **li
         place = _ends(dataset, number, "lateral")[0]
         flat = np.cos(float(dataset["contact_angle"][number]))  # of the contact plane
         ends = shown_values(dataset, "rail_y", patch=number) + sign * flat * place[[0, -1]]
-        # counted from where the bodies touch first within the patch
+        # counted from the initial contact within the patch
         inside = gap[(at >= ends.min()) & (at <= ends.max())]
         approach = inside.min(initial=deepest) + shown_values(dataset, "approach", patch=number)
         highest = max(highest, float(approach))
@@ -340,7 +340,7 @@ def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0, **li
 def title_of(dataset: xr.Dataset) -> str:
     """Conditions of a contact state in two lines."""
 
-    def said(name: str, digits: int = 4) -> str:
+    def text(name: str, digits: int = 4) -> str:
         quantity = QUANTITIES[name]
         value = float(dataset[name]) * quantity.shown_factor
         unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
@@ -355,16 +355,16 @@ def title_of(dataset: xr.Dataset) -> str:
     on = "rail" if kappa == 0.0 else f"roller of {1e3 / kappa:.6g} mm"
     first = (
         f"{sides.capitalize()} wheel {dataset.attrs['wheel_profile']} on {on} "
-        f"{dataset.attrs['counterface_profile']}: shift {said('shift')}, yaw {said('yaw')}, "
-        f"roll {said('roll', 3)}" + (" (free)" if dataset.attrs["free_roll"] else "")
+        f"{dataset.attrs['counterface_profile']}: shift {text('shift')}, yaw {text('yaw')}, "
+        f"roll {text('roll', 3)}" + (" (free)" if dataset.attrs["free_roll"] else "")
     )
-    turning = (
+    motion = (
         "creepages given"
         if dataset.attrs["creepage_given"]
-        else f"rotation {said('rotation_speed', 6)} ({dataset.attrs['rotation_rule']})"
+        else f"rotation {text('rotation_speed', 6)} ({dataset.attrs['rotation_rule']})"
     )
     second = (
-        f"load {said('wheel_load')}, friction {said('friction')}, speed {said('speed')}, {turning}; "
+        f"load {text('wheel_load')}, friction {text('friction')}, speed {text('speed')}, {motion}; "
         "patches from above, rolling upwards, shear on the wheel"
     )
     return f"{first}\n{second}"
@@ -425,7 +425,7 @@ def _spans(dataset: xr.Dataset) -> list[tuple[tuple[float, float], tuple[float, 
 
 
 def _patch_titles(dataset: xr.Dataset, patch: int, side: int, number: int) -> tuple[str, str, str]:
-    def said(name: str, places: int) -> str:
+    def text(name: str, places: int) -> str:
         value = round(float(shown_values(dataset, name, patch=patch)), places) + 0.0
         return f"{value:.{places}f} {QUANTITIES[name].shown_unit}".replace("-", "\N{MINUS SIGN}")
 
@@ -433,9 +433,9 @@ def _patch_titles(dataset: xr.Dataset, patch: int, side: int, number: int) -> tu
     name = f"{WHEELS[side].capitalize()} wheel" + (f", patch {number}" if several else "")
     share = float(dataset["slip_area"][patch] / dataset["area"][patch])
     return (
-        f"{name}: {said('normal_force', 1)} on {said('area', 0)}",
-        f"Fx {said('force_x', 2)}, Fy {said('force_y', 2)}, slip {100.0 * share:.0f} %",
-        f"Frictional power {said('power', 0)}",
+        f"{name}: {text('normal_force', 1)} on {text('area', 0)}",
+        f"Fx {text('force_x', 2)}, Fy {text('force_y', 2)}, slip {100.0 * share:.0f} %",
+        f"Frictional power {text('power', 0)}",
     )
 
 

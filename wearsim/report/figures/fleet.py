@@ -66,7 +66,7 @@ def plot_member(dataset: xr.Dataset, member: int, ax: Axes | None = None) -> Axe
     ax.plot(y, z, color=colour, lw=1.1, label=label)
     name = str(dataset["wheel_name"].values[member])
     ax.set_title(
-        name if len(name) <= _LONGEST else f"…{name[1 - _LONGEST :]}",  # the end tells the side
+        name if len(name) <= _LONGEST else f"…{name[1 - _LONGEST :]}",  # the end names the side
         fontsize=7.5, color=colour, pad=2.5, fontweight="bold" if exceeded else "normal",
     )  # fmt: skip
     texts = []

@@ -115,7 +115,7 @@ def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
     _line(ax, (0.0, 24.0), (z[_CIRCLE], z[_CIRCLE]))
     _arrow(ax, (20.0, z[_CIRCLE]), (20.0, z[_TIP]), look["Sh"])
     _text(ax, 20.0 + _ROOM, 0.6 * z[_TIP] + 0.4 * z[_CIRCLE], texts["Sh"], look["Sh"])
-    # Sd at its level, the level itself beside the root
+    # Sd at its level, the level itself next to the root
     _arrow(ax, (back, z[_LOWER]), (y[_LOWER], z[_LOWER]), look["Sd"])
     _text(ax, 0.5 * (y[_LOWER] + back), z[_LOWER] - 0.6, texts["Sd"], look["Sd"], "center", "bottom")
     _line(ax, (y[_LOWER], -14.0), (z[_LOWER], z[_LOWER]))
