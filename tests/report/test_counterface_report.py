@@ -60,8 +60,8 @@ def test_report_tells_what_the_counterface_lost(folder, pair):
     assert "the rollers were redressed 2 times" in text
     assert "The factors contain wear of the counterface: rollers wear, rails wear." in text
     assert "sampled differently" not in text
-    assert "Rollers redressed every [km]" in text
-    assert "Area each rail loses [mm²/1000 km]" in text
+    assert "Running after which rollers are redressed [km]" in text
+    assert "cross-section loses per distance run [mm²/1000 km]" in text
     (rails,) = counterface(pair[1])
     assert rails.head == ["Measure", "Right rail", "Left rail"]
     area = rails.rows[1]

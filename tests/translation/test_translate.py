@@ -230,5 +230,5 @@ def test_compliance_checker_finds_nothing(tmp_path, campaign_files, assert_cf):
 def test_reprofiled_wheels_have_no_factors(rig, field):
     """Wear depth begins anew at a reprofiling."""
     reprofiled = rig.assign(last_reprofiling=("step", np.minimum(np.arange(rig.sizes["step"]), 2)))
-    with pytest.raises(ResultError, match=r"rig result: its wheels were reprofiled.*\[campaign.reprofiling\]"):
+    with pytest.raises(ResultError, match=r"its wheels were reprofiled.*\[campaign.reprofiling\]"):
         translate(reprofiled, field)

@@ -68,9 +68,7 @@ def _advice(directory: Path, failures: Mapping[str, str]) -> str:
 
 
 def render(
-    datasets: list[xr.Dataset],
-    convergence: Sequence[Table] = (),
-    failures: Mapping[str, str] | None = None,
+    datasets: list[xr.Dataset], convergence: Sequence[Table] = (), failures: Mapping[str, str] | None = None
 ) -> str:
     """Make the text of a report.
 

@@ -124,10 +124,7 @@ def _damage(dataset: xr.Dataset) -> dict[str, Any]:
     if "fatigue_name" in dataset:
         damage, rate = (dataset[f"fatigue_damage{what}"].values[end].max(axis=2) for what in ("", "_rate"))
         damage_by["fatigue"] = {
-            str(name): {
-                "fatigue_damage": _plain(damage[:, k]),
-                "fatigue_damage_rate": _plain(rate[:, k]),
-            }
+            str(name): {"fatigue_damage": _plain(damage[:, k]), "fatigue_damage_rate": _plain(rate[:, k])}
             for k, name in enumerate(dataset["fatigue_name"].values)
         }
         damage_by["fatigue_index"] = {

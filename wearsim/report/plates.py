@@ -24,11 +24,7 @@ _FACTOR_POINTS = (
 )  # fmt: skip
 _FACTOR_COLLECTIVE = ("area", "max_pressure", "spin", "power", "wear_index_max")
 BASES = ("Equal distance", "Equal worn depth")
-COUNTERFACE_MEASURES = (
-    "counterface_max_wear_depth",
-    "counterface_worn_area",
-    "counterface_redressed_depth",
-)
+COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area", "counterface_redressed_depth")
 
 Datasets = Sequence[xr.Dataset]
 
@@ -107,10 +103,7 @@ def _by_wheel(
 
 
 def _by_campaign(
-    datasets: Datasets,
-    names: Sequence[str],
-    plot: Callable[[xr.Dataset, str, Axes], object],
-    **options: Any,
+    datasets: Datasets, names: Sequence[str], plot: Callable[[xr.Dataset, str, Axes], object], **options: Any
 ) -> Figure:
     """Draw one row per quantity and one column per campaign: their distances may differ a hundredfold."""
 

@@ -39,7 +39,7 @@ class Block:
     """A part of a section: the macro of the template that writes it, and what it writes."""
 
     macro: str
-    content: Any
+    content: Any = None
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ def _contact(c: Campaigns) -> Content:
 def _fatigue(c: Campaigns) -> Content:
     if not c.with_fatigue:
         return
-    yield from c.each(lambda data: [*tables_damage.fatigue_index(data), *tables_damage.fatigue_tables(data)])
+    yield from c.each(tables_damage.fatigue_tables)
     yield from _factors_of(c, "fatigue")
     draw = (plates.shakedown, plates.fatigue_damage, plates.fatigue_cycles, plates.balance)
     yield from figures(Campaigns(c.with_fatigue), *draw)
@@ -189,13 +189,7 @@ def _fatigue(c: Campaigns) -> Content:
 def _factors(c: Campaigns) -> Content:
     if c.factors is None:
         return
-    yield Block(
-        "text",
-        "A factor is the value on the rig over the value in the field. It changes while the profiles wear, "
-        "so it is shown as a function: at equal distance run, and at equal worn depth. Where the field value "
-        "is zero, or too small to divide by, or a campaign ends before, it is undefined and nothing "
-        "is drawn.",
-    )
+    yield Block("about_factors")
     yield from figures(
         c, plates.factors_wear, plates.factors_contact, plates.equivalent_distance,
         plates.factor_along_profile, plates.factors_at_points, factors=True,
@@ -206,20 +200,12 @@ def _factors(c: Campaigns) -> Content:
 def _regimes(c: Campaigns) -> Content:
     if c.factors is None:
         return
-    yield Block(
-        "text",
-        "Where rig and field wear in different regimes, the factor depends on the wear law; where the regime "
-        "is the same, the wear coefficient cancels.",
-    )
+    yield Block("about_regimes")
     yield Block("list", tables_translation.regime_bands(c.factors, c.datasets[0]))
     by_point = tables_translation.regimes(c.factors)
     yield from by_point
     if not by_point:
-        yield Block(
-            "text",
-            "No operating point is solved in both campaigns, so neither factors nor regimes can be compared "
-            "there.",
-        )
+        yield Block("no_equal_points")
 
 
 def _quality(c: Campaigns) -> Content:

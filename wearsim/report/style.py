@@ -69,6 +69,7 @@ def grid(
     width: float = 9.6,
     gap: float = 0.85,
     between: float = 0.75,
+    edges: tuple[float, float, float, float] = (0.95, 0.15, 0.5, 0.6),
     **options: Any,
 ) -> tuple[Figure, np.ndarray]:
     """Make a figure with rows x columns axes and room for a legend above them.
@@ -85,6 +86,8 @@ def grid(
         Width of the figure [inch].
     gap, between : float
         Between columns and between rows [inch].
+    edges : tuple of float
+        Left, right, below and above the axes [inch].
     **options
         For `Figure.subplots`.
 
@@ -93,7 +96,7 @@ def grid(
     figure : Figure
     axes : (rows, columns) array of Axes
     """
-    left, right, bottom, top = 0.95, 0.15, 0.5, 0.6
+    left, right, bottom, top = edges
     total = bottom + top + rows * height + (rows - 1) * between
     each = (width - left - right - (columns - 1) * gap) / columns
     figure = Figure(figsize=(width, total))

@@ -125,38 +125,28 @@ def operating_points(dataset: xr.Dataset) -> Table:
     return Table("", "", head, rows, "numbers", fold)
 
 
-_SETTINGS: tuple[tuple[str, str, float], ...] = (
-    ("wheel_profile_right", "Wheel profile, right", 1.0),
-    ("wheel_profile_left", "Wheel profile, left", 1.0),
-    ("counterface_profile", "Counterface profile", 1.0),
-    ("counterface_wear_factor", "Depth of the rollers per passage over that of the wheels", 1.0),
-    ("redress_distance", "Rollers redressed every [km]", 1e-3),
-    ("redress_depth", "Rollers redressed at a depth of [µm]", 1e6),
-    ("counterface_area_rate", "Area each rail loses [mm²/1000 km]", 1e12),
-    ("wheel_radius", "Wheel radius [mm]", 1e3),
-    ("half_span", "Half span of the wheel profiles [mm]", 1e3),
-    ("rotation_rule", "Rule of the wheel rotation", 1.0),
-    ("roll_rule", "Roll of the wheelset", 1.0),
-    ("contact_normal", "Normal contact model", 1.0),
-    ("contact_tangential", "Tangential contact model", 1.0),
-    ("contact_parameters", "Parameters of the contact models", 1.0),
-    ("strips", "Strips per patch", 1.0),
-    ("cells", "Cells per strip", 1.0),
-    ("axle_torque", "Axle torque [N m]", 1.0),
-    ("youngs_modulus", "Young's modulus [GPa]", 1e-9),
-    ("poisson_ratio", "Poisson's ratio", 1.0),
-    ("wheel_density", "Density of the wheel [kg/m³]", 1.0),
-    ("wear_law", "Wear law", 1.0),
-    ("wear_form", "Form of the wear law", 1.0),
-    ("wear_coefficients", "Wear coefficients", 1.0),
-    ("seizure_cap", "Cap that keeps out the seizure regime", 1.0),
-    ("integrator", "Integrator", 1.0),
-    ("depth_cap", "Largest depth per step [µm]", 1e6),
-    ("first_depth", "Largest depth of the first step [µm]", 1e6),
-    ("stability_limit", "Limit of the stability number", 1.0),
-    ("error_tolerance", "Tolerance of the error of a step [µm]", 1e6),
-    ("smoothing_wavelength", "Smoothing wavelength [mm]", 1e3),
-)
+_SETTINGS = (
+    "wheel_profile_right", "wheel_profile_left", "counterface_profile", "counterface_wear_factor",
+    "redress_distance", "redress_depth", "counterface_area_rate", "wheel_radius", "half_span",
+    "rotation_rule", "roll_rule", "contact_normal", "contact_tangential", "contact_parameters", "strips",
+    "cells", "axle_torque", "youngs_modulus", "poisson_ratio", "wheel_density", "wear_law", "wear_form",
+    "wear_coefficients", "seizure_cap", "integrator", "depth_cap", "first_depth", "stability_limit",
+    "error_tolerance", "smoothing_wavelength",
+)  # fmt: skip
+"""Attributes of a result file, in order; texts and units are those of the quantity of that name."""
+
+_QUANTITY_OF = {
+    "wheel_density": "density", "stability_limit": "stability_number", "error_tolerance": "step_error",
+}  # fmt: skip
+_SETTING_TEXTS = {
+    "wheel_profile_right": "Wheel profile, right", "wheel_profile_left": "Wheel profile, left",
+    "rotation_rule": "Rule of the wheel rotation", "roll_rule": "Roll of the wheelset",
+    "contact_normal": "Normal contact model", "contact_tangential": "Tangential contact model",
+    "contact_parameters": "Parameters of the contact models", "wear_form": "Form of the wear law",
+    "seizure_cap": "Cap that keeps out the seizure regime",
+    "stability_limit": "Limit of the stability number", "error_tolerance": "Tolerance of the error of a step",
+}  # fmt: skip
+"""Texts of those that are no quantity, and not their name with spaces."""
 
 
 def settings(datasets: list[xr.Dataset]) -> Table:
@@ -174,9 +164,13 @@ def settings(datasets: list[xr.Dataset]) -> Table:
         rows.append([Cell(text), *ranges])
     environment = [Cell(environment_text(data)) for data in datasets]
     rows.append([Cell("Environment factor on the wear depth"), *environment])
-    for key, text, factor in _SETTINGS:
+    for key in _SETTINGS:
         values = [data.attrs.get(key) for data in datasets]
         if any(value is not None for value in values):
+            quantity = QUANTITIES.get(_QUANTITY_OF.get(key, key))
+            text = _SETTING_TEXTS.get(key, quantity.meaning if quantity else key.replace("_", " "))
+            text = with_unit(text, quantity.name) if quantity else capital(text)
+            factor = quantity.shown_factor if quantity else 1.0
             rows.append([Cell(text), *(_setting(value, factor) for value in values)])
     differ = frozenset(k for k, row in enumerate(rows) if len({cell.text for cell in row[1:]}) > 1)
     caption = f"What was computed{'; shaded rows differ' if len(datasets) > 1 else ''}."

@@ -13,7 +13,7 @@ from wearsim.damage.fatigue.agreement import Agreement, agreement
 from wearsim.damage.fatigue.balance import LIMITED_BY, balance
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import shown
+from wearsim.report.style import capital, shown, with_unit
 from wearsim.report.tables import NONE, Cell, Table, number
 from wearsim.results.checks import (
     closing_reprofiling,
@@ -83,11 +83,8 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
     if reprofiled_rows(dataset):
         text += " Area is of all wear, depth of the wear since the last reprofiling."
     active_set = [str(dataset.attrs.get(f"wear_coefficients_{key}", "")) for key in _HOLDS]
-    return [
-        Table("wear-laws", text, head, rows),
-        _origins("wear-law-numbers", "Wear law", names, origin),
-        _holds("wear-law-validity", "Wear law", names, [active_set, *_validity(dataset, "comparison")]),
-    ]
+    validity = [active_set, *_validity(dataset, "comparison")]
+    return [Table("wear-laws", text, head, rows), *_sources("wear", names, origin, validity)]
 
 
 def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
@@ -131,11 +128,8 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
     )
     text = " ".join(filter(None, (text, closing_reprofiling(dataset))))
     origin = [_origin(dataset, "fatigue", k) for k in range(len(names))]
-    return [
-        Table("fatigue-laws", text, head, rows),
-        _origins("fatigue-law-numbers", "Fatigue law", names, origin),
-        _holds("fatigue-law-validity", "Fatigue law", names, _validity(dataset, "fatigue")),
-    ]
+    validity = _validity(dataset, "fatigue")
+    return [Table("fatigue-laws", text, head, rows), *_sources("fatigue", names, origin, validity)]
 
 
 def _origin(dataset: xr.Dataset, group: str, law: int) -> list[str]:
@@ -145,15 +139,6 @@ def _origin(dataset: xr.Dataset, group: str, law: int) -> list[str]:
     ]
 
 
-def _origins(name: str, what: str, laws: list[str], origin: list[list[str]]) -> Table:
-    head = [what, "Form", "Coefficients", "Source", "Uncertain coefficients"]
-    rows = [
-        [Cell(law), Cell(form.replace("_", " ") or "–"), *(Cell(text or "–") for text in others)]
-        for law, (form, *others) in zip(laws, origin, strict=True)
-    ]
-    return Table(name, "Where the numbers of the laws come from.", head, rows)
-
-
 def _validity(dataset: xr.Dataset, group: str) -> list[list[str]]:
     """Materials, validity and departures of each law of a group; empty in files without them."""
     count = dataset[f"{group}_name"].size if f"{group}_name" in dataset else 0
@@ -161,15 +146,22 @@ def _validity(dataset: xr.Dataset, group: str) -> list[list[str]]:
     return [[column[law] if law < len(column) else "" for column in columns] for law in range(count)]
 
 
-def _holds(name: str, what: str, laws: list[str], validity: list[list[str]]) -> Table:
-    rows = [
-        [Cell(law), *(Cell(text or "–") for text in texts)] for law, texts in zip(laws, validity, strict=True)
-    ]
-    text = (
-        "Where the numbers of the laws come from: the materials they were measured on, what they hold for, "
-        "and where our law departs from its source."
-    )
-    return Table(name, text, [what, "Materials", "Holds for", "Departures from the source"], rows)
+def _sources(group: str, laws: list[str], origin: list[list[str]], validity: list[list[str]]) -> list[Table]:
+    """Tables on where the numbers of laws come from and what they hold for."""
+    what = f"{group.capitalize()} law"
+    text = "Where the numbers of the laws come from"
+    origin = [[form.replace("_", " "), *others] for form, *others in origin]
+    return [
+        Table(f"{group}-law-{name}", caption, [what, *head], [
+            [Cell(law), *(Cell(one or "–") for one in texts)] for law, texts in zip(laws, rows, strict=True)
+        ])
+        for name, caption, head, rows in (
+            ("numbers", f"{text}.", ("Form", "Coefficients", "Source", "Uncertain coefficients"), origin),
+            ("validity", f"{text}: the materials they were measured on, what they hold for, and where our "
+             "law departs from its source.",
+             ("Materials", "Holds for", "Departures from the source"), validity),
+        )
+    ]  # fmt: skip
 
 
 def life(dataset: xr.Dataset) -> Table | None:
@@ -266,25 +258,18 @@ def wear_numbers(dataset: xr.Dataset) -> Table:
     rows = []
     for name in ("wear_number_without_spin", "wear_number_with_spin"):
         values = shown(name, dataset[name].values[end])
-        text = str(dataset[name].attrs["long_name"])
-        rows.append([
-            Cell(text[:1].upper() + text[1:]),
-            *(number(values[side == wheel].max(initial=0.0), 4) for wheel in (0, 1)),
-        ])  # fmt: skip
-    return Table(
-        "wear-numbers", "Largest wear number of any contact patch at the end, monitoring points included.",
-        ["Wear number", "Right wheel [N]", "Left wheel [N]"], rows,
-    )  # fmt: skip
+        largest = (number(values[side == wheel].max(initial=0.0)) for wheel in (0, 1))
+        rows.append([Cell(capital(str(dataset[name].attrs["long_name"]))), *largest])
+    text = "Largest wear number of any contact patch at the end, monitoring points included."
+    return Table("wear-numbers", text, ["Wear number", "Right wheel [N]", "Left wheel [N]"], rows)
 
 
 def fatigue_tables(dataset: xr.Dataset) -> list[Table]:
     """Return all tables on fatigue of a campaign, none if it has no fatigue laws."""
     if "fatigue_name" not in dataset:
         return []
-    several = dataset.sizes["fatigue"] > 1
-    tables = [
-        *fatigue_laws(dataset), life(dataset), overlaps(dataset) if several else None, wear_numbers(dataset)
-    ]  # fmt: skip
+    several = [overlaps(dataset)] if dataset.sizes["fatigue"] > 1 else []
+    tables = [*fatigue_index(dataset), *fatigue_laws(dataset), life(dataset), *several, wear_numbers(dataset)]
     return [table for table in tables if table is not None]
 
 
@@ -353,14 +338,11 @@ def largest(dataset: xr.Dataset, row: int, law: int | None) -> tuple[LargestInde
     for wheel in range(len(WHEELS)):
         here = np.where((side == wheel) & np.isfinite(index), index, -np.inf)
         at = np.unravel_index(int(here.argmax()), here.shape)
-        if not np.isfinite(here[at]):
-            indexes.append(None)
-            continue
-        label = str(dataset["operating_point_name"].values[at[0]])
-        monitored = dataset["weight"].values[at[0]] == 0.0
-        indexes.append(
-            LargestIndex(float(here[at]), float(y[at]), f"{label} (monitored)" if monitored else label)
-        )
+        point = str(dataset["operating_point_name"].values[at[0]])
+        if dataset["weight"].values[at[0]] == 0.0:
+            point += " (monitored)"
+        known = np.isfinite(here[at])
+        indexes.append(LargestIndex(float(here[at]), float(y[at]), point) if known else None)
     return tuple(indexes)
 
 
@@ -371,39 +353,24 @@ def _limit(numbers: str) -> Cell:
 
 
 def fatigue_index(dataset: xr.Dataset) -> list[Table]:
-    """Largest index of each law and wheel, new and at the end.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-
-    Returns
-    -------
-    list of Table
-        None if it has no fatigue laws.
-    """
-    if "fatigue_name" not in dataset:
-        return []
+    """Largest index of each law and wheel of a campaign with fatigue laws, new and at the end."""
     numbers = str(dataset.attrs.get("fatigue_numbers", "")).split("\n")
-    end = last_worn_row(dataset)
     laws = [(k, str(name)) for k, name in enumerate(dataset["fatigue_name"].values)]
     rows = []
     for law, name in [*laws, (None, "below the surface")]:
         entry = QUANTITIES[quantity_of(name)]
-        unit = f" [{entry.shown_unit}]" if entry.shown_unit != "1" else ""
         limit = Cell("the steel's own") if law is None else _limit(numbers[law] if law < len(numbers) else "")
-        states = [largest(dataset, row, law) for row in (0, end)]
+        states = [largest(dataset, row, law) for row in (0, last_worn_row(dataset))]
         for wheel, side in enumerate(WHEELS):
-            cells = [Cell(f"{name}, {side} wheel: {entry.meaning}{unit}"), limit]
+            row = [Cell(f"{name}, {side} wheel: {entry.meaning}{with_unit('', entry.name)}"), limit]
             for state in states:
                 one = state[wheel]
                 if one is None:
-                    cells += [Cell("–")] * 3
-                    continue
-                value = number(shown(entry.name, one.value), 3)
-                cells += [value, number(shown("wheel_y", one.y), 3), Cell(one.point)]
-            rows.append(cells)
+                    row += [NONE] * 3
+                else:
+                    value = number(shown(entry.name, one.value), 3)
+                    row += [value, number(shown("wheel_y", one.y), 3), Cell(one.point)]
+            rows.append(row)
     head = [
         "Fatigue law and wheel", "Damage above",
         *(f"{state}: {what}" for state in ("New", "End") for what in ("largest index", "at y [mm]", "point")),

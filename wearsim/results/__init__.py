@@ -18,23 +18,7 @@ from wearsim.results.schema import (
 )
 
 __all__ = [
-    "FILL_FLOAT",
-    "FILL_INT",
-    "GROUPS",
-    "LAYOUT",
-    "PATCH_SLOTS",
-    "ROW",
-    "STATIC",
-    "Header",
-    "Row",
-    "append",
-    "check_row",
-    "create",
-    "layout_of",
-    "open_results",
-    "read_row",
-    "result_warnings",
-    "row_count",
-    "row_names",
-    "verify",
+    "FILL_FLOAT", "FILL_INT", "GROUPS", "LAYOUT", "PATCH_SLOTS", "ROW", "STATIC", "Header", "Row", "append",
+    "check_row", "create", "layout_of", "open_results", "read_row", "result_warnings", "row_count",
+    "row_names", "verify",
 ]  # fmt: skip

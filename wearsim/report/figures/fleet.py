@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from wearsim.errors import ResultError
 from wearsim.report.figures.profile import EXCEEDED
-from wearsim.report.style import COLOURS, legend, own_axes, shown, style, write_figure
+from wearsim.report.style import COLOURS, grid, legend, own_axes, shown, style, write_figure
 
 _BODY = "#1a1a1a"
 NOT_JUDGED = "#b07a1e"
@@ -131,12 +131,17 @@ def fleet_pages(dataset: xr.Dataset) -> Iterator[Figure]:
         rows = math.ceil(len(members) / columns)
         whole = _TOP + _BOTTOM + rows * height + (rows - 1) * _BETWEEN
         with style():
-            figure = Figure(figsize=(_WIDTH, whole))
-            figure.subplots_adjust(
-                left=_EDGE[0] / _WIDTH, right=1.0 - _EDGE[1] / _WIDTH, bottom=_BOTTOM / whole,
-                top=1.0 - _TOP / whole, wspace=_GAP / width, hspace=_BETWEEN / height,
-            )  # fmt: skip
-            axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+            figure, axes = grid(
+                rows,
+                columns,
+                height,
+                _WIDTH,
+                _GAP,
+                _BETWEEN,
+                (*_EDGE, _BOTTOM, _TOP),
+                sharex=True,
+                sharey=True,
+            )
             for ax in axes.ravel()[len(members) :]:
                 ax.set_axis_off()
             for ax, member in zip(axes.ravel(), members, strict=False):
