@@ -20,8 +20,8 @@ from wearsim.campaign.step import advance
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import NumericalError, WearsimError
 from wearsim.operation.points import ControlSettings, OperatingPoints
-from wearsim.profile.noise import smoothing_spline
 from wearsim.profile.shape import arc_length, vertex_lengths
+from wearsim.profile.smoothing import smoothing_spline
 from wearsim.report.style import SERIES_COLOURS, grid, legend, style
 
 TITLE = "Stability of wear steps"

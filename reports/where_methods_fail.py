@@ -16,8 +16,8 @@ from writing import HERE, Table, options, read_csv, write_report
 
 import wearsim
 from wearsim.errors import ContactError
-from wearsim.profile.noise import smoothed
 from wearsim.profile.shape import resample
+from wearsim.profile.smoothing import smoothed
 
 TITLE = "Where contact models fail, and which one to take"
 SITUATIONS = read_csv(HERE / "where_methods_fail_cases.csv")

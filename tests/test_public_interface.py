@@ -266,7 +266,7 @@ def test_faults_of_a_dict_name_the_key(folder):
     ]
     assert begins[2].startswith("operation.block[1].load_kN: load_kN = -80 must be ")
     for key, value, message in (
-        ("profile", folder / "none.csv", "^wheelset.profile: profile = .*none.csv"),
+        ("profile", "none.csv", "^wheelset.profile: profile = .*none.csv"),
         ("profile", object(), "^wheelset.profile is a object; give a number, a text, a list or a dict$"),
     ):
         with pytest.raises(wearsim.WearsimError, match=message):

@@ -1,7 +1,6 @@
 """Lines of keys in TOML texts, and how values and names are told."""
 
 import tomllib
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -185,24 +184,3 @@ def test_the_nearest_name_is_found_whatever_its_case_and_only_if_it_is_near():
 def test_a_name_of_another_meaning_is_no_suggestion(name, other):
     assert nearest(name, [other]) is None
     assert nearest(f"{other}x", [other]) == other
-
-
-@pytest.mark.parametrize(
-    ("key", "told"),
-    [
-        ("[contact]\nfriction = 0.3", "unknown key friction in [contact]; it belongs to [[operation.block]]"),
-        (
-            "[wheelset]\nprofile_right = 'S1002'",
-            "unknown key profile_right in [wheelset]: profile is that of the",
-        ),
-        (
-            "[wheelset]\nflange_back_mm = 1360",
-            "unknown key flange_back_mm in [wheelset]: the key has a new name",
-        ),
-    ],
-)
-def test_an_unknown_key_leads_to_the_right_one(folder, faults_of, key, told):
-    table, _ = key.split("\n")
-    text = Path("rig.toml").read_text()
-    text = text.replace(table, key) if table in text else f"{text}\n{key}\n"
-    assert any(told in fault for fault in faults_of(text))

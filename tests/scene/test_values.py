@@ -201,3 +201,24 @@ def test_a_byte_order_mark_is_no_fault(folder):
 def test_a_scene_file_that_is_not_there_is_told_with_the_shipped_ones(folder, name):
     with pytest.raises(SceneError, match=r"rig_vs_field\.toml"):
         load_scene(name)
+
+
+@pytest.mark.parametrize(
+    ("key", "told"),
+    [
+        ("[contact]\nfriction = 0.3", "unknown key friction in [contact]; it belongs to [[operation.block]]"),
+        (
+            "[wheelset]\nprofile_right = 'S1002'",
+            "unknown key profile_right in [wheelset]: profile is that of the",
+        ),
+        (
+            "[wheelset]\nflange_back_mm = 1360",
+            "unknown key flange_back_mm in [wheelset]: the key has a new name",
+        ),
+    ],
+)
+def test_an_unknown_key_leads_to_the_right_one(folder, faults_of, key, told):
+    table, _ = key.split("\n")
+    text = Path("rig.toml").read_text()
+    text = text.replace(table, key) if table in text else f"{text}\n{key}\n"
+    assert any(told in fault for fault in faults_of(text))

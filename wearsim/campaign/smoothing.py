@@ -30,7 +30,7 @@ def smooth(arc: FloatArray, depth: FloatArray, length: FloatArray, wavelength: f
 
     Notes
     -----
-    `wearsim.profile.noise.smoothing_spline`: the amplitude at wavelength :math:`\Lambda` is halved.
+    `wearsim.profile.smoothing.smoothing_spline`: the amplitude at wavelength :math:`\Lambda` is halved.
     The small negative side lobes beside a worn band are cut off, then each row is scaled to its area.
     """
     if wavelength == 0.0 or not depth.any():

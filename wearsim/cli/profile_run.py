@@ -27,9 +27,10 @@ from wearsim.profile.inspection import (
     reprofiled_wheels,
 )
 from wearsim.profile.inspection.fleet import fleet_rows, profile_files
-from wearsim.profile.inspection.inputs import RUNNING_CIRCLE, ProfileInput, read_input
+from wearsim.profile.inspection.inputs import ProfileInput, read_input
 from wearsim.profile.limits import LimitSet, load_limits
 from wearsim.profile.measures import GaugeDistances
+from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.quantities import QUANTITIES
 
 _PICTURES = ("png", "svg", "pdf")

@@ -15,8 +15,9 @@ from wearsim.contact.solve import solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError, ProfileError
 from wearsim.profile.files import load_profile
+from wearsim.profile.placement import GAUGE, INCLINATION
 from wearsim.profile.shape import Profile
-from wearsim.profile.sources import GAUGE, INCLINATION, half_span
+from wearsim.profile.sources import half_span
 from wearsim.quantities import QUANTITIES
 
 Side = Literal["right", "left"]

@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from wearsim.errors import ProfileError
+from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 from wearsim.quantities import QUANTITIES
 
@@ -165,7 +166,7 @@ class GaugeDistances:
 
     below_tip: float = 2e-3
     level: float = 10e-3
-    flange_back: float = 70e-3
+    flange_back: float = RUNNING_CIRCLE
 
     def __post_init__(self) -> None:
         for each in fields(self):

@@ -11,6 +11,15 @@ from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 from wearsim.quantities import QUANTITIES
 
+INCLINATION = 1.0 / 40.0
+"""Of an upright rail towards the track centre where nothing else is stated [-]."""
+GAUGE = 1.435
+"""Of the track where nothing else is stated [m]."""
+BACK_TO_BACK = 1.360
+"""Distance between the inner wheel faces where nothing else is stated [m]."""
+RUNNING_CIRCLE = 70e-3
+"""Distance of the running circle from the flange back where nothing else is known [m]."""
+
 # Gauge is taken between the innermost points of both heads down to here (EN 13848-1) [m].
 GAUGE_DEPTH = 14e-3
 

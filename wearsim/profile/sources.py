@@ -8,14 +8,9 @@ from typing import Literal, Unpack
 from wearsim.errors import ProfileError
 from wearsim.profile import standard
 from wearsim.profile.files import Statements, load_profile
+from wearsim.profile.placement import BACK_TO_BACK, GAUGE, INCLINATION, RUNNING_CIRCLE
 from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
-
-INCLINATION = 1.0 / 40.0
-"""Of a rail towards the track centre where nothing else is stated [-]."""
-GAUGE = 1.435
-"""Of the track where nothing else is stated [m]."""
-_FLANGE_BACK_TO_ORIGIN = 0.070  # from the inner wheel face to the running circle [m]
 
 
 def half_span(back_to_back: float) -> float:
@@ -38,7 +33,7 @@ def half_span(back_to_back: float) -> float:
     """
     if fault := QUANTITIES["back_to_back"].fault(back_to_back):
         raise ProfileError(fault)
-    return 0.5 * back_to_back + _FLANGE_BACK_TO_ORIGIN
+    return 0.5 * back_to_back + RUNNING_CIRCLE
 
 
 def standard_profile(
@@ -46,7 +41,7 @@ def standard_profile(
     *,
     inclination: float = INCLINATION,
     gauge: float = GAUGE,
-    back_to_back: float = 1.360,
+    back_to_back: float = BACK_TO_BACK,
     spacing: float = 0.25e-3,
 ) -> Profile:
     """Profile of a standard shape.
@@ -98,7 +93,7 @@ def read_profile(
     *,
     inclination: float = INCLINATION,
     gauge: float = GAUGE,
-    back_to_back: float = 1.360,
+    back_to_back: float = BACK_TO_BACK,
     **statements: Unpack[Statements],
 ) -> Profile:
     """Read a profile from a file of any known format.

@@ -21,13 +21,12 @@ from wearsim.profile.measures import (
     wheel_measures,
     wheelset_measures,
 )
+from wearsim.profile.placement import BACK_TO_BACK, GAUGE
 from wearsim.profile.reprofiling import Reprofiling, reprofile, reprofile_axle
 from wearsim.profile.shape import Profile
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.worn import WearBetween, wear_between
 
-BACK_TO_BACK = 1.360
-GAUGE = 1.435
 COUNTERPART = {"wheel": "60E1", "rail": "S1002"}
 LARGE_REST = 50e-6
 """Distance left on the zones of a best fit that noise of an instrument does not explain [m]."""

@@ -18,14 +18,8 @@ from wearsim.profile.definitions import Definition, sample
 from wearsim.profile.files import FORMATS, ProfileReading, is_file, place_file, read_profile
 from wearsim.profile.files.axes import IN_CM
 from wearsim.profile.files.points import Kind
-from wearsim.profile.placement import UPRIGHT, tilt_to_add
+from wearsim.profile.placement import INCLINATION, RUNNING_CIRCLE, UPRIGHT, tilt_to_add
 from wearsim.profile.shape import Profile
-
-INCLINATION = 1.0 / 40.0
-"""Of an upright rail, if nothing else is stated [-]."""
-
-RUNNING_CIRCLE = 70e-3
-"""Distance of the running circle from the flange back, if nothing else is known [m]."""
 
 SPACING = 0.25e-3
 """Point distance of standard shapes [m]."""
