@@ -44,14 +44,14 @@ def folder(tmp_path_factory, scene_text):
 
 @pytest.fixture(scope="module")
 def pair(folder):
-    found = []
+    actual = []
     for name in ("rig", "field"):
         with open_results(folder / "out" / f"{name}.nc") as data:
-            found.append(data.load())
-    return found
+            actual.append(data.load())
+    return actual
 
 
-def test_report_tells_what_the_counterface_lost(folder, pair):
+def test_report_states_what_the_counterface_lost(folder, pair):
     text = write_report(folder / "out").read_text(encoding="utf-8")
     for name in ("counterface_wear", "counterface_over_distance"):
         assert text.count(f'id="figure-{name}"') == 1
@@ -108,23 +108,23 @@ def test_lives_of_the_rollers_are_drawn(pair):
     assert not y[at + 1].any()
 
 
-def test_inspect_tells_both_sides(folder, pair):
-    found = inspect(folder / "out" / "rig.nc")
-    worn = found["counterface"]
+def test_inspect_lists_both_sides(folder, pair):
+    actual = inspect(folder / "out" / "rig.nc")
+    worn = actual["counterface"]
     assert worn["counterface_redressed_count"] == 2
     assert worn["counterface_worn_area"] == pytest.approx(pair[0]["counterface_worn_area"].values[-1])
-    assert json.dumps(found)
-    assert "Number of times the rollers were redressed: 2" in summary_text(found)
+    assert json.dumps(actual)
+    assert "Number of times the rollers were redressed: 2" in summary_text(actual)
     rails = summary_text(inspect(folder / "out" / "field.nc"))
     assert "Largest wear depth of the rail" in rails
     assert "redressed" not in rails
 
 
-def test_check_tells_how_it_wears(folder, capsys):
+def test_check_lists_how_it_wears(folder, capsys):
     assert main(["check", str(folder / "compare.toml")]) == 0
-    told = " ".join(capsys.readouterr().out.split())
+    message = " ".join(capsys.readouterr().out.split())
     assert (
         "wear 0.5 times as deep per passage as the wheels; turned back to their new profile every 6 km"
-        in told
+        in message
     )
-    assert "each loses 3 mm2 per 1000 km where the wheels wear" in told
+    assert "each loses 3 mm2 per 1000 km where the wheels wear" in message

@@ -130,7 +130,7 @@ def test_a_measure_beyond_its_limit_stands_out():
     assert not text.get_text().endswith("!")  # the left one is beyond, the right one is drawn
 
 
-def test_a_left_wheel_beyond_a_limit_is_told_in_its_label():
+def test_a_left_wheel_beyond_a_limit_is_marked_in_its_label():
     state = state_of("S1002", left=MEASURED / "wheel_worn_left.whl")
     assert state.attrs["left_label"].endswith("(left wheel), beyond: flange thickness !")
 
@@ -184,7 +184,7 @@ def test_the_same_figure_is_the_same_file(ending, worn, tmp_path):
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
-def test_a_figure_that_cannot_be_written_is_told(worn, tmp_path):
+def test_a_figure_that_cannot_be_written_is_reported(worn, tmp_path):
     with pytest.raises(ResultError, match="cannot be written"):
         write_figure(figures_profile.profile_figure(worn), tmp_path / "none" / "figure.png")
 
@@ -218,7 +218,7 @@ def test_pages_hold_all_profiles_on_the_same_axes(fleet):
     assert overlaps(pages[1]) == []
 
 
-def test_several_files_of_one_wheel_are_told_apart_by_their_names(fleet):
+def test_several_files_of_one_wheel_are_distinguished_by_their_names(fleet):
     names = [str(name) for name in fleet["wheel_name"].values]
     assert names == ["wheel_worn_left.whl", "wheel_worn_right.whl"] * 15
 
@@ -237,7 +237,7 @@ def test_a_misread_profile_does_not_shrink_the_others(fleet):
     assert figures_fleet.limits_of(wrong) == usual
 
 
-def test_titles_keep_what_tells_the_wheels_of_an_axle_apart(fleet):
+def test_titles_keep_what_distinguishes_the_wheels_of_an_axle(fleet):
     fleet = fleet.copy(deep=True)
     names = [f"A very long name of a coach car 1 axle 2 {side}" for side in "LR"]
     fleet["wheel_name"] = ("wheel", names * (fleet.sizes["wheel"] // 2))
@@ -246,7 +246,7 @@ def test_titles_keep_what_tells_the_wheels_of_an_axle_apart(fleet):
     assert right.endswith("axle 2 R")
 
 
-def test_more_pages_than_are_drawn_are_told(fleet, tmp_path, monkeypatch):
+def test_more_pages_than_are_drawn_are_reported(fleet, tmp_path, monkeypatch):
     monkeypatch.setattr(figures_fleet, "MOST_PAGES", 1)
     monkeypatch.setattr(figures_fleet, "ROWS", 1)
     files, drawn = figures_fleet.write_fleet(fleet, tmp_path / "fleet.svg")

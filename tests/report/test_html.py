@@ -118,14 +118,14 @@ def test_both_wheels_are_shown_where_both_are_named(rig, field):
     worn = shown["profiles"].figure.axes[4].lines  # left wheel, first column
     at_60_km = [line for line in worn if line.get_label() == "worn, rig"]
     np.testing.assert_array_equal(at_60_km[0].get_ydata(), 1e3 * rig["profile_z"].values[6, 1])
-    found = translate(rig, field)
+    actual = translate(rig, field)
     line = shown["factors_contact"].figure.axes[0].lines[0]
-    np.testing.assert_array_equal(line.get_ydata(), found["area_collective_factor"].values[0, :, 2])
+    np.testing.assert_array_equal(line.get_ydata(), actual["area_collective_factor"].values[0, :, 2])
     assert "both wheels" in shown["factors_contact"].caption
     assert "Profiles of both wheels" in shown["profiles"].caption
 
 
-def test_doubts_and_differing_settings_are_told(rig, field):
+def test_result_warnings_and_differing_settings_are_listed(rig, field):
     other = field.assign_attrs(poisson_ratio=0.28)
     other["load_scale"] = other["load_scale"].copy(deep=True)
     other["load_scale"].values[1:3, 0, 0] = 1.2
@@ -164,7 +164,7 @@ def test_page_stands_alone(page, text):
     assert len(page.ids) == len(set(page.ids))
 
 
-def test_environment_is_told_with_every_wear_figure(text):
+def test_environment_is_stated_with_every_wear_figure(text):
     for name in ("profiles", "wear_depth", "wear_over_distance", "factors_wear", "equivalent_distance"):
         caption = text[text.index(f'id="caption-{name}"') :]
         assert "environment factor: 1 (rig), 0.2 (field)" in caption[: caption.index("</figcaption>")]

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RETRY_SECONDS = 1.5
-"""Reader and writer of one file wait for each other about so long [s]."""
+"""Reader and writer of one file wait for each other for this time [s]."""
 
 _BATCH = 8
 
