@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import jinja2
 import xarray as xr
 
 from wearsim.campaign.directory import read_status
 from wearsim.errors import ResultError
-from wearsim.report.sections import Campaigns, contents, summary_line
-from wearsim.report.style import capital, role_of, write_text
+from wearsim.report.plates import Plate
+from wearsim.report.sections import SECTIONS, Block, Campaigns, summary_line
+from wearsim.report.style import capital, role_of, to_svg, write_text
 from wearsim.report.tables import Table, role_title
 from wearsim.report.tables_quality import read_convergence
 from wearsim.results import open_results
@@ -99,5 +101,20 @@ def render(
         title=" against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets),
         campaigns=[(role_of(data), role_title(data), summary_line(data)) for data in datasets],
         failures=[f"{capital(role)}: the campaign failed: {text}" for role, text in failures.items()],
-        sections=contents(Campaigns(datasets, factors, convergence)),
+        sections=_contents(Campaigns(datasets, factors, convergence)),
     )
+
+
+def _contents(campaigns: Campaigns) -> list[dict[str, Any]]:
+    """Key, title and blocks of the sections that have any; figures are drawn here."""
+    sections = []
+    for section in SECTIONS:
+        blocks = [
+            Block("figure", {"name": b.name, "caption": b.caption, "svg": to_svg(b.figure, b.name)})
+            if isinstance(b, Plate)
+            else b
+            for b in section.content(campaigns)
+        ]
+        if blocks:
+            sections.append({"key": section.key, "title": section.title, "blocks": blocks})
+    return sections

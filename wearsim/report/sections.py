@@ -13,7 +13,7 @@ import xarray as xr
 
 from wearsim.report import plates, tables, tables_damage, tables_quality, tables_translation
 from wearsim.report.plates import Plate
-from wearsim.report.style import capital, plain, role_of, shown, to_svg
+from wearsim.report.style import capital, plain, role_of, shown
 from wearsim.report.tables import Table, role_title
 from wearsim.results import result_warnings
 from wearsim.results.checks import closing_reprofiling, last_worn_row, wear_steps
@@ -246,18 +246,3 @@ def all_figures(campaigns: Campaigns) -> list[Plate]:
     """Figures of all sections, in the order of the report."""
     blocks = (block for section in SECTIONS for block in section.content(campaigns))
     return [block for block in blocks if isinstance(block, Plate)]
-
-
-def contents(campaigns: Campaigns) -> list[dict[str, Any]]:
-    """Key, title and blocks of the sections that have any; figures are drawn here."""
-    sections = []
-    for section in SECTIONS:
-        blocks = [
-            Block("figure", {"name": b.name, "caption": b.caption, "svg": to_svg(b.figure, b.name)})
-            if isinstance(b, Plate)
-            else b
-            for b in section.content(campaigns)
-        ]
-        if blocks:
-            sections.append({"key": section.key, "title": section.title, "blocks": blocks})
-    return sections
