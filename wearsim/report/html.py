@@ -90,18 +90,15 @@ def render(
     """
     factors = translate(datasets[0], datasets[1]) if len(datasets) == 2 else None
     failures = failures or {}
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("wearsim.report"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("report.html.j2").render(
-        title=" against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets),
-        campaigns=[(role_of(data), role_title(data), summary_line(data)) for data in datasets],
-        failures=[f"{capital(role)}: the campaign failed: {text}" for role, text in failures.items()],
-        sections=_contents(Campaigns(datasets, factors, convergence)),
+    return (
+        environment()
+        .get_template("report.html.j2")
+        .render(
+            title=" against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets),
+            campaigns=[(role_of(data), role_title(data), summary_line(data)) for data in datasets],
+            failures=[f"{capital(role)}: the campaign failed: {text}" for role, text in failures.items()],
+            sections=_contents(Campaigns(datasets, factors, convergence)),
+        )
     )
 
 
@@ -118,3 +115,14 @@ def _contents(campaigns: Campaigns) -> list[dict[str, Any]]:
         if blocks:
             sections.append({"key": section.key, "title": section.title, "blocks": blocks})
     return sections
+
+
+def environment(autoescape: bool = True) -> jinja2.Environment:
+    """Templates of the reports, for HTML or (without escapes) for text."""
+    return jinja2.Environment(
+        loader=jinja2.PackageLoader("wearsim.report"),
+        autoescape=autoescape,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )

@@ -11,6 +11,7 @@ import xarray as xr
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.report import tables_damage
+from wearsim.report.html import environment
 from wearsim.report.plates import COUNTERFACE_MEASURES, wears
 from wearsim.report.sections import Campaigns, all_figures
 from wearsim.report.style import role_of, save_svg, with_unit
@@ -161,80 +162,30 @@ def summary_text(content: dict[str, Any]) -> str:
     str
         Several lines.
     """
-    run = QUANTITIES["distance"]
-    end = f"finished ({content['ended']})" if content["finished"] else "unfinished"
-    lines = [
-        content["title"] or content["kind"],
-        f"{content['kind']}, {end}: {_text('distance', content['distance'])} {run.shown_unit} "
-        f"in {content['steps']} wear steps",
-        f"{content['operating_points']} operating points, {content['monitoring_points']} of them only "
-        f"monitored; environment factor {_span('environment', content['environment'])}",
-        "",
-        f"{'':<46}{'new right':>11}{'left':>11}{'worn right':>12}{'left':>11}",
-    ]
-    for name in _MEASURES:
-        values = [*content["new"][name], *content["worn"][name]]
-        new_right, new_left, right, left = (_text(name, value) for value in values)
-        lines.append(f"{_title(name):<46}{new_right:>11}{new_left:>11}{right:>12}{left:>11}")
-    new, worn = (_text("equivalent_conicity", content[s]["equivalent_conicity"]) for s in ("new", "worn"))
-    lines += [f"{_title('equivalent_conicity'):<46}{new:>11}{'':>11}{worn:>12}", ""]
-    lines += [f"{_title(name):<46}{_span(name, content['contact'][name])}" for name in _CONTACT]
-    shares = ", ".join(
-        f"{name} {UNDEFINED if part is None else format(part, '.1%')}"
-        for name, part in content["regime_share"].items()
-    )
-    lines += [f"{'Share of the worn depth by regime':<46}{shares}", ""]
-    lines += [_limit(name, entry) for name, entry in content["limits"].items()]
-    lines += [_reprofiling(entry) for entry in content["reprofilings"]]
-    lines += [content["cracks_left"]] if content["cracks_left"] else []
-    lines += [""] if content["limits"] or content["reprofilings"] else []
-    lines += _counterface_lines(content.get("counterface", {}))
-    lines += _model_lines(content.get("contact_models", {}))
-    lines += _damage_lines(content.get("damage", {}))
-    lines += [f"{key}: {value}" for key, value in content["settings"].items()]
-    lines += [f"warning: {line}" for line in content["warnings"]]
-    return "\n".join(lines)
+    damage = _damage_rows(content.get("damage", {}))
+    template = environment(autoescape=False).get_template("summary.txt.j2")
+    text = template.render(
+        c=content, measures=_MEASURES, damage=damage, title=_title, text=_text, texts=_texts, span=_span,
+        limit_text=limit_text, diameter=lambda value: UNDEFINED if value is None else f"{1e3 * value:.2f}",
+        width=max((len(text) for text, ends in damage if ends), default=0),
+    )  # fmt: skip
+    return text.rstrip("\n")
 
 
-def _model_lines(chosen: dict[str, Any]) -> list[str]:
-    """Lines on contact models that were chosen, at the end."""
-    if not chosen:
-        return []
-    lines = [f"{one['points']} {one['class']} operating points: {one['models']}" for one in chosen["classes"]]
-    return [*lines, f"Error of their wear increment, estimated from a sample: {chosen['error']:.2g}", ""]
-
-
-def _counterface_lines(worn: dict[str, Any]) -> list[str]:
-    """Lines on rails or rollers that wear."""
-    if not worn:
-        return []
-    lines = [f"{'':<69}{'right':>11}{'left':>11}"]
-    redressed = COUNTERFACE_MEASURES[2:] if worn["counterface_redressed_count"] else ()
-    for name in (*COUNTERFACE_MEASURES[:2], *redressed):
-        right, left = (_text(name, value) for value in worn[name])
-        lines.append(f"{_title(name):<69}{right:>11}{left:>11}")
-    if redressed:
-        lines.append(f"{_title('counterface_redressed_count')}: {worn['counterface_redressed_count']}")
-    return [*lines, ""]
-
-
-def _damage_lines(damage: dict[str, Any]) -> list[str]:
-    rows: list[tuple[str, ...]] = []
-    for kind in ("comparison", "fatigue"):
-        for law, values in damage.get(kind, {}).items():
-            rows += [(f"{law}, {_small(name)}", *_both(name, ends)) for name, ends in values.items()]
+def _damage_rows(damage: dict[str, Any]) -> list[tuple[str, list[str]]]:
+    """Texts on comparison laws and fatigue with their values (right, left), if they have any."""
+    rows: list[tuple[str, list[str]]] = []
+    for law, values in [*damage.get("comparison", {}).items(), *damage.get("fatigue", {}).items()]:
+        rows += [(f"{law}, {_small(name)}", _texts(name, ends)) for name, ends in values.items()]
     for law, index in damage.get("fatigue_index", {}).items():
         (name, ends), (at, places), (_, points) = index.items()
-        rows.append((f"{law}, largest {_small(name).removeprefix('largest ')}", *_both(name, ends)))
-        rows.append((f"{law}, {_small(at)}", *_both(at, places)))
-        rows.append((f"{law}, operating point of the index: {' (right), '.join(map(str, points))} (left)",))
-    rows += [(f"Life of {law}, ended by: {what}",) for law, what in damage.get("life", {}).items()]
-    if not rows:
-        return []
-    rows.insert(0, ("Comparison laws and fatigue", "right", "left"))
-    width = max(len(row[0]) for row in rows if len(row) > 1)
-    lines = [f"{text:<{width}}" + "".join(f"{end:>11}" for end in ends) for text, *ends in rows]
-    return [*(line.rstrip() for line in lines), ""]
+        rows.append((f"{law}, largest {_small(name).removeprefix('largest ')}", _texts(name, ends)))
+        rows.append((f"{law}, {_small(at)}", _texts(at, places)))
+        rows.append(
+            (f"{law}, operating point of the index: {' (right), '.join(map(str, points))} (left)", [])
+        )
+    rows += [(f"Life of {law}, ended by: {what}", []) for law, what in damage.get("life", {}).items()]
+    return [("Comparison laws and fatigue", ["right", "left"]), *rows] if rows else []
 
 
 def _small(name: str) -> str:
@@ -242,7 +193,7 @@ def _small(name: str) -> str:
     return _title(name)[:1].lower() + _title(name)[1:]
 
 
-def _both(name: str, ends: list[float | None]) -> list[str]:
+def _texts(name: str, ends: list[float | None]) -> list[str]:
     return [_text(name, value) for value in ends]
 
 
@@ -276,30 +227,6 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
         ) from fault
 
 
-def _limit(name: str, entry: dict[str, Any]) -> str:
-    """Line on one limit; of a measure of each wheel the values are (right, left)."""
-    run = QUANTITIES["distance"].shown_unit
-    sides = ("right ", "left ") if len(entry["met"]) == 2 else ("",)
-    texts = [
-        f"{side}not met" if at is None else f"{side}met at {_text('distance', at)} {run}"
-        for side, at in zip(sides, entry["met"], strict=True)
-    ]
-    return f"{limit_text(name, [entry['limit']])}: {', '.join(texts)}"
-
-
-def _reprofiling(entry: dict[str, Any]) -> str:
-    """Line on one reprofiling of the wheels."""
-    sides = [
-        f"{side} {_diameter(before)} to {_diameter(after)} mm"
-        for side, before, after in zip(("right", "left"), entry["before"], entry["after"], strict=True)
-    ]
-    return f"Reprofiled at {_text('distance', entry['distance'])} km, wheel diameter {', '.join(sides)}"
-
-
-def _diameter(value: float | None) -> str:
-    return UNDEFINED if value is None else f"{1e3 * value:.2f}"
-
-
 def _plain(value: Any) -> Any:
     """Value, or list of values, as JSON knows it; None where it is not a number."""
     if isinstance(value, str):
@@ -325,5 +252,5 @@ def _text(name: str, value: float | None) -> str:
 
 
 def _span(name: str, ends: list[float | None]) -> str:
-    low, high = (_text(name, value) for value in ends)
+    low, high = _texts(name, ends)
     return low if low == high else f"{low} to {high}"
