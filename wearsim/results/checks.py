@@ -197,7 +197,7 @@ def tread_wear_warning(dataset: xr.Dataset) -> str | None:
     """Warn of a field campaign whose tread wear is not of the size seen in service.
 
     One line; None within `TREAD_WEAR_BAND`, for other campaigns than those in the field, before the
-        first step and for the law that wears nothing.
+    first step and for the law that wears nothing.
     """
     law = WEAR_LAWS.get(dataset.attrs.get("wear_law", ""))
     if dataset.attrs.get("scene_kind") != "field" or (law is not None and not law.wears):
