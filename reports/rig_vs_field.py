@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from wearsim import open_results
-from wearsim.report.pages import wear_depth
+from wearsim.report.plates import wear_depth
 from wearsim.report.style import save_svg
 
 parser = argparse.ArgumentParser(description=__doc__)

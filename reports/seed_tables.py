@@ -12,7 +12,7 @@ from writing import HERE, Figure, Table, output_folder, save_svg, write_csv, wri
 
 import wearsim
 from wearsim.contact.solve import solve
-from wearsim.report import figures_contact
+from wearsim.report.figures import contact
 from wearsim.report.style import COLOURS, SERIES_COLOURS, grid, legend, style
 from wearsim.studies.contact_state import contact_state
 
@@ -217,7 +217,7 @@ def ratios(values):
 
 def frame(ax, states):
     """Give axes limits in which the patches of all states fit, so that their sizes can be compared."""
-    outlines = [figures_contact.outline(state, 0) for state in states]
+    outlines = [contact.outline(state, 0) for state in states]
     across, along = (1.08 * max(float(np.nanmax(np.abs(line[k]))) for line in outlines) for k in (0, 1))
     box = ax.get_window_extent()
     shape = box.width / box.height
@@ -234,8 +234,8 @@ def patches_figure(groups):
         figure, axes = grid(2, len(groups), height=2.6, width=4.8 * len(groups), between=0.6)
         for (above, below), states in zip(axes.T, groups, strict=True):
             for state, (colour, line) in zip(states, looks, strict=True):
-                figures_contact.plot_outline(state, above, color=colour, linestyle=line)
-                figures_contact.plot_pressure_along(state, below, color=colour, linestyle=line)
+                contact.plot_outline(state, above, color=colour, linestyle=line)
+                contact.plot_pressure_along(state, below, color=colour, linestyle=line)
             frame(above, groups[0] + groups[1])
             below.set_xlim(above.get_xlim())
             above.set_title(f"Shift {1e3 * float(states[0]['shift']):g} mm")
@@ -250,7 +250,7 @@ def stress_figure(groups):
         for column, states in zip(axes.T, groups, strict=True):
             largest = max(float(np.hypot(state["shear_x"], state["shear_y"]).max()) for state in states)
             for ax, state in zip(column, states, strict=True):
-                figures_contact.plot_shear(state, ax, largest=largest)
+                contact.plot_shear(state, ax, largest=largest)
                 frame(ax, states)
                 ax.set_title(f"Shift {1e3 * float(state['shift']):g} mm, {state.attrs['label']}")
     return figure

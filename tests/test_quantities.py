@@ -9,7 +9,7 @@ from wearsim import quantities
 from wearsim.contact.problem import ContactConditions, ContactSolution
 from wearsim.quantities import QUANTITIES
 from wearsim.results import GROUPS, LAYOUT
-from wearsim.results.older import RENAMED
+from wearsim.results.schema import RENAMED
 from wearsim.scene.models import ContactSection, Running, WheelsetSection
 from wearsim.studies.contact_flags import COLUMNS
 

@@ -16,16 +16,20 @@ from wearsim.profile.reprofiling import reprofile_axle
 from wearsim.profile.shape import Profile, arc_length, polygon_area_between, vertex_normals
 from wearsim.profile.standard import shipped_path
 from wearsim.profile.worn import cut_along_normals
-from wearsim.report.figures import plot_profile, plot_wear_by_regime, plot_wear_depth
-from wearsim.report.figures_damage import plot_fatigue_damage
+from wearsim.report.figures.campaign import (
+    plot_fatigue_damage,
+    plot_profile,
+    plot_wear_by_regime,
+    plot_wear_depth,
+)
 from wearsim.report.html import render
 from wearsim.report.inspect import inspect, summary, summary_text
-from wearsim.report.tables import quality, turned_wheels
+from wearsim.report.tables import reprofiled_wheels
 from wearsim.report.tables_damage import fatigue_laws, wear_laws
-from wearsim.results import doubts, layout_of, open_results
+from wearsim.report.tables_quality import quality
+from wearsim.results import layout_of, open_results, result_warnings
+from wearsim.results.checks import cracks_left, reprofiled_rows, reprofilings, seizure_shares, spans
 from wearsim.results.limits import limits_met
-from wearsim.results.plausibility import seizure_shares
-from wearsim.results.turnings import cracks_left, spans, turned_rows, turnings
 from wearsim.scene import build, load_scene
 from wearsim.scene.campaign import ReprofilingRules
 
@@ -221,8 +225,8 @@ def test_measures_of_a_state_are_computed_once_for_row_and_turning(setup, monkey
 
 def test_rows_tell_each_turning(data):
     """One where 4 um are worn, one at 10 km; each takes the wear and 0.3 mm of radius off both wheels."""
-    rows = turned_rows(data)
-    made = turnings(data)
+    rows = reprofiled_rows(data)
+    made = reprofilings(data)
     assert len(rows) == len(made) >= 2
     assert made[-1].distance == pytest.approx(10e3, rel=1e-12)
     depth = data["max_wear_depth"].values
@@ -242,10 +246,10 @@ def test_rows_tell_each_turning(data):
             data["equivalent_conicity"][row], data["equivalent_conicity"][0], atol=1e-8
         )
         assert not data["fatigue_damage"][row].any()
-    table = turned_wheels(data)
+    table = reprofiled_wheels([data])[0].rows
     assert len(table) == len(rows)
     assert table[-1][0].text == "10.00"
-    assert table[0][1][0].value == pytest.approx(920.0, abs=0.1)
+    assert table[0][1].value == pytest.approx(920.0, abs=0.1)
 
 
 def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
@@ -256,9 +260,9 @@ def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
             y, z = (data[f"profile_{c}"].values[:, w] for c in "yz")
             total[w] += polygon_area_between(y[first], z[first], y[last], z[last])
     np.testing.assert_allclose(total, data["worn_area"].values[-1], rtol=1e-9)
-    told = dict(quality(data))
-    assert told["Worn area by the law against the profiles, right wheel [relative difference]"].value < 1e-9
-    assert told["Wear steps"].value == data.sizes["step"] - 1 - len(turned_rows(data))
+    checks = {name.text: cell.value for name, cell in quality([data]).rows}
+    assert checks["Worn area by the law against the profiles, right wheel [relative difference]"] < 1e-9
+    assert checks["Wear steps"] == data.sizes["step"] - 1 - len(reprofiled_rows(data))
 
 
 def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(data, tmp_path_factory, rig_text):
@@ -267,7 +271,7 @@ def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(data, tmp_path_factory,
     The same wheel but for heights off by 0.35 mm, which move interpolated places by rounding; both
     programmes are at the beginning of a loop and of the small first steps.
     """
-    row = turned_rows(data)[0]
+    row = reprofiled_rows(data)[0]
     radius = 0.5e3 * float(data["wheel_diameter"][row, 0])
     folder = tmp_path_factory.mktemp("small")
     text = rig_text[: rig_text.index("[campaign.limits]")].replace("distance_km = 12", "distance_km = 0.5")
@@ -280,7 +284,7 @@ def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(data, tmp_path_factory,
 def test_limits_are_told_across_turnings(data, finished):
     """Depth is met before the first turning, and damage where the worst place of any law has it."""
     found = {limit.name: limit for limit in limits_met(data)}
-    first = turned_rows(data)[0]
+    first = reprofiled_rows(data)[0]
     met = min(at for at in found["max_wear_depth"].distance if at is not None)
     assert data["distance"].values[first - 2] < met <= data["distance"].values[first]
     assert found["wheel_diameter"].distance == (None, None)
@@ -293,16 +297,16 @@ def test_limits_are_told_across_turnings(data, finished):
 
 
 def test_report_and_summary_tell_the_turnings(data, finished):
-    first = turnings(data)[0]
+    first = reprofilings(data)[0]
     page = render([data])
-    table = page[page.index('id="table-turnings"') :].partition("</table>")[0]
+    table = page[page.index('id="table-reprofilings-rig"') :].partition("</table>")[0]
     assert f'data-value="{1e3 * first.before[0]!r}"' in table
     found = inspect(finished)
-    assert len(found["turnings"]) == len(turnings(data))
-    steps = data.sizes["step"] - 1 - len(turned_rows(data))
+    assert len(found["reprofilings"]) == len(reprofilings(data))
+    steps = data.sizes["step"] - 1 - len(reprofiled_rows(data))
     assert found["steps"] == steps
     assert f"km in {steps} wear steps" in page
-    assert "Depth counts from the last turning of the wheels." in page
+    assert "Depth counts from the last reprofiling of the wheels." in page
     told = "The lathe is assumed to take all damage of wlrm, which states no depth of its cracks."
     assert told in table
     assert told in summary_text(found)
@@ -310,7 +314,7 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     cracked["fatigue_crack_depth"] = ("fatigue", [5e-3])
     assert "(1 is a crack of 5 mm) and left none." in render([cracked])
     damage = data["fatigue_damage"].copy()
-    damage[turned_rows(data)[0], 0, 0, 7] = 0.012
+    damage[reprofiled_rows(data)[0], 0, 0, 7] = 0.012
     cracked["fatigue_damage"] = damage
     page = render([cracked])
     assert "(1 is a crack of 5 mm) and left at most 0.012 of it." in page
@@ -320,7 +324,7 @@ def test_report_and_summary_tell_the_turnings(data, finished):
 
 def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data):
     """Cut off at a turning: area of all spans, shares that sum to one, depth of the stretch before it."""
-    row = turned_rows(data)[1]
+    row = reprofiled_rows(data)[1]
     ended = data.isel(step=slice(0, row + 1))
     first = wear_laws(ended)[0].rows[0]
     for cell, area in zip(first[1:3], ended["worn_area"].values[-1], strict=True):
@@ -339,7 +343,7 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data
 
 def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
     """Cut off at a turning: damage, life and worn measures are those of the row before, and that is said."""
-    row = turned_rows(data)[1]
+    row = reprofiled_rows(data)[1]
     ended, before = (data.isel(step=slice(0, end)) for end in (row + 1, row))
     damage = data["fatigue_damage"].values[row - 1, :, 0].max(axis=1)
     assert damage.max() > 0.0
@@ -347,7 +351,7 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
     assert [cell.text for cell in table.rows[0]] == [cell.text for cell in other.rows[0]]
     columns = [table.head.index(f"{side}: largest damage") for side in ("Right", "Left")]
     np.testing.assert_array_equal([table.rows[0][column].value for column in columns], damage)
-    told = "The campaign ends with a turning of the wheels"
+    told = "The campaign ends with a reprofiling of the wheels"
     assert told in table.caption
     assert told not in other.caption
     one, another = summary(ended), summary(before)
@@ -373,7 +377,7 @@ def test_a_life_of_cracks_costs_the_diameter_that_they_are_deep(tmp_path, rig_te
     (tmp_path / "rig.toml").write_text(text)
     with open_results(run_scene(tmp_path / "rig.toml", tmp_path / "out")[0]) as opened:
         found = opened.load()
-    rows = turned_rows(found)
+    rows = reprofiled_rows(found)
     assert len(rows) > 1
     damage, diameter = found["fatigue_damage"].values, found["wheel_diameter"].values
     for row in rows:
@@ -383,7 +387,7 @@ def test_a_life_of_cracks_costs_the_diameter_that_they_are_deep(tmp_path, rig_te
         assert lost.min() > 2.0 * deepest - 2e-6
         assert lost.max() < 2.0 * deepest / np.cos(np.radians(45.0)) + 2e-6
     assert cracks_left(found).endswith("and left none.")
-    assert not any("the lathe" in line for line in doubts(found))
+    assert not any("the lathe" in line for line in result_warnings(found))
 
 
 @pytest.fixture(scope="module")
@@ -400,17 +404,17 @@ def reshaped(tmp_path_factory, rig_text):
 
 
 def test_figures_stand_at_the_points_of_the_profile_that_was_turned(reshaped):
-    row = turned_rows(reshaped)[-1]
+    row = reprofiled_rows(reshaped)[-1]
     y, z = (reshaped[f"profile_{c}"].values[row, 0] for c in "yz")
     assert np.abs(y - reshaped["profile_y"].values[0, 0]).max() > 0.5e-3
     x = 1e3 * y
-    assert len(turned_rows(reshaped)) < reshaped.sizes["step"] - 2  # runs on
+    assert len(reprofiled_rows(reshaped)) < reshaped.sizes["step"] - 2  # runs on
     for draw in (plot_fatigue_damage, plot_wear_depth, plot_wear_by_regime):
         np.testing.assert_allclose(draw(reshaped).lines[-1].get_xdata(), x, rtol=1e-15)
     along = plot_wear_depth(reshaped, against="arc_length").lines[-1].get_xdata()
     np.testing.assert_allclose(along, 1e3 * arc_length(y, z), rtol=1e-15)
     lines = {line.get_label(): line for line in plot_profile(reshaped).lines}
-    np.testing.assert_allclose(lines["turned wheel"].get_xydata(), 1e3 * np.stack([y, z], 1), rtol=1e-15)
+    np.testing.assert_allclose(lines["reprofiled wheel"].get_xydata(), 1e3 * np.stack([y, z], 1), rtol=1e-15)
     start = plot_wear_depth(reshaped, distance=0.0).lines[-1].get_xdata()
     np.testing.assert_allclose(start, 1e3 * reshaped["profile_y"].values[0, 0], rtol=1e-15)
     damage = reshaped["fatigue_damage"].values[-1, 0, 1]
@@ -422,7 +426,7 @@ def test_figures_stand_at_the_points_of_the_profile_that_was_turned(reshaped):
 def test_the_shipped_workflow_turns_the_wheels_once_and_ends_at_their_diameter(tmp_path):
     """As its comments say; each rail loses what is stated, the steps' sum to 1e-9."""
     with open_results(run_scene(shipped_path("workflows", "limits.toml"), tmp_path / "out")[0]) as shipped:
-        assert len(turnings(shipped)) == 1
+        assert len(reprofilings(shipped)) == 1
         assert "diameter" in shipped.attrs["finished"]
         assert float(shipped["wheel_diameter"].values[-1].min()) <= 919.3e-3
         run = float(shipped["distance"].values[-1])
@@ -446,7 +450,7 @@ class Stop(Exception):
 def test_a_campaign_stopped_before_or_behind_a_turning_ends_with_the_same_bits(
     scene, finished, data, tmp_path, after
 ):
-    step = turned_rows(data)[0] + after
+    step = reprofiled_rows(data)[0] + after
 
     def stop(event):
         if event.kind == "step" and event.step == step:

@@ -10,7 +10,7 @@ import pytest
 from wearsim import cli
 from wearsim.cli.run import print_warnings
 from wearsim.profile.standard import shipped_path
-from wearsim.report import html
+from wearsim.report import sections
 
 DISTANCE = {"rig": 5.0, "field": 100.0}  # a few steps at most [km]
 
@@ -92,7 +92,7 @@ def test_status_of_a_killed_run_is_stopped(ended, capsys):
 
 
 def test_the_report_of_a_failed_campaign_says_why_on_top(ended, capsys, monkeypatch):
-    monkeypatch.setattr(html, "_plates", lambda *_: {name: [] for name, _ in html.SECTIONS})
+    monkeypatch.setattr(sections, "figures", lambda *_, **__: iter(()))
     message = "the wear step at 4 km is too short to change the distance"
     directory = ended(state="failed", message=message)
     assert cli.main(["report", str(directory)]) == 0

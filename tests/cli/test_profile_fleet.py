@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from wearsim.cli import main
-from wearsim.report import pages_fleet
+from wearsim.report.figures import fleet
 
 MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
 
@@ -173,7 +173,7 @@ def test_a_file_that_cannot_be_aligned_keeps_its_measures(folder, capsys):
 
 
 def test_pages_of_small_figures(folder, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(pages_fleet, "ROWS", 1)  # four on a page
+    monkeypatch.setattr(fleet, "ROWS", 1)  # four on a page
     text = (MEASURED / "wheel_worn_right.whl").read_text()
     (folder / "more.whl").write_text(text.replace("CarNo=1", "CarNo=2"))
     figure = tmp_path / "fleet.png"

@@ -1,5 +1,3 @@
-from collections import defaultdict
-
 import pytest
 
 from wearsim.report.html import write_report
@@ -9,7 +7,7 @@ from wearsim.results import open_results
 @pytest.fixture
 def without_figures(monkeypatch):
     """Reports have tables and texts only: figures take most of their time."""
-    monkeypatch.setattr("wearsim.report.html._plates", lambda *_: defaultdict(list))
+    monkeypatch.setattr("wearsim.report.sections.figures", lambda *_, **__: iter(()))
 
 
 @pytest.fixture(scope="session")

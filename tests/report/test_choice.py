@@ -1,4 +1,4 @@
-"""Contact models that were chosen: what the report, `wearsim inspect` and `wearsim check` tell."""
+"""Contact models that were chosen: what the report, `wearsim inspect` and `wearsim check` report."""
 
 import json
 
@@ -8,7 +8,7 @@ from wearsim.campaign import choose
 from wearsim.campaign.choose import CLASSES
 from wearsim.campaign.run import run_scene
 from wearsim.cli import main
-from wearsim.report import tables_choice
+from wearsim.report import tables_quality
 from wearsim.report.html import write_report
 from wearsim.report.inspect import inspect, summary_text
 from wearsim.results import open_results
@@ -34,8 +34,8 @@ def result(scene):
 
 def test_report_shows_classes_models_costs_and_evidence(result, without_figures):
     with open_results(result) as data:
-        models, evidence = tables_choice.chosen(data)
-        steps = tables_choice.looked_at(data)
+        models, evidence = tables_quality.chosen(data)
+        steps = tables_quality.looked_at(data)
         text = [[cell.text for cell in row] for row in models.rows]
         assert steps[0] == 0
         assert len(text) == 2 * len(steps)
@@ -53,14 +53,14 @@ def test_report_shows_classes_models_costs_and_evidence(result, without_figures)
     assert "0 km, leading" in page
 
 
-def test_inspect_tells_the_models_at_the_end(result):
-    found = inspect(result)
-    assert [one["class"] for one in found["contact_models"]["classes"]] == ["least", "leading"]
-    assert 0.0 < found["contact_models"]["error"] <= 0.5
-    assert "1 leading operating points: " in summary_text(found)
+def test_inspect_lists_the_models_at_the_end(result):
+    actual = inspect(result)
+    assert [one["class"] for one in actual["contact_models"]["classes"]] == ["least", "leading"]
+    assert 0.0 < actual["contact_models"]["error"] <= 0.5
+    assert "1 leading operating points: " in summary_text(actual)
 
 
-def test_check_tells_the_choice_of_the_start_and_why(scene, result, capsys):
+def test_check_lists_the_choice_of_the_start_and_why(scene, result, capsys):
     assert main(["check", str(scene), "--json"]) == 0
     (plan,) = json.loads(capsys.readouterr().out)["campaigns"]
     choice = plan["choice"]
@@ -74,6 +74,6 @@ def test_check_tells_the_choice_of_the_start_and_why(scene, result, capsys):
     assert costs == [cost for *_, cost in choose.COST_ORDER][: len(costs)]
     assert choice["cost"] <= choice["cost_of_one_for_all"] == costs[-1]
     assert main(["check", str(scene)]) == 0
-    told = capsys.readouterr().out
-    assert "chosen for a tolerance of 50 %" in told
-    assert f"1 leading points: {names[-1]}" in told
+    message = capsys.readouterr().out
+    assert "chosen for a tolerance of 50 %" in message
+    assert f"1 leading points: {names[-1]}" in message

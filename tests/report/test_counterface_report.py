@@ -8,9 +8,11 @@ import pytest
 from wearsim.campaign.run import run_scene
 from wearsim.cli import main
 from wearsim.quantities import QUANTITIES
-from wearsim.report import figures_counterface, pages_counterface
+from wearsim.report import plates
+from wearsim.report.figures import campaign
 from wearsim.report.html import write_report
 from wearsim.report.inspect import inspect, summary_text
+from wearsim.report.tables import counterface
 from wearsim.results import open_results
 
 BLOCK = {"name": "curve", "shift_mm": 4, "yaw_mrad": 3, "distance_km": 2}
@@ -42,86 +44,87 @@ def folder(tmp_path_factory, scene_text):
 
 @pytest.fixture(scope="module")
 def pair(folder):
-    found = []
+    actual = []
     for name in ("rig", "field"):
         with open_results(folder / "out" / f"{name}.nc") as data:
-            found.append(data.load())
-    return found
+            actual.append(data.load())
+    return actual
 
 
-def test_report_tells_what_the_counterface_lost(folder, pair):
+def test_report_states_what_the_counterface_lost(folder, pair):
     text = write_report(folder / "out").read_text(encoding="utf-8")
     for name in ("counterface_wear", "counterface_over_distance"):
         assert text.count(f'id="figure-{name}"') == 1
     for role in ("rig", "field"):
         assert text.count(f'id="table-counterface-{role}"') == 1
-    assert "the rollers were turned 2 times" in text
+    assert "the rollers were redressed 2 times" in text
     assert "The factors contain wear of the counterface: rollers wear, rails wear." in text
     assert "sampled differently" not in text
-    assert "Rollers turned every [km]" in text
-    assert "Area each rail loses [mm²/1000 km]" in text
-    (rails,) = pages_counterface.table(pair[1])
+    assert "Running after which rollers are redressed [km]" in text
+    assert "cross-section loses per distance run [mm²/1000 km]" in text
+    (rails,) = counterface(pair[1])
     assert rails.head == ["Measure", "Right rail", "Left rail"]
     area = rails.rows[1]
     assert [cell.value for cell in area[1:]] == pytest.approx([0.09, 0.09], rel=1e-9)  # 3 mm2, 30 of 1000 km
 
 
 def test_captions_of_rails_say_that_their_area_is_stated(pair):
-    """No environment factor acts on it, and rails are not turned."""
-    rig, field = ([plate.caption for plate in pages_counterface.plates([data])] for data in pair)
+    """No environment factor acts on it, and rails are not redressed."""
+    draw = (plates.counterface_wear, plates.counterface_over_distance)
+    rig, field = ([one([data]).caption for one in draw] for data in pair)
     for along, over in (rig, field):
         assert along.endswith(".")
         assert over.endswith(".")
     assert "Wear depths contain the environment factor" in rig[0]
-    assert "turned back" in rig[1]
+    assert "rollers are redressed" in rig[1]
     assert "the amount is as given and contains no environment factor" in field[0]
     assert "Wear depths contain" not in "".join(field)
-    assert "turned" not in "".join(field)
-    both = pages_counterface.plates(pair)[0].caption
+    assert "redressed" not in "".join(field)
+    both = plates.counterface_wear(pair).caption
     assert "Wear depths contain the environment factor: 1 (rig)." in both
     assert "Rails (field) lose" in both
 
 
 def test_lives_of_the_rollers_are_drawn(pair):
-    """Two turnings: what was turned off then, and the end; rails: three quarters of the way and the end."""
+    """Two redressings and the end; rails: three quarters of the way and the end."""
     rig, field = pair
-    turnings = rig["counterface_redressed_count"].values
-    rows = figures_counterface.states_shown(rig)
-    assert [int(turnings[row]) for row in rows] == [1, 2, 2]
+    redressings = rig["counterface_redressed_count"].values
+    rows = campaign.states_shown(rig)
+    assert [int(redressings[row]) for row in rows] == [1, 2, 2]
     deepest = rig["counterface_wear_depth"].values.max(axis=2)
     np.testing.assert_array_equal(deepest, rig["counterface_max_wear_depth"].values)
     off = deepest[rows[:-1]].sum(axis=0)
     np.testing.assert_allclose(rig["counterface_redressed_depth"].values[-1], off, rtol=1e-12)
     assert rows[-1] == rig.sizes["step"] - 1
     assert not field["counterface_redressed_count"].values.any()
-    assert len(figures_counterface.states_shown(field)) == min(4, field.sizes["step"] - 1)
-    ax = figures_counterface.plot_counterface_over_distance(rig, "counterface_max_wear_depth")
+    assert len(campaign.states_shown(field)) == min(4, field.sizes["step"] - 1)
+    ax = campaign.plot_counterface_over_distance(rig, "counterface_max_wear_depth")
     x, y = ax.lines[0].get_data()
     at = np.flatnonzero(np.diff(x) == 0.0)
     np.testing.assert_allclose(x[at], [6.0, 12.0], rtol=1e-12)
     depth = QUANTITIES["counterface_max_wear_depth"].shown_factor
-    before = rig["counterface_max_wear_depth"].values[np.flatnonzero(np.diff(turnings)) + 1, 0]
+    before = rig["counterface_max_wear_depth"].values[np.flatnonzero(np.diff(redressings)) + 1, 0]
     np.testing.assert_allclose(y[at], depth * before, rtol=1e-12)
     assert not y[at + 1].any()
 
 
-def test_inspect_tells_both_sides(folder, pair):
-    found = inspect(folder / "out" / "rig.nc")
-    worn = found["counterface"]
+def test_inspect_lists_both_sides(folder, pair):
+    actual = inspect(folder / "out" / "rig.nc")
+    worn = actual["counterface"]
     assert worn["counterface_redressed_count"] == 2
     assert worn["counterface_worn_area"] == pytest.approx(pair[0]["counterface_worn_area"].values[-1])
-    assert json.dumps(found)
-    assert "Number of times the rollers were redressed: 2" in summary_text(found)
+    assert json.dumps(actual)
+    assert "Number of times the rollers were redressed: 2" in summary_text(actual)
     rails = summary_text(inspect(folder / "out" / "field.nc"))
     assert "Largest wear depth of the rail" in rails
-    assert "turned off" not in rails
-    assert "rollers were turned" not in rails
+    assert "redressed" not in rails
 
 
-def test_check_tells_how_it_wears(folder, capsys):
+def test_check_lists_how_it_wears(folder, capsys):
     assert main(["check", str(folder / "compare.toml")]) == 0
-    told = " ".join(capsys.readouterr().out.split())
+    message = " ".join(capsys.readouterr().out.split())
     assert (
-        "wear 0.5 times as deep per passage as the wheels; redressed to their new profile every 6 km" in told
+        "wear 0.5 times as deep per passage as the wheels; redressed to their new profile every 6 km"
+        in message
     )
-    assert "each loses 3 mm2 per 1000 km where the wheels wear" in told
+    assert "each loses 3 mm2 per 1000 km where the wheels wear" in message

@@ -8,9 +8,11 @@ import pytest
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import run_scene
 from wearsim.damage.fatigue.agreement import agreement
-from wearsim.report import figures_damage, pages_damage, tables_damage, tables_index
+from wearsim.report import plates, tables_damage
+from wearsim.report.figures import campaign
 from wearsim.report.html import render, write_report
 from wearsim.report.inspect import inspect, summary_text
+from wearsim.report.sections import SECTIONS, Campaigns
 from wearsim.results import open_results
 from wearsim.scene import build, load_scene
 from wearsim.translation.translate import translate
@@ -48,11 +50,11 @@ def folder(tmp_path_factory, scene_text):
 
 @pytest.fixture(scope="module")
 def pair(folder):
-    found = []
+    actual = []
     for name in ("rig", "field"):
         with open_results(folder / f"{name}.nc") as data:
-            found.append(data.load())
-    return found
+            actual.append(data.load())
+    return actual
 
 
 @pytest.fixture(scope="module")
@@ -100,16 +102,16 @@ def test_report_marks_laws_of_the_users_own_with_their_certainty(pair, tmp_path,
     assert "given by the user" in render([pair[0].assign_attrs(header.attributes)])
 
 
-def test_report_tells_what_the_numbers_of_every_law_hold_for(pair, text):
+def test_report_states_what_the_numbers_of_every_law_hold_for(pair, text):
     """Not of the active law alone: rail steel in the life of a wheel, jumps, floors, our own choices."""
-    for told in (
+    for message in (
         "rail steels R220 and R260",
         "In the net form the damage has no floor",
         "The damage of a passage is our own choice",
-        "The map prints ranges of k; we take their middle",  # archard beside
-        "Twin discs in line contact",  # usfd leads
+        "The map prints ranges of k; we take their middle",  # archard, comparison law
+        "Twin discs in line contact",  # usfd, active
     ):
-        assert told in text
+        assert message in text
     table = tables_damage.wear_laws(pair[0])[2]
     assert [row[0].text for row in table.rows] == ["usfd, active", "archard", "none"]
     assert table.rows[1][1].text.startswith("wheel and rail steels, dry")
@@ -130,19 +132,19 @@ def test_every_shipped_set_reaches_the_header_of_a_campaign(tmp_path, scene_text
         'coefficients = ["burstow_2004_20n"]\n'
     )
     (tmp_path / "rig.toml").write_text(scene_text(BLOCK, more=more))
-    told = WheelsetEvolution(build(load_scene(tmp_path / "rig.toml"))).header.attributes
-    departures = told["comparison_departures"].split("\n")
+    attrs = WheelsetEvolution(build(load_scene(tmp_path / "rig.toml"))).header.attributes
+    departures = attrs["comparison_departures"].split("\n")
     assert "at 200 N the loss jumps from 25 to 84" in departures[0]
     assert departures[1:] == ["", ""]
-    assert "speed" in told["comparison_validity"].split("\n")[2]
-    assert told["fatigue_materials"].split("\n") == ["rail and wheel steels", "rail steels R220 and R260"]
-    assert "zero beyond 175 N" in told["fatigue_departures"].split("\n")[1]
-    assert "R8T" in told["wear_coefficients_materials"]
-    assert "seizure_cap" not in {key for key, value in told.items() if value != ""}  # usfd has no seizure
-    assert not any("crack_angle" in str(value) for value in told.values())  # it acted nowhere
+    assert "speed" in attrs["comparison_validity"].split("\n")[2]
+    assert attrs["fatigue_materials"].split("\n") == ["rail and wheel steels", "rail steels R220 and R260"]
+    assert "zero beyond 175 N" in attrs["fatigue_departures"].split("\n")[1]
+    assert "R8T" in attrs["wear_coefficients_materials"]
+    assert "seizure_cap" not in {key for key, value in attrs.items() if value != ""}  # usfd has no seizure
+    assert not any("crack_angle" in str(value) for value in attrs.values())  # it acted nowhere
 
 
-def test_assumptions_of_the_balance_are_told_with_their_effect(pair):
+def test_assumptions_of_the_balance_are_stated_with_their_effect(pair):
     table = tables_damage.life(pair[0])
     assert "are assumptions" in table.caption
     rate = pair[0]["fatigue_damage_rate"].values[-1, 0, 0]
@@ -155,23 +157,23 @@ def test_assumptions_of_the_balance_are_told_with_their_effect(pair):
     laws = tables_damage.fatigue_laws(pair[0])[0]
     assert "assumption" in laws.caption
     assert "Right: largest rate at the end, before removal [1/1000 km]" in laws.head
-    (plate,) = [plate for plate in pages_damage.plates([pair[0]]) if plate.name == "balance"]
+    plate = plates.balance([pair[0]])
     assert "last step" not in plate.caption
     assert "assumptions" in plate.caption
 
 
-def test_shakedown_map_tells_where_its_yield_stress_comes_from(pair):
+def test_shakedown_map_states_where_its_yield_stress_comes_from(pair):
     source = "ekberg_kabo_andersson_2002"
-    told = figures_damage.shear_yield_told(pair[0])
-    assert told == f"300 MPa of surface_fatigue_index_local ({source}, recalled, 200 to 350 MPa in use)"
+    message = campaign.shear_yield_text(pair[0])
+    assert message == f"300 MPa of surface_fatigue_index_local ({source}, recalled, 200 to 350 MPa in use)"
     alone = pair[0].isel(fatigue=[0])
     assert list(alone["fatigue_name"].values) == ["wlrm"]
-    assert figures_damage.shear_yield_told(alone) == (
+    assert campaign.shear_yield_text(alone) == (
         f"300 MPa of {source}, as no law of the scene has one (recalled, 200 to 350 MPa in use)"
     )
     own = pair[0].copy(deep=True)
     own["fatigue_warnings"][1] = ""
-    assert figures_damage.shear_yield_told(own) == "300 MPa as given for surface_fatigue_index_local"
+    assert campaign.shear_yield_text(own) == "300 MPa as given for surface_fatigue_index_local"
 
 
 def test_report_without_such_laws_has_no_section(run_directory):
@@ -211,10 +213,10 @@ def test_life_is_ended_by_what_comes_first(pair):
     assert ended == ("cracks" if crack < worn else "wear")
 
 
-def test_largest_index_is_told_with_its_place_and_operating_point(pair, text):
+def test_largest_index_is_stated_with_its_place_and_operating_point(pair, text):
     """From the stored resultants: wear number and the highest pressure of the patches; margin below zero."""
     data = pair[1]
-    (table,) = tables_index.table(data)
+    (table,) = tables_damage.fatigue_index(data)
     assert table.name == "fatigue-index"
     side, end = data["side"].values[-1], data.isel(step=-1)
     number = np.where(side == 0, end["wear_number_without_spin"].values, -np.inf)
@@ -259,29 +261,31 @@ def test_index_of_a_patch_explains_its_damage(pair):
 
 def test_agreement_is_weighted_with_the_collective(pair):
     data = pair[1]
-    found = tables_damage.cycles(data)
+    actual = tables_damage.cycles(data)
     damage = data["fatigue_damage_passage"].values[-1]
     here = np.isfinite(damage[..., 0])
     weight = np.broadcast_to(data["weight"].values[:, None], here.shape)[here]
     expected = agreement({"a": damage[here][:, 0], "b": damage[here][:, 1]}, weight)
-    np.testing.assert_array_equal(found.overlap, expected.overlap)
-    assert 0.0 < found.overlap[0, 1] < 1.0
+    np.testing.assert_array_equal(actual.overlap, expected.overlap)
+    assert 0.0 < actual.overlap[0, 1] < 1.0
 
 
 def test_shakedown_map_has_every_patch(pair):
     """Places from the stored resultants; as many marks as patches, new and worn."""
-    friction, ratio = figures_damage.shakedown_place(pair[0], -1)
+    friction, ratio = campaign.shakedown_place(pair[0], -1)
     count = int(np.isfinite(pair[0]["max_pressure"].values[[0, -1]]).sum())
     assert np.isfinite(friction).sum() == np.isfinite(ratio).sum()
-    marks = [line for line in figures_damage.plot_shakedown(pair[0]).lines if line.get_marker() in ("o", "^")]
+    marks = [line for line in campaign.plot_shakedown(pair[0]).lines if line.get_marker() in ("o", "^")]
     assert sum(len(line.get_xdata()) for line in marks) == count
     known = ratio[np.isfinite(ratio)]
     np.testing.assert_allclose(known.max(), np.nanmax(pair[0]["max_pressure"].values[-1]) / 300e6, rtol=1e-12)
 
 
 def test_figures_are_made_for_one_campaign_too(pair):
-    plates = pages_damage.plates([pair[1]])
-    assert [plate.section for plate in plates] == ["wear", *["fatigue"] * 4]
+    one = Campaigns([pair[1]])
+    drawn = {s.key: [b.name for b in s.content(one) if isinstance(b, plates.Plate)] for s in SECTIONS}
+    assert drawn["wear"][-1] == "wear_laws"
+    assert drawn["fatigue"] == ["shakedown", "fatigue_damage", "fatigue_cycles", "balance"]
     assert 'id="fatigue"' in render([pair[1]])
 
 
@@ -308,18 +312,20 @@ def test_laws_with_other_settings_are_not_compared(pair):
     assert "fatigue law wlrm: its settings differ" in factors.attrs["warnings"]
 
 
-def test_inspect_tells_the_laws(folder):
-    found = inspect(folder / "rig.nc")
-    assert list(found["damage"]["comparison"]) == ["archard", "none"]
-    told = summary_text(found)
-    assert re.search(r"archard, largest wear depth \[mm\] +0\.0\d+", told)
-    index = found["damage"]["fatigue_index"]["surface_fatigue_index_local"]
+def test_inspect_lists_the_laws(folder):
+    actual = inspect(folder / "rig.nc")
+    assert list(actual["damage"]["comparison"]) == ["archard", "none"]
+    message = summary_text(actual)
+    assert re.search(r"archard, largest wear depth \[mm\] +0\.0\d+", message)
+    index = actual["damage"]["fatigue_index"]["surface_fatigue_index_local"]
     assert list(index) == ["fatigue_index", "fatigue_index_y", "operating_point_name"]
     assert index["operating_point_name"] == ["curve", "curve"]
-    assert re.search(r"surface_fatigue_index_local, largest fatigue index of the surface +-?\d", told)
-    assert re.search(r"wlrm, lateral position of the fatigue index on the wheel profile \[mm\] +-?\d", told)
-    assert "wlrm, operating point of the index: curve (right), curve (left)" in told
-    assert re.search(r"Life of wlrm, right wheel, ended by: (cracks|wear)", told)
+    assert re.search(r"surface_fatigue_index_local, largest fatigue index of the surface +-?\d", message)
+    assert re.search(
+        r"wlrm, lateral position of the fatigue index on the wheel profile \[mm\] +-?\d", message
+    )
+    assert "wlrm, operating point of the index: curve (right), curve (left)" in message
+    assert re.search(r"Life of wlrm, right wheel, ended by: (cracks|wear)", message)
 
 
 @pytest.mark.cf

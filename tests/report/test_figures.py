@@ -3,7 +3,9 @@ import numpy as np
 import pytest
 
 from wearsim.quantities import QUANTITIES
-from wearsim.report import figures, figures_translation, pages
+from wearsim.report.figures import campaign as figures
+from wearsim.report.figures import translation as figures_translation
+from wearsim.report.sections import Campaigns, all_figures
 from wearsim.report.style import COLOURS, grid, plain, to_svg
 from wearsim.translation.translate import translate
 
@@ -88,7 +90,7 @@ def test_factor_lines_are_the_translation(translation):
 
 def test_figures_change_no_global_setting(rig):
     before = dict(mpl.rcParams)
-    for plate in pages.plates([rig]):
+    for plate in all_figures(Campaigns([rig])):
         to_svg(plate.figure, plate.name)
     assert dict(mpl.rcParams) == before
 

@@ -12,8 +12,8 @@ from matplotlib.quiver import Quiver
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
 from wearsim.errors import ResultError
 from wearsim.profile import standard
-from wearsim.report import figures_contact, pages_contact
-from wearsim.report.style import COLOURS, to_svg
+from wearsim.report.figures import contact
+from wearsim.report.style import COLOURS, to_svg, write_figure
 from wearsim.studies.contact_state import contact_state
 
 STRIPS, CELLS = 24, 20
@@ -47,7 +47,7 @@ def two(make):
 
 
 def test_the_outline_goes_through_the_ends_of_the_strips(state):
-    line = figures_contact.plot_outline(state).lines[0]
+    line = contact.plot_outline(state).lines[0]
     y, x = line.get_data()
     assert (y[0], x[0]) == (y[-1], x[-1])
     for end, name in ((slice(1, 2 * STRIPS, 2), "x_lead"), (slice(-2, 2 * STRIPS, -2), "x_trail")):
@@ -62,7 +62,7 @@ def test_the_outline_goes_through_the_ends_of_the_strips(state):
 def test_states_lie_over_each_other_with_their_labels(make, state):
     """As in figure 5 of the seed paper: outlines, and pressure across, of rail and rollers."""
     rollers = [make(3e-3, yaw=2e-3, kappa=kappa) for kappa in (1.0, 2.0)]
-    for plot in (figures_contact.plot_outline, figures_contact.plot_pressure_along):
+    for plot in (contact.plot_outline, contact.plot_pressure_along):
         ax = plot(state)
         plot(rollers[0], ax)
         plot(rollers[1], ax, linestyle="--", label="small roller", across="strip_wheel_y")
@@ -77,7 +77,7 @@ def test_pressure_along_the_patch_reaches_the_largest(make):
     pressures = []
     for kappa in (0.0, 1.0, 2.0):
         dataset = make(3e-3, kappa=kappa)
-        ax = figures_contact.plot_pressure_along(dataset)
+        ax = contact.plot_pressure_along(dataset)
         top = ax.lines[0].get_ydata().max()
         assert top == pytest.approx(1e-6 * float(dataset["max_pressure"][0]), rel=0.01)
         assert ax.get_ylabel() == "Contact pressure [MPa]"
@@ -86,7 +86,7 @@ def test_pressure_along_the_patch_reaches_the_largest(make):
 
 
 def test_pressure_map_holds_every_cell(state):
-    ax = figures_contact.plot_field(state)
+    ax = contact.plot_field(state)
     mesh = next(item for item in ax.collections if isinstance(item, QuadMesh))
     values = np.asarray(mesh.get_array()).reshape(CELLS, 2 * STRIPS)
     np.testing.assert_allclose(values[:, ::2], 1e-6 * state["pressure"].values[0], rtol=1e-12)
@@ -96,14 +96,14 @@ def test_pressure_map_holds_every_cell(state):
 
 
 def test_work_is_shown_where_the_patch_slips(state):
-    ax = figures_contact.plot_field(state, "work_density")
+    ax = contact.plot_field(state, "work_density")
     mesh = next(item for item in ax.collections if isinstance(item, QuadMesh))
     shown = ~np.ma.getmaskarray(mesh.get_array()).reshape(CELLS, 2 * STRIPS)[:, ::2]
     np.testing.assert_array_equal(shown, state["work_density"].values[0] > 0.0)
 
 
 def test_arrows_of_stick_and_slip_are_the_shear_of_their_cells(state):
-    ax = figures_contact.plot_shear(state)
+    ax = contact.plot_shear(state)
     y, x = 1e3 * state["lateral"].values[0], 1e3 * state["longitudinal"].values[0]
     quivers = [item for item in ax.collections if isinstance(item, Quiver)]
     assert len(quivers) == 2
@@ -120,7 +120,7 @@ def test_arrows_of_stick_and_slip_are_the_shear_of_their_cells(state):
 
 def test_arrows_do_not_reach_each_other(make):
     """The longest is a little more than their spacing; shear turns slowly, so neighbours are parallel."""
-    ax = figures_contact.plot_shear(make(3e-3, yaw=2e-3, grid=(50, 50)))
+    ax = contact.plot_shear(make(3e-3, yaw=2e-3, grid=(50, 50)))
     quivers = [item for item in ax.collections if isinstance(item, Quiver)]
     places = np.concatenate([np.stack((q.X, q.Y), axis=1) for q in quivers])
     longest = max(np.hypot(q.U, q.V).max() / q.scale for q in quivers)
@@ -131,11 +131,7 @@ def test_arrows_do_not_reach_each_other(make):
 
 def test_arrows_of_several_states_can_have_one_scale(state):
     alone, shared = (
-        next(
-            item
-            for item in figures_contact.plot_shear(state, largest=top).collections
-            if isinstance(item, Quiver)
-        )
+        next(item for item in contact.plot_shear(state, largest=top).collections if isinstance(item, Quiver))
         for top in (None, 2e9)
     )
     top = 1e-6 * float(np.hypot(state["shear_x"], state["shear_y"]).max())
@@ -144,7 +140,7 @@ def test_arrows_of_several_states_can_have_one_scale(state):
 
 def test_section_marks_each_contact_on_the_counterface(two):
     for side, count in ((0, 2), (1, 1)):
-        ax = figures_contact.plot_section(two, side=side)
+        ax = contact.plot_section(two, side=side)
         lines = {line.get_label(): line for line in ax.lines}
         assert set(lines) == {"rail 60E1", "wheel S1002", "contact"}
         own = two["side"].values == side
@@ -158,7 +154,7 @@ def test_section_marks_each_contact_on_the_counterface(two):
 
 def test_gap_shows_each_patch_and_keeps_the_direction_of_the_track(two):
     for side in (0, 1):
-        ax = figures_contact.plot_gap(two, side=side)
+        ax = contact.plot_gap(two, side=side)
         assert ax.xaxis_inverted() == (side == 1)
         assert len(ax.patches) == int((two["side"] == side).sum())
         assert ax.lines[0].get_ydata().min() == pytest.approx(0.0, abs=0.05)
@@ -166,7 +162,7 @@ def test_gap_shows_each_patch_and_keeps_the_direction_of_the_track(two):
 
 
 def test_the_whole_figure_has_axes_for_every_side_and_patch(two):
-    figure = pages_contact.contact_figure(two)
+    figure = contact.contact_figure(two)
     titles = [ax.get_title(loc="left") for ax in figure.axes]
     assert titles[0] == "Section, right wheel"
     assert titles[2] == "Section, left wheel"
@@ -181,7 +177,7 @@ def test_the_whole_figure_has_axes_for_every_side_and_patch(two):
 def test_texts_do_not_overlap(two, make):
     """Titles, axis labels and tick labels of the finished figure, drawn at its size."""
     for dataset in (two, make(0.0), make(3e-3, yaw=0.01, kappa=2.0)):
-        figure = pages_contact.contact_figure(dataset)
+        figure = contact.contact_figure(dataset)
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
         renderer = canvas.get_renderer()
@@ -199,17 +195,17 @@ def test_texts_do_not_overlap(two, make):
 
 
 def test_a_contact_without_friction_is_drawn(make):
-    figure = pages_contact.contact_figure(make(3e-3, friction=0.0))
+    figure = contact.contact_figure(make(3e-3, friction=0.0))
     assert "Frictional power 0 W" in [ax.get_title(loc="left") for ax in figure.axes]
 
 
 def test_figures_are_the_same_each_time_and_change_no_setting(state):
     before = dict(mpl.rcParams)
-    texts = [to_svg(pages_contact.contact_figure(state), "contact") for _ in range(2)]
+    texts = [to_svg(contact.contact_figure(state), "contact") for _ in range(2)]
     assert texts[0] == texts[1]
     assert dict(mpl.rcParams) == before
 
 
 def test_a_figure_that_cannot_be_written_is_an_error_for_the_user(state, tmp_path):
     with pytest.raises(ResultError, match="cannot be written"):
-        pages_contact.write_contact_figure(state, tmp_path / "missing" / "contact.png")
+        write_figure(contact.contact_figure(state), tmp_path / "missing" / "contact.png")

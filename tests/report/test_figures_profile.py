@@ -16,9 +16,10 @@ from wearsim.profile.inspection.fleet import fleet_rows
 from wearsim.profile.inspection.inputs import read_input
 from wearsim.profile.limits import load_limits
 from wearsim.profile.measures import GaugeDistances
-from wearsim.report import figures_fleet, figures_profile, pages_fleet, pages_profile
-from wearsim.report.figures_fleet import plot_member
-from wearsim.report.style import COLOURS
+from wearsim.report.figures import fleet as figures_fleet
+from wearsim.report.figures import profile as figures_profile
+from wearsim.report.figures.fleet import plot_member
+from wearsim.report.style import COLOURS, write_figure
 
 MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
 
@@ -129,7 +130,7 @@ def test_a_measure_beyond_its_limit_stands_out():
     assert not text.get_text().endswith("!")  # the left one is beyond, the right one is drawn
 
 
-def test_a_left_wheel_beyond_a_limit_is_told_in_its_label():
+def test_a_left_wheel_beyond_a_limit_is_marked_in_its_label():
     state = state_of("S1002", left=MEASURED / "wheel_worn_left.whl")
     assert state.attrs["left_label"].endswith("(left wheel), beyond: flange thickness !")
 
@@ -160,12 +161,12 @@ def test_running_behaviour_of_both(worn):
 
 @pytest.mark.parametrize("name", ["S1002", "60E1", "disc", "cone/1:20", "P8"])
 def test_whole_figures_of_standard_shapes_have_no_texts_on_each_other(name):
-    assert overlaps(pages_profile.profile_figure(state_of(name))) == []
+    assert overlaps(figures_profile.profile_figure(state_of(name))) == []
 
 
 def test_whole_figures_of_comparisons_have_no_texts_on_each_other(worn, rail):
     for state in (worn, rail):
-        assert overlaps(pages_profile.profile_figure(state)) == []
+        assert overlaps(figures_profile.profile_figure(state)) == []
 
 
 def test_rails_are_drawn_top_up(rail):
@@ -179,13 +180,13 @@ def test_the_same_figure_is_the_same_file(ending, worn, tmp_path):
     files = [tmp_path / f"{k}/figure.{ending}" for k in range(2)]
     for file in files:
         file.parent.mkdir()
-        pages_profile.write_figure(pages_profile.profile_figure(worn), file)
+        write_figure(figures_profile.profile_figure(worn), file)
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
-def test_a_figure_that_cannot_be_written_is_told(worn, tmp_path):
+def test_a_figure_that_cannot_be_written_is_reported(worn, tmp_path):
     with pytest.raises(ResultError, match="cannot be written"):
-        pages_profile.write_figure(pages_profile.profile_figure(worn), tmp_path / "none" / "figure.png")
+        write_figure(figures_profile.profile_figure(worn), tmp_path / "none" / "figure.png")
 
 
 @pytest.fixture(scope="module")
@@ -209,7 +210,7 @@ def test_small_figures_show_profile_reference_and_what_is_beyond(fleet):
 
 
 def test_pages_hold_all_profiles_on_the_same_axes(fleet):
-    pages = list(pages_fleet.fleet_pages(fleet))
+    pages = list(figures_fleet.fleet_pages(fleet))
     assert len(pages) == 2
     drawn = [ax for page in pages for ax in page.axes if ax.lines]
     assert len(drawn) == fleet.sizes["wheel"] == 30
@@ -217,13 +218,13 @@ def test_pages_hold_all_profiles_on_the_same_axes(fleet):
     assert overlaps(pages[1]) == []
 
 
-def test_several_files_of_one_wheel_are_told_apart_by_their_names(fleet):
+def test_several_files_of_one_wheel_are_distinguished_by_their_names(fleet):
     names = [str(name) for name in fleet["wheel_name"].values]
     assert names == ["wheel_worn_left.whl", "wheel_worn_right.whl"] * 15
 
 
 def test_the_lowest_figure_of_each_column_has_numbers(fleet):
-    page = next(pages_fleet.fleet_pages(fleet.isel(wheel=slice(6))))
+    page = next(figures_fleet.fleet_pages(fleet.isel(wheel=slice(6))))
     numbered = [ax.xaxis.get_tick_params()["labelbottom"] for ax in page.axes if ax.lines]
     assert numbered == [False, False, True, True, True, True]
 
@@ -236,7 +237,7 @@ def test_a_misread_profile_does_not_shrink_the_others(fleet):
     assert figures_fleet.limits_of(wrong) == usual
 
 
-def test_titles_keep_what_tells_the_wheels_of_an_axle_apart(fleet):
+def test_titles_keep_what_distinguishes_the_wheels_of_an_axle(fleet):
     fleet = fleet.copy(deep=True)
     names = [f"A very long name of a coach car 1 axle 2 {side}" for side in "LR"]
     fleet["wheel_name"] = ("wheel", names * (fleet.sizes["wheel"] // 2))
@@ -245,8 +246,8 @@ def test_titles_keep_what_tells_the_wheels_of_an_axle_apart(fleet):
     assert right.endswith("axle 2 R")
 
 
-def test_more_pages_than_are_drawn_are_told(fleet, tmp_path, monkeypatch):
-    monkeypatch.setattr(pages_fleet, "MOST_PAGES", 1)
-    monkeypatch.setattr(pages_fleet, "ROWS", 1)
-    files, drawn = pages_fleet.write_fleet(fleet, tmp_path / "fleet.svg")
-    assert (len(files), drawn) == (1, pages_fleet.COLUMNS * pages_fleet.ROWS)
+def test_more_pages_than_are_drawn_are_reported(fleet, tmp_path, monkeypatch):
+    monkeypatch.setattr(figures_fleet, "MOST_PAGES", 1)
+    monkeypatch.setattr(figures_fleet, "ROWS", 1)
+    files, drawn = figures_fleet.write_fleet(fleet, tmp_path / "fleet.svg")
+    assert (len(files), drawn) == (1, figures_fleet.COLUMNS * figures_fleet.ROWS)

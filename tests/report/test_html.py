@@ -7,8 +7,8 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
-from wearsim.report.html import SECTIONS, render, warnings, write_report
-from wearsim.report.pages import plates
+from wearsim.report.html import render, write_report
+from wearsim.report.sections import SECTIONS, Campaigns, all_figures, warnings
 from wearsim.results import open_results
 from wearsim.results.limits import attributes_of
 from wearsim.translation.translate import table, translate
@@ -111,21 +111,21 @@ def test_factors_of_wear_at_equal_points_are_in_the_page(text, rig, field):
 
 
 def test_both_wheels_are_shown_where_both_are_named(rig, field):
-    shown = {plate.name: plate for plate in plates([rig, field], translate(rig, field))}
+    shown = {plate.name: plate for plate in all_figures(Campaigns([rig, field], translate(rig, field)))}
     titles = [ax.get_title(loc="left") for ax in shown["profiles"].figure.axes]
     assert sum(title.startswith("Right wheel.") for title in titles) == 2
     assert sum(title.startswith("Left wheel.") for title in titles) == 2
     worn = shown["profiles"].figure.axes[4].lines  # left wheel, first column
     at_60_km = [line for line in worn if line.get_label() == "worn, rig"]
     np.testing.assert_array_equal(at_60_km[0].get_ydata(), 1e3 * rig["profile_z"].values[6, 1])
-    found = translate(rig, field)
+    actual = translate(rig, field)
     line = shown["factors_contact"].figure.axes[0].lines[0]
-    np.testing.assert_array_equal(line.get_ydata(), found["area_collective_factor"].values[0, :, 2])
+    np.testing.assert_array_equal(line.get_ydata(), actual["area_collective_factor"].values[0, :, 2])
     assert "both wheels" in shown["factors_contact"].caption
     assert "Profiles of both wheels" in shown["profiles"].caption
 
 
-def test_doubts_and_differing_settings_are_told(rig, field):
+def test_result_warnings_and_differing_settings_are_listed(rig, field):
     other = field.assign_attrs(poisson_ratio=0.28)
     other["load_scale"] = other["load_scale"].copy(deep=True)
     other["load_scale"].values[1:3, 0, 0] = 1.2
@@ -138,7 +138,7 @@ def test_doubts_and_differing_settings_are_told(rig, field):
 
 
 def test_every_figure_and_section_is_there(page, text, rig, field):
-    names = {plate.name for plate in plates([rig, field], translate(rig, field))}
+    names = {plate.name for plate in all_figures(Campaigns([rig, field], translate(rig, field)))}
     assert {
         "profiles",
         "wear_depth",
@@ -152,7 +152,7 @@ def test_every_figure_and_section_is_there(page, text, rig, field):
         figure = text[text.index(f'id="figure-{name}"') :]
         assert "<path" in figure[: figure.index("</figure>")]
     # neither campaign has fatigue laws
-    assert {key for key, _ in SECTIONS} - set(page.ids) == {"fatigue"}
+    assert {section.key for section in SECTIONS} - set(page.ids) == {"fatigue"}
     assert text.count("<figure ") == len(names)
 
 
@@ -164,7 +164,7 @@ def test_page_stands_alone(page, text):
     assert len(page.ids) == len(set(page.ids))
 
 
-def test_environment_is_told_with_every_wear_figure(text):
+def test_environment_is_stated_with_every_wear_figure(text):
     for name in ("profiles", "wear_depth", "wear_over_distance", "factors_wear", "equivalent_distance"):
         caption = text[text.index(f'id="caption-{name}"') :]
         assert "environment factor: 1 (rig), 0.2 (field)" in caption[: caption.index("</figcaption>")]

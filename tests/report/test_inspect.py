@@ -9,33 +9,33 @@ from wearsim.results.limits import attributes_of
 
 
 def test_summary_is_the_dataset(run_directory, rig):
-    found = inspect(run_directory / "rig.nc")
-    assert found["kind"] == "rig"
-    assert found["finished"] is True
-    assert found["steps"] == 6
-    assert found["distance"] == 60e3
-    assert (found["operating_points"], found["monitoring_points"]) == (7, 4)
-    assert found["worn"]["max_wear_depth"] == rig["max_wear_depth"].values[-1].tolist()
-    assert found["new"]["equivalent_conicity"] == rig["equivalent_conicity"].values[0]
-    assert found["worn"]["equivalent_conicity"] is None
-    assert found["contact"]["power"] == [
+    actual = inspect(run_directory / "rig.nc")
+    assert actual["kind"] == "rig"
+    assert actual["finished"] is True
+    assert actual["steps"] == 6
+    assert actual["distance"] == 60e3
+    assert (actual["operating_points"], actual["monitoring_points"]) == (7, 4)
+    assert actual["worn"]["max_wear_depth"] == rig["max_wear_depth"].values[-1].tolist()
+    assert actual["new"]["equivalent_conicity"] == rig["equivalent_conicity"].values[0]
+    assert actual["worn"]["equivalent_conicity"] is None
+    assert actual["contact"]["power"] == [
         np.nanmin(rig["power"].values[-1]),
         np.nanmax(rig["power"].values[-1]),
     ]
-    assert sum(found["regime_share"].values()) == pytest.approx(1.0, rel=1e-12)
+    assert sum(actual["regime_share"].values()) == pytest.approx(1.0, rel=1e-12)
 
 
-def test_doubts_are_among_the_warnings(run_directory):
+def test_result_warnings_are_among_the_warnings(run_directory):
     """0.72 mm in 90 km of field; the rig's tread wear is nobody's service."""
-    found = inspect(run_directory / "field.nc")
-    assert [line[:43] for line in found["warnings"]] == ["tread wear of 800 mm per 100 000 km is abov"]
-    assert "warning: tread wear of 800 mm" in summary_text(found)
+    actual = inspect(run_directory / "field.nc")
+    assert [line[:43] for line in actual["warnings"]] == ["tread wear of 800 mm per 100 000 km is abov"]
+    assert "warning: tread wear of 800 mm" in summary_text(actual)
     assert inspect(run_directory / "rig.nc")["warnings"] == []
 
 
 def test_summary_is_valid_json(run_directory):
-    found = inspect(run_directory / "field.nc")
-    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    actual = inspect(run_directory / "field.nc")
+    assert json.loads(json.dumps(actual, allow_nan=False)) == actual
 
 
 def test_text_shows_the_units_people_read(run_directory):
@@ -65,9 +65,9 @@ def test_faults_are_one_line(run_directory, tmp_path):
 def test_limits_and_where_they_are_met(rig):
     """20 nm of depth per metre on the right wheel, 0.9 times as much on the left one; 60 km are run."""
     limited = rig.assign_attrs(attributes_of({"max_wear_depth": 1.1e-3, "equivalent_conicity": 0.2}, True))
-    found = summary(limited)
-    assert found["limits"]["max_wear_depth"] == {"limit": 1.1e-3, "met": [pytest.approx(55e3), None]}
-    text = summary_text(found)
+    actual = summary(limited)
+    assert actual["limits"]["max_wear_depth"] == {"limit": 1.1e-3, "met": [pytest.approx(55e3), None]}
+    text = summary_text(actual)
     assert "rig, finished (distance reached): 60.00 km" in text
     assert "Largest wear depth of the wheel, at most 1.1 mm: right met at 55.00 km, left not met" in text
     assert "Equivalent conicity at 3 mm amplitude, at most 0.2: met at 15.00 km" in text

@@ -159,7 +159,7 @@ def test_nan_is_stopped_and_the_file_stays_as_it_was(path, header, rows, value):
     assert_rows(path, rows)
 
 
-def test_row_of_wrong_shape_or_with_other_names_is_refused(path, header, rows):
+def test_row_of_wrong_shape_or_with_other_names_is_rejected(path, header, rows):
     with pytest.raises(ResultError, match="worn_area has shape"):
         append(path, header, [{**rows[0], "worn_area": np.zeros(3)}], 4)
     with pytest.raises(ResultError, match="worn_volume"):
@@ -177,34 +177,34 @@ def test_verify_counts_equal_rows_and_sees_a_single_bit(path, header, rows):
     assert verify(path.with_name("none.nc"), readers) is None
 
 
-def test_missing_foreign_and_damaged_files_are_told_in_one_line(tmp_path, path, monkeypatch):
+def test_missing_foreign_and_damaged_files_are_one_line(tmp_path, path, monkeypatch):
     monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
     with netCDF4.Dataset(tmp_path / "foreign.nc", "w") as file:
         file.title = "somebody else's"
     (tmp_path / "text.nc").write_text("not netCDF")
     damaged = tmp_path / "damaged.nc"
     damaged.write_bytes(path.read_bytes()[:5000])
-    for name, told in (
+    for name, message in (
         ("absent.nc", "does not exist"),
         (".", "is not a file"),
         ("foreign.nc", "is not a result file of a wearsim campaign"),
         ("text.nc", "cannot be read as netCDF"),
         ("damaged.nc", "cannot be read as netCDF"),
     ):
-        with pytest.raises(ResultError, match=told) as caught:
+        with pytest.raises(ResultError, match=message) as caught:
             open_results(tmp_path / name)
         assert "\n" not in str(caught.value)
         assert caught.value.exit_code == 2
 
 
-def test_file_of_a_later_schema_is_refused(path):
+def test_file_of_a_later_schema_is_rejected(path):
     with netCDF4.Dataset(path, "a") as file:
         file.wearsim_schema = np.int32(schema.SCHEMA + 1)
     with pytest.raises(ResultError, match="update wearsim"):
         open_results(path)
 
 
-def test_file_of_an_earlier_schema_is_told_from_a_foreign_one(path):
+def test_file_of_an_earlier_schema_is_distinguished_from_a_foreign_one(path):
     with netCDF4.Dataset(path, "a") as file:
         file.wearsim_schema = np.int32(1)
         file.renameVariable("load_scale", "load_factor")

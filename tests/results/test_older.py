@@ -10,8 +10,8 @@ from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.report.inspect import inspect
 from wearsim.results import layout_of, open_results, row_count
-from wearsim.results.older import RENAMED
-from wearsim.results.turnings import turnings
+from wearsim.results.checks import reprofilings
+from wearsim.results.schema import RENAMED
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -43,15 +43,15 @@ def test_results_of_schema_3_open_with_present_names_and_the_same_values(path):
 
 
 def test_results_of_schema_3_are_read_by_what_reads_results(path):
-    found = inspect(path)
-    assert list(found["damage"]["comparison"]) == ["archard"]
-    assert found["counterface"]["counterface_redressed_count"] == 2
+    actual = inspect(path)
+    assert list(actual["damage"]["comparison"]) == ["archard"]
+    assert actual["counterface"]["counterface_redressed_count"] == 2
     with open_results(path) as dataset:
-        (turning,) = turnings(dataset)
-        assert turning.distance == pytest.approx(20e3)
+        (reprofiling,) = reprofilings(dataset)
+        assert reprofiling.distance == pytest.approx(20e3)
 
 
-def test_incomplete_file_of_schema_3_is_refused_by_its_present_name(path, tmp_path):
+def test_incomplete_file_of_schema_3_is_rejected_by_its_present_name(path, tmp_path):
     other = tmp_path / "rig.nc"
     other.write_bytes(path.read_bytes())
     with netCDF4.Dataset(other, "a") as file:

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from wearsim.results import doubts, open_results
-from wearsim.results.plausibility import (
+from wearsim.results import open_results, result_warnings
+from wearsim.results.checks import (
     TREAD_WEAR_BAND,
     load_scaling,
     outside_warning,
@@ -41,11 +41,12 @@ def test_flange_wear_is_not_tread_wear(make):
 
 
 @pytest.mark.parametrize(
-    ("rate", "told"), [(4e-12, "0.4 mm per 100 000 km is below"), (25e-12, "2.5 mm per 100 000 km is above")]
+    ("rate", "message"),
+    [(4e-12, "0.4 mm per 100 000 km is below"), (25e-12, "2.5 mm per 100 000 km is above")],
 )
-def test_field_outside_the_band_is_warned_of(make, rate, told):
+def test_field_outside_the_band_is_warned_of(make, rate, message):
     line = tread_wear_warning(make(rate=rate))
-    assert told in line
+    assert message in line
     assert "0.5 to 2 mm seen in service (an uncertain band)" in line
     assert "\n" not in line
 
@@ -62,7 +63,7 @@ def test_loads_that_were_not_scaled_are_not_mentioned(make):
     data["load_scale"].values[:, 0, 0] = 1.0099
     data["load_scale"].values[:, 3:, 0] = 1.3  # monitoring points
     assert load_scaling(data) is None
-    assert doubts(data) == []
+    assert result_warnings(data) == []
 
 
 def test_scaled_loads_are_counted_by_points_states_and_distance(make):
@@ -71,11 +72,11 @@ def test_scaled_loads_are_counted_by_points_states_and_distance(make):
     data["load_scale"].values[1:3, 0, 0] = 1.2
     data["load_scale"].values[2, 1, 1] = 0.7
     data["load_scale"].values[6, 2, 0] = 1.02
-    found = load_scaling(data)
-    assert (found.points, found.active_points, found.states, found.all_states) == (3, 3, 3, 7)
-    assert found.distance_share == pytest.approx((2 * 0.25 + 0.5) / 6, rel=1e-12)
-    assert found.largest == 0.7
-    (line,) = doubts(data)
+    actual = load_scaling(data)
+    assert (actual.points, actual.active_points, actual.states, actual.all_states) == (3, 3, 3, 7)
+    assert actual.distance_share == pytest.approx((2 * 0.25 + 0.5) / 6, rel=1e-12)
+    assert actual.largest == 0.7
+    (line,) = result_warnings(data)
     assert "at 3 of 3 operating points with a weight, in 3 of 7 states, over 17 % of the distance" in line
     assert "at most by the factor 0.7" in line
 
@@ -83,8 +84,8 @@ def test_scaled_loads_are_counted_by_points_states_and_distance(make):
 def test_scaled_loads_of_the_new_wheel_alone(make):
     data = make(rate=10e-12).isel(step=slice(0, 1)).copy(deep=True)
     data["load_scale"].values[0, 0, 0] = 1.2
-    found = load_scaling(data)
-    assert np.array_equal([found.states, found.distance_share], [1, 0.0])
+    actual = load_scaling(data)
+    assert np.array_equal([actual.states, actual.distance_share], [1, 0.0])
 
 
 def test_share_of_seizure_of_the_active_and_the_comparison_laws(make):
@@ -101,23 +102,23 @@ def test_share_of_seizure_of_the_active_and_the_comparison_laws(make):
         comparison_worn_area=(("step", "wheel", "comparison_regime"), area),
     ).assign_attrs(wear_law="own")
     assert seizure_shares(data) == pytest.approx({"own": share, "archard": 0.75}, rel=1e-12)
-    told = seizure_warning(data)
-    assert "75 % of the wear by archard is seizure" in told
-    assert told in doubts(data)
+    message = seizure_warning(data)
+    assert "75 % of the wear by archard is seizure" in message
+    assert message in result_warnings(data)
     area[-1, :, 1] = 0.0
     data["wear_depth_by_regime"].values[-1][:, 1] = 0.0
     assert seizure_warning(data) is None
 
 
-def test_wear_outside_the_rows_of_a_table_is_doubted(make):
+def test_wear_outside_the_rows_of_a_table_is_warned_of(make):
     data = make(rate=10e-12)
     assert outside_warning(data) is None
     data["regime_name"] = ("regime", ["below", "within"])
     data = data.assign_attrs(wear_law="table")
     depth = data["wear_depth_by_regime"].values[-1]
-    told = outside_warning(data)
-    assert f"{100.0 * depth[:, 0].sum() / depth.sum():.2g} % of it is below the first row" in told
-    assert "beyond" not in told
-    assert told in doubts(data)
+    message = outside_warning(data)
+    assert f"{100.0 * depth[:, 0].sum() / depth.sum():.2g} % of it is below the first row" in message
+    assert "beyond" not in message
+    assert message in result_warnings(data)
     data["wear_depth_by_regime"].values[-1][:, 0] = 0.0
     assert outside_warning(data) is None

@@ -8,7 +8,7 @@ from wearsim.results import FILL_FLOAT, GROUPS, layout_of, open_results
 from wearsim.results.limits import (
     END,
     LIMITED,
-    TURNED_AT,
+    REPROFILED_AT,
     attributes_of,
     ending_limits,
     first_met,
@@ -35,15 +35,15 @@ RUN = np.array([0.0, 1e3, 3e3, 4e3])
     ],
 )
 def test_a_limit_is_met_between_two_rows(name, values, limit, at):
-    found = met_at(RUN, np.array(values), name, limit)
-    assert found == (None if at is None else pytest.approx(at, rel=1e-12))
+    actual = met_at(RUN, np.array(values), name, limit)
+    assert actual == (None if at is None else pytest.approx(at, rel=1e-12))
 
 
 def test_attributes_hold_the_limits_bit_by_bit():
     limits = {"flange_thickness": 22e-3, "equivalent_conicity": 0.4}
-    found = attributes_of(limits, True)
-    assert limits_of({"title": "other", **found}) == limits
-    assert END in found
+    actual = attributes_of(limits, True)
+    assert limits_of({"title": "other", **actual}) == limits
+    assert END in actual
     assert END not in attributes_of(limits, False)
     assert limits_of({}) == {}
 
@@ -59,7 +59,7 @@ def test_a_row_meets_a_limit_on_either_wheel_and_missing_values_meet_none():
     assert first_met(row, {**limits, "flange_thickness": 22e-3}) == "flange_thickness"
 
 
-def test_met_limits_are_told_by_side():
+def test_met_limits_are_stated_by_side():
     rows = [
         {
             "distance": np.asarray(run),
@@ -68,8 +68,8 @@ def test_met_limits_are_told_by_side():
         }
         for run in RUN
     ]
-    found = met_attributes(rows, {"flange_thickness": 30e-3, "equivalent_conicity": 0.2})
-    assert found == {
+    actual = met_attributes(rows, {"flange_thickness": 30e-3, "equivalent_conicity": 0.2})
+    assert actual == {
         "limit_flange_thickness_met_right": pytest.approx(2e3, rel=1e-12),
         "limit_equivalent_conicity_met": pytest.approx(1e3, rel=1e-12),
     }
@@ -118,16 +118,16 @@ def test_damage_that_counts_no_cycles_meets_no_limit(tmp_path, write_campaign):
     write_campaign(tmp_path / "rig.nc", "rig", 1, 20e-9)
     with open_results(tmp_path / "rig.nc") as data:
         along = np.stack([row["fatigue_damage"] for row in rows])
-        told = data.assign(
+        limited = data.assign(
             fatigue_name=("fatigue", list(laws)),
             fatigue_damage=(("step", "wheel", "fatigue", "point"), along),
         ).assign_attrs(attributes_of({"fatigue_damage": 0.2}, False))
-        (met,) = limits_met(told)
+        (met,) = limits_met(limited)
     assert met.distance == (5e3, None)  # 10 km are run
 
 
-def test_limits_that_have_wheels_turned_end_no_campaign():
+def test_limits_that_have_wheels_reprofiled_end_no_campaign():
     given = attributes_of({"hollowing": 2e-3, "flange_thickness": 22e-3}, True)
     assert ending_limits(given) == limits_of(given)
-    assert ending_limits({**given, TURNED_AT: "hollowing flange_gradient"}) == {"flange_thickness": 22e-3}
+    assert ending_limits({**given, REPROFILED_AT: "hollowing flange_gradient"}) == {"flange_thickness": 22e-3}
     assert ending_limits(attributes_of({"hollowing": 2e-3}, False)) == {}

@@ -10,9 +10,9 @@ import xarray as xr
 from wearsim import cli
 from wearsim.errors import ContactError, NumericalError
 from wearsim.profile.standard import shipped_path
-from wearsim.report.convergence import markdown, read_convergence
+from wearsim.report.tables_quality import markdown, read_convergence
 from wearsim.results import open_results
-from wearsim.results.plausibility import percent
+from wearsim.results.checks import percent
 from wearsim.scene import load_campaign
 from wearsim.scene.overrides import Override
 from wearsim.studies.converge import TABLE, converge, other_models, refinements

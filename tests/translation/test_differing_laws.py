@@ -55,29 +55,29 @@ def notes(rig, field, mine, theirs):
 
 def test_tables_with_other_rows_differ(rig, field, header):
     one, other = (header('[wear]\nlaw = "table"\n' + TABLE.format(last=last)) for last in (20, 21))
-    told = notes(rig, field, one, other)
-    assert len(told) == 1
-    assert told[0].startswith("wear law numbers differs: 3 rows sha256:")
+    lines = notes(rig, field, one, other)
+    assert len(lines) == 1
+    assert lines[0].startswith("wear law numbers differs: 3 rows sha256:")
     assert not notes(rig, field, one, one)
 
 
 def test_hardness_of_the_wheel_differs(rig, field, header):
     archard = '[wear]\nlaw = "archard"\nhardness_GPa = {}\n'
-    told = notes(rig, field, header(archard.format(2.7)), header(archard.format(3.1)))
-    assert told == [
+    lines = notes(rig, field, header(archard.format(2.7)), header(archard.format(3.1)))
+    assert lines == [
         "wear law numbers differs: hardness = 2.7 GPa on the rig, hardness = 3.1 GPa in the field"
     ]
 
 
 def test_cap_of_seizure_differs(rig, field, header):
     capped = header('[wear]\nlaw = "archard"\nseizure_cap = "regime"\n')
-    told = notes(rig, field, header('[wear]\nlaw = "archard"\n'), capped)
-    assert told == ["seizure cap differs: none on the rig, regime in the field"]
+    lines = notes(rig, field, header('[wear]\nlaw = "archard"\n'), capped)
+    assert lines == ["seizure cap differs: none on the rig, regime in the field"]
 
 
 def test_numbers_of_laws_that_differ_by_name_are_not_listed(rig, field, header):
-    told = notes(rig, field, header('[wear]\nlaw = "archard"\n'), header('[wear]\nlaw = "usfd"\n'))
-    assert not any("numbers" in line for line in told)
+    lines = notes(rig, field, header('[wear]\nlaw = "archard"\n'), header('[wear]\nlaw = "usfd"\n'))
+    assert not any("numbers" in line for line in lines)
 
 
 def with_laws(dataset, head, group):

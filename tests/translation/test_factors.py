@@ -9,16 +9,16 @@ from wearsim.translation.factors import STATUS
 def test_ratio_tells_why_it_is_undefined():
     rig = np.array([3.0, 1.0, np.nan, 1.0, 0.0])
     field = np.array([2.0, 0.0, 1.0, 1e-9, 4.0])
-    found = factors.ratio(rig, field, 1.0)
+    actual = factors.ratio(rig, field, 1.0)
     zero, missing, small = (STATUS[name] for name in ("zero_denominator", "missing", "small_denominator"))
-    assert found.status.tolist() == [0, zero, missing, small, 0]
-    assert found.value[[0, 4]].tolist() == [1.5, 0.0]
-    assert np.isnan(found.value[1:4]).all()
+    assert actual.status.tolist() == [0, zero, missing, small, 0]
+    assert actual.value[[0, 4]].tolist() == [1.5, 0.0]
+    assert np.isnan(actual.value[1:4]).all()
 
 
 def test_ratio_beyond_range_comes_first():
-    found = factors.ratio(np.ones(2), np.ones(2), 1.0, reachable=np.array([True, False]))
-    assert found.status.tolist() == [0, STATUS["beyond_range"]]
+    actual = factors.ratio(np.ones(2), np.ones(2), 1.0, reachable=np.array([True, False]))
+    assert actual.status.tolist() == [0, STATUS["beyond_range"]]
 
 
 def test_all_zero_quantity_has_no_factor():
@@ -68,23 +68,23 @@ def test_each_key_separates_points(rig, field, key):
 def test_interpolation_meets_rows_exactly():
     distance = np.array([0.0, 1.0, 3.0])
     rows = np.array([[1.0], [np.nan], [5.0]])
-    found = at_distances(distance, rows, np.array([0.0, 3.0, 0.5]))
-    assert found[:2, 0].tolist() == [1.0, 5.0]
-    assert np.isnan(found[2, 0])
+    actual = at_distances(distance, rows, np.array([0.0, 3.0, 0.5]))
+    assert actual[:2, 0].tolist() == [1.0, 5.0]
+    assert np.isnan(actual[2, 0])
 
 
 def test_distance_at_first_reaches_the_target():
-    found = distance_at(
+    actual = distance_at(
         np.array([0.0, 2.0, 2.0, 4.0]), np.array([0.0, 10.0, 20.0, 30.0]), np.array([0.0, 1.0, 2.0, 3.0, 4.1])
     )
-    assert found[:4].tolist() == [0.0, 5.0, 10.0, 25.0]
-    assert np.isnan(found[4])
+    assert actual[:4].tolist() == [0.0, 5.0, 10.0, 25.0]
+    assert np.isnan(actual[4])
 
 
 def test_collective_mean_takes_magnitudes_and_shares():
     values = np.array([[[2.0, 1.0], [-4.0, 1.0], [np.nan, np.nan]]])
-    found = factors.collective_mean(values, np.array([0.25, 0.75, 0.0]))
-    assert found.tolist() == [[3.5, 1.0]]
+    actual = factors.collective_mean(values, np.array([0.25, 0.75, 0.0]))
+    assert actual.tolist() == [[3.5, 1.0]]
 
 
 def test_regime_flags():

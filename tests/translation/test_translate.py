@@ -46,7 +46,7 @@ def test_wear_depth_along_the_profile(translation, rig, field):
 
 
 def test_regime_differs_only_in_the_severe_band(translation, rig):
-    """Within 4 mm of the tape circle the rig wears severely and the field mildly."""
+    """Within 4 mm of the running circle the rig wears severely and the field mildly."""
     differs = translation["regime_profile_differs"].values[0, -1, 0]
     y = rig["profile_y"].values[0, 0]
     np.testing.assert_array_equal(differs == 1, np.abs(y) < 4e-3)
@@ -67,10 +67,10 @@ def test_contact_factors_at_equal_points(translation):
 def test_equivalent_distance_ends_with_the_field(translation):
     """Rig distance s wears as deep as 2.5 s in the field, which ends at 90 km, so at s = 36 km."""
     s = translation["rig_distance"].values
-    found = translation["equivalent_distance_max_wear_depth"].values[:, 2]
+    actual = translation["equivalent_distance_max_wear_depth"].values[:, 2]
     inside = s <= 36e3
-    np.testing.assert_allclose(found[inside], 2.5 * s[inside], rtol=1e-12, atol=1e-9)
-    assert np.isnan(found[~inside]).all()
+    np.testing.assert_allclose(actual[inside], 2.5 * s[inside], rtol=1e-12, atol=1e-9)
+    assert np.isnan(actual[~inside]).all()
     status = translation["equivalent_distance_max_wear_depth_status"].values[:, 2]
     np.testing.assert_array_equal(status, np.where(inside, STATUS["defined"], STATUS["beyond_range"]))
 
@@ -95,10 +95,10 @@ def test_table_never_contradicts_the_file(rig, field, translation):
     near = field.copy(deep=True)
     force = near["force_y"].values
     force[-1] *= 0.5e-3
-    found = translate(rig, near)
-    status = found["force_y_collective_factor_status"].values
+    actual = translate(rig, near)
+    status = actual["force_y_collective_factor_status"].values
     assert status[1, -1, 2] == STATUS["small_denominator"]
-    for data in (translation, found):
+    for data in (translation, actual):
         for _, row in table(data).iterrows():
             basis = ["equal distance", "equal worn depth"].index(row["basis"])
             place = (basis, -1) if data[row["variable"]].dims[-1] != "wheel_group" else (basis, -1, 2)
@@ -131,7 +131,7 @@ def test_points_table_is_the_dataset(translation):
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "told"),
+    ("key", "value", "message"),
     [
         ("youngs_modulus", 205e9, "youngs modulus differs: 2.1e+11 Pa on the rig, 2.05e+11 Pa in the field"),
         ("wheel_radius", 0.42, "wheel radius differs: 0.46 m on the rig, 0.42 m in the field"),
@@ -145,21 +145,21 @@ def test_points_table_is_the_dataset(translation):
         ("wear_law", "", "wear law differs: usfd on the rig, unknown in the field"),
     ],
 )
-def test_differing_settings_are_named_with_both_values(rig, field, key, value, told):
-    found = translate(rig, field.assign_attrs({key: value}))
-    assert told in found.attrs["warnings"].splitlines()
-    assert table(found).attrs["warnings"] == found.attrs["warnings"].splitlines()
-    assert (found.attrs["matched_points"] == 0) == (key in factors.ROTATION_KEYS)
-    assert found.attrs[f"rig_{key}"] == rig.attrs[key]
+def test_differing_settings_are_named_with_both_values(rig, field, key, value, message):
+    actual = translate(rig, field.assign_attrs({key: value}))
+    assert message in actual.attrs["warnings"].splitlines()
+    assert table(actual).attrs["warnings"] == actual.attrs["warnings"].splitlines()
+    assert (actual.attrs["matched_points"] == 0) == (key in factors.ROTATION_KEYS)
+    assert actual.attrs[f"rig_{key}"] == rig.attrs[key]
 
 
 def test_every_attribute_of_model_material_and_wheelset_is_compared(rig, field):
     for key in factors.COMPARED_KEYS:
-        found = translate(rig, field.assign_attrs({key: "something else"}))
-        assert f"{key.replace('_', ' ')} differs" in found.attrs["warnings"], key
+        actual = translate(rig, field.assign_attrs({key: "something else"}))
+        assert f"{key.replace('_', ' ')} differs" in actual.attrs["warnings"], key
 
 
-def test_counterfaces_of_one_name_and_two_shapes_are_told(rig, field):
+def test_counterfaces_of_one_name_and_two_shapes_are_reported(rig, field):
     moved = field.assign(counterface_y=field["counterface_y"] + 1e-3)
     warnings = translate(rig, moved).attrs["warnings"]
     assert "the counterface profiles differ in shape or place, by up to 1 mm" in warnings
@@ -171,10 +171,10 @@ def test_counterfaces_of_one_name_and_two_shapes_are_told(rig, field):
 def test_no_wear_leaves_factors_undefined(tmp_path, write_campaign, rig):
     """A field without friction: nothing to divide by, and nothing but the new wheel at equal depth."""
     with open_results(write_campaign(tmp_path / "field.nc", "field", 3, 8e-9, friction_free=True)) as data:
-        found = translate(rig, data.load())
-    assert (found["max_wear_depth_factor_status"].values[0] == STATUS["zero_denominator"]).all()
-    assert (found["power_point_factor_status"].values[1, 1:] == STATUS["beyond_range"]).all()
-    assert (found["power_point_factor_status"].values[1, 0] == STATUS["defined"]).all()
+        actual = translate(rig, data.load())
+    assert (actual["max_wear_depth_factor_status"].values[0] == STATUS["zero_denominator"]).all()
+    assert (actual["power_point_factor_status"].values[1, 1:] == STATUS["beyond_range"]).all()
+    assert (actual["power_point_factor_status"].values[1, 0] == STATUS["defined"]).all()
 
 
 def test_file_holds_neither_nan_nor_infinity(tmp_path, campaign_files, translation):
@@ -196,10 +196,10 @@ def test_file_holds_neither_nan_nor_infinity(tmp_path, campaign_files, translati
 
 
 def test_campaigns_without_common_points_say_so(rig, field):
-    found = translate(rig, field.assign(speed=field["speed"] + 1.0))
-    assert found.attrs["matched_points"] == 0
-    assert "[operation.monitor]" in found.attrs["warnings"]
-    assert "power_point" not in found
+    actual = translate(rig, field.assign(speed=field["speed"] + 1.0))
+    assert actual.attrs["matched_points"] == 0
+    assert "[operation.monitor]" in actual.attrs["warnings"]
+    assert "power_point" not in actual
 
 
 def test_content_hash_sees_one_bit(rig):
@@ -227,8 +227,8 @@ def test_compliance_checker_finds_nothing(tmp_path, campaign_files, assert_cf):
     assert_cf(translate_files(*campaign_files, tmp_path / "translation.nc"))
 
 
-def test_turned_wheels_have_no_factors(rig, field):
-    """Wear depth begins anew at a turning."""
-    turned = rig.assign(last_reprofiling=("step", np.minimum(np.arange(rig.sizes["step"]), 2)))
-    with pytest.raises(ResultError, match=r"rig result: its wheels were turned.*\[campaign.reprofiling\]"):
-        translate(turned, field)
+def test_reprofiled_wheels_have_no_factors(rig, field):
+    """Wear depth begins anew at a reprofiling."""
+    reprofiled = rig.assign(last_reprofiling=("step", np.minimum(np.arange(rig.sizes["step"]), 2)))
+    with pytest.raises(ResultError, match=r"its wheels were reprofiled.*\[campaign.reprofiling\]"):
+        translate(reprofiled, field)

@@ -28,7 +28,7 @@ from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import ROW, Header, append, create, open_results, row_count, row_names, verify
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
-from wearsim.results.older import RENAMED
+from wearsim.results.schema import RENAMED
 
 
 @contextmanager

@@ -35,7 +35,7 @@ from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import arc_length
 from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header
-from wearsim.results.limits import TURNED_AT, attributes_of
+from wearsim.results.limits import REPROFILED_AT, attributes_of
 from wearsim.scene.campaign import ReprofilingRules
 
 if TYPE_CHECKING:
@@ -406,7 +406,7 @@ def _reprofiling_attributes(rules: ReprofilingRules | None) -> dict[str, str | f
     if rules is None:
         return {}
     return {
-        TURNED_AT: " ".join(rules.limits),
+        REPROFILED_AT: " ".join(rules.limits),
         "reprofiling_distances": " ".join(f"{place:.12g}" for place in rules.places),
         "reprofiling_least_cut": rules.cut,
     }

@@ -103,11 +103,12 @@ def _solve_point(request: Request, arguments: argparse.Namespace) -> None:
     for note in notes(result).values():
         print(f"note: {note}", file=sys.stderr)
     if arguments.plot is not None:
-        from wearsim.report.pages_contact import write_contact_figure
+        from wearsim.report.figures.contact import contact_figure
+        from wearsim.report.style import write_figure
         from wearsim.studies.contact_state import contact_state
 
         state = contact_state(problem.conditions, problem.wheelset, problem.counterface, solution)
-        write_contact_figure(state, Path(arguments.plot))
+        write_figure(contact_figure(state), Path(arguments.plot))
 
 
 def _plot_faults(plot: str, table: str | None) -> list[str]:

@@ -92,7 +92,8 @@ def _write(request: Request, inspection: Inspection, target: Path | None) -> lis
         written.append(request.csv)
     if request.plot is not None:
         from wearsim.profile.inspection.datasets import profile_dataset
-        from wearsim.report.pages_profile import profile_figure, write_figure
+        from wearsim.report.figures.profile import profile_figure
+        from wearsim.report.style import write_figure
 
         write_figure(profile_figure(profile_dataset(inspection)), Path(request.plot))
         written.append(request.plot)
@@ -164,7 +165,7 @@ def measure_fleet(arguments: Namespace) -> int:
     measured = [row for row in rows if row.measured]
     if request.plot is not None and measured:
         from wearsim.profile.inspection.datasets import fleet_dataset
-        from wearsim.report.pages_fleet import write_fleet
+        from wearsim.report.figures.fleet import write_fleet
 
         pages, drawn = write_fleet(fleet_dataset(rows, against, limits), Path(request.plot))
         of_all = f" of {len(measured)} measured" if drawn < len(measured) else ""

@@ -107,7 +107,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _converge(arguments: argparse.Namespace, out: Path, overrides: Sequence[Override]) -> None:
     from wearsim.cli.progress import observer
-    from wearsim.report.convergence import markdown, read_convergence
+    from wearsim.report.tables_quality import markdown, read_convergence
     from wearsim.studies.converge import converge
 
     short = arguments.converge not in (None, "all")
@@ -135,10 +135,10 @@ def print_warnings(results: Sequence[Path]) -> None:
     results : sequence of Path
         Files of a finished run; others than rig.nc and field.nc hold no campaign.
     """
-    from wearsim.results import doubts, open_results
+    from wearsim.results import open_results, result_warnings
 
     for path in results:
         if path.stem in ("rig", "field"):
             with open_results(path) as result:
-                for line in doubts(result):
+                for line in result_warnings(result):
                     print(f"warning: {path.stem}: {line}", file=sys.stderr)

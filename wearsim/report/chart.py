@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wearsim.errors import ResultError
+from wearsim.report.html import environment
 from wearsim.report.style import SERIES_COLOURS, grid, legend, save_svg, style
 
 _MARKERS = ("o", "s", "^", "D", "v", "P")
@@ -34,7 +35,7 @@ def write_chart(dataset: xr.Dataset, out: Path, stem: str, command: str) -> Path
     Returns
     -------
     Path
-        The Markdown file; beside it the figure, and a CSV file of errors and ratios of time.
+        The Markdown file; next to it the figure, and a CSV file of errors and ratios of time.
 
     Raises
     ------
@@ -74,34 +75,18 @@ def markdown(dataset: xr.Dataset, command: str, picture: tuple[str, str]) -> str
     str
         Markdown.
     """
-    scenes = [str(name) for name in dataset["scene"].values]
-    rows = [
-        "| normal | tangential | grid | time, ratio | " + " | ".join(f"depth, {name}" for name in scenes)
-        + " | strip work | power | Pareto |",
-        "|---|---|---|---|" + "---|" * len(scenes) + "---|---|---|",
-    ]  # fmt: skip
-    for k in _order(dataset):
-        one = dataset.isel(model=k)
-        depth = " | ".join(_per_cent(value) for value in one["depth_error"].values)
-        rows.append(
-            f"| {one['normal'].item()} | {one['tangential'].item()} | {int(one['grid'])} | "
-            f"{_ratio(dataset, k)} | {depth} | {_per_cent(one['work_error'].values.max())} | "
-            f"{_per_cent(one['power_error'].values.max())} | {'yes' if one['pareto'] else ''} |"
-        )
-    parts = [
-        "# Speed against accuracy of the contact models",
-        f"Scenes: {', '.join(scenes)}; new profiles. Reference: {dataset.attrs['reference']}. Time: of one "
-        "wheel at one operating point on one thread, as a ratio to the fastest combination in the same run. "
-        "Errors in per cent: of the smoothed wear increment, its largest difference over the largest depth, "
-        "by the scene's wear law; of the strip work, the integral of the difference over that of the "
-        "reference; of the power, the largest of all points. A combination is on the Pareto front if none "
-        "is as fast and as close in both depth and strip work of the worst scene, and better in one; those "
-        f"on it by strip work alone are behind the line of the figure.\n\nWritten by `{command}`.",
-        f"![{picture[1]}]({picture[0]})\n\n*{picture[1]}*",
-        "\n".join(rows),
-        *_refusals(dataset),
+    names = ("depth_error", "work_error", "power_error")
+    models = [
+        {name: dataset[name].values[..., k] for name in names}
+        | {name: dataset[name].values[k] for name in ("normal", "tangential", "grid", "pareto")}
+        | {"ratio": _ratio(dataset, k), "reason": next(filter(None, dataset["refusal"].values[:, k]), "")}
+        for k in range(dataset.sizes["model"])
     ]
-    return "\n\n".join(parts) + "\n"
+    return environment(autoescape=False).get_template("chart.md.j2").render(
+        scenes=[str(name) for name in dataset["scene"].values], reference=dataset.attrs["reference"],
+        command=command, picture=picture, models=[models[k] for k in _order(dataset)],
+        refused=[one for one in models if one["reason"]], per_cent=_per_cent,
+    )  # fmt: skip
 
 
 def _order(dataset: xr.Dataset) -> list[int]:
@@ -118,20 +103,8 @@ def _per_cent(value: float) -> str:
     return f"{100.0 * value:.2g}" if value < 1.0 else f"{100.0 * value:.0f}"
 
 
-def _refusals(dataset: xr.Dataset) -> list[str]:
-    lines = []
-    told = dataset["refusal"].values
-    for k in range(dataset.sizes["model"]):
-        first = next((text for text in told[:, k] if text), "")
-        if first:
-            one = dataset.isel(model=k)
-            name = f"{one['normal'].item()} + {one['tangential'].item()}, {int(one['grid'])}"
-            lines.append(f"- {name}: {first}")
-    return ["Without a solution:\n\n" + "\n".join(lines)] if lines else []
-
-
 def peers() -> list[dict[str, str]]:
-    """Read the combinations of CONTACT that are drawn beside ours.
+    """Read the combinations of CONTACT that are drawn with ours.
 
     Returns
     -------

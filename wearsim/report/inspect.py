@@ -10,45 +10,34 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
-from wearsim.report import pages, pages_counterface, pages_damage, tables_choice, tables_damage, tables_index
-from wearsim.report.style import capital, role_of, save_svg
+from wearsim.report import tables_damage
+from wearsim.report.html import environment
+from wearsim.report.plates import COUNTERFACE_MEASURES, wears
+from wearsim.report.sections import Campaigns, all_figures
+from wearsim.report.style import role_of, save_svg, with_unit
 from wearsim.report.tables import UNDEFINED, limit_text, number
-from wearsim.results import doubts, open_results
-from wearsim.results.limits import limits_met
-from wearsim.results.turnings import (
-    closing_turning,
+from wearsim.report.tables_quality import classes
+from wearsim.results import open_results, result_warnings
+from wearsim.results.checks import (
+    closing_reprofiling,
     cracks_left,
     depth_by_regime,
     last_worn_row,
-    turnings,
+    reprofilings,
     wear_steps,
 )
+from wearsim.results.limits import limits_met
 
 _MEASURES = (
-    "max_wear_depth",
-    "worn_area",
-    "worn_mass",
-    "flange_height",
-    "flange_thickness",
-    "flange_gradient",
+    "max_wear_depth", "worn_area", "worn_mass", "flange_height", "flange_thickness", "flange_gradient",
     "hollowing",
-)
+)  # fmt: skip
 _CONTACT = ("area", "max_pressure", "power", "spin")
 _SETTINGS = (
-    "wear_law",
-    "wear_coefficients",
-    "wear_form",
-    "contact_normal",
-    "contact_tangential",
-    "counterface_curvature",
-    "counterface_wear_factor",
-    "redress_distance",
-    "redress_depth",
-    "counterface_area_rate",
-    "wheel_radius",
-    "source",
-    "history",
-)
+    "wear_law", "wear_coefficients", "wear_form", "contact_normal", "contact_tangential",
+    "counterface_curvature", "counterface_wear_factor", "redress_distance", "redress_depth",
+    "counterface_area_rate", "wheel_radius", "source", "history",
+)  # fmt: skip
 
 
 def inspect(path: str | Path) -> dict[str, Any]:
@@ -64,7 +53,7 @@ def inspect(path: str | Path) -> dict[str, Any]:
     dict
         Ready for JSON: SI units, lists are (right, left), null where a value is undefined. Wear measures
         at the start ("new") and at the end ("worn"), extremes of the contact over all patches at the end;
-        of a campaign that ends with a turning of the wheels, in the state before it.
+        of a campaign that ends with a reprofiling, in the state before it.
     """
     with open_results(path) as data:
         return summary(data)
@@ -73,7 +62,7 @@ def inspect(path: str | Path) -> dict[str, Any]:
 def summary(dataset: xr.Dataset) -> dict[str, Any]:
     """Summarise an opened result, see `inspect`."""
     end = last_worn_row(dataset)
-    found: dict[str, Any] = {
+    content: dict[str, Any] = {
         "title": str(dataset.attrs.get("title", "")),
         "kind": role_of(dataset),
         "finished": "finished" in dataset.attrs,
@@ -81,96 +70,91 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "steps": wear_steps(dataset),
         "operating_points": dataset.sizes["operating_point"],
         "monitoring_points": int((dataset["weight"].values == 0.0).sum()),
-        "environment": [_plain(v) for v in _ends(dataset["environment"].values)],
+        "environment": _plain(_ends(dataset["environment"].values)),
         "warnings": [
             *(line.strip() for line in str(dataset.attrs.get("warnings", "")).split("; ") if line.strip()),
-            *doubts(dataset),
-            *filter(None, [closing_turning(dataset)]),
+            *result_warnings(dataset),
+            *filter(None, [closing_reprofiling(dataset)]),
         ],
         "settings": {key: _plain(dataset.attrs[key]) for key in _SETTINGS if key in dataset.attrs},
-        "new": {name: [_plain(v) for v in dataset[name].values[0]] for name in _MEASURES},
-        "worn": {name: [_plain(v) for v in dataset[name].values[end]] for name in _MEASURES},
+        "new": {name: _plain(dataset[name].values[0]) for name in _MEASURES},
+        "worn": {name: _plain(dataset[name].values[end]) for name in _MEASURES},
     }
     for state, row in (("new", 0), ("worn", end)):
-        found[state]["equivalent_conicity"] = _plain(dataset["equivalent_conicity"].values[row])
-    found["contact"] = {
-        name: [_plain(v) for v in _ends(np.abs(dataset[name].values[end]))] for name in _CONTACT
-    }
+        content[state]["equivalent_conicity"] = _plain(dataset["equivalent_conicity"].values[row])
+    content["contact"] = {name: _plain(_ends(np.abs(dataset[name].values[end]))) for name in _CONTACT}
     depth = depth_by_regime(dataset).sum(axis=0)
     share = depth / depth.sum() if depth.sum() > 0.0 else np.full(depth.shape, np.nan)
-    found["regime_share"] = {
+    content["regime_share"] = {
         str(name): _plain(part) for name, part in zip(dataset["regime_name"].values, share, strict=True)
     }
-    found["ended"] = str(dataset.attrs.get("finished", "")) or None
-    found["limits"] = {
+    content["ended"] = str(dataset.attrs.get("finished", "")) or None
+    content["limits"] = {
         entry.name: {"limit": entry.limit, "met": list(entry.distance)} for entry in limits_met(dataset)
     }
-    found["turnings"] = [
+    content["reprofilings"] = [
         {"distance": one.distance, "before": list(one.before), "after": list(one.after)}
-        for one in turnings(dataset)
+        for one in reprofilings(dataset)
     ]
-    found["cracks_left"] = cracks_left(dataset)
+    content["cracks_left"] = cracks_left(dataset)
     if "comparison_name" in dataset or "fatigue_name" in dataset:
-        found["damage"] = _damage(dataset)
+        content["damage"] = _damage(dataset)
     if "contact_candidate" in dataset:
-        found["contact_models"] = {
+        content["contact_models"] = {
             "error": _plain(dataset["contact_models_error"].values[-1]),
-            "classes": tables_choice.classes(dataset, -1),
+            "classes": classes(dataset, -1),
         }
-    if pages_counterface.wears(dataset):
-        found["counterface"] = {
+    if wears(dataset):
+        content["counterface"] = {
             "counterface_redressed_count": int(dataset["counterface_redressed_count"].values[-1]),
-            **{name: [_plain(v) for v in dataset[name].values[-1]] for name in pages_counterface.MEASURES},
+            **{name: _plain(dataset[name].values[-1]) for name in COUNTERFACE_MEASURES},
         }
-    return found
+    return content
 
 
 def _damage(dataset: xr.Dataset) -> dict[str, Any]:
     """Wear by the comparison laws and damage by the fatigue laws, lists are (right, left)."""
-    told: dict[str, Any] = {}
+    damage_by: dict[str, Any] = {}
     end = last_worn_row(dataset)
     if "comparison_name" in dataset:
         depth = dataset["comparison_wear_depth"].values[end].max(axis=2)
-        told["comparison"] = {
-            str(name): {"max_wear_depth": [_plain(v) for v in depth[:, k]]}
+        damage_by["comparison"] = {
+            str(name): {"max_wear_depth": _plain(depth[:, k])}
             for k, name in enumerate(dataset["comparison_name"].values)
         }
     if "fatigue_name" in dataset:
         damage, rate = (dataset[f"fatigue_damage{what}"].values[end].max(axis=2) for what in ("", "_rate"))
-        told["fatigue"] = {
-            str(name): {
-                "fatigue_damage": [_plain(v) for v in damage[:, k]],
-                "fatigue_damage_rate": [_plain(v) for v in rate[:, k]],
-            }
+        damage_by["fatigue"] = {
+            str(name): {"fatigue_damage": _plain(damage[:, k]), "fatigue_damage_rate": _plain(rate[:, k])}
             for k, name in enumerate(dataset["fatigue_name"].values)
         }
-        told["fatigue_index"] = {
+        damage_by["fatigue_index"] = {
             str(name): _index(dataset, end, k) for k, name in enumerate(dataset["fatigue_name"].values)
         }
-        found = tables_damage.life(dataset)
-        if found is not None:
-            told["life"] = {row[0].text: row[found.head.index("Life ends by")].text for row in found.rows}
-    return told
+        life = tables_damage.life(dataset)
+        if life is not None:
+            damage_by["life"] = {row[0].text: row[life.head.index("Life ends by")].text for row in life.rows}
+    return damage_by
 
 
 def _index(dataset: xr.Dataset, row: int, law: int) -> dict[str, Any]:
     """Largest index of a law with its place and operating point, lists are (right, left)."""
-    found = tables_index.largest(dataset, row, law)
+    indexes = tables_damage.largest(dataset, row, law)
     return {
-        tables_index.quantity_of(str(dataset["fatigue_name"].values[law])): [
-            None if one is None else one.value for one in found
+        tables_damage.quantity_of(str(dataset["fatigue_name"].values[law])): [
+            None if one is None else one.value for one in indexes
         ],
-        "fatigue_index_y": [None if one is None else one.y for one in found],
-        "operating_point_name": [None if one is None else one.point for one in found],
+        "fatigue_index_y": [None if one is None else one.y for one in indexes],
+        "operating_point_name": [None if one is None else one.point for one in indexes],
     }
 
 
-def summary_text(found: dict[str, Any]) -> str:
+def summary_text(content: dict[str, Any]) -> str:
     """Write a summary for a terminal, in the units people read.
 
     Parameters
     ----------
-    found : dict
+    content : dict
         From `inspect`.
 
     Returns
@@ -178,80 +162,30 @@ def summary_text(found: dict[str, Any]) -> str:
     str
         Several lines.
     """
-    run = QUANTITIES["distance"]
-    end = f"finished ({found['ended']})" if found["finished"] else "unfinished"
-    lines = [
-        found["title"] or found["kind"],
-        f"{found['kind']}, {end}: {_text('distance', found['distance'])} {run.shown_unit} "
-        f"in {found['steps']} wear steps",
-        f"{found['operating_points']} operating points, {found['monitoring_points']} of them only monitored; "
-        f"environment factor {_span('environment', found['environment'])}",
-        "",
-        f"{'':<46}{'new right':>11}{'left':>11}{'worn right':>12}{'left':>11}",
-    ]
-    for name in _MEASURES:
-        values = [*found["new"][name], *found["worn"][name]]
-        new_right, new_left, right, left = (_text(name, value) for value in values)
-        lines.append(f"{_title(name):<46}{new_right:>11}{new_left:>11}{right:>12}{left:>11}")
-    new, worn = (_text("equivalent_conicity", found[s]["equivalent_conicity"]) for s in ("new", "worn"))
-    lines += [f"{_title('equivalent_conicity'):<46}{new:>11}{'':>11}{worn:>12}", ""]
-    lines += [f"{_title(name):<46}{_span(name, found['contact'][name])}" for name in _CONTACT]
-    shares = ", ".join(
-        f"{name} {UNDEFINED if part is None else format(part, '.1%')}"
-        for name, part in found["regime_share"].items()
-    )
-    lines += [f"{'Share of the worn depth by regime':<46}{shares}", ""]
-    lines += [_limit(name, entry) for name, entry in found["limits"].items()]
-    lines += [_turning(entry) for entry in found["turnings"]]
-    lines += [found["cracks_left"]] if found["cracks_left"] else []
-    lines += [""] if found["limits"] or found["turnings"] else []
-    lines += _counterface_lines(found.get("counterface", {}))
-    lines += _model_lines(found.get("contact_models", {}))
-    lines += _damage_lines(found.get("damage", {}))
-    lines += [f"{key}: {value}" for key, value in found["settings"].items()]
-    lines += [f"warning: {line}" for line in found["warnings"]]
-    return "\n".join(lines)
+    damage = _damage_rows(content.get("damage", {}))
+    template = environment(autoescape=False).get_template("summary.txt.j2")
+    text = template.render(
+        c=content, measures=_MEASURES, damage=damage, title=_title, text=_text, texts=_texts, span=_span,
+        limit_text=limit_text, diameter=lambda value: UNDEFINED if value is None else f"{1e3 * value:.2f}",
+        width=max((len(text) for text, ends in damage if ends), default=0),
+    )  # fmt: skip
+    return text.rstrip("\n")
 
 
-def _model_lines(chosen: dict[str, Any]) -> list[str]:
-    """Lines on contact models that were chosen, at the end."""
-    if not chosen:
-        return []
-    told = [f"{one['points']} {one['class']} operating points: {one['models']}" for one in chosen["classes"]]
-    return [*told, f"Error of their wear increment, estimated from a sample: {chosen['error']:.2g}", ""]
-
-
-def _counterface_lines(worn: dict[str, Any]) -> list[str]:
-    """Lines on rails or rollers that wear."""
-    if not worn:
-        return []
-    lines = [f"{'':<69}{'right':>11}{'left':>11}"]
-    turned = pages_counterface.MEASURES[2:] if worn["counterface_redressed_count"] else ()
-    for name in (*pages_counterface.MEASURES[:2], *turned):
-        right, left = (_text(name, value) for value in worn[name])
-        lines.append(f"{_title(name):<69}{right:>11}{left:>11}")
-    if turned:
-        lines.append(f"{_title('counterface_redressed_count')}: {worn['counterface_redressed_count']}")
-    return [*lines, ""]
-
-
-def _damage_lines(damage: dict[str, Any]) -> list[str]:
-    rows: list[tuple[str, ...]] = []
-    for kind in ("comparison", "fatigue"):
-        for law, values in damage.get(kind, {}).items():
-            rows += [(f"{law}, {_small(name)}", *_both(name, ends)) for name, ends in values.items()]
+def _damage_rows(damage: dict[str, Any]) -> list[tuple[str, list[str]]]:
+    """Texts on comparison laws and fatigue with their values (right, left), if they have any."""
+    rows: list[tuple[str, list[str]]] = []
+    for law, values in [*damage.get("comparison", {}).items(), *damage.get("fatigue", {}).items()]:
+        rows += [(f"{law}, {_small(name)}", _texts(name, ends)) for name, ends in values.items()]
     for law, index in damage.get("fatigue_index", {}).items():
         (name, ends), (at, places), (_, points) = index.items()
-        rows.append((f"{law}, largest {_small(name).removeprefix('largest ')}", *_both(name, ends)))
-        rows.append((f"{law}, {_small(at)}", *_both(at, places)))
-        rows.append((f"{law}, operating point of the index: {' (right), '.join(map(str, points))} (left)",))
-    rows += [(f"Life of {law}, ended by: {what}",) for law, what in damage.get("life", {}).items()]
-    if not rows:
-        return []
-    rows.insert(0, ("Comparison laws and fatigue", "right", "left"))
-    width = max(len(row[0]) for row in rows if len(row) > 1)
-    lines = [f"{text:<{width}}" + "".join(f"{end:>11}" for end in ends) for text, *ends in rows]
-    return [*(line.rstrip() for line in lines), ""]
+        rows.append((f"{law}, largest {_small(name).removeprefix('largest ')}", _texts(name, ends)))
+        rows.append((f"{law}, {_small(at)}", _texts(at, places)))
+        rows.append(
+            (f"{law}, operating point of the index: {' (right), '.join(map(str, points))} (left)", [])
+        )
+    rows += [(f"Life of {law}, ended by: {what}", []) for law, what in damage.get("life", {}).items()]
+    return [("Comparison laws and fatigue", ["right", "left"]), *rows] if rows else []
 
 
 def _small(name: str) -> str:
@@ -259,7 +193,7 @@ def _small(name: str) -> str:
     return _title(name)[:1].lower() + _title(name)[1:]
 
 
-def _both(name: str, ends: list[float | None]) -> list[str]:
+def _texts(name: str, ends: list[float | None]) -> list[str]:
     return [_text(name, value) for value in ends]
 
 
@@ -285,11 +219,7 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
         directory.mkdir(parents=True, exist_ok=True)
         return [
             save_svg(plate.figure, directory / f"{Path(path).stem}_{plate.name}.svg")
-            for plate in [
-                *pages.plates([dataset]),
-                *pages_counterface.plates([dataset]),
-                *pages_damage.plates([dataset]),
-            ]
+            for plate in all_figures(Campaigns([dataset]))
         ]
     except OSError as fault:
         raise ResultError(
@@ -297,36 +227,13 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
         ) from fault
 
 
-def _limit(name: str, entry: dict[str, Any]) -> str:
-    """Line on one limit; of a measure of each wheel the values are (right, left)."""
-    run = QUANTITIES["distance"].shown_unit
-    sides = ("right ", "left ") if len(entry["met"]) == 2 else ("",)
-    told = [
-        f"{side}not met" if at is None else f"{side}met at {_text('distance', at)} {run}"
-        for side, at in zip(sides, entry["met"], strict=True)
-    ]
-    return f"{limit_text(name, [entry['limit']])}: {', '.join(told)}"
-
-
-def _turning(entry: dict[str, Any]) -> str:
-    """Line on one turning of the wheels."""
-    sides = [
-        f"{side} {_diameter(before)} to {_diameter(after)} mm"
-        for side, before, after in zip(("right", "left"), entry["before"], entry["after"], strict=True)
-    ]
-    return f"Turned at {_text('distance', entry['distance'])} km, wheel diameter {', '.join(sides)}"
-
-
-def _diameter(value: float | None) -> str:
-    return UNDEFINED if value is None else f"{1e3 * value:.2f}"
-
-
 def _plain(value: Any) -> Any:
-    """Value as JSON knows it; None where it is not a number."""
+    """Value, or list of values, as JSON knows it; None where it is not a number."""
     if isinstance(value, str):
         return value
-    number_ = float(value)
-    return number_ if np.isfinite(number_) else None
+    if np.ndim(value):
+        return [_plain(one) for one in value]
+    return float(value) if np.isfinite(value) else None
 
 
 def _ends(values: np.ndarray) -> tuple[float, float]:
@@ -335,9 +242,7 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
 
 
 def _title(name: str) -> str:
-    unit = QUANTITIES[name].shown_unit
-    text = capital(QUANTITIES[name].meaning).removesuffix(" of the wheel")
-    return text + (f" [{unit}]" if unit != "1" else "")
+    return with_unit(QUANTITIES[name].meaning.removesuffix(" of the wheel"), name)
 
 
 def _text(name: str, value: float | None) -> str:
@@ -347,5 +252,5 @@ def _text(name: str, value: float | None) -> str:
 
 
 def _span(name: str, ends: list[float | None]) -> str:
-    low, high = (_text(name, value) for value in ends)
+    low, high = _texts(name, ends)
     return low if low == high else f"{low} to {high}"

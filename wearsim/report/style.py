@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 
 COLOURS = {"rig": "#d55e00", "field": "#0072b2", "rail": "#6b6b6b", "new": "#8c8c8c", "difference": "#1a1a1a"}
@@ -67,6 +69,7 @@ def grid(
     width: float = 9.6,
     gap: float = 0.85,
     between: float = 0.75,
+    edges: tuple[float, float, float, float] = (0.95, 0.15, 0.5, 0.6),
     **options: Any,
 ) -> tuple[Figure, np.ndarray]:
     """Make a figure with rows x columns axes and room for a legend above them.
@@ -83,6 +86,8 @@ def grid(
         Width of the figure [inch].
     gap, between : float
         Between columns and between rows [inch].
+    edges : tuple of float
+        Left, right, below and above the axes [inch].
     **options
         For `Figure.subplots`.
 
@@ -91,7 +96,7 @@ def grid(
     figure : Figure
     axes : (rows, columns) array of Axes
     """
-    left, right, bottom, top = 0.95, 0.15, 0.5, 0.6
+    left, right, bottom, top = edges
     total = bottom + top + rows * height + (rows - 1) * between
     each = (width - left - right - (columns - 1) * gap) / columns
     figure = Figure(figsize=(width, total))
@@ -116,6 +121,55 @@ def legend(figure: Figure, axes: Any = None, columns: int = 4) -> None:
         )  # fmt: skip
 
 
+def panels(
+    rows: int,
+    columns: int,
+    draw: Callable[[Axes, int, int], object],
+    *,
+    outer: bool = False,
+    keys: Any = ...,
+    key_columns: int = 4,
+    **options: Any,
+) -> Figure:
+    """Make a figure of rows x columns panels with one legend above them.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Number of panels.
+    draw : function
+        Draws into the axes of a row and a column.
+    outer : bool
+        Whether only the first column has labels of the vertical axes; so if they share it, too.
+    keys : index of the array of axes
+        Panels the legend is made from, all if not given.
+    key_columns : int
+        Columns of the legend.
+    **options
+        For `grid`. With `sharex` only the lowest row has labels of the horizontal axes.
+
+    Returns
+    -------
+    Figure
+    """
+    with style():
+        figure, axes = grid(rows, columns, **options)
+        for (row, column), ax in np.ndenumerate(axes):
+            draw(ax, row, column)
+            if column and (outer or options.get("sharey")):
+                ax.set_ylabel("")
+            if row < rows - 1 and options.get("sharex"):
+                ax.set_xlabel("")
+        for ax in axes.flat:
+            # only the offset of an axis moves the title, and to look for a place takes a fifth of the drawing
+            formatter = ax.yaxis.get_major_formatter()
+            formatter.format_ticks(ax.get_yticks())
+            if not formatter.get_offset():
+                ax.set_title(ax.get_title("left"), y=1.0)
+        legend(figure, np.atleast_1d(axes[keys]).flat, key_columns)
+    return figure
+
+
 def own_axes(ax: Axes | None) -> Axes:
     """Return the axes given, or those of a new figure."""
     if ax is not None:
@@ -136,21 +190,24 @@ def shown(name: str, values: Any) -> np.ndarray:
     return np.asarray(values, dtype=np.float64) * QUANTITIES[name].shown_factor
 
 
-def label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
-    """Axis label from the attributes of a variable.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Holds the variable.
-    variable : str
-        Its name.
-    name : str, optional
-        Quantity, if it is not the variable's name.
-    """
-    text = str(dataset[variable].attrs.get("long_name", variable))
-    unit = QUANTITIES[name or variable].shown_unit
+def with_unit(text: str, name: str) -> str:
+    """Text with a capital first letter and the shown unit of a quantity, if it has one."""
+    unit = QUANTITIES[name].shown_unit
     return capital(text) + (f" [{unit}]" if unit not in ("", "1") else "")
+
+
+def label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
+    """Axis label: long name of a variable, with the unit of quantity `name` (default: of the same name)."""
+    return with_unit(str(dataset[variable].attrs.get("long_name", variable)), name or variable)
+
+
+def label_axes(ax: Axes, x: str, y: str, floor: float | None = None, width: int = 28) -> Axes:
+    """Label both axes, the vertical one in lines of `width` characters; `floor` is its lower end."""
+    ax.set_xlabel(x)
+    ax.set_ylabel(y if "\n" in y else wrapped(y, width))
+    if floor is not None:
+        ax.set_ylim(bottom=floor, auto=None)
+    return ax
 
 
 def plain(value: Any, digits: int = 4) -> str:
@@ -220,4 +277,31 @@ def save_svg(figure: Figure, path: Path) -> Path:
     path.write_text(
         '<?xml version="1.0" encoding="utf-8"?>\n' + to_svg(figure, path.stem) + "\n", encoding="utf-8"
     )
+    return path
+
+
+def write_figure(figure: Figure, path: Path) -> Path:
+    """Write a figure as .png, .svg or .pdf by the suffix of `path`; raise ResultError if that fails."""
+    kind = path.suffix[1:].lower()
+    try:
+        if kind == "svg":
+            return save_svg(figure, path)
+        with style():
+            metadata = {"CreationDate": None} if kind == "pdf" else {"Software": None}
+            figure.savefig(path, format=kind, dpi=150, metadata=metadata)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be written ({error.strerror}); choose another folder") from error
+    return path
+
+
+def write_text(text: str, path: Path) -> Path:
+    """Write a file as a whole or not at all; raise ResultError if that fails."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    except OSError as fault:
+        raise ResultError(
+            f"{path}: cannot be written ({fault.strerror}); make the directory writable"
+        ) from fault
     return path

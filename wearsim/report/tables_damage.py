@@ -1,52 +1,33 @@
-"""Tables of a report on the damage laws: what each wears, what each tires, how far they agree."""
+"""Tables of the damage laws: what each wears, what each tires, how far they agree, largest fatigue index."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
+from wearsim.damage.fatigue import FATIGUE_LAWS
 from wearsim.damage.fatigue.agreement import Agreement, agreement
 from wearsim.damage.fatigue.balance import LIMITED_BY, balance
 from wearsim.quantities import QUANTITIES
-from wearsim.report.figures import WHEELS
-from wearsim.report.style import shown
-from wearsim.report.tables import Cell, number
-from wearsim.results.turnings import closing_turning, depth_by_regime, last_worn_row, new_row, turned_rows
+from wearsim.report.figures.campaign import WHEELS
+from wearsim.report.style import capital, shown, with_unit
+from wearsim.report.tables import NONE, Cell, Table, number
+from wearsim.results.checks import (
+    closing_reprofiling,
+    depth_by_regime,
+    last_worn_row,
+    new_row,
+    reprofiled_rows,
+)
 
-_COLUMNS = ("rig", "field", "ratio")
-_NONE = Cell("–")
+SUBSURFACE = "subsurface_fatigue_index"
 _WIDTHS = (0.5, 2.0)
-"""Shares of the width of a place for which the first crack is told, too."""
+"""Shares of the width of a place for which the first crack is shown, too."""
 _HOLDS = ("materials", "validity", "departures")
 """What a result file says of the coefficient set of a law, besides its numbers."""
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table with the text of its first column in front.
-
-    Parameters
-    ----------
-    name : str
-        Unique in the report with the role of its campaign.
-    caption : str
-        What it holds.
-    head : list of str
-        Of all columns.
-    rows : list of list of Cell
-        The first cell names the row.
-    """
-
-    name: str
-    caption: str
-    head: list[str]
-    rows: list[list[Cell]]
-
-    def numeric(self, column: int) -> bool:
-        """Tell whether any row has a number in a column."""
-        return any(row[column].value is not None for row in self.rows)
 
 
 def wear_laws(dataset: xr.Dataset) -> list[Table]:
@@ -62,7 +43,7 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
     list of Table
         What the laws wear, and where their numbers come from.
     """
-    row = last_worn_row(dataset)  # depth begins anew at a turning, area goes on
+    row = last_worn_row(dataset)  # depth begins anew at a reprofiling, area goes on
     depth = [dataset["wear_depth"].values[row]]
     by_regime = depth_by_regime(dataset)
     total = by_regime.sum(axis=1, keepdims=True)
@@ -99,14 +80,11 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
         "left [mm]", "over active", "Share of the worn area by regime",
     ]  # fmt: skip
     text = "Wear laws on the contacts of the campaign; the profile wears by the active law alone."
-    if turned_rows(dataset):
-        text += " Area is of all wear, depth of the last stretch that was run since a turning."
+    if reprofiled_rows(dataset):
+        text += " Area is of all wear, depth of the wear since the last reprofiling."
     active_set = [str(dataset.attrs.get(f"wear_coefficients_{key}", "")) for key in _HOLDS]
-    return [
-        Table("wear-laws", text, head, rows),
-        _origins("wear-law-numbers", "Wear law", names, origin),
-        _holds("wear-law-validity", "Wear law", names, [active_set, *_told(dataset, "comparison")]),
-    ]
+    validity = [active_set, *_validity(dataset, "comparison")]
+    return [Table("wear-laws", text, head, rows), *_sources("wear", names, origin, validity)]
 
 
 def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
@@ -120,7 +98,7 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
     Returns
     -------
     list of Table
-        What the laws tell, and where their numbers come from.
+        What the laws give, and where their numbers come from.
     """
     rows = []
     end = last_worn_row(dataset)
@@ -132,14 +110,14 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
         cells = [Cell(name)]
         for wheel in (0, 1):
             largest = float(damage[wheel].max())
-            place = number(1e3 * y[wheel, int(damage[wheel].argmax())], 3) if largest > 0.0 else _NONE
+            place = number(1e3 * y[wheel, int(damage[wheel].argmax())], 3) if largest > 0.0 else NONE
             cells += [
                 number(largest, 3), place, number(shown("fatigue_damage_rate", rate[wheel].max()), 3)
             ]  # fmt: skip
         rows.append([*cells, number(1e3 * dataset["fatigue_crack_width"].values[k], 3)])
-    told = ("largest damage", "at y [mm]", "largest rate at the end, before removal [1/1000 km]")
+    what = ("largest damage", "at y [mm]", "largest rate at the end, before removal [1/1000 km]")
     head = [
-        "Fatigue law", *(f"{side.capitalize()}: {text}" for side in WHEELS for text in told),
+        "Fatigue law", *(f"{side.capitalize()}: {text}" for side in WHEELS for text in what),
         "Width of a place [mm]",
     ]  # fmt: skip
     text = (
@@ -148,51 +126,46 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
         "are before what wear removes of cracks of a stated depth. The width of a place is an assumption: "
         "damage at a point before removal is in proportion to it."
     )
-    text = " ".join(filter(None, (text, closing_turning(dataset))))
+    text = " ".join(filter(None, (text, closing_reprofiling(dataset))))
     origin = [_origin(dataset, "fatigue", k) for k in range(len(names))]
-    return [
-        Table("fatigue-laws", text, head, rows),
-        _origins("fatigue-law-numbers", "Fatigue law", names, origin),
-        _holds("fatigue-law-validity", "Fatigue law", names, _told(dataset, "fatigue")),
-    ]
+    validity = _validity(dataset, "fatigue")
+    return [Table("fatigue-laws", text, head, rows), *_sources("fatigue", names, origin, validity)]
 
 
 def _origin(dataset: xr.Dataset, group: str, law: int) -> list[str]:
-    """Form, coefficients, their source and doubts of a law."""
+    """Form, coefficients, their source and uncertain ones of a law."""
     return [
         str(dataset[f"{group}_{key}"].values[law]) for key in ("form", "coefficients", "source", "warnings")
     ]
 
 
-def _origins(name: str, what: str, laws: list[str], origin: list[list[str]]) -> Table:
-    head = [what, "Form", "Coefficients", "Source", "Uncertain coefficients"]
-    rows = [
-        [Cell(law), Cell(form.replace("_", " ") or "–"), *(Cell(text or "–") for text in others)]
-        for law, (form, *others) in zip(laws, origin, strict=True)
-    ]
-    return Table(name, "Where the numbers of the laws come from.", head, rows)
-
-
-def _told(dataset: xr.Dataset, group: str) -> list[list[str]]:
-    """Materials, validity and departures of each law of a group; empty in files that do not tell them."""
+def _validity(dataset: xr.Dataset, group: str) -> list[list[str]]:
+    """Materials, validity and departures of each law of a group; empty in files without them."""
     count = dataset[f"{group}_name"].size if f"{group}_name" in dataset else 0
     columns = [str(dataset.attrs.get(f"{group}_{key}", "")).split("\n") for key in _HOLDS]
     return [[column[law] if law < len(column) else "" for column in columns] for law in range(count)]
 
 
-def _holds(name: str, what: str, laws: list[str], told: list[list[str]]) -> Table:
-    rows = [
-        [Cell(law), *(Cell(text or "–") for text in texts)] for law, texts in zip(laws, told, strict=True)
-    ]
-    text = (
-        "Where the numbers of the laws come from: the materials they were found on, what they hold for, and "
-        "where our law departs from its source."
-    )
-    return Table(name, text, [what, "Materials", "Holds for", "Departures from the source"], rows)
+def _sources(group: str, laws: list[str], origin: list[list[str]], validity: list[list[str]]) -> list[Table]:
+    """Tables on where the numbers of laws come from and what they hold for."""
+    what = f"{group.capitalize()} law"
+    text = "Where the numbers of the laws come from"
+    origin = [[form.replace("_", " "), *others] for form, *others in origin]
+    return [
+        Table(f"{group}-law-{name}", caption, [what, *head], [
+            [Cell(law), *(Cell(one or "–") for one in texts)] for law, texts in zip(laws, rows, strict=True)
+        ])
+        for name, caption, head, rows in (
+            ("numbers", f"{text}.", ("Form", "Coefficients", "Source", "Uncertain coefficients"), origin),
+            ("validity", f"{text}: the materials they were measured on, what they hold for, and where our "
+             "law departs from its source.",
+             ("Materials", "Holds for", "Departures from the source"), validity),
+        )
+    ]  # fmt: skip
 
 
 def life(dataset: xr.Dataset) -> Table | None:
-    """Tell what limits the life of each wheel, from new at the rates of the last state; None if unknown."""
+    """Say what limits the life of each wheel, from new at the rates of the last state; None if unknown."""
     rows, steels = [], []
     end = last_worn_row(dataset)
     wear = dataset["wear_depth_rate"].values[end]
@@ -205,10 +178,10 @@ def life(dataset: xr.Dataset) -> Table | None:
         steels.append(_steel(dataset, k))
         for wheel, side in enumerate(WHEELS):
             rate = dataset["fatigue_damage_rate"].values[end, wheel, k]
-            found = balance(rate, wear[wheel], crack_depth=crack, wear_limit=limit)
+            result = balance(rate, wear[wheel], crack_depth=crack, wear_limit=limit)
             ends = {
-                "wear": (float(found.wear_distance.min()), int(found.wear_distance.argmin())),
-                "cracks": (float(found.crack_distance.min()), int(found.crack_distance.argmin())),
+                "wear": (float(result.wear_distance.min()), int(result.wear_distance.argmin())),
+                "cracks": (float(result.crack_distance.min()), int(result.crack_distance.argmin())),
             }
             first = min(ends, key=lambda what: ends[what][0])
             other = [
@@ -216,7 +189,7 @@ def life(dataset: xr.Dataset) -> Table | None:
                 for part in _WIDTHS
             ]
             acts = (rate > 0.0) | (wear[wheel] > 0.0)
-            grown = (found.limited_by == LIMITED_BY.index("cracks")) & acts
+            grown = (result.limited_by == LIMITED_BY.index("cracks")) & acts
             rows.append([
                 Cell(f"{name}, {side} wheel"),
                 number(1e3 * crack, 3),
@@ -225,9 +198,9 @@ def life(dataset: xr.Dataset) -> Table | None:
                 *(_distance(float(distance)) for distance in other),
                 _distance(ends["wear"][0]),
                 Cell(first if np.isfinite(ends[first][0]) else "nothing"),
-                number(1e3 * y[wheel, ends[first][1]], 3) if np.isfinite(ends[first][0]) else _NONE,
-                number(100.0 * grown.sum() / acts.sum(), 3) if acts.any() else _NONE,
-                number(shown("magic_wear_rate", found.magic_wear_rate.max()), 3),
+                number(1e3 * y[wheel, ends[first][1]], 3) if np.isfinite(ends[first][0]) else NONE,
+                number(100.0 * grown.sum() / acts.sum(), 3) if acts.any() else NONE,
+                number(shown("magic_wear_rate", result.magic_wear_rate.max()), 3),
             ])  # fmt: skip
     if not rows:
         return None
@@ -235,11 +208,11 @@ def life(dataset: xr.Dataset) -> Table | None:
         "Fatigue law and wheel", "Crack of damage 1 [mm]", "Depth that may wear [mm]",
         "First crack after [km]", "with half the width of a place [km]", "with double the width [km]",
         "Wear limit after [km]", "Life ends by", "at y [mm]",
-        "Points limited by cracks [%]", "Largest balanced wear rate [µm/1000 km]",
+        "Points limited by cracks [%]", "Largest magic wear rate [µm/1000 km]",
     ]  # fmt: skip
     text = (
         "Wear against fatigue, from a new wheel at the rates of the full collective in the last state: what "
-        "is met first at any place of the profile. The balanced wear rate is the one at which cracks just do "
+        "is met first at any place of the profile. The magic wear rate is the one at which cracks just do "
         "not grow. The depth of a crack, the depth that may wear and the width of a place are assumptions: "
         "the distance to the wear limit is in proportion to the depth that may wear, and damage to the width."
     )
@@ -248,7 +221,7 @@ def life(dataset: xr.Dataset) -> Table | None:
 
 def _steel(dataset: xr.Dataset, law: int) -> str:
     """Sentence on numbers of a fatigue law that are of rails; empty where they are of wheels, or unknown."""
-    materials = [told[0] for told in _told(dataset, "fatigue")][law]
+    materials = [entry[0] for entry in _validity(dataset, "fatigue")][law]
     if "rail" not in materials or "wheel" in materials:
         return ""
     name, numbers = (str(dataset[f"fatigue_{key}"].values[law]) for key in ("name", "coefficients"))
@@ -265,17 +238,17 @@ def cycles(dataset: xr.Dataset) -> Agreement:
 
 
 def overlaps(dataset: xr.Dataset) -> Table:
-    """Tell the common part of the damage of each pair of laws over the load cycles."""
-    found = cycles(dataset)
+    """Compare each pair of laws: the common part of their damage over the load cycles."""
+    common = cycles(dataset)
     rows = [
-        [Cell(law), *(number(value, 3) for value in found.overlap[k])] for k, law in enumerate(found.laws)
+        [Cell(law), *(number(value, 3) for value in common.overlap[k])] for k, law in enumerate(common.laws)
     ]
     text = (
         "Agreement of the fatigue laws: common part of their distributions of damage over the load cycles of "
         "the worn wheels, weighted with the shares of the collective; 1 where they are the same, 0 where no "
         "cycle has damage by both."
     )
-    return Table("agreement", text, ["Fatigue law", *found.laws], rows)
+    return Table("agreement", text, ["Fatigue law", *common.laws], rows)
 
 
 def wear_numbers(dataset: xr.Dataset) -> Table:
@@ -285,62 +258,19 @@ def wear_numbers(dataset: xr.Dataset) -> Table:
     rows = []
     for name in ("wear_number_without_spin", "wear_number_with_spin"):
         values = shown(name, dataset[name].values[end])
-        text = str(dataset[name].attrs["long_name"])
-        rows.append([
-            Cell(text[:1].upper() + text[1:]),
-            *(number(values[side == wheel].max(initial=0.0), 4) for wheel in (0, 1)),
-        ])  # fmt: skip
-    return Table(
-        "wear-numbers", "Largest wear number of any contact patch at the end, monitoring points included.",
-        ["Wear number", "Right wheel [N]", "Left wheel [N]"], rows,
-    )  # fmt: skip
+        largest = (number(values[side == wheel].max(initial=0.0)) for wheel in (0, 1))
+        rows.append([Cell(capital(str(dataset[name].attrs["long_name"]))), *largest])
+    text = "Largest wear number of any contact patch at the end, monitoring points included."
+    return Table("wear-numbers", text, ["Wear number", "Right wheel [N]", "Left wheel [N]"], rows)
 
 
 def fatigue_tables(dataset: xr.Dataset) -> list[Table]:
     """Return all tables on fatigue of a campaign, none if it has no fatigue laws."""
     if "fatigue_name" not in dataset:
         return []
-    several = dataset.sizes["fatigue"] > 1
-    found = [
-        *fatigue_laws(dataset), life(dataset), overlaps(dataset) if several else None, wear_numbers(dataset)
-    ]  # fmt: skip
-    return [table for table in found if table is not None]
-
-
-def damage_factors(translation: xr.Dataset | None, group: str) -> list[Table]:
-    """Rig over field of the damage laws that act in both campaigns, where the campaigns end.
-
-    Parameters
-    ----------
-    translation : Dataset or None
-        From `wearsim.translation.translate.translate`.
-    group : {"comparison", "fatigue"}
-        Which laws.
-
-    Returns
-    -------
-    list of Table
-        One table, or none where the campaigns have no such law in common.
-    """
-    if translation is None or f"{group}_name" not in translation:
-        return []
-    names = ("comparison_worn_area",) if group == "comparison" else ("fatigue_damage", "fatigue_damage_rate")
-    rows = []
-    for k, law in enumerate(translation[f"{group}_name"].values):
-        for name in names:
-            cells = []
-            for basis in (0, 1):
-                cells += [number(v, 3) for v in shown(name, translation[name].values[basis, -1, :, k, 2])]
-                cells.append(number(translation[f"{name}_factor"].values[basis, -1, k, 2], 3))
-            unit = QUANTITIES[name].shown_unit
-            text = str(translation[name].attrs["long_name"]) + (f" [{unit}]" if unit != "1" else "")
-            rows.append([Cell(f"{law}: {text}"), *cells])
-    ends = [f"{basis}: {what}" for basis in ("Equal distance", "Equal worn depth") for what in _COLUMNS]
-    text = (
-        "Damage by the laws of both campaigns where the range they share ends, both wheels. Factors over the "
-        "whole range are in translation.nc."
-    )
-    return [Table(f"{group}-factors", text, ["Law and quantity", *ends], rows)]
+    several = [overlaps(dataset)] if dataset.sizes["fatigue"] > 1 else []
+    tables = [*fatigue_index(dataset), *fatigue_laws(dataset), life(dataset), *several, wear_numbers(dataset)]
+    return [table for table in tables if table is not None]
 
 
 def _ratio(value: float, active: float) -> Cell:
@@ -355,3 +285,98 @@ def _shares(names: list[str], area: np.ndarray) -> str:
     if not area.sum() > 0.0:
         return "no wear"
     return ", ".join(f"{name} {part:.1%}" for name, part in zip(names, area / area.sum(), strict=True))
+
+
+@dataclass(frozen=True)
+class LargestIndex:
+    """Largest index of the patches of one wheel in one state.
+
+    Parameters
+    ----------
+    value : float
+        In the unit of its quantity.
+    y : float
+        Lateral position on the wheel profile; of the index below the surface that of the patch [m].
+    point : str
+        Label of the operating point.
+    """
+
+    value: float
+    y: float
+    point: str
+
+
+def quantity_of(law: str) -> str:
+    """Return the quantity a law judges by, as `wearsim.quantities` names it."""
+    return FATIGUE_LAWS[law].index_quantity if law in FATIGUE_LAWS else SUBSURFACE
+
+
+def largest(dataset: xr.Dataset, row: int, law: int | None) -> tuple[LargestIndex | None, ...]:
+    """Find the largest index of each wheel among all patches of a state, monitoring points included.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign with fatigue laws.
+    row : int
+        Step.
+    law : int or None
+        Fatigue law; None: the index below the surface.
+
+    Returns
+    -------
+    tuple
+        Right and left; None where no patch carries load.
+    """
+    if law is None:
+        index, y = dataset[SUBSURFACE].values[row], dataset["wheel_y"].values[row]
+    else:
+        name = quantity_of(str(dataset["fatigue_name"].values[law]))
+        index, y = dataset[name].values[row, ..., law], dataset["fatigue_index_y"].values[row, ..., law]
+    side = dataset["side"].values[row]
+    indexes: list[LargestIndex | None] = []
+    for wheel in range(len(WHEELS)):
+        here = np.where((side == wheel) & np.isfinite(index), index, -np.inf)
+        at = np.unravel_index(int(here.argmax()), here.shape)
+        point = str(dataset["operating_point_name"].values[at[0]])
+        if dataset["weight"].values[at[0]] == 0.0:
+            point += " (monitored)"
+        known = np.isfinite(here[at])
+        indexes.append(LargestIndex(float(here[at]), float(y[at]), point) if known else None)
+    return tuple(indexes)
+
+
+def _limit(numbers: str) -> Cell:
+    """Index above which a law sees damage: 0, or the first break point of its damage function."""
+    start = re.search(r"\bstart = ([^ ,]+)", numbers)
+    return number(float(start[1]) if start else 0.0)
+
+
+def fatigue_index(dataset: xr.Dataset) -> list[Table]:
+    """Largest index of each law and wheel of a campaign with fatigue laws, new and at the end."""
+    numbers = str(dataset.attrs.get("fatigue_numbers", "")).split("\n")
+    laws = [(k, str(name)) for k, name in enumerate(dataset["fatigue_name"].values)]
+    rows = []
+    for law, name in [*laws, (None, "below the surface")]:
+        entry = QUANTITIES[quantity_of(name)]
+        limit = Cell("the steel's own") if law is None else _limit(numbers[law] if law < len(numbers) else "")
+        states = [largest(dataset, row, law) for row in (0, last_worn_row(dataset))]
+        for wheel, side in enumerate(WHEELS):
+            row = [Cell(f"{name}, {side} wheel: {entry.meaning}{with_unit('', entry.name)}"), limit]
+            for state in states:
+                one = state[wheel]
+                if one is None:
+                    row += [NONE] * 3
+                else:
+                    value = number(shown(entry.name, one.value), 3)
+                    row += [value, number(shown("wheel_y", one.y), 3), Cell(one.point)]
+            rows.append(row)
+    head = [
+        "Fatigue law and wheel", "Damage above",
+        *(f"{state}: {what}" for state in ("New", "End") for what in ("largest index", "at y [mm]", "point")),
+    ]  # fmt: skip
+    text = (
+        "Largest index of any contact patch, with its place on the wheel profile and its operating point, "
+        "monitoring points included. Below its limit the difference is the margin to damage."
+    )
+    return [Table("fatigue-index", text, head, rows)]

@@ -21,17 +21,19 @@ import numpy as np
 
 from wearsim.errors import ResultError
 from wearsim.quantities import Quantity
-from wearsim.results.older import OLDER_SCHEMAS, RENAMED, renamed
 from wearsim.results.schema import (
     FILL_FLOAT,
     FILL_INT,
     LABELS,
+    OLDER_SCHEMAS,
     REGIME_FLAGS,
+    RENAMED,
     SCHEMA,
     Header,
     Row,
     check_row,
     layout_of,
+    renamed,
     row_names,
 )
 
@@ -39,12 +41,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RETRY_SECONDS = 1.5
-"""Reader and writer of one file wait for each other about so long [s]."""
+"""Reader and writer of one file wait for each other for this time [s]."""
 
 _BATCH = 8
 
 _RESERVE = 1_000_000
-"""Left on the disk beside the rows themselves, for what HDF5 writes about them [B]."""
+"""Left on the disk besides the rows themselves, for what HDF5 writes about them [B]."""
 
 _CACHE = 2**18
 """Chunks that HDF5 keeps of each variable of an open file [B]: its own 16 MB would be 1 GB for all."""
@@ -351,7 +353,7 @@ def _need_room(path: Path, rows: Sequence[Row]) -> None:
     needed = _RESERVE + sum(np.asarray(value).nbytes for row in rows for value in row.values())
     try:
         free = shutil.disk_usage(path.parent).free
-    except OSError:  # a file system that does not tell
+    except OSError:  # a file system that does not report it
         return
     if free < needed:
         raise ResultError(_not_written(path, f"the disk is full, {free / 1e6:.1f} MB left"))

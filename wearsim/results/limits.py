@@ -28,13 +28,14 @@ LIMITED: Mapping[str, float] = {
 """Measures that may have a limit: 1 where it is a largest value, -1 where it is a smallest one."""
 
 _ATTRIBUTE = "limit_"
+SIDES = {1: ("",), 2: ("_right", "_left")}
 END = "end_at_limit"
-TURNED_AT = "reprofiling_limits"
-"""Attribute that names, separated by spaces, the limits at which wheels are turned."""
+REPROFILED_AT = "reprofiling_limits"
+"""Attribute that names, separated by spaces, the limits at which wheels are reprofiled."""
 
 
 def attributes_of(limits: Mapping[str, float], end: bool) -> dict[str, float | int]:
-    """Return the global attributes that tell the limits of a campaign.
+    """Return the global attributes that state the limits of a campaign.
 
     Parameters
     ----------
@@ -47,28 +48,16 @@ def attributes_of(limits: Mapping[str, float], end: bool) -> dict[str, float | i
 
 
 def limits_of(attributes: Mapping[str, Any]) -> dict[str, float]:
-    """Return the limits that global attributes tell, in the order of `LIMITED` [SI].
-
-    Parameters
-    ----------
-    attributes : mapping
-        Of a result file.
-    """
+    """Return the limits that global attributes state, in the order of `LIMITED` [SI]."""
     return {name: float(attributes[_ATTRIBUTE + name]) for name in LIMITED if _ATTRIBUTE + name in attributes}
 
 
 def ending_limits(attributes: Mapping[str, Any]) -> dict[str, float]:
-    """Return the limits that end a campaign: none unless it is to end there, and none that has wheels turned.
-
-    Parameters
-    ----------
-    attributes : mapping
-        Of a result file.
-    """
+    """Return the limits that end a campaign, if it is to end there: without those of reprofiling."""
     if END not in attributes:
         return {}
-    turned = str(attributes.get(TURNED_AT, "")).split()
-    return {name: value for name, value in limits_of(attributes).items() if name not in turned}
+    others = str(attributes.get(REPROFILED_AT, "")).split()
+    return {name: value for name, value in limits_of(attributes).items() if name not in others}
 
 
 def first_met(
@@ -95,23 +84,10 @@ def first_met(
 def met_at(
     distance: NDArray[np.float64], values: NDArray[np.float64], name: str, limit: float
 ) -> float | None:
-    """Distance at which a measure meets its limit.
+    """Distance at which the rows of a measure, (n,) arrays, first meet a limit; None if no row has [m].
 
-    Parameters
-    ----------
-    distance : (n,) array
-        Of the rows [m].
-    values : (n,) array
-        The measure; missing values (fill value or NaN) are passed over.
-    name : str
-        Of the measure.
-    limit : float
-        Its limit.
-
-    Returns
-    -------
-    float or None
-        Linear between the rows before and after [m]; the first row's if that has met it; None if no row has.
+    Linear between the rows before and after, the first row's if that has met it; missing values (fill value
+    or NaN) are passed over.
     """
     known = _known(values)
     run, over = distance[known], LIMITED[name] * (values[known] - limit)
@@ -145,82 +121,44 @@ class LimitMet:
 
 
 def limits_met(dataset: xr.Dataset) -> tuple[LimitMet, ...]:
-    """Tell where the limits of a campaign were met, finished or not.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        From `results.open_results`.
-
-    Returns
-    -------
-    tuple of LimitMet
-        In the order of `LIMITED`.
-    """
-    run = dataset["distance"].values
-    laws = laws_of(dataset)
-    return tuple(
-        LimitMet(
-            name,
-            limit,
-            tuple(
-                met_at(run, column, name, limit)
-                for column in np.stack([_worst(name, row, laws) for row in dataset[name].values]).T
-            ),
-        )
-        for name, limit in limits_of(dataset.attrs).items()
-    )
+    """Limits of a campaign, finished or not, and where they were met, in the order of `LIMITED`."""
+    limits, laws = limits_of(dataset.attrs), laws_of(dataset)
+    worst = {name: np.stack([_worst(name, row, laws) for row in dataset[name].values]) for name in limits}
+    return _met(dataset["distance"].values, worst, limits)
 
 
 def met_attributes(
     rows: Iterable[Mapping[str, NDArray[np.float64]]], limits: Mapping[str, float], laws: Sequence[str] = ()
 ) -> dict[str, float]:
-    """Return the global attributes that tell where limits were met.
+    """Return the global attributes that state where the rows of a result file met limits.
 
-    Parameters
-    ----------
-    rows : iterable of mappings
-        All rows of a result file.
-    limits : mapping of str to float
-        From `limits_of`.
-    laws : sequence of str
-        As for `first_met`.
-
-    Returns
-    -------
-    dict
-        `limit_<measure>_met_right`, `_left`, or `limit_<measure>_met` for a measure of the wheelset [m];
-        limits that are not met have none.
+    `limit_<measure>_met_right`, `_left`, or `limit_<measure>_met` for a measure of the wheelset [m]; limits
+    that are not met have none. `laws` as for `first_met`.
     """
     if not limits:
         return {}
-    kept = [
-        {
-            "distance": np.atleast_1d(row["distance"]),
-            **{name: _worst(name, row[name], laws) for name in limits},
-        }
-        for row in rows
-    ]
-    distance = np.concatenate([row["distance"] for row in kept])
-    found = {}
-    for name, limit in limits.items():
-        values = np.stack([row[name] for row in kept])
-        sides = ("_right", "_left") if values.shape[1] == 2 else ("",)
-        for column, side in enumerate(sides):
-            at = met_at(distance, values[:, column], name, limit)
-            if at is not None:
-                found[f"{_ATTRIBUTE}{name}_met{side}"] = at
-    return found
+    kept = [(row["distance"], *(_worst(name, row[name], laws) for name in limits)) for row in rows]
+    distance, *worst = (np.stack(column) for column in zip(*kept, strict=True))
+    met = _met(distance, dict(zip(limits, worst, strict=True)), limits)
+    return {
+        f"{_ATTRIBUTE}{one.name}_met{side}": at
+        for one in met
+        for side, at in zip(SIDES[len(one.distance)], one.distance, strict=True)
+        if at is not None
+    }
+
+
+def _met(
+    distance: NDArray[np.float64], worst: Mapping[str, NDArray[np.float64]], limits: Mapping[str, float]
+) -> tuple[LimitMet, ...]:
+    return tuple(
+        LimitMet(name, limit, tuple(met_at(distance, side, name, limit) for side in worst[name].T))
+        for name, limit in limits.items()
+    )
 
 
 def laws_of(dataset: xr.Dataset) -> tuple[str, ...]:
-    """Return the names of the fatigue laws of a campaign.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        From `results.open_results`.
-    """
+    """Return the names of the fatigue laws of a campaign."""
     return tuple(str(law) for law in dataset["fatigue_name"].values) if "fatigue_name" in dataset else ()
 
 

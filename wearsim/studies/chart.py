@@ -24,7 +24,7 @@ from wearsim.contact.solve import CHUNK
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints, select
-from wearsim.results.plausibility import percent
+from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup
 
 POINTS = 40

@@ -35,7 +35,7 @@ def contact_state(
     point: int = 0,
     label: str = "",
 ) -> xr.Dataset:
-    """Dataset of one operating point: what `wearsim.report.figures_contact` draws.
+    """Dataset of one operating point: what `wearsim.report.figures.contact` draws.
 
     Parameters
     ----------

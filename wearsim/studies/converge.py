@@ -15,7 +15,7 @@ from wearsim.campaign.record import write_atomically
 from wearsim.campaign.run import Event, Observer, run_scene
 from wearsim.errors import ContactError
 from wearsim.results import open_results
-from wearsim.results.turnings import last_worn_row, new_row, wear_steps
+from wearsim.results.checks import last_worn_row, new_row, wear_steps
 from wearsim.scene import CampaignScene, FieldScene, RigScene, load_campaign
 from wearsim.scene.overrides import Override
 

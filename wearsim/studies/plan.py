@@ -13,7 +13,7 @@ from wearsim.damage import fatigue, wear
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault
-from wearsim.results.plausibility import percent
+from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
 
 _PATCH_VALUES = 25

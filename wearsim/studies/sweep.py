@@ -22,7 +22,7 @@ from wearsim.campaign.run import Observer, available_cores
 from wearsim.errors import Fault, ResultError, SceneError, WearsimError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import GROUPS, LAYOUT, open_results
-from wearsim.results.turnings import last_worn_row
+from wearsim.results.checks import last_worn_row
 from wearsim.scene.sweep import Case, Sweep, SweepScene
 from wearsim.studies.ensemble import CaseRunner, Outcome, campaigns_of, check_cases, outcome_in, run_cases
 

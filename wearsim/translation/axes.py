@@ -23,7 +23,7 @@ class CommonAxes:
     depth : (2, k, 2) array
         Largest wear depth of the two wheels there [m].
     reachable : (2, k) bool array
-        Whether both campaigns come that far.
+        Whether both campaigns reach it.
     """
 
     distance: FloatArray
@@ -84,10 +84,10 @@ def distance_at(growing: FloatArray, distance: FloatArray, targets: FloatArray) 
     rise = level[after] - level[before]
     # a standstill ends where the next rise begins, so the part counts from the last row of the lower level
     part = np.divide(targets - level[before], rise, out=np.ones_like(rise), where=rise > 0.0)
-    found = np.where(
+    reached = np.where(
         part == 1.0, distance[after], distance[before] + part * (distance[after] - distance[before])
     )
-    return np.where(targets <= level[-1], np.where(targets <= level[0], distance[0], found), np.nan)
+    return np.where(targets <= level[-1], np.where(targets <= level[0], distance[0], reached), np.nan)
 
 
 def common_axes(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> CommonAxes:

@@ -19,6 +19,11 @@ CAMPAIGN = ("rig", "field")
 STAGES = (0.25, 0.5, 0.75, 1.0)
 """Shares of the common range at which values along the profile are compared."""
 
+_BOTH_WHEELS = {
+    "sum": "both wheels: sum",
+    "largest": "both wheels: the larger one",
+    "change": "both wheels: the change of larger magnitude",
+}
 _BARE = ("wear_area_rate", "wear_depth_rate_max")  # of the law as it is
 
 Pair = tuple[xr.Dataset, xr.Dataset]
@@ -39,8 +44,10 @@ def add_quantity(
          "ancillary_variables": f"{variable}_factor_status"},
     )  # fmt: skip
     share = factors.zero_share(quantity) if share is None else share
-    told = {"comment": f"a field value below the part {share:g} of the largest one is too small to divide by"}
-    out[f"{variable}_factor_status"] = (rest, factor.status.astype(np.int8), _status_attrs(meaning) | told)
+    remark = {
+        "comment": f"a field value below the part {share:g} of the largest one is too small to divide by"
+    }
+    out[f"{variable}_factor_status"] = (rest, factor.status.astype(np.int8), _status_attrs(meaning) | remark)
 
 
 def _status_attrs(meaning: str) -> dict[str, Any]:
@@ -49,6 +56,19 @@ def _status_attrs(meaning: str) -> dict[str, Any]:
         "flag_values": np.array(list(STATUS.values()), dtype=np.int8),
         "flag_meanings": " ".join(STATUS),
     }
+
+
+def add_compared(
+    out: dict[str, Any], variable: str, dims: tuple[str, ...], values: FloatArray, axes: CommonAxes,
+    quantity: str, meaning: str, comment: str = "", scale_axis: tuple[int, ...] | None = None,
+) -> None:  # fmt: skip
+    """Add values (basis, progress, campaign, *dims) with their factor; `scale_axis`: axes with one scale."""
+    scale = np.nan_to_num(np.abs(values)).max(axis=scale_axis)
+    reach = axes.reachable.reshape(axes.reachable.shape + (1,) * len(dims))
+    factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, factors.zero_share(quantity), reach)
+    add_quantity(
+        out, variable, ("basis", "progress", "campaign", *dims), values, factor, quantity, meaning, comment
+    )
 
 
 def along(pair: Pair, values: list[FloatArray], distance: FloatArray) -> FloatArray:
@@ -78,60 +98,39 @@ def add_wear(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> None:
     """Add wear measures and conicity with their factors, (basis, progress, wheel_group)."""
     for name, rule in factors.WEAR_QUANTITIES.items():
         values = along(pair, [factors.wear_by_wheel(data, name) for data in pair], axes.distance)
-        # the scale is what the campaigns reach: at the new wheel all wear is zero
-        scale = np.nan_to_num(np.abs(values)).max(axis=(0, 1, 2))
-        reach = axes.reachable[:, :, None]
         change = rule == "change"
-        factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, factors.zero_share(name), reach)
-        meaning = QUANTITIES[name].meaning
-        add_quantity(
-            out,
-            f"{name}_change" if change else name,
-            ("basis", "progress", "campaign", "wheel_group"),
-            values,
-            factor,
-            name,
-            f"{meaning}, change from new" if change else meaning,
-            {"sum": "both wheels: sum", "largest": "both wheels: the larger one"}.get(
-                rule, "both wheels: the change of larger magnitude"
-            ),
-        )
+        meaning = QUANTITIES[name].meaning + (", change from new" if change else "")
+        # the scale is what the campaigns reach: at the new wheel all wear is zero
+        add_compared(
+            out, f"{name}_change" if change else name, ("wheel_group",), values, axes, name, meaning,
+            _BOTH_WHEELS[rule], scale_axis=(0, 1, 2),
+        )  # fmt: skip
     conicity = along(pair, [np.asarray(data["equivalent_conicity"].values) for data in pair], axes.distance)
-    scale = float(np.nan_to_num(np.abs(conicity)).max())
-    factor = factors.ratio(conicity[:, :, 0], conicity[:, :, 1], scale, reachable=axes.reachable)
     meaning = QUANTITIES["equivalent_conicity"].meaning
-    dims = ("basis", "progress", "campaign")
-    add_quantity(out, "equivalent_conicity", dims, conicity, factor, "equivalent_conicity", meaning, "")
+    add_compared(out, "equivalent_conicity", (), conicity, axes, "equivalent_conicity", meaning)
 
 
 def add_contact(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> int:
     """Add contact quantities of the collective and of equal operating points; return how many are equal."""
     matched = factors.match_points(*pair)
-    dims = ("basis", "progress", "campaign", "matched_point", "wheel")
     for name, rule in factors.POINT_QUANTITIES.items():
         meaning = QUANTITIES[name].meaning
-        share = factors.zero_share(name)
         remark = "; the environment factor does not enter" if name in _BARE else ""
         wheels = [factors.per_wheel(data, name) for data in pair]
         weight = [np.asarray(data["weight"].values, dtype=np.float64) for data in pair]
         means = [factors.collective_mean(wheels[c], weight[c]) for c in (0, 1)]
         means = [np.column_stack([mean, mean.mean(axis=1)]) for mean in means]
-        values = along(pair, means, axes.distance)
-        scale = float(np.nan_to_num(np.abs(values)).max())
-        factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, share, axes.reachable[:, :, None])
-        add_quantity(
-            out, f"{name}_collective", ("basis", "progress", "campaign", "wheel_group"), values, factor, name,
+        add_compared(
+            out, f"{name}_collective", ("wheel_group",), along(pair, means, axes.distance), axes, name,
             f"{meaning}, collective mean",
             f"mean magnitude, weighted with the shares of the load collective; patches of a wheel: {rule}; "
             f"both wheels: mean{remark}",
         )  # fmt: skip
         if len(matched):
             values = along(pair, [wheels[c][:, matched[:, c]] for c in (0, 1)], axes.distance)
-            scale = float(np.nan_to_num(np.abs(values)).max())
-            reach = axes.reachable[:, :, None, None]
-            factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, share, reach)
-            add_quantity(
-                out, f"{name}_point", dims, values, factor, name, f"{meaning} at equal operating points",
+            add_compared(
+                out, f"{name}_point", ("matched_point", "wheel"), values, axes, name,
+                f"{meaning} at equal operating points",
                 f"patches of a wheel: {rule}; linear between stored states{remark}",
             )  # fmt: skip
     if len(matched):
@@ -146,32 +145,38 @@ def _regime_names(pair: Pair) -> tuple[list[str], list[IntArray]]:
     return names, [np.array([names.index(name) for name in one] + [-1]) for one in own]
 
 
-def _regime_attrs(names: list[str], meaning: str) -> dict[str, Any]:
-    return {
-        "long_name": meaning,
-        "flag_values": np.arange(-1, len(names), dtype=np.int8),
-        "flag_meanings": " ".join(["none", *(name.replace(" ", "_") for name in names)]),
-    }
-
-
-def _differs_attrs(meaning: str) -> dict[str, Any]:
-    return {
-        "long_name": f"whether {meaning} differs between rig and field",
-        "comment": "where it differs, the factor depends on the wear law",
-        "flag_values": np.array([-1, 0, 1], dtype=np.int8),
-        "flag_meanings": "no_wear same differs",
-    }
+def _add_regimes(
+    out: dict[str, Any],
+    variable: str,
+    dims: tuple[str, ...],
+    regime: IntArray,
+    names: list[str],
+    meaning: str,
+) -> None:
+    """Add wear regimes (basis, ., campaign, ...) and whether they differ between rig and field."""
+    out[variable] = (
+        dims, regime.astype(np.int8), {
+            "long_name": meaning,
+            "flag_values": np.arange(-1, len(names), dtype=np.int8),
+            "flag_meanings": " ".join(["none", *(name.replace(" ", "_") for name in names)]),
+        },
+    )  # fmt: skip
+    out[f"{variable}_differs"] = (
+        tuple(dim for dim in dims if dim != "campaign"),
+        factors.regime_differs(regime[:, :, 0], regime[:, :, 1]).astype(np.int8), {
+            "long_name": f"whether the {meaning} differs between rig and field",
+            "comment": "where it differs, the factor depends on the wear law",
+            "flag_values": np.array([-1, 0, 1], dtype=np.int8),
+            "flag_meanings": "no_wear same differs",
+        },
+    )  # fmt: skip
 
 
 def _add_points(out: dict[str, Any], pair: Pair, axes: CommonAxes, matched: IntArray) -> None:
     for name in factors.MATCH_KEYS:
-        entry = QUANTITIES[name]
-        attrs = {"units": entry.unit, "long_name": entry.meaning}
-        out[name] = (
-            "matched_point",
-            np.asarray(pair[0][name].values, dtype=np.float64)[matched[:, 0]],
-            attrs,
-        )
+        attrs = {"units": QUANTITIES[name].unit, "long_name": QUANTITIES[name].meaning}
+        values = np.asarray(pair[0][name].values, dtype=np.float64)
+        out[name] = ("matched_point", values[matched[:, 0]], attrs)
     for c, role in enumerate(CAMPAIGN):
         labels = [str(pair[c]["operating_point_name"].values[i]) for i in matched[:, c]]
         out[f"{role}_label"] = (
@@ -187,18 +192,10 @@ def _add_points(out: dict[str, Any], pair: Pair, axes: CommonAxes, matched: IntA
         run = np.asarray(data["distance"].values)
         for b in (0, 1):
             regime[b, :, c] = own[rows_at(run, axes.distance[b, :, c])]
-    differs = factors.regime_differs(regime[:, :, 0], regime[:, :, 1]).astype(np.int8)
-    out["regime_point"] = (
-        dims,
-        regime.astype(np.int8),
-        _regime_attrs(names, "highest wear regime of any cell at equal operating points")
-        | {"comment": "in the order of the law; of the last stored state at or before the distance"},
-    )
-    rest = ("basis", "progress", "matched_point", "wheel")
-    out["regime_point_differs"] = (
-        rest,
-        differs,
-        _differs_attrs("the highest wear regime of any cell at equal operating points"),
+    meaning = "highest wear regime of any cell at equal operating points"
+    _add_regimes(out, "regime_point", dims, regime, names, meaning)
+    out["regime_point"][2]["comment"] = (
+        "in the order of the law; of the last stored state at or before the distance"
     )
 
 
@@ -226,11 +223,7 @@ def add_profile(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> list[str]:
         f"factor only where the field wears more than {WORN_SHARE:.0%} of its largest depth", WORN_SHARE,
     )  # fmt: skip
     regime = np.stack([factors.dominant_regime(np.nan_to_num(part)) for part in by_regime], axis=2)
-    differs = factors.regime_differs(regime[:, :, 0], regime[:, :, 1]).astype(np.int8)
-    meaning = "wear regime that removed most"
-    out["regime_profile"] = (dims, regime.astype(np.int8), _regime_attrs(names, meaning))
-    rest = ("basis", "stage", "wheel", "arc")
-    out["regime_profile_differs"] = (rest, differs, _differs_attrs(f"the {meaning}"))
+    _add_regimes(out, "regime_profile", dims, regime, names, "wear regime that removed most")
     if same:
         shift = max(
             float(np.abs(pair[0][n].values[0] - pair[1][n].values[0]).max())
@@ -263,20 +256,14 @@ def add_equivalent_distance(out: dict[str, Any], pair: Pair, count: int) -> None
     out["rig_distance"] = ("rig_progress", asked, {"units": "m", "long_name": "distance run on the rig"})
     for name, meaning in (("max_wear_depth", "largest wear depth"), ("worn_area", "worn area")):
         mine, theirs = (factors.wear_by_wheel(data, name) for data in pair)
-        found = [
+        reached = [
             factors.equivalent_distance(at_distances(run[0], mine[:, w], asked), theirs[:, w], run[1])
             for w in range(3)
         ]
         dims = ("rig_progress", "wheel_group")
         variable = f"equivalent_distance_{name}"
-        out[variable] = (
-            dims,
-            np.stack([distance for distance, _ in found], axis=1),
-            {
-                "units": "m",
-                "long_name": f"field distance of equal {meaning}",
-                "ancillary_variables": f"{variable}_status",
-            },
-        )
-        status = np.stack([status for _, status in found], axis=1).astype(np.int8)
-        out[f"{variable}_status"] = (dims, status, _status_attrs(f"field distance of equal {meaning}"))
+        distance, status = (np.stack(parts, axis=1) for parts in zip(*reached, strict=True))
+        text = f"field distance of equal {meaning}"
+        attrs = {"units": "m", "long_name": text, "ancillary_variables": f"{variable}_status"}
+        out[variable] = (dims, distance, attrs)
+        out[f"{variable}_status"] = (dims, status.astype(np.int8), _status_attrs(text))

@@ -8,9 +8,8 @@ import numpy as np
 import xarray as xr
 
 from wearsim.quantities import QUANTITIES
-from wearsim.translation import factors
 from wearsim.translation.axes import CommonAxes, FloatArray
-from wearsim.translation.compare import Pair, add_quantity, along
+from wearsim.translation.compare import Pair, add_compared, along
 
 _SETTINGS = {
     "comparison": ("coefficients", "form"),
@@ -20,7 +19,7 @@ _SETTINGS = {
 
 
 def common_laws(pair: Pair, group: str) -> tuple[list[str], list[str]]:
-    """Find the laws that act in both campaigns.
+    """Laws that act in both campaigns.
 
     Parameters
     ----------
@@ -37,7 +36,7 @@ def common_laws(pair: Pair, group: str) -> tuple[list[str], list[str]]:
     if any(f"{group}_name" not in data for data in pair):
         return [], []
     names = [[str(name) for name in data[f"{group}_name"].values] for data in pair]
-    # older files do not have the numbers; the doubtful ones of them are variables
+    # older files do not have the numbers; the uncertain ones of them are variables
     known = all(f"{group}_numbers" in data.attrs for data in pair)
     same: list[str] = []
     other: list[str] = []
@@ -83,14 +82,11 @@ def add_damage(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> list[str]:
         wear = group == "comparison"
         for name in ("comparison_worn_area",) if wear else ("fatigue_damage", "fatigue_damage_rate"):
             values = along(pair, [_by_wheel(data, name, same) for data in pair], axes.distance)
-            scale = np.nan_to_num(np.abs(values)).max(axis=(0, 1, 2))
-            reach = axes.reachable[:, :, None, None]
-            factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, reachable=reach)
-            rule = "sum" if wear else "the larger one"
             meaning = QUANTITIES[name].meaning.removesuffix(", by regime")
-            add_quantity(
-                out, name, ("basis", "progress", "campaign", group, "wheel_group"), values, factor, name,
-                meaning if wear else f"largest {meaning} of the wheel", f"both wheels: {rule}",
+            add_compared(
+                out, name, (group, "wheel_group"), values, axes, name,
+                meaning if wear else f"largest {meaning} of the wheel",
+                f"both wheels: {'sum' if wear else 'the larger one'}", scale_axis=(0, 1, 2),
             )  # fmt: skip
     return notes
 

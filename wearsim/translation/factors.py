@@ -38,7 +38,7 @@ CHANGE_SHARE = 1e-2
 
 WORN_SHARE = 0.01
 """Along the profile, a depth below this share of the largest one counts as not worn: what smoothing
-spreads beyond the running band is no wear to compare."""
+spreads beyond the running band is not compared."""
 
 MATCH_KEYS: dict[str, float] = {
     "shift": 1e-9,
@@ -75,10 +75,10 @@ COMPARED_KEYS = (
     "wear_coefficients", "wear_law_numbers", "wear_form", "seizure_cap", "wheel_density",
     "wheel_profile_right", "wheel_profile_left", "counterface_profile", "smoothing_wavelength", "integrator",
 )  # fmt: skip
-"""Attributes of model, material and wheelset: what differs between the campaigns is told by name."""
+"""Attributes of model, material and wheelset: what differs between the campaigns is listed by name."""
 
 NUMBERS_KEY = "wear_law_numbers"
-"""The one of them that is a list of numbers, of which only those that differ are told."""
+"""The one of them that is a list of numbers, of which only those that differ are listed."""
 
 ROTATION_KEYS = ("rotation_rule", "axle_torque")
 """Those that are part of the operating point: where they differ, no point of the campaigns is equal."""
@@ -130,7 +130,7 @@ def ratio(
     share : float
         Denominators below `share` times `scale` are too small to divide by.
     reachable : bool or (...) array
-        False where a campaign does not come so far.
+        False where a campaign ends before.
 
     Returns
     -------
@@ -273,9 +273,9 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
         equal = np.ones(field.sizes["operating_point"], dtype=bool)
         for mine, theirs, tolerance in zip(rig_keys, field_keys, MATCH_KEYS.values(), strict=True):
             equal &= np.isclose(theirs, mine[i], rtol=0.0, atol=tolerance)
-        found = np.flatnonzero(equal)
-        if found.size and found[0] not in [pair[1] for pair in pairs]:
-            pairs.append((i, int(found[0])))
+        equals = np.flatnonzero(equal)
+        if equals.size and equals[0] not in [pair[1] for pair in pairs]:
+            pairs.append((i, int(equals[0])))
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ WHEELS = ("right", "left", "both")
 POINT_STATES = (("new wheels", 0, 0), ("equal distance", 0, -1), ("equal worn depth", 1, -1))
 """States for which equal operating points are listed: name, basis, progress."""
 
+_STATUS_NAMES = {number: name for name, number in STATUS.items()}
 _SAME_PLACE = 1e-7  # [m]
 _ATTRIBUTE_UNITS = {
     "axle_torque": "N m", "wheel_radius": "m", "half_span": "m", "youngs_modulus": "Pa",
@@ -80,8 +82,8 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
             )
         if "last_reprofiling" in data and (data["last_reprofiling"].values > 0).any():
             raise ResultError(
-                f"{role} result: its wheels were turned, and factors are of the wear since new; compare a "
-                "campaign without [campaign.reprofiling]"
+                f"{role} result: its wheels were reprofiled, and factors are of the wear since new; compare "
+                "a campaign without [campaign.reprofiling]"
             )
     pair = (rig, field)
     axes = common_axes(rig, field, count)
@@ -91,20 +93,15 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
         "wheel_name": ("wheel", list(WHEELS[:2]), {"long_name": "wheel"}),
         "wheel_group_name": ("wheel_group", list(WHEELS), {"long_name": "wheel, or both together"}),
         "worn_depth": (
-            ("basis", "progress", "campaign"),
-            axes.depth,
+            ("basis", "progress", "campaign"), axes.depth,
             {"units": "m", "long_name": "largest wear depth of both wheels where the campaigns are compared"},
         ),
         "reachable": (
-            ("basis", "progress"),
-            axes.reachable.astype(np.int8),
-            {
-                "long_name": "whether both campaigns come so far",
-                "flag_values": np.array([0, 1], dtype=np.int8),
-                "flag_meanings": "no yes",
-            },
+            ("basis", "progress"), axes.reachable.astype(np.int8),
+            {"long_name": "whether both campaigns reach this distance or depth",
+             "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "no yes"},
         ),
-    }
+    }  # fmt: skip
     compare.add_distance(out, axes)
     compare.add_wear(out, pair, axes)
     matched = compare.add_contact(out, pair, axes)
@@ -112,22 +109,12 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
     compare.add_equivalent_distance(out, pair, count)
     notes += damage.add_damage(out, pair, axes)
     dataset = xr.Dataset(out)
+    share = {"units": "1", "long_name": "share of the range both campaigns cover"}
+    arc = {"units": "m", "long_name": "arc length of the new wheel"}
     dataset = dataset.assign_coords(
-        progress=(
-            "progress",
-            np.linspace(0.0, 1.0, count),
-            {"units": "1", "long_name": "share of the range both campaigns cover"},
-        ),
-        stage=(
-            "stage",
-            np.array(STAGES),
-            {"units": "1", "long_name": "share of the range both campaigns cover"},
-        ),
-        arc=(
-            "arc",
-            np.asarray(rig["arc_length"].values),
-            {"units": "m", "long_name": "arc length of the new wheel"},
-        ),
+        progress=("progress", np.linspace(0.0, 1.0, count), share),
+        stage=("stage", np.array(STAGES), share),
+        arc=("arc", np.asarray(rig["arc_length"].values), arc),
     )
     dataset.attrs = _attributes(rig, field, matched, notes)
     return dataset
@@ -195,21 +182,22 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
         is computed here: values, factors and statuses are those of the dataset. Its warnings are in
         `attrs["warnings"]`, a list of str.
     """
-    both = (2,)
     wear = {
-        f"{name}_change" if rule == "change" else name: (name, both)
-        for name, rule in factors.WEAR_QUANTITIES.items()
+        f"{name}_change" if rule == "change" else name: name for name, rule in factors.WEAR_QUANTITIES.items()
     }
-    collective = {f"{name}_collective": (name, both) for name in factors.POINT_QUANTITIES}
-    listed: dict[str, tuple[str, tuple[int, ...]]] = {"distance_run": ("distance", ()), **wear}
-    listed |= {"equivalent_conicity": ("equivalent_conicity", ()), **collective}
-    found = pd.DataFrame(
-        {"basis": basis} | _entry(dataset, b, variable, name, place)
+    collective = {f"{name}_collective": name for name in factors.POINT_QUANTITIES}
+    single = {"equivalent_conicity": "equivalent_conicity"}
+    entries = {
+        variable: _entries(dataset, variable, name)
+        for variable, name in ({"distance_run": "distance"} | wear | single | collective).items()
+    }
+    frame = pd.DataFrame(
+        {"basis": basis} | entry(b, -1, () if variable in ("distance_run", *single) else (2,))
         for b, basis in enumerate(BASIS)
-        for variable, (name, place) in listed.items()
+        for variable, entry in entries.items()
     )
-    found.attrs["warnings"] = str(dataset.attrs.get("warnings", "")).splitlines()
-    return found
+    frame.attrs["warnings"] = str(dataset.attrs.get("warnings", "")).splitlines()
+    return frame
 
 
 def point_table(dataset: xr.Dataset) -> pd.DataFrame:
@@ -230,36 +218,42 @@ def point_table(dataset: xr.Dataset) -> pd.DataFrame:
     rows: list[dict[str, Any]] = []
     if int(dataset.attrs["matched_points"]):
         shift = dataset["shift"].values * QUANTITIES["shift"].shown_factor
-        order = np.argsort(shift, kind="stable")
+        labels = dataset["rig_label"].values
+        entries = [_entries(dataset, f"{name}_point", name) for name in factors.POINT_QUANTITIES]
         rows = [
-            {"state": state, "point": str(dataset["rig_label"].values[i]), "shift": float(shift[i]),
-             "wheel": wheel} | _entry(dataset, basis, f"{name}_point", name, (i, w), progress)
+            {"state": state, "point": str(labels[i]), "shift": float(shift[i]), "wheel": wheel}
+            | entry(basis, progress, (i, w))
             for state, basis, progress in POINT_STATES
-            for i in order
+            for i in np.argsort(shift, kind="stable")
             for w, wheel in enumerate(WHEELS[:2])
-            for name in factors.POINT_QUANTITIES
-        ]  # fmt: skip
+            for entry in entries
+        ]
     columns = ["state", "point", "shift", "wheel", "variable", "quantity", "unit", "rig", "field", "factor"]
     return pd.DataFrame(rows, columns=[*columns, "status"])
 
 
-def _entry(
-    dataset: xr.Dataset, basis: int, variable: str, name: str, place: tuple[int, ...] = (), progress: int = -1
-) -> dict[str, Any]:
-    """One factor of the dataset with its values, in the unit people read."""
-    rig, field = (dataset[variable].values[basis, progress, c][place] for c in (0, 1))
-    status = int(dataset[f"{variable}_factor_status"].values[basis, progress][place])
+def _entries(
+    dataset: xr.Dataset, variable: str, name: str
+) -> Callable[[int, int, tuple[int, ...]], dict[str, Any]]:
+    """Make the function that gives factor and values of a variable at a place, in the unit people read."""
+    values = dataset[variable].values
+    factor, status = (dataset[f"{variable}_factor{what}"].values for what in ("", "_status"))
     shown = QUANTITIES[name]
-    meaning = shown.meaning if variable == "distance_run" else dataset[variable].attrs["long_name"]
-    return {
+    meaning = shown.meaning if variable == "distance_run" else str(dataset[variable].attrs["long_name"])
+    words = {
         "variable": variable,
-        "quantity": str(meaning).removesuffix(" at equal operating points"),
+        "quantity": meaning.removesuffix(" at equal operating points"),
         "unit": shown.shown_unit,
-        "rig": float(rig) * shown.shown_factor,
-        "field": float(field) * shown.shown_factor,
-        "factor": float(dataset[f"{variable}_factor"].values[basis, progress][place]),
-        "status": next(key for key, number in STATUS.items() if number == status),
     }
+
+    def entry(basis: int, progress: int, place: tuple[int, ...]) -> dict[str, Any]:
+        rig, field = (float(values[(basis, progress, c, *place)]) * shown.shown_factor for c in (0, 1))
+        at = (basis, progress, *place)
+        return words | {
+            "rig": rig, "field": field, "factor": float(factor[at]), "status": _STATUS_NAMES[int(status[at])]
+        }  # fmt: skip
+
+    return entry
 
 
 def content_hash(dataset: xr.Dataset) -> str:
@@ -275,7 +269,7 @@ def content_hash(dataset: xr.Dataset) -> str:
 
 
 def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
-    """Tell which attributes of model, material and wheelset differ, with both values in SI units.
+    """List which attributes of model, material and wheelset differ, with both values in SI units.
 
     Parameters
     ----------
@@ -286,7 +280,7 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
     -------
     list of str
         One line for each of `factors.COMPARED_KEYS` that differs, and one for counterfaces of different
-        shape under one name. The curvature of the counterface is what is compared: it is not told.
+        shape under one name. The curvature of the counterface is what is compared: it is not listed.
     """
     notes = []
     for key in factors.COMPARED_KEYS:
@@ -296,8 +290,8 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
         if mine == theirs:
             continue
         unit = _ATTRIBUTE_UNITS.get(key, "")
-        told = [_told(value, unit) for value in (mine, theirs)]
-        notes.append(f"{key.replace('_', ' ')} differs: {told[0]} on the rig, {told[1]} in the field")
+        texts = [_text(value, unit) for value in (mine, theirs)]
+        notes.append(f"{key.replace('_', ' ')} differs: {texts[0]} on the rig, {texts[1]} in the field")
     names = [data.attrs.get("counterface_profile", "") for data in (rig, field)]
     rail = [np.stack([data[f"counterface_{c}"].values for c in "yz"]) for data in (rig, field)]
     if names[0] == names[1]:
@@ -306,8 +300,8 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
                 notes.append(
                     "the counterface profiles are sampled differently: they may differ in shape or place"
                 )
-        elif (apart := float(np.abs(rail[0] - rail[1]).max())) > _SAME_PLACE:
-            notes.append(f"the counterface profiles differ in shape or place, by up to {1e3 * apart:.4g} mm")
+        elif (offset := float(np.abs(rail[0] - rail[1]).max())) > _SAME_PLACE:
+            notes.append(f"the counterface profiles differ in shape or place, by up to {1e3 * offset:.4g} mm")
     if "counterface_name" in rig or "counterface_name" in field:
         wears = ["wear" if "counterface_name" in data else "stay as new" for data in (rig, field)]
         notes.append(f"the factors contain wear of the counterface: rollers {wears[0]}, rails {wears[1]}")
@@ -315,7 +309,7 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
 
 
 def _unlike(rig: xr.Dataset, field: xr.Dataset, mine: str, theirs: str) -> tuple[str, str]:
-    """Those of two lists of a law's numbers that differ, none where law or set are told to differ anyway."""
+    """Those of two lists of a law's numbers that differ, none where law or set differ anyway."""
     if any(rig.attrs.get(key) != field.attrs.get(key) for key in ("wear_law", "wear_coefficients")):
         return "", ""
     one, other = (text.split(", ") for text in (mine, theirs))
@@ -323,7 +317,7 @@ def _unlike(rig: xr.Dataset, field: xr.Dataset, mine: str, theirs: str) -> tuple
     return ", ".join(only[0]), ", ".join(only[1])
 
 
-def _told(value: Any, unit: str) -> str:
+def _text(value: Any, unit: str) -> str:
     if isinstance(value, str):
         return value or "unknown"
     return f"{float(value):.10g} {unit}".rstrip()
@@ -345,16 +339,12 @@ def _attributes(rig: xr.Dataset, field: xr.Dataset, matched: int, notes: list[st
                 attrs[f"{role}_{key}"] = data.attrs[key]
     notes = [*differences(rig, field), *notes]
     if not factors.rotation_matches(rig, field):
-        notes = [
-            *notes,
+        notes.append(
             "no operating point counts as equal: the rules of rotation and roll and the axle torque are part "
-            "of it, and they differ or are unknown",
-        ]
+            "of it, and they differ or are unknown"
+        )
     elif not matched:
-        notes = [
-            *notes,
-            "no operating point is solved in both campaigns: give both the same [operation.monitor]",
-        ]
+        notes.append("no operating point is solved in both campaigns: give both the same [operation.monitor]")
     if notes:
         attrs["warnings"] = "\n".join(notes)
     return attrs

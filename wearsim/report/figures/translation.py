@@ -6,8 +6,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from wearsim.report.style import COLOURS, SERIES_COLOURS, capital, label, own_axes, shown, wrapped
+from wearsim.report.figures.campaign import NEW_Y, WHEELS, series_colour
+from wearsim.report.style import COLOURS, WHEEL_LINES, capital, label, label_axes, own_axes, shown, wrapped
 
+_FACTOR = "Factor, rig over field"
 _X_LABELS = ("Distance run by each [km]", "Largest wear depth of each [mm]")
 
 
@@ -53,10 +55,8 @@ def plot_factor(
     x = basis_axis(translation, basis)
     reachable = translation["reachable"].values[basis] == 1
     name = text or str(translation[variable].attrs.get("long_name", variable))
-    ax.plot(x[reachable], values[reachable], color=SERIES_COLOURS[series % len(SERIES_COLOURS)], label=name)
-    ax.set_xlabel(_X_LABELS[basis])
-    ax.set_ylabel("Factor, rig over field")
-    return ax
+    ax.plot(x[reachable], values[reachable], color=series_colour(series), label=name)
+    return label_axes(ax, _X_LABELS[basis], _FACTOR)
 
 
 def mark_one(ax: Axes) -> Axes:
@@ -88,17 +88,15 @@ def plot_factor_at_points(
     order = np.argsort(shift, kind="stable")
     values = translation[f"{name}_point_factor"].values[basis, progress]
     new = progress == 0
-    for wheel, side in enumerate(("right", "left")):
+    for wheel, side in enumerate(WHEELS):
         ax.plot(
-            shift[order], values[order, wheel], marker="o^"[wheel], ls=("-", "--")[wheel], lw=0.9,
+            shift[order], values[order, wheel], marker="o^"[wheel], ls=WHEEL_LINES[wheel], lw=0.9,
             color=COLOURS["new"] if new else COLOURS["difference"], markerfacecolor="white" if new else None,
             label=f"{'new' if new else 'worn'}, {side} wheel",
         )  # fmt: skip
     text = str(translation[f"{name}_point"].attrs["long_name"]).removesuffix(" at equal operating points")
     ax.set_title(wrapped(capital(text), 30))
-    ax.set_xlabel(label(translation, "shift"))
-    ax.set_ylabel("Factor, rig over field")
-    return ax
+    return label_axes(ax, label(translation, "shift"), _FACTOR)
 
 
 def plot_depth_factor(
@@ -135,9 +133,7 @@ def plot_depth_factor(
     ax.set_ylim(max(0.01, min(0.5, 0.8 * low)), max(2.0, 1.25 * high))
     ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     ax.yaxis.set_minor_formatter(lambda _value, _: "")
-    ax.set_xlabel("Lateral position on the new wheel [mm]")
-    ax.set_ylabel("Factor, rig over field")
-    return ax
+    return label_axes(ax, NEW_Y, _FACTOR)
 
 
 def plot_equivalent_distance(translation: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -148,9 +144,6 @@ def plot_equivalent_distance(translation: xr.Dataset, ax: Axes | None = None) ->
         (("max_wear_depth", "equal largest depth"), ("worn_area", "equal worn area"))
     ):
         values = shown("distance", translation[f"equivalent_distance_{name}"].values[:, -1])
-        ax.plot(x, values, color=SERIES_COLOURS[series], label=text)
-    ax.set_xlabel("Distance run on the rig [km]")
-    ax.set_ylabel("Equivalent distance\nin the field [km]")
+        ax.plot(x, values, color=series_colour(series), label=text)
     ax.set_xlim(left=0.0, auto=None)
-    ax.set_ylim(bottom=0.0, auto=None)
-    return ax
+    return label_axes(ax, "Distance run on the rig [km]", "Equivalent distance\nin the field [km]", 0.0)

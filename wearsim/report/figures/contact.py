@@ -12,10 +12,13 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
 from matplotlib.patches import Patch as Swatch
 
 from wearsim.quantities import QUANTITIES
-from wearsim.report.style import COLOURS, capital, own_axes, plain, wrapped
+from wearsim.report.figures.campaign import WHEELS
+from wearsim.report.style import COLOURS, label_axes, own_axes, plain, style, wrapped
+from wearsim.report.style import label as label_of
 
 STICK, SLIP = "#cfe3ee", "#f6dca6"
 """Areas of stick and slip."""
@@ -26,17 +29,13 @@ STICK_ARROW, SLIP_ARROW = "#1a1a1a", "#882255"
 _WHEEL = "#1a1a1a"
 _CONTACT = "#882255"
 _MAP = "viridis"
+_SHAPE = 1.15  # width over height of the axes of a patch: what the grid leaves next to a colour bar
 
 
 def shown_values(dataset: xr.Dataset, name: str, **at: int) -> np.ndarray:
     """Values in the unit people read."""
     quantity = QUANTITIES[name]
     return np.asarray(dataset[name].isel(at).values, dtype=np.float64) * quantity.shown_factor
-
-
-def _label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
-    quantity = QUANTITIES[name or variable]
-    return f"{capital(str(dataset[variable].attrs['long_name']))} [{quantity.shown_unit}]"
 
 
 def _colour(dataset: xr.Dataset) -> str:
@@ -69,15 +68,15 @@ def _ends(
 def outline(dataset: xr.Dataset, patch: int, across: str = "lateral") -> tuple[np.ndarray, np.ndarray]:
     """Return the line around a patch: lateral and longitudinal positions in shown units.
 
-    NaN between the parts of a patch that do not touch each other.
+    NaN between the parts of a patch that are not connected.
     """
     place, lead, trail = _ends(dataset, patch, across)
-    # models that find the contact on a grid have strips without contact beside it
-    touching = np.flatnonzero(dataset["x_lead"].values[patch] > dataset["x_trail"].values[patch])
-    part = slice(2 * int(touching[0]), 2 * int(touching[-1]) + 3)
+    # models that find the contact on a grid have strips without contact next to it
+    loaded = np.flatnonzero(dataset["x_lead"].values[patch] > dataset["x_trail"].values[patch])
+    part = slice(2 * int(loaded[0]), 2 * int(loaded[-1]) + 3)
     place, lead, trail = place[part], lead[part], trail[part]
-    apart = np.concatenate(([False], (lead == trail)[1:-1], [False]))
-    lead, trail = np.where(apart, np.nan, lead), np.where(apart, np.nan, trail)
+    gap = np.concatenate(([False], (lead == trail)[1:-1], [False]))
+    lead, trail = np.where(gap, np.nan, lead), np.where(gap, np.nan, trail)
     return np.concatenate((place, place[::-1])), np.concatenate((lead, trail[::-1]))
 
 
@@ -90,10 +89,8 @@ def _cells(dataset: xr.Dataset, patch: int, values: np.ndarray) -> tuple[np.ndar
     return np.broadcast_to(place, x.shape), x, np.ma.repeat(values, 2, axis=1)
 
 
-def _plane(dataset: xr.Dataset, ax: Axes, across: str = "lateral") -> None:
-    ax.set_aspect("equal", adjustable="datalim")
-    ax.set_xlabel("Lateral, to the right [mm]" if across == "lateral" else _label(dataset, across))
-    ax.set_ylabel("Rolling direction [mm]")
+def _across(dataset: xr.Dataset, across: str) -> str:
+    return "Lateral, to the right [mm]" if across == "lateral" else label_of(dataset, across)
 
 
 def plot_outline(
@@ -126,8 +123,8 @@ def plot_outline(
     y, x = outline(dataset, patch, across)
     look: dict[str, Any] = {"color": _colour(dataset), "linewidth": 1.3} | line
     ax.plot(y, x, label=dataset.attrs["label"] if label is None else label, **look)
-    _plane(dataset, ax, across)
-    return ax
+    ax.set_aspect("equal", adjustable="datalim")
+    return label_axes(ax, _across(dataset, across), "Rolling direction [mm]")
 
 
 def plot_pressure_along(
@@ -151,10 +148,7 @@ def plot_pressure_along(
     before, after = place[0] - 0.5 * (place[1] - place[0]), place[-1] + 0.5 * (place[-1] - place[-2])
     place, pressure = np.r_[before, place, after], np.r_[0.0, pressure, 0.0]
     ax.plot(place, pressure, label=name, **look)
-    ax.set_ylim(bottom=0.0, auto=None)
-    ax.set_xlabel("Lateral, to the right [mm]" if across == "lateral" else _label(dataset, across))
-    ax.set_ylabel(_label(dataset, "pressure"))
-    return ax
+    return label_axes(ax, _across(dataset, across), label_of(dataset, "pressure"), 0.0)
 
 
 def plot_field(
@@ -183,7 +177,7 @@ def plot_field(
     colours = ax.pcolormesh(y, x, values, cmap=_MAP, vmin=0.0, vmax=top or 1.0, rasterized=True)
     plot_outline(dataset, ax, patch=patch, color=_WHEEL, linewidth=0.8, label="")
     if bar and top > 0.0:  # a bar of zeros has no scale
-        text = wrapped(_label(dataset, name))
+        text = wrapped(label_of(dataset, name))
         ax.figure.colorbar(colours, ax=ax, label=text, shrink=0.85, aspect=16, pad=0.02)
     return ax
 
@@ -247,7 +241,7 @@ def plot_shear(
 
 
 def _sampled(dataset: xr.Dataset, patch: int, arrows: int) -> tuple[float, np.ndarray, np.ndarray]:
-    """Spacing in shown units, and strips and cells about so far apart in both directions."""
+    """Spacing in shown units, and strips and cells about that far from each other in both directions."""
     y = shown_values(dataset, "lateral", patch=patch)
     x = shown_values(dataset, "longitudinal", patch=patch)
     lead, trail = (shown_values(dataset, name, patch=patch) for name in ("x_lead", "x_trail"))
@@ -299,9 +293,7 @@ def plot_section(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) 
     ax.set_aspect("equal", adjustable="datalim")
     if not ax.yaxis_inverted():
         ax.invert_yaxis()
-    ax.set_xlabel("Lateral in the track, to the right [mm]")
-    ax.set_ylabel("Height, down [mm]")
-    return ax
+    return label_axes(ax, "Lateral in the track, to the right [mm]", "Height, down [mm]")
 
 
 def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0, **line: Any) -> Axes:
@@ -330,7 +322,7 @@ def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0, **li
         place = _ends(dataset, number, "lateral")[0]
         flat = np.cos(float(dataset["contact_angle"][number]))  # of the contact plane
         ends = shown_values(dataset, "rail_y", patch=number) + sign * flat * place[[0, -1]]
-        # counted from where the bodies touch first within the patch
+        # counted from the initial contact within the patch
         inside = gap[(at >= ends.min()) & (at <= ends.max())]
         approach = inside.min(initial=deepest) + shown_values(dataset, "approach", patch=number)
         highest = max(highest, float(approach))
@@ -342,6 +334,112 @@ def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0, **li
     ax.set_xlim(at[0], at[-1])
     if side and not ax.xaxis_inverted():
         ax.invert_xaxis()
-    ax.set_xlabel("Lateral on the counterface profile [mm]")
-    ax.set_ylabel("Gap along the normal [µm]")
-    return ax
+    return label_axes(ax, "Lateral on the counterface profile [mm]", "Gap along the normal [µm]")
+
+
+def title_of(dataset: xr.Dataset) -> str:
+    """Conditions of a contact state in two lines."""
+
+    def text(name: str, digits: int = 4) -> str:
+        quantity = QUANTITIES[name]
+        value = float(dataset[name]) * quantity.shown_factor
+        unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
+        return (
+            plain(float(f"{value:.{digits}g}"), digits).rstrip("0").rstrip(".") + unit
+            if value
+            else f"0{unit}"
+        )
+
+    sides = " and ".join(WHEELS[side] for side in dataset["wheel"].values)
+    kappa = float(dataset["counterface_curvature"])
+    on = "rail" if kappa == 0.0 else f"roller of {1e3 / kappa:.6g} mm"
+    first = (
+        f"{sides.capitalize()} wheel {dataset.attrs['wheel_profile']} on {on} "
+        f"{dataset.attrs['counterface_profile']}: shift {text('shift')}, yaw {text('yaw')}, "
+        f"roll {text('roll', 3)}" + (" (free)" if dataset.attrs["free_roll"] else "")
+    )
+    motion = (
+        "creepages given"
+        if dataset.attrs["creepage_given"]
+        else f"rotation {text('rotation_speed', 6)} ({dataset.attrs['rotation_rule']})"
+    )
+    second = (
+        f"load {text('wheel_load')}, friction {text('friction')}, speed {text('speed')}, {motion}; "
+        "patches from above, rolling upwards, shear on the wheel"
+    )
+    return f"{first}\n{second}"
+
+
+def contact_figure(dataset: xr.Dataset) -> Figure:
+    """Figure of a contact state: section and gap of each side, then pressure, shear and work of each patch.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Contact state.
+
+    Returns
+    -------
+    Figure
+        Not yet drawn.
+    """
+    sides = [int(side) for side in dataset["wheel"].values]
+    patches = dataset.sizes["patch"]
+    heights = [2.6] * len(sides) + [2.9] * patches
+    with style():
+        figure = Figure(figsize=(11.0, sum(heights) + 0.7), layout="constrained")
+        figure.suptitle(title_of(dataset), fontsize=9.5, x=0.01, ha="left")
+        grid = figure.add_gridspec(len(heights), 6, height_ratios=heights)
+        for row, side in enumerate(sides):
+            section = plot_section(dataset, figure.add_subplot(grid[row, :4]), side=side)
+            section.set_title(f"Section, {WHEELS[side]} wheel")
+            section.legend(loc="best")
+            gap = plot_gap(dataset, figure.add_subplot(grid[row, 4:]), side=side)
+            gap.legend(loc="best", frameon=True, facecolor="white", edgecolor="none")
+            gap.set_title("Gap before loading")
+        spans = _spans(dataset)
+        count = dict.fromkeys(sides, 0)
+        for patch in range(patches):
+            side = int(dataset["side"].values[patch])
+            count[side] += 1
+            row = len(sides) + patch
+            axes = [figure.add_subplot(grid[row, 2 * k : 2 * k + 2]) for k in range(3)]
+            plot_field(dataset, "pressure", axes[0], patch=patch)
+            plot_shear(dataset, axes[1], patch=patch)
+            plot_field(dataset, "work_density", axes[2], patch=patch)
+            for ax, text in zip(axes, _patch_titles(dataset, patch, side, count[side]), strict=True):
+                ax.set_title(text, fontsize=8.5)
+                ax.set_aspect("equal", adjustable="box")
+                ax.set_xlim(spans[patch][0])
+                ax.set_ylim(spans[patch][1])
+    return figure
+
+
+def _spans(dataset: xr.Dataset) -> list[tuple[tuple[float, float], tuple[float, float]]]:
+    """Limits of the axes of each patch, alike in size."""
+    box = np.array([_box(dataset, patch) for patch in range(dataset.sizes["patch"])])
+    half = [0.55 * float((box[:, k + 1] - box[:, k]).max()) for k in (0, 2)]
+    half = [max(half[0], _SHAPE * half[1]), max(half[1], half[0] / _SHAPE)]
+    middle = 0.5 * (box[:, ::2] + box[:, 1::2])
+    return [((m[0] - half[0], m[0] + half[0]), (m[1] - half[1], m[1] + half[1])) for m in middle]
+
+
+def _patch_titles(dataset: xr.Dataset, patch: int, side: int, number: int) -> tuple[str, str, str]:
+    def text(name: str, places: int) -> str:
+        value = round(float(shown_values(dataset, name, patch=patch)), places) + 0.0
+        return f"{value:.{places}f} {QUANTITIES[name].shown_unit}".replace("-", "\N{MINUS SIGN}")
+
+    several = int((dataset["side"].values == side).sum()) > 1
+    name = f"{WHEELS[side].capitalize()} wheel" + (f", patch {number}" if several else "")
+    share = float(dataset["slip_area"][patch] / dataset["area"][patch])
+    return (
+        f"{name}: {text('normal_force', 1)} on {text('area', 0)}",
+        f"Fx {text('force_x', 2)}, Fy {text('force_y', 2)}, slip {100.0 * share:.0f} %",
+        f"Frictional power {text('power', 0)}",
+    )
+
+
+def _box(dataset: xr.Dataset, patch: int) -> tuple[float, float, float, float]:
+    """Return the limits of a patch, lateral and longitudinal, in shown units."""
+    y, x = outline(dataset, patch)
+    return float(y.min()), float(y.max()), float(np.nanmin(x)), float(np.nanmax(x))

@@ -10,9 +10,21 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from wearsim.quantities import QUANTITIES
-from wearsim.report.style import COLOURS, SERIES_COLOURS, WHEEL_LINES, label, own_axes, plain, shown
+from wearsim.report.style import (
+    COLOURS,
+    SERIES_COLOURS,
+    WHEEL_LINES,
+    label,
+    label_axes,
+    own_axes,
+    plain,
+    shown,
+    style,
+    wrapped,
+)
 
 EXCEEDED = "#882255"
 """Measures beyond a limit."""
@@ -24,6 +36,12 @@ _BEHIND = 9.0  # material drawn behind the surface [mm]
 _ROOM = 2.2  # from a dimension line to its text [mm]
 _TREAD_SHIFT = 6.0  # shifts whose radius differences set the scale [mm]
 _TIP, _CIRCLE, _LOWER, _UPPER = range(4)
+_WIDTH = 10.0  # inch
+_EDGE = (0.85, 0.25)  # left and right of the axes [inch]
+_PANEL = 2.1  # height of the lower panels [inch]
+_LINE = 125  # characters of a title's line
+_FLATTEST = 0.18  # height over width of the shape's axes at least
+_GAP = 0.85  # between rows [inch]
 _GAUGED = {"Sh": "flange_height", "Sd": "flange_thickness", "qR": "flange_gradient"}
 
 
@@ -56,9 +74,9 @@ def plot_shape(dataset: xr.Dataset, ax: Axes | None = None, *, dimensions: bool 
     ax.set_aspect("equal", adjustable="box")
     if not ax.yaxis_inverted():
         ax.invert_yaxis()
-    ax.set_xlabel(_lateral(dataset))
-    ax.set_ylabel("Height, outward\nis down [mm]" if wheel else "Height, down [mm]")
-    return ax
+    return label_axes(
+        ax, _lateral(dataset), "Height, outward\nis down [mm]" if wheel else "Height, down [mm]"
+    )
 
 
 def _points(dataset: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -97,7 +115,7 @@ def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
     _line(ax, (0.0, 24.0), (z[_CIRCLE], z[_CIRCLE]))
     _arrow(ax, (20.0, z[_CIRCLE]), (20.0, z[_TIP]), look["Sh"])
     _text(ax, 20.0 + _ROOM, 0.6 * z[_TIP] + 0.4 * z[_CIRCLE], texts["Sh"], look["Sh"])
-    # Sd at its level, the level itself beside the root
+    # Sd at its level, the level itself next to the root
     _arrow(ax, (back, z[_LOWER]), (y[_LOWER], z[_LOWER]), look["Sd"])
     _text(ax, 0.5 * (y[_LOWER] + back), z[_LOWER] - 0.6, texts["Sd"], look["Sd"], "center", "bottom")
     _line(ax, (y[_LOWER], -14.0), (z[_LOWER], z[_LOWER]))
@@ -137,17 +155,7 @@ def _text(ax: Axes, y: float, z: float, text: str, colour: str, ha: Any = "left"
 
 
 def plot_depth(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes:
-    """Draw the wear depth along the reference, positive where material is gone.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Profile state with wear.
-    ax : Axes, optional
-        Where to draw.
-    **line
-        Further properties of the line.
-    """
+    """Draw the wear depth along the reference, positive where material is gone."""
     ax = own_axes(ax)
     s = shown("arc_length", dataset["arc_length"].values)
     depth = shown("wear_depth", dataset["wear_depth"].values)
@@ -159,10 +167,9 @@ def plot_depth(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes
     ax.plot(s[deepest], depth[deepest], "o", color="white", markeredgecolor=COLOURS["field"], zorder=4)
     ax.set_xlim(s[0], s[-1])
     ax.margins(y=0.15)
-    ax.set_xlabel(f"Arc length along {dataset.attrs['reference_label']} [mm]")
-    ax.set_ylabel("Wear depth along the\nnormal [mm]")
     _lateral_ticks(dataset, ax, s)
-    return ax
+    x_label = f"Arc length along {dataset.attrs['reference_label']} [mm]"
+    return label_axes(ax, x_label, "Wear depth along the\nnormal [mm]")
 
 
 def _lateral_ticks(dataset: xr.Dataset, ax: Axes, s: np.ndarray) -> None:
@@ -179,17 +186,7 @@ def _lateral_ticks(dataset: xr.Dataset, ax: Axes, s: np.ndarray) -> None:
 
 
 def plot_radius_difference(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes:
-    """Draw the rolling radius difference over the lateral shift.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Profile state with running behaviour.
-    ax : Axes, optional
-        Where to draw.
-    **line
-        Further properties of the line.
-    """
+    """Draw the rolling radius difference over the lateral shift."""
     ax = own_axes(ax)
     shift = shown("shift", dataset["shift"].values)
     values = shown("rolling_radius_difference", dataset["rolling_radius_difference"].values)
@@ -205,23 +202,12 @@ def plot_radius_difference(dataset: xr.Dataset, ax: Axes | None = None, **line: 
     # beyond flange contact the difference runs off and would flatten all the rest
     inner = np.abs(values[np.abs(shift) <= _TREAD_SHIFT])
     ax.set_ylim(-1.3 * max(inner.max(initial=0.0), 0.5), 1.3 * max(inner.max(initial=0.0), 0.5))
-    ax.set_xlabel("Lateral shift of the wheelset, to the right [mm]")
-    ax.set_ylabel(label(dataset, "rolling_radius_difference"))
-    return ax
+    x_label = "Lateral shift of the wheelset, to the right [mm]"
+    return label_axes(ax, x_label, label(dataset, "rolling_radius_difference"), width=40)
 
 
 def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes:
-    """Draw the equivalent conicity over the amplitude.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Profile state with running behaviour.
-    ax : Axes, optional
-        Where to draw.
-    **line
-        Further properties of the line.
-    """
+    """Draw the equivalent conicity over the amplitude."""
     ax = own_axes(ax)
     amplitude = shown("amplitude", dataset["amplitude"].values)
     conicity = shown("equivalent_conicity", dataset["equivalent_conicity"].values)
@@ -239,6 +225,88 @@ def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> A
         ax.text(0.5, 0.5, "undefined over all amplitudes", transform=ax.transAxes, ha="center", va="center")
     ax.set_xlim(0.5, 6.5)
     ax.set_ylim(0.0, 1.25 * highest)
-    ax.set_xlabel(f"Amplitude [{QUANTITIES['amplitude'].shown_unit}]")
-    ax.set_ylabel("Equivalent conicity, EN 15302")
-    return ax
+    x_label = f"Amplitude [{QUANTITIES['amplitude'].shown_unit}]"
+    return label_axes(ax, x_label, "Equivalent conicity, EN 15302", width=40)
+
+
+def profile_figure(dataset: xr.Dataset) -> Figure:
+    """Figure of one profile: shape with dimensions, wear depth, rolling radius difference, conicity.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Profile state; rows without data are left out.
+
+    Returns
+    -------
+    Figure
+        Not yet drawn.
+    """
+    wear, runs = "wear_depth" in dataset, "shift" in dataset and dataset.sizes["shift"] > 0
+    limits_y, limits_z = _window(dataset)
+    inner = _WIDTH - sum(_EDGE)
+    scale = min(inner / np.ptp(limits_y), 4.6 / np.ptp(limits_z))
+    shape = float(scale * np.ptp(limits_z))
+    heights = [shape] + [_PANEL] * (int(wear) + int(runs))
+    # a title of two lines, the scale above the wear depth
+    lines = _title(dataset)
+    top, bottom = 0.3 + 0.17 * (lines.count("\n") + 1), 0.55
+    gaps = [_GAP + (0.35 if wear and k == 0 else 0.0) for k in range(len(heights) - 1)]
+    total = top + sum(heights) + sum(gaps) + bottom
+    with style():
+        figure = Figure(figsize=(_WIDTH, total))
+        figure.text(_EDGE[0] / _WIDTH, 1.0 - 0.12 / total, lines, fontsize=9.5, va="top")
+
+        def axes(row: int, column: int = 0, columns: int = 1) -> tuple[float, float, float, float]:
+            """Place of a panel in parts of the figure."""
+            below = total - top - sum(heights[: row + 1]) - sum(gaps[:row])
+            width = (inner - 0.9 * (columns - 1)) / columns
+            left = _EDGE[0] + column * (width + 0.9)
+            return (left / _WIDTH, below / total, width / _WIDTH, heights[row] / total)
+
+        ax = plot_shape(dataset, figure.add_axes(axes(0)))
+        ax.set_xlim(limits_y[0], limits_y[1])
+        ax.set_ylim(limits_z[1], limits_z[0])
+        ax.set_anchor("W")
+        if "reference_y" in dataset or "left_y" in dataset:
+            place: Any = "lower right" if dataset.attrs["kind"] == "wheel" else "center"
+            ax.legend(loc=place, handlelength=2.2)
+        row = 1
+        if wear:
+            panel = plot_depth(dataset, figure.add_axes(axes(row)))
+            panel.set_title(_wear_title(dataset), pad=8.0)
+            row += 1
+        if runs:
+            left = plot_radius_difference(dataset, figure.add_axes(axes(row, 0, 2)))
+            left.set_title("Rolling radius difference")
+            right = plot_conicity(dataset, figure.add_axes(axes(row, 1, 2)))
+            right.set_title("Equivalent conicity")
+    return figure
+
+
+def _window(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Limits of the shape: all points, and room for the dimension lines."""
+    y, z = (shown(f"profile_{axis}", dataset[f"profile_{axis}"].values) for axis in "yz")
+    if "reference_y" in dataset:
+        y = np.concatenate((y, shown("profile_y", dataset["reference_y"].values)))
+        z = np.concatenate((z, shown("profile_z", dataset["reference_z"].values)))
+    room = (12.0, 4.0, 5.0, 9.0) if "gauge_y" in dataset else (4.0, 4.0, 3.0, 3.0)
+    if "gauge_y" in dataset and {"reference_y", "left_y"} <= set(dataset.variables):
+        room = (*room[:3], room[3] + 4.0)  # three lines of the legend below the tip
+    span = np.array([y.min() - room[0], y.max() + room[1]])
+    # a shape without a flange would be a stripe too low for its axis
+    more = 0.5 * max(_FLATTEST * float(np.ptp(span)) - float(np.ptp(z)) - room[2] - room[3], 0.0)
+    return span, np.array([z.min() - room[2] - more, z.max() + room[3] + more])
+
+
+def _title(dataset: xr.Dataset) -> str:
+    lines = [dataset.attrs[key] for key in ("title", "subtitle", "track") if dataset.attrs.get(key)]
+    return "\n".join(wrapped(line, _LINE) for line in lines) or dataset.attrs["label"]
+
+
+def _wear_title(dataset: xr.Dataset) -> str:
+    depth = shown("wear_depth", dataset["wear_depth"].values)
+    deepest = int(np.argmax(depth))
+    place = float(shown("profile_y", dataset["wear_y"].values)[deepest])
+    area = float(shown("worn_area", dataset["worn_area"].values))
+    return f"Worn area {plain(area)} mm², deepest {plain(depth[deepest], 3)} mm at y = {plain(place, 3)} mm"

@@ -1,14 +1,15 @@
-"""What a result deserves to be doubted for: pure functions on the dataset of one campaign."""
+"""Spans of wear between reprofilings of the wheels, and what deserves a warning in a result."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.damage.wear import WEAR_LAWS
-from wearsim.results.turnings import damage_left, depth_by_regime, spans
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,13 +34,141 @@ OUTSIDE_SHARE = 0.01
 """Share of the worn area outside the rows of a wear table that deserves a word."""
 
 
-def tread_wear(dataset: xr.Dataset) -> float | None:
-    """Largest wear depth on the tread of both wheels, per 100 000 km.
+@dataclass(frozen=True)
+class Reprofiling:
+    """One reprofiling of both wheels.
+
+    Parameters
+    ----------
+    distance : float
+        Where it was [m].
+    before, after : tuple of float or None
+        Diameter of right and left wheel at the running circle [m].
+    """
+
+    distance: float
+    before: tuple[float | None, float | None]
+    after: tuple[float | None, float | None]
+
+
+def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
+    """Return the rows that hold wheels as they come from the lathe."""
+    if "last_reprofiling" not in dataset:
+        return []
+    last = dataset["last_reprofiling"].values
+    return [int(row) for row in np.flatnonzero((last == np.arange(last.size)) & (last > 0))]
+
+
+def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
+    """Reprofilings of the wheels.
+
+    Returns
+    -------
+    tuple of Reprofiling
+        In order; none where wheels are not reprofiled.
+    """
+
+    def diameters(row: int) -> tuple[float | None, float | None]:
+        right, left = (float(value) for value in dataset["wheel_diameter"].values[row])
+        return (right if np.isfinite(right) else None, left if np.isfinite(left) else None)
+
+    return tuple(
+        Reprofiling(float(dataset["distance"].values[row]), diameters(row - 1), diameters(row))
+        for row in reprofiled_rows(dataset)
+    )
+
+
+def spans(dataset: xr.Dataset) -> Iterator[tuple[int, int]]:
+    """Give first and last row of each span of wear, from a new wheel to the next reprofiling."""
+    rows = reprofiled_rows(dataset)
+    yield from zip([0, *rows], [*(row - 1 for row in rows), dataset.sizes["step"] - 1], strict=True)
+
+
+def last_worn_row(dataset: xr.Dataset) -> int:
+    """Return the last row whose wheels do not just come from the lathe."""
+    last = dataset.sizes["step"] - 1
+    return last - 1 if last in reprofiled_rows(dataset) else last
+
+
+def wear_steps(dataset: xr.Dataset) -> int:
+    """Return how many wear steps a campaign has taken; a reprofiling is none."""
+    return int(dataset.sizes["step"]) - 1 - len(reprofiled_rows(dataset))
+
+
+def new_row(dataset: xr.Dataset, row: int) -> int:
+    """Return the row of the wheels as they were new, or came from the lathe, before a row.
 
     Parameters
     ----------
     dataset : Dataset
-        Result of a campaign.
+        From `results.open_results`.
+    row : int
+        Any; depth and damage in it stand at the points of that profile.
+    """
+    if "last_reprofiling" not in dataset:
+        return 0
+    return int(dataset["last_reprofiling"].values[row])
+
+
+def closing_reprofiling(dataset: xr.Dataset) -> str:
+    """Say that a campaign ends with a reprofiling and what of it is shown, "" if it does not."""
+    if last_worn_row(dataset) == dataset.sizes["step"] - 1:
+        return ""
+    return "The campaign ends with a reprofiling of the wheels: values at its end are of the state before it."
+
+
+def damage_left(dataset: xr.Dataset) -> dict[str, tuple[float, float]]:
+    """Damage that the lathe left, of laws that state the depth of their cracks.
+
+    Returns
+    -------
+    dict of str to (float, float)
+        By law the largest damage of wheels as they come from the lathe [-] and the depth of a crack of
+        damage 1 [m]; empty without reprofilings.
+    """
+    rows = reprofiled_rows(dataset)
+    if not rows or "fatigue_name" not in dataset:
+        return {}
+    return {
+        str(law): (float(dataset["fatigue_damage"].values[rows, :, k].max()), float(crack))
+        for k, (law, crack) in enumerate(
+            zip(dataset["fatigue_name"].values, dataset["fatigue_crack_depth"].values, strict=True)
+        )
+        if np.isfinite(crack)
+    }
+
+
+def cracks_left(dataset: xr.Dataset) -> str:
+    """Say what the lathe made of fatigue damage, law by law; "" where there is none or no reprofiling."""
+    if not reprofiled_rows(dataset) or "fatigue_name" not in dataset:
+        return ""
+    left, lines = damage_left(dataset), []
+    for law in dataset["fatigue_name"].values:
+        if law not in left:
+            why = "which states no depth of its cracks"
+            lines.append(f"The lathe is assumed to take all damage of {law}, {why}.")
+            continue
+        damage, crack = left[law]
+        kept = f"left at most {damage:.3g} of it" if damage > 0.0 else "left none"
+        reached = f"the damage its cut reached (1 is a crack of {1e3 * crack:g} mm)"
+        lines.append(f"Of {law} the lathe took {reached} and {kept}.")
+    return " ".join(lines)
+
+
+def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:
+    """Wear depth by regime, summed along the profile and over all spans between reprofilings.
+
+    Returns
+    -------
+    (2, n_regimes) array
+        [m]; only the shares mean something: the points of a profile are equally apart.
+    """
+    rows = [last for _, last in spans(dataset)]
+    return np.asarray(dataset["wear_depth_by_regime"].values[rows].sum(axis=(0, 3)))
+
+
+def tread_wear(dataset: xr.Dataset) -> float | None:
+    """Largest wear depth on the tread of both wheels, per 100 000 km.
 
     Returns
     -------
@@ -51,7 +180,7 @@ def tread_wear(dataset: xr.Dataset) -> float | None:
         return None
     deepest = 0.0
     for wheel in (0, 1):
-        # depth counts from the last turning; the deepest places of all spans together, wherever they are
+        # depth counts from the last reprofiling; the deepest places of all spans together, wherever they are
         total = 0.0
         for first, last in spans(dataset):
             y, z = (dataset[name].values[first, wheel] for name in ("profile_y", "profile_z"))
@@ -67,16 +196,8 @@ def tread_wear(dataset: xr.Dataset) -> float | None:
 def tread_wear_warning(dataset: xr.Dataset) -> str | None:
     """Warn of a field campaign whose tread wear is not of the size seen in service.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-
-    Returns
-    -------
-    str or None
-        One line; None within `TREAD_WEAR_BAND`, for other campaigns than those in the field, before the
-        first step and for the law that wears nothing.
+    One line; None within `TREAD_WEAR_BAND`, for other campaigns than those in the field, before the
+    first step and for the law that wears nothing.
     """
     law = WEAR_LAWS.get(dataset.attrs.get("wear_law", ""))
     if dataset.attrs.get("scene_kind") != "field" or (law is not None and not law.wears):
@@ -122,12 +243,7 @@ class LoadScaling:
 
 
 def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
-    """Find where the normal forces were scaled, among operating points that wear.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
+    """Where the normal forces were scaled, among operating points that wear.
 
     Returns
     -------
@@ -158,35 +274,22 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
 def load_scale_warning(dataset: xr.Dataset) -> str | None:
     """Warn of pressures and forces that were scaled to the wheel load.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-
-    Returns
-    -------
-    str or None
-        One line; None where no factor deviates by more than `LOAD_TOLERANCE`.
+    One line; None where no factor deviates by more than `LOAD_TOLERANCE`.
     """
-    found = load_scaling(dataset)
-    if found is None:
+    scaling = load_scaling(dataset)
+    if scaling is None:
         return None
     return (
         f"contact patches merge and their normal forces are scaled to the wheel load by more than "
-        f"{LOAD_TOLERANCE:.0%} (at most by the factor {found.largest:.3g}) at {found.points} of "
-        f"{found.active_points} operating points with a weight, in {found.states} of {found.all_states} "
-        f"states, over {_percent(found.distance_share)} of the distance: pressures and wear there are less "
-        f"certain"
+        f"{LOAD_TOLERANCE:.0%} (at most by the factor {scaling.largest:.3g}) at {scaling.points} of "
+        f"{scaling.active_points} operating points with a weight, in {scaling.states} of "
+        f"{scaling.all_states} states, over {_percent(scaling.distance_share)} of the distance: pressures "
+        f"and wear there are less certain"
     )
 
 
 def seizure_shares(dataset: xr.Dataset) -> dict[str, float]:
     """Share of the worn area that each law with a regime of seizure takes off in it, both wheels.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
 
     Returns
     -------
@@ -196,14 +299,14 @@ def seizure_shares(dataset: xr.Dataset) -> dict[str, float]:
     return regime_shares(dataset, "seizure")
 
 
-def regime_shares(dataset: xr.Dataset, wanted: str) -> dict[str, float]:
+def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
     """Share of the worn area that each law with a regime of that name takes off in it, both wheels.
 
     Parameters
     ----------
     dataset : Dataset
         Result of a campaign.
-    wanted : str
+    sought : str
         Name of the regime.
 
     Returns
@@ -211,40 +314,32 @@ def regime_shares(dataset: xr.Dataset, wanted: str) -> dict[str, float]:
     dict of str to float
         By law, active and comparison laws; empty where no law has that regime, or nothing is worn by it.
     """
-    found = {}
+    shares = {}
     names = [str(name) for name in dataset["regime_name"].values]
     depth = depth_by_regime(dataset).sum(axis=0)
-    if wanted in names and depth.sum() > 0.0:
-        found[str(dataset.attrs["wear_law"])] = float(depth[names.index(wanted)] / depth.sum())
+    if sought in names and depth.sum() > 0.0:
+        shares[str(dataset.attrs["wear_law"])] = float(depth[names.index(sought)] / depth.sum())
     if "comparison_name" in dataset:
         area = dataset["comparison_worn_area"].values[-1].sum(axis=0)
         pairs = [str(name).split(": ", 1) for name in dataset["comparison_regime_name"].values]
         for k, (law, regime) in enumerate(pairs):
             total = sum(float(area[i]) for i, (owner, _) in enumerate(pairs) if owner == law)
-            if regime == wanted and total > 0.0:
-                found[law] = float(area[k]) / total
-    return found
+            if regime == sought and total > 0.0:
+                shares[law] = float(area[k]) / total
+    return shares
 
 
 def seizure_warning(dataset: xr.Dataset) -> str | None:
     """Warn of wear by seizure, which the pressures of elastic contact models trigger.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-
-    Returns
-    -------
-    str or None
-        One line; None where no law takes off more than `SEIZURE_SHARE` by seizure.
+    One line; None where no law takes off more than `SEIZURE_SHARE` by seizure.
     """
-    found = {law: share for law, share in seizure_shares(dataset).items() if share > SEIZURE_SHARE}
-    if not found:
+    shares = {law: share for law, share in seizure_shares(dataset).items() if share > SEIZURE_SHARE}
+    if not shares:
         return None
-    told = ", ".join(f"{_percent(share)} of the wear by {law}" for law, share in found.items())
+    parts = ", ".join(f"{_percent(share)} of the wear by {law}" for law, share in shares.items())
     return (
-        f"{told} is seizure, at pressures that elastic contact models exceed where steel would yield: "
+        f"{parts} is seizure, at pressures that elastic contact models exceed where steel would yield: "
         "seizure_cap in [wear] keeps it out"
     )
 
@@ -252,15 +347,7 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
 def outside_warning(dataset: xr.Dataset) -> str | None:
     """Warn of wear in regimes in which a law goes beyond its data, such as the rows of a wear table.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-
-    Returns
-    -------
-    str or None
-        One line; None where no more than `OUTSIDE_SHARE` is worn in any such regime.
+    One line; None where no more than `OUTSIDE_SHARE` is worn in any such regime.
     """
     for name, law in WEAR_LAWS.items():
         shares = {text: regime_shares(dataset, regime).get(name, 0.0) for regime, text in law.outside}
@@ -278,50 +365,37 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
 def cracks_warning(dataset: xr.Dataset) -> str | None:
     """Warn of cracks deeper than the lathe has cut.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-
-    Returns
-    -------
-    str or None
-        One line; None where turned wheels are sound, or no depth of cracks is stated.
+    One line; None where reprofiled wheels are sound, or no depth of cracks is stated.
     """
-    told = [
+    parts = [
         f"of {law}, up to {1e3 * damage * crack:.2g} mm deep"
         for law, (damage, crack) in damage_left(dataset).items()
         if damage > 0.0
     ]
-    if not told:
+    if not parts:
         return None
     return (
-        f"the lathe left cracks {'; '.join(told)}: damage among at_limits of [campaign.reprofiling] has them "
-        f"cut out, a larger cut_mm takes more of them"
+        f"the lathe left cracks {'; '.join(parts)}: damage among at_limits of [campaign.reprofiling] has "
+        f"them cut out, a larger cut_mm takes more of them"
     )
 
 
-def doubts(dataset: xr.Dataset) -> list[str]:
+def result_warnings(dataset: xr.Dataset) -> list[str]:
     """All warnings of this module for one result, one line each.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
 
     Returns
     -------
     list of str
         Empty where there is nothing to say.
     """
-    found = (
+    lines = (
         tread_wear_warning(dataset),
         load_scale_warning(dataset),
         seizure_warning(dataset),
         outside_warning(dataset),
         cracks_warning(dataset),
     )
-    return [line for line in found if line is not None]
+    return [line for line in lines if line is not None]
 
 
 def percent(share: float) -> str:

@@ -1,0 +1,1 @@
+"""Figures: `plot_x(dataset, ax=None) -> Axes`, and whole figures made of them."""

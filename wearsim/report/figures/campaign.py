@@ -1,0 +1,396 @@
+"""Figures of one result: wheels, counterface, contact, comparison laws and fatigue.
+
+A second call on the same axes lays another campaign over the first. Labels and units come from the
+attributes of the dataset, colours from what it is: rig, field, rail. `wheel` and `side` are 0 for the right
+and 1 for the left one; `distance` [m] is that of the end if not given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from wearsim.damage.coefficients import COEFFICIENT_SETS
+from wearsim.damage.fatigue.agreement import normalised
+from wearsim.damage.fatigue.shakedown import boundaries
+from wearsim.profile.shape import arc_length
+from wearsim.report.style import (
+    COLOURS,
+    REGIME_COLOURS,
+    SERIES_COLOURS,
+    WHEEL_LINES,
+    label,
+    label_axes,
+    own_axes,
+    plain,
+    role_of,
+    shown,
+)
+from wearsim.results.checks import last_worn_row, new_row
+from wearsim.translation.axes import at_distances, rows_at
+
+WHEELS = ("right", "left")
+NEW_Y = "Lateral position on the new wheel [mm]"
+_MARKERS = ("o", "^", "s", "D", "v", "P")
+_STATES = 5  # earlier states of a counterface drawn at most
+_YIELD_SET = "ekberg_kabo_andersson_2002"
+"""Set the map takes its yield stress from where no law of the scene has one."""
+_BOUNDARY_LINES = ("-", "--", "_")
+
+
+def series_colour(index: int) -> str:
+    """Colour of a series, in turn."""
+    return SERIES_COLOURS[index % len(SERIES_COLOURS)]
+
+
+def _along(dataset: xr.Dataset, name: str, distance: float | None) -> np.ndarray:
+    """Rows of a variable at a distance (None: the last one that wheels have run)."""
+    values = np.asarray(dataset[name].values, dtype=np.float64)
+    if distance is None:
+        return np.asarray(values[last_worn_row(dataset)])
+    run = np.asarray(dataset["distance"].values, dtype=np.float64)
+    return np.asarray(at_distances(run, values, np.array([distance]))[0])
+
+
+def _row(dataset: xr.Dataset, distance: float | None) -> int:
+    run = np.asarray(dataset["distance"].values, dtype=np.float64)
+    return last_worn_row(dataset) if distance is None else int(rows_at(run, np.array([distance]))[0])
+
+
+def new_place(
+    dataset: xr.Dataset, wheel: int, distance: float | None = None, *, against: str = "profile_y"
+) -> np.ndarray:
+    """Lateral position or arc length (`against`) of a wheel's points when it was new or last reprofiled [m].
+
+    Depth and damage of `distance` stand at these (n,) places.
+    """
+    row = new_row(dataset, _row(dataset, distance))
+    if against == "arc_length" and row == 0:
+        return np.asarray(dataset["arc_length"].values)
+    y, z = (np.asarray(dataset[f"profile_{c}"].values[row, wheel]) for c in "yz")
+    return arc_length(y, z) if against == "arc_length" else y
+
+
+def plot_profile(
+    dataset: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    wheel: int = 0,
+    distance: float | None = None,
+    new: bool = True,
+) -> Axes:
+    """Draw the worn wheel profile, flange down; with `new` the unworn one and the counterface, too."""
+    ax = own_axes(ax)
+    role = role_of(dataset)
+    if new:
+        reprofiled = new_row(dataset, _row(dataset, distance))
+        y0, z0 = (dataset[f"profile_{c}"].values[reprofiled, wheel] for c in "yz")
+        rail_y, rail_z = dataset["counterface_y"].values, dataset["counterface_z"].values
+        # lift the counterface until it touches the new wheel; both z point down here
+        inside = (rail_y > y0.min()) & (rail_y < y0.max())
+        order = np.argsort(y0)
+        lift = np.max(np.interp(rail_y[inside], y0[order], z0[order]) - rail_z[inside], initial=-np.inf)
+        if np.isfinite(lift):
+            ax.plot(
+                shown("counterface_y", rail_y), shown("counterface_z", rail_z + lift),
+                color=COLOURS["rail"], lw=1.0, label="counterface profile",
+            )  # fmt: skip
+        ax.plot(
+            shown("profile_y", y0), shown("profile_z", z0), "--", color=COLOURS["new"], lw=1.2,
+            label="reprofiled wheel" if reprofiled else "new wheel",
+        )  # fmt: skip
+    y, z = (_along(dataset, f"profile_{c}", distance)[wheel] for c in "yz")
+    ax.plot(shown("profile_y", y), shown("profile_z", z), color=COLOURS[role], label=f"worn, {role}")
+    ax.set_aspect("equal", adjustable="datalim")
+    if not ax.yaxis_inverted():
+        ax.invert_yaxis()
+    return label_axes(ax, label(dataset, "profile_y"), "Height, outward is down [mm]")
+
+
+def plot_wear_depth(
+    dataset: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    wheel: int = 0,
+    distance: float | None = None,
+    against: str = "profile_y",
+    history: bool = False,
+) -> Axes:
+    """Draw the wear depth along the profile.
+
+    Parameters
+    ----------
+    dataset, ax, wheel, distance
+        See above.
+    against : {"profile_y", "arc_length"}
+        Lateral position or arc length of the new (or reprofiled) wheel.
+    history : bool
+        Whether to draw a quarter, half and three quarters of the distance, too, faintly.
+    """
+    ax = own_axes(ax)
+    role = role_of(dataset)
+    end = float(dataset["distance"].values[-1]) if distance is None else distance
+    faint: dict[str, Any] = {"lw": 0.8, "alpha": 0.45}
+    last: dict[str, Any] = {"ls": WHEEL_LINES[wheel], "label": f"{role}, {WHEELS[wheel]} wheel"}
+    earlier = [(part * end, faint) for part in (0.25, 0.5, 0.75) if history]
+    for at, look in (*earlier, (distance, last)):
+        depth = shown("wear_depth", _along(dataset, "wear_depth", at)[wheel])
+        x = shown(against, new_place(dataset, wheel, at, against=against))
+        ax.plot(x, depth, color=COLOURS[role], **look)
+    x_label = NEW_Y if against == "profile_y" else label(dataset, against)
+    return label_axes(ax, x_label, label(dataset, "wear_depth"), 0.0)
+
+
+def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
+    """Draw a measure of the wheels (or of the wheelset), over (step, wheel) or (step), over the distance."""
+    ax = own_axes(ax)
+    role = role_of(dataset)
+    x = shown("distance", dataset["distance"].values)
+    values = shown(name, dataset[name].values)
+    if values.ndim == 1:
+        ax.plot(x, values, color=COLOURS[role], label=role)
+    else:
+        for wheel, side in enumerate(WHEELS):
+            text = f"{role}, {side} wheel"
+            ax.plot(x, values[:, wheel], WHEEL_LINES[wheel], color=COLOURS[role], label=text)
+    return label_axes(ax, label(dataset, "distance"), label(dataset, name))
+
+
+def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the equivalent conicity over the distance run; gaps where it is undefined."""
+    return plot_over_distance(dataset, "equivalent_conicity", ax)
+
+
+def _patch_marks(ax: Axes, side: np.ndarray, x: np.ndarray, y: np.ndarray, new: bool, **look: Any) -> None:
+    """Draw a mark for every patch: one form for each wheel, hollow ones where it is new."""
+    for wheel, which in enumerate(WHEELS):
+        here = (side == wheel) & np.isfinite(y)
+        text = f"{'new' if new else 'worn'}, {which} wheel"
+        ax.plot(x[here], y[here], _MARKERS[wheel], label=text, **look)
+
+
+def plot_contact(
+    dataset: xr.Dataset,
+    name: str,
+    ax: Axes | None = None,
+    *,
+    distance: float | None = None,
+    new: bool = False,
+) -> Axes:
+    """Draw a contact quantity of every patch over the lateral shift of its operating point.
+
+    Parameters
+    ----------
+    dataset, ax, distance
+        See above; drawn is the last state stored before `distance`.
+    name : str
+        Variable over (step, operating_point, patch), such as wheel_y or max_pressure.
+    new : bool
+        Draw the new wheel (hollow marks) instead.
+    """
+    ax = own_axes(ax)
+    colour = COLOURS[role_of(dataset)]
+    row = 0 if new else _row(dataset, distance)
+    values = shown(name, dataset[name].values[row])
+    shift = np.broadcast_to(shown("shift", dataset["shift"].values)[:, None], values.shape)
+    fill, alpha = ("white", 1.0) if new else (colour, 0.75)
+    _patch_marks(ax, dataset["side"].values[row], shift, values, new, color=colour, markerfacecolor=fill,
+                 alpha=alpha)  # fmt: skip
+    return label_axes(ax, label(dataset, "shift"), label(dataset, name))
+
+
+def plot_wear_by_regime(
+    dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0, distance: float | None = None
+) -> Axes:
+    """Draw the wear depth along the profile, stacked by wear regime."""
+    ax = own_axes(ax)
+    y = shown("profile_y", new_place(dataset, wheel, distance))
+    depth = shown("wear_depth_by_regime", _along(dataset, "wear_depth_by_regime", distance)[wheel])
+    total = np.zeros_like(y)
+    for index, name in enumerate(dataset["regime_name"].values):
+        colour = REGIME_COLOURS[index % len(REGIME_COLOURS)]
+        ax.fill_between(y, total, total + depth[index], color=colour, lw=0.0, label=str(name))
+        total = total + depth[index]
+    ax.plot(y, total, color=COLOURS[role_of(dataset)], lw=1.0)
+    return label_axes(ax, NEW_Y, label(dataset, "wear_depth"), 0.0)
+
+
+def plot_steps(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
+    """Draw a quantity of the wear steps (step_length, stability_number, step_error) over the distance."""
+    ax = own_axes(ax)
+    role = role_of(dataset)
+    x = shown("distance", dataset["distance"].values[1:])
+    ax.plot(x, shown(name, dataset[name].values[1:]), ".-", lw=0.8, color=COLOURS[role], label=role)
+    limit = dataset.attrs.get(
+        {"stability_number": "stability_limit", "step_error": "error_tolerance"}.get(name)
+    )
+    if limit is not None:
+        ax.axhline(float(shown(name, limit)), color=COLOURS[role], lw=0.8, ls=":", label=f"limit, {role}")
+    return label_axes(ax, label(dataset, "distance"), label(dataset, name), 0.0)
+
+
+def states_shown(dataset: xr.Dataset) -> list[int]:
+    """Rows whose counterface depth is drawn, rising, the last of the file at the end.
+
+    Those in which rollers are redressed, some of them if many; of rollers that never were, and of rails,
+    rows nearest to a quarter, half and three quarters of the distance.
+    """
+    last = dataset.sizes["step"] - 1
+    redressed = dataset["counterface_redressed_count"].values
+    earlier = np.flatnonzero(np.diff(redressed) > 0) + 1  # such a row holds the depth before
+    if earlier.size == 0:
+        run = dataset["distance"].values
+        earlier = np.array([np.argmin(np.abs(run - part * run[-1])) for part in (0.25, 0.5, 0.75)])
+    elif earlier.size > _STATES:
+        earlier = earlier[np.linspace(0, earlier.size - 1, _STATES).round().astype(np.int64)]
+    return sorted({*(int(row) for row in earlier if 0 < row < last), last})
+
+
+def plot_counterface_depth(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) -> Axes:
+    """Draw the wear depth of a rail or roller along its profile, of `states_shown`, earlier ones faintly."""
+    ax = own_axes(ax)
+    y = shown("counterface_y", dataset["counterface_profile_y"].values[0, side])
+    rows = states_shown(dataset)
+    for row in rows:
+        end = row == rows[-1]
+        ax.plot(
+            y, shown("counterface_wear_depth", dataset["counterface_wear_depth"].values[row, side]),
+            color=COLOURS[role_of(dataset)], lw=1.6 if end else 0.8, alpha=1.0 if end else 0.45,
+            label="at the end" if end else "earlier",
+        )  # fmt: skip
+    return label_axes(
+        ax, "Lateral position on the new profile [mm]", label(dataset, "counterface_wear_depth"), 0.0
+    )
+
+
+def plot_counterface_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
+    """Draw a measure of both rails or rollers over the distance run; depth is 0 after a redressing."""
+    ax = own_axes(ax)
+    run = shown("distance", dataset["distance"].values)
+    values = shown(name, dataset[name].values)
+    if name == "counterface_max_wear_depth":
+        redressed = np.flatnonzero(np.diff(dataset["counterface_redressed_count"].values) > 0) + 1
+        run = np.insert(run, redressed + 1, run[redressed])
+        values = np.insert(values, redressed + 1, 0.0, axis=0)
+    for side, where in enumerate(WHEELS):
+        ax.plot(run, values[:, side], WHEEL_LINES[side], color=COLOURS[role_of(dataset)], label=where)
+    return label_axes(ax, label(dataset, "distance"), label(dataset, name), 0.0)
+
+
+def plot_wear_laws(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
+    """Draw the wear depth along the profile by the active law and by each comparison law."""
+    ax = own_axes(ax)
+    row = last_worn_row(dataset)
+    y = shown("profile_y", new_place(dataset, wheel))
+    active = str(dataset.attrs.get("wear_law", "active law"))
+    depth = shown("wear_depth", dataset["wear_depth"].values[row, wheel])
+    ax.plot(y, depth, color=COLOURS[role_of(dataset)], lw=2.2, label=f"{active}, active")
+    for k, name in enumerate(dataset["comparison_name"].values):
+        depth = shown("comparison_wear_depth", dataset["comparison_wear_depth"].values[row, wheel, k])
+        ax.plot(y, depth, color=series_colour(k + 1), lw=1.2, label=str(name))
+    return label_axes(ax, NEW_Y, label(dataset, "wear_depth"), 0.0)
+
+
+def plot_fatigue_damage(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
+    """Draw the fatigue damage along the profile, each law over its largest value on both wheels."""
+    ax = own_axes(ax)
+    y = shown("profile_y", new_place(dataset, wheel))
+    damage = dataset["fatigue_damage"].values[last_worn_row(dataset)]
+    for k, name in enumerate(dataset["fatigue_name"].values):
+        largest = float(damage[:, k].max())
+        if largest > 0.0:
+            ax.plot(y, damage[wheel, k] / largest, color=series_colour(k), label=str(name))
+    ax.set_ylim(0.0, 1.05)
+    return label_axes(ax, NEW_Y, "Fatigue damage over the largest of the law")
+
+
+def plot_magic_wear_rate(dataset: xr.Dataset, ax: Axes | None = None, *, law: int, wheel: int = 0) -> Axes:
+    """Draw the wear rate, and the one at which cracks of a law just do not grow, along the profile."""
+    ax = own_axes(ax)
+    row = last_worn_row(dataset)
+    y = shown("profile_y", new_place(dataset, wheel))
+    wear = shown("wear_depth_rate", dataset["wear_depth_rate"].values[row, wheel])
+    magic = shown("magic_wear_rate", dataset["magic_wear_rate"].values[row, wheel, law])
+    ax.plot(y, wear, color=COLOURS[role_of(dataset)], label="wear")
+    ax.plot(
+        y, magic, "--", color=COLOURS["difference"], lw=1.2, label="magic wear rate: cracks just do not grow"
+    )
+    ax.fill_between(
+        y, wear, magic, where=magic > wear, color=SERIES_COLOURS[3], alpha=0.35, lw=0.0, label="cracks grow"
+    )
+    return label_axes(ax, NEW_Y, label(dataset, "wear_depth_rate"), 0.0)
+
+
+def map_shear_yield(dataset: xr.Dataset) -> float:
+    """Return the yield stress in shear of the shakedown map: that of the laws, or a published one [Pa]."""
+    known = dataset["fatigue_shear_yield"].values
+    known = known[np.isfinite(known)]
+    return float(known[0]) if known.size else 1e6 * COEFFICIENT_SETS[_YIELD_SET]["shear_yield"]
+
+
+def shear_yield_text(dataset: xr.Dataset) -> str:
+    """Yield stress of the shakedown map in words, with its source, range and certainty."""
+    value = f"{plain(1e-6 * map_shear_yield(dataset), 3)} MPa"
+    known = np.flatnonzero(np.isfinite(dataset["fatigue_shear_yield"].values))
+    if known.size:
+        name, numbers, warnings = (
+            str(dataset[f"fatigue_{key}"].values[known[0]]) for key in ("name", "coefficients", "warnings")
+        )
+        certainty = _certainty(warnings.split("; "))
+        return f"{value} of {name} ({numbers}, {certainty})" if certainty else f"{value} as given for {name}"
+    certainty = _certainty(COEFFICIENT_SETS[_YIELD_SET].uncertain)
+    return f"{value} of {_YIELD_SET}, as no law of the scene has one ({certainty})"
+
+
+def _certainty(parts: Iterable[str]) -> str:
+    """Range and certainty in a part such as "shear_yield = 300 MPa, range 200 to 350 (recalled)"."""
+    for part in parts:
+        if part.startswith("shear_yield"):
+            text, _, certainty = part.removesuffix(")").partition(" (")
+            _, _, between = text.partition(", range ")
+            return f"{certainty}, {between} MPa in use" if between else certainty
+    return ""
+
+
+def shakedown_place(dataset: xr.Dataset, row: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return utilised friction and p0/k of a row, (operating_point, patch), NaN without a patch [-]."""
+    shear = np.hypot(dataset["force_x"].values[row], dataset["force_y"].values[row])
+    load = dataset["normal_force"].values[row]
+    friction = np.divide(shear, load, out=np.full_like(shear, np.nan), where=load > 0.0)
+    return friction, dataset["max_pressure"].values[row] / map_shear_yield(dataset)
+
+
+def plot_shakedown(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the shakedown map with every contact patch, new and worn."""
+    ax = own_axes(ax)
+    colour = COLOURS[role_of(dataset)]
+    places = {row: shakedown_place(dataset, row) for row in (0, last_worn_row(dataset))}
+    most = max(float(np.nanmax(friction, initial=0.0)) for friction, _ in places.values())
+    for line, curve in zip(_BOUNDARY_LINES, boundaries("point", max(0.6, 1.1 * most)), strict=True):
+        text = f"{curve.label} ({curve.certainty})"
+        ax.plot(curve.friction, curve.ratio, line, color="#444444", markersize=12.0, label=text)
+    for row, (friction, ratio) in places.items():
+        ratio = np.where(np.isfinite(friction), ratio, np.nan)
+        fill = colour if row else "white"
+        _patch_marks(ax, dataset["side"].values[row], friction, ratio, row == 0, color=colour, alpha=0.75,
+                     markerfacecolor=fill)  # fmt: skip
+    ax.set_xlim(left=0.0)
+    return label_axes(ax, "Utilised friction", "Largest pressure over yield stress in shear", 0.0, width=60)
+
+
+def plot_passage_damage(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the normalised damage of each load cycle by every law over the lateral shift."""
+    ax = own_axes(ax)
+    damage = dataset["fatigue_damage_passage"].values[last_worn_row(dataset)]
+    shift = np.broadcast_to(shown("shift", dataset["shift"].values)[:, None], damage.shape[:2])
+    here = np.isfinite(damage[..., 0])
+    for k, name in enumerate(dataset["fatigue_name"].values):
+        ax.plot(
+            shift[here], normalised(damage[here][:, k]), _MARKERS[k % len(_MARKERS)], color=series_colour(k),
+            markerfacecolor="none", label=str(name),
+        )  # fmt: skip
+    return label_axes(ax, label(dataset, "shift"), "Damage of a load cycle over the largest of the law")

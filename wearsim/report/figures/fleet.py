@@ -1,0 +1,203 @@
+"""Small figures of many profiles: `plot_member(dataset, member, ax) -> Axes`, wheels flange down.
+
+The datasets are those of `wearsim.profile.inspection.datasets.fleet_dataset`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.figure import Figure
+
+from wearsim.errors import ResultError
+from wearsim.report.figures.profile import EXCEEDED
+from wearsim.report.style import COLOURS, grid, legend, own_axes, shown, style, write_figure
+
+_BODY = "#1a1a1a"
+NOT_JUDGED = "#b07a1e"
+"""Colour of profiles that no limits were applied to, or that are open in some."""
+
+_SHORT = {"flange_height": "Sh", "flange_thickness": "Sd", "flange_gradient": "qR", "hollowing": "hollow"}
+_REACH = 40.0  # how far beyond the median a profile widens the axes [mm]
+_LONGEST = 26  # characters of a title
+
+COLUMNS, ROWS = 4, 7
+"""Small figures on a page."""
+
+MOST_PAGES = 40
+"""Pages at most; what is beyond is not drawn."""
+
+_WIDTH, _EDGE = 10.0, (0.6, 0.15)  # inch
+_TOP, _BOTTOM, _GAP, _BETWEEN = 0.75, 0.5, 0.28, 0.3
+
+
+def plot_member(dataset: xr.Dataset, member: int, ax: Axes | None = None) -> Axes:
+    """Draw one profile over the reference, with its measures; those beyond a limit stand out.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Fleet state.
+    member : int
+        Which profile.
+    ax : Axes, optional
+        Where to draw.
+    """
+    ax = own_axes(ax)
+    kind = str(dataset["kind"].values[member])
+    if "reference_y" in dataset and dataset.attrs["reference_kind"] == kind:
+        ax.plot(
+            shown("profile_y", dataset["reference_y"].values),
+            shown("profile_z", dataset["reference_z"].values),
+            color=COLOURS["new"], lw=0.9, label=dataset.attrs["reference_label"],
+        )  # fmt: skip
+    exceeded = str(dataset["exceeded"].values[member]).split()
+    open_measures = str(dataset["not_judged"].values[member]).split()
+    judged = bool(dataset["judged"].values[member]) and not open_measures
+    colour = EXCEEDED if exceeded else _BODY if judged else NOT_JUDGED
+    label = "beyond a limit" if exceeded else "within the limits" if judged else "not judged, or not in all"
+    y, z = (shown(f"profile_{axis}", dataset[f"profile_{axis}"].values[member]) for axis in "yz")
+    ax.plot(y, z, color=colour, lw=1.1, label=label)
+    name = str(dataset["wheel_name"].values[member])
+    ax.set_title(
+        name if len(name) <= _LONGEST else f"…{name[1 - _LONGEST :]}",  # the end names the side
+        fontsize=7.5, color=colour, pad=2.5, fontweight="bold" if exceeded else "normal",
+    )  # fmt: skip
+    texts = []
+    for measure, short in _SHORT.items():
+        if measure in dataset and dataset[f"known_{measure}"].values[member]:
+            value = float(shown(measure, dataset[measure].values[member]))
+            mark = " !" if measure in exceeded else " ?" if measure in open_measures else ""
+            texts.append((f"{short} {value + 0.0:.2f}{mark}", measure in exceeded))
+    for k, (text, beyond) in enumerate(texts):
+        ax.text(
+            0.66 if k % 2 == 0 else 0.98, 0.22 - 0.17 * (k // 2), text,
+            transform=ax.transAxes, ha="right", va="bottom", fontsize=6.5,
+            color=EXCEEDED if beyond else "#444444", fontweight="bold" if beyond else "normal",
+        )  # fmt: skip
+    ax.tick_params(labelsize=6.5, length=2.0, pad=1.5)
+    ax.grid(visible=True, lw=0.4)
+    return ax
+
+
+def limits_of(dataset: xr.Dataset) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Limits of lateral position and height: medians of the profiles' ends, and the reference [mm].
+
+    Profiles that reach at most `_REACH` further widen them; one that was misread does not.
+    """
+    spans = []
+    for axis in "yz":
+        values = shown(f"profile_{axis}", dataset[f"profile_{axis}"].values)
+        low, high = values.min(axis=1), values.max(axis=1)
+        ends = [
+            float(low[low >= np.median(low) - _REACH].min()),
+            float(high[high <= np.median(high) + _REACH].max()),
+        ]
+        if f"reference_{axis}" in dataset:
+            reference = shown(f"profile_{axis}", dataset[f"reference_{axis}"].values)
+            ends += [float(reference.min()), float(reference.max())]
+        spans.append((min(ends) - 3.0, max(ends) + 3.0))
+    return spans[0], spans[1]
+
+
+def fleet_pages(dataset: xr.Dataset) -> Iterator[Figure]:
+    """Figures of a fleet, one after the other; a page is free before the next one is made.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Fleet state.
+
+    Yields
+    ------
+    Figure
+        Of at most `COLUMNS` x `ROWS` profiles with shared axes, at most `MOST_PAGES`.
+    """
+    total = dataset.sizes["wheel"]
+    each = COLUMNS * ROWS
+    pages = math.ceil(total / each)
+    span_y, span_z = limits_of(dataset)
+    columns = min(COLUMNS, total)
+    width = (_WIDTH - sum(_EDGE) - (columns - 1) * _GAP) / columns
+    height = min(width * (span_z[1] - span_z[0]) / (span_y[1] - span_y[0]), 2.6)
+    for page in range(min(pages, MOST_PAGES)):
+        members = range(page * each, min((page + 1) * each, total))
+        rows = math.ceil(len(members) / columns)
+        whole = _TOP + _BOTTOM + rows * height + (rows - 1) * _BETWEEN
+        with style():
+            figure, axes = grid(
+                rows,
+                columns,
+                height,
+                _WIDTH,
+                _GAP,
+                _BETWEEN,
+                (*_EDGE, _BOTTOM, _TOP),
+                sharex=True,
+                sharey=True,
+            )
+            for ax in axes.ravel()[len(members) :]:
+                ax.set_axis_off()
+            for ax, member in zip(axes.ravel(), members, strict=False):
+                plot_member(dataset, member, ax)
+                ax.set_aspect("equal", adjustable="box")
+                if member + columns not in members:
+                    ax.tick_params(labelbottom=True)  # the lowest of its column
+            axes[0, 0].set_xlim(*span_y)
+            axes[0, 0].set_ylim(span_z[1], span_z[0])
+            figure.supxlabel("Lateral position [mm]", fontsize=8.0, y=0.12 / whole)
+            figure.supylabel("Height, down [mm]", fontsize=8.0, x=0.12 / _WIDTH)
+            legend(figure)
+            figure.text(
+                _EDGE[0] / _WIDTH, 1.0 - 0.36 / whole,
+                f"profiles {members.start + 1} to {members.stop} of {total}"
+                + (f", page {page + 1} of {pages}" if pages > 1 else ""),
+                fontsize=7.5, color="#555555", va="center",
+            )  # fmt: skip
+        yield figure
+
+
+def write_fleet(dataset: xr.Dataset, path: Path) -> tuple[list[Path], int]:
+    """Write the pages of a fleet: one PDF, or a file for each page with its number behind the name.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Fleet state of at least one profile.
+    path : Path
+        Ends with .png, .svg or .pdf.
+
+    Returns
+    -------
+    files : list of Path
+        Written.
+    drawn : int
+        Number of profiles on them.
+
+    Raises
+    ------
+    ResultError
+        If a file cannot be written.
+    """
+    drawn = min(dataset.sizes["wheel"], MOST_PAGES * COLUMNS * ROWS)
+    if path.suffix.lower() == ".pdf":
+        try:
+            with style(), PdfPages(path, metadata={"CreationDate": None}) as book:
+                for figure in fleet_pages(dataset):
+                    book.savefig(figure)
+        except OSError as error:
+            raise ResultError(
+                f"{path}: cannot be written ({error.strerror}); choose another folder"
+            ) from error
+        return [path], drawn
+    files = []
+    for number, figure in enumerate(fleet_pages(dataset), start=1):
+        name = path if number == 1 else path.with_name(f"{path.stem}-{number}{path.suffix}")
+        files.append(write_figure(figure, name))
+    return files, drawn
