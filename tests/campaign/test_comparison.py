@@ -178,7 +178,7 @@ class Stop(Exception):
     pass
 
 
-@pytest.mark.parametrize("last", [0, 2])
+@pytest.mark.parametrize("last", [pytest.param(0, marks=pytest.mark.slow), 2])
 def test_resumed_campaign_has_the_same_bits(tmp_path, last, evolution):
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     whole.mkdir()

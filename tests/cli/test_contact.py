@@ -223,7 +223,9 @@ def test_table_for_people_shows_sides_and_roll(capsys):
     assert max(map(len, lines)) < 150
 
 
-@pytest.mark.parametrize(("ending", "patches"), [("png", 1), ("svg", 3), ("pdf", 1)])
+@pytest.mark.parametrize(
+    ("ending", "patches"), [("png", 1), ("svg", 3), pytest.param("pdf", 1, marks=pytest.mark.slow)]
+)
 def test_plots_are_files_of_their_kind(ending, patches, tmp_path, capsys):
     path = tmp_path / f"contact.{ending}"
     where = {1: ("--shift-mm", "3"), 3: ("--shift-mm", "5.1", "--side", "both")}[patches]

@@ -174,7 +174,7 @@ def test_rails_are_drawn_top_up(rail):
     assert ax.get_ylabel() == "Height, down [mm]"
 
 
-@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+@pytest.mark.parametrize("ending", [pytest.param("png", marks=pytest.mark.slow), "svg", "pdf"])
 def test_the_same_figure_is_the_same_file(ending, worn, tmp_path):
     files = [tmp_path / f"{k}/figure.{ending}" for k in range(2)]
     for file in files:
