@@ -82,7 +82,7 @@ quarter in partial slip: the zones of slip are a few cells wide.
 Among fast tangential models only FASTSIM was kept: FASTSIM with blended flexibilities, FaStrip, strip
 theory coupled by the half-space and closed-form full slip were measured on these cases. Strip theories are
 closer where nearly all of a patch slips, but not in the strip work where little does.
-`wearsim.contact.tangential` lists the figures, also those for other ways of scaling local power.
+[contact_models.md](contact_models.md) lists the figures, also those for other ways of scaling local power.
 """
 
 

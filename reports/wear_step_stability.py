@@ -14,12 +14,13 @@ from writing import Figure, Table, options, save_svg, write_report
 
 import wearsim
 from wearsim.campaign.control import half_space_depth_limit, largest_step
-from wearsim.campaign.rate import rate
+from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
 from wearsim.campaign.step import advance
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import NumericalError, WearsimError
-from wearsim.operation.points import ControlSettings, OperatingPoints
+from wearsim.operation.control import ControlSettings
+from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.profile.smoothing import smoothing_spline
 from wearsim.report.style import SERIES_COLOURS, grid, legend, style
@@ -114,7 +115,7 @@ def wear_rate(state, models):
     conditions = wearsim.ContactConditions.of(shift=SHIFTS, yaw=5e-3)
     labels = tuple(f"{1e3 * shift:g} mm" for shift in SHIFTS)
     points = OperatingPoints(conditions, WEIGHT, np.ones(SHIFTS.size), np.zeros(SHIFTS.size), labels)
-    return rate(state, points, WEIGHT, WHEELSET, RAILS, models, WearSettings())
+    return rate(state, points, WEIGHT, Setup(WHEELSET, RAILS, models, WearSettings()))
 
 
 def worn(state, now, length, smoothing, integrator, models):

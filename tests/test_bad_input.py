@@ -202,7 +202,7 @@ BAD_PROFILES = {
     "metres": (
         "\n".join(f"{y / 1000},{-y / 40000}" for y in range(-30, 60)),
         None,
-        ["fits no unit", "the width alone would fit metres", "state --units"],
+        ["fits no unit", "the width alone would fit m", "state --units"],
     ),
     "empty": ("", None, ["0 points are too few"]),
 }
@@ -294,7 +294,7 @@ def test_the_output_directory_of_another_campaign_is_refused_and_left_as_it_is(f
     (fault,) = refused(capsys, "run", "rig.toml", "--out", "out")
     assert fault.startswith("out belongs to another campaign: ")
     assert "rig.toml" in fault
-    assert "nothing was touched" in fault
+    assert "nothing was changed" in fault
     assert "choose another --out" in fault
     assert "wearsim resume out" in fault
     assert snapshot(folder) == before

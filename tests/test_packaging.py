@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +10,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import pytest
 
-from wearsim.cli import main
+from wearsim.cli import COMMANDS, build_parser, main
+from wearsim.scene import load_scene
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -74,16 +76,61 @@ def test_the_python_examples_of_the_readme_run(tmp_path, monkeypatch, undrawn, c
         plt.close("all")
 
 
-@pytest.mark.parametrize("document", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"])
+@pytest.mark.parametrize("document", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "reports/README.md"])
 def test_the_links_of_documents_lead_somewhere(document):
     text = (ROOT / document).read_text(encoding="utf-8")
     targets = [target for target in re.findall(r"\]\(([^)]+)\)", text) if "://" not in target]
-    assert [target for target in targets if not (ROOT / target).exists()] == []
+    assert [target for target in targets if not (ROOT / document).parent.joinpath(target).exists()] == []
+
+
+def test_the_scenes_of_the_readme_have_no_faults(tmp_path):
+    """The first one is complete, the tables of the others are added to it."""
+    complete, *tables = (text for language, text in BLOCKS if language == "toml")
+    assert len(tables) == 3
+    for number, text in enumerate(["", *tables]):
+        scene = tmp_path / f"scene_{number}.toml"
+        scene.write_text(f"{complete}\n{text}")
+        assert load_scene(scene).scene.kind == "rig"
+
+
+DOCUMENTS = (
+    "README.md", "CONTRIBUTING.md", "reports/README.md", "profiles/measured/README.md",
+    *(f"workflows/{path.name}" for path in sorted((ROOT / "workflows").glob("*.toml"))),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_the_commands_in_documents_exist_with_their_flags(document):
+    text = (ROOT / document).read_text(encoding="utf-8")
+    blocks = "".join(re.findall(r"^```\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL))
+    lines = re.findall(r"(?:^|/)wearsim ([^&\n]*)", blocks, flags=re.MULTILINE)
+    lines += re.findall(r"^# {5}wearsim (.*)$", text, flags=re.MULTILINE) + re.findall(
+        r"`wearsim ([^`]*)`", text
+    )
+    parser = build_parser()
+    for line in lines:
+        command, *arguments = shlex.split(line.replace("\\|", "/"))
+        assert command in (*COMMANDS, "COMMAND"), line
+        if arguments and command in COMMANDS:
+            parser.parse_args([command, *arguments])
+    for script in re.findall(r"python (\w+/[\w/]+\.py)", text):
+        assert (ROOT / script).is_file(), script
+
+
+def test_the_readme_quotes_the_accuracy_of_contact_models_from_the_report():
+    cells = [line.split("|") for line in README.splitlines() if re.match(r"\| `\w+` \+ `\w+`", line)]
+    report = (ROOT / "reports" / "contact_accuracy.md").read_text(encoding="utf-8")
+    assert len(cells) == 5
+    for _, models, *values, _ in cells:
+        normal, tangential = re.findall(r"`(\w+)`", models)
+        grid = "25 x 25" if "25 x 25" in models else "50 x 50"
+        start = f"| `{normal} + {tangential}, {grid}` | all |"
+        (row,) = (line for line in report.splitlines() if line.startswith(start))
+        quantiles = [cell.split("·")[1].strip() for cell in row.split("|") if "·" in cell]
+        assert [value.strip() for value in values] == quantiles
 
 
 def test_every_command_stands_in_the_readme_and_no_other():
-    from wearsim.cli import COMMANDS
-
     assert sorted(re.findall(r"^\| `wearsim (\w+)", README, flags=re.MULTILINE)) == sorted(COMMANDS)
 
 

@@ -1,8 +1,9 @@
-"""Errors that reach the user: one line each, naming the input, the value, the limit and the way out."""
+"""Errors that reach the user: one line each, naming the input, the value, the limit and the fix."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import difflib
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 
@@ -13,7 +14,7 @@ class Fault:
     Parameters
     ----------
     message : str
-        What is wrong: key, value, allowed range and way out, in one line.
+        What is wrong: key, value, allowed range and fix, in one line.
     file : str, optional
         The file that holds the fault.
     line : int, optional
@@ -30,6 +31,13 @@ class Fault:
         return f"{place}: {self.message}" if place else self.message
 
 
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return "; did you mean 'S1002'?" with the known name nearest to an unknown one, "" if none is near."""
+    by_lower = {each.lower(): each for each in known}
+    near = difflib.get_close_matches(name.lower(), list(by_lower), n=1, cutoff=0.5)
+    return f"; did you mean {by_lower[near[0]]!r}?" if near else ""
+
+
 class WearsimError(Exception):
     """Base of all errors with a message for the user; `exit_code` is what the command line returns."""
 
@@ -37,7 +45,7 @@ class WearsimError(Exception):
 
 
 class SceneError(WearsimError):
-    """A scene file, or a set of flags, with one or more faults, all told at once."""
+    """A scene file, or a set of flags, with one or more faults, all reported at once."""
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
@@ -49,7 +57,7 @@ class ProfileError(WearsimError):
 
 
 class ContactError(WearsimError):
-    """A contact problem without an answer: no touch, patch at the edge of a profile, unusable input.
+    """A contact problem without a solution: no contact, patch at the edge of a profile, unusable input.
 
     `row` is the row of the batch it belongs to, where a model knows it.
     """

@@ -76,6 +76,12 @@ class Quantity:
         return f"{self.meaning} {self.symbol}{unit}" if self.symbol else f"{self.meaning}{unit}"
 
     @property
+    def attributes(self) -> dict[str, str]:
+        """Attributes of a variable of a dataset: `long_name`, `units` and, with a sign, `comment`."""
+        texts = {"long_name": self.meaning, "units": self.unit, "comment": self.sign}
+        return {key: text for key, text in texts.items() if text}
+
+    @property
     def range(self) -> InputRange:
         """Range allowed as input, in the shown unit; raises ValueError for what is no input."""
         if self.allowed is None:
@@ -351,7 +357,7 @@ _COUNTERFACE = _group("counterface",
 )
 
 _REPROFILING = _group("reprofiling",
-    _q("wheel_template", "", "", "profile the wheel is turned to", at="wheel"),
+    _q("wheel_template", "", "", "profile the wheel is reprofiled to", at="wheel"),
     _q("last_reprofiling", "n", "1", "step of the last reprofiling of the wheels",
        "its own number in the row of the reprofiled wheels, 0 before the first reprofiling", "i4 step"),
     _q("wheel_diameter", "D", "m", "wheel diameter at the running circle", at=f"{_WHEEL} ?",

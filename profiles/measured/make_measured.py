@@ -1,4 +1,4 @@
-"""Make the measured examples beside this file: new shapes, worn and with the noise of an instrument.
+"""Write the measured examples of this folder: new shapes, worn and with the noise of an instrument.
 
 Run as ``python make_measured.py [FOLDER]``. The seeds are fixed: the same files come out each time.
 """

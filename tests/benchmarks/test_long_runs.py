@@ -23,7 +23,7 @@ import json, resource, sys, time
 from wearsim.campaign.run import run_scene
 from wearsim.scene import load_scene
 from wearsim.scene.touch import check_contact
-import wearsim.campaign.rate as rate
+import wearsim.campaign.evaluate as rate
 check_contact(load_scene(sys.argv[1]))
 solve, solved, steps = rate.solve, [0], [0]
 def counted(conditions, *given, **named):

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from wearsim.campaign import choose
-from wearsim.campaign.classes import CLASSES
-from wearsim.campaign.evidence import judge
+from wearsim.campaign.choose import CLASSES, judge
+from wearsim.campaign.evaluate import setup_of
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.scene import build, load_scene
 
@@ -130,11 +130,8 @@ def outcome(number, folder):
         candidates[-1],
         state,
         setup.points,
-        setup.wheelset,
-        setup.counterface,
-        setup.wear,
+        setup_of(setup, threads=2),
         smoothing_wavelength=setup.control.smoothing_wavelength,
-        threads=2,
     )
     whole_alone, whole = (one.depth_error for one in judged)
     return {

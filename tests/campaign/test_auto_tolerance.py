@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.campaign.classes import CLASSES
+from wearsim.campaign.choose import CLASSES
 
 PROGRAM = Path(__file__).parent / "auto_scenes.py"
 

@@ -70,7 +70,7 @@ def test_a_campaign_ends_with_the_step_in_which_a_limit_is_met(limited, free, tm
     assert read_status(tmp_path)["campaigns"]["rig"]["ended"] == events[-1].ended
     seen = []
     run_evolution(limited(True, max_wear_depth=limit), tmp_path, "rig", seen.append)
-    assert [(event.kind, event.step) for event in seen] == [("found", 5)]
+    assert [(event.kind, event.step) for event in seen] == [("complete", 5)]
     assert seen[0].ended == events[-1].ended
 
 

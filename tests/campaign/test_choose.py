@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from wearsim import open_results
-from wearsim.campaign import choose, evidence
-from wearsim.campaign.classes import CLASSES, point_classes
-from wearsim.campaign.evidence import Collective, judge
+from wearsim.campaign import choose
+from wearsim.campaign.choose import CLASSES, Collective, cheapest, judge, point_classes
+from wearsim.campaign.evaluate import setup_of
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.rate import select
 from wearsim.campaign.run import resume, run_scene
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.errors import ContactError, SceneError
+from wearsim.operation.points import select
 from wearsim.scene import build, load_scene
 
 CONE = """
@@ -93,14 +93,14 @@ def test_evidence_is_zero_against_itself_and_the_size_of_the_difference_otherwis
     fine = replace(rig.models, strips=60, cells=60)
     stiff = replace(rig.models, normal="hertz")
     evidence = tuple(judge(
-        [fine, replace(fine, strips=30, cells=30), stiff], fine, state, points, rig.wheelset, rig.counterface,
-        rig.wear, smoothing_wavelength=rig.control.smoothing_wavelength,
+        [fine, replace(fine, strips=30, cells=30), stiff], fine, state, points, setup_of(rig),
+        smoothing_wavelength=rig.control.smoothing_wavelength,
     ))  # fmt: skip
     assert (evidence[0].depth_error, evidence[0].work_error, evidence[0].power_error) == (0.0, 0.0, 0.0)
     assert 0.0 < evidence[1].work_error < 0.02
     assert 0.0 < evidence[1].power_error < 0.02
     assert evidence[2].depth_error == np.inf
-    assert "no contact ellipse" in evidence[2].refusal
+    assert "no contact ellipse" in evidence[2].message
 
 
 def test_points_that_the_sample_leaves_out_count_by_a_fast_model(rig):
@@ -115,7 +115,7 @@ def test_points_that_the_sample_leaves_out_count_by_a_fast_model(rig):
 
     def differences(points, classes, models, reference, collective=None):
         (found,) = judge(
-            [models], reference, state, points, rig.wheelset, rig.counterface, rig.wear,
+            [models], reference, state, points, setup_of(rig),
             smoothing_wavelength=rig.control.smoothing_wavelength, point_class=classes, collective=collective,
         )  # fmt: skip
         return found
@@ -163,19 +163,19 @@ def test_a_model_that_refuses_one_point_of_all_is_not_taken(twelve, monkeypatch)
     assert index.size < 12
     freely = choose.choice(tight, state)
     bridge = choose.candidates(tight.models)[choose.BRIDGES[0]].normal
-    assert not any(one.refusal for one in freely.evidence)
-    solve = evidence.solve_contact
+    assert not any(one.message for one in freely.evidence)
+    solve = choose.solve_contact
 
-    def refuse(state, points, wheelset, counterface, models, **named):
-        if models.normal == bridge and len(points.label) == 12:
+    def refuse(state, points, setup):
+        if setup.models.normal == bridge and len(points.label) == 12:
             raise ContactError("point 7: no contact for strips", row=7)
-        return solve(state, points, wheelset, counterface, models, **named)
+        return solve(state, points, setup)
 
-    monkeypatch.setattr(evidence, "solve_contact", refuse)
+    monkeypatch.setattr(choose, "solve_contact", refuse)
     verdict = choose.choice(tight, state)
     taken = {choose.candidates(tight.models)[place].normal for place in verdict.choice.models}
     assert bridge not in taken
-    told = {one.models.normal: one.refusal for one in verdict.evidence}
+    told = {one.models.normal: one.message for one in verdict.evidence}
     assert told.get(bridge, "point 7: no contact for strips") == "point 7: no contact for strips"
     assert verdict.choice.error <= 0.15
 
@@ -184,11 +184,11 @@ def test_the_work_of_points_is_looked_for_with_the_first_model_that_answers(twel
     state, _ = WheelsetEvolution(replace(twelve, tolerance=None)).start()
     solve, asked = choose.solve_contact, []
 
-    def refuse(state, points, wheelset, counterface, models, **named):
-        asked.append(models.normal)
-        if models.normal == "kik_piotrowski":
+    def refuse(state, points, setup):
+        asked.append(setup.models.normal)
+        if setup.models.normal == "kik_piotrowski":
             raise ContactError("conformal", row=0)
-        return solve(state, points, wheelset, counterface, models, **named)
+        return solve(state, points, setup)
 
     monkeypatch.setattr(choose, "solve_contact", refuse)
     assert choose.sample_of(twelve, state, 2).index.size <= 8
@@ -298,7 +298,7 @@ def test_hertz_is_good_for_an_ellipse_but_never_leads_a_campaign(tmp_path):
     hertz = replace(cone.models, normal="hertz", strips=30, cells=30)
     (evidence,) = judge(
         [hertz], choose.candidates(cone.models)[-1], WheelsetEvolution(cone).start()[0], cone.points,
-        cone.wheelset, cone.counterface, cone.wear, smoothing_wavelength=cone.control.smoothing_wavelength,
+        setup_of(cone), smoothing_wavelength=cone.control.smoothing_wavelength,
     )  # fmt: skip
     assert evidence.depth_error < 0.05
     assert evidence.work_error < 0.05
@@ -328,3 +328,43 @@ def test_every_class_that_is_named_has_a_point_in_the_sample(rig, count):
     found = choose.sample_of(rig, WheelsetEvolution(rig).start()[0], count)
     assert np.bincount(found.point_class[found.index]).max() <= count
     assert set(found.point_class[found.index]) == set(found.point_class)
+
+
+def test_classes_part_the_work_in_rising_order():
+    """Shares 0.01, 0.09 | 0.2 | 0.3 | 0.4, and a point without weight; not in order."""
+    found = point_classes(np.array([20.0, 1.0, 40.0, 9.0, 400.0, 30.0]), np.array([1.0, 1, 1, 1, 0, 1]))
+    assert [CLASSES[k] for k in found] == ["minor", "least", "leading", "least", "leading", "major"]
+
+
+def test_one_point_that_does_all_leads_and_so_do_all_if_none_works():
+    assert [CLASSES[k] for k in point_classes(np.array([1.0, 0.0]), np.array([0.5, 0.5]))] == [
+        "leading",
+        "least",
+    ]
+    assert [CLASSES[k] for k in point_classes(np.zeros(3), np.full(3, 1.0))] == ["leading"] * 3
+
+
+def test_the_cheapest_is_found_among_all_with_better_models_for_more_work():
+    """Against a search by hand: 4 candidates, 3 classes, random differences; the bound is that of the sum."""
+    random = np.random.default_rng(6)
+    difference = random.normal(0.0, 1.0, (4, 3, 2, 5)) * np.array([1.0, 0.3, 0.1, 0.0])[:, None, None, None]
+    cost, count = [1.0, 1.5, 20.0, 70.0], [7, 2, 3]
+    found = set()
+    for bound in (0.05, 0.2, 0.3, 0.6, 1.5, 9.0):
+        chosen, error = cheapest(difference, cost, count, bound)
+        found.add(chosen)
+        assert error == pytest.approx(np.abs(sum(difference[k, c] for c, k in enumerate(chosen))).max())
+        assert error <= bound
+        assert list(chosen) == sorted(chosen)
+        price = np.dot([cost[k] for k in chosen], count)
+        for other in np.ndindex(4, 4, 4):
+            if list(other) == sorted(other) and np.dot([cost[k] for k in other], count) < price - 1e-9:
+                assert np.abs(sum(difference[k, c] for c, k in enumerate(other))).max() > bound
+    assert len(found) >= 4
+
+
+def test_refusing_candidates_are_not_taken_and_a_bound_nobody_keeps_is_an_error():
+    difference = np.array([[np.inf, 0.1], [0.2, 0.1]])
+    assert cheapest(difference, [1.0, 2.0], [1, 1], 0.5)[0] == (1, 1)
+    with pytest.raises(ValueError, match="no candidate"):
+        cheapest(difference, [1.0, 2.0], [1, 1], 0.05)

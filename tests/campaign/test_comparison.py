@@ -67,7 +67,7 @@ def test_both_forms_of_a_law_stand_side_by_side(tmp_path, evolution):
         assert abs(mean.max() / local.max() - 1.0) > 1e-3
         area = data["comparison_worn_area"].values[-1][:, :2].sum()
         table, numbers = wear_laws(data)[:2]
-        assert [row[0].text for row in table.rows] == ["energy, leading", "energy (patch mean)", "usfd"]
+        assert [row[0].text for row in table.rows] == ["energy, active", "energy (patch mean)", "usfd"]
         assert table.rows[1][3].value == pytest.approx(area / data["worn_area"].values[-1].sum(), rel=1e-12)
         assert [row[1].text for row in numbers.rows] == ["local", "patch mean", "local"]
 
@@ -150,7 +150,7 @@ def test_damage_of_patches_is_kept_on_the_profile(evolution):
     of = evolution(FATIGUE)
     state, _ = of.start()
     found = of.evaluate(state)
-    setup, solution = of.setup, found.solution
+    setup, solution = of.setup, found.collective.solution
     for k, law in enumerate(setup.fatigue):
         strips = found.comparison.patches[k].strip_damage
         by_patch = (strips.sum(axis=1) * solution.fields.strip_width) * setup.points.weight[solution.point]

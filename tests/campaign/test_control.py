@@ -15,7 +15,7 @@ from wearsim.campaign.control import (
 from wearsim.campaign.state import CounterfaceState, WearRate
 from wearsim.contact.solve import ContactModels
 from wearsim.errors import NumericalError
-from wearsim.operation.points import ControlSettings
+from wearsim.operation.control import ControlSettings
 
 SETTINGS = ControlSettings(
     distance=100e3,
@@ -98,21 +98,21 @@ def test_first_steps_are_small_and_double(rate_of, state):
     np.testing.assert_allclose(depths, [1e-6, 2e-6, 4e-6, 8e-6, 8e-6, 8e-6], rtol=1e-12)
 
 
-@pytest.mark.parametrize("turned_at", [0.0, 40e3])
-def test_steps_behind_a_turning_of_the_rollers_are_small_and_double(rate_of, state, turned_at):
+@pytest.mark.parametrize("redressed_at", [0.0, 40e3])
+def test_steps_behind_a_turning_of_the_rollers_are_small_and_double(rate_of, state, redressed_at):
     """As at the start, long after it: 1, 2, 4 and 8 um where the rate stays as it is; 1e-12."""
     settings = replace(SETTINGS, first_depth=1e-6)
     nothing, unworn = np.zeros(2), np.zeros_like(state.y)
     new = CounterfaceState(state.y, -state.z, unworn, nothing, unworn, nothing)
-    below = replace(new, turnings=1, turned_at=turned_at)
-    state, depths = replace(state, step=70, distance=turned_at, counterface=below), []
+    below = replace(new, redressed_count=1, redressed_at=redressed_at)
+    state, depths = replace(state, step=70, distance=redressed_at, counterface=below), []
     for _ in range(5):
         length, reason = largest_step(rate_of(8e-10), state, settings)
         depths.append(8e-10 * length)
         state = replace(state, step=state.step + 1, distance=state.distance + length)
         assert reason == "depth cap"
     np.testing.assert_allclose(depths, [1e-6, 2e-6, 4e-6, 8e-6, 8e-6], rtol=1e-12)
-    never_turned = replace(state, distance=turned_at, counterface=new)
+    never_turned = replace(state, distance=redressed_at, counterface=new)
     assert 8e-10 * largest_step(rate_of(8e-10), never_turned, settings)[0] == pytest.approx(8e-6, rel=1e-12)
 
 

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from wearsim.campaign.control import stability_rate
-from wearsim.campaign.counterface import new_counterface, turned, wear_off_counterface, worn_counterface
-from wearsim.campaign.rate import accumulate
-from wearsim.campaign.run import run_campaign
+from wearsim.campaign.counterface import new_counterface, redressed, wear_off_counterface, worn_counterface
+from wearsim.campaign.evaluate import Setup, accumulate
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.run import run_evolution
 from wearsim.campaign.state import CounterfaceRate, WearRate
 from wearsim.campaign.step import advance, damped
 from wearsim.contact.solve import Counterface
 from wearsim.damage.wear import WearSettings, passage_depth
-from wearsim.operation.counterface import CounterfaceWear
+from wearsim.operation.control import CounterfaceWear
 from wearsim.profile.shape import polygon_area_between, vertex_lengths
 from wearsim.results import GROUPS, open_results
 
@@ -25,6 +26,10 @@ ROLLER = CounterfaceWear(factor=FACTOR, radius=RADIUS)
 RAIL = CounterfaceWear(area_rate=3e-12)
 
 GRID = "strips = 20\ncells = 16"
+
+
+def law_on(wheelset, counterface_wear=None):
+    return Setup(wheelset, None, None, WEAR, counterface_wear=counterface_wear)
 
 
 @pytest.fixture
@@ -65,7 +70,11 @@ def mirror_image(wheelset, state):
 def test_strips_and_vertices_remove_the_same_area(mirror_image, solution, points, wheelset, settings):
     """Conservation of the transfer, 1e-12; what a rail loses is what is stated."""
     result = accumulate(
-        solution, points, points.weight, mirror_image, wheelset, WEAR, counterface_wear=settings
+        solution,
+        points,
+        points.weight,
+        mirror_image,
+        law_on(wheelset, settings),
     )
     depth = passage_depth(solution.fields, solution.area, WEAR).sum(axis=0)
     share = points.weight[solution.point] * points.environment[solution.point]
@@ -85,9 +94,13 @@ def test_depth_of_the_roller_over_that_of_the_wheel(mirror_image, solution, poin
     A wheel meets its strip once in 2 pi r, a roller once in 2 pi s0.
     """
     with_roller = accumulate(
-        solution, points, points.weight, mirror_image, wheelset, WEAR, counterface_wear=ROLLER
+        solution,
+        points,
+        points.weight,
+        mirror_image,
+        law_on(wheelset, ROLLER),
     )
-    alone = accumulate(solution, points, points.weight, mirror_image, wheelset, WEAR)
+    alone = accumulate(solution, points, points.weight, mirror_image, law_on(wheelset))
     ratio = FACTOR * (wheelset.radius + mirror_image.z) / RADIUS
     below, depth = with_roller.counterface, alone.depth
     assert alone.counterface is None
@@ -114,7 +127,7 @@ def test_an_undercut_head_wears_on_its_top(mirror_image, solution, points, wheel
     }  # fmt: skip
     undercut = replace(mirror_image, counterface=replace(below, **axes))
     plain, other = (
-        accumulate(solution, points, points.weight, state, wheelset, WEAR, counterface_wear=ROLLER)
+        accumulate(solution, points, points.weight, state, law_on(wheelset, ROLLER))
         for state in (mirror_image, undercut)
     )
     for name in ("depth", "damping", "stability"):
@@ -129,7 +142,7 @@ def test_a_step_takes_the_area_off_both(mirror_image, solution, points, wheelset
     """Polygons against the sum of depths, 1e-9; the error of the step is that of the deeper wear."""
 
     def rate_at(state):
-        return accumulate(solution, points, points.weight, state, wheelset, WEAR, counterface_wear=ROLLER)
+        return accumulate(solution, points, points.weight, state, law_on(wheelset, ROLLER))
 
     rate = rate_at(mirror_image)
     step_length = 10e-6 / rate.depth.max()
@@ -227,15 +240,15 @@ def test_turning_restores_the_profile_bit_by_bit(mirror_image, wheelset):
     depth[0, 100:140], depth[1, 100:140] = 30e-6, 20e-6
     worn = wear_off_counterface(mirror_image.counterface, depth, 0.0)
     state = replace(mirror_image, distance=5e3, counterface=worn)
-    assert turned(state, new, replace(ROLLER, redress_distance=5.1e3, redress_depth=31e-6)) is state
+    assert redressed(state, new, replace(ROLLER, redress_distance=5.1e3, redress_depth=31e-6)) is state
     for settings in (replace(ROLLER, redress_distance=5e3), replace(ROLLER, redress_depth=30e-6)):
-        fresh = turned(state, new, settings).counterface
+        fresh = redressed(state, new, settings).counterface
         assert fresh.y.tobytes() == mirror_image.counterface.y.tobytes()
         assert fresh.z.tobytes() == mirror_image.counterface.z.tobytes()
         assert not fresh.depth.any()
-        assert (fresh.turnings, fresh.turned_at) == (1, 5e3)
+        assert (fresh.redressed_count, fresh.redressed_at) == (1, 5e3)
         np.testing.assert_array_equal(fresh.worn_area, worn.worn_area)
-        np.testing.assert_allclose(fresh.turned_depth, [30e-6, 20e-6], rtol=1e-12)
+        np.testing.assert_allclose(fresh.redressed_depth, [30e-6, 20e-6], rtol=1e-12)
         np.testing.assert_array_equal(fresh.last_depth, worn.depth)
 
 
@@ -266,8 +279,8 @@ def test_mirrored_scene_wears_mirrored_rollers(rig, all_states):
     wear = "[counterface.wear]\nfactor = 0.8\nredress_every_km = 17"
     one, other = (all_states(rig(wear, mirrored=mirrored))[0] for mirrored in (False, True))
     assert [state.distance for state in one] == pytest.approx([state.distance for state in other])
-    assert one[-1].counterface.turnings == 1
-    assert one[-1].counterface.turned_at == pytest.approx(17e3, rel=1e-12)
+    assert one[-1].counterface.redressed_count == 1
+    assert one[-1].counterface.redressed_at == pytest.approx(17e3, rel=1e-12)
     pairs = [(end.wear_depth, end.counterface.depth) for end in (one[-1], other[-1])]
     for depth, there in zip(*pairs, strict=True):
         assert abs(depth[0].max() / depth[1].max() - 1.0) > 0.05  # the sides themselves differ
@@ -284,7 +297,7 @@ def test_small_first_steps_after_a_turning_too(rig, all_states):
     fine, coarse = (
         all_states(rig(wear, f"{steps} {text}"))[0][-1] for text in ("2", "40\nfirst_step_depth_um = 5")
     )
-    assert fine.counterface.turnings == coarse.counterface.turnings == 1
+    assert fine.counterface.redressed_count == coarse.counterface.redressed_count == 1
     assert np.abs(coarse.wear_depth - fine.wear_depth).max() < 0.5e-6
 
 
@@ -295,13 +308,13 @@ def test_rollers_are_turned_at_the_depth_asked_for(rig, all_states):
     depths = np.array([
         after.counterface.last_depth.max(axis=1)
         for before, after in pairwise(states)
-        if after.counterface.turnings > before.counterface.turnings
+        if after.counterface.redressed_count > before.counterface.redressed_count
     ])  # fmt: skip
     assert len(depths) >= 2
     assert depths.max(axis=1).min() >= 9.9e-6
     assert depths.max() <= 10.2e-6
     assert max(state.counterface.depth.max() for state in states) < 9.9e-6
-    np.testing.assert_allclose(states[-1].counterface.turned_depth, depths.sum(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(states[-1].counterface.redressed_depth, depths.sum(axis=0), rtol=1e-12)
 
 
 class Stop(Exception):
@@ -314,7 +327,7 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, rig):
     of = rig("[counterface.wear]\nfactor = 0.8\nredress_every_km = 12", campaign)
     for folder in ("whole", "parts"):
         (tmp_path / folder).mkdir()
-    whole = run_campaign(of.setup, tmp_path / "whole", "rig", command="wearsim run", threads=1)
+    whole = run_evolution(WheelsetEvolution(of.setup, "wearsim run"), tmp_path / "whole", "rig")
     with open_results(whole) as data:
         (turning,) = np.flatnonzero(np.diff(data["counterface_redressed_count"].values)) + 1
         deepest = data["counterface_max_wear_depth"].values.max(axis=1)
@@ -330,8 +343,8 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, rig):
                 raise Stop
 
         with pytest.raises(Stop):
-            run_campaign(of.setup, tmp_path / "parts", "rig", stop, threads=1)
-    parts = run_campaign(of.setup, tmp_path / "parts", "rig", command="wearsim run", threads=1)
+            run_evolution(of, tmp_path / "parts", "rig", stop)
+    parts = run_evolution(WheelsetEvolution(of.setup, "wearsim run"), tmp_path / "parts", "rig")
     with netCDF4.Dataset(whole) as one, netCDF4.Dataset(parts) as other:
         assert set(GROUPS["counterface"]) <= set(one.variables)
         for file in (one, other):
@@ -347,12 +360,12 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, rig):
 @pytest.mark.cf
 def test_the_file_of_rollers_that_wear_keeps_the_conventions(tmp_path, assert_cf, rig):
     of = rig("[counterface.wear]\nfactor = 0.8\nredress_every_km = 2", "distance_km = 3")
-    assert_cf(run_campaign(of.setup, tmp_path, "rig", command="wearsim run", threads=1))
+    assert_cf(run_evolution(WheelsetEvolution(of.setup, "wearsim run"), tmp_path, "rig"))
 
 
 def test_a_counterface_that_stays_has_no_variables(tmp_path, rig):
     of = rig("", "distance_km = 3")
-    path = run_campaign(of.setup, tmp_path, "rig", threads=1)
+    path = run_evolution(of, tmp_path, "rig")
     with open_results(path) as data:
         assert not set(GROUPS["counterface"]) & set(data.variables)
         assert not any("redress" in name or name == "counterface_wear_factor" for name in data.attrs)

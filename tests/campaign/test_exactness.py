@@ -8,7 +8,7 @@ import pytest
 from wearsim.campaign.control import choose, error_limit, finished
 from wearsim.campaign.state import WearRate
 from wearsim.campaign.step import advance
-from wearsim.operation.points import ControlSettings
+from wearsim.operation.control import ControlSettings
 from wearsim.profile.shape import polygon_area_between, vertex_lengths, vertex_normals
 
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.reprofiling import to_next_turning, turn_wheels, turning_due
-from wearsim.campaign.row import measures_told
+from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
+from wearsim.campaign.row import recorded_measures
 from wearsim.campaign.run import resume, run_scene
-from wearsim.operation.points import TurningRules
+from wearsim.operation.control import ReprofilingRules
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.measures import running_circle_level
 from wearsim.profile.reprofiling import reprofile_axle
@@ -97,7 +97,7 @@ def worn(setup):
 
 
 def test_turned_wheels_are_the_template_at_the_least_loss_and_the_least_cut(setup, worn):
-    state = turn_wheels(worn, setup)
+    state = reprofile(worn, setup)
     wheels = [replace(setup.wheelset.right, y=worn.y[w], z=worn.z[w]) for w in (0, 1)]
     depth = reprofile_axle(*wheels, setup.templates)[0].depth
     assert depth == pytest.approx(1e-3, abs=5e-6)  # the deepest vertex is not on the tread's steepest part
@@ -106,7 +106,7 @@ def test_turned_wheels_are_the_template_at_the_least_loss_and_the_least_cut(setu
         # rounding of z
         np.testing.assert_allclose(state.z[w], setup.templates[w].z - depth - 0.3e-3, rtol=0, atol=1e-15)
     assert running_circle_level(state.y[0], state.z[0]) == running_circle_level(state.y[1], state.z[1])
-    assert (state.step, state.turned, state.distance) == (8, 8, 5e3)
+    assert (state.step, state.reprofiled, state.distance) == (8, 8, 5e3)
     assert (state.step_length, state.step_error) == (0.0, None)
     for fresh in (state.wear_depth, state.regime_depth, *state.fatigue_damage):
         assert not fresh.any()
@@ -134,7 +134,7 @@ def test_the_lathe_leaves_what_cracks_reach_deeper_than_its_cut(cracked):
     wheel has lost 1 mm where it is deepest: 0.3 mm are cut there.
     """
     setup, worn = cracked
-    after = turn_wheels(worn, setup)
+    after = reprofile(worn, setup)
     (left,) = after.fatigue_damage
     y, z = after.y[1], after.z[1]
     slope = np.arctan(np.gradient(z, y))
@@ -145,8 +145,8 @@ def test_the_lathe_leaves_what_cracks_reach_deeper_than_its_cut(cracked):
         np.testing.assert_allclose(left[1, part], 0.3 - 0.8 * np.cos(slope[part]) / 5.0, rtol=rtol)
     deepest = np.abs(after.y[0]) < 0.5e-3
     np.testing.assert_allclose(left[0, deepest], 0.3 - 0.3 / 5.0, rtol=5e-3)
-    deep = replace(setup, control=replace(setup.control, turning=TurningRules(cut=2e-3)))
-    assert not turn_wheels(worn, deep).fatigue_damage[0][:, tread].any()
+    deep = replace(setup, control=replace(setup.control, reprofiling=ReprofilingRules(cut=2e-3)))
+    assert not reprofile(worn, deep).fatigue_damage[0][:, tread].any()
 
 
 def test_wheels_turned_at_a_damage_limit_come_back_sound_with_the_least_loss(cracked):
@@ -155,45 +155,47 @@ def test_wheels_turned_at_a_damage_limit_come_back_sound_with_the_least_loss(cra
     bump = np.exp(-((worn.y[1] / 6e-3) ** 4))
     damage = np.stack([np.zeros_like(bump), 0.25 * bump])
     worn = replace(worn, fatigue_damage=(damage,))
-    of_damage = TurningRules(limits=("fatigue_damage",))
-    setup = replace(setup, control=replace(setup.control, turning=of_damage))
-    after = turn_wheels(worn, setup)
+    of_damage = ReprofilingRules(limits=("fatigue_damage",))
+    setup = replace(setup, control=replace(setup.control, reprofiling=of_damage))
+    after = reprofile(worn, setup)
     assert not np.any(after.fatigue_damage)
     assert running_circle_level(after.y[0], after.z[0]) == running_circle_level(after.y[1], after.z[1])
     assert running_circle_level(after.y[1], after.z[1]) == pytest.approx(-0.5e-3 - 5e-3 * 0.25, abs=3e-6)
     over = cut_at(worn, after, 1) - 5e-3 * damage[1]
     assert -1e-12 < np.nanmin(over[bump > 0.01]) < 1e-6
     # at a limit of shape the lathe takes what the shape needs, and cracks stay
-    by_shape = replace(setup, control=replace(setup.control, turning=TurningRules(limits=("hollowing",))))
-    less = turn_wheels(worn, by_shape)
+    by_shape = replace(
+        setup, control=replace(setup.control, reprofiling=ReprofilingRules(limits=("hollowing",)))
+    )
+    less = reprofile(worn, by_shape)
     assert running_circle_level(less.y[1], less.z[1]) == pytest.approx(-1e-3, abs=5e-6)
     assert less.fatigue_damage[0].max() == pytest.approx(0.25 - 0.5 / 5.0, rel=3e-3)
 
 
 def test_mirrored_wheels_come_back_mirrored(setup, worn):
     mirrored = replace(worn, y=worn.y[::-1], z=worn.z[::-1])
-    np.testing.assert_array_equal(turn_wheels(mirrored, setup).z, turn_wheels(worn, setup).z[::-1])
+    np.testing.assert_array_equal(reprofile(mirrored, setup).z, reprofile(worn, setup).z[::-1])
 
 
 def test_turning_is_due_at_limits_and_places_and_never_twice(setup, worn):
     def with_rules(**rules):
-        return replace(setup, control=replace(setup.control, turning=TurningRules(**rules)))
+        return replace(setup, control=replace(setup.control, reprofiling=ReprofilingRules(**rules)))
 
     def due(state, of):
-        return turning_due(state, of, measures_told(state, of))
+        return reprofiling_due(state, of, recorded_measures(state, of))
 
     at_depth = with_rules(limits=("max_wear_depth",))
     assert due(worn, at_depth)
     assert not due(replace(worn, wear_depth=np.full_like(worn.y, 0.0039e-3)), at_depth)
-    assert not due(turn_wheels(worn, at_depth), at_depth)
-    assert not due(replace(worn, turned=7), at_depth)  # a template that meets the limit turns no more
+    assert not due(reprofile(worn, at_depth), at_depth)
+    assert not due(replace(worn, reprofiled=7), at_depth)  # a template that meets the limit turns no more
     at_place = with_rules(places=(4e3, 5e3, 6e3))
     assert due(worn, at_place)
-    assert not due(turn_wheels(worn, at_place), at_place)
+    assert not due(reprofile(worn, at_place), at_place)
     assert not due(replace(worn, distance=5.001e3), at_place)
-    assert not due(worn, replace(setup, control=replace(setup.control, turning=None)))
-    assert to_next_turning(worn, at_place.control).distance == 6e3
-    assert to_next_turning(replace(worn, distance=6e3), at_place.control).distance == 12e3
+    assert not due(worn, replace(setup, control=replace(setup.control, reprofiling=None)))
+    assert to_next_reprofiling(worn, at_place.control).distance == 6e3
+    assert to_next_reprofiling(replace(worn, distance=6e3), at_place.control).distance == 12e3
 
 
 def test_measures_of_a_state_are_computed_once_for_row_and_turning(setup, monkeypatch):
@@ -205,9 +207,9 @@ def test_measures_of_a_state_are_computed_once_for_row_and_turning(setup, monkey
         return equivalent_conicity(*arguments)
 
     monkeypatch.setattr("wearsim.campaign.row.equivalent_conicity", counted)
-    rules = TurningRules(limits=("equivalent_conicity",))
+    rules = ReprofilingRules(limits=("equivalent_conicity",))
     limits = (("equivalent_conicity", 0.9),)
-    of = WheelsetEvolution(replace(setup, control=replace(setup.control, limits=limits, turning=rules)))
+    of = WheelsetEvolution(replace(setup, control=replace(setup.control, limits=limits, reprofiling=rules)))
     state, taken = of.start()
     for states in (1, 2):
         evaluation = of.evaluate(state)

@@ -33,7 +33,7 @@ def uninterrupted(synthetic, tmp_path_factory):
 
 @pytest.fixture
 def each_step_is_appended(monkeypatch):
-    monkeypatch.setattr("wearsim.campaign.writer.APPEND_INTERVAL", 0.0)
+    monkeypatch.setattr("wearsim.campaign.record.APPEND_INTERVAL", 0.0)
 
 
 def program(out, pause=0.0):
@@ -66,7 +66,7 @@ def test_finished_run_is_tidy_and_repeating_it_computes_nothing(synthetic, tmp_p
     before = path.read_bytes()
     events = []
     run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
-    assert [event.kind for event in events] == ["found"]
+    assert [event.kind for event in events] == ["complete"]
     assert (events[0].step, events[0].distance) == (STEPS, STEPS * 1000.0)
     assert path.read_bytes() == before
 
@@ -84,7 +84,7 @@ def test_stopped_after_any_step_resumes_to_the_same_bits(
     synthetic, tmp_path, uninterrupted, stop_at, appended, monkeypatch
 ):
     """With the result file up to date, and with records only."""
-    monkeypatch.setattr("wearsim.campaign.writer.APPEND_INTERVAL", 0.0 if appended else 1e9)
+    monkeypatch.setattr("wearsim.campaign.record.APPEND_INTERVAL", 0.0 if appended else 1e9)
 
     def stop(event):
         if event.kind == "step" and event.step == stop_at:
@@ -113,7 +113,7 @@ def test_sigkill_at_random_moments_loses_no_finished_step(synthetic, tmp_path, u
             process.kill()
             lines += printed.read().splitlines()
         process.join()
-        told = [int(line.split()[1]) for line in lines if line.startswith(("resumed", "step", "found"))]
+        told = [int(line.split()[1]) for line in lines if line.startswith(("resumed", "step", "complete"))]
         assert not told or told[0] >= reached
         reached = max([reached, *told])
     path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
@@ -126,9 +126,9 @@ import os, signal, sys
 sys.path.insert(0, {folder!r})
 from pathlib import Path
 import numpy as np
-import synthetic_campaign, wearsim.campaign.writer, wearsim.results
+import synthetic_campaign, wearsim.campaign.record, wearsim.results
 from wearsim.campaign.run import run_evolution
-wearsim.campaign.writer.APPEND_INTERVAL = 0.0
+wearsim.campaign.record.APPEND_INTERVAL = 0.0
 
 write_rows = wearsim.results.file._write_rows
 def dying(file, first, rows):
@@ -317,7 +317,7 @@ def test_other_campaign_in_the_directory_is_not_touched(synthetic, tmp_path, fin
 
 def test_result_file_of_unknown_origin_is_not_touched(synthetic, tmp_path):
     (tmp_path / "rig.nc").write_text("precious")
-    with pytest.raises(ResultError, match="nothing was touched"):
+    with pytest.raises(ResultError, match="nothing was changed"):
         run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
     assert (tmp_path / "rig.nc").read_text() == "precious"
 
@@ -343,11 +343,11 @@ def test_step_that_does_not_move_on_is_an_error_not_an_endless_loop(synthetic, t
         def advance(self, state, evaluation):
             return state, None
 
-    with pytest.raises(NumericalError, match="could not be made long enough"):
+    with pytest.raises(NumericalError, match="is too short to change the distance"):
         run_evolution(Stuck(STEPS), tmp_path, "rig")
     status = read_status(tmp_path)["campaigns"]["rig"]
     assert status["state"] == "failed"
-    assert "long enough" in status["message"]
+    assert "too short" in status["message"]
 
 
 def test_full_disk_is_told_and_keeps_the_finished_steps(synthetic, tmp_path, monkeypatch):
@@ -391,7 +391,7 @@ def test_writes_that_fail_keep_the_finished_steps_and_tell_what_to_do(
 ):
     """Files cannot grow beyond a limit, which the record, the new file and the appended file meet first."""
     code = (
-        f"import resource, wearsim.campaign.writer\nwearsim.campaign.writer.APPEND_INTERVAL = 0.0\n"
+        f"import resource, wearsim.campaign.record\nwearsim.campaign.record.APPEND_INTERVAL = 0.0\n"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({room}, resource.RLIM_INFINITY))\n"
     )
     process, printed = forked(code + program(tmp_path))
@@ -436,7 +436,7 @@ def test_rows_a_reader_kept_waiting_are_read_few_at_a_time(
 ):
     """Else each step would read all of them again, and a long campaign would not fit in memory."""
     monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
-    monkeypatch.setattr("wearsim.campaign.writer.APPEND_AT_MOST", 2)
+    monkeypatch.setattr("wearsim.campaign.record.APPEND_AT_MOST", 2)
     path = stopped(synthetic, tmp_path, after=1)
     code = (
         f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); sys.stdout.write('open\\n'); "
@@ -449,7 +449,7 @@ def test_rows_a_reader_kept_waiting_are_read_few_at_a_time(
         rows.append(len(rows_))
         append(path, header, rows_, first, patience)
 
-    monkeypatch.setattr("wearsim.campaign.writer.append", counted)
+    monkeypatch.setattr("wearsim.campaign.record.append", counted)
     with subprocess.Popen(
         [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as reader:

@@ -232,7 +232,7 @@ def test_resuming_or_repeating_what_is_finished_is_a_success_and_changes_nothing
     kinds = []
     resume(finished, observer=lambda event: kinds.append(event.kind))
     run_scene(scenes / "compare.toml", finished, observer=lambda event: kinds.append(event.kind))
-    assert kinds == ["found"] * 4
+    assert kinds == ["complete"] * 4
     after = contents(finished)
     assert all(after[name] == data for name, data in before.items())
 
@@ -333,7 +333,7 @@ def test_changed_scene_of_the_same_name_is_another_campaign(scenes, tmp_path):
 @pytest.mark.parametrize("name", ["rig.nc", "field.nc", "report.html"])
 def test_directory_with_foreign_files_of_our_names_is_not_touched(scenes, tmp_path, name):
     (tmp_path / name).write_text("precious")
-    with pytest.raises(ResultError, match=r"not a run directory of wearsim; nothing was touched"):
+    with pytest.raises(ResultError, match=r"not a run directory of wearsim; nothing was changed"):
         run_scene(scenes / "rig.toml", tmp_path)
     assert contents(tmp_path) == {name: b"precious"}
 

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.campaign.rate import accumulate
+from wearsim.campaign.evaluate import Setup, accumulate
 from wearsim.campaign.state import WearRate
 from wearsim.campaign.step import INTEGRATORS, advance, remove
 from wearsim.damage.wear import WearSettings, passage_depth
@@ -18,7 +18,7 @@ def rate_at(solution, points, wheelset):
     """Wear rate of a contact that stays where it is while the profile wears."""
 
     def at(state):
-        return accumulate(solution, points, points.weight, state, wheelset, WearSettings())
+        return accumulate(solution, points, points.weight, state, Setup(wheelset, None, None, WearSettings()))
 
     return at
 
@@ -88,7 +88,7 @@ def test_wheels_changed_over_wear_changed_over(rate_at, state, solution, points,
     mirrored = replace(solution, side=1 - solution.side)
 
     def mirrored_rate_at(s):
-        return accumulate(mirrored, points, points.weight, s, wheelset, WearSettings())
+        return accumulate(mirrored, points, points.weight, s, Setup(wheelset, None, None, WearSettings()))
 
     here, there = state, state
     for _ in range(3):

@@ -93,7 +93,7 @@ def test_status_of_a_killed_run_is_stopped(ended, capsys):
 
 def test_the_report_of_a_failed_campaign_says_why_on_top(ended, capsys, monkeypatch):
     monkeypatch.setattr(html, "_plates", lambda *_: {name: [] for name, _ in html.SECTIONS})
-    message = "the wear step at 4 km could not be made long enough to move on"
+    message = "the wear step at 4 km is too short to change the distance"
     directory = ended(state="failed", message=message)
     assert cli.main(["report", str(directory)]) == 0
     text = (directory / "report.html").read_text()

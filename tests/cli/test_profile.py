@@ -17,7 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from wearsim.cli import main
-from wearsim.profile import standard
+from wearsim.profile import definitions, standard
 from wearsim.profile.files import read_profile, write_profile
 
 MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
@@ -89,7 +89,7 @@ def test_every_distance_acts(capsys):
     y = -(13.0 + 93.576667419) / 2.747477419
     assert higher["flange_thickness"] == pytest.approx(1e-3 * (70.0 + y), abs=1e-8)
     # the running circle 5 mm nearer to the flange is on larger z: Sh falls by z(-5)
-    rise = float(standard.evaluate(standard.definition("S1002", "wheel"), np.array([-5e-3]))[0])
+    rise = float(definitions.evaluate(standard.definition("S1002", "wheel"), np.array([-5e-3]))[0])
     assert inner["flange_height"] == pytest.approx(usual["flange_height"] - rise, abs=1e-8)
 
 
@@ -331,7 +331,7 @@ def test_conversion_gives_the_same_bits(format, wheel, rail, tmp_path, monkeypat
         assert f"wrote {target} ({format}" in text
         assert "read back with the same bits" in text
         after = read_profile(target, kind).profile
-        y, z = standard.sample(before, 0.25e-3) if name == "60E1" else (before.y, before.z)
+        y, z = definitions.sample(before, 0.25e-3) if name == "60E1" else (before.y, before.z)
         np.testing.assert_array_equal(after.y, y)
         np.testing.assert_array_equal(after.z, z)
 
@@ -391,7 +391,7 @@ def test_kind_is_told_by_content_or_asked_for(tmp_path, capsys):
     for name, kind in (("S1002", "wheel"), ("60E1", "rail")):
         shape = standard.definition(name, kind)
         file = tmp_path / f"{name}.txt"
-        np.savetxt(file, np.column_stack(standard.sample(shape, 0.25e-3)) * 1e3, fmt="%.6f")
+        np.savetxt(file, np.column_stack(definitions.sample(shape, 0.25e-3)) * 1e3, fmt="%.6f")
         value = told(capsys, str(file))["profile"]
         assert value["kind"] == kind
         assert any("by its flange" in note or "by the shape of its head" in note for note in value["notes"])
@@ -512,7 +512,7 @@ def test_hostile_files_end_in_a_line_or_an_answer(case, flags, tmp_path, capsys)
 
 NUMBER = st.one_of(st.floats(-200.0, 200.0), st.floats()).map(lambda x: f"{x:.4g}")
 POINTS = st.lists(st.tuples(NUMBER, NUMBER), max_size=60).map(lambda rows: "\n".join(map(",".join, rows)))
-SHAPE = np.column_stack(standard.sample(standard.definition("S1002", "wheel"), 2e-3)) * 1e3
+SHAPE = np.column_stack(definitions.sample(standard.definition("S1002", "wheel"), 2e-3)) * 1e3
 
 
 @st.composite
@@ -557,7 +557,7 @@ def test_any_text_ends_in_a_line_or_an_answer(flags, text, tmp_path, capsys):
 def test_a_pipe_is_not_waited_for(name, tmp_path, capsys):
     os.mkfifo(tmp_path / name)
     (told,) = refused(capsys, str(tmp_path / name))
-    assert told.endswith("is not a regular file; give the path of a profile file")
+    assert told.endswith("is no regular file; give the path of a profile file")
     (told,) = refused(capsys, "S1002", "--limits", str(tmp_path / name))
     assert told.endswith("no such file of limits")
 

@@ -2,7 +2,7 @@ import io
 
 import pytest
 
-from wearsim.campaign.progress import Event
+from wearsim.campaign.run import Event
 from wearsim.cli.progress import PlainLines, duration, line, observer
 
 STEP = Event(
@@ -42,7 +42,7 @@ def test_without_a_terminal_lines_are_plain_and_steps_are_thinned_out():
         show(Event("rebuilt", "rig"))
         show(Event("resumed", "rig", step=3, distance=2e3, target=5e3))
         show(Event("finished", "rig", step=9, distance=5e3, target=5e3, worst_depth=1e-4, elapsed=65.0))
-        show(Event("found", "rig", step=9, distance=5e3, target=5e3, worst_depth=1e-4))
+        show(Event("complete", "rig", step=9, distance=5e3, target=5e3, worst_depth=1e-4))
     told = stream.getvalue().splitlines()
     assert told == [
         "rig: started, 1200 km to run",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wearsim.contact.patch import Patch
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.profile import standard
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from wearsim.contact.solve import ContactModels, solve
+from wearsim.contact.problem import ContactModels
+from wearsim.contact.solve import solve
 
 
 @pytest.fixture(scope="module")

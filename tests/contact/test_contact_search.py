@@ -14,7 +14,8 @@ import pytest
 from wearsim.contact import geometry
 from wearsim.contact.gap import ContactPlane, gap_surface
 from wearsim.contact.geometry import WheelsetPose
-from wearsim.contact.solve import ContactModels, Counterface, Wheelset, solve
+from wearsim.contact.problem import ContactModels, Counterface, Wheelset
+from wearsim.contact.solve import solve
 from wearsim.profile import standard
 
 DATA = Path(__file__).parents[1] / "data"

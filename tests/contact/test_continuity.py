@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.contact.solve import ContactModels, Counterface, solve
+from wearsim.contact.problem import ContactModels, Counterface
+from wearsim.contact.solve import solve
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import WearsimError
 from wearsim.profile import standard

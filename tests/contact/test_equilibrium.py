@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.contact.solve import Wheelset, solve
+from wearsim.contact.problem import Wheelset
+from wearsim.contact.solve import solve
 from wearsim.errors import NumericalError
 
 SHIFTS = np.array([-5.5, -4.5, -2.0, 0.0, 0.7, 3.0, 5.0]) * 1e-3

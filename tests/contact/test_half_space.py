@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from wearsim.contact.solve import ContactModels, solve
+from wearsim.contact.problem import ContactModels
+from wearsim.contact.solve import solve
 
 DATA = Path(__file__).parents[1] / "data"
 NAMES = (

@@ -13,7 +13,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, solve
+from wearsim.contact.problem import ContactConditions, ContactModels, Counterface
+from wearsim.contact.solve import solve
 from wearsim.profile import standard
 
 DATA = Path(__file__).parents[1] / "data"

@@ -10,7 +10,7 @@ from wearsim.contact.influence import (
     normal_influence,
     tangential_influence,
 )
-from wearsim.contact.reference import hertz
+from wearsim.contact.reference.hertzian import hertz
 
 E_STAR, G, NU = 115e9, 80e9, 0.28
 

@@ -9,8 +9,9 @@ import pytest
 from wearsim.contact import normal as normal_models
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.normal.model import LARGEST_STRAIN, LONGEST_PATCH, NormalModel
+from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.registry import models_in
-from wearsim.contact.solve import CHUNK, ContactConditions, ContactModels, Counterface, Wheelset, solve
+from wearsim.contact.solve import CHUNK, solve
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError, NumericalError
 from wearsim.profile import standard

@@ -14,7 +14,8 @@ import pytest
 
 from wearsim.contact import geometry
 from wearsim.contact.geometry import WheelsetPose
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, solve
+from wearsim.contact.problem import ContactConditions, ContactModels, Counterface
+from wearsim.contact.solve import solve
 from wearsim.profile import standard
 
 DATA = Path(__file__).parents[1] / "data"

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wearsim.contact.solve import CHUNK, ContactModels, solve, solve_each
+from wearsim.contact.problem import ContactModels
+from wearsim.contact.solve import CHUNK, solve, solve_each
 
 
 def arrays(item, name=""):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from wearsim.contact.patch import SurfaceFields
-from wearsim.damage.fatigue import PatchLoads
+from wearsim.damage.fatigue.loads import PatchLoads
 
 
 @pytest.fixture

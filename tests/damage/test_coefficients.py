@@ -1,6 +1,7 @@
 import pytest
 
-from wearsim.damage.coefficients import CERTAINTIES, COEFFICIENT_SETS
+from wearsim.damage.coefficients import COEFFICIENT_SETS
+from wearsim.damage.coefficients.record import CERTAINTIES
 from wearsim.damage.fatigue import FATIGUE_LAWS
 from wearsim.damage.wear import WEAR_LAWS
 

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
+from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.solve import solve
 from wearsim.damage.coefficients import COEFFICIENT_SETS
-from wearsim.damage.fatigue import default_settings, passage_damage, patch_loads
+from wearsim.damage.fatigue import default_settings, passage_damage
 from wearsim.damage.fatigue.agreement import agreement
-from wearsim.damage.fatigue.loads import wear_number_with_spin, wear_number_without_spin
+from wearsim.damage.fatigue.loads import patch_loads, wear_number_with_spin, wear_number_without_spin
 from wearsim.damage.wear import archard, energy, passage_depth, worn_volume
 from wearsim.damage.wear import default_settings as wear_settings
 from wearsim.damage.wear.sliding import relative_slip

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from wearsim.damage import coefficients, wear
-from wearsim.damage.coefficients import COEFFICIENT_SETS, CoefficientSet
+from wearsim.damage.coefficients import COEFFICIENT_SETS
+from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.registry import Registry, discover
-from wearsim.damage.wear import WEAR_LAWS, WearLaw, default_settings, passage_depth
+from wearsim.damage.wear import WEAR_LAWS, default_settings, passage_depth
+from wearsim.damage.wear.law import WearLaw
 from wearsim.errors import SceneError
 from wearsim.scene import build, load_scene, scene_schema
 

@@ -7,7 +7,6 @@ import pytest
 from wearsim.contact.patch import SurfaceFields
 from wearsim.damage.coefficients import COEFFICIENT_SETS, coefficient_set
 from wearsim.damage.wear import (
-    FORMS,
     WEAR_LAWS,
     WearSettings,
     coefficients_of,
@@ -16,6 +15,7 @@ from wearsim.damage.wear import (
     passage_depth,
     worn_volume,
 )
+from wearsim.damage.wear.law import FORMS
 from wearsim.errors import NumericalError, SceneError
 from wearsim.scene.wear_table import WearTableSection, wear_table
 

@@ -7,7 +7,8 @@ import pytest
 from scipy.optimize import least_squares
 
 from wearsim.profile.conicity import equivalent_conicity
-from wearsim.profile.standard import definition, evaluate, junctions, rail, wheel
+from wearsim.profile.definitions import evaluate, junctions
+from wearsim.profile.standard import definition, rail, wheel
 
 DATA = Path(__file__).parents[1] / "data"
 

@@ -70,7 +70,7 @@ def test_every_limited_measure_of_the_table_is_covered_and_hollowing_is_no_tsi_l
 
 def test_judgement_of_a_new_wheel():
     """New S1002 has a margin of 0.5 mm to the largest flange thickness and to the least flange height."""
-    found = judge(wheel_measures(NEW, radius=0.46, back_to_back=1.36), TSI)
+    found = judge(wheel_measures(NEW, diameter=0.92, back_to_back=1.36), TSI)
     assert not any(each.exceeded for each in found)
     margins = {(each.measure, each.bound): each.margin for each in found}
     assert margins["flange_thickness", "max"] == pytest.approx(0.5e-3, abs=0.1e-6)
@@ -82,7 +82,7 @@ def test_judgement_of_a_new_wheel():
 def test_a_small_wheel_with_a_flange_of_28_mm_is_beyond():
     (low,) = [
         each
-        for each in judge(wheel_measures(NEW, radius=0.35), TSI)
+        for each in judge(wheel_measures(NEW, diameter=0.70), TSI)
         if (each.measure, each.bound) == ("flange_height", "min")
     ]
     assert low.exceeded
@@ -156,7 +156,7 @@ def test_an_axle_with_a_wheel_of_unknown_size_is_judged_as_without_a_diameter():
 
 
 def test_a_diameter_without_limits_is_told():
-    found = {(each.measure, each.bound): each for each in judge(wheel_measures(NEW, radius=0.15), TSI)}
+    found = {(each.measure, each.bound): each for each in judge(wheel_measures(NEW, diameter=0.30), TSI)}
     assert found["flange_thickness", "max"].exceeded is None
     assert found["flange_thickness", "max"].reason == "no limit is given for a wheel diameter of 300 mm"
     assert found["flange_gradient", "min"].exceeded is False
@@ -164,7 +164,7 @@ def test_a_diameter_without_limits_is_told():
 
 def test_what_was_not_measured_stays_in_the_list_with_its_reason():
     tread = NEW.y > -36e-3
-    measured = wheel_measures(replace(NEW, y=NEW.y[tread], z=NEW.z[tread]), radius=0.46)
+    measured = wheel_measures(replace(NEW, y=NEW.y[tread], z=NEW.z[tread]), diameter=0.92)
     (thickness, _) = [each for each in judge(measured, TSI) if each.measure == "flange_thickness"]
     assert (thickness.value, thickness.exceeded) == (None, None)
     assert "does not reach 10 mm" in thickness.reason
@@ -172,9 +172,7 @@ def test_what_was_not_measured_stays_in_the_list_with_its_reason():
 
 
 def test_wheelset_the_smaller_wheel_chooses_the_limits_of_the_axle():
-    found = judge_wheelset(
-        wheelset_measures(NEW, NEW, radius_right=0.4201, radius_left=0.4199, back_to_back=1.3575), TSI
-    )
+    found = judge_wheelset(wheelset_measures(NEW, NEW, diameters=(0.8402, 0.8398), back_to_back=1.3575), TSI)
     assert {each.condition for each in found["right"] if each.measure == "flange_thickness"} == {"D > 840 mm"}
     (low, _) = [each for each in found["axle"] if each.measure == "back_to_back"]
     assert low.exceeded
@@ -334,7 +332,7 @@ def test_diameter_ranges(range_, text, inside, outside):
 
 
 def test_measures_and_mappings_are_judged_alike():
-    measured = wheel_measures(NEW, radius=0.46)
+    measured = wheel_measures(NEW, diameter=0.92)
     assert [each for each in judge(measured, TSI) if each.value is not None] == judge(measured.values, TSI)
     assert judge(Measures({}, {}), TSI.limits) == []
     assert set(measured.values) - {"back_to_back"} <= set(LIMITED)

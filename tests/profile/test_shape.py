@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wearsim.errors import NumericalError, ProfileError
+from wearsim.profile.definitions import evaluate
 from wearsim.profile.shape import (
     Profile,
     arc_length,
@@ -17,7 +18,7 @@ from wearsim.profile.shape import (
     vertex_lengths,
     vertex_normals,
 )
-from wearsim.profile.standard import definition, evaluate, wheel
+from wearsim.profile.standard import definition, wheel
 
 
 def moved(y, z, distance):

@@ -5,18 +5,10 @@ import pytest
 
 from wearsim.errors import ProfileError
 from wearsim.profile import standard
+from wearsim.profile.definitions import evaluate, junctions, sample
 from wearsim.profile.placement import place_rail
 from wearsim.profile.shape import Profile, arc_length
-from wearsim.profile.standard import (
-    definition,
-    evaluate,
-    find_shipped,
-    junctions,
-    rail,
-    sample,
-    shipped_path,
-    wheel,
-)
+from wearsim.profile.standard import definition, find_shipped, rail, shipped_path, wheel
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -171,11 +163,11 @@ def test_unknown_names_list_what_there_is():
     with pytest.raises(
         ProfileError, match=r"'60E11' is not among the shipped profiles .*did you mean '60E1'\?"
     ):
-        find_shipped("profiles", "60E11")
+        find_shipped("60E11")
 
 
 def test_shipped_files_are_found():
-    assert find_shipped("profiles", "S1002") == shipped_path("profiles", "S1002.toml")
+    assert find_shipped("S1002") == shipped_path("profiles", "S1002.toml")
     assert shipped_path("profiles", "S1002.toml").is_file()
 
 

@@ -7,19 +7,24 @@ import numpy as np
 import pytest
 
 from wearsim.cli import main
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
+from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.solve import solve
 from wearsim.profile.checks import points_faults
-from wearsim.profile.definitions import KINK_TOLERANCE, STEP_TOLERANCE, read_template
+from wearsim.profile.definitions import (
+    KINK_TOLERANCE,
+    STEP_TOLERANCE,
+    evaluate,
+    junctions,
+    read_template,
+    sample,
+)
 from wearsim.profile.shape import Profile, arc_length, resample
 from wearsim.profile.standard import (
     build,
     definition,
-    evaluate,
     find_shipped,
-    junctions,
     rail,
     read_definition,
-    sample,
     shipped_names,
     shipped_path,
     wheel,
@@ -77,7 +82,7 @@ def test_every_file_tells_its_source_and_certainty(path):
     assert shape.name == path.stem
     assert len(shape.source) > 20
     assert shape.certainty.startswith(("certain", "exact", "uncertain"))
-    assert find_shipped("profiles", shape.name) == path
+    assert find_shipped(shape.name) == path
     for alias in read_template(path).aliases:
         assert definition(alias, shape.kind) == shape
 

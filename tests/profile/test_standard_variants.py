@@ -5,17 +5,9 @@ import pytest
 
 from wearsim.errors import ProfileError
 from wearsim.profile.conicity import equivalent_conicity
+from wearsim.profile.definitions import evaluate, junctions
 from wearsim.profile.measures import flange_height, flange_thickness, hollowing
-from wearsim.profile.standard import (
-    definition,
-    evaluate,
-    find_shipped,
-    is_designation,
-    junctions,
-    rail,
-    shipped_path,
-    wheel,
-)
+from wearsim.profile.standard import definition, find_shipped, is_designation, rail, shipped_path, wheel
 
 
 def zone(shape, name):
@@ -40,7 +32,7 @@ def zone(shape, name):
 def test_designations(written, name):
     assert is_designation(written)
     assert wheel(written).name == name
-    assert find_shipped("profiles", written) == shipped_path("profiles", f"{name.split('/')[0]}.toml")
+    assert find_shipped(written) == shipped_path("profiles", f"{name.split('/')[0]}.toml")
 
 
 def test_the_title_tells_what_differs():

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from wearsim.campaign import choose
-from wearsim.campaign.classes import CLASSES
+from wearsim.campaign.choose import CLASSES
 from wearsim.campaign.run import run_scene
 from wearsim.cli import main
 from wearsim.report import tables_choice

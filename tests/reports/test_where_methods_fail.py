@@ -25,7 +25,7 @@ from where_methods_fail import (
 )
 
 import wearsim
-from wearsim.contact.reference import hertz
+from wearsim.contact.reference.hertzian import hertz
 
 TABLES = ("where_methods_fail.csv", "where_methods_fail_steps.csv")
 SAMPLE = [

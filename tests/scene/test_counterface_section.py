@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wearsim.contact.geometry import counterface_profile
-from wearsim.operation.counterface import CounterfaceWear
+from wearsim.operation.control import CounterfaceWear
 from wearsim.profile.shape import arc_length
 from wearsim.scene import build, load_scene
 

@@ -22,7 +22,7 @@ def test_rules_and_templates_reach_the_campaign(folder):
         with_turning('at_limits = ["hollowing_mm", "flange_thickness_mm"]\nat_km = [10, 20.5]\ncut_mm = 0.2')
     )
     setup = build(load_scene("scene.toml"))
-    rules = setup.control.turning
+    rules = setup.control.reprofiling
     assert rules.limits == ("hollowing", "flange_thickness")
     assert rules.places == (10e3, 20.5e3)
     assert rules.cut == pytest.approx(0.2e-3, rel=1e-15)
@@ -49,7 +49,7 @@ def test_another_template_gets_the_points_of_the_wheel_and_its_file_is_told(fold
 
 def test_no_turning_without_the_table(folder):
     setup = build(load_scene("rig.toml"))
-    assert setup.control.turning is None
+    assert setup.control.reprofiling is None
     assert setup.templates is None
 
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.campaign.rate import select
 from wearsim.contact.solve import solve
 from wearsim.errors import SceneError
+from wearsim.operation.points import select
 from wearsim.scene import build, load_scene
 from wearsim.scene.touch import check_contact
 

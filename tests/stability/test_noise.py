@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from wearsim.campaign.control import half_space_depth_limit, largest_step
-from wearsim.campaign.rate import rate
+from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
 from wearsim.campaign.step import advance
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
-from wearsim.operation.points import ControlSettings, OperatingPoints
+from wearsim.operation.control import ControlSettings
+from wearsim.operation.points import OperatingPoints
 from wearsim.profile import standard
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.profile.smoothing import smoothing_spline
@@ -49,7 +50,7 @@ def worn(smooth):
         state = State(0, 0.0, y, z, np.zeros((2, n)), np.zeros((2, 3, n)), np.zeros(2), np.zeros(2))
 
         def rate_at(ahead):
-            return rate(ahead, points, points.weight, wheelset, counterface, models, WearSettings())
+            return rate(ahead, points, points.weight, Setup(wheelset, counterface, models, WearSettings()))
 
         heights, taken = [height], []
         for step in range(steps):

@@ -7,13 +7,13 @@ import pytest
 
 from wearsim.campaign.control import largest_step
 from wearsim.campaign.counterface import new_counterface
-from wearsim.campaign.rate import rate
+from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
 from wearsim.campaign.step import advance
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
-from wearsim.operation.counterface import CounterfaceWear
-from wearsim.operation.points import ControlSettings, OperatingPoints
+from wearsim.operation.control import ControlSettings, CounterfaceWear
+from wearsim.operation.points import OperatingPoints
 from wearsim.profile import standard
 from wearsim.profile.shape import resample
 
@@ -48,7 +48,7 @@ def test_noise_on_a_roller_does_not_grow(smoothing):
     wheelset = Wheelset(wheel, wheel, 0.46, 0.75)
     heights = [noisy.z]
     for _ in range(8):
-        now = rate(state, points, points.weight, wheelset, rollers, models, law, counterface_wear=wear)
+        now = rate(state, points, points.weight, Setup(wheelset, rollers, models, law, counterface_wear=wear))
         length, _ = largest_step(now, state, settings, counterface_wear=wear)
         options = {"smoothing_wavelength": smoothing, "integrator": "euler", "rate_at": None}
         state = advance(state, now, length, radius=0.46, density=7850.0, **options)

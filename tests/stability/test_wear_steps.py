@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.campaign.rate import rate
+from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
 from wearsim.campaign.step import advance
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
@@ -43,7 +43,7 @@ def worn(wave, stability, steps, smoothing=0.0, integrator="euler"):
     state = State(0, 0.0, y, z, np.zeros((2, n)), np.zeros((2, regimes, n)), np.zeros(2), np.zeros(2))
     heights = [state.z[0]]
     for _ in range(steps):
-        now = rate(state, points, points.weight, wheelset, counterface, models, wear)
+        now = rate(state, points, points.weight, Setup(wheelset, counterface, models, wear))
         state = advance(
             state,
             now,

@@ -9,7 +9,8 @@ import pandas as pd
 import pytest
 
 from wearsim.campaign import choose
-from wearsim.campaign.evidence import judge
+from wearsim.campaign.choose import judge
+from wearsim.campaign.evaluate import setup_of
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.cli import main
 from wearsim.contact.problem import ContactModels
@@ -127,7 +128,7 @@ def test_errors_of_the_committed_chart_are_found_again():
     models = [replace(rig.models, normal=name, strips=30, cells=30) for name in rows["normal"]]
     evidence = judge(
         models, truth, state, choose.sample_of(rig, state, 10).points,
-        rig.wheelset, rig.counterface, rig.wear, smoothing_wavelength=rig.control.smoothing_wavelength,
+        setup_of(rig), smoothing_wavelength=rig.control.smoothing_wavelength,
     )  # fmt: skip
     for one, (_, row) in zip(evidence, rows.iterrows(), strict=True):
         assert one.depth_error == pytest.approx(row["depth_error"], abs=2e-3)

@@ -138,7 +138,7 @@ def test_asked_again_nothing_is_computed(converged):
     command = json.loads(before)["command"]
     seen = []
     converge(scene, out, command=command, observer=lambda event: seen.append((event.kind, event.name)))
-    assert seen == [("found", "rig")] + [("found", f"rig, {name}") for name in ROWS if name != "points"]
+    assert seen == [("complete", "rig")] + [("complete", f"rig, {name}") for name in ROWS if name != "points"]
     assert (out / TABLE).read_bytes() == before
 
 

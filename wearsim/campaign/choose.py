@@ -1,36 +1,37 @@
-"""Which contact models are good enough for a campaign, and which of those are cheapest."""
+"""Cheapest contact models that keep the tolerance of a campaign."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import ceil, isfinite
-from typing import TYPE_CHECKING, Any
+from math import ceil, inf, isfinite
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from wearsim.campaign.by_point import ModelsByPoint
-from wearsim.campaign.classes import CLASSES, cheapest, point_classes
-from wearsim.campaign.evidence import Collective, Evidence, judge
-from wearsim.campaign.rate import select, solve_contact
+from wearsim.campaign.evaluate import ModelsByPoint, Setup, accumulate, setup_of, solve_contact
 from wearsim.campaign.state import Choice, State
+from wearsim.campaign.vertices import smooth_sides
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactModels, ContactSolution
+from wearsim.damage.wear import passage_depth
 from wearsim.errors import ContactError, NumericalError
-from wearsim.operation.points import OperatingPoints
+from wearsim.operation.points import OperatingPoints, select
+from wearsim.profile.shape import vertex_lengths
 from wearsim.results import FILL_FLOAT
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
 LEAST_SAMPLE = 2
-"""Operating points of each class that are solved with the reference, if it has so many."""
+"""Least number of operating points of each class that are solved with the reference."""
 
 MARGIN = 0.8
-"""Share of the tolerance that the error on a sample may take; the rest is for points that it leaves out."""
+"""Share of the tolerance allowed to the error on a sample; the rest is for the other points."""
 
 REFERENCE_GRID = 40
-"""Strips, and cells along each, of the half-space solution that judges."""
+"""Strips, and cells along each, of the reference, a half-space solution."""
 
 COST_ORDER = (
     ("kik_piotrowski", "fastsim", 20, 1.0),
@@ -43,30 +44,28 @@ COST_ORDER = (
     ("half_space", "half_space", 30, 440.0),
     ("half_space", "half_space", REFERENCE_GRID, 710.0),
 )
-"""Normal model, tangential model, grid and relative time per solution in reports/speed_accuracy.md, without
-those that another is both faster and closer than, but for both half-spaces at 30: the strip model refuses
-noise and conformal contacts. The grid of 40 lies between 30 and 50 by a power of the grid. The last one is
-the reference: it is always good enough."""
+"""Normal model, tangential model, grid and relative time per solution (reports/speed_accuracy.md), by rising
+cost. The last one is the reference."""
 
 BRIDGES = (2, 3)
-"""Places in `COST_ORDER` of those by which all points are judged; the second where the first refuses."""
+"""Indices in `COST_ORDER` of the fast models for all points; the second where the first is not applicable."""
 
 CHECKS = (0.25, 0.5, 0.75)
-"""Shares of a campaign's distance at which the choice is looked at again."""
+"""Shares of the distance of a campaign at which the models are chosen again."""
 
 
 @dataclass(frozen=True)
 class Sample:
-    """Operating points that stand for a collective.
+    """Sample of the operating points of a collective.
 
     Parameters
     ----------
     points : OperatingPoints
-        k of them; their weights carry the work of all.
+        The k points; their weights carry the work of all.
     index : (k,) int array
-        Their places in the collective.
+        Indices in the collective.
     point_class : (n,) int array
-        Class of every point of the collective. Of each that it names there is a point in the sample.
+        Class of every point of the collective; each class has a point in the sample.
     """
 
     points: OperatingPoints
@@ -76,14 +75,14 @@ class Sample:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Contact models that are good enough for a campaign, and why.
+    """Contact models that keep the tolerance of a campaign, and the evidence.
 
     Parameters
     ----------
     evidence : tuple of Evidence
-        On the candidates for all points, by rising cost; the last one keeps the tolerance.
+        Evidence on one candidate for all points, by rising cost; the last one keeps the tolerance.
     choice : Choice
-        What is taken.
+        Models of the classes.
     points : tuple of int
         Number of operating points of each class.
     cost : float
@@ -97,17 +96,17 @@ class Verdict:
 
 
 def sample_size(tolerance: float) -> int:
-    """Return how many operating points of each class are solved with the reference.
+    """Return the number of operating points of each class solved with the reference.
 
     Parameters
     ----------
     tolerance : float
-        Of the wear increment [-].
+        Tolerance of the wear increment [-].
 
     Returns
     -------
     int
-        So many that one of them stands for a share of the work of about the tolerance.
+        Each stands for a share of the work of about the tolerance.
     """
     return max(LEAST_SAMPLE, ceil(1.0 / (len(CLASSES) * tolerance)))
 
@@ -115,27 +114,26 @@ def sample_size(tolerance: float) -> int:
 def sample(
     work: FloatArray, weight: FloatArray, point_class: IntArray, count: int
 ) -> tuple[IntArray, FloatArray]:
-    """Operating points that stand for a load collective.
+    """Sample of the operating points of a load collective.
 
     Parameters
     ----------
     work : (n,) array
-        Frictional work of each point per distance, by any model, of both wheels [J/m].
+        Frictional work of each point per distance, both wheels [J/m].
     weight : (n,) array
         Shares of the distance.
     point_class : (n,) int array
-        Class of each point: each is stood for by points of its own, as those of little work lie
-        elsewhere on the profile than those that lead.
+        Class of each point; each class is sampled for itself.
     count : int
-        Of points of each class to take.
+        Number of points of each class.
 
     Returns
     -------
     (k,) int array
-        Of each class all that act if they are at most `count`; else those at equal steps of the sorted,
-        weighted work summed up, so that every part of the work is stood for by a point of its size. Rising.
+        Of each class all acting points if they are at most `count`, otherwise those at equal steps of the
+        cumulated, sorted, weighted work. Rising.
     (k,) array
-        Their weights: with them the work of each is that of the parts it stands for.
+        Their weights, which carry the work of the parts they stand for.
     """
     own = np.zeros(work.size)
     for one in np.unique(point_class):
@@ -158,24 +156,24 @@ def sample(
 
 
 def sample_of(setup: CampaignSetup, state: State, count: int) -> Sample:
-    """Operating points that stand for the collective of a campaign, by the work that a fast model finds.
+    """Sample of the operating points of a campaign, by the frictional work of a fast model.
 
     Parameters
     ----------
     setup : CampaignSetup
-        The campaign.
+        Setup of the campaign.
     state : State
         Profiles of both wheels.
     count : int
-        Operating points of each class, at most.
+        Largest number of operating points of each class.
 
     Returns
     -------
     Sample
-        Classes in which no point acts join the next one; beyond the last one they join that.
+        Classes without acting points join the next one, or the last one.
     """
     points = setup.points
-    solution = _first_answer(setup, state)
+    solution = _first_solution(setup, state)
     work = np.zeros(len(points.label))
     np.add.at(work, solution.point, solution.power / points.conditions.speed[solution.point])
     work *= points.environment
@@ -186,25 +184,25 @@ def sample_of(setup: CampaignSetup, state: State, count: int) -> Sample:
     return Sample(chosen, index, there[_nearest(there, own)])
 
 
-def _first_answer(setup: CampaignSetup, state: State) -> ContactSolution:
-    """Solve all operating points by the cheapest models that answer."""
-    *models, reference = candidates(setup.models)
+def _first_solution(setup: CampaignSetup, state: State) -> ContactSolution:
+    """Solve all operating points by the cheapest applicable models."""
+    *models, reference = (replace(setup_of(setup), models=one) for one in candidates(setup.models))
     for one in models:
         try:
-            return solve_contact(state, setup.points, setup.wheelset, setup.counterface, one)
+            return solve_contact(state, setup.points, one)
         except (ContactError, NumericalError):
             continue
-    return solve_contact(state, setup.points, setup.wheelset, setup.counterface, reference)
+    return solve_contact(state, setup.points, reference)
 
 
-def _nearest(there: IntArray, wanted: IntArray) -> IntArray:
-    """Return the place in `there`, which rises, of the first not below each that is wanted; else the last."""
-    place: IntArray = np.minimum(np.searchsorted(there, wanted), there.size - 1)
+def _nearest(there: IntArray, values: IntArray) -> IntArray:
+    """Return the index in rising `there` of the first that is not smaller than each value; else the last."""
+    place: IntArray = np.minimum(np.searchsorted(there, values), there.size - 1)
     return place
 
 
 def candidates(base: ContactModels) -> tuple[ContactModels, ...]:
-    """Return the combinations that may be chosen, by rising cost.
+    """Return the candidates of the choice, by rising cost.
 
     Parameters
     ----------
@@ -214,63 +212,60 @@ def candidates(base: ContactModels) -> tuple[ContactModels, ...]:
     Returns
     -------
     tuple of ContactModels
-        As of `COST_ORDER`; the last one is the reference.
+        Models of `COST_ORDER`; the last one is the reference.
     """
-    return tuple(_models(base, one) for one in COST_ORDER)
+    return tuple(
+        replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid)
+        for normal, tangential, grid, _ in COST_ORDER
+    )
 
 
 def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
-    """Look for the cheapest contact models whose wear increment keeps the tolerance of a campaign.
+    """Choose the cheapest contact models whose wear increment keeps the tolerance of a campaign.
 
     Parameters
     ----------
     setup : CampaignSetup
-        With a tolerance.
+        Setup with a tolerance.
     state : State
         Profiles of both wheels.
     threads : int
-        They do not change the bits of the result.
+        Threads of the contact solver; their number does not change the bits of the result.
 
     Returns
     -------
     Verdict
-        One combination for all points, or one for each class where that is cheaper. Where not all points
-        are solved with the reference they keep `MARGIN` times the tolerance: by what they add up to on a
-        sample, fast models by what they differ on all points from the closest of them, and it on the
-        sample.
+        One combination for all points, or one for each class where that is cheaper. On a sample they keep
+        `MARGIN` times the tolerance.
 
     Raises
     ------
     ContactError, NumericalError
-        If the reference does not solve a point.
+        If the reference has no solution of a point.
     """
-    assert setup.tolerance is not None  # the models are given otherwise
+    assert setup.tolerance is not None
     models = candidates(setup.models)
-    found = sample_of(setup, state, sample_size(setup.tolerance))
-    whole = found.index.size == np.count_nonzero(setup.points.weight)
+    part = sample_of(setup, state, sample_size(setup.tolerance))
+    whole = part.index.size == np.count_nonzero(setup.points.weight)
     bound = setup.tolerance if whole else MARGIN * setup.tolerance
-    there, classes = np.unique(found.point_class, return_inverse=True)
-    collective = Collective(
-        setup.points, classes, tuple(models[place] for place in BRIDGES), models[: BRIDGES[0] + 1]
-    )
-    evidence = []
-    for one in judge(
+    there, classes = np.unique(part.point_class, return_inverse=True)
+    bridges = tuple(models[place] for place in BRIDGES)
+    judged = judge(
         models,
         models[-1],
         state,
-        found.points,
-        setup.wheelset,
-        setup.counterface,
-        setup.wear,
+        part.points,
+        setup_of(setup, threads),
         smoothing_wavelength=setup.control.smoothing_wavelength,
-        point_class=classes[found.index],
-        collective=collective,
-        threads=threads,
-    ):
+        point_class=classes[part.index],
+        collective=Collective(setup.points, classes, bridges, models[: BRIDGES[0] + 1]),
+    )
+    evidence = []
+    for one in judged:
         evidence.append(one)
         if one.depth_error <= bound:
             break
-    # those that were tried, and the reference, whose solutions are there already
+    # the candidates tried, and the reference
     places = sorted({*range(len(evidence)), len(models) - 1})
     difference = np.zeros((len(places), *evidence[0].difference.shape))
     difference[: len(evidence)] = [one.difference for one in evidence]
@@ -279,13 +274,12 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
     taken, error = cheapest(difference, cost, count.tolist(), bound)
     of_class = np.array([places[k] for k in taken])[_nearest(there, np.arange(len(CLASSES)))]
     known = [one.depth_error if isfinite(one.depth_error) else None for one in evidence]
+    errors = (*known, *[None] * (len(models) - len(known)))
     return Verdict(
         tuple(evidence),
-        Choice(
-            tuple(of_class.tolist()), found.point_class, error, (*known, *[None] * (len(models) - len(known)))
-        ),
-        tuple(np.bincount(found.point_class, minlength=len(CLASSES)).tolist()),
-        float(count @ np.array(cost)[list(taken)]) / found.point_class.size,
+        Choice(tuple(of_class.tolist()), part.point_class, error, errors),
+        tuple(np.bincount(part.point_class, minlength=len(CLASSES)).tolist()),
+        float(count @ np.array(cost)[list(taken)]) / part.point_class.size,
     )
 
 
@@ -297,7 +291,7 @@ def models_of(base: ContactModels, chosen: Choice | None) -> ContactModels | Mod
     base : ContactModels
         Material and parameters; the models themselves where they are given.
     chosen : Choice or None
-        None where they are given.
+        None where the models are given.
     """
     if chosen is None:
         return base
@@ -305,7 +299,7 @@ def models_of(base: ContactModels, chosen: Choice | None) -> ContactModels | Mod
 
 
 def static_choice(setup: CampaignSetup) -> dict[str, Any]:
-    """Return the static variables of a result file that tell what may be chosen."""
+    """Return the static variables of a result file on the candidates."""
     if setup.tolerance is None:
         return {}
     return {
@@ -316,7 +310,7 @@ def static_choice(setup: CampaignSetup) -> dict[str, Any]:
 
 
 def row_choice(chosen: Choice | None) -> dict[str, np.ndarray]:
-    """Return the variables of one row that tell what was chosen."""
+    """Return the variables of one row on the choice."""
     if chosen is None:
         return {}
     known = [FILL_FLOAT if error is None else error for error in chosen.candidate_error]
@@ -329,7 +323,7 @@ def row_choice(chosen: Choice | None) -> dict[str, np.ndarray]:
 
 
 def choice_of(row: Mapping[str, np.ndarray]) -> Choice | None:
-    """Return the choice that a row holds, bit by bit."""
+    """Return the choice of a row, bit by bit."""
     if "contact_models" not in row:
         return None
     return Choice(
@@ -341,21 +335,253 @@ def choice_of(row: Mapping[str, np.ndarray]) -> Choice | None:
 
 
 def named(models: ContactModels) -> str:
-    """Name a combination of models with its grid.
-
-    Parameters
-    ----------
-    models : ContactModels
-        Any.
-
-    Returns
-    -------
-    str
-        Normal model, tangential model, strips x cells.
-    """
+    """Return the name of a combination: normal model, tangential model, strips x cells."""
     return f"{models.normal} + {models.tangential}, {models.strips} x {models.cells}"
 
 
-def _models(base: ContactModels, one: tuple[str, str, int, float]) -> ContactModels:
-    normal, tangential, grid, _ = one
-    return replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid)
+CLASSES = ("least", "minor", "major", "leading")
+"""Classes by the work of their points; monitoring points belong to the last one."""
+
+EDGES = (0.1, 0.3, 0.6)
+"""Largest shares of the work of the first class, of the first two classes, and so on."""
+
+
+def point_classes(work: FloatArray, weight: FloatArray) -> IntArray:
+    """Sort operating points into classes by their share of the work.
+
+    Parameters
+    ----------
+    work : (n,) array
+        Frictional work of each point per distance [J/m].
+    weight : (n,) array
+        Shares of the distance.
+
+    Returns
+    -------
+    (n,) int array
+        Index in `CLASSES`: the points of least weighted work, up to the first share of `EDGES` together, are
+        in the first class, the next ones in the second, and so on. Points without weight are in the last
+        one, and so are all points without any work.
+    """
+    share = work * weight
+    order = np.argsort(share, kind="stable")
+    summed = np.cumsum(share[order])
+    place = np.full(share.size, len(EDGES), dtype=np.int64)
+    if summed[-1] > 0.0:
+        place[order] = np.searchsorted(EDGES, summed / summed[-1], side="left")
+        place[weight <= 0.0] = len(EDGES)
+    return place
+
+
+def cheapest(
+    difference: FloatArray, cost: Sequence[float], count: Sequence[int], bound: float
+) -> tuple[tuple[int, ...], float]:
+    """Return the models of each class that are cheapest together and keep a bound.
+
+    Parameters
+    ----------
+    difference : (k, c, ...) array
+        Difference of the contribution of class c by candidate k from that by a reference; infinite where the
+        candidate is not applicable.
+    cost : (k,) sequence of float
+        Cost of one solution by each candidate, rising.
+    count : (c,) sequence of int
+        Number of operating points of each class, by rising work.
+    bound : float
+        Bound of the largest sum of the differences over the classes.
+
+    Returns
+    -------
+    tuple of int
+        Candidate of each class, not falling from class to class.
+    float
+        Largest sum of their differences.
+
+    Raises
+    ------
+    ValueError
+        If no candidate keeps the bound; the reference always does.
+    """
+    candidates, classes = difference.shape[:2]
+
+    def price(chosen: tuple[int, ...]) -> float:
+        return sum(cost[k] * number for k, number in zip(chosen, count, strict=True))
+
+    rising = itertools.combinations_with_replacement(range(candidates), classes)
+    for chosen in sorted(rising, key=price):
+        error = float(np.abs(sum(difference[k, c] for c, k in enumerate(chosen))).max())
+        if error <= bound:
+            return chosen, error
+    raise ValueError("no candidate keeps the bound")
+
+
+ModelsT = TypeVar("ModelsT", bound=ContactModels | ModelsByPoint)
+
+
+@dataclass(frozen=True)
+class Evidence(Generic[ModelsT]):
+    """Error of one combination of models on a sample of operating points.
+
+    Parameters
+    ----------
+    models : ContactModels or ModelsByPoint
+        Combination with its grid, or those of each point.
+    depth_error : float
+        Largest difference of the smoothed wear increment over the profiles of both wheels from that of
+        the reference, over its largest depth [-]; inf where the models are not applicable. On the sample, or
+        as estimated for the whole collective.
+    work_error : float
+        Integral of the absolute difference of the strip work over that of the reference's, on the sample [-].
+    power_error : float
+        Largest relative error of the frictional power of both wheels at a point of the sample [-].
+    difference : (c, 2, n) array
+        Contribution of each class of points to the difference of the increment, over the largest depth [-];
+        inf where the models are not applicable.
+    message : str
+        Why the models are not applicable; empty if they are.
+    """
+
+    models: ModelsT
+    depth_error: float
+    work_error: float
+    power_error: float
+    difference: FloatArray
+    message: str = ""
+
+
+@dataclass(frozen=True)
+class Collective:
+    """All operating points, of which the sample is a part.
+
+    The difference of a model on all points is estimated as its difference from a fast model on all points
+    plus the difference of that fast model on the sample.
+
+    Parameters
+    ----------
+    points : OperatingPoints
+        All n points, monitoring points included.
+    point_class : (n,) int array
+        Class of each, numbered as in the sample.
+    bridges : tuple of ContactModels
+        Fast models, the best first; the first applicable one is used. The normal models of those before it
+        are excluded in all combinations.
+    cheap : tuple of ContactModels
+        Candidates solved at all points.
+    """
+
+    points: OperatingPoints
+    point_class: IntArray
+    bridges: tuple[ContactModels, ...]
+    cheap: tuple[ContactModels, ...]
+
+
+@dataclass(frozen=True)
+class _Increment:
+    depth: FloatArray  # (c, 2, n) of each class after smoothing, per metre
+    work: FloatArray  # (2, n) of strip work times length
+    power: FloatArray  # (k,) of both wheels at each point
+
+
+def judge(
+    candidates: Iterable[ModelsT],
+    reference: ContactModels,
+    state: State,
+    points: OperatingPoints,
+    setup: Setup,
+    *,
+    smoothing_wavelength: float,
+    point_class: IntArray | None = None,
+    collective: Collective | None = None,
+) -> Iterator[Evidence[ModelsT]]:
+    """Compare the wear increments of models with that of a reference, one after the other.
+
+    Parameters
+    ----------
+    candidates : iterable of ContactModels or ModelsByPoint
+        Models to compare.
+    reference : ContactModels
+        Reference.
+    state : State
+        Profiles of both wheels.
+    points : OperatingPoints
+        Sample of k points with weights.
+    setup : Setup
+        Bodies and wear law; its models are not used.
+    smoothing_wavelength : float
+        Wavelength of the smoothing of the increment [m].
+    point_class : (k,) int array, optional
+        Class of each point of the sample, 0 to c - 1; by default one class.
+    collective : Collective, optional
+        Collective of the sample. Without it, or where no bridge is applicable, the sample alone counts.
+
+    Yields
+    ------
+    Evidence
+        Evidence on each candidate, in order.
+
+    Raises
+    ------
+    ContactError, NumericalError
+        If the reference has no solution of a point.
+    """
+    classes = np.zeros(len(points.label), dtype=np.int64) if point_class is None else point_class
+    still = replace(setup, counterface_wear=None)
+    count = int(classes.max()) + 1
+    length = np.stack([vertex_lengths(state.y[wheel], state.z[wheel]) for wheel in (0, 1)])
+
+    def increment(
+        models: ContactModels | ModelsByPoint, points: OperatingPoints, classes: IntArray
+    ) -> _Increment:
+        solution = solve_contact(state, points, replace(setup, models=models))
+        passage = passage_depth(solution.fields, solution.area, setup.wear)
+        depth = np.zeros((count, *state.y.shape))
+        work = np.zeros_like(state.y)
+        for one in range(count):
+            weight = np.where(classes == one, points.weight, 0.0)
+            rate = accumulate(solution, points, weight, state, still, passage=passage)
+            depth[one] = smooth_sides(state.y, state.z, rate.depth, smoothing_wavelength)
+            work += rate.friction_work * length
+        power = np.zeros(len(points.label))
+        np.add.at(power, solution.point, solution.power)
+        return _Increment(depth, work, power)
+
+    truth = increment(reference, points, classes)
+    left_out = np.zeros_like(truth.depth)
+    of_all: dict[ContactModels | ModelsByPoint, _Increment] = {}
+    excluded: dict[str, str] = {}
+    for bridge in () if collective is None else collective.bridges:
+        assert collective is not None
+        try:
+            of_all[bridge] = increment(bridge, collective.points, collective.point_class)
+            left_out = of_all[bridge].depth - increment(bridge, points, classes).depth
+            break
+        except (ContactError, NumericalError) as error:
+            excluded[bridge.normal] = str(error)
+    deepest = float((truth.depth + left_out).sum(axis=0).max())
+    for models in candidates:
+        try:
+            if isinstance(models, ContactModels) and models != reference and models.normal in excluded:
+                raise ContactError(excluded[models.normal])
+            increments = truth if models == reference else increment(models, points, classes)
+            difference = increments.depth - truth.depth
+            if collective is not None and (models in collective.cheap or models in of_all):
+                if models not in of_all:
+                    of_all[models] = increment(models, collective.points, collective.point_class)
+                difference = of_all[models].depth - left_out - truth.depth
+        except (ContactError, NumericalError) as error:
+            yield Evidence(models, inf, inf, inf, np.full_like(truth.depth, inf), str(error))
+            continue
+        yield Evidence(
+            models,
+            _share(np.abs(difference.sum(axis=0)).max(), deepest),
+            _share(np.abs(increments.work - truth.work).sum(), truth.work.sum()),
+            max(_share(abs(a - b), b) for a, b in zip(increments.power, truth.power, strict=True)),
+            difference / deepest if deepest > 0.0 else np.where(difference == 0.0, 0.0, inf),
+        )
+
+
+def _share(difference: float, whole: float) -> float:
+    """Return the difference over the whole; 0 if there is neither."""
+    if whole > 0.0:
+        return float(difference / whole)
+    return 0.0 if difference == 0.0 else inf

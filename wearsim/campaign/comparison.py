@@ -1,13 +1,13 @@
 """Comparison laws: wear and fatigue laws evaluated on the same contacts, which change no profile.
 
-Wear laws give the depth they would have worn, fatigue laws the damage they add. Each is carried to the
-vertices of the profile as wear is, and accumulates there along the campaign of the active wear law.
+Wear laws give a depth, fatigue laws a damage; both accumulate at the vertices of the profile along the
+campaign of the active wear law.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -41,7 +41,7 @@ _ATTRIBUTES: Mapping[str, Callable[[CoefficientSet], str]] = {
     "validity": lambda one: one.validity,
     "departures": lambda one: " ".join(one.departures),
 }
-"""What a result file says of a coefficient set in attributes of its group."""
+"""Attributes of a result file on a coefficient set."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class ComparisonLaws:
     fatigue : tuple of FatigueSettings
         Fatigue laws.
     active : WearSettings, optional
-        The active wear law, from which the names of the others must differ.
+        Active wear law, from whose name the others must differ.
     """
 
     wear: tuple[WearSettings, ...] = ()
@@ -64,7 +64,7 @@ class ComparisonLaws:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the wear laws: with form and set, where the same law acts with other ones, too."""
+        """Names of the wear laws, with form and coefficient set where a law occurs with several."""
         every = [*self.wear, *([] if self.active is None else [self.active])]
         names = []
         for one in self.wear:
@@ -90,9 +90,9 @@ class ComparisonPassage:
     depth : tuple of (n_regimes, m, ny) arrays
         Depth by each wear law and its regimes [m].
     damage : tuple of (m, ny) arrays
-        Damage by each fatigue law at a place the strip passes over [-].
+        Damage by each fatigue law at a place within the strip [-].
     patches : tuple of FatigueDamage
-        The same with index and damage of the whole patch.
+        Index and damage of each patch by each fatigue law.
     """
 
     depth: tuple[FloatArray, ...] = ()
@@ -122,7 +122,7 @@ def comparison_passage(solution: ContactSolution, laws: ComparisonLaws) -> Compa
     Returns
     -------
     ComparisonPassage
-        Of every patch.
+        Depth and damage of every patch.
     """
     loads = patch_loads(solution) if laws.fatigue else None
     patches = () if loads is None else tuple(passage_damage(loads, one) for one in laws.fatigue)
@@ -136,7 +136,7 @@ def comparison_passage(solution: ContactSolution, laws: ComparisonLaws) -> Compa
 
 
 def start_comparison(state: State, laws: ComparisonLaws) -> State:
-    """Return the initial state with nothing worn and no damage by any of the laws."""
+    """Return the initial state, without depth and damage by the laws."""
     return replace(
         state,
         comparison_depth=tuple(np.zeros_like(state.y) for _ in laws.wear),
@@ -146,19 +146,13 @@ def start_comparison(state: State, laws: ComparisonLaws) -> State:
 
 
 def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
-    """Return the static variables of a result file that name the laws and their numbers."""
+    """Return the static variables of a result file on the laws and their coefficients."""
     static: dict[str, Any] = {}
     if laws.wear:
-        sets = _wear_sets(laws)
-        static |= {
+        caps = [f", seizure cap {one.seizure_cap}" if one.seizure_cap != "none" else "" for one in laws.wear]
+        static |= _names_of("comparison", _wear_sets(laws)) | {
             "comparison_name": laws.names,
-            "comparison_coefficients": tuple("" if one is None else one.name for one in sets),
-            "comparison_source": tuple("" if one is None else one.source for one in sets),
-            "comparison_warnings": tuple("" if one is None else "; ".join(one.uncertain) for one in sets),
-            "comparison_form": tuple(
-                one.form + (f", seizure cap {one.seizure_cap}" if one.seizure_cap != "none" else "")
-                for one in laws.wear
-            ),
+            "comparison_form": tuple(one.form + cap for one, cap in zip(laws.wear, caps, strict=True)),
             "comparison_regime_name": tuple(
                 f"{name}: {regime}"
                 for name, one in zip(laws.names, laws.wear, strict=True)
@@ -166,32 +160,36 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
             ),
         }
     if laws.fatigue:
-        numbers = [fatigue.coefficients_of(one) for one in laws.fatigue]
-        static |= {
+        sets = [fatigue.coefficients_of(one) for one in laws.fatigue]
+        removed = [one.crack_depth is not None for one in laws.fatigue]
+        static |= _names_of("fatigue", sets) | {
             "fatigue_name": tuple(one.law for one in laws.fatigue),
-            "fatigue_coefficients": tuple(one.name for one in numbers),
-            "fatigue_source": tuple(one.source for one in numbers),
-            "fatigue_warnings": tuple("; ".join(one.uncertain) for one in numbers),
             "fatigue_form": tuple(_form(one) for one in laws.fatigue),
             "fatigue_crack_width": np.array([one.crack_width for one in laws.fatigue]),
-            "fatigue_wear_limit": np.array(
-                [FILL_FLOAT if one.crack_depth is None else one.wear_limit for one in laws.fatigue]
-            ),
-            "fatigue_crack_depth": np.array(
-                [FILL_FLOAT if one.crack_depth is None else one.crack_depth for one in laws.fatigue]
-            ),
+            "fatigue_wear_limit": _where(removed, [one.wear_limit for one in laws.fatigue]),
+            "fatigue_crack_depth": _where(removed, [one.crack_depth for one in laws.fatigue]),
             "fatigue_shear_yield": np.array(
-                [_MPA * one["shear_yield"] if "shear_yield" in one.values else FILL_FLOAT for one in numbers]
+                [_MPA * one["shear_yield"] if "shear_yield" in one.values else FILL_FLOAT for one in sets]
             ),
         }
     return static
 
 
-def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
-    """Return the attributes of a result file on the numbers of the laws, one line for each law.
+def _names_of(group: str, sets: Sequence[CoefficientSet | None]) -> dict[str, tuple[str, ...]]:
+    """Name, source and warnings of coefficient sets; empty for a law that has none."""
+    return {
+        f"{group}_coefficients": tuple("" if one is None else one.name for one in sets),
+        f"{group}_source": tuple("" if one is None else one.source for one in sets),
+        f"{group}_warnings": tuple("" if one is None else "; ".join(one.uncertain) for one in sets),
+    }
 
-    Numbers that act, materials and tests they are for, departures from the source.
-    """
+
+def _where(known: Sequence[bool], values: Sequence[float | None]) -> FloatArray:
+    return np.array([value if there else FILL_FLOAT for there, value in zip(known, values, strict=True)])
+
+
+def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
+    """Return the attributes of a result file on the coefficients of the laws, one line for each law."""
     groups: dict[str, list[CoefficientSet | None]] = {
         "comparison": _wear_sets(laws),
         "fatigue": [fatigue.coefficients_of(one) for one in laws.fatigue],
@@ -205,7 +203,7 @@ def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
 
 
 def _wear_sets(laws: ComparisonLaws) -> list[CoefficientSet | None]:
-    """Coefficients of each wear law; None for one that wears nothing."""
+    """Coefficients of each wear law; None for the law without wear."""
     return [coefficients_of(one) if WEAR_LAWS[one.law].wears else None for one in laws.wear]
 
 
@@ -220,21 +218,21 @@ def _form(settings: FatigueSettings) -> str:
 
 
 def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> dict[str, np.ndarray]:
-    """Return the variables of one row that belong to the laws and stand along the profile.
+    """Return the variables of one row by the laws along the profile.
 
     Parameters
     ----------
     state : State
         Both wheels.
     collective : WearRate
-        In that state under the weights of the full collective.
+        In that state, with the weights of the full collective.
     laws : ComparisonLaws
         Settings of the laws.
 
     Returns
     -------
     dict of arrays
-        As the groups of `wearsim.results.GROUPS` name them [SI units].
+        By the names of `wearsim.results.GROUPS` [SI].
     """
     row: dict[str, np.ndarray] = {}
     if laws.wear:
@@ -245,15 +243,15 @@ def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> 
     row["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
     row["fatigue_damage_rate"] = rates = np.stack(collective.fatigue, axis=1)
     row["wear_depth_rate"] = collective.depth
-    balanced = np.full(rates.shape, FILL_FLOAT)
+    magic = np.full(rates.shape, FILL_FLOAT)
     limited = np.full(rates.shape, FILL_INT, dtype=np.int32)
     for k, law in enumerate(laws.fatigue):
         if law.crack_depth is not None:
             life = balance(
                 rates[:, k], collective.depth, crack_depth=law.crack_depth, wear_limit=law.wear_limit
             )
-            balanced[:, k], limited[:, k] = life.magic_wear_rate, life.limited_by
-    return row | {"magic_wear_rate": balanced, "life_limited_by": limited}
+            magic[:, k], limited[:, k] = life.magic_wear_rate, life.limited_by
+    return row | {"magic_wear_rate": magic, "life_limited_by": limited}
 
 
 def patch_values(
@@ -266,7 +264,7 @@ def patch_values(
     solution : ContactSolution
         With `m` patches.
     passage : ComparisonPassage
-        Of them.
+        Depth and damage of the patches.
     laws : ComparisonLaws
         Settings of the laws.
     """
@@ -274,19 +272,15 @@ def patch_values(
         return {}
     loads = patch_loads(solution)
     missing = np.full(loads.area.shape, FILL_FLOAT)
-    indices = {
-        name: np.stack(
-            [
-                one.index if FATIGUE_LAWS[law.law].index_quantity == name else missing
-                for one, law in zip(passage.patches, laws.fatigue, strict=True)
-            ],
-            axis=1,
-        )
-        for name in dict.fromkeys(one.index_quantity for one in FATIGUE_LAWS.values())
-    }
+    quantities = [FATIGUE_LAWS[law.law].index_quantity for law in laws.fatigue]
+
+    def index(quantity: str) -> FloatArray:
+        pairs = zip(passage.patches, quantities, strict=True)
+        return np.stack([one.index if own == quantity else missing for one, own in pairs], axis=1)
+
     return {
         "fatigue_damage_passage": np.stack([one.damage for one in passage.patches], axis=1),
-        **indices,
+        **{name: index(name) for name in dict.fromkeys(one.index_quantity for one in FATIGUE_LAWS.values())},
         "fatigue_index_y": np.stack([one.index_y for one in passage.patches], axis=1),
         "subsurface_fatigue_index": subsurface_index(loads.utilised_friction, loads.max_pressure),
         **{f"wear_number_{name}": number(loads) for name, number in WEAR_NUMBERS.items()},

@@ -1,4 +1,4 @@
-"""How long the next wear step may be, and which operating points act in it."""
+"""Length of the next wear step, and the operating points that act in it."""
 
 from __future__ import annotations
 
@@ -8,23 +8,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearsim.campaign.counterface import damped_counterface, way_to_turning
-from wearsim.campaign.smoothing import smooth_sides
+from wearsim.campaign.counterface import damped_counterface, distance_to_redressing
 from wearsim.campaign.state import State, WearRate
 from wearsim.campaign.step import damped
+from wearsim.campaign.vertices import smooth_sides
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import ContactModels
 from wearsim.errors import NumericalError
-from wearsim.operation.counterface import CounterfaceWear
-from wearsim.operation.points import ControlSettings, OperatingPoints
+from wearsim.operation.control import ControlSettings, CounterfaceWear
+from wearsim.operation.points import OperatingPoints
 
-# Places along a programme are compared with this share of the loop: far above the rounding of the
-# distance run, far below any step.
+# share of the loop within which places of a programme are equal: above the rounding of the distance
 _SAME_PLACE = 1e-9
 
 _ROUNDING = 1e-12  # of the distance of a campaign
 
-# A step made so much shorter than its predecessor's error asks for rarely has to be repeated.
+# factor on the step length expected to keep the tolerance, so that few steps are repeated
 _SAFETY = 0.9
 
 _BISECTIONS = 20
@@ -43,7 +42,7 @@ class StepChoice(NamedTuple):
         Distance to run [m].
     reason : str
         What limits it: "stability", "depth cap", "error", "max step", "block border", "whole loops",
-        "re-dressing" or "remaining distance".
+        "redressing" or "remaining distance".
     """
 
     weight: FloatArray
@@ -61,9 +60,9 @@ def half_space_depth_limit(
     rate : WearRate
         With the contact solution.
     weight : (n,) array
-        Points with a weight above 0 count.
+        Only points with a weight above 0 act.
     models : ContactModels
-        For the elastic constants.
+        Elastic constants.
     spacing : float
         Distance of the profile vertices, the shortest half wave the profile can carry [m].
     wavelength : float
@@ -73,15 +72,15 @@ def half_space_depth_limit(
     -------
     float
         :math:`(p_0/E^*) \max(\Delta y, \Lambda/2)` with the smallest maximum pressure of all acting patches
-        without interpenetration, which S bounds [m]; infinite where there are none.
+        without interpenetration [m]; infinite where there are none.
 
     Notes
     -----
     Spec 3.2 (a): explicit steps on a half-space start to oscillate at the grid wavelength at about 1.5
     times :math:`(p_0/E^*)\,\Delta y`; the bound of a wave is :math:`4 \bar p/(E^* q)`. Smoothing passes the
     share :math:`1/(1 + (\Lambda/\lambda)^4)` of a wave, and wave number times share is at most
-    :math:`0.57 \cdot 2\pi/\Lambda`: the bound becomes :math:`0.88\,(p_0/E^*)\,\Lambda`, of which a half of
-    :math:`\Lambda` is taken. :math:`E^* = E / (2 (1 - \nu^2))` for two equal bodies.
+    :math:`0.57 \cdot 2\pi/\Lambda`: the bound becomes :math:`0.88\,(p_0/E^*)\,\Lambda`, of which half
+    of :math:`\Lambda` is used. :math:`E^* = E / (2 (1 - \nu^2))` for two equal bodies.
     """
     solution = rate.solution
     acts = (weight[solution.point] > 0.0) & ~solution.patch.interpenetration.any(axis=1)
@@ -92,7 +91,7 @@ def half_space_depth_limit(
 
 
 def error_limit(step_length: float, step_error: float | None, tolerance: float) -> float:
-    r"""Length of a step whose error is expected to keep the tolerance.
+    r"""Length of the step whose error is expected to keep the tolerance.
 
     Parameters
     ----------
@@ -106,12 +105,11 @@ def error_limit(step_length: float, step_error: float | None, tolerance: float) 
     Returns
     -------
     float
-        :math:`0.9\,\Delta s \sqrt{\epsilon_{tol} / \epsilon}`, infinite where nothing limits it [m].
+        :math:`0.9\,\Delta s \sqrt{\epsilon_{tol} / \epsilon}`, infinite without a limit [m].
 
     Notes
     -----
-    The estimate is the error of one step of first order, which grows with the square of the length. Where
-    it grows more slowly, at a change of contact or of regime, a step may fail twice.
+    The estimate is the error of one step of first order, which grows with the square of the length.
     """
     if not step_error or math.isinf(tolerance):
         return math.inf
@@ -126,20 +124,20 @@ def largest_step(
     length_limit: float = math.inf,
     counterface_wear: CounterfaceWear | None = None,
 ) -> tuple[float, str]:
-    """Longest step that stability, depth cap, error, the user's longest step and the distance allow.
+    """Longest step within stability, depth cap, error, longest step and distance.
 
     Parameters
     ----------
     rate : WearRate
-        In this state, for the points that would act.
+        In this state, for the acting points.
     state : State
-        For the profiles and the distance run.
+        Profiles and distance run.
     settings : ControlSettings
         The limits.
     depth_limit : float
-        A further limit of the depth per step, such as `half_space_depth_limit` [m].
+        Further limit of the depth per step, such as `half_space_depth_limit` [m].
     length_limit : float
-        The limit by the error, such as `error_limit` [m].
+        Limit by the error, such as `error_limit` [m].
     counterface_wear : CounterfaceWear, optional
         How the counterface wears, if it does.
 
@@ -148,13 +146,13 @@ def largest_step(
     step_length : float
         [m]
     reason : str
-        The limit that acts, as in `StepChoice`.
+        Active limit, as in `StepChoice`.
     """
     steepest = stability_rate(rate)
     wheels = _deepest(rate.regime_depth, state, settings.smoothing_wavelength)
-    below = None if rate.counterface is None else rate.counterface.depth
-    grounds = _deepest_below(below, state, settings.smoothing_wavelength)
-    deepest = max(wheels, grounds)
+    depth = None if rate.counterface is None else rate.counterface.depth
+    counterface = _deepest_of_counterface(depth, state, settings.smoothing_wavelength)
+    deepest = max(wheels, counterface)
     depth_cap = min(settings.depth_cap, _first_cap(state, settings, deepest))
     limits = {
         "remaining distance": settings.distance - state.distance,
@@ -162,13 +160,13 @@ def largest_step(
         "depth cap": depth_cap / deepest if deepest > 0.0 else math.inf,
         "stability": min(
             settings.stability / steepest if steepest > 0.0 else math.inf,
-            depth_limit / (wheels + grounds) if deepest > 0.0 else math.inf,
+            depth_limit / (wheels + counterface) if deepest > 0.0 else math.inf,
         ),
         "error": length_limit,
     }
     if counterface_wear is not None:
         wave = settings.smoothing_wavelength
-        limits["re-dressing"] = way_to_turning(state, rate, counterface_wear, wave)
+        limits["redressing"] = distance_to_redressing(state, rate, counterface_wear, wave)
     if settings.integrator == "semi_implicit":
         longest = min(length for name, length in limits.items() if name != "depth cap")
         limits["depth cap"] = _damped_cap(rate, state, settings, depth_cap, limits["depth cap"], longest)
@@ -182,16 +180,12 @@ def largest_step(
 
 
 def _first_cap(state: State, settings: ControlSettings, deepest: float) -> float:
-    """Largest depth of a step by that of the first one, which begins anew with every new profile.
-
-    Wheels count their steps. The running since rollers were turned back stands for theirs: a step that is
-    longer than all of it by the first one is twice as long as the one before.
-    """
-    cap = settings.first_depth * 2.0 ** min(state.step - state.turned, 60)
-    below = state.counterface
-    if below is None or below.turnings == 0:
+    """Depth cap after a new profile: doubled per step of the wheels, or with the distance of rollers."""
+    cap = settings.first_depth * 2.0 ** min(state.step - state.reprofiled, 60)
+    rollers = state.counterface
+    if rollers is None or rollers.redressed_count == 0:
         return cap
-    return min(cap, settings.first_depth + deepest * (state.distance - below.turned_at))
+    return min(cap, settings.first_depth + deepest * (state.distance - rollers.redressed_at))
 
 
 def choose(
@@ -204,24 +198,24 @@ def choose(
     length_limit: float = math.inf,
     counterface_wear: CounterfaceWear | None = None,
 ) -> StepChoice:
-    """Choose which points act in the next step, and how far it goes.
+    """Choose the acting points and the length of the next step.
 
     Parameters
     ----------
     state : State
-        Where the campaign stands.
+        State before the step.
     points : OperatingPoints
-        The collective; points with a block length form a programme that is run through again and again.
+        Load collective; points with a block length form a programme that is repeated.
     rate_for_weights : callable
-        Gives the wear rate in this state for weights (n,).
+        Wear rate in this state as a function of weights (n,).
     settings : ControlSettings
         Limits of the step.
     depth_limit : callable, optional
-        Gives a further limit of the depth per step for a rate and its weights [m].
+        Further limit of the depth per step as a function of a rate and its weights [m].
     length_limit : float
-        The limit by the error, such as `error_limit` [m].
+        Limit by the error, such as `error_limit` [m].
     counterface_wear : CounterfaceWear, optional
-        How the counterface wears, if it does: a step ends where rollers are turned.
+        How the counterface wears, if it does; a step ends where rollers are redressed.
 
     Returns
     -------
@@ -230,10 +224,9 @@ def choose(
 
     Notes
     -----
-    A stationary collective acts as it is. A programme acts as the collective of its blocks when the step
-    may be one loop or longer, for a whole number of loops; otherwise only the block at the present place
-    acts and the step ends at its border at the latest. A stretch between one and two steps long is
-    halved, so that no sliver is left.
+    A programme acts as the collective of its blocks when the step may be one loop or longer, for a whole
+    number of loops; otherwise the present block acts alone and the step ends at its border at the latest. A
+    remaining stretch between one and two steps long is halved.
     """
 
     def largest(weight: FloatArray) -> tuple[float, str]:
@@ -243,9 +236,9 @@ def choose(
 
     remaining, last = settings.distance - state.distance, "remaining distance"
     if counterface_wear is not None and state.counterface is not None:
-        until = state.counterface.turned_at + counterface_wear.redress_distance - state.distance
+        until = state.counterface.redressed_at + counterface_wear.redress_distance - state.distance
         if until < remaining * (1.0 - _SAME_PLACE):
-            remaining, last = until, "re-dressing"
+            remaining, last = until, "redressing"
     loop = float(points.block_length.sum())
     if loop == 0.0:
         allowed, reason = largest(points.weight)
@@ -279,7 +272,7 @@ def stability_rate(rate: WearRate) -> float:
     return max(steepest, float(rate.counterface.stability.max(initial=0.0)))
 
 
-def _deepest_below(depth: FloatArray | None, state: State, wavelength: float) -> float:
+def _deepest_of_counterface(depth: FloatArray | None, state: State, wavelength: float) -> float:
     """Largest depth after smoothing of a depth (2, k) of the counterface, if that wears."""
     if state.counterface is None or depth is None:
         return 0.0
@@ -298,8 +291,8 @@ def _damped_cap(
 
     def within(length: float) -> bool:
         wave = settings.smoothing_wavelength
-        below = _deepest_below(damped_counterface(rate, length), state, wave)
-        return max(_deepest(damped(rate, length), state, wave), below) <= cap
+        other = _deepest_of_counterface(damped_counterface(rate, length), state, wave)
+        return max(_deepest(damped(rate, length), state, wave), other) <= cap
 
     if explicit >= longest or within(longest):
         return math.inf
@@ -311,12 +304,12 @@ def _damped_cap(
 
 
 def finished(state: State, settings: ControlSettings) -> bool:
-    """Whether the distance of a campaign has been run."""
+    """Whether the distance of a campaign is reached."""
     return reached(state.distance, settings.distance)
 
 
 def reached(distance: float, target: float) -> bool:
-    """Whether a distance has been run, but for the rounding of its sum: where campaigns end.
+    """Whether a distance is reached within the rounding of its sum.
 
     Parameters
     ----------
@@ -329,7 +322,7 @@ def reached(distance: float, target: float) -> bool:
 
 
 def present_block(distance: float, block_length: FloatArray) -> tuple[int, float]:
-    """Block of a looping programme at a distance run, and how far it still goes.
+    """Block of a repeated programme at a distance, and the distance to its end.
 
     Parameters
     ----------
@@ -341,7 +334,7 @@ def present_block(distance: float, block_length: FloatArray) -> tuple[int, float
     Returns
     -------
     index : int
-        Of the block; at a border the one that begins.
+        Index of the block; at a border of the next one.
     rest : float
         Distance to its end [m].
     """
@@ -356,7 +349,7 @@ def present_block(distance: float, block_length: FloatArray) -> tuple[int, float
 
 
 def _without_sliver(allowed: float, reason: str, stretch: float, border: str) -> tuple[float, str]:
-    """Cut a step at the end of a stretch; halve what is left if it takes two steps."""
+    """Cut a step at the end of a stretch; halve a rest of less than two steps."""
     if allowed >= stretch:
         return stretch, border
     return (allowed, reason) if 2.0 * allowed <= stretch else (0.5 * stretch, reason)

@@ -1,25 +1,29 @@
-"""Wear of rails or rollers along a campaign: rate, removal, and turning a roller back to its new profile."""
+"""Wear of rails or rollers along a campaign: rate, removal, redressing of rollers, result variables."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wearsim.campaign.smoothing import smooth_sides
 from wearsim.campaign.state import CounterfaceRate, CounterfaceState, State, WearRate
-from wearsim.campaign.vertices import sample, share_out, stretches, taken_off
+from wearsim.campaign.vertices import sample, share_out, smooth_sides, stretches, worn_off
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import Counterface
-from wearsim.operation.counterface import CounterfaceWear
+from wearsim.operation.control import CounterfaceWear
 from wearsim.profile.shape import arc_length, vertex_lengths
 
-# A roller this close to the depth at which it is turned is turned: steps are aimed at the depth, and what
-# is left by the change of the rate within a step would take another one.
+if TYPE_CHECKING:
+    from wearsim.scene import CampaignSetup
+
+# Share of the depth of redressing from which rollers are redressed: steps aim at the depth, and the change of
+# the rate within a step would otherwise take another step.
 _NEAR = 0.99
 
-_ROUNDING = 1e-9  # of the distance run, as a share of that between turnings
+_ROUNDING = 1e-9  # of the distance run, as a share of that between redressings
 
 
 def new_counterface(counterface: Counterface) -> CounterfaceState:
@@ -28,7 +32,7 @@ def new_counterface(counterface: Counterface) -> CounterfaceState:
     Parameters
     ----------
     counterface : Counterface
-        As new; both sides with the same number of points.
+        New rails or rollers; both sides with the same number of points.
     """
     y, z = (np.stack([getattr(one, axis) for one in counterface.profiles]) for axis in "yz")
     unworn, nothing = np.zeros_like(y), np.zeros(2)
@@ -36,7 +40,7 @@ def new_counterface(counterface: Counterface) -> CounterfaceState:
 
 
 def worn_counterface(counterface: Counterface, state: CounterfaceState | None) -> Counterface:
-    """Return a counterface with the profiles of a state, itself if it does not wear."""
+    """Return a counterface with the profiles of a state; unchanged if it does not wear."""
     if state is None:
         return counterface
     right, left = (
@@ -53,7 +57,7 @@ def with_counterface(
     radius: float,
     settings: CounterfaceWear,
 ) -> WearRate:
-    r"""Add to the rate of the wheels what their counterface loses by the same passages.
+    r"""Add the wear rate of the counterface by the same passages to that of the wheels.
 
     Parameters
     ----------
@@ -63,31 +67,31 @@ def with_counterface(
         Depth per passage of the wheel in each strip, weighted with the share and the environment factor of
         its operating point [m].
     over_gap : (2, m, ny) array
-        The same over the interpenetration, with the rims of the patches and without [-].
+        `law` over the interpenetration, with the rims of the patches and without [-].
     state : State
         With the counterface.
     radius : float
-        Of the wheels at the tape circle [m].
+        Of the wheels at the running circle [m].
     settings : CounterfaceWear
         How it wears.
 
     Returns
     -------
     WearRate
-        Stability and damping count the depth that both bodies lose: each of them opens the same gap.
+        Stability and damping count the depth of both bodies: both open the same gap.
 
     Notes
     -----
     Strips are carried to the vertices of the counterface as they are to those of the wheel, by overlap of
     arc lengths. Their depth per metre run is that of a passage times `CounterfaceWear.passages`.
     """
-    below, solution = state.counterface, rate.solution
-    assert below is not None  # it wears
+    worn, solution = state.counterface, rate.solution
+    assert worn is not None  # it wears
     assert rate.damping is not None  # `accumulate` gives it
-    result = CounterfaceRate(np.zeros_like(below.y), np.zeros_like(below.y), np.zeros_like(below.y))
+    result = CounterfaceRate(np.zeros_like(worn.y), np.zeros_like(worn.y), np.zeros_like(worn.y))
     stability, damping = rate.stability.copy(), rate.damping.copy()
     for side in (0, 1):
-        y, z = below.y[side], below.z[side]
+        y, z = worn.y[side], worn.z[side]
         arc = arc_length(y, z)
         at = np.flatnonzero(solution.side == side)
         top = _running_part(y, z)
@@ -110,7 +114,7 @@ def with_counterface(
 
 
 def _running_part(y: FloatArray, z: FloatArray) -> slice:
-    """Vertices around the top between which y rises: a head may be undercut at its sides."""
+    """Vertices around the top between which y rises; a rail head may be undercut at its sides."""
     top = int(np.argmin(z))
     falls = np.flatnonzero(np.diff(y) <= 0.0)
     first = int(falls[falls < top].max(initial=-1)) + 1
@@ -120,17 +124,17 @@ def _running_part(y: FloatArray, z: FloatArray) -> slice:
 
 def damped_counterface(rate: WearRate, step_length: float) -> FloatArray | None:
     """Depth (2, k) of a semi-implicit step, as `campaign.step.damped` gives that of the wheels [m]."""
-    below = rate.counterface
-    if below is None:
+    counterface = rate.counterface
+    if counterface is None:
         return None
-    depth: FloatArray = below.depth * step_length / (1.0 + below.damping * step_length)
+    depth: FloatArray = counterface.depth * step_length / (1.0 + counterface.damping * step_length)
     return depth
 
 
 def wear_off_counterface(
     state: CounterfaceState, depth: FloatArray, smoothing_wavelength: float
 ) -> CounterfaceState:
-    """Take a wear increment off rails or rollers.
+    """Remove a wear increment from rails or rollers.
 
     Parameters
     ----------
@@ -148,7 +152,7 @@ def wear_off_counterface(
     """
     increment = smooth_sides(state.y, state.z, depth, smoothing_wavelength)
     moved = [
-        taken_off(y, -z, row, f"{side} counterface")  # wheels have z out of the material
+        worn_off(y, -z, row, f"{side} counterface")  # wheels have z out of the material
         for side, y, z, row in zip(("right", "left"), state.y, state.z, increment, strict=True)
     ]
     lengths = np.stack([vertex_lengths(y, z) for y, z in zip(state.y, state.z, strict=True)])
@@ -163,13 +167,15 @@ def wear_off_counterface(
     )
 
 
-def as_it_is(state: CounterfaceState) -> CounterfaceState:
-    """Return the state of a counterface on which nothing has run since: what rollers lost before is told."""
+def without_step(state: CounterfaceState) -> CounterfaceState:
+    """Return the state of a counterface after a reprofiling of the wheels, in which it does not wear."""
     return replace(state, last_depth=state.depth)
 
 
-def way_to_turning(state: State, rate: WearRate, settings: CounterfaceWear, wavelength: float) -> float:
-    """Distance after which a roller will be as deep as it may be before it is turned.
+def distance_to_redressing(
+    state: State, rate: WearRate, settings: CounterfaceWear, wavelength: float
+) -> float:
+    """Distance after which a roller reaches the depth of redressing.
 
     Parameters
     ----------
@@ -178,54 +184,121 @@ def way_to_turning(state: State, rate: WearRate, settings: CounterfaceWear, wave
     rate : WearRate
         In that state.
     settings : CounterfaceWear
-        With the depth at which rollers are turned.
+        Depth of redressing.
     wavelength : float
         Of the smoothing [m].
 
     Returns
     -------
     float
-        At the rate of now, infinite where no roller comes deeper [m].
+        At the present rate; infinite where no roller wears [m].
     """
-    below = state.counterface
-    if below is None or rate.counterface is None or math.isinf(settings.redress_depth):
+    rollers = state.counterface
+    if rollers is None or rate.counterface is None or math.isinf(settings.redress_depth):
         return math.inf
-    grows = smooth_sides(below.y, below.z, rate.counterface.depth, wavelength)
+    grows = smooth_sides(rollers.y, rollers.z, rate.counterface.depth, wavelength)
     worn = grows > 0.0
-    return float(((settings.redress_depth - below.depth[worn]) / grows[worn]).min(initial=math.inf))
+    return float(((settings.redress_depth - rollers.depth[worn]) / grows[worn]).min(initial=math.inf))
 
 
-def turned(state: State, new: Counterface, settings: CounterfaceWear) -> State:
-    """Turn both rollers back to their new profile if it is time to.
+def redressed(state: State, new: Counterface, settings: CounterfaceWear) -> State:
+    """Redress both rollers to their new profile where it is due.
 
     Parameters
     ----------
     state : State
         At the end of a step.
     new : Counterface
-        As at the start.
+        New rollers.
     settings : CounterfaceWear
-        With distance and depth at which rollers are turned.
+        Distance and depth of redressing.
 
     Returns
     -------
     State
-        The same if neither is reached; with the bits of the new profiles if one is.
+        Unchanged rollers both; otherwise with the bits of the new profiles.
     """
-    below = state.counterface
-    if below is None:
+    rollers = state.counterface
+    if rollers is None:
         return state
-    run = state.distance - below.turned_at
+    run = state.distance - rollers.redressed_at
     due = run >= settings.redress_distance * (1.0 - _ROUNDING)
-    deepest = below.last_depth.max(axis=1)
+    deepest = rollers.last_depth.max(axis=1)
     if not due and deepest.max() < _NEAR * settings.redress_depth:
         return state
     fresh = replace(
         new_counterface(new),
-        worn_area=below.worn_area,
-        last_depth=below.last_depth,
-        turned_depth=below.turned_depth + deepest,
-        turnings=below.turnings + 1,
-        turned_at=state.distance,
+        worn_area=rollers.worn_area,
+        last_depth=rollers.last_depth,
+        redressed_depth=rollers.redressed_depth + deepest,
+        redressed_count=rollers.redressed_count + 1,
+        redressed_at=state.distance,
     )
     return replace(state, counterface=fresh)
+
+
+def static_counterface(setup: CampaignSetup) -> dict[str, Any]:
+    """Return the static variables of a result file whose counterface wears."""
+    if setup.counterface_wear is None:
+        return {}
+    kind = "roller" if setup.kind == "rig" else "rail"
+    return {"counterface_name": (f"right {kind}", f"left {kind}")}
+
+
+def counterface_attributes(settings: CounterfaceWear | None) -> dict[str, float]:
+    """Return the global attributes on the wear of the counterface [SI]."""
+    if settings is None:
+        return {}
+    given = {
+        "counterface_wear_factor": settings.factor,
+        "counterface_area_rate": settings.area_rate,
+        "redress_distance": settings.redress_distance,
+        "redress_depth": settings.redress_depth,
+    }
+    return {name: value for name, value in given.items() if 0.0 < value < math.inf}
+
+
+def counterface_row(state: CounterfaceState | None) -> dict[str, np.ndarray]:
+    """Return the variables of one row that belong to a counterface that wears [SI units].
+
+    Parameters
+    ----------
+    state : CounterfaceState or None
+        None: no variables.
+    """
+    if state is None:
+        return {}
+    return {
+        "counterface_profile_y": state.y,
+        "counterface_profile_z": state.z,
+        "counterface_wear_depth": state.last_depth,
+        "counterface_worn_area": state.worn_area,
+        "counterface_max_wear_depth": state.last_depth.max(axis=1),
+        "counterface_redressed_depth": state.redressed_depth,
+        "counterface_redressed_count": np.asarray(state.redressed_count, dtype=np.int32),
+        "counterface_redressed_at": np.asarray(state.redressed_at),
+    }
+
+
+def counterface_of(row: Mapping[str, np.ndarray]) -> CounterfaceState | None:
+    """Return the state of the counterface that a row holds, bit by bit; None if it does not wear.
+
+    Parameters
+    ----------
+    row : mapping of arrays
+        Row of the result file.
+    """
+    if "counterface_profile_y" not in row:
+        return None
+    depth, count = row["counterface_wear_depth"], int(row["counterface_redressed_count"])
+    just_redressed = count > 0 and row["counterface_redressed_at"] == row["distance"]
+    return CounterfaceState(
+        y=row["counterface_profile_y"],
+        z=row["counterface_profile_z"],
+        depth=np.zeros_like(depth) if just_redressed else depth,
+        worn_area=row["counterface_worn_area"],
+        last_depth=depth,
+        redressed_depth=row["counterface_redressed_depth"],
+        redressed_count=count,
+        redressed_at=float(row["counterface_redressed_at"]),
+    )

@@ -1,4 +1,4 @@
-"""The run directory: exclusive lock, copy of the scene, status; what may be written where."""
+"""The run directory: exclusive lock, copy of the scene, status."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import filelock
 
-from wearsim.campaign.record import write_atomically
+from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.errors import ResultError
 
 SCENE_FOLDER = "scene"
@@ -28,12 +28,12 @@ _OURS = ("rig.nc", "field.nc", "translation.nc", "report.html", STATUS, SCENE_FO
 
 @dataclass(frozen=True)
 class SceneFiles:
-    """The files that make up a scene, as they were read.
+    """Files of a scene.
 
     Parameters
     ----------
     main : str
-        Name of the scene file itself.
+        Name of the scene file.
     files : mapping of str to bytes
         Content by relative name, `main` among them.
     """
@@ -49,7 +49,7 @@ class SceneFiles:
 
 @dataclass(frozen=True)
 class Manifest:
-    """What a run directory says about itself.
+    """Campaign of a run directory.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class Manifest:
 
 @contextmanager
 def locked(out: Path) -> Iterator[None]:
-    """Hold the exclusive lock of a run directory; the directory is made if need be.
+    """Hold the exclusive lock of a run directory, which is made if missing.
 
     Parameters
     ----------
@@ -78,97 +78,87 @@ def locked(out: Path) -> Iterator[None]:
     Raises
     ------
     ResultError
-        If it cannot be made or written, or another run works in it.
+        If the directory cannot be made or written, or another run holds the lock.
     """
-    try:
+    with readable_errors(f"{out} cannot be made a run directory"):
         out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ResultError(
-            f"{out} cannot be made a run directory: {error.strerror}; choose another --out"
-        ) from error
     lock = filelock.FileLock(out / _LOCK, timeout=_PATIENCE)
-    try:
-        lock.acquire()
-    except filelock.Timeout:
-        raise ResultError(
-            f"another wearsim run works in {out}; wait for it (see `wearsim status {out}`) "
-            f"or choose another --out"
-        ) from None
-    except OSError as error:
-        raise ResultError(f"{out} cannot be written: {error.strerror}; choose another --out") from error
+    with readable_errors(f"{out} cannot be written"):
+        try:
+            lock.acquire()
+        except filelock.Timeout:  # an OSError, too
+            raise ResultError(
+                f"another wearsim run works in {out}; wait for it (see `wearsim status {out}`) "
+                f"or choose another --out"
+            ) from None
     try:
         yield
     finally:
         lock.release()
 
 
-def refuse_foreign(out: Path) -> None:
-    """Raise if `out` holds files of our names that no campaign of ours can have left.
+def require_own_directory(out: Path) -> None:
+    """Raise if `out` holds files with names of results but no campaign.
 
     Parameters
     ----------
     out : Path
         Intended run directory; need not exist.
     """
-    try:
-        if (out / SCENE_FOLDER / MANIFEST).is_file() or not out.is_dir():
+    with readable_errors(f"{out} cannot be read"):
+        if is_claimed(out) or not out.is_dir():
             return
-        found = [name for name in _OURS if (out / name).exists()]
-    except OSError as error:
-        raise ResultError(f"{out} cannot be read: {error.strerror}; choose another --out") from error
-    if found:
+        present = [name for name in _OURS if (out / name).exists()]
+    if present:
         raise ResultError(
-            f"{out} already holds {', '.join(found)} but no {SCENE_FOLDER}/{MANIFEST}: not a run "
-            f"directory of wearsim; nothing was touched, choose another --out"
+            f"{out} already holds {', '.join(present)} but no {SCENE_FOLDER}/{MANIFEST}: not a run "
+            f"directory of wearsim; nothing was changed, choose another --out"
         )
 
 
 def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
-    """Make `out` the run directory of this scene, or find that it already is.
+    """Make `out` the run directory of a scene, unless it is already.
 
     Parameters
     ----------
     out : Path
-        Run directory, locked.
+        Locked run directory.
     scene : SceneFiles
-        The scene to run.
+        Scene to run.
     command : str
         Command line, for the history of the results.
 
     Returns
     -------
     Manifest
-        The one written first: of this start, or of an earlier one of the same scene.
+        Manifest of this start, or of an earlier one of the same scene.
 
     Raises
     ------
     ResultError
-        If the directory belongs to another campaign; nothing is touched then.
+        If the directory belongs to another campaign; nothing is changed then.
     """
-    refuse_foreign(out)
+    require_own_directory(out)
     folder = out / SCENE_FOLDER
-    if (folder / MANIFEST).is_file():
+    if is_claimed(out):
         manifest = read_manifest(out)
-        refuse_other(out, manifest, scene)
+        require_same_scene(out, manifest, scene)
         return manifest
     manifest = Manifest(scene.main, scene.hashes, command)
     temporary = out / f".{SCENE_FOLDER}.tmp"
-    try:
-        if temporary.exists():  # a start that was killed here
+    with readable_errors(f"{folder} cannot be written"):
+        if temporary.exists():  # of a start that was killed here
             shutil.rmtree(temporary)
         for name, content in scene.files.items():
             path = temporary / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
-        text = json.dumps({"main": manifest.main, "hashes": manifest.hashes, "command": command}, indent=2)
-        write_atomically(temporary / MANIFEST, text.encode())
+        write_atomically(temporary / MANIFEST, json.dumps(asdict(manifest), indent=2).encode())
         os.replace(temporary, folder)
-    except OSError as error:
-        raise ResultError(f"{folder} cannot be written: {error.strerror}; choose another --out") from error
     return manifest
 
 
-def refuse_other(out: Path, manifest: Manifest, scene: SceneFiles) -> None:
+def require_same_scene(out: Path, manifest: Manifest, scene: SceneFiles) -> None:
     """Raise unless a run directory belongs to a scene.
 
     Parameters
@@ -176,29 +166,26 @@ def refuse_other(out: Path, manifest: Manifest, scene: SceneFiles) -> None:
     out : Path
         Run directory.
     manifest : Manifest
-        What it says about itself.
+        Its manifest.
     scene : SceneFiles
-        The scene to run.
+        Scene to run.
     """
+    names = sorted({*manifest.hashes, *scene.hashes})
+    differing = [name for name in names if manifest.hashes.get(name) != scene.hashes.get(name)]
     if manifest.main != scene.main:
         what = f"it was started with {manifest.main}, not {scene.main}"
-    else:
-        differing = [
-            name
-            for name in sorted({*manifest.hashes, *scene.hashes})
-            if manifest.hashes.get(name) != scene.hashes.get(name)
-        ]
-        if not differing:
-            return
+    elif differing:
         what = f"not the same as in {out / SCENE_FOLDER}: {', '.join(differing)}"
+    else:
+        return
     raise ResultError(
-        f"{out} belongs to another campaign: {what}; nothing was touched, "
+        f"{out} belongs to another campaign: {what}; nothing was changed, "
         f"choose another --out, or continue that one: `wearsim resume {out}`"
     )
 
 
 def is_claimed(out: Path) -> bool:
-    """Tell whether a directory is a run directory.
+    """Whether a directory is a run directory.
 
     Parameters
     ----------
@@ -209,7 +196,7 @@ def is_claimed(out: Path) -> bool:
 
 
 def read_manifest(out: Path) -> Manifest:
-    """Read what a run directory says about itself, and check its copy of the scene.
+    """Read the manifest of a run directory and check its copy of the scene.
 
     Parameters
     ----------
@@ -219,14 +206,14 @@ def read_manifest(out: Path) -> Manifest:
     Raises
     ------
     ResultError
-        If it is none, or the copied scene was changed.
+        If it is not a run directory, or the copied scene was changed.
     """
     folder = out / SCENE_FOLDER
     try:
         content = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         manifest = Manifest(str(content["main"]), dict(content["hashes"]), str(content["command"]))
         names = [manifest.main, *manifest.hashes]
-        found = {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
+        present = {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
     except FileNotFoundError as error:
         raise ResultError(
             f"{out} is not a run directory ({error.filename} is missing); "
@@ -236,7 +223,7 @@ def read_manifest(out: Path) -> Manifest:
         raise ResultError(
             f"{folder / MANIFEST} cannot be read ({error}); start again with `wearsim run` and another --out"
         ) from error
-    changed = [name for name, digest in manifest.hashes.items() if found[name] != digest]
+    changed = [name for name, digest in manifest.hashes.items() if present[name] != digest]
     if changed:
         raise ResultError(
             f"{folder}: {', '.join(changed)} changed since the campaign started; undo the change, "
@@ -246,7 +233,7 @@ def read_manifest(out: Path) -> Manifest:
 
 
 def is_locked(out: Path) -> bool:
-    """Whether a process works in a run directory.
+    """Whether a process holds the lock of a run directory.
 
     Parameters
     ----------
@@ -258,21 +245,21 @@ def is_locked(out: Path) -> bool:
     try:
         with filelock.FileLock(out / _LOCK, timeout=0):
             return False
-    except (filelock.Timeout, OSError):  # nobody who may only read can see whether it is held
+    except (filelock.Timeout, OSError):  # without write access the lock cannot be tried
         return True
 
 
 def write_status(out: Path, name: str, status: Mapping[str, Any]) -> None:
-    """Write how far a campaign is into `status.json`, atomically.
+    """Write the status of a campaign into `status.json`, atomically.
 
     Parameters
     ----------
     out : Path
         Run directory.
     name : str
-        Campaign in it.
+        Name of the campaign.
     status : mapping
-        JSON values; wall times are allowed here and nowhere else.
+        JSON values; wall times stand here only.
     """
     campaigns = dict(_stored_status(out).get("campaigns", {}))
     campaigns[name] = dict(status)
@@ -282,7 +269,7 @@ def write_status(out: Path, name: str, status: Mapping[str, Any]) -> None:
 
 
 def read_status(out: Path) -> dict[str, Any]:
-    """Read how far the campaigns of a run directory are.
+    """Read the status of the campaigns of a run directory.
 
     Parameters
     ----------
@@ -292,12 +279,11 @@ def read_status(out: Path) -> dict[str, Any]:
     Returns
     -------
     dict
-        Content of `status.json`, empty where there is none yet; a campaign that was running when its process
-        was killed is "stopped".
+        Content of `status.json`, empty without the file; a running campaign whose process was killed is
+        "stopped".
     """
     status = _stored_status(out)
-    campaigns = status.get("campaigns")
-    running = [item for item in (campaigns or {}).values() if item.get("state") == "running"]
+    running = [item for item in (status.get("campaigns") or {}).values() if item.get("state") == "running"]
     if running and not is_locked(out):
         for item in running:
             item["state"] = "stopped"

@@ -1,9 +1,8 @@
-r"""Turning of the wheels in a campaign: when it is due, and the wheelset that comes back from the lathe.
+r"""Reprofiling of the wheels in a campaign: when it is due, and the reprofiled wheelset.
 
-Where a law states the depth h of a crack of damage 1, the lathe is to cracks what wear is: a cut of the
-depth c along the normal leaves :math:`\max(D - c/h, 0)`. Where wheels are turned at a limit of damage, they
-come back sound: the lathe goes as deep as the deepest crack, which is the least loss then. A law without that
-depth does not say how deep its damage lies; the lathe takes all of it.
+Where a law states the depth h of a crack of damage 1, a cut of the depth c along the normal leaves the damage
+:math:`\max(D - c/h, 0)`. Reprofiling at a limit of damage cuts as deep as the deepest crack. A law without
+that depth loses all its damage.
 """
 
 from __future__ import annotations
@@ -15,11 +14,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wearsim.campaign.comparison import comparison_laws
-from wearsim.campaign.counterface import as_it_is
-from wearsim.campaign.state import State
+from wearsim.campaign.counterface import without_step
+from wearsim.campaign.state import State, worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue import counts_cycles
-from wearsim.operation.points import ControlSettings
+from wearsim.operation.control import ControlSettings
 from wearsim.profile.reprofiling import reprofile_axle
 from wearsim.profile.shape import Profile, arc_length, vertex_normals
 from wearsim.profile.worn import LARGEST_DEPTH, cut_along_normals
@@ -32,8 +31,8 @@ _SAME_PLACE = 1e-9  # of the distance: above the rounding of its sum, below any 
 _NO_CRACK = 1e-9  # a crack that is left by rounding [m]
 
 
-def turning_due(state: State, setup: CampaignSetup, measures: Mapping[str, np.ndarray]) -> bool:
-    """Tell whether the wheels are turned before they run on.
+def reprofiling_due(state: State, setup: CampaignSetup, measures: Mapping[str, np.ndarray]) -> bool:
+    """Whether the wheels are reprofiled before the next step.
 
     Parameters
     ----------
@@ -42,15 +41,15 @@ def turning_due(state: State, setup: CampaignSetup, measures: Mapping[str, np.nd
     setup : CampaignSetup
         With the rules.
     measures : mapping of arrays
-        Of the state, from `row.measures_told`: the conicity alone takes as long as many contact solutions.
+        Measures of the state, from `row.recorded_measures`.
 
     Returns
     -------
     bool
-        True at a stated distance or where a limit is met; never of wheels just turned.
+        True at a given distance or where a limit is met; never right after a reprofiling.
     """
-    rules = setup.control.turning
-    if rules is None or state.turned == state.step > 0:
+    rules = setup.control.reprofiling
+    if rules is None or state.reprofiled == state.step > 0:
         return False
     if any(abs(state.distance - place) <= _SAME_PLACE * place for place in rules.places):
         return True
@@ -59,28 +58,26 @@ def turning_due(state: State, setup: CampaignSetup, measures: Mapping[str, np.nd
     return bool(limits) and first_met(measures, limits, laws) is not None
 
 
-def turn_wheels(state: State, setup: CampaignSetup) -> State:
-    """Turn both wheels to their templates and one diameter, with the least loss of it.
+def reprofile(state: State, setup: CampaignSetup) -> State:
+    """Reprofile both wheels to their templates and one diameter, with the least loss of diameter.
 
     Parameters
     ----------
     state : State
         Worn wheels.
     setup : CampaignSetup
-        With templates and the least depth of cut.
+        Templates and least depth of cut.
 
     Returns
     -------
     State
-        The next step, at the same distance. Heights stay those of the new wheel's axes, so that
-        :math:`r_0 + z` is the rolling radius as before. Depth begins anew with the material that is now
-        the surface, fatigue damage with the cracks the lathe has left; area and mass go on counting what
-        was worn.
+        Next step, at the same distance. Heights keep the axes of the new wheel: :math:`r_0 + z` is the
+        rolling radius. Depth restarts at 0, fatigue damage at the cracks left; worn area and mass are kept.
     """
-    rules = setup.control.turning
+    rules = setup.control.reprofiling
     if setup.templates is None or rules is None:
-        raise ValueError("wheels are turned where the scene has a template")
-    worn = _wheels(setup, state.y, state.z)
+        raise ValueError("wheels are reprofiled only where the scene has a template")
+    worn = worn_wheels(setup.wheelset, state.y, state.z)
     within = worn
     if "fatigue_damage" in rules.limits:
         right, left = _cracks(state, setup)
@@ -91,23 +88,16 @@ def turn_wheels(state: State, setup: CampaignSetup) -> State:
     return replace(
         state,
         step=state.step + 1,
-        turned=state.step + 1,
+        reprofiled=state.step + 1,
         y=y,
         z=z,
         wear_depth=np.zeros_like(state.wear_depth),
         regime_depth=np.zeros_like(state.regime_depth),
         comparison_depth=tuple(np.zeros_like(depth) for depth in state.comparison_depth),
-        fatigue_damage=_damage_left(state, setup, worn, _wheels(setup, y, z)),
+        fatigue_damage=_damage_left(state, setup, worn, worn_wheels(setup.wheelset, y, z)),
         step_length=0.0,
         step_error=None,
-        counterface=None if state.counterface is None else as_it_is(state.counterface),
-    )
-
-
-def _wheels(setup: CampaignSetup, y: FloatArray, z: FloatArray) -> tuple[Profile, Profile]:
-    return (
-        replace(setup.wheelset.right, y=y[0], z=z[0]),
-        replace(setup.wheelset.left, y=y[1], z=z[1]),
+        counterface=None if state.counterface is None else without_step(state.counterface),
     )
 
 
@@ -121,23 +111,23 @@ def _cracks(state: State, setup: CampaignSetup) -> FloatArray:
 
 
 def _sound(wheel: Profile, crack: FloatArray) -> Profile:
-    """Wheel without the material its cracks run through; it may fold, the lathe stays below all of it."""
+    """Wheel without the material of its cracks; it may fold, the cut stays below all of it."""
     normal_y, normal_z = vertex_normals(wheel.y, wheel.z)
     return replace(wheel, y=wheel.y + crack * normal_y, z=wheel.z + crack * normal_z)
 
 
 def _damage_left(
-    state: State, setup: CampaignSetup, worn: tuple[Profile, Profile], turned: tuple[Profile, Profile]
+    state: State, setup: CampaignSetup, worn: tuple[Profile, Profile], reprofiled: tuple[Profile, Profile]
 ) -> tuple[FloatArray, ...]:
-    """Damage of each law at the points of the turned wheels, (2, n) each."""
+    """Damage of each law at the points of the reprofiled wheels, (2, n) each."""
     left = [np.zeros_like(state.y) for _ in state.fatigue_damage]
     depths = comparison_laws(setup).crack_depth
     if not np.isfinite(depths).any():
         return tuple(left)
-    for side, (before, after) in enumerate(zip(worn, turned, strict=True)):
+    for side, (before, after) in enumerate(zip(worn, reprofiled, strict=True)):
         reach = max(LARGEST_DEPTH, 2.0 * float(before.z.max() - after.z.max()))
         cut, place = cut_along_normals(before, after, *vertex_normals(before.y, before.z), reach)
-        met = np.flatnonzero(np.isfinite(place))  # all but a few at the ends, where nothing touches
+        met = np.flatnonzero(np.isfinite(place))  # all but a few at the ends, outside the contact
         met = met[np.argsort(place[met], kind="stable")]
         arc = arc_length(after.y, after.z)
         at = np.interp(place[met], np.arange(arc.size), arc)
@@ -148,16 +138,16 @@ def _damage_left(
     return tuple(left)
 
 
-def to_next_turning(state: State, control: ControlSettings) -> ControlSettings:
-    """Return the settings with which steps end at the next stated turning.
+def to_next_reprofiling(state: State, control: ControlSettings) -> ControlSettings:
+    """Return the settings with which steps end at the next given reprofiling.
 
     Parameters
     ----------
     state : State
-        For the distance run.
+        Distance run.
     control : ControlSettings
         Of the campaign.
     """
-    places = () if control.turning is None else control.turning.places
+    places = () if control.reprofiling is None else control.reprofiling.places
     ahead = [place for place in places if place > state.distance * (1.0 + _SAME_PLACE)]
     return replace(control, distance=min([control.distance, *ahead]))

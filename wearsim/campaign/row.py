@@ -1,23 +1,42 @@
-"""One row of the result file from one state of the wheelset."""
+"""Static part and rows of the result file: from setup and state, and back to the state."""
 
 from __future__ import annotations
 
+import math
+import platform
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wearsim.campaign.choose import row_choice
-from wearsim.campaign.comparison import ComparisonPassage, comparison_laws, comparison_row, patch_values
-from wearsim.campaign.counterface_row import row_below
-from wearsim.campaign.state import PatchWear, State, WearRate
+from wearsim.campaign.choose import choice_of, row_choice, static_choice
+from wearsim.campaign.comparison import (
+    ComparisonPassage,
+    comparison_attributes,
+    comparison_laws,
+    comparison_row,
+    patch_values,
+    static_comparison,
+)
+from wearsim.campaign.counterface import (
+    counterface_attributes,
+    counterface_of,
+    counterface_row,
+    static_counterface,
+)
+from wearsim.campaign.evaluate import patch_wear
+from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
 from wearsim.contact.solve import ContactSolution
+from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
+from wearsim.operation.control import ReprofilingRules
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
-from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS
+from wearsim.profile.shape import arc_length
+from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header
+from wearsim.results.limits import TURNED_AT, attributes_of
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -30,6 +49,15 @@ _MEASURES = (
     "hollowing",
     "equivalent_conicity",
 )
+
+# variables of the result file that are fields of the state
+_OF_STATE = {
+    "distance": "distance", "profile_y": "y", "profile_z": "z", "wear_depth": "wear_depth",
+    "wear_depth_by_regime": "regime_depth", "worn_area": "worn_area", "worn_mass": "worn_mass",
+}  # fmt: skip
+
+# variables that are fields of the contact conditions
+_CONDITIONS = ("shift", "yaw", "roll", "wheel_load", "speed", "friction", "track_curvature")
 
 # variables of the result file that are fields of the solution
 _PATCH_VALUES = (
@@ -50,9 +78,9 @@ class StepTaken:
     stability : float
         Stability number S [-].
     weight : (n,) array
-        Share of each operating point [-].
+        Share of each operating point in the step [-].
     rejected : int
-        How many longer steps were tried before, and failed the tolerance of the error.
+        Number of longer steps that exceeded the tolerance of the error.
     """
 
     length: float
@@ -62,18 +90,34 @@ class StepTaken:
 
 
 def no_step(count: int) -> StepTaken:
-    """Return the step that led to the initial state of `count` operating points: none."""
+    """Return the step of length 0 to a state without wear, with `count` operating points."""
     return StepTaken(0.0, 0.0, np.zeros(count))
 
 
+@dataclass(frozen=True)
+class Evaluation:
+    """Contact of one state, and the wear rate and measures that follow from it.
+
+    Parameters
+    ----------
+    collective : WearRate
+        Under the weights of the full collective; its solution has all operating points.
+    passage : (n_regimes, m, ny) array
+        Depth per passage of each strip [m].
+    comparison : ComparisonPassage
+        Depth and damage of each passage by the comparison laws.
+    measures : mapping of arrays
+        Measures of the wheels, from `recorded_measures`.
+    """
+
+    collective: WearRate
+    passage: np.ndarray
+    comparison: ComparisonPassage
+    measures: Mapping[str, np.ndarray]
+
+
 def build_row(
-    state: State,
-    collective: WearRate,
-    wear: PatchWear,
-    taken: StepTaken,
-    setup: CampaignSetup,
-    measures: Mapping[str, np.ndarray],
-    comparison: ComparisonPassage | None = None,
+    state: State, evaluation: Evaluation, taken: StepTaken, setup: CampaignSetup
 ) -> dict[str, np.ndarray]:
     """Return all variables of one row.
 
@@ -81,52 +125,40 @@ def build_row(
     ----------
     state : State
         Both wheels.
-    collective : WearRate
-        In that state under the weights of the full collective.
-    wear : PatchWear
-        Wear of each patch of its solution.
+    evaluation : Evaluation
+        In that state.
     taken : StepTaken
         The step that led to the state.
     setup : CampaignSetup
-        For operating points and counterface.
-    measures : mapping of arrays
-        Of the state, from `measures_told`.
-    comparison : ComparisonPassage, optional
-        What the comparison laws make of each patch.
+        Operating points, wheelset and laws.
 
     Returns
     -------
     dict of arrays
         As `wearsim.results.ROW` names them [SI units].
     """
-    return {
-        "distance": np.asarray(state.distance),
+    collective, measures, laws = evaluation.collective, evaluation.measures, comparison_laws(setup)
+    solution = collective.solution
+    wear = patch_wear(solution, evaluation.passage, state, setup.wheelset)
+    by_law = patch_values(solution, evaluation.comparison, laws)
+    row = {
         "step_length": np.asarray(taken.length),
         "stability_number": np.asarray(taken.stability),
         "step_error": np.asarray(FILL_FLOAT if state.step_error is None else state.step_error),
         "rejected_steps": np.asarray(taken.rejected, dtype=np.int32),
         "active_weight": np.asarray(taken.weight, dtype=np.float64),
-        "profile_y": state.y,
-        "profile_z": state.z,
-        "wear_depth": state.wear_depth,
-        "wear_depth_by_regime": state.regime_depth,
         "friction_work": collective.friction_work,
-        "worn_area": state.worn_area,
-        "worn_mass": state.worn_mass,
+        **{name: np.asarray(getattr(state, field)) for name, field in _OF_STATE.items()},
         **{name: measures[name] for name in _MEASURES},
-        **_turning(state, setup, measures),
-        **summarise(
-            collective.solution,
-            wear,
-            len(setup.points.label),
-            {}
-            if comparison is None
-            else patch_values(collective.solution, comparison, comparison_laws(setup)),
-        ),
+        **summarise(solution, wear, len(setup.points.label), by_law),
         **row_choice(state.choice),
-        **({} if comparison is None else comparison_row(state, collective, comparison_laws(setup))),
-        **row_below(state.counterface),
+        **comparison_row(state, collective, laws),
+        **counterface_row(state.counterface),
     }
+    if setup.templates is not None:
+        row["last_reprofiling"] = np.asarray(state.reprofiled, dtype=np.int32)
+        row["wheel_diameter"] = measures["wheel_diameter"]
+    return row
 
 
 def summarise(
@@ -135,7 +167,7 @@ def summarise(
     count: int,
     further: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> dict[str, np.ndarray]:
-    """Lay the patches of a solution out in slots per operating point.
+    """Arrange the patches of a solution in slots of the operating points.
 
     Parameters
     ----------
@@ -151,24 +183,21 @@ def summarise(
     Returns
     -------
     dict of arrays
-        (count, PATCH_SLOTS), fill values where there is no patch; `n_patch` (count,). Of more patches
-        than slots the most loaded are kept, in their order; `n_patch` counts all.
+        (count, PATCH_SLOTS), fill values without patch; `n_patch` (count,) counts all patches, of which the
+        most loaded are kept.
     """
     fields = solution.fields
     cell_area = fields.cell_length * fields.strip_width[:, None]
     work = (fields.work_density * cell_area[:, None, :]).sum(axis=(1, 2))
-    values = {name: getattr(solution, name) for name in _PATCH_VALUES}
-    values["wear_index_mean"] = work / solution.area
-    values["wear_index_max"] = fields.work_density.max(axis=(1, 2), initial=0.0)
-
-    values["wear_area_rate"] = wear.area_rate
-    values["wear_depth_rate_max"] = wear.depth_rate_max
-    values.update(further)
-    flags = {
-        "side": solution.side,
-        "wear_regime": wear.regime,
-        "wear_regime_highest": wear.regime_highest,
+    values = {
+        **{name: getattr(solution, name) for name in _PATCH_VALUES},
+        "wear_index_mean": work / solution.area,
+        "wear_index_max": fields.work_density.max(axis=(1, 2), initial=0.0),
+        "wear_area_rate": wear.area_rate,
+        "wear_depth_rate_max": wear.depth_rate_max,
+        **further,
     }
+    flags = {"side": solution.side, "wear_regime": wear.regime, "wear_regime_highest": wear.regime_highest}
 
     row = {
         name: np.full((count, PATCH_SLOTS, *value.shape[1:]), FILL_FLOAT) for name, value in values.items()
@@ -187,16 +216,10 @@ def summarise(
     return row
 
 
-def measures_told(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
-    """Measures that the row of a state tells, or that a limit is on: computed once for both.
-
-    Parameters
-    ----------
-    state, setup
-        As for `measures_of`, which says what is returned.
-    """
-    turned = () if setup.templates is None else ("wheel_diameter",)
-    return measures_of(state, setup, {*_MEASURES, *turned, *(name for name, _ in setup.control.limits)})
+def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
+    """Return the measures of a state that its row holds or that have a limit, as `measures_of` does."""
+    diameter = () if setup.templates is None else ("wheel_diameter",)
+    return measures_of(state, setup, {*_MEASURES, *diameter, *(name for name, _ in setup.control.limits)})
 
 
 def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> dict[str, np.ndarray]:
@@ -207,14 +230,14 @@ def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> d
     state : State
         Both wheels.
     setup : CampaignSetup
-        For wheelset and counterface.
+        Wheelset and counterface.
     names : collection of str
-        Which of them.
+        Names of the measures.
 
     Returns
     -------
     dict of arrays
-        By variable of the result file; fill values where a worn profile does not have them [SI].
+        By variable of the result file; fill values where a measure does not exist on a worn profile [SI].
     """
     wheelset = setup.wheelset
 
@@ -228,31 +251,20 @@ def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> d
         "hollowing": measures.hollowing,
         "wheel_diameter": diameter,
     }
-    found: dict[str, np.ndarray] = {
+    values: dict[str, np.ndarray] = {
         name: np.array([_or_missing(measure, state.y[w], state.z[w]) for w in (0, 1)])
         for name, measure in per_wheel.items()
         if name in names
     }
     if "max_wear_depth" in names:
-        found["max_wear_depth"] = state.wear_depth.max(axis=1)
+        values["max_wear_depth"] = state.wear_depth.max(axis=1)
     if "fatigue_damage" in names and state.fatigue_damage:
-        found["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
+        values["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
     if "equivalent_conicity" in names:
-        right = replace(wheelset.right, y=state.y[0], z=state.z[0])
-        left = replace(wheelset.left, y=state.y[1], z=state.z[1])
-        conicity = _or_missing(equivalent_conicity, right, left, setup.counterface.profile)
-        found["equivalent_conicity"] = np.asarray(conicity)
-    return found
-
-
-def _turning(state: State, setup: CampaignSetup, measures: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Variables of campaigns whose wheels are turned."""
-    if setup.templates is None:
-        return {}
-    return {
-        "last_reprofiling": np.asarray(state.turned, dtype=np.int32),
-        "wheel_diameter": measures["wheel_diameter"],
-    }
+        wheels = worn_wheels(wheelset, state.y, state.z)
+        conicity = _or_missing(equivalent_conicity, *wheels, setup.counterface.profile)
+        values["equivalent_conicity"] = np.asarray(conicity)
+    return values
 
 
 def _or_missing(measure: Callable[..., float | None], *arguments: object) -> float:
@@ -261,3 +273,140 @@ def _or_missing(measure: Callable[..., float | None], *arguments: object) -> flo
     except ProfileError:
         return FILL_FLOAT
     return FILL_FLOAT if value is None else float(value)
+
+
+def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
+    """Return the state of a row, bit by bit.
+
+    Parameters
+    ----------
+    row : mapping of arrays
+        Row of the result file.
+    index : int
+        Its step.
+    """
+    return State(
+        step=index,
+        **{field: row[name] for name, field in _OF_STATE.items() if name != "distance"},
+        distance=float(row["distance"]),
+        step_length=float(row["step_length"]),
+        step_error=None if row["step_error"] == FILL_FLOAT else float(row["step_error"]),
+        choice=choice_of(row),
+        comparison_depth=_by_law(row, "comparison_wear_depth"),
+        comparison_area=row.get("comparison_worn_area", np.zeros((2, 0))),
+        fatigue_damage=_by_law(row, "fatigue_damage"),
+        counterface=counterface_of(row),
+        reprofiled=int(row.get("last_reprofiling", 0)),
+    )
+
+
+def _by_law(row: Mapping[str, np.ndarray], name: str) -> tuple[np.ndarray, ...]:
+    return tuple(row[name].swapaxes(0, 1)) if name in row else ()
+
+
+def versions() -> str:
+    """Return the versions of the programs whose arithmetic a result depends on."""
+    import numba
+    import scipy
+
+    import wearsim
+
+    return (
+        f"wearsim {wearsim.__version__} (Python {platform.python_version()}, numpy {np.__version__}, "
+        f"scipy {scipy.__version__}, numba {numba.__version__})"
+    )
+
+
+def header_of(setup: CampaignSetup, command: str) -> Header:
+    """Return the static part of the result file of a campaign."""
+    points, conditions = setup.points, setup.points.conditions
+    static = {
+        "wheel_name": ("right", "left"),
+        "regime_name": WEAR_LAWS[setup.wear.law].regimes,
+        "operating_point_name": points.label,
+        **{name: getattr(conditions, name) for name in _CONDITIONS},
+        "environment": points.environment,
+        "weight": points.weight,
+        "block_length": points.block_length,
+        "arc_length": arc_length(setup.wheelset.right.y, setup.wheelset.right.z),
+        "counterface_y": setup.counterface.profile.y,
+        "counterface_z": setup.counterface.profile.z,
+        **static_choice(setup),
+        **static_comparison(comparison_laws(setup)),
+        **static_counterface(setup),
+        **({} if setup.templates is None else {"wheel_template": [one.name for one in setup.templates]}),
+    }
+    wear, models, limits = setup.wear, setup.models, setup.control
+    auto = setup.tolerance is not None
+    rotation = conditions.rotation
+    attributes: dict[str, str | int | float] = {
+        "title": setup.title or f"wear campaign, {setup.kind}",
+        "history": command,
+        "source": versions(),
+        "scene_text": setup.scene_text,
+        "scene_kind": setup.kind,
+        "input_hashes": "; ".join(f"{name} sha256:{value}" for name, value in setup.input_hashes),
+        "wheel_profile_right": setup.wheelset.right.name,
+        "wheel_profile_left": setup.wheelset.left.name,
+        "counterface_profile": setup.counterface.profile.name,
+        "wear_law": wear.law,
+        **_wear_attributes(wear),
+        "wheel_density": wear.density,
+        "contact_normal": "auto" if auto else models.normal,
+        "contact_tangential": "auto" if auto else models.tangential,
+        "contact_tolerance": setup.tolerance if setup.tolerance is not None else "",
+        "contact_parameters": ", ".join(f"{name} = {value:g}" for name, value in models.parameters),
+        "youngs_modulus": models.youngs_modulus,
+        "poisson_ratio": models.poisson_ratio,
+        "strips": 0 if auto else models.strips,
+        "cells": 0 if auto else models.cells,
+        "rotation_rule": rotation if isinstance(rotation, str) else "given",
+        "roll_rule": "free" if conditions.free_roll else "given",
+        "axle_torque": float(conditions.torque),
+        "smoothing_wavelength": limits.smoothing_wavelength,
+        "stability_limit": limits.stability,
+        "depth_cap": limits.depth_cap,
+        "first_depth": limits.first_depth if limits.first_depth < math.inf else "",
+        "integrator": limits.integrator,
+        "error_tolerance": limits.error_tolerance if limits.error_tolerance < math.inf else "",
+        "target_distance": limits.distance,
+        **attributes_of(dict(limits.limits), limits.end_at_limit),
+        **_reprofiling_attributes(limits.reprofiling),
+        "counterface_curvature": setup.counterface.curvature,
+        **counterface_attributes(setup.counterface_wear),
+        **comparison_attributes(comparison_laws(setup)),
+        "wheel_radius": setup.wheelset.radius,
+        "half_span": setup.wheelset.half_span,
+        "friction_note": "one Coulomb coefficient per operating point, alike over the whole profile",
+        "attribute_units": "SI: m, m-1, Pa, N m, kg m-3",
+        "warnings": "; ".join(str(warning) for warning in setup.warnings),
+    }
+    return Header(static, attributes)
+
+
+def _wear_attributes(wear: WearSettings) -> dict[str, str]:
+    law = WEAR_LAWS[wear.law]
+    if not law.wears:
+        return {}
+    coefficients = coefficients_of(wear)
+    return {
+        "wear_coefficients": coefficients.name,
+        "wear_coefficients_source": coefficients.source,
+        "wear_coefficients_materials": coefficients.materials,
+        "wear_coefficients_validity": coefficients.validity,
+        "wear_coefficients_departures": " ".join(coefficients.departures),
+        "wear_coefficients_warnings": "; ".join(coefficients.uncertain),
+        "wear_law_numbers": ", ".join(coefficients.numbers),
+        "wear_form": wear.form,
+        "seizure_cap": wear.seizure_cap if "seizure_cap" in law.parameters else "",
+    }
+
+
+def _reprofiling_attributes(rules: ReprofilingRules | None) -> dict[str, str | float]:
+    if rules is None:
+        return {}
+    return {
+        TURNED_AT: " ".join(rules.limits),
+        "reprofiling_distances": " ".join(f"{place:.12g}" for place in rules.places),
+        "reprofiling_least_cut": rules.cut,
+    }

@@ -1,8 +1,8 @@
-"""Run a campaign: evaluate, record, append, step, until the distance is reached; continue it at any moment.
+"""Run or resume a campaign: evaluate, record, append, step, until the distance is reached; report progress.
 
-Order of writing at each step: record (atomic), row of the result file, status.  Whatever moment the
-process dies at, the records up to the last finished step are whole; on the next start the result file is
-compared with them bit by bit and rebuilt if it differs.
+Order of writing at each step: record (atomic), row of the result file, status. The records up to the last
+finished step are complete whenever the process ends; the next start compares the result file with them bit
+by bit and rebuilds it if it differs.
 """
 
 from __future__ import annotations
@@ -11,9 +11,11 @@ import contextlib
 import os
 import signal
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from wearsim.campaign.control import reached
 from wearsim.campaign.directory import (
@@ -23,24 +25,17 @@ from wearsim.campaign.directory import (
     claim,
     locked,
     read_manifest,
-    refuse_foreign,
+    require_own_directory,
+    write_status,
 )
-from wearsim.campaign.evolution import EvaluationT, Evolution, WheelsetEvolution
-from wearsim.campaign.progress import Observer, Progress
-from wearsim.campaign.record import state_of
-from wearsim.campaign.row import StepTaken
-from wearsim.campaign.writer import Writer
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.record import Writer
+from wearsim.campaign.row import StepTaken, state_of
+from wearsim.campaign.state import State
 from wearsim.errors import Fault, NumericalError, SceneError, WearsimError
 from wearsim.results import check_row
 from wearsim.results.limits import ending_limits, first_met
-from wearsim.scene import (
-    CampaignScene,
-    CampaignSetup,
-    CompareScene,
-    build,
-    files_to_copy,
-    load_campaign,
-)
+from wearsim.scene import CampaignScene, CompareScene, build, files_to_copy, load_campaign
 from wearsim.scene.overrides import Override
 
 
@@ -53,12 +48,12 @@ def run_scene(
     overrides: Sequence[Override] = (),
     threads: int | None = None,
 ) -> tuple[Path, ...]:
-    """Run a scene in a run directory, or continue it if it was begun there.
+    """Run a scene in a run directory, or resume it if it was started there.
 
     Parameters
     ----------
     scene : str, Path, dict or scene
-        A rig, a field or a comparison: its file, its tables as dicts, or loaded by `load_scene`.
+        A rig, field or compare scene: its file, its tables as dicts, or loaded by `load_scene`.
     out : str or Path
         Run directory.
     command : str
@@ -68,7 +63,7 @@ def run_scene(
     overrides : sequence of Override
         Values that replace those of a scene file or dict.
     threads : int, optional
-        Of the contact solver, by default all the process may use; they do not change a bit.
+        Threads of the contact solver, by default all available; their number does not change the bits.
 
     Returns
     -------
@@ -80,7 +75,7 @@ def run_scene(
     SceneError
         With all faults of the scene; nothing is written then.
     ResultError
-        If `out` cannot be used; nothing in it is touched then.
+        If `out` cannot be used; nothing in it is changed then.
 
     Examples
     --------
@@ -102,26 +97,20 @@ def run_scene(
     if not isinstance(scene, CampaignScene):
         scene = load_campaign(scene, overrides=overrides)
     elif overrides:
-        raise SceneError([Fault("overrides act on a scene file or a dict, not on a scene that is loaded")])
+        raise SceneError([Fault("overrides act on a scene file or a dict, not on a loaded scene")])
     files = scene_files(scene)
-    refuse_foreign(out)
+    require_own_directory(out)
     with locked(out):
         return _run_claimed(out, claim(out, files, command), observer, threads)
 
 
 def scene_files(scene: CampaignScene) -> SceneFiles:
-    """Return the files that make up a scene, as a run directory keeps them.
-
-    Parameters
-    ----------
-    scene : RigScene, FieldScene or CompareScene
-        As loaded.
-    """
+    """Return the files of a loaded scene that a run directory keeps."""
     return SceneFiles(scene.origin.path.name, files_to_copy(scene))
 
 
 def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, ...]:
-    """Continue what was begun in a run directory; what is finished stays as it is.
+    """Resume the campaigns of a run directory; finished ones stay unchanged.
 
     Parameters
     ----------
@@ -138,7 +127,7 @@ def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, 
     Raises
     ------
     ResultError
-        If `out` is no run directory, or its copy of the scene was changed.
+        If `out` is not a run directory, or its copy of the scene was changed.
 
     Examples
     --------
@@ -159,8 +148,9 @@ def _run_claimed(
     scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
     parts = (scene.rig, scene.field) if isinstance(scene, CompareScene) else (scene,)
     setups = [build(part) for part in parts]
+    threads = threads or available_cores()
     paths = [
-        run_campaign(setup, out, setup.kind, observer, command=manifest.command, threads=threads)
+        run_evolution(WheelsetEvolution(setup, manifest.command, threads), out, setup.kind, observer)
         for setup in setups
     ]
     if isinstance(scene, CompareScene):
@@ -170,54 +160,19 @@ def _run_claimed(
     return tuple(paths)
 
 
-def run_campaign(
-    setup: CampaignSetup,
-    directory: str | Path,
-    name: str,
-    observer: Observer | None = None,
-    *,
-    command: str = "",
-    threads: int | None = None,
-) -> Path:
-    """Run one campaign to its end, from wherever it stands in `directory`.
-
-    Parameters
-    ----------
-    setup : CampaignSetup
-        As `wearsim.scene.build` gives it.
-    directory : str or Path
-        Existing directory for `<name>.nc`; the caller sees to it that nobody else works there.
-    name : str
-        Of the campaign.
-    observer : callable, optional
-        Called with an `Event` at each step.
-    command : str
-        Command line, for the history attribute.
-    threads : int, optional
-        Of the contact solver, by default all the process may use; they do not change a bit.
-
-    Returns
-    -------
-    Path
-        The finished, verified result file.
-    """
-    evolution = WheelsetEvolution(setup, command, threads or available_cores())
-    return run_evolution(evolution, Path(directory), name, observer)
-
-
 def run_evolution(
-    evolution: Evolution[EvaluationT], directory: Path, name: str, observer: Observer | None = None
+    evolution: WheelsetEvolution, directory: Path, name: str, observer: Observer | None = None
 ) -> Path:
-    """Run a campaign to its end, from wherever it stands in `directory`.
+    """Run a campaign to its end, from its last step in `directory`.
 
     Parameters
     ----------
-    evolution : Evolution
-        The physics.
+    evolution : WheelsetEvolution
+        Wheelset and setup.
     directory : Path
         Where `<name>.nc` is written; the caller holds its lock.
     name : str
-        Of the campaign.
+        Name of the campaign.
     observer : callable, optional
         Called with an `Event` at each step.
 
@@ -230,10 +185,10 @@ def run_evolution(
     progress = Progress(name, evolution.target, directory, observer)
     try:
         if writer.finished():
-            progress.tell("found", *writer.outcome())
+            progress.report("complete", **writer.outcome())
             return writer.path
         _loop(evolution, writer, progress)
-        progress.tell("finished", ended=writer.finish())
+        progress.report("finished", ended=writer.finish())
     except KeyboardInterrupt:
         with _uninterrupted(), contextlib.suppress(WearsimError):
             writer.flush()
@@ -247,7 +202,7 @@ def run_evolution(
     return writer.path
 
 
-def _loop(evolution: Evolution[EvaluationT], writer: Writer, progress: Progress) -> None:
+def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress) -> None:
     done = writer.recover()
     taken: StepTaken | None
     limits = ending_limits(writer.header.attributes)
@@ -262,7 +217,7 @@ def _loop(evolution: Evolution[EvaluationT], writer: Writer, progress: Progress)
         state, taken = evolution.start()
         progress.start("started", state)
     if writer.rebuilt:
-        progress.tell("rebuilt")
+        progress.report("rebuilt")
     target = evolution.target
     while True:
         ended = reached(state.distance, target)
@@ -276,21 +231,21 @@ def _loop(evolution: Evolution[EvaluationT], writer: Writer, progress: Progress)
                 deferred = writer.write(state.step, row)
                 progress.step(state, taken.length)
             if deferred:
-                progress.tell("deferred")
+                progress.report("deferred")
             if ended or first_met(row, limits, laws):
                 return
         before = state
         state, taken = evolution.advance(before, evaluation)
-        moved = state.distance > before.distance or state.turned == state.step
+        moved = state.distance > before.distance or state.reprofiled == state.step
         if not (moved and state.step == before.step + 1):
             raise NumericalError(
-                f"the wear step at {before.distance:.6g} m could not be made long enough to move on; "
+                f"the wear step at {before.distance:.6g} m is too short to change the distance; "
                 f"raise max_step_depth_um or stability in [campaign]"
             )
 
 
 def available_cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -298,7 +253,7 @@ def available_cores() -> int:
 
 @contextlib.contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Hold Ctrl-C back until record and row are both written, so that the file stays whole."""
+    """Defer Ctrl-C until record and row are both written."""
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # a run in the background, under nohup
     if ignored or threading.current_thread() is not threading.main_thread():
         yield
@@ -311,3 +266,93 @@ def _uninterrupted() -> Iterator[None]:
         signal.signal(signal.SIGINT, previous)
     if received:
         raise KeyboardInterrupt
+
+
+Kind = Literal["started", "resumed", "step", "deferred", "rebuilt", "finished", "complete"]
+
+
+@dataclass(frozen=True)
+class Event:
+    """Progress of a campaign, for an observer.
+
+    Parameters
+    ----------
+    kind : str
+        "started", "resumed", "step", "deferred" (a reader holds the file; the rows follow), "rebuilt" (the
+        result file was damaged and written anew from the records), "finished", or "complete" (finished
+        before).
+    name : str
+        Name of the campaign: rig or field.
+    step : int
+        Finished wear steps.
+    distance, target : float
+        Distance run and to run [m].
+    worst_depth : float
+        Largest wear depth on either wheel [m].
+    step_length : float
+        Length of the last step [m].
+    elapsed : float
+        Wall time of this session [s].
+    time_left : float or None
+        Estimated from the pace of this session [s]; None before its first step.
+    ended : str
+        Reason of the end: "distance reached" or "limit of ... met".
+    """
+
+    kind: Kind
+    name: str
+    step: int = 0
+    distance: float = 0.0
+    target: float = 0.0
+    worst_depth: float = 0.0
+    step_length: float = 0.0
+    elapsed: float = 0.0
+    time_left: float | None = None
+    ended: str = ""
+
+
+Observer = Callable[[Event], None]
+
+
+class Progress:
+    """Reports progress to observer and status file."""
+
+    def __init__(self, name: str, target: float, directory: Path, observer: Observer | None) -> None:
+        self._event = Event("started", name, target=target)
+        self._directory = directory
+        self._observer = observer
+        self._began = time.monotonic()
+        self._from = 0.0
+
+    def start(self, kind: Literal["started", "resumed"], state: State) -> None:
+        """Report that the campaign starts from a state."""
+        self._from = state.distance
+        self.report(kind, **_standing(state))
+
+    def step(self, state: State, step_length: float) -> None:
+        """Report the step of a length [m] that led to a state, after writing it."""
+        self.report("step", **_standing(state), step_length=step_length)
+
+    def report(self, kind: Kind, **changes: Any) -> None:
+        """Report an event; other fields of `Event` keep their values."""
+        event = replace(self._event, kind=kind, **changes)
+        elapsed, run = time.monotonic() - self._began, event.distance - self._from
+        left = elapsed / run * max(event.target - event.distance, 0.0) if run > 0.0 else None
+        self._event = replace(event, elapsed=elapsed, time_left=left)
+        self._status("finished" if kind in ("finished", "complete") else "running")
+        if self._observer is not None:
+            self._observer(self._event)
+
+    def close(self, state: str, message: str = "") -> None:
+        """Write the end of the session to the status file, if possible."""
+        with contextlib.suppress(WearsimError):  # the first error matters more
+            self._status(state, message)
+
+    def _status(self, state: str, message: str = "") -> None:
+        status = asdict(self._event)
+        del status["kind"], status["name"]
+        write_status(self._directory, self._event.name, {"state": state, **status, "message": message})
+
+
+def _standing(state: State) -> dict[str, Any]:
+    return {"step": state.step, "distance": state.distance, "worst_depth": float(state.wear_depth.max())}

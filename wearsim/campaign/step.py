@@ -9,83 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.campaign.counterface import damped_counterface, wear_off_counterface
-from wearsim.campaign.smoothing import smooth_sides
 from wearsim.campaign.state import CounterfaceState, Increment, State, WearRate
-from wearsim.campaign.vertices import taken_off
+from wearsim.campaign.vertices import smooth_sides, worn_off
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue.balance import damage_after
 from wearsim.profile.shape import vertex_lengths
 
 RateAt = Callable[[State], WearRate]
-Predict = Callable[[Increment], State]
-
-
-class Outcome(NamedTuple):
-    """What an integrator makes of a step.
-
-    Parameters
-    ----------
-    after : State
-        At the end of the step.
-    companion : State or None
-        The same step by the rule of the other order: the difference in depth estimates the error of the
-        one of lower order. None where it was not asked for.
-    """
-
-    after: State
-    companion: State | None
-
-
-Integrator = Callable[[State, WearRate, float, RateAt, Predict, bool], Outcome]
-
-
-def euler(
-    state: State, rate: WearRate, step_length: float, rate_at: RateAt, predict: Predict, estimate: bool
-) -> Outcome:
-    """Wear at the rate of the step's beginning, first order; its error is estimated by Heun's rule."""
-    after = predict(_at_once(rate, step_length))
-    mean = _mean_of_rates(state, rate, step_length, rate_at, after) if estimate else None
-    return Outcome(after, None if mean is None else predict(mean))
-
-
-def heun(
-    state: State,
-    rate: WearRate,
-    step_length: float,
-    rate_at: RateAt,
-    predict: Predict,
-    estimate: bool,  # noqa: ARG001 -- Euler's step is made anyway
-) -> Outcome:
-    """Wear at the mean of the rates at the step's beginning and predicted end, second order.
-
-    Notes
-    -----
-    The prediction is Euler's step, and the difference of both is the leading error of Euler's: an upper
-    estimate of the error of this one, which is of the next order.
-    """
-    ahead = predict(_at_once(rate, step_length))
-    return Outcome(predict(_mean_of_rates(state, rate, step_length, rate_at, ahead)), ahead)
-
-
-def semi_implicit(
-    state: State, rate: WearRate, step_length: float, rate_at: RateAt, predict: Predict, estimate: bool
-) -> Outcome:
-    r"""Wear at the rate the step's end has by its own wear, first order, damped for any length.
-
-    Notes
-    -----
-    With virtual penetration a strip carries less the more is taken off it: its rate falls with
-    :math:`1 - d/g`. Solved for the depth at the end of the step, a wave is multiplied by
-    :math:`1/(1 + S)` instead of :math:`1 - S`.
-    """
-    start = _at_once(rate, step_length)
-    # comparison laws see the same contacts, which carry less the more the active law removes
-    comparison = tuple(depth / _divisor(rate, step_length) for depth in start.comparison)
-    after = predict(
-        Increment(damped(rate, step_length), comparison, start.fatigue, damped_counterface(rate, step_length))
-    )
-    mean = _mean_of_rates(state, rate, step_length, rate_at, after) if estimate else None
-    return Outcome(after, None if mean is None else predict(mean))
 
 
 def damped(rate: WearRate, step_length: float) -> FloatArray:
@@ -94,7 +24,7 @@ def damped(rate: WearRate, step_length: float) -> FloatArray:
     Parameters
     ----------
     rate : WearRate
-        At its beginning.
+        At the beginning of the step.
     step_length : float
         [m]
 
@@ -106,7 +36,7 @@ def damped(rate: WearRate, step_length: float) -> FloatArray:
     Notes
     -----
     Spec 3.2 (b). Depth and sum of depth over interpenetration are averaged over the stretch of each vertex
-    in the same way; sampled at the vertices, the sum would print the strips of the patches on the profile.
+    in the same way, so that the strips of the patches leave no pattern on the profile.
     """
     depth: FloatArray = rate.regime_depth * step_length / _divisor(rate, step_length)
     return depth
@@ -120,7 +50,7 @@ def _divisor(rate: WearRate, step_length: float) -> FloatArray:
 
 
 def _at_once(rate: WearRate, step_length: float) -> Increment:
-    """Increment of a whole step at the rate of its beginning."""
+    """Increment of a step at the rate of its beginning."""
     return Increment(
         rate.regime_depth * step_length,
         tuple(depth * step_length for depth in rate.comparison),
@@ -129,15 +59,19 @@ def _at_once(rate: WearRate, step_length: float) -> Increment:
     )
 
 
-def _mean_of_rates(
-    state: State, rate: WearRate, step_length: float, rate_at: RateAt, ahead: State
-) -> Increment:
-    """Increment at the mean of the rates in two states.
+def _damped(rate: WearRate, step_length: float) -> Increment:
+    """Increment of a step at the rate of its end, linearised; fatigue damage at the rate of its beginning."""
+    start, divisor = _at_once(rate, step_length), _divisor(rate, step_length)
+    comparison = tuple(depth / divisor for depth in start.comparison)
+    return Increment(
+        damped(rate, step_length), comparison, start.fatigue, damped_counterface(rate, step_length)
+    )
 
-    The vertices move, so the stretch each stands for changes a little: the depth ahead is scaled to the
-    present stretch and the area worn is the mean of both areas.
-    """
-    predicted = rate_at(ahead)
+
+def _mean_of_rates(
+    state: State, rate: WearRate, step_length: float, ahead: State, predicted: WearRate
+) -> Increment:
+    """Increment at the mean of the rates in two states, scaled to the present stretches."""
     stretch = _stretched(state, ahead)
 
     def mean(here: FloatArray, there: FloatArray, stretch: FloatArray = stretch) -> FloatArray:
@@ -149,8 +83,8 @@ def _mean_of_rates(
     if rate.counterface is not None and predicted.counterface is not None:
         assert state.counterface is not None  # it wears
         assert ahead.counterface is not None
-        below = _stretched(state.counterface, ahead.counterface)
-        counterface = mean(rate.counterface.depth, predicted.counterface.depth, below)
+        longer = _stretched(state.counterface, ahead.counterface)
+        counterface = mean(rate.counterface.depth, predicted.counterface.depth, longer)
     return Increment(
         mean(rate.regime_depth, predicted.regime_depth),
         tuple(mean(*pair) for pair in zip(rate.comparison, predicted.comparison, strict=True)),
@@ -166,7 +100,33 @@ def _stretched(before: State | CounterfaceState, after: State | CounterfaceState
     )
 
 
-INTEGRATORS: dict[str, Integrator] = {"euler": euler, "heun": heun, "semi_implicit": semi_implicit}
+class Integrator(NamedTuple):
+    """Rule of a wear step.
+
+    Parameters
+    ----------
+    increment : callable
+        Increment of first order, from the rate at the beginning and the length of the step [m].
+    second_order : bool
+        Whether the step is that of Heun's rule, at the mean of the rates at the beginning and at the end of
+        the increment of first order. Otherwise Heun's rule estimates the error only.
+    """
+
+    increment: Callable[[WearRate, float], Increment]
+    second_order: bool
+
+
+INTEGRATORS = {
+    "euler": Integrator(_at_once, second_order=False),
+    "heun": Integrator(_at_once, second_order=True),
+    "semi_implicit": Integrator(_damped, second_order=False),
+}
+r"""Rules by name.
+
+With virtual penetration the rate of a strip falls with :math:`1 - d/g`. Solved for the depth at the end of
+the step, "semi_implicit" multiplies a wave by :math:`1/(1 + S)` instead of :math:`1 - S`: it is stable for
+any length.
+"""
 
 
 def advance(
@@ -182,18 +142,18 @@ def advance(
     estimate: bool = False,
     crack_depth: Sequence[float] = (),
 ) -> State:
-    """Wear both wheels over a distance, and their counterface if it wears.
+    """Wear both wheels, and a counterface that wears, over a distance.
 
     Parameters
     ----------
     state : State
         At the beginning of the step.
     rate : WearRate
-        In that state, for the points that act.
+        In that state, for the acting points.
     step_length : float
         Distance to run [m].
     radius : float
-        Of the wheels at the tape circle [m].
+        Of the wheels at the running circle [m].
     density : float
         Of the wheels [kg/m3].
     smoothing_wavelength : float
@@ -201,18 +161,17 @@ def advance(
     integrator : str
         Name in `INTEGRATORS`.
     rate_at : callable
-        Gives the wear rate of the same points in another state.
+        Wear rate of the same points as a function of the state.
     estimate : bool
-        Whether to estimate the error also where that costs another look at the contact.
+        Whether to estimate the error also where it takes another contact solution.
     crack_depth : sequence of float
         Depth of a crack of damage 1 for each fatigue law; infinite where wear removes no damage [m].
 
     Returns
     -------
     State
-        At the end of the step, with its error: the largest difference in depth between the rules of first
-        and second order, after smoothing, of the wheels and of a counterface that wears. Depths of
-        comparison laws and fatigue damage follow the same steps, but their errors are not in it.
+        At the end of the step. Its error is the largest difference in depth between the rules of first and
+        second order, after smoothing, of wheels and counterface, without comparison laws and fatigue damage.
 
     Raises
     ------
@@ -223,13 +182,16 @@ def advance(
     def wear_off(increment: Increment) -> State:
         worn = remove(state, increment.regime_depth, step_length, radius, density, smoothing_wavelength)
         if state.counterface is not None and increment.counterface is not None:
-            below = wear_off_counterface(state.counterface, increment.counterface, smoothing_wavelength)
-            worn = replace(worn, counterface=below)
+            other = wear_off_counterface(state.counterface, increment.counterface, smoothing_wavelength)
+            worn = replace(worn, counterface=other)
         return _with_comparison_laws(state, worn, increment, smoothing_wavelength, crack_depth)
 
-    after, companion = INTEGRATORS[integrator](state, rate, step_length, rate_at, wear_off, estimate)
-    if companion is None:
-        return after
+    rule = INTEGRATORS[integrator]
+    first = wear_off(rule.increment(rate, step_length))
+    if not (estimate or rule.second_order):
+        return first
+    second = wear_off(_mean_of_rates(state, rate, step_length, first, rate_at(first)))
+    after, companion = (second, first) if rule.second_order else (first, second)
     error = float(np.abs(after.wear_depth - companion.wear_depth).max())
     if after.counterface is not None and companion.counterface is not None:
         error = max(error, float(np.abs(after.counterface.depth - companion.counterface.depth).max()))
@@ -244,28 +206,28 @@ def remove(
     density: float,
     smoothing_wavelength: float,
 ) -> State:
-    r"""Take a wear increment off the profiles.
+    r"""Remove a wear increment from the profiles of the wheels.
 
     Parameters
     ----------
     state : State
-        Before.
+        State before.
     regime_depth : (2, n_regimes, n) array
         Depth by regime at the vertices, before smoothing [m].
     step_length : float
-        Distance the increment belongs to [m].
+        Distance of the increment [m].
     radius, density, smoothing_wavelength : float
         As for `advance`.
 
     Returns
     -------
     State
-        After; the area between the polygons is the sum of depth times vertex length.
+        State after; the area between the polygons is the sum of depth times vertex length.
 
     Notes
     -----
-    Smoothing acts on each regime for itself, so that their depths keep adding up to the total. The mass
-    is that of rings of radius :math:`r(y) = r_0 + z` before the step:
+    Smoothing acts on each regime, so that the depths of the regimes sum to the total. The mass is that of
+    rings of radius :math:`r(y) = r_0 + z` before the step:
     :math:`\rho \sum 2 \pi r_j d_j l_j`.
     """
     y, z = np.empty_like(state.y), np.empty_like(state.z)
@@ -275,7 +237,7 @@ def remove(
         old_y, old_z = state.y[wheel], state.z[wheel]
         length = vertex_lengths(old_y, old_z)
         total = depth[wheel].sum(axis=0)
-        y[wheel], z[wheel] = taken_off(old_y, old_z, total, f"{('right', 'left')[wheel]} wheel")
+        y[wheel], z[wheel] = worn_off(old_y, old_z, total, f"{('right', 'left')[wheel]} wheel")
         area[wheel] += (total * length).sum()
         mass[wheel] += density * 2.0 * np.pi * ((radius + old_z) * total * length).sum()
     return State(
@@ -298,11 +260,7 @@ def _with_comparison_laws(
     smoothing_wavelength: float,
     crack_depth: Sequence[float],
 ) -> State:
-    """Add what the comparison laws would have worn, and fatigue damage, which wear removes.
-
-    Depths are smoothed as those of the active law are, law by law and regime by regime: an equal law has
-    equal bits. Damage feeds nothing back into the contact and is not smoothed.
-    """
+    """Add the smoothed depths of the comparison laws and the fatigue damage that wear leaves."""
     length = np.stack([vertex_lengths(before.y[w], before.z[w]) for w in (0, 1)])
     depths: list[FloatArray] = []
     areas: list[FloatArray] = []

@@ -1,4 +1,4 @@
-"""Between the strips of contact patches and the vertices of a profile, and how the vertices are worn off."""
+"""Wear along the vertices of a profile: from contact strips to vertices, smoothing, removal of material."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ import numpy as np
 from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray
 from wearsim.errors import NumericalError
-from wearsim.profile.shape import offset_distance, vertex_normals
+from wearsim.profile.shape import arc_length, offset_distance, vertex_lengths, vertex_normals
+from wearsim.profile.smoothing import smoothing_spline
 
 
 def stretches(arc: FloatArray) -> FloatArray:
-    """Return the borders (n + 1,) of the stretches that vertices at arc lengths (n,) stand for [m]."""
+    """Return the limits (n + 1,) of the stretches of vertices at arc lengths (n,) [m]."""
     return np.concatenate([arc[:1], 0.5 * (arc[1:] + arc[:-1]), arc[-1:]])
 
 
@@ -49,22 +50,22 @@ def sample(strip_edges: FloatArray, arc: FloatArray, value: FloatArray, out: Flo
                 vertex += 1
 
 
-def taken_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tuple[FloatArray, FloatArray]:
-    """Move the vertices of a profile along their normals so that it loses the area of a wear increment.
+def worn_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tuple[FloatArray, FloatArray]:
+    """Move the vertices of a profile along their normals by the area of a wear increment.
 
     Parameters
     ----------
     y, z : (n,) array
         Vertices, z out of the material [m].
     depth : (n,) array
-        Depth of the law at the vertices, smoothed [m].
+        Smoothed depth of the law at the vertices [m].
     body : str
-        What wears, for the error.
+        Name of the body, for the message.
 
     Returns
     -------
     y, z : (n,) array
-        The same vertices after [m].
+        Vertices after removal [m].
 
     Raises
     ------
@@ -82,3 +83,62 @@ def taken_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tup
             f"smoothing_wavelength_mm"
         )
     return new_y, new_z
+
+
+def smooth(arc: FloatArray, depth: FloatArray, length: FloatArray, wavelength: float) -> FloatArray:
+    r"""Cubic smoothing spline of a wear increment over arc length, its area kept.
+
+    Parameters
+    ----------
+    arc : (n,) array
+        Arc length at the vertices, strictly rising [m].
+    depth : (..., n) array
+        Wear depth, not negative [m]; rows are independent.
+    length : (n,) array
+        Length of profile each vertex stands for [m].
+    wavelength : float
+        Wavelength whose amplitude is halved [m]; 0: no smoothing.
+
+    Returns
+    -------
+    (..., n) array
+        Smoothed depth, nowhere negative, with the same sum(depth * length) in each row [m].
+
+    Notes
+    -----
+    `wearsim.profile.smoothing.smoothing_spline`: the amplitude at wavelength :math:`\Lambda` is halved.
+    Negative side lobes of a worn band are set to 0, then each row is scaled to its area.
+    """
+    if wavelength == 0.0 or not depth.any():
+        return depth.copy()
+    rows = depth.reshape(-1, depth.shape[-1])
+    smoothed = np.maximum(smoothing_spline(arc, rows, length, wavelength), 0.0)
+
+    area = (rows * length).sum(axis=1)
+    kept = (smoothed * length).sum(axis=1)
+    scale = np.where(kept > 0.0, area / np.where(kept > 0.0, kept, 1.0), 0.0)
+    result: FloatArray = (smoothed * scale[:, None]).reshape(depth.shape)
+    return result
+
+
+def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float) -> FloatArray:
+    """Smooth a wear increment along the profiles of both sides.
+
+    Parameters
+    ----------
+    y, z : (2, n) array
+        Profiles of the right and left body [m].
+    depth : (2, ..., n) array
+        At their vertices, not negative [m].
+    wavelength : float
+        As for `smooth` [m].
+
+    Returns
+    -------
+    (2, ..., n) array
+        Smoothed depth [m].
+    """
+    return np.stack([
+        smooth(arc_length(y[side], z[side]), depth[side], vertex_lengths(y[side], z[side]), wavelength)
+        for side in (0, 1)
+    ])  # fmt: skip

@@ -152,7 +152,7 @@ def _choice(setup: CampaignSetup) -> dict[str, Any] | None:
     import math
 
     from wearsim.campaign import choose
-    from wearsim.campaign.classes import CLASSES
+    from wearsim.campaign.choose import CLASSES
     from wearsim.campaign.evolution import WheelsetEvolution
 
     if setup.tolerance is None:
@@ -177,7 +177,7 @@ def _choice(setup: CampaignSetup) -> dict[str, Any] | None:
                 "cost": choose.COST_ORDER[candidates.index(one.models)][3],
                 "depth_error": one.depth_error if math.isfinite(one.depth_error) else None,
                 "strip_work_error": one.work_error if math.isfinite(one.work_error) else None,
-                "refusal": one.refusal,
+                "refusal": one.message,
             }
             for one in verdict.evidence
         ],

@@ -9,10 +9,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from wearsim.profile.conicity import Running
 from wearsim.profile.inspection import Comparison, Inspection, ReprofiledWheel
 from wearsim.profile.inspection.fleet import FleetRow
 from wearsim.profile.inspection.inputs import ProfileInput
-from wearsim.profile.inspection.running import Running
 from wearsim.profile.limits import NO_DIAMETER, Judgement
 from wearsim.profile.measures import Measures
 from wearsim.profile.placement import BACK_TO_BACK, GAUGE

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
-    from wearsim.campaign.progress import Event, Observer
+    from wearsim.campaign.run import Event, Observer
 
 PLAIN_INTERVAL = 10.0
 """Without a terminal a line at most every so many seconds [s]."""
@@ -82,7 +82,7 @@ def line(event: Event) -> str:
             f"{event.name}: another program holds {event.name}.nc open; "
             f"the campaign goes on, the file follows when it is free"
         )
-    if event.kind == "found":
+    if event.kind == "complete":
         return f"{event.name}: finished before, {_state(event)}{_why(event)}"
     if event.kind == "finished":
         return f"{event.name}: finished, {_state(event)}, in {duration(event.elapsed)}{_why(event)}"

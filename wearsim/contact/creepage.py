@@ -40,8 +40,7 @@ class Kinematics:
 
     def creepage(self, rotation_speed: FloatArray) -> FloatArray:
         """Creepages (m, 3) for (m,) rotation speeds [rad/s]."""
-        value: FloatArray = self.at_rest + rotation_speed[:, None] * self.per_speed
-        return value
+        return self.at_rest + rotation_speed[:, None] * self.per_speed
 
 
 def moved(motion: Kinematics, along: FloatArray, across: FloatArray) -> Kinematics:
@@ -127,7 +126,8 @@ def kinematics(
 
     Notes
     -----
-    To first order these are (35)-(37) of [1]_ as corrected in the specification; nothing is linearised here.
+    Rotation (8), surface velocities (15) and (21) of [1]_, in the contact frames of (34), without small
+    angles; to first order these are (35)-(37) as corrected in `contact.reference.linear_creepage`.
 
     References
     ----------
@@ -161,11 +161,10 @@ def kinematics(
     wheel = np.cross(axle, arm)  # surface velocity of the wheel per rotation speed
     rolling = -(speed * (1.0 - curvature * point.counterface_z))[:, None] * e_x
     counterface = rolling + (speed * track_curvature)[:, None] * np.stack((y, -x, zero), axis=1)
-    turning = np.stack((zero, curvature * speed, -speed * track_curvature), axis=1)
+    spinning = np.stack((zero, curvature * speed, -speed * track_curvature), axis=1)
 
     def frame(velocity: FloatArray, spin: FloatArray) -> FloatArray:
         parts = [(velocity * e).sum(axis=1) for e in (e_x, e_s)] + [(spin * e_n).sum(axis=1)]
-        value: FloatArray = np.stack(parts, axis=1) / speed[:, None]
-        return value
+        return np.stack(parts, axis=1) / speed[:, None]
 
-    return Kinematics(frame(-counterface, -turning), frame(wheel, axle), x)
+    return Kinematics(frame(-counterface, -spinning), frame(wheel, axle), x)

@@ -333,13 +333,7 @@ def variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable
     """
     if name == "point":
         return xr.Variable(dimensions, values, {"long_name": "index of the operating point"})
-    quantity = QUANTITIES[name]
-    attributes = {"long_name": quantity.meaning}
-    if quantity.unit:
-        attributes["units"] = quantity.unit
-    if quantity.sign:
-        attributes["comment"] = quantity.sign
-    return xr.Variable(dimensions, values, attributes)
+    return xr.Variable(dimensions, values, QUANTITIES[name].attributes)
 
 
 def _wheel(profile: str | Path | Profile) -> Profile:

@@ -191,7 +191,6 @@ def balanced_rotation(
     )
     if not solved.all():
         raise NumericalError(
-            "no rotation speed balances the axle torque; lower the applied torque",
-            row=int(np.argmin(solved)),
+            "no rotation speed balances the axle torque; lower the applied torque", row=int(np.argmin(solved))
         )
     return speed

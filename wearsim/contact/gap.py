@@ -1,8 +1,9 @@
 """The gap in three dimensions, over a contact plane: the exact heights of a yawed wheel and its counterface.
 
 `geometry.gap` is the gap along the line where each lateral position comes nearest. Here every point of
-the plane is a ray along the contact normal, cut with both surfaces of revolution by Newton's method; rings
-and profiles are joined by cubic polynomials through positions and slopes, so that the surfaces are smooth.
+the plane is a ray along the contact normal, cut with both surfaces of revolution by Newton's method; circles
+of the wheel and profiles are joined by cubic polynomials through positions and slopes, so that the surfaces
+are smooth.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ class ContactPlane:
 
 
 def contact_plane(gap: Gap, row: IntArray, y: FloatArray, angle: FloatArray) -> ContactPlane:
-    """Plane on the contact line, with the wheel lowered until it touches somewhere.
+    """Plane on the contact line, with the wheel lowered to its initial contact.
 
     Parameters
     ----------
@@ -109,28 +110,11 @@ def gap_surface(gap: Gap, plane: ContactPlane, x: FloatArray, s: FloatArray) -> 
     count = plane.row.size
     out = np.empty((count, x.shape[1], s.shape[1]))
     _fill(
-        plane.row,
-        plane.y,
-        plane.x,
-        plane.angle,
-        plane.vertical_displacement,
-        x,
-        s,
-        bodies.wheel.y,
-        bodies.wheel.radius,
-        bodies.wheel.slope,
-        gap.counterface.y,
-        gap.counterface.z,
-        gap.counterface.slope,
-        bodies.pose.shift,
-        bodies.pose.yaw,
-        bodies.pose.roll,
-        bodies.half_span,
-        bodies.nominal_radius,
-        gap.curvature,
-        np.empty((2, s.shape[1])),
-        out,
-    )
+        plane.row, plane.y, plane.x, plane.angle, plane.vertical_displacement, x, s, bodies.wheel.y,
+        bodies.wheel.radius, bodies.wheel.slope, gap.counterface.y, gap.counterface.z, gap.counterface.slope,
+        bodies.pose.shift, bodies.pose.yaw, bodies.pose.roll, bodies.half_span, bodies.nominal_radius,
+        gap.curvature, np.empty((2, s.shape[1])), out,
+    )  # fmt: skip
     return out
 
 
@@ -183,28 +167,12 @@ def roller_angle(x: float, z: float, kappa: float) -> tuple[float, float, float]
 
 @kernel
 def _fill(
-    rows: IntArray,
-    plane_y: FloatArray,
-    plane_x: FloatArray,
-    plane_angle: FloatArray,
-    displacement: FloatArray,
-    x_grid: FloatArray,
-    s_grid: FloatArray,
-    ring_y: FloatArray,
-    ring_radius: FloatArray,
-    ring_slope: FloatArray,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    grid_slope: FloatArray,
-    shifts: FloatArray,
-    yaws: FloatArray,
-    rolls: FloatArray,
-    half_span: float,
-    nominal_radius: float,
-    kappa: float,
-    guess: FloatArray,
-    out: FloatArray,
-) -> None:
+    rows: IntArray, plane_y: FloatArray, plane_x: FloatArray, plane_angle: FloatArray,
+    displacement: FloatArray, x_grid: FloatArray, s_grid: FloatArray, ring_y: FloatArray,
+    ring_radius: FloatArray, ring_slope: FloatArray, grid_y: FloatArray, grid_z: FloatArray,
+    grid_slope: FloatArray, shifts: FloatArray, yaws: FloatArray, rolls: FloatArray, half_span: float,
+    nominal_radius: float, kappa: float, guess: FloatArray, out: FloatArray,
+) -> None:  # fmt: skip
     """Cut the rays of every plane; from the middle outwards, each starting from its neighbour's solution."""
     lengths, widths = out.shape[1], out.shape[2]
     for m in range(rows.size):

@@ -2,7 +2,7 @@
 
 Wheel and counterface are surfaces of revolution. The counterface has curvature kappa = 1/s0 in the rolling
 direction (a rail: 0) and is unrolled: the height of a point above its axis, measured from the profile's
-top, is ``zeta``; in the plane (y, zeta) rail and roller are the same curve. Each ring of the wheel is
+top, is ``zeta``; in the plane (y, zeta) rail and roller are the same curve. Each circle of the wheel is
 nearest to the counterface where the wheel's normal has no component along the rolling direction; these
 points form the wheel's contact line, and the gap is the distance of it from the counterface profile.
 """
@@ -27,14 +27,14 @@ NO_WHEEL = 1.0  # gap [m] at lateral positions where there is no wheel above the
 
 @dataclass(frozen=True)
 class WheelSurface:
-    """Surface of a wheel: rings about its axle, from the flange tip to the field side.
+    """Surface of a wheel: circles about its axle, from the flange tip to the field side.
 
     Parameters
     ----------
     y : (k,) array
         Lateral position on the wheel profile, rising [m].
     radius : (k,) array
-        Rolling radius of each ring [m].
+        Rolling radius of each circle [m].
     slope : (k,) array
         dr/dy [-].
     """
@@ -153,7 +153,7 @@ def _steep_free(profile: Profile, spacing: float, start: int) -> tuple[FloatArra
 
 
 def wheel_surface(profile: Profile, radius: float, spacing: float = 1e-4) -> WheelSurface:
-    """Cut a wheel into rings, from the flange tip to the field side.
+    """Cut a wheel into circles about its axle, from the flange tip to the field side.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def wheel_surface(profile: Profile, radius: float, spacing: float = 1e-4) -> Whe
     radius : float
         Of the running circle [m].
     spacing : float
-        Distance of the rings along the profile [m].
+        Distance of the circles along the profile [m].
 
     Returns
     -------
@@ -247,47 +247,20 @@ def gap(
     )
     height, offset, lever, along = (np.empty(wheel.y.size) for _ in range(4))
     _raster(
-        wheel.y,
-        wheel.radius,
-        wheel.slope,
-        counterface.y,
-        counterface.z,
-        pose.shift,
-        pose.yaw,
-        pose.roll,
-        half_span,
-        nominal_radius,
-        curvature,
-        offset,
-        height,
-        lever,
-        along,
-        result.gap,
-        result.wheel_y,
-        result.sin_theta,
-        result.wheel_radius,
-        result.x,
-    )
+        wheel.y, wheel.radius, wheel.slope, counterface.y, counterface.z, pose.shift, pose.yaw, pose.roll,
+        half_span, nominal_radius, curvature, offset, height, lever, along, result.gap, result.wheel_y,
+        result.sin_theta, result.wheel_radius, result.x,
+    )  # fmt: skip
     result.gap[:, curvature * counterface.z > _NEAREST_AXIS] = NO_WHEEL
     return result
 
 
 @kernel
 def _envelope(
-    ring_y: FloatArray,
-    ring_radius: FloatArray,
-    offset: FloatArray,
-    height: FloatArray,
-    lever: FloatArray,
-    along: FloatArray,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    gap_out: FloatArray,
-    wheel_y_out: FloatArray,
-    sin_theta_out: FloatArray,
-    radius_out: FloatArray,
-    x_out: FloatArray,
-) -> None:
+    ring_y: FloatArray, ring_radius: FloatArray, offset: FloatArray, height: FloatArray, lever: FloatArray,
+    along: FloatArray, grid_y: FloatArray, grid_z: FloatArray, gap_out: FloatArray, wheel_y_out: FloatArray,
+    sin_theta_out: FloatArray, radius_out: FloatArray, x_out: FloatArray,
+) -> None:  # fmt: skip
     """Lowest part of the wheel's contact line over each grid point."""
     points = grid_y.size
     gap_out[:] = NO_WHEEL
@@ -314,27 +287,12 @@ def _envelope(
 
 @kernel
 def _raster(
-    ring_y: FloatArray,
-    ring_radius: FloatArray,
-    ring_slope: FloatArray,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    shift: FloatArray,
-    yaw: FloatArray,
-    roll: FloatArray,
-    half_span: float,
-    nominal_radius: float,
-    kappa: float,
-    offset: FloatArray,
-    height: FloatArray,
-    lever: FloatArray,
-    along: FloatArray,
-    gap_out: FloatArray,
-    wheel_y_out: FloatArray,
-    sin_theta_out: FloatArray,
-    radius_out: FloatArray,
-    x_out: FloatArray,
-) -> None:
+    ring_y: FloatArray, ring_radius: FloatArray, ring_slope: FloatArray, grid_y: FloatArray,
+    grid_z: FloatArray, shift: FloatArray, yaw: FloatArray, roll: FloatArray, half_span: float,
+    nominal_radius: float, kappa: float, offset: FloatArray, height: FloatArray, lever: FloatArray,
+    along: FloatArray, gap_out: FloatArray, wheel_y_out: FloatArray, sin_theta_out: FloatArray,
+    radius_out: FloatArray, x_out: FloatArray,
+) -> None:  # fmt: skip
     """Contact line of the yawed wheel in the unrolled plane, then its upper envelope on the grid."""
     for row in range(shift.size):
         sy, cy = np.sin(yaw[row]), np.cos(yaw[row])
@@ -370,17 +328,6 @@ def _raster(
             lever[k] = sine
             along[k] = x
         _envelope(
-            ring_y,
-            ring_radius,
-            offset,
-            height,
-            lever,
-            along,
-            grid_y,
-            grid_z,
-            gap_out[row],
-            wheel_y_out[row],
-            sin_theta_out[row],
-            radius_out[row],
-            x_out[row],
-        )
+            ring_y, ring_radius, offset, height, lever, along, grid_y, grid_z, gap_out[row], wheel_y_out[row],
+            sin_theta_out[row], radius_out[row], x_out[row],
+        )  # fmt: skip

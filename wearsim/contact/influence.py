@@ -34,8 +34,7 @@ def _log_sum(one: FloatArray, other: FloatArray, distance: FloatArray) -> FloatA
     size = np.abs(one) + distance
     wide = np.log(np.where(size > 0.0, size, 1.0))
     cross = np.log(np.where(other != 0.0, np.abs(other), 1.0))
-    value: FloatArray = np.where(one >= 0.0, wide, 2.0 * cross - wide)
-    return value
+    return np.where(one >= 0.0, wide, 2.0 * cross - wide)
 
 
 def corner_functions(x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -67,14 +66,12 @@ def corner_functions(x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray
 def _over_corners(corner: FloatArray) -> FloatArray:
     """Sum over the corners of each cell between neighbouring edges, with their signs."""
     along = corner[..., 1:, :] - corner[..., :-1, :]
-    value: FloatArray = along[..., 1:] - along[..., :-1]
-    return value
+    return along[..., 1:] - along[..., :-1]
 
 
 def _edges(count: int, size: FloatArray, start: float) -> FloatArray:
     """Edges of `count` cells, the first of which is centred on `start` sizes; (m, count + 1)."""
-    place: FloatArray = size[..., None] * (np.arange(count + 1) - 0.5 + start)
-    return place
+    return size[..., None] * (np.arange(count + 1) - 0.5 + start)
 
 
 def normal_influence(
@@ -100,8 +97,7 @@ def normal_influence(
     length, width = np.broadcast_arrays(np.asarray(cell_length, float), np.asarray(cell_width, float))
     x, y = _edges(nx, length, 0.0), _edges(ny, width, 0.0)
     along, across, _ = corner_functions(x[..., :, None], y[..., None, :])
-    influence: FloatArray = _over_corners(along + across) / (np.pi * effective_modulus)
-    return influence
+    return _over_corners(along + across) / (np.pi * effective_modulus)
 
 
 def tangential_influence(
@@ -133,8 +129,8 @@ def tangential_influence(
     -------
     along, across, mixed : (..., 2 nx - 1, 2 ny - 1) array
         u_x under tau_x, u_y under tau_y, and u_x under tau_y = u_y under tau_x [m/Pa]. Entry
-        (nx - 1 + i, ny - 1 + j) is for the cell i places behind and j beside the loaded one: x index from
-        the leading end, as in `PatchGrid`.
+        (nx - 1 + i, ny - 1 + j) is for the cell i places behind and j across from the loaded one: x index
+        from the leading end, as in `PatchGrid`.
     """
     nx, ny = shape
     length, width = np.broadcast_arrays(np.asarray(cell_length, float), np.asarray(cell_width, float))

@@ -37,8 +37,7 @@ class PatchGrid:
     def x(self) -> FloatArray:
         """Longitudinal position of the cell centres (m, nx) [m]."""
         count = self.pressure.shape[1]
-        place: FloatArray = self.x_lead[:, None] - self.cell_length[:, None] * (np.arange(count) + 0.5)
-        return place
+        return self.x_lead[:, None] - self.cell_length[:, None] * (np.arange(count) + 0.5)
 
 
 @dataclass(frozen=True)
@@ -102,10 +101,10 @@ class Patch:
         return _extent(self.grid.pressure.max(axis=1) > 0.0) * self.width
 
 
-def _extent(touches: NDArray[np.bool_]) -> IntArray:
+def _extent(loaded: NDArray[np.bool_]) -> IntArray:
     """Count the places (m,) from the first to the last true one of each row."""
-    count = touches.shape[1]
-    extent: IntArray = count - np.argmax(touches, axis=1) - np.argmax(touches[:, ::-1], axis=1)
+    count = loaded.shape[1]
+    extent: IntArray = count - np.argmax(loaded, axis=1) - np.argmax(loaded[:, ::-1], axis=1)
     return extent
 
 

@@ -75,7 +75,7 @@ def solve(
     Raises
     ------
     ContactError
-        If a wheel does not touch, its patch reaches the edge of a profile, or creepages are given and
+        If a wheel is not in contact, its patch reaches the edge of a profile, or creepages are given and
         several patches close; the message names the point, and `row` of the error is its index.
     """
     parts = solve_each(
@@ -88,8 +88,7 @@ def solve(
         vertical=vertical,
         threads=threads,
     )
-    solution: ContactSolution = parts[0] if len(parts) == 1 else _join(parts)
-    return solution
+    return parts[0] if len(parts) == 1 else _join(parts)
 
 
 def solve_each(
@@ -230,8 +229,7 @@ def _solve_side(task: _Task, side: int, chunk: ContactConditions, start: int) ->
         index = np.clip(np.searchsorted(grid, y, side="right") - 1, 0, grid.size - 2)
         share = (y - grid[index]) / (grid[index + 1] - grid[index])
         line = row.reshape((-1,) + (1,) * (y.ndim - 1))
-        value: FloatArray = table[line, index] + share * (table[line, index + 1] - table[line, index])
-        return value
+        return table[line, index] + share * (table[line, index + 1] - table[line, index])
 
     reference = normal.reference_point
     centre = normal.centre_y if reference is None else reference.y
@@ -417,17 +415,9 @@ def _finish(
 
 @kernel
 def _scale_work(
-    shear_x: FloatArray,
-    shear_y: FloatArray,
-    slip_x: FloatArray,
-    slip_y: FloatArray,
-    cell_area: FloatArray,
-    speed: FloatArray,
-    power: FloatArray,
-    sign: FloatArray,
-    work: FloatArray,
-    local_power: FloatArray,
-) -> None:
+    shear_x: FloatArray, shear_y: FloatArray, slip_x: FloatArray, slip_y: FloatArray, cell_area: FloatArray,
+    speed: FloatArray, power: FloatArray, sign: FloatArray, work: FloatArray, local_power: FloatArray,
+) -> None:  # fmt: skip
     """Work density of each cell, scaled to the patch's power; lateral shear and slip mirrored in place.
 
     Fills `work` (m, nx, ny) and `local_power` (m,), what the cells add up to before the scaling.

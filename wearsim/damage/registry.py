@@ -64,7 +64,7 @@ def discover(kind: str, package: str, path: Iterable[str], record: type[Record])
     Registry
         Modules in alphabetical order, records as they stand in their module.
     """
-    names = sorted(found.name for found in pkgutil.iter_modules(path))
+    names = sorted(module.name for module in pkgutil.iter_modules(path))
     modules = [importlib.import_module(f"{package}.{name}") for name in names]
     return Registry(
         kind, (value for module in modules for value in vars(module).values() if isinstance(value, record))

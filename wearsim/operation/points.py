@@ -1,12 +1,18 @@
-"""Operating points: how the wheelset runs, for how large a share, in which environment."""
+"""Operating points: programme of a rig, load collective of the field, monitoring points."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar
 
-from wearsim.contact.patch import FloatArray
+import numpy as np
+
+from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import ContactConditions
+
+REACH = 3.0
+"""Standard deviations from the mean to the outermost positions."""
 
 
 @dataclass(frozen=True)
@@ -18,8 +24,8 @@ class OperatingPoints:
     conditions : ContactConditions
         Of the `n` points.
     weight : (n,) array
-        Share of the distance; of a collective they sum to 1. Monitoring points have 0: they are solved
-        and stored, but wear nothing.
+        Share of the distance; the shares of a collective sum to 1. Monitoring points have 0: they are solved
+        and stored, and cause no wear.
     environment : (n,) array
         Environment factor on the wear depth [-], 1 = dry laboratory coefficients.
     block_length : (n,) array
@@ -36,68 +42,277 @@ class OperatingPoints:
     label: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class TurningRules:
-    """When the wheels are turned.
+def select(points: OperatingPoints, index: IntArray) -> OperatingPoints:
+    """Return the operating points at `index`, in that order; weights are not rescaled."""
+
+    def chosen(one: Any) -> dict[str, Any]:
+        values = {f.name: getattr(one, f.name) for f in fields(one)}
+        return {name: value[index] for name, value in values.items() if isinstance(value, np.ndarray)}
+
+    return replace(
+        points,
+        **chosen(points),
+        conditions=replace(points.conditions, **chosen(points.conditions)),
+        label=tuple(points.label[i] for i in index),
+    )
+
+
+def with_monitors(
+    points: OperatingPoints,
+    shift: FloatArray,
+    *,
+    wheel_load: float,
+    speed: float,
+    friction: float,
+    yaw: float = 0.0,
+) -> OperatingPoints:
+    """Append points of weight 0 to a load collective.
 
     Parameters
     ----------
-    limits : tuple of str
-        Measures whose limit, once met, has them turned. With fatigue damage among them, every turning
-        takes all cracks of a known depth.
-    places : tuple of float
-        Distances at which they are turned [m].
-    cut : float
-        Least depth that the lathe takes everywhere [m].
+    points : OperatingPoints
+        Of `n` points.
+    shift : (k,) array
+        Lateral shifts [m].
+    wheel_load : float
+        Vertical load of each wheel [N].
+    speed : float
+        [m/s]
+    friction : float
+        Coulomb coefficient [-].
+    yaw : float
+        [rad]
+
+    Returns
+    -------
+    OperatingPoints
+        `n + k` points; the new ones have weight 0, block length 0, environment factor 1, no roll and tangent
+        track. The rotation rule is that of `points`, and so is whether the roll is free.
     """
+    shift = np.asarray(shift, dtype=np.float64)
+    old = points.conditions
+    if not isinstance(old.rotation, str):
+        raise ValueError("monitoring points need a rotation rule, not given rotation speeds")
 
-    limits: tuple[str, ...] = ()
-    places: tuple[float, ...] = ()
-    cut: float = 0.0
+    def appended(values: FloatArray, value: float) -> FloatArray:
+        return np.concatenate([values, np.full(shift.size, value)])
+
+    values = {"yaw": yaw, "roll": 0.0, "wheel_load": wheel_load, "speed": speed, "friction": friction}
+    values["track_curvature"] = 0.0
+    new: dict[str, Any] = {name: appended(getattr(old, name), value) for name, value in values.items()}
+    return OperatingPoints(
+        conditions=replace(old, shift=np.concatenate([old.shift, shift]), **new),
+        weight=appended(points.weight, 0.0),
+        environment=appended(points.environment, 1.0),
+        block_length=appended(points.block_length, 0.0),
+        label=points.label + tuple(f"monitor {1e3 * value:+.2f} mm" for value in shift),
+    )
 
 
 @dataclass(frozen=True)
-class ControlSettings:
-    """How far a campaign goes, in which steps.
+class Block:
+    """One block of a rig programme.
 
     Parameters
     ----------
+    name : str
+        For tables and figures.
+    shift : float
+        Lateral shift of the wheelset, positive to the right [m].
+    wheel_load : float
+        Vertical load of each wheel [N].
+    speed : float
+        Peripheral speed of the rollers [m/s].
+    friction : float
+        Coulomb coefficient [-].
     distance : float
-        Distance to run [m].
-    depth_cap : float
-        Largest wear depth of one step, after smoothing [m].
-    stability : float
-        Limit of S = sum of depth over interpenetration in one step [-]; below 1 the explicit update is
-        monotone, from 2 on it oscillates.
-    smoothing_wavelength : float
-        Wavelength whose amplitude in the wear increment is halved; 0 = no smoothing [m].
-    integrator : str
-        Name in the registry of `campaign.step`.
-    max_step : float
-        Longest step [m].
-    error_tolerance : float
-        Largest estimated error of the depth of one step, after smoothing; steps above it are repeated
-        shorter. Infinite = not looked at [m].
-    first_depth : float
-        Largest wear depth of the first step, and of that after wheels or rollers were turned; it may double
-        from step to step up to `depth_cap`. A new profile changes its contact fastest [m].
-    limits : tuple of (str, float)
-        Limits of measures, by variable of the result file [SI].
-    end_at_limit : bool
-        Whether the campaign ends with the step in which the first of them is met; those at which wheels are
-        turned do not end it.
-    turning : TurningRules or None
-        When the wheels are turned.
+        Length of the block in one loop of the programme [m].
+    yaw, roll : float
+        [rad]
+    environment : float
+        Factor on the wear depth [-].
     """
 
+    name: str
+    shift: float
+    wheel_load: float
+    speed: float
+    friction: float
     distance: float
-    depth_cap: float
-    stability: float
-    smoothing_wavelength: float
-    integrator: str
-    max_step: float = math.inf
-    error_tolerance: float = math.inf
-    first_depth: float = math.inf
-    limits: tuple[tuple[str, float], ...] = ()
-    end_at_limit: bool = False
-    turning: TurningRules | None = None
+    yaw: float = 0.0
+    roll: float = 0.0
+    environment: float = 1.0
+    track_curvature: ClassVar[float] = 0.0
+
+
+def programme(
+    blocks: Sequence[Block], *, rotation: str = "free", torque: float = 0.0, free_roll: bool = False
+) -> OperatingPoints:
+    """Operating points of a programme whose blocks are repeated until the distance of the campaign is run.
+
+    Parameters
+    ----------
+    blocks : sequence of Block
+        In the order in which they are run, at least one.
+    rotation : str
+        Rule of the wheels' rotation speed.
+    torque : float
+        On the axle [N m].
+    free_roll : bool
+        Whether the wheelset rests on both wheels; its roll is then the first guess only.
+
+    Returns
+    -------
+    OperatingPoints
+        One point per block; its weight is its share of the loop, its track curvature 0.
+    """
+    distance = np.array([block.distance for block in blocks], dtype=np.float64)
+    if distance.size == 0 or not np.all(distance > 0):
+        raise ValueError("a programme needs blocks, each with a distance above 0")
+    return _points_of(
+        blocks,
+        np.ones(distance.size, dtype=np.int64),
+        shift=np.array([block.shift for block in blocks], dtype=np.float64),
+        weight=distance / distance.sum(),
+        block_length=distance,
+        label=tuple(block.name for block in blocks),
+        rules={"rotation": rotation, "torque": torque, "free_roll": free_roll},
+    )
+
+
+def _points_of(
+    runs: Sequence[Block | TrackClass],
+    count: IntArray,
+    *,
+    rules: dict[str, Any],
+    shift: FloatArray,
+    **own: Any,
+) -> OperatingPoints:
+    """Return the operating points of blocks or classes, `count` of each."""
+
+    def each(name: str) -> Any:
+        return np.repeat(np.array([getattr(run, name) for run in runs], dtype=np.float64), count)
+
+    names = ("yaw", "roll", "wheel_load", "speed", "friction", "track_curvature")
+    conditions = ContactConditions(shift=shift, **{name: each(name) for name in names}, **rules)
+    return OperatingPoints(conditions, environment=each("environment"), **own)
+
+
+@dataclass(frozen=True)
+class TrackClass:
+    """One class of track, in which the lateral shift is normally distributed.
+
+    Parameters
+    ----------
+    name : str
+        For tables and figures.
+    shift_mean, shift_std : float
+        Mean and standard deviation of the wheelset's lateral shift, positive to the right [m].
+    wheel_load : float
+        Vertical load of each wheel [N].
+    speed : float
+        [m/s]
+    friction : float
+        Coulomb coefficient [-].
+    share : float
+        Share of the distance; all shares are normalised to the sum 1.
+    track_curvature : float
+        1/R, positive to the right [1/m].
+    positions : int
+        Number of lateral positions; 1 where `shift_std` is 0.
+    yaw, roll : float
+        [rad]
+    environment : float
+        Factor on the wear depth [-].
+    """
+
+    name: str
+    shift_mean: float
+    shift_std: float
+    wheel_load: float
+    speed: float
+    friction: float
+    share: float
+    track_curvature: float = 0.0
+    positions: int = 15
+    yaw: float = 0.0
+    roll: float = 0.0
+    environment: float = 1.0
+
+
+def normal_positions(mean: float, std: float, count: int) -> tuple[FloatArray, FloatArray]:
+    """Equally spaced positions over a normal distribution, with weights.
+
+    Parameters
+    ----------
+    mean, std : float
+        Of the distribution [m].
+    count : int
+        Number of positions; 1 only for a `std` of 0.
+
+    Returns
+    -------
+    position : (k,) array
+        From three standard deviations below the mean to three above [m]; the mean alone for `std` 0.
+    weight : (k,) array
+        In proportion to the density at each position, symmetric about the mean; sums to 1.
+
+    Notes
+    -----
+    Densities sampled at equal spacing keep the moments of a normal distribution far better than
+    probabilities of the cells between them, which widen it by a twelfth of the spacing squared. What
+    is cut off beyond three standard deviations (0.27 %) lowers the variance by 2.7 % for a fine
+    spacing.
+    """
+    if std < 0 or (std > 0 and count < 2):
+        raise ValueError("a spread of positions needs a standard deviation >= 0 and at least two positions")
+    if std == 0:
+        return np.array([mean], dtype=np.float64), np.ones(1)
+    half = np.arange(count, dtype=np.float64) - 0.5 * (count - 1)  # exactly antisymmetric
+    reduced = half * (2.0 * REACH / (count - 1))
+    weight = np.exp(-0.5 * reduced**2)
+    return mean + std * reduced, weight / weight.sum()
+
+
+def collective(
+    classes: Sequence[TrackClass], *, rotation: str = "free", torque: float = 0.0, free_roll: bool = False
+) -> OperatingPoints:
+    """Stationary load collective of all classes and their lateral positions.
+
+    Parameters
+    ----------
+    classes : sequence of TrackClass
+        At least one.
+    rotation : str
+        Rule of the wheels' rotation speed.
+    torque : float
+        On the axle [N m].
+    free_roll : bool
+        Whether the wheelset rests on both wheels; its roll is then the first guess only.
+
+    Returns
+    -------
+    OperatingPoints
+        Class by class, positions from left to right; weight = share of the class x weight of the
+        position, block length 0.
+    """
+    if not classes:
+        raise ValueError("a collective needs at least one class")
+    spread = [normal_positions(item.shift_mean, item.shift_std, item.positions) for item in classes]
+    count = [position.size for position, _ in spread]
+    share = np.array([item.share for item in classes], dtype=np.float64)
+    share = share / share.sum()
+
+    return _points_of(
+        classes,
+        np.array(count),
+        shift=np.concatenate([position for position, _ in spread]),
+        weight=np.concatenate([part * weight for part, (_, weight) in zip(share, spread, strict=True)]),
+        block_length=np.zeros(sum(count)),
+        label=tuple(
+            f"{item.name} {1e3 * shift:+.2f} mm"
+            for item, (position, _) in zip(classes, spread, strict=True)
+            for shift in position
+        ),
+        rules={"rotation": rotation, "torque": torque, "free_roll": free_roll},
+    )

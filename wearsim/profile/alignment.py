@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -12,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, suggestion
 from wearsim.profile.shape import FloatArray, Profile, extremum, resample, vertex_lengths
 
 BACK_FROM = 8e-3
@@ -156,7 +155,7 @@ def best_fit(
     zones : tuple of FitZone
         In the axes of the reference; each that is needed must hold 5 measured points.
     rotation : bool
-        Whether the profile may also be turned, as gauges tilt.
+        Whether the profile may also be rotated, as gauges tilt.
 
     Returns
     -------
@@ -192,15 +191,15 @@ def best_fit(
     if profile.kind == "rail":
         stages.insert(0, (_EVERYWHERE, _biweight, _FIRST_ROUNDS))
     for held, weigh, rounds in stages:
-        for turn in range(rounds):
+        for k in range(rounds):
             c, s = math.cos(angle), math.sin(angle)
-            turned = lever @ np.array([[c, s], [-s, c]])
-            foot, normal, distance = search(turned + place)
+            rotated = lever @ np.array([[c, s], [-s, c]])
+            foot, normal, distance = search(rotated + place)
             inside = [_within(zone, foot) for zone in held]
-            _check_measured(held, inside, reference.name, turn == 0)
+            _check_measured(held, inside, reference.name, k == 0)
             use = np.any(inside, axis=0)
             step = _step(
-                turned[use], normal[use], distance[use], length[use] * weigh(distance[use]), rotation
+                rotated[use], normal[use], distance[use], length[use] * weigh(distance[use]), rotation
             )
             place, angle = place + step[:2], angle + float(step[2])
             change = float(np.max(np.abs(step * (1.0, 1.0, _ARM))))
@@ -214,7 +213,7 @@ def best_fit(
     c, s = math.cos(angle), math.sin(angle)
     total = place - np.array([c * centre[0] - s * centre[1], s * centre[0] + c * centre[1]])
     names = " and ".join(zone.name for zone, members in zip(zones, inside, strict=True) if np.any(members))
-    freedom = "shifted and turned" if rotation else "shifted, not turned"
+    freedom = "shifted and rotated" if rotation else "shifted, not rotated"
     return Move(
         float(total[0]),
         float(total[1]),
@@ -279,15 +278,13 @@ def _scale(distance: FloatArray) -> float:
 
 def _huber(distance: FloatArray) -> FloatArray:
     """Huber's weights at the scale of the median distance."""
-    result: FloatArray = np.minimum(1.0, _HUBER * _scale(distance) / np.maximum(np.abs(distance), 1e-12))
-    return result
+    return np.minimum(1.0, _HUBER * _scale(distance) / np.maximum(np.abs(distance), 1e-12))
 
 
 def _biweight(distance: FloatArray) -> FloatArray:
     """Tukey's weights at the scale of the median distance."""
     u = np.minimum(np.abs(distance) / (_TUKEY * _scale(distance)), 1.0)
-    result: FloatArray = (1.0 - u**2) ** 2
-    return result
+    return (1.0 - u**2) ** 2
 
 
 class _Nearest:
@@ -345,12 +342,11 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
     profile : Profile
         As measured.
     reference : Profile
-        New shape, or an earlier measurement, in the axes wanted.
+        New shape, or an earlier measurement, in whose axes the profile is moved.
     rule : str
         Key of `ALIGNMENTS`.
     **options
-        Of the rule: `lateral` (bool) of flange_tip; `rotation` (bool) and `zones` (tuple of FitZone) of
-        best_fit.
+        Of best_fit: `rotation` (bool) and `zones` (tuple of FitZone).
 
     Returns
     -------
@@ -370,8 +366,7 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
         )
     known = [name for name, each in ALIGNMENTS.items() if profile.kind in each.kinds]
     if rule not in known:
-        near = difflib.get_close_matches(rule, known, n=1, cutoff=0.5)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
+        hint = suggestion(rule, known)
         raise ProfileError(f"{rule!r} is no rule of aligning a {profile.kind} ({', '.join(known)}){hint}")
     try:
         move = ALIGNMENTS[rule].move(profile, reference, **options)
@@ -460,13 +455,9 @@ def _by_running_circle(profile: Profile, reference: Profile) -> Move:  # noqa: A
     return Move(dz=-level, note="z = 0 on the tread at y = 0; y as measured")
 
 
-def _by_flange_tip(profile: Profile, reference: Profile, *, lateral: bool = False) -> Move:
-    y, z = _tip(profile)
-    ref_y, ref_z = _tip(reference)
-    held = f"y and z of the flange tip as on {reference.name}"
-    if not lateral:
-        held = f"z of the flange tip as on {reference.name}; y as measured"
-    return Move(dy=ref_y - y if lateral else 0.0, dz=ref_z - z, note=held)
+def _by_flange_tip(profile: Profile, reference: Profile) -> Move:
+    dz = _tip(reference)[1] - _tip(profile)[1]
+    return Move(dz=dz, note=f"z of the flange tip as on {reference.name}; y as measured")
 
 
 def _by_flange_back(profile: Profile, reference: Profile) -> Move:

@@ -92,7 +92,7 @@ def shape_faults(
         return faults
     step = np.hypot(np.diff(y), np.diff(z))
     points = _List(kind, y, z, step, float(np.median(step)), units)
-    checks = (_mixed_units, _wild_points, _joined, _size, _there_and_back, _repeated, _turning_back, _gaps)
+    checks = (_mixed_units, _wild_points, _size, _repeated, _turning_back, _gaps)
     return next((faults for check in checks if (faults := list(check(points)))), [])
 
 
@@ -121,20 +121,6 @@ def _wild_points(points: _List) -> Iterator[PointFault]:
         yield f"point {j + 1} lies {off}; correct or delete it", int(j)
 
 
-def _joined(points: _List) -> Iterator[PointFault]:
-    """Jump from the end of one profile to the beginning of another."""
-    y, step = points.y, points.step
-    dy, width = np.diff(y), float(np.ptp(y))
-    back = -float(np.sign(np.median(dy))) * dy
-    jumps = np.flatnonzero(((back > 0.3 * width) | (back < -0.5 * width)) & (step > 10.0 * points.usual))
-    if not 0 < len(jumps) <= 20:
-        return
-    j = int(jumps[0]) + 1
-    if min(j, len(y) - int(jumps[-1]) - 1) >= MIN_POINTS:
-        jump = f"jump {'back ' if back[j - 1] > 0.0 else ''}by {step[j - 1] * 1e3:.4g} mm at point {j + 1}"
-        yield f"the points {jump}: {len(jumps) + 1} profiles in one list; give one", j
-
-
 def _size(points: _List) -> Iterator[PointFault]:
     """Width of the whole, then its height."""
     kind = points.kind
@@ -155,27 +141,14 @@ def _size(points: _List) -> Iterator[PointFault]:
         return
 
 
-def _there_and_back(points: _List) -> Iterator[PointFault]:
-    """Point at which a list that has gone across turns and goes across again."""
-    y = points.y
-    for turn in (int(np.argmax(y)), int(np.argmin(y))):
-        if not MIN_POINTS <= turn < len(y) - MIN_POINTS:
-            continue
-        ways = np.diff(y[: turn + 1]), np.diff(y[turn:])
-        across = [abs(float(way.sum())) for way in ways]
-        straight = [far > 0.9 * float(np.abs(way).sum()) for far, way in zip(across, ways, strict=True)]
-        if all(straight) and min(across) > 0.6 * float(np.ptp(y)):
-            why = "two profiles are joined (left and right?), or one is listed twice; give one"
-            yield f"the points go across and from point {turn + 1} on back again: {why}", turn
-            return
-
-
 def _repeated(points: _List) -> Iterator[PointFault]:
     order = np.lexsort((points.z, points.y))
     same = (np.diff(points.y[order]) == 0.0) & (np.diff(points.z[order]) == 0.0)
     pairs = sorted(tuple(sorted((int(order[k]), int(order[k + 1])))) for k in np.flatnonzero(same))
-    for first, second in pairs:
-        yield f"point {second + 1} repeats point {first + 1}; delete one of them", second
+    if pairs:
+        first, second = pairs[0]
+        more = f" ({len(pairs)} points in all: are two profiles in one list?)" if len(pairs) > 1 else ""
+        yield f"point {second + 1} repeats point {first + 1}{more}; delete one of them", second
 
 
 def _turning_back(points: _List) -> Iterator[PointFault]:
@@ -197,7 +170,7 @@ def _gaps(points: _List) -> Iterator[PointFault]:
     step, count = points.step, len(points.y)
     gaps = np.flatnonzero((step > 5e-3) & (step > 10.0 * np.median(step))) + 1
     # drawn profiles end in a chamfer and a face of two points each, and instruments jump on the straight
-    # side of a head or roller: nothing touches there
+    # side of a head or roller: there is no contact
     end = max(_END_POINTS, count // 50)
     for j in gaps[(step[gaps - 1] > _END_PIECE) | ((gaps > end) & (gaps < count - end))]:
         gap = f"{step[j - 1] * 1e3:.4g} mm without a point"

@@ -384,7 +384,7 @@ def sample(definition: Definition, spacing: float) -> tuple[FloatArray, FloatArr
     definition : Definition
         Standard shape.
     spacing : float
-        Wanted distance of the points [m].
+        Distance of the points [m].
 
     Returns
     -------

@@ -8,7 +8,6 @@ number, `from` and `up_to` include it), and where it differs its own `source` an
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +16,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from wearsim.errors import Fault, ProfileError
+from wearsim.errors import Fault, ProfileError, suggestion
 from wearsim.profile.measures import Measures, WheelsetMeasures
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
@@ -225,11 +224,9 @@ def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
         folder = shipped_path("profiles", "limits")
         names = sorted(each.stem for each in folder.glob("*.toml"))
         if path.name not in names:
-            near = difflib.get_close_matches(path.name, names, n=1, cutoff=0.5)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
             raise ProfileError(
                 f"{str(name_or_path)!r} is neither a file nor a shipped set of limits "
-                f"({', '.join(names)}){hint}"
+                f"({', '.join(names)}){suggestion(path.name, names)}"
             )
         path = folder / f"{path.name}.toml"
     if not path.is_file():

@@ -215,7 +215,7 @@ def wheel_measures(
     profile: Profile,
     distances: GaugeDistances | None = None,
     *,
-    radius: float | None = None,
+    diameter: float | None = None,
     back_to_back: float | None = None,
 ) -> Measures:
     """Gauge values of one wheel.
@@ -226,17 +226,16 @@ def wheel_measures(
         Wheel with the flange back at y = -70 mm, see `wearsim.profile.alignment`.
     distances : GaugeDistances, optional
         Where the gauge measures; 2, 10 and 70 mm if not given.
-    radius : float, optional
-        Rolling radius at z = 0 of the profile: that of the new wheel where z counts from the new running
-        circle, that of the worn one where it was set to 0 on the tread [m].
+    diameter : float, optional
+        At the running circle as it is now, which is not in the profile [m].
     back_to_back : float, optional
         Back-to-back distance of the wheelset; its wheels are then taken to be alike [m].
 
     Returns
     -------
     Measures
-        flange_height, flange_thickness, flange_gradient, hollowing, rim_width, wheel_diameter (at the running
-        circle), back_to_back and front_to_front. What cannot be measured is missing with the reason.
+        flange_height, flange_thickness, flange_gradient, hollowing, rim_width, back_to_back, front_to_front
+        and wheel_diameter. What cannot be measured is missing with the reason.
 
     Raises
     ------
@@ -245,8 +244,6 @@ def wheel_measures(
     """
     if profile.kind != "wheel":
         raise ProfileError(f"{profile.name} is a {profile.kind}; gauge values are of wheels")
-    if radius is not None:
-        _check("wheel_radius", radius)
     at = distances or GaugeDistances()
     y, z = profile.y, profile.z
     gauge: dict[str, Callable[[], float]] = {
@@ -257,7 +254,6 @@ def wheel_measures(
         "flange_gradient": lambda: flange_gradient(*_with_tip(y, z), level=at.level, below_tip=at.below_tip),
         "hollowing": lambda: _whole_hollowing(y, z),
         "rim_width": lambda: _rim_width(*_flanged(y, z), at.flange_back),
-        "wheel_diameter": lambda: _diameter(y, z, radius),
     }
     values: dict[str, float] = {}
     missing: dict[str, str] = {}
@@ -267,7 +263,12 @@ def wheel_measures(
         except ProfileError as error:
             missing[name] = str(error)
     axle = _axle(values, values, back_to_back)
-    return Measures({**values, **axle.values}, {**missing, **axle.missing})
+    values, missing = {**values, **axle.values}, {**missing, **axle.missing}
+    if diameter is None:
+        missing["wheel_diameter"] = "not stated (--diameter-mm)"
+    else:
+        values["wheel_diameter"] = diameter
+    return Measures(values, missing)
 
 
 def wheelset_measures(
@@ -275,8 +276,7 @@ def wheelset_measures(
     left: Profile,
     distances: GaugeDistances | None = None,
     *,
-    radius_right: float | None = None,
-    radius_left: float | None = None,
+    diameters: tuple[float | None, float | None] = (None, None),
     back_to_back: float | None = None,
 ) -> WheelsetMeasures:
     """Gauge values of a wheelset whose wheels differ.
@@ -287,8 +287,8 @@ def wheelset_measures(
         Both in the axes of a right wheel, flange back at y = -70 mm.
     distances : GaugeDistances, optional
         As in `wheel_measures`.
-    radius_right, radius_left : float, optional
-        Rolling radii at z = 0 of the profiles [m].
+    diameters : (float or None, float or None)
+        Of the right and the left wheel at their running circles as they are now [m].
     back_to_back : float, optional
         Back-to-back distance AR [m].
 
@@ -298,16 +298,14 @@ def wheelset_measures(
         Front-to-front is AR + Sd of the right + Sd of the left wheel, at the level of Sd.
     """
     wheels = []
-    for profile, radius in ((right, radius_right), (left, radius_left)):
-        whole = wheel_measures(profile, distances, radius=radius)
-        values = {name: value for name, value in whole.values.items() if name not in _OF_AXLE}
+    for profile, diameter in zip((right, left), diameters, strict=True):
+        whole = wheel_measures(profile, distances, diameter=diameter)
         missing = {name: why for name, why in whole.missing.items() if name not in _OF_AXLE}
-        wheels.append(Measures(values, missing))
+        wheels.append(Measures(whole.values, missing))
     axle = _axle(wheels[0].values, wheels[1].values, back_to_back)
-    diameters = [wheel.values.get("wheel_diameter") for wheel in wheels]
     difference = "wheel_diameter_difference"
     if diameters[0] is None or diameters[1] is None:
-        axle = Measures(axle.values, {**axle.missing, difference: "the radii of both wheels are needed"})
+        axle = Measures(axle.values, {**axle.missing, difference: "the diameters of both wheels are needed"})
     else:
         axle = Measures({**axle.values, difference: diameters[0] - diameters[1]}, axle.missing)
     return WheelsetMeasures(wheels[0], wheels[1], axle)
@@ -369,10 +367,3 @@ def _rim_width(y: FloatArray, z: FloatArray, flange_back: float) -> float:
             "the outer face"
         )
     return flange_back + float(y[end])
-
-
-def _diameter(y: FloatArray, z: FloatArray, radius: float | None) -> float:
-    """Diameter at the running circle [m]."""
-    if radius is None:
-        raise ProfileError("the rolling radius at z = 0 is not given")
-    return 2.0 * (radius + running_circle_level(y, z))

@@ -25,7 +25,7 @@ class Reprofiling:
         How far the template was moved inwards from where its running circle is at z = 0 [m]. In the axes of
         the new wheel that is all the radius the wheel has lost, by wear and on the lathe.
     radius_loss : float
-        Loss of radius at the running circle on the lathe, from the worn to the turned wheel [m].
+        Loss of radius at the running circle on the lathe, from the worn to the reprofiled wheel [m].
     place : float
         y where the lathe takes least: nothing but `slack` [m].
     slack : float
@@ -126,7 +126,7 @@ def reprofile_axle(
 
 
 def _deeper(reprofiling: Reprofiling, more: float) -> Reprofiling:
-    """Turn off some more."""
+    """Reprofile deeper by some radius."""
     return replace(
         reprofiling,
         profile=replace(reprofiling.profile, z=reprofiling.profile.z - more),

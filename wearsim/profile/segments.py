@@ -321,7 +321,7 @@ def _meeting(first: _Circle | _Line, second: _Circle | _Line) -> list[_Point]:
 
 
 def _touch(piece: Segment, centre: _Point, bend: float) -> float | None:
-    """Abscissa where an arc of this centre touches its neighbour; None if their normals are opposed."""
+    """Abscissa where an arc of this centre is tangent to its neighbour; None if their normals are opposed."""
     if isinstance(piece, Arc):
         to_centre = piece.branch * piece.radius - bend
         if to_centre == 0.0:

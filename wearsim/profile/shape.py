@@ -64,7 +64,7 @@ def resample(profile: Profile, spacing: float) -> Profile:
     profile : Profile
         At least two points, none repeated.
     spacing : float
-        Wanted distance of the points [m]; the nearest one that divides the length is taken.
+        Distance of the points [m]; the nearest one that divides the length is taken.
 
     Returns
     -------

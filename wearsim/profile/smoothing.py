@@ -78,8 +78,7 @@ def smoothing_spline(
     pull[:, :-2] += low * curvature
     pull[:, 1:-1] += mid * curvature
     pull[:, 2:] += high * curvature
-    smoothed: FloatArray = values - inverse * pull
-    return smoothed
+    return values - inverse * pull
 
 
 def smoothed(profile: Profile, wavelength: float) -> Profile:

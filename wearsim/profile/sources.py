@@ -7,7 +7,8 @@ from typing import Literal, Unpack
 
 from wearsim.errors import ProfileError
 from wearsim.profile import standard
-from wearsim.profile.files import Statements, load_profile
+from wearsim.profile.files import load_profile
+from wearsim.profile.files.axes import Statements
 from wearsim.profile.placement import BACK_TO_BACK, GAUGE, INCLINATION, RUNNING_CIRCLE
 from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES

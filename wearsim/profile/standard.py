@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -10,36 +9,19 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
-from wearsim.errors import Fault, ProfileError
+from wearsim.errors import Fault, ProfileError, suggestion
 from wearsim.profile.definitions import (
     Definition,
     Parameter,
     TangentArc,
     Template,
-    evaluate,
     junction_faults,
-    junctions,
     read_template,
     sample,
 )
 from wearsim.profile.placement import Placement, placement
 from wearsim.profile.segments import Arc, Polynomial, Segment, height_at, part_moved, tangent_arc
 from wearsim.profile.shape import Profile
-
-__all__ = [
-    "Definition",
-    "definition",
-    "evaluate",
-    "find_shipped",
-    "is_designation",
-    "junctions",
-    "rail",
-    "read_definition",
-    "sample",
-    "shipped_names",
-    "shipped_path",
-    "wheel",
-]
 
 # Fine enough for the gauge point and the top of the densest arcs to be exact to 0.001 um.
 _PLACEMENT_SPACING = 0.02e-3
@@ -64,15 +46,13 @@ def shipped_path(*parts: str) -> Path:
     return (installed if installed.is_dir() else package.parent).joinpath(*parts)
 
 
-def find_shipped(kind_dir: str, name: str) -> Path:
-    """File of a shipped thing by its name.
+def find_shipped(name: str) -> Path:
+    """File of a shipped profile by its name.
 
     Parameters
     ----------
-    kind_dir : str
-        Folder of the shipped files: "profiles" or "workflows".
     name : str
-        File name without ".toml"; of a profile also another name it has, or one with parameters.
+        Of the shape, with or without parameters.
 
     Returns
     -------
@@ -82,23 +62,18 @@ def find_shipped(kind_dir: str, name: str) -> Path:
     Raises
     ------
     ProfileError
-        There is no such file; the message lists what there is and the nearest name.
+        There is no such shape; the message lists what there is and the nearest name.
     """
-    template = _split(name)[0] if kind_dir == "profiles" else None
-    if template is not None:
-        return template.path
-    names = sorted(path.stem for path in shipped_path(kind_dir).glob("*.toml"))
-    if name not in names:
-        raise ProfileError(_unknown(f"{name!r} is not among the shipped {kind_dir}", name, names))
-    return shipped_path(kind_dir, f"{name}.toml")
+    template = _split(name)[0]
+    if template is None:
+        names = sorted(_templates(shipped_path("profiles")))
+        raise ProfileError(_unknown(f"{name!r} is not among the shipped profiles", name, names))
+    return template.path
 
 
 def _unknown(message: str, name: str, names: list[str]) -> str:
     """End a message about an unknown name with what there is."""
-    by_lower = {known.lower(): known for known in names}
-    near = difflib.get_close_matches(name.lower(), list(by_lower), n=1, cutoff=0.5)
-    hint = f"; did you mean {by_lower[near[0]]!r}?" if near else ""
-    return f"{message} ({', '.join(names) or 'there are none'}){hint}"
+    return f"{message} ({', '.join(names) or 'there are none'}){suggestion(name, names)}"
 
 
 @lru_cache(maxsize=8)
@@ -290,9 +265,9 @@ def _varied(
             if turn is not None and new.zone == turn.zone and isinstance(new, Polynomial):
                 slope = -0.01 * value if turn.meaning == "percent" else -1.0 / value
                 pivot = new.start if turn.pivot is None else turn.pivot
-                turned = replace(new, origin=pivot, coefficients=(height_at(new, pivot), slope))
-                lift += height_at(turned, new.end) - height_at(new, new.end)
-                new = turned
+                sloped = replace(new, origin=pivot, coefficients=(height_at(new, pivot), slope))
+                lift += height_at(sloped, new.end) - height_at(new, new.end)
+                new = sloped
             arcs = parameter.tangent_arc
             if arcs is not None and new.zone == arcs.zone and isinstance(new, Arc):
                 radius = arcs.radii[parameter.values.index(value)]
@@ -387,7 +362,7 @@ def wheel(name: str, spacing: float = 0.25e-3) -> Profile:
     name : str
         Such as "S1002" or "S1002/h30/e30.5", see `definition`.
     spacing : float
-        Wanted distance of the points along the profile [m]; junctions of the definition are points.
+        Distance of the points along the profile [m]; junctions of the definition are points.
 
     Returns
     -------
@@ -414,7 +389,7 @@ def rail(name: str, inclination: float, gauge: float, half_span: float, spacing:
     half_span : float
         From the track centre to the origin of the wheel profile [m].
     spacing : float
-        Wanted distance of the points along the profile [m]; junctions of the definition are points.
+        Distance of the points along the profile [m]; junctions of the definition are points.
 
     Returns
     -------

@@ -127,7 +127,7 @@ def _refusals(dataset: xr.Dataset) -> list[str]:
             one = dataset.isel(model=k)
             name = f"{one['normal'].item()} + {one['tangential'].item()}, {int(one['grid'])}"
             lines.append(f"- {name}: {first}")
-    return ["Without an answer:\n\n" + "\n".join(lines)] if lines else []
+    return ["Without a solution:\n\n" + "\n".join(lines)] if lines else []
 
 
 def peers() -> list[dict[str, str]]:

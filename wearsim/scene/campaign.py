@@ -9,9 +9,9 @@ from typing import Literal
 from pydantic import Field
 
 from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.operation.points import ControlSettings
+from wearsim.operation.control import ControlSettings
 from wearsim.scene.limits import LimitsSection, values
-from wearsim.scene.reprofiling import ReprofilingSection, turning_rules
+from wearsim.scene.reprofiling import ReprofilingSection, reprofiling_rules
 from wearsim.scene.section import Section, number
 from wearsim.toml_faults import shown
 
@@ -113,5 +113,5 @@ def control_settings(campaign: CampaignSection) -> ControlSettings:
         first_depth=math.inf if first is None else 1e-6 * first,
         limits=tuple(values(campaign.limits).items()),
         end_at_limit=campaign.limits is not None and campaign.limits.end,
-        turning=turning_rules(campaign.reprofiling),
+        reprofiling=reprofiling_rules(campaign.reprofiling),
     )

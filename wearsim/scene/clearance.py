@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from wearsim.errors import Fault
-from wearsim.operation.field import REACH
+from wearsim.operation.points import REACH
 from wearsim.scene.models import FieldScene, RigScene
 
 FURTHEST_CLIMB_MM = 4.0

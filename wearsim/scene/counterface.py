@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import ClassVar
 
 from wearsim.damage.wear import WEAR_LAWS
-from wearsim.operation.counterface import CounterfaceWear
+from wearsim.operation.control import CounterfaceWear
 from wearsim.scene.section import Section, number
 
 _STATED = (

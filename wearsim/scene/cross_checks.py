@@ -11,7 +11,7 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, ProfileError
-from wearsim.operation.field import REACH
+from wearsim.operation.points import REACH
 from wearsim.profile.measures import flange_thickness
 from wearsim.profile.shape import Profile
 from wearsim.scene.campaign import campaign_faults

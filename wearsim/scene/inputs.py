@@ -256,7 +256,7 @@ def _read_profile(
             )
         short = name.removesuffix(".toml")
         shape = standard.rail(short, inclination, gauge, half_span) if is_rail else standard.wheel(short)
-        path = standard.find_shipped("profiles", short)
+        path = standard.find_shipped(short)
         return shape, InputFile(role, name, path, path.read_bytes(), shipped=True)
     reading = read_profile(path, kind)
     shape, path = reading.profile, reading.files[-1]  # of a list of slices, the slice

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field, Strict
 
-from wearsim.operation.points import TurningRules
+from wearsim.operation.control import ReprofilingRules
 from wearsim.profile.shape import Profile
 from wearsim.scene.limits import KEYS, LimitsSection, met_by_wheels, values
 from wearsim.scene.section import Section, Text, number, range_of, words
@@ -33,7 +33,7 @@ class ReprofilingSection(Section):
     cut_mm: float = number("least_cut", "the least depth that the lathe takes everywhere", 0.0)
 
 
-def turning_rules(section: ReprofilingSection | None) -> TurningRules | None:
+def reprofiling_rules(section: ReprofilingSection | None) -> ReprofilingRules | None:
     """Return when the wheels are turned, in SI units.
 
     Parameters
@@ -44,7 +44,7 @@ def turning_rules(section: ReprofilingSection | None) -> TurningRules | None:
     if section is None:
         return None
     names = {key: name for name, key in KEYS.items()}
-    return TurningRules(
+    return ReprofilingRules(
         limits=tuple(names[key] for key in section.at_limits),
         places=tuple(1e3 * place for place in section.at_km),
         cut=1e-3 * section.cut_mm,

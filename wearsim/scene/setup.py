@@ -12,11 +12,8 @@ from wearsim.contact.solve import ContactModels, Counterface, Wheelset
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import Fault
-from wearsim.operation.counterface import CounterfaceWear
-from wearsim.operation.field import TrackClass, collective
-from wearsim.operation.monitor import with_monitors
-from wearsim.operation.points import ControlSettings, OperatingPoints
-from wearsim.operation.rig import Block, programme
+from wearsim.operation.control import ControlSettings, CounterfaceWear
+from wearsim.operation.points import Block, OperatingPoints, TrackClass, collective, programme, with_monitors
 from wearsim.profile.shape import Profile
 from wearsim.scene.campaign import control_settings
 from wearsim.scene.counterface import counterface_wear

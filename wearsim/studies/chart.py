@@ -13,10 +13,9 @@ import xarray as xr
 
 from wearsim import __version__
 from wearsim.campaign import choose
-from wearsim.campaign.classes import CLASSES
-from wearsim.campaign.evidence import judge
+from wearsim.campaign.choose import CLASSES, judge
+from wearsim.campaign.evaluate import setup_of, solve_contact
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.rate import select, solve_contact
 from wearsim.campaign.state import State
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
@@ -24,7 +23,7 @@ from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import CHUNK
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError, NumericalError
-from wearsim.operation.points import OperatingPoints
+from wearsim.operation.points import OperatingPoints, select
 from wearsim.results.plausibility import percent
 from wearsim.scene import CampaignSetup
 
@@ -109,12 +108,12 @@ def speed_and_accuracy(
         )  # fmt: skip
         own = combinations(setup.models, grids)
         evidence = judge(
-            own, truth, state, chosen, setup.wheelset, setup.counterface, setup.wear,
+            own, truth, state, chosen, setup_of(setup),
             smoothing_wavelength=setup.control.smoothing_wavelength,
         )  # fmt: skip
         for column, one in enumerate(evidence):
-            refusal[row, column] = one.refusal
-            if one.refusal:
+            refusal[row, column] = one.message
+            if one.message:
                 continue
             depth[row, column], work[row, column] = one.depth_error, one.work_error
             power[row, column] = one.power_error
@@ -164,7 +163,7 @@ def time_per_solution(
     for repeat in range(_MOST_REPEATS):
         start = time.perf_counter()
         try:
-            solve_contact(state, batch, setup.wheelset, setup.counterface, models)
+            solve_contact(state, batch, replace(setup_of(setup), models=models))
         except (ContactError, NumericalError):  # judged before; cannot happen for the same points
             return float("nan")
         took = time.perf_counter() - start

@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from wearsim.campaign.progress import Event, Observer
 from wearsim.campaign.record import write_atomically
-from wearsim.campaign.run import run_scene
+from wearsim.campaign.run import Event, Observer, run_scene
 from wearsim.errors import ContactError
 from wearsim.results import open_results
 from wearsim.results.turnings import last_worn_row, new_row, wear_steps

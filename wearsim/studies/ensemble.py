@@ -33,10 +33,9 @@ from wearsim.campaign.directory import (
     is_locked,
     read_manifest,
     read_status,
-    refuse_other,
+    require_same_scene,
 )
-from wearsim.campaign.progress import Event, Observer
-from wearsim.campaign.run import available_cores, run_scene, scene_files
+from wearsim.campaign.run import Event, Observer, available_cores, run_scene, scene_files
 from wearsim.errors import Fault, ResultError, SceneError, WearsimError
 from wearsim.scene import load_campaign
 from wearsim.scene.overrides import at_its_source
@@ -108,7 +107,7 @@ def check_cases(cases: Iterable[Case], out: Path | None = None) -> tuple[Fault, 
         try:
             scene = load_campaign(case.base, overrides=case.overrides)
             if out is not None and is_claimed(out / case.name):
-                refuse_other(out / case.name, read_manifest(out / case.name), scene_files(scene))
+                require_same_scene(out / case.name, read_manifest(out / case.name), scene_files(scene))
             for warning in check_contact(scene):
                 warnings.setdefault(at_its_source(warning), []).append(case.number)
         except SceneError as error:

@@ -17,9 +17,8 @@ import filelock
 import numpy as np
 
 from wearsim.campaign.directory import is_claimed
-from wearsim.campaign.progress import Observer
 from wearsim.campaign.record import write_atomically
-from wearsim.campaign.run import available_cores
+from wearsim.campaign.run import Observer, available_cores
 from wearsim.errors import Fault, ResultError, SceneError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import GROUPS, LAYOUT, open_results

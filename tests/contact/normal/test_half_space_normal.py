@@ -12,7 +12,7 @@ from wearsim.contact.influence import grid_influence, normal_influence
 from wearsim.contact.normal import half_space
 from wearsim.contact.normal.half_space.lobes import Lobe, gather
 from wearsim.contact.normal.half_space.pressure import HeightGrid, solve_pressure
-from wearsim.contact.reference import hertz
+from wearsim.contact.reference.hertzian import hertz
 from wearsim.errors import ContactError, NumericalError
 
 E_STAR, LOAD = 210e9 / (2.0 * (1.0 - 0.3**2)), 80e3

@@ -8,7 +8,8 @@ from scipy.special import ellipe, ellipk
 
 from wearsim.contact.geometry import CounterfaceProfile, Gap
 from wearsim.contact.normal import kik_piotrowski
-from wearsim.contact.solve import ContactModels, solve
+from wearsim.contact.problem import ContactModels
+from wearsim.contact.solve import solve
 from wearsim.errors import ContactError
 
 E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))

@@ -10,7 +10,7 @@ from wearsim.contact import geometry
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose
 from wearsim.contact.normal.knothe_le_the import solve
 from wearsim.contact.normal.knothe_le_the.equations import averages, in_the_middle, influence_table
-from wearsim.contact.reference import axis_ratio, hertz
+from wearsim.contact.reference.hertzian import axis_ratio, hertz
 
 DATA = Path(__file__).parents[2] / "data"
 E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))

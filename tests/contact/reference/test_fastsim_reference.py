@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from wearsim.contact.reference import (
+from wearsim.contact.reference.creep_forces import (
     fastsim_elliptic_force,
     fastsim_elliptic_slip_border,
     fastsim_strip_work,

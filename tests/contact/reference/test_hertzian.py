@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import dblquad
 from scipy.special import ellipe, ellipk, ellipkm1
 
-from wearsim.contact.reference import axis_ratio, hertz, line_hertz
+from wearsim.contact.reference.hertzian import axis_ratio, hertz, line_hertz
 from wearsim.errors import ContactError
 
 E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))

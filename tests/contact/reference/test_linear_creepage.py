@@ -5,7 +5,7 @@ import pytest
 
 from wearsim.contact.creepage import ContactPoint, kinematics
 from wearsim.contact.geometry import WheelsetPose
-from wearsim.contact.reference import linear_creepage
+from wearsim.contact.reference.linear_creepage import linear_creepage
 from wearsim.errors import ContactError
 
 R0, L, V = 0.46, 0.738, 20.0

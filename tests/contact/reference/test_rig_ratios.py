@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from wearsim.contact.reference import (
-    axis_ratio,
+from wearsim.contact.reference.creep_forces import kalker_linear
+from wearsim.contact.reference.hertzian import axis_ratio, hertz
+from wearsim.contact.reference.linear_creepage import linear_creepage
+from wearsim.contact.reference.rig_ratios import (
     creep_stiffness_ratios,
-    hertz,
-    kalker_linear,
-    linear_creepage,
     load_ratio_for_equal_area,
     load_ratio_for_equal_pressure,
     longitudinal_creepage_ratio,

@@ -7,16 +7,14 @@ import pandas as pd
 import pytest
 from scipy.integrate import dblquad
 
-from wearsim.contact.reference import (
-    carter,
-    cattaneo_mindlin,
+from wearsim.contact.reference.creep_forces import (
     frictional_power,
     full_slip,
     full_slip_spin_moment,
-    hertz,
     kalker_linear,
-    line_hertz,
 )
+from wearsim.contact.reference.hertzian import hertz, line_hertz
+from wearsim.contact.reference.partial_slip import carter, cattaneo_mindlin
 from wearsim.errors import ContactError
 
 G, POISSON = 80e9, 0.3

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wearsim.contact.patch import Patch, PatchGrid, from_grid, on_grid
-from wearsim.contact.reference import frictional_power, kalker_linear
+from wearsim.contact.reference.creep_forces import frictional_power, kalker_linear
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 
 SHEAR_MODULUS, POISSON, LOAD, CELLS, STRIPS = 80.77e9, 0.3, 80e3, 20, 16

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wearsim.contact.reference import (
+from wearsim.contact.reference.creep_forces import (
     fastsim_elliptic_force,
     fastsim_elliptic_slip_border,
     fastsim_strip_work,

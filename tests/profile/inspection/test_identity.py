@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from wearsim.profile.inspection import Conditions, inspect_profile
-from wearsim.profile.inspection.inputs import read_input
-from wearsim.profile.inspection.notes import axle_notes, comparison_notes, side_of
+from wearsim.profile.inspection.inputs import axle_notes, comparison_notes, read_input, side_of
 from wearsim.profile.measures import GaugeDistances
 
 MEASURED = Path(__file__).parents[3] / "profiles" / "measured"

@@ -9,10 +9,10 @@ import pytest
 
 from wearsim.errors import ProfileError
 from wearsim.profile import standard
+from wearsim.profile.conicity import running
 from wearsim.profile.files import load_profile, read_profile, write_profile
 from wearsim.profile.inspection import Conditions, inspect_profile
 from wearsim.profile.inspection.inputs import placed, read_input
-from wearsim.profile.inspection.running import running
 from wearsim.profile.measures import GaugeDistances
 
 MEASURED = Path(__file__).parents[3] / "profiles" / "measured"

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.profile.inspection.inputs import read_input
-from wearsim.profile.inspection.notes import header_notes, hollowing_notes
+from wearsim.profile.inspection.inputs import header_notes, hollowing_notes, read_input
 from wearsim.profile.measures import hollowing, wheel_measures
 
 MEASURED = Path(__file__).parents[3] / "profiles" / "measured"

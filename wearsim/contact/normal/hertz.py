@@ -1,10 +1,10 @@
-r"""Hertz: an elliptic patch from the curvatures of wheel and counterface where they touch first.
+r"""Hertz: an elliptic patch from the curvatures of wheel and counterface at their initial contact.
 
 Each local minimum of the gap is a contact. In its contact plane the surfaces part as
 :math:`A x^2 + B s^2`; A follows from the rolling radius of the wheel and the curvature of the counterface,
 B from a parabola fitted to the gap over a window. All contacts of a wheel share one vertical
-displacement; its share in the contact's normal direction, less the height at which the contact begins to
-touch, is the approach :math:`\delta` of Hertz, and :math:`N = K \delta^{3/2}`. Loads add up; contacts have no
+displacement; its share in the contact's normal direction, less the height of its initial contact, is
+the approach :math:`\delta` of Hertz, and :math:`N = K \delta^{3/2}`. Loads add up; contacts have no
 influence on each other.
 
 Rule for several patches: minima of the gap nearer to a lower one than the window are one contact with it; the
@@ -30,9 +30,16 @@ import numpy as np
 from scipy.optimize import brentq
 
 from wearsim.contact.geometry import NO_WHEEL, Gap
-from wearsim.contact.normal.model import AT_EDGE, NO_TOUCH, NOT_SINGLE, NormalModel, NormalSolution, fault_of
+from wearsim.contact.normal.model import (
+    AT_EDGE,
+    NO_CONTACT,
+    NOT_SINGLE,
+    NormalModel,
+    NormalSolution,
+    fault_of,
+)
 from wearsim.contact.patch import FloatArray, IntArray, Patch
-from wearsim.contact.reference import hertz as contact_ellipse
+from wearsim.contact.reference.hertzian import hertz as contact_ellipse
 from wearsim.errors import ContactError
 
 # Half width [m] of the window of the lateral curvature: a narrower one shows the interpolation of the gap, a
@@ -47,7 +54,7 @@ _STILL = 1e-9  # m, a move that changes nothing any more
 
 @dataclass(frozen=True)
 class _Contact:
-    """Where the surfaces touch first in one basin of the gap; lengths in m, curvatures in 1/m."""
+    """Initial contact of the surfaces in one basin of the gap; lengths in m, curvatures in 1/m."""
 
     row: int
     y: float
@@ -108,7 +115,7 @@ def _contacts(
     here = gap.gap[row]
     lowest = int(here.argmin())
     if here[lowest] >= NO_WHEEL:
-        raise fault_of(NO_TOUCH, row)
+        raise fault_of(NO_CONTACT, row)
     inner = here[1:-1]
     minima = 1 + np.flatnonzero((inner < here[:-2]) & (inner <= here[2:]))
     if lowest not in minima or max(here[lowest - 1], here[lowest + 1]) >= NO_WHEEL:

@@ -32,7 +32,7 @@ MOST_PATCHES = 4
 # have one contact plane; the rule stands in `half_space.lobes`.
 NEAR, FAR = 10e-3, 20e-3
 ALIKE, UNLIKE = 0.2, 0.3
-BESIDE, CLEAR = 2e-3, 4e-3  # whatever the angle
+ADJACENT, CLEAR = 2e-3, 4e-3  # whatever the angle
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class NormalSolver(Protocol):
         Raises
         ------
         ContactError
-            If a wheel does not touch, its patch reaches the edge of a profile, or `vertical` is false and
+            If a wheel is not in contact, its patch reaches the edge of a profile, or `vertical` is false and
             several patches close.
         NumericalError
             If the load cannot be balanced or the iteration does not converge.
@@ -271,11 +271,11 @@ def _smallest_radius(gap: Gap, solution: NormalSolution) -> FloatArray:
     return np.minimum(wheel, 1.0 / gap.curvature - grid.z[at])
 
 
-NO_TOUCH, AT_EDGE, TOO_MANY, NOT_SINGLE, NO_BALANCE, NO_CONVERGENCE = 1, 2, 3, 4, 5, 6
+NO_CONTACT, AT_EDGE, TOO_MANY, NOT_SINGLE, NO_BALANCE, NO_CONVERGENCE = 1, 2, 3, 4, 5, 6
 
 _CHECK = "; check shift, gauge and profiles"
 _TEXT = {
-    NO_TOUCH: f"the wheel does not touch the counterface at any lateral position{_CHECK}",
+    NO_CONTACT: f"the wheel does not touch the counterface at any lateral position{_CHECK}",
     AT_EDGE: f"the contact patch reaches the edge of a profile{_CHECK}",
     TOO_MANY: f"the wheel has more than {MOST_PATCHES} contact patches{_CHECK}",
     NOT_SINGLE: "several patches close: a normal force belongs to one; give the wheel load instead",
@@ -292,7 +292,7 @@ def fault_of(kind: int, row: int) -> ContactError | NumericalError:
     Parameters
     ----------
     kind : int
-        NO_TOUCH, AT_EDGE, TOO_MANY, NOT_SINGLE, NO_BALANCE or NO_CONVERGENCE.
+        NO_CONTACT, AT_EDGE, TOO_MANY, NOT_SINGLE, NO_BALANCE or NO_CONVERGENCE.
     row : int
         Of the batch; the caller knows which operating point it is.
 

@@ -8,8 +8,7 @@ positive magnitudes.
 
 References
 ----------
-.. [1] J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990,
-   doi:10.1007/978-94-015-7889-9.
+.. [1] J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990.
 .. [2] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13, doi:10.1080/00423118208968684.
 """
 
@@ -62,8 +61,7 @@ def kalker_linear(
 
     References
     ----------
-    .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990,
-       doi:10.1007/978-94-015-7889-9.
+    .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
     """
     modulus = number("shear modulus G", positive("shear modulus G", shear_modulus, "Pa"))
     poisson = number("Poisson's ratio", within("Poisson's ratio", poisson_ratio, "-", 0.0, 0.5))
@@ -75,11 +73,10 @@ def kalker_linear(
     c11, c22, c23, c33 = coefficients(a / b, poisson)
     square, cross = a * b, (a * b) ** 1.5
     x, y, spin = xi.T
-    force: FloatArray = -modulus * np.stack(
+    return -modulus * np.stack(
         (square * c11 * x, square * c22 * y + cross * c23 * spin, square**2 * c33 * spin - cross * c23 * y),
         axis=1,
     )
-    return force
 
 
 def full_slip(creepage: ArrayLike, friction: ArrayLike, normal_force: ArrayLike) -> FloatArray:
@@ -114,8 +111,7 @@ def full_slip(creepage: ArrayLike, friction: ArrayLike, normal_force: ArrayLike)
     mu = within("friction coefficient", friction, "-", 0.0, np.inf)
     load = positive("normal force", normal_force, "N")
     carried = per_row("friction coefficient", mu, len(xi)) * per_row("normal force", load, len(xi))
-    force: FloatArray = -(carried / size)[:, None] * xi
-    return force
+    return -(carried / size)[:, None] * xi
 
 
 def full_slip_spin_moment(
@@ -275,8 +271,7 @@ def fastsim_elliptic_force(reduced: ArrayLike) -> FloatArray:
     of his reduction factors at 1.
     """
     eps = within("reduced creepage", reduced, "-", 0.0, np.inf)
-    share: FloatArray = 2.0 / np.pi * (eps / (1.0 + eps**2) + np.arctan(eps))
-    return share
+    return 2.0 / np.pi * (eps / (1.0 + eps**2) + np.arctan(eps))
 
 
 def fastsim_elliptic_slip_border(reduced: ArrayLike) -> FloatArray:
@@ -300,8 +295,7 @@ def fastsim_elliptic_slip_border(reduced: ArrayLike) -> FloatArray:
         If an entry is negative or not finite.
     """
     square = within("reduced creepage", reduced, "-", 0.0, np.inf) ** 2
-    border: FloatArray = 1.0 - 2.0 / (square + 1.0)
-    return border
+    return 1.0 - 2.0 / (square + 1.0)
 
 
 def fastsim_strip_work(
@@ -341,5 +335,4 @@ def fastsim_strip_work(
         force=finite("force", force, "N"),
         creepage=finite("creepage", creepage, "-"),
     )
-    work: FloatArray = 0.75 * -fx * xi / b * np.maximum(1.0 - (place / b) ** 2, 0.0)
-    return work
+    return 0.75 * -fx * xi / b * np.maximum(1.0 - (place / b) ** 2, 0.0)

@@ -47,8 +47,7 @@ class EllipticContact:
     @property
     def area(self) -> FloatArray:
         """Of the ellipse [m2]."""
-        area: FloatArray = np.pi * self.semi_axis_x * self.semi_axis_y
-        return area
+        return np.pi * self.semi_axis_x * self.semi_axis_y
 
     def pressure(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
         """Pressure at points, zero outside the ellipse.
@@ -74,8 +73,7 @@ class EllipticContact:
             semi_axis_a=self.semi_axis_x, semi_axis_b=self.semi_axis_y,
         )  # fmt: skip
         place = (at_x / a) ** 2 + (at_y / b) ** 2
-        value: FloatArray = self.max_pressure * np.sqrt(np.maximum(1.0 - place, 0.0))
-        return value
+        return self.max_pressure * np.sqrt(np.maximum(1.0 - place, 0.0))
 
 
 def axis_ratio(curvature_ratio: ArrayLike) -> FloatArray:
@@ -110,8 +108,7 @@ def axis_ratio(curvature_ratio: ArrayLike) -> FloatArray:
         square = np.exp(2.0 * log_minor)
         along, across = elliprd(0.0, square, 1.0), elliprd(0.0, 1.0, square)
         log_minor = log_minor - (np.log(across / along) - target) / _slope(square, along, across)
-    value: FloatArray = np.exp(np.sign(np.log(ratio)) * log_minor)
-    return value
+    return np.exp(np.sign(np.log(ratio)) * log_minor)
 
 
 def _slope(square: FloatArray, along: FloatArray, across: FloatArray) -> FloatArray:
@@ -214,8 +211,7 @@ class LineContact:
         """
         at, half = alike(x=finite("x", x, "m"), half_length=self.half_length)
         place = (at / half) ** 2
-        value: FloatArray = self.max_pressure * np.sqrt(np.maximum(1.0 - place, 0.0))
-        return value
+        return self.max_pressure * np.sqrt(np.maximum(1.0 - place, 0.0))
 
 
 def line_hertz(

@@ -4,7 +4,7 @@ Equations (35)-(37) of the paper below, its misprints corrected and the one miss
 read, to check with and for quick estimates. The solver uses the exact vector form of `creepage.kinematics`.
 
 The paper has z up, y to the left and lists positive contact angles on both sides. Here x is the rolling
-direction, y to the right, z down (the paper's axes turned by half a turn about x), so that
+direction, y to the right, z down (the paper's axes rotated by 180 degrees about x), so that
 
 ========================================  ====================  ==========================================
 here                                      in the paper          remark
@@ -171,5 +171,4 @@ def linear_creepage(
         cosine, sine = np.cos(psi), np.sin(psi)
         xi_x, xi_y = cosine * xi_x - sine * xi_y, cosine * xi_y + sine * xi_x
     # Adding 0.0 turns a mirrored -0.0 into 0.0.
-    creepage: FloatArray = np.stack((xi_x, sign * xi_y + 0.0, sign * spin + 0.0), axis=1)
-    return creepage
+    return np.stack((xi_x, sign * xi_y + 0.0, sign * spin + 0.0), axis=1)

@@ -5,7 +5,7 @@ and tractions and forces are those on the wheel: they oppose the creepage.
 
 References
 ----------
-.. [1] F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157, doi:10.1098/rspa.1926.0100.
+.. [1] F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157.
 .. [2] C. Cattaneo, Rend. Accad. Naz. Lincei 27 (1938) 342-348, 434-436, 474-478.
 .. [3] R. D. Mindlin, J. Appl. Mech. 16 (1949) 259-268, doi:10.1115/1.4009973.
 .. [4] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, chapters 7 and 8.
@@ -32,7 +32,7 @@ class RollingCylinders:
     half_length : array
         Half the length of the contact along the rolling direction [m].
     stick_half_length : array
-        Half the length of the stick zone; it touches the leading edge [m].
+        Half the length of the stick zone; it begins at the leading edge [m].
     saturation : array
         Creepage at which all slips [-].
     creepage : array
@@ -52,8 +52,7 @@ class RollingCylinders:
         """Longitudinal force on the wheel per width [N/m]."""
         full = 0.5 * np.pi * self.half_length * self.limit
         share = 1.0 - (self.stick_half_length / self.half_length) ** 2
-        force: FloatArray = -np.sign(self.creepage) * full * share
-        return force
+        return -np.sign(self.creepage) * full * share
 
     def traction(self, x: ArrayLike) -> FloatArray:
         """Longitudinal traction on the wheel [Pa] at finite distances [m] from the middle."""
@@ -73,8 +72,7 @@ class RollingCylinders:
         behind = np.maximum(a - c - place, 0.0)
         beyond = np.maximum(np.abs(self.creepage) / self.saturation - 1.0, 0.0)
         local = np.sqrt(np.maximum(behind**2 - c**2, 0.0)) / a
-        value: FloatArray = np.sign(self.creepage) * self.saturation * (local + beyond)
-        return value
+        return np.sign(self.creepage) * self.saturation * (local + beyond)
 
 
 def carter(
@@ -115,7 +113,7 @@ def carter(
 
     References
     ----------
-    .. [1] F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157, doi:10.1098/rspa.1926.0100.
+    .. [1] F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157.
     .. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731.
     """
     xi, half, pressure, mu, modulus = alike(

@@ -12,7 +12,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -89,13 +89,8 @@ def normal_ratios(
     )
     field = hertz(along, across, 1.0, 1.0)
     rig = hertz(along * (1.0 + chi), across, 1.0, 1.0)
-    return NormalRatios(
-        rig.semi_axis_x / field.semi_axis_x,
-        rig.semi_axis_y / field.semi_axis_y,
-        rig.area / field.area,
-        rig.max_pressure / field.max_pressure,
-        rig.approach / field.approach,
-    )
+    names = [each.name for each in fields(NormalRatios)]
+    return NormalRatios(*(getattr(rig, name) / getattr(field, name) for name in names))
 
 
 def normal_exponents(curvature_ratio: ArrayLike) -> NormalRatios:
@@ -122,18 +117,7 @@ def normal_exponents(curvature_ratio: ArrayLike) -> NormalRatios:
     """
     ratio, step = positive("curvature ratio A/B", curvature_ratio, "-"), 1e-4
     change = normal_ratios(ratio * np.exp(-0.5 * step), 1.0, np.expm1(step))
-    return NormalRatios(
-        *(
-            np.log(value) / step
-            for value in (
-                change.semi_axis_x,
-                change.semi_axis_y,
-                change.area,
-                change.max_pressure,
-                change.approach,
-            )
-        )
-    )
+    return NormalRatios(*(np.log(value) / step for value in vars(change).values()))
 
 
 def spin_ratio(radius_ratio: ArrayLike, roll_share: ArrayLike = 0.0) -> FloatArray:
@@ -161,8 +145,7 @@ def spin_ratio(radius_ratio: ArrayLike, roll_share: ArrayLike = 0.0) -> FloatArr
         radius_ratio=_radius_ratio(radius_ratio),
         roll_over_contact_angle=finite("roll over contact angle", roll_share, "-"),
     )
-    ratio: FloatArray = 1.0 + chi * (1.0 - share)
-    return ratio
+    return 1.0 + chi * (1.0 - share)
 
 
 def longitudinal_creepage_ratio(
@@ -200,8 +183,7 @@ def longitudinal_creepage_ratio(
     )
     if (difference == 0.0).any():
         raise ContactError("radius difference = 0 m: no longitudinal creepage on the rail to compare with")
-    ratio: FloatArray = 1.0 + kappa * z * radius / difference
-    return ratio
+    return 1.0 + kappa * z * radius / difference
 
 
 def creep_stiffness_ratios(
@@ -260,8 +242,7 @@ def load_ratio_for_equal_pressure(pressure_ratio: ArrayLike) -> FloatArray:
     ContactError
         If a ratio is not positive and finite.
     """
-    ratio: FloatArray = positive("pressure ratio", pressure_ratio, "-") ** -3.0
-    return ratio
+    return positive("pressure ratio", pressure_ratio, "-") ** -3.0
 
 
 def load_ratio_for_equal_area(area_ratio: ArrayLike) -> FloatArray:
@@ -282,8 +263,7 @@ def load_ratio_for_equal_area(area_ratio: ArrayLike) -> FloatArray:
     ContactError
         If a ratio is not positive and finite.
     """
-    ratio: FloatArray = positive("area ratio", area_ratio, "-") ** -1.5
-    return ratio
+    return positive("area ratio", area_ratio, "-") ** -1.5
 
 
 def _radius_ratio(value: ArrayLike) -> FloatArray:

@@ -2,13 +2,15 @@ r"""FASTSIM on any outline, with three flexibilities and the elliptic traction b
 
 Simplified theory: surface displacement is proportional to traction. From the leading end of each strip
 the traction grows with the rigid slip and is cut back to the bound :math:`\mu p`; where it is cut back the
-surfaces slip. Origin of the split into three flexibilities is the pressure-weighted centre of the patch.
+surfaces slip. Where nothing slips the tractions are (38) of [3]_. Origin of the split into three
+flexibilities is the pressure-weighted centre of the patch.
 
 References
 ----------
 .. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13, doi:10.1080/00423118208968684.
 .. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483,
    doi:10.1080/00423110500141144 (equivalent ellipse).
+.. [3] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226, equation (38).
 """
 
 from __future__ import annotations
@@ -87,22 +89,10 @@ def solve(
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     slope = patch.pressure_slope * load_factor(cells)
     _march(
-        plain(patch.y),
-        plain(patch.width),
-        plain(patch.x_lead),
-        plain(patch.x_trail),
-        plain(friction),
-        plain(slope),
-        plain(creepage),
-        flexibility,
-        plain(_mean_flexibility(creepage, flexibility)),
-        cells,
-        fields,
-        np.empty(14 * _ROW),
-        out,
-        force,
-        slip_area,
-    )
+        plain(patch.y), plain(patch.width), plain(patch.x_lead), plain(patch.x_trail), plain(friction),
+        plain(slope), plain(creepage), flexibility, plain(_mean_flexibility(creepage, flexibility)), cells,
+        fields, np.empty(14 * _ROW), out, force, slip_area,
+    )  # fmt: skip
     return TangentialSolution(force, slip_area, patch.x_lead, patch.x_trail, out if fields else None)
 
 
@@ -115,25 +105,13 @@ def _mean_flexibility(creepage: FloatArray, flexibility: FloatArray) -> FloatArr
 
 @leaf_kernel
 def _march(
-    y: FloatArray,
-    width: FloatArray,
-    x_lead: FloatArray,
-    x_trail: FloatArray,
-    friction: FloatArray,
-    slope: FloatArray,
-    creepage: FloatArray,
-    flexibility: FloatArray,
-    mean: FloatArray,
-    cells: int,
-    keep: bool,
-    rows: FloatArray,
-    out: FloatArray,
-    force: FloatArray,
-    slip_area: FloatArray,
-) -> None:
+    y: FloatArray, width: FloatArray, x_lead: FloatArray, x_trail: FloatArray, friction: FloatArray,
+    slope: FloatArray, creepage: FloatArray, flexibility: FloatArray, mean: FloatArray, cells: int,
+    keep: bool, rows: FloatArray, out: FloatArray, force: FloatArray, slip_area: FloatArray,
+) -> None:  # fmt: skip
     """March from the leading to the trailing end, all strips of a patch side by side.
 
-    Everything the inner loop touches lies in `rows`, one buffer of rows a constant number of places apart:
+    All operands of the inner loop lie in `rows`, one buffer of rows a constant number of places apart:
     only then does the compiler see that rows do not overlap, and uses vector instructions. Rows: 0 half
     length, 1 middle, 2 lateral position, 3 and 4 traction at the upstream cell end, 5 pressure there,
     6 slipping cells so far, 7 to 11 the means of pressure, traction and slip in the cell, 12 the

@@ -3,8 +3,7 @@
 References
 ----------
 .. [1] J. J. Kalker, On the rolling contact of two elastic bodies in the presence of dry friction,
-   thesis, Delft 1967; Three-dimensional elastic bodies in rolling contact, Kluwer 1990, table E.3,
-   doi:10.1007/978-94-015-7889-9.
+   thesis, Delft 1967; Three-dimensional elastic bodies in rolling contact, Kluwer 1990, table E.3.
 """
 
 from __future__ import annotations
@@ -65,8 +64,7 @@ def coefficients(axis_ratio: FloatArray, poisson_ratio: float) -> FloatArray:
 
     References
     ----------
-    .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990,
-       doi:10.1007/978-94-015-7889-9.
+    .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
     """
     inverse = 1.0 / _TABLE
     nu = 4.0 * poisson_ratio

@@ -40,10 +40,4 @@ def coefficient_set(given: str | CoefficientSet, law: str | None) -> Coefficient
     return chosen
 
 
-__all__ = [
-    "CERTAINTIES",
-    "COEFFICIENT_SETS",
-    "Coefficient",
-    "CoefficientSet",
-    "coefficient_set",
-]
+__all__ = ["CERTAINTIES", "COEFFICIENT_SETS", "Coefficient", "CoefficientSet", "coefficient_set"]

@@ -25,6 +25,6 @@ DIRKS_ENBLOM_2011 = CoefficientSet(
     values={
         "shear_yield": Coefficient(
             300.0, "MPa", "as for the surface fatigue index", "recalled", (200.0, 350.0)
-        ),
+        )
     },
 )

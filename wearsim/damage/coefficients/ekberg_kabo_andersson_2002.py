@@ -24,6 +24,6 @@ EKBERG_KABO_ANDERSSON_2002 = CoefficientSet(
     values={
         "shear_yield": Coefficient(
             300.0, "MPa", "typical value in use, not checked on a page", "recalled", (200.0, 350.0)
-        ),
+        )
     },
 )

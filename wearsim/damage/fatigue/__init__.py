@@ -12,7 +12,8 @@ from dataclasses import fields as dataclass_fields
 import numpy as np
 
 from wearsim.damage.batches import batches, part_of
-from wearsim.damage.coefficients import CoefficientSet, coefficient_set
+from wearsim.damage.coefficients import coefficient_set
+from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, patch_loads
 from wearsim.damage.registry import Registry, discover, unknown
@@ -102,8 +103,8 @@ def coefficients_of(settings: FatigueSettings) -> CoefficientSet:
     if law is not None:
         faults += _removal_faults(law, settings)
     for name, value in (("crack_depth", settings.crack_depth), ("crack_width", settings.crack_width)):
-        if value is not None and (told := QUANTITIES[f"fatigue_{name}"].fault(value, name)):
-            faults.append(Fault(told))
+        if value is not None and (fault := QUANTITIES[f"fatigue_{name}"].fault(value, name)):
+            faults.append(Fault(fault))
     if faults or coefficients is None:
         raise SceneError(faults)
     return coefficients

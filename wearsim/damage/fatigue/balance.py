@@ -41,8 +41,7 @@ def damage_after(damage: FloatArray, added: FloatArray, worn: FloatArray, crack_
     (...) array
         Exact for constant rates: once at zero it stays there [-].
     """
-    after: FloatArray = np.maximum(damage + added - worn / crack_depth, 0.0)
-    return after
+    return np.maximum(damage + added - worn / crack_depth, 0.0)
 
 
 @dataclass(frozen=True)
@@ -96,5 +95,4 @@ def balance(
 
 def _distance(limit: float, rate: FloatArray) -> FloatArray:
     grows = rate > 0.0
-    distance: FloatArray = np.where(grows, limit / np.where(grows, rate, 1.0), np.inf)
-    return distance
+    return np.where(grows, limit / np.where(grows, rate, 1.0), np.inf)

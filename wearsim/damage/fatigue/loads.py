@@ -59,8 +59,7 @@ class PatchLoads:
 
     def y_of_largest(self, strips: FloatArray) -> FloatArray:
         """Lateral position (m,) of the strip of each patch with the largest of some values (m, ny) [m]."""
-        y: FloatArray = np.take_along_axis(self.y, strips.argmax(axis=1)[:, None], axis=1)[:, 0]
-        return y
+        return np.take_along_axis(self.y, strips.argmax(axis=1)[:, None], axis=1)[:, 0]
 
 
 def patch_loads(solution: ContactSolution) -> PatchLoads:
@@ -94,8 +93,7 @@ def patch_loads(solution: ContactSolution) -> PatchLoads:
 
 def wear_number_without_spin(loads: PatchLoads) -> FloatArray:
     r"""Classical wear number :math:`T\gamma = |F_x \xi_x| + |F_y \xi_y|` (m,) [N]."""
-    total: FloatArray = np.abs(loads.force_x * loads.creepage_x) + np.abs(loads.force_y * loads.creepage_y)
-    return total
+    return np.abs(loads.force_x * loads.creepage_x) + np.abs(loads.force_y * loads.creepage_y)
 
 
 def wear_number_with_spin(loads: PatchLoads) -> FloatArray:
@@ -103,8 +101,7 @@ def wear_number_with_spin(loads: PatchLoads) -> FloatArray:
     work = (
         loads.force_x * loads.creepage_x + loads.force_y * loads.creepage_y + loads.spin_moment * loads.spin
     )
-    total: FloatArray = np.maximum(-work, 0.0)
-    return total
+    return np.maximum(-work, 0.0)
 
 
 WEAR_NUMBERS: dict[WearNumber, Callable[[PatchLoads], FloatArray]] = {

@@ -7,7 +7,7 @@ and not of the source.
 
 References
 ----------
-.. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163, doi:10.1243/PIME_PROC_1989_203_099_02.
+.. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163.
 """
 
 from __future__ import annotations
@@ -89,8 +89,7 @@ def shakedown_limit(friction: FloatArray, contact: Contact = "point") -> FloatAr
     end = 1.0 / SURFACE_FLOW_FROM
     join = start + (end - start) * np.asarray(friction) / SURFACE_FLOW_FROM
     flow = 1.0 / np.maximum(friction, 1e-12)
-    limit: FloatArray = np.where(np.asarray(friction) >= SURFACE_FLOW_FROM, flow, np.minimum(join, flow))
-    return limit
+    return np.where(np.asarray(friction) >= SURFACE_FLOW_FROM, flow, np.minimum(join, flow))
 
 
 def boundaries(
@@ -118,10 +117,5 @@ def boundaries(
     return (
         Boundary(flow, 1.0 / flow, "surface flow, p0/k = 1/mu", "recalled"),
         Boundary(join, shakedown_limit(join, contact), "elastic shakedown, a straight join", "join"),
-        Boundary(
-            np.zeros(2),
-            np.array(marks.first_yield),
-            "first yield in pure rolling",
-            "recalled",
-        ),
+        Boundary(np.zeros(2), np.array(marks.first_yield), "first yield in pure rolling", "recalled"),
     )

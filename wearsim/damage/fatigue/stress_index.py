@@ -6,14 +6,14 @@ cycles.
 
 References
 ----------
-.. [1] B. Dirks, R. Enblom, Wear 271 (2011) 210-217, doi:10.1016/j.wear.2010.10.028.
+.. [1] B. Dirks, R. Enblom, Wear 271 (2011) 210-217.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue.law import FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import PatchLoads, work_share
 

@@ -10,8 +10,8 @@ failure.
 
 References
 ----------
-.. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163, doi:10.1243/PIME_PROC_1989_203_099_02.
-.. [2] A. Ekberg, E. Kabo, H. Andersson, FFEMS 25 (2002) 899-909, doi:10.1046/j.1460-2695.2002.00535.x.
+.. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163.
+.. [2] A. Ekberg, E. Kabo, H. Andersson, FFEMS 25 (2002) 899-909.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
-from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue.law import FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import PatchLoads, work_share
 from wearsim.damage.wear.sliding import mean_of, patch_total
@@ -66,8 +66,7 @@ def subsurface_index(utilised_friction: FloatArray, max_pressure: FloatArray) ->
     -----
     Of an ellipse :math:`p_0/6 = N/(4\pi a b)` [2]_. The term of the residual stress is not in it.
     """
-    index: FloatArray = max_pressure / 6.0 * (1.0 + utilised_friction**2)
-    return index
+    return max_pressure / 6.0 * (1.0 + utilised_friction**2)
 
 
 def patch(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:

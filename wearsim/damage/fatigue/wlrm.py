@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
-from wearsim.damage.coefficients import Coefficient, CoefficientSet
+from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, work_share
 from wearsim.errors import Fault, SceneError

@@ -11,7 +11,8 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.damage.batches import batches, part_of
-from wearsim.damage.coefficients import CoefficientSet, coefficient_set
+from wearsim.damage.coefficients import coefficient_set
+from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.registry import Registry, discover, unknown
 from wearsim.damage.wear.archard import SEIZURE_CAPS, SeizureCap
 from wearsim.damage.wear.law import FORMS, Form, WearLaw

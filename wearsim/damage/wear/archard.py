@@ -12,7 +12,7 @@ Where the surfaces slip, :math:`|\tau| = \mu p`, so that this law and the energy
 References
 ----------
 .. [1] J. F. Archard, J. Appl. Phys. 24 (1953) 981, doi:10.1063/1.1721448.
-.. [2] T. Jendel, Wear 253 (2002) 89-99, doi:10.1016/S0043-1648(02)00087-X.
+.. [2] T. Jendel, Wear 253 (2002) 89-99.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from typing import Literal
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
-from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, relative_slip
 
@@ -151,8 +151,7 @@ def depth(
     load = patch_total(along_strips(fields.pressure, fields), fields)
     mean_speed = mean_of(patch_total(strips, fields), load) * fields.speed
     masks = regime(mean_of(load, area), mean_speed, coefficients)
-    depths: FloatArray = (per_hardness[:, None] * masks)[:, :, None] * strips
-    return depths
+    return (per_hardness[:, None] * masks)[:, :, None] * strips
 
 
 def energy_coefficient(archard: float, friction: float, hardness: float) -> float:

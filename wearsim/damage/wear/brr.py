@@ -7,7 +7,7 @@ whole patch has no local form.
 
 References
 ----------
-.. [1] T. G. Pearce, N. D. Sherratt, Wear 144 (1991) 343-351, doi:10.1016/0043-1648(91)90025-P.
+.. [1] T. G. Pearce, N. D. Sherratt, Wear 144 (1991) 343-351.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
-from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import patch_total, spread
 

@@ -8,7 +8,7 @@ stands for the contact temperature; such a switch depends on the running speed.
 References
 ----------
 .. [1] H. Krause, G. Poll, Wear 113 (1986) 103-122.
-.. [2] I. Zobory, Vehicle System Dynamics 28 (1997) 221-259, doi:10.1080/00423119708969355.
+.. [2] I. Zobory, Vehicle System Dynamics 28 (1997) 221-259.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
-from wearsim.damage.coefficients import Coefficient, CoefficientSet
+from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total
 

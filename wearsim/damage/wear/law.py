@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from wearsim.contact.patch import FloatArray
-from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.coefficients.record import CoefficientSet
 
 Form = Literal["local", "patch_mean"]
 FORMS: tuple[Form, ...] = ("local", "patch_mean")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
-from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.wear.law import Form, WearLaw
 
 

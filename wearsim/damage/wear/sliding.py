@@ -22,7 +22,7 @@ def relative_slip(fields: SurfaceFields) -> FloatArray:
 
     Notes
     -----
-    Tangential models give slip whose work differs from that of the resultants by up to 40 % under spin;
+    Under spin, tangential models give slip whose work differs from that of the resultants;
     `work_density` is scaled to the latter, patch by patch. The slip here is scaled by the same factor, so
     that laws of sliding distance and laws of work see one slip: where Coulomb's bound is reached,
     :math:`\mu p |s|/V` is the work density. Without friction there is no work to compare; the slip then

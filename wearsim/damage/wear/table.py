@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
-from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, relative_slip, spread
 

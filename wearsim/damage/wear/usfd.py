@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
-from wearsim.damage.coefficients import CoefficientSet
+from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.wear.law import Form, WearLaw
 
 REGIMES = ("mild", "severe", "catastrophic")
@@ -56,8 +56,7 @@ def wear_rate(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
 
     References
     ----------
-    .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478,
-       doi:10.1243/1350650042794815.
+    .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
     """
     mild, severe, catastrophic = regime(index, coefficients)
     level = coefficients["severe_level"]
@@ -108,8 +107,7 @@ def depth(
 
     References
     ----------
-    .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478,
-       doi:10.1243/1350650042794815.
+    .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
     """
     if form == "local":
         index = fields.work_density / _PASCAL_PER_N_MM2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -12,13 +11,12 @@ from typing import NamedTuple, Unpack
 
 import numpy as np
 
-from wearsim.errors import Fault, ProfileError
+from wearsim.errors import Fault, ProfileError, suggestion
 from wearsim.profile import standard
 from wearsim.profile.files import miniprof, simpack
 from wearsim.profile.files.axes import ORIGINS, RUNNING_CIRCLE, UNITS, Statements, to_our_axes
 from wearsim.profile.files.points import (
     EXACT,
-    MAX_BYTES,
     POINT_FORMATS,
     Faults,
     Kind,
@@ -32,17 +30,6 @@ from wearsim.profile.files.points import (
 )
 from wearsim.profile.placement import head_lean, lean_words, place_rail, tilt_to_add
 from wearsim.profile.shape import Profile
-
-__all__ = [
-    "FORMATS",
-    "MAX_BYTES",
-    "WRITTEN_FORMATS",
-    "ProfileReading",
-    "Statements",
-    "load_profile",
-    "read_profile",
-    "write_profile",
-]
 
 
 class Format(NamedTuple):
@@ -167,11 +154,9 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
 
 def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> None:
     """Raise for a statement that is none of the known ones."""
-    if value is None or value in known:
-        return
-    near = difflib.get_close_matches(value.lower(), list(known), n=1, cutoff=0.4)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    raise ProfileError(f"{path}: {key} = {value!r} is not one of {', '.join(known)}{hint}")
+    if value is not None and value not in known:
+        hint = suggestion(value, known)
+        raise ProfileError(f"{path}: {key} = {value!r} is not one of {', '.join(known)}{hint}")
 
 
 def _format_of(text: Text, name: str | None) -> str:
@@ -268,9 +253,8 @@ def is_file(name: str) -> bool:
         False for designations such as "S1002/h30".
     """
     path = Path(name)
-    return path.is_file() or (
-        not standard.is_designation(name) and (bool(path.suffix) or len(path.parts) != 1)
-    )
+    looks_like_path = bool(path.suffix) or len(path.parts) != 1
+    return path.is_file() or (looks_like_path and not standard.is_designation(name))
 
 
 def place_file(profile: Profile, name: str, tilt: float, gauge: float, half_span: float) -> Profile:

@@ -28,9 +28,6 @@ ORIGINS = ("running_circle", "flange_back")
 RUNNING_CIRCLE = Decimal(70)
 """Distance of the running circle from the flange back [mm]."""
 
-IN_CM = "it has the size of one in cm"
-"""In the message on a size that fits no unit but this one."""
-
 MOST_POINTS = 20_000
 """Lists up to here are taken as they are; 160 mm of profile are then 8 um from point to point."""
 
@@ -41,7 +38,6 @@ _COARSE = 2000
 _ROUNDS = 12
 
 _DETECTED = ("mm", "m", "in")  # cm are read on request only: rails in cm and in inches overlap
-_SPOKEN = {"mm": "mm", "m": "metres", "cm": "cm", "in": "inches"}
 _STATE_UNITS = "state them with --units"
 _MOST_STUTTER = 50  # points left out of a list of any length
 _MOST_BACK = 1e-3  # a longer step back is no stutter of the instrument [m]
@@ -188,10 +184,8 @@ class _Conversion:
         wild = any(point is not None for _, point in shape_faults(kind, y * 1e-3, z * 1e-3))
         if wild or low <= float(np.ptp(y)) * 1e-3 <= high:
             return UNITS["mm"]
-        wide = [_SPOKEN[name] for name in UNITS if low <= float(np.ptp(y)) * float(UNITS[name]) <= high]
+        wide = [name for name in UNITS if low <= float(np.ptp(y)) * float(UNITS[name]) <= high]
         hint = f"; the width alone would fit {' or '.join(wide)}" if wide and not fits else ""
-        if not fits and _plausible(kind, y, z, "cm"):
-            hint = f"; {IN_CM}{' or inches' if 'inches' in wide else ''}"
         self._stop(
             f"the {kind} profile is {np.ptp(y):.4g} wide and {np.ptp(z):.4g} high, which fits "
             f"{'several units' if fits else 'no unit'} (a {kind} is {low * 1e3:g} .. {high * 1e3:g} mm wide "

@@ -31,7 +31,6 @@ _KNOWN_KEY = re.compile(
     r"^\s*(xypoints|columndef|mptypeno|mpserno|mpcaldate|programver|xoffset)\s*=",
     re.IGNORECASE | re.MULTILINE,
 )
-_KEY = re.compile(r"\s*[A-Za-z]\w*\s*=")
 _LEAST_CIRCLE, _MOST_CIRCLE = 60.0, 80.0  # running circle from the flange back [mm]
 _COLUMNS = {"x", "y", "a", "c", "k", "n"}
 _OLD_STYLE = "(sd/sh/qr)"
@@ -100,10 +99,10 @@ def read_part(text: Text, kind: Kind, faults: Faults, part: int | str | None) ->
         faults.add(f"holds {len(rows)} curves ({known}), which are never joined; choose one with --part")
         return None
     if part is not None:
-        wanted = str(part).strip()
-        chosen = next((k for k in rows if wanted in (str(k), names.get(k, ""))), None)
+        asked = str(part).strip()
+        chosen = next((k for k in rows if asked in (str(k), names.get(k, ""))), None)
         if chosen is None:
-            faults.add(f"--part {wanted} is not among its curves ({known})")
+            faults.add(f"--part {asked} is not among its curves ({known})")
             return None
     return _points(rows[chosen], {**info[0], **info.get(chosen, {})}, kind, faults)
 
@@ -155,7 +154,7 @@ def _points(numbered: list[tuple[int, str]], header: dict[str, str], kind: Kind,
     needed = max(column_x, column_y) + 1
     points, off, short = Columns(faults), 0, 0
     separator: str | None = None
-    joined = cut = False
+    cut = False
     last = next((number for number, raw in reversed(numbered) if raw.strip()), 0)
     for number, raw in numbered:
         line = _bare(raw)
@@ -163,10 +162,6 @@ def _points(numbered: list[tuple[int, str]], header: dict[str, str], kind: Kind,
             off += raw.lstrip()[:1] == '"' and _is_data(raw.lstrip()[1:])
             continue
         enough = len(points.lines) >= MIN_POINTS
-        if enough and (_KEY.match(raw) or ("=" not in raw and "MINIPROF" in raw.upper())):
-            faults.add("a header after the points: two files are joined here; give one", number)
-            joined = True
-            break
         if separator is None:
             separator = separator_of(line)
         cells = split_cells(line, separator)
@@ -175,17 +170,15 @@ def _points(numbered: list[tuple[int, str]], header: dict[str, str], kind: Kind,
         elif len(cells) < needed and number == last and enough:
             cut = True  # in the middle of a line
         elif len(cells) < needed:
-            plural = "" if len(cells) == 1 else "s"
-            faults.add(f"{len(cells)} column{plural}, {needed} are needed to find X and Y", number)
+            faults.add(f"number of columns = {len(cells)} must be at least {needed} to hold X and Y", number)
         else:
             points.add(number, cells[column_x], cells[column_y], separator, "XY")
             continue
         short += 1
-    before = len(faults.entries)
-    if not joined:
-        there = len(points.lines) + off + short + points.skipped
-        _check_count(_value(header, "xypoints") or "", len(points.lines), there, last, faults, notes)
-    if cut and len(faults.entries) == before:
+    before = faults.count
+    there = len(points.lines) + off + short + points.skipped
+    _check_count(_value(header, "xypoints") or "", len(points.lines), there, last, faults, notes)
+    if cut and faults.count == before:
         faults.add("ends in the middle of a line: the file is cut off; copy it again", last)
     if off:
         notes.append(f"{off} switched-off points left out")

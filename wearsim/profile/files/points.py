@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import codecs
 import re
-from collections import Counter
 from dataclasses import dataclass, field
 from decimal import Context, Decimal
 from pathlib import Path
@@ -23,7 +22,6 @@ Kind = Literal["wheel", "rail"]
 
 MAX_BYTES = 20_000_000
 MAX_LINES = 1_100_000  # 10^6 points and what may stand around them
-MAX_LINE = 100_000  # characters; a longer line is no text of a profile
 MAX_POINTS = 1_000_000
 MAX_CELL = 1000  # characters of one number
 MAX_SLICES = 100_000
@@ -45,10 +43,6 @@ _ALMOST_NUMBER = re.compile(r"[+-]?\.?\d")
 _COMMENT = re.compile(r"[#!%].*")
 _WHOLE = re.compile(r"[+-]?[0-9]+([eE][+-]?[0-9]+)?")
 _SEPARATORS = {"": "blanks", ",": "commas", ";": "semicolons"}
-_OWN_TABLES = {
-    "arc_length_mm,y_mm,z_mm": "points or depths that wearsim profile --csv wrote",
-    "file,wheel,kind,format": "the measures of many profiles that wearsim profile --fleet wrote",
-}  # beginning of the heading: what is written under it
 _SLICE = re.compile(r"""(\S+)\s+(?:'([^']+)'|"([^"]+)")""")
 
 
@@ -137,30 +131,26 @@ class Faults:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.entries: list[tuple[str, int | None]] = []
-        self._like: list[str] = []
+        self.count = 0
+        self._alike: dict[str, list[tuple[str, int | None]]] = {}
 
     def add(self, message: str, line: int | None = None, like: str | None = None) -> None:
         """Note a fault; of many alike, by `like` or by their message, the first is reported."""
-        self.entries.append((message, line))
-        self._like.append(message if like is None else like)
-        if len(self.entries) >= _MOST_FAULTS:
-            self.entries.append((f"reading stopped after {_MOST_FAULTS} faults", line))
-            self._like.append("")
+        self.count += 1
+        self._alike.setdefault(like or message, []).append((message, line))
+        if self.count == _MOST_FAULTS:
+            self.add(f"reading stopped after {_MOST_FAULTS} faults", line)
             self.raise_any()
 
     def raise_any(self) -> None:
         """Raise `ProfileError` if there are faults."""
-        if not self.entries:
+        if not self.count:
             return
-        count, collapsed = Counter(self._like), set[str]()
         shown: list[tuple[str, int | None]] = []
-        for like, (message, line) in zip(self._like, self.entries, strict=True):
-            if count[like] <= _MOST_ALIKE:
-                shown.append((message, line))
-            elif like not in collapsed:
-                shown.append((f"{message} (and {count[like] - 1} more lines)", line))
-                collapsed.add(like)
+        for alike in self._alike.values():
+            message, line = alike[0]
+            more = f"{message} (and {len(alike) - 1} more lines)"
+            shown += alike if len(alike) <= _MOST_ALIKE else [(more, line)]
         lines = [str(Fault(message, str(self.path), line)) for message, line in shown[:_SHOWN_FAULTS]]
         if len(shown) > _SHOWN_FAULTS:
             lines.append(f"{self.path}: {len(shown) - _SHOWN_FAULTS} more faults of this file are not shown")
@@ -219,30 +209,18 @@ def read_text(path: Path) -> Text:
     if data.startswith((b"\x89HDF", b"CDF")):
         message = f"is a result file, not a profile; `wearsim inspect {path}` shows what it holds"
         raise ProfileError(str(Fault(message, str(path))))
-    notes: tuple[str, ...] = ()
     marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
-        if marked:
-            text, notes = data.decode("utf-16"), ("text read as UTF-16",)
-        else:
-            text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        if marked:
-            line = data.count(b"\n", 0, error.start) + 1
-            message = "is not UTF-16, as its first bytes say, text; save the file as UTF-8"
-            raise ProfileError(str(Fault(message, str(path), line))) from error
+        text = data.decode("utf-16" if marked else "utf-8-sig")
+        notes = ("text read as UTF-16",) if marked else ()
+    except UnicodeDecodeError:
         text, notes = data.decode("latin-1"), ("text is not UTF-8: read as Latin-1",)
     text = text.removesuffix("\x1a")  # end mark of DOS files
     if (bad := _CONTROL.search(text)) is not None:
-        what = "zero bytes" if bad[0] == "\0" else f"the control character {bad[0]!r}"
         line = text.count("\n", 0, bad.start()) + 1
-        fault = Fault(f"holds {what}, so it is not UTF-8 text; save it as UTF-8", str(path), line)
-        raise ProfileError(str(fault))
+        message = f"holds the control character {bad[0]!r}, so it is not UTF-8 text; save it as UTF-8"
+        raise ProfileError(str(Fault(message, str(path), line)))
     lines = tuple(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
-    for number, each in enumerate(lines, start=1):
-        if len(each) > MAX_LINE:
-            message = f"a line of {len(each)} characters, at most {MAX_LINE} are read; one point per line"
-            raise ProfileError(str(Fault(message, str(path), number)))
     return Text(path, lines, notes)
 
 
@@ -250,9 +228,7 @@ def _bytes(path: Path) -> bytes:
     """Content of the file; one that is too large is not read."""
     try:
         if not path.is_file():
-            what = "does not exist"
-            if path.exists():
-                what = "is a folder, not a file" if path.is_dir() else "is not a regular file"
+            what = "is no regular file" if path.exists() else "does not exist"
             raise ProfileError(f"{path}: {what}; give the path of a profile file")
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
@@ -364,18 +340,11 @@ def columns(text: Text, faults: Faults) -> tuple[Columns, str]:
         if separator is None:
             if not heading and _is_heading(line):
                 heading = line
-                if own := next((what for start, what in _OWN_TABLES.items() if line.startswith(start)), ""):
-                    faults.add(f"a table of {own}, no profile; write one with --convert", number)
-                    break
                 continue
             separator = separator_of(line)
         cells = split_cells(line, separator)
-        # asked in the order of their time, for long files
-        if len(cells) == 2 and (_looks_like_number(cells[0]) or not points.lines or not _is_heading(line)):
+        if len(cells) == 2:
             points.add(number, cells[0], cells[1], separator)
-        elif points.lines and (line == heading or (_is_heading(line) and _goes_on(text, number))):
-            faults.add("a header line after points: two files are joined here; give one", number)
-            break
         else:
             faults.add(_columns_fault(cells, separator, first=not points.lines), number)
     return points, heading
@@ -385,17 +354,7 @@ def _columns_fault(cells: list[str], separator: str, *, first: bool) -> str:
     """Return what is wrong with a line that has not two columns."""
     if first and separator == "," and len(cells) in (3, 4) and all(_WHOLE.fullmatch(cell) for cell in cells):
         return COMMA_TWICE
-    plural = "" if len(cells) == 1 else "s"
-    message = f"{len(cells)} column{plural} separated by {_SEPARATORS[separator]}, two are"
-    if len(cells) < 2:
-        return f"{message} needed: y and z"
-    return f"{message} read, y and z: delete the other{'s' if len(cells) > 3 else ''}"
-
-
-def _goes_on(text: Text, number: int) -> bool:
-    """Whether numbers follow a line."""
-    following = (line.strip() for line in text.lines[number : number + 5])
-    return any(_looks_like_number(line) for line in following if line)
+    return f"number of columns (separated by {_SEPARATORS[separator]}) = {len(cells)} must be 2: y and z"
 
 
 def _is_heading(line: str) -> bool:
@@ -449,19 +408,16 @@ def read_slice_list(text: Text, faults: Faults, number: int | None) -> SliceFile
     """
     rows = [(at, line) for at, line in ((k, _bare(raw)) for k, raw in enumerate(text.lines, 1)) if line]
     names = ("offset and scale", "the number of slices", "NFEAT NKINK NACCEL", "the method")
-    values: list[list[str]] = []
-    for (name, count), (at, line) in zip(zip(names, (2, 1, 3, 1), strict=True), rows, strict=False):
-        cells = _numbers(line, count)
-        if len(cells) < count:
+    for name, count, (at, line) in zip(names, (2, 1, 3, 1), rows, strict=False):
+        if len(_numbers(line, count)) < count:
             faults.add(f"{count} number{'s are' if count > 1 else ' is'} needed here: {name}", at)
-        values.append(cells)
     if len(rows) < 4:
         faults.add(f"ends before {names[len(rows)]}: the file is cut off; copy it again", len(text.lines))
-    if faults.entries:
+    if faults.count:
         return None
-    total = float(values[1][0])
+    total = float(_numbers(rows[1][1], 1)[0])
     if total != int(total) or not 1 <= total <= MAX_SLICES:
-        faults.add(f"{values[1][0]} slices; the number must be a whole one in 1 .. {MAX_SLICES}", rows[1][0])
+        faults.add(f"{total:g} slices; the number must be a whole one in 1 .. {MAX_SLICES}", rows[1][0])
         return None
     listed = []
     for at, line in rows[4 : 4 + int(total)]:
@@ -473,14 +429,14 @@ def read_slice_list(text: Text, faults: Faults, number: int | None) -> SliceFile
     if len(rows) - 4 < int(total):
         missing = f"{int(total)} slices are promised, {len(rows) - 4} are listed: the file is cut off"
         faults.add(f"{missing}; copy it again", len(text.lines))
-    if not faults.entries and number is None and len(listed) > 1:
+    if not faults.count and number is None and len(listed) > 1:
         first, last = listed[0][1], listed[-1][1]
         faults.add(f"lists {len(listed)} slices, position {first} to {last}; choose one with --slice 1 .. "
                    f"{len(listed)}")  # fmt: skip
     chosen = 1 if number is None else number
-    if not faults.entries and not 1 <= chosen <= len(listed):
+    if not faults.count and not 1 <= chosen <= len(listed):
         faults.add(f"--slice {chosen} must be in 1 .. {len(listed)}")
-    if faults.entries:
+    if faults.count:
         return None
     at, position, name = listed[chosen - 1]
     header = {"slice": str(chosen), "slices": str(len(listed)), "position": position, "file": name}

@@ -8,10 +8,19 @@ from typing import Any
 
 from wearsim.errors import ProfileError
 from wearsim.profile.alignment import HOLD_TREAD, Alignment, align
+from wearsim.profile.conicity import AMPLITUDES, Running, running
 from wearsim.profile.files.points import Kind
-from wearsim.profile.inspection.inputs import ProfileInput, placed, placement_notes, read_input, tilt_of
-from wearsim.profile.inspection.notes import axle_notes, comparison_notes, header_notes, hollowing_notes
-from wearsim.profile.inspection.running import AMPLITUDES, Running, running
+from wearsim.profile.inspection.inputs import (
+    ProfileInput,
+    axle_notes,
+    comparison_notes,
+    header_notes,
+    hollowing_notes,
+    placed,
+    placement_notes,
+    read_input,
+    tilt_of,
+)
 from wearsim.profile.limits import Judgement, LimitSet, judge, judge_wheelset
 from wearsim.profile.measures import (
     GaugeDistances,
@@ -125,7 +134,7 @@ class Comparison:
             tilt = "" if self.alignment.angle else "; a profile measured at a tilt needs --rotate"
             lines.append(
                 f"{1e6 * rms:.0f} µm rms are left on parts that do not wear, more than "
-                f"{1e6 * LARGE_REST:.0f}: wear of this size is doubtful{tilt}"
+                f"{1e6 * LARGE_REST:.0f}: wear of this size is uncertain{tilt}"
             )
         if rule in HOLD_TREAD:
             lines.append(
@@ -324,28 +333,14 @@ def _measures(given: ProfileInput, left: ProfileInput | None, at: Conditions) ->
         return {}
     diameter = at.diameter or given.diameter
     if left is None and at.left_diameter is None:
-        alone = wheel_measures(given.profile, at.distances, back_to_back=at.back_to_back)
-        return {"right": _with_diameter(alone, diameter)}
+        back = at.back_to_back
+        return {"right": wheel_measures(given.profile, at.distances, diameter=diameter, back_to_back=back)}
     other = given if left is None else left
-    both = wheelset_measures(given.profile, other.profile, at.distances, back_to_back=at.back_to_back)
-    left_diameter = at.left_diameter or (None if left is None else left.diameter) or at.diameter
-    axle, missing = dict(both.axle.values), dict(both.axle.missing)
-    if diameter is not None and left_diameter is not None:
-        axle["wheel_diameter_difference"] = diameter - left_diameter
-        missing.pop("wheel_diameter_difference", None)
-    return {
-        "right": _with_diameter(both.right, diameter),
-        "left": _with_diameter(both.left, left_diameter),
-        "axle": Measures(axle, missing),
-    }
-
-
-def _with_diameter(measures: Measures, diameter: float | None) -> Measures:
-    """Measures with the diameter at the running circle, which is not in the profile."""
-    missing = {name: why for name, why in measures.missing.items() if name != "wheel_diameter"}
-    if diameter is None:
-        return Measures(measures.values, {**missing, "wheel_diameter": "not stated (--diameter-mm)"})
-    return Measures({**measures.values, "wheel_diameter": diameter}, missing)
+    diameters = diameter, at.left_diameter or (None if left is None else left.diameter) or at.diameter
+    both = wheelset_measures(
+        given.profile, other.profile, at.distances, diameters=diameters, back_to_back=at.back_to_back
+    )
+    return vars(both)
 
 
 def _judged(

@@ -208,13 +208,9 @@ def _origin(rail: ProfileInput, comparison: Comparison | None) -> str:
 def _moved(points: FloatArray, alignment: Alignment) -> FloatArray:
     """Points of a profile after its alignment."""
     c, s = np.cos(alignment.angle), np.sin(alignment.angle)
-    turned = points @ np.array([[c, s], [-s, c]])
-    return np.asarray(turned + np.array([alignment.dy, alignment.dz]))
+    rotated = points @ np.array([[c, s], [-s, c]])
+    return np.asarray(rotated + np.array([alignment.dy, alignment.dz]))
 
 
 def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
-    quantity = QUANTITIES[name]
-    attributes = {"long_name": quantity.meaning, "units": quantity.unit or "1"}
-    if quantity.sign:
-        attributes["comment"] = quantity.sign
-    return xr.Variable(dimensions, np.asarray(values, dtype=np.float64), attributes)
+    return xr.Variable(dimensions, np.asarray(values, dtype=np.float64), QUANTITIES[name].attributes)

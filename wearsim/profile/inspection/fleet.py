@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from wearsim.errors import ProfileError, WearsimError
+from wearsim.profile.conicity import JUDGED_AMPLITUDE
 from wearsim.profile.files import FORMATS
 from wearsim.profile.files.points import Kind
 from wearsim.profile.inspection import Conditions, Inspection, inspect_profile
 from wearsim.profile.inspection.inputs import ProfileInput, read_input
-from wearsim.profile.inspection.running import JUDGED_AMPLITUDE
 from wearsim.profile.limits import LimitSet
 from wearsim.profile.shape import FloatArray, Profile, arc_length
 

@@ -1,25 +1,27 @@
-"""What a user names - a standard shape, a definition or a measured file - as a profile with its origin."""
+"""What a user names - a standard shape, a definition or a measured file - as a profile with its origin.
+
+Warnings on what was read: headers that contradict its use or its points, hollowing that is noise.
+"""
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, suggestion
 from wearsim.profile import measures, standard
 from wearsim.profile.definitions import Definition, sample
 from wearsim.profile.files import FORMATS, ProfileReading, is_file, place_file, read_profile
-from wearsim.profile.files.axes import IN_CM
-from wearsim.profile.files.points import Kind
+from wearsim.profile.files.points import Kind, number_fault
 from wearsim.profile.placement import INCLINATION, RUNNING_CIRCLE, UPRIGHT, tilt_to_add
 from wearsim.profile.shape import Profile
+from wearsim.profile.smoothing import smoothed
 
 SPACING = 0.25e-3
 """Point distance of standard shapes [m]."""
@@ -32,9 +34,26 @@ _BOTH_SIDES = 8e-3  # a head falls off by this on both sides of its top [m]
 _ONE_SIDE = 10e-3  # or by this on one side, and steeper there than a flange [m]
 _STEEPEST_FLANGE = 78.0  # degrees
 _HEADER_LINES = 5  # lines searched for a word on the kind
-_MOST_SHOWN = 90  # characters
 _NUMBER = re.compile(r"\d{2,4}(\.\d+)?")
 _DIAMETER_RANGE = (0.3, 1.5)  # plausible diameters of a header [m]
+NOISE_WAVELENGTH = 5e-3
+"""Waves shorter than this are no hollowing: a contact band is ten times as wide [m]."""
+
+MOST_NOISE = 50e-6
+"""Share of the hollowing that such waves may have without a warning [m]."""
+
+_HEADER_MEASURES = {
+    # key: name of the measure, difference that smoothing in an instrument does not make [m]
+    "Sh": ("flange_height", 0.3e-3),
+    "Sd": ("flange_thickness", 0.3e-3),
+    "qR": ("flange_gradient", 0.5e-3),
+}
+_SAME_WHEEL = ("Stock", "CarNo", "AxleNo", "Side", "WheelID")  # keys that measurements of one wheel share
+_SIDES = {
+    **dict.fromkeys(("l", "left", "li", "links", "g", "gauche", "i", "izq"), "left"),
+    **dict.fromkeys(("r", "right", "re", "rechts", "d", "droite", "der"), "right"),
+}
+_SHOWN = 40  # characters of a header value
 
 
 @dataclass(frozen=True)
@@ -221,16 +240,11 @@ def placed(rail: ProfileInput, inclination: float | None, gauge: float, half_spa
 
 def _named(given: str, kind: Kind | None) -> Definition:
     """Definition of a shipped shape; without a kind, of whichever it is."""
+    kind = kind or standard.designation_kind(given)
     if kind is not None:
         return standard.definition(given, kind)
     names = {each: standard.shipped_names(each) for each in ("wheel", "rail")}
-    if standard.is_designation(given):
-        parts = [part.strip() for part in given.split("/")]
-        bases = {"/".join(parts[:count]) for count in range(1, len(parts) + 1)}
-        return standard.definition(given, "rail" if bases & set(names["rail"]) else "wheel")
-    known = {name.lower(): name for each in names.values() for name in each}
-    near = difflib.get_close_matches(given.lower(), list(known), n=1, cutoff=0.5)
-    hint = f"; did you mean {known[near[0]]!r}?" if near else ""
+    hint = suggestion(given, [name for each in names.values() for name in each])
     listed = "; ".join(f"{each}s: {', '.join(each_names)}" for each, each_names in names.items())
     raise ProfileError(f"{given!r} is neither a file nor a shipped profile ({listed}){hint}")
 
@@ -306,12 +320,9 @@ def _either(path: Path, statements: Mapping[str, Any]) -> tuple[ProfileReading, 
         both = [line for line in errors["wheel"].splitlines() if line in errors["rail"].splitlines()]
         if both:
             raise ProfileError("\n".join(both))
-        why = {kind: _short(text.splitlines()[0].removeprefix(f"{path}:")) for kind, text in errors.items()}
-        sized = [kind for kind, text in errors.items() if IN_CM in text]
-        hint = f"; if it is a {' or '.join(sized)} in cm, state --units cm" if sized else ""
         raise ProfileError(
-            f"{path}: neither a wheel ({why['wheel']}) nor a rail ({why['rail']}): check units and order of "
-            f"the columns, or see all faults with --kind wheel or --kind rail{hint}"
+            f"{path}: neither a wheel nor a rail: check the order of the columns, state --units, or see the "
+            "faults with --kind wheel or --kind rail"
         )
     if "rail" not in readings:
         return readings["wheel"], ("a wheel, for it is no rail",)
@@ -321,12 +332,6 @@ def _either(path: Path, statements: Mapping[str, Any]) -> tuple[ProfileReading, 
         f"{path}: has neither the flange of a wheel nor crown and sides of a rail head; state --kind wheel "
         "or --kind rail, or check that the columns y and z are not swapped"
     )
-
-
-def _short(fault: str) -> str:
-    """Beginning of a fault, for a message that holds two."""
-    first = re.split(r"; |: | \(|, so |, which ", fault.strip(), maxsplit=1)[0]
-    return first if len(first) <= _MOST_SHOWN else f"{first[: _MOST_SHOWN - 3]}..."
 
 
 def _has_head(profile: Profile) -> bool:
@@ -357,3 +362,122 @@ def _has_flange(profile: Profile) -> bool:
     except ProfileError:
         return False
     return bool(np.isfinite(height) and _FLANGE_HEIGHT[0] <= height <= _FLANGE_HEIGHT[1])
+
+
+def side_of(given: ProfileInput) -> str:
+    """Side given by the header of a file: "left", "right", or "" if it has none."""
+    return _SIDES.get(given.key("Side").strip(" %.").lower(), "")
+
+
+def axle_notes(right: ProfileInput, left: ProfileInput) -> tuple[str, ...]:
+    """Contradictions between the sides of an axle and the headers of their files.
+
+    Parameters
+    ----------
+    right, left : ProfileInput
+        Wheels as they are used.
+
+    Returns
+    -------
+    tuple of str
+        One sentence for each file that says the other side, and one if both are the same file.
+    """
+    same = right.measured and left.measured and Path(right.given).resolve() == Path(left.given).resolve()
+    one = (f"{right.given} is given for both wheels",) if same else ()
+    return one + tuple(
+        f"used as the {role} wheel, but the header of {each.given} says Side = {each.key('Side')[:_SHOWN]}"
+        for role, each in (("right", right), ("left", left))
+        if side_of(each) not in ("", role)
+    )
+
+
+def comparison_notes(given: ProfileInput, reference: ProfileInput) -> tuple[str, ...]:
+    """Contradictions between the headers of two measurements that are compared.
+
+    Parameters
+    ----------
+    given, reference : ProfileInput
+        Profiles.
+
+    Returns
+    -------
+    tuple of str
+        One sentence with all keys that both headers hold and that differ; none on standard shapes.
+    """
+    differ = []
+    for name in _SAME_WHEEL:
+        here, there = (" ".join(each.key(name).split()) for each in (given, reference))
+        if name == "Side" and side_of(given) and side_of(reference):
+            here, there = side_of(given), side_of(reference)
+        if here and there and here.lower() != there.lower():
+            differ.append(f"{name} {here[:_SHOWN]!r} against {there[:_SHOWN]!r}")
+    return (f"is it the same {given.kind}? The headers differ: {', '.join(differ)}",) if differ else ()
+
+
+def header_notes(
+    given: ProfileInput, values: Mapping[str, float], elsewhere: Collection[str] = ()
+) -> tuple[str, ...]:
+    """Contradictions between the gauge values of a header and those of the points below it.
+
+    Parameters
+    ----------
+    given : ProfileInput
+        A wheel.
+    values : mapping of str to float
+        Its measures [m].
+    elsewhere : collection of str
+        Measures taken at other distances than the usual ones, which no header means.
+
+    Returns
+    -------
+    tuple of str
+        One sentence on all of them; none if there are none.
+    """
+    differ = []
+    for key, (name, most) in _HEADER_MEASURES.items():
+        text = given.key(key).replace(",", ".")
+        if name not in values or name in elsewhere or number_fault(text) is not None:
+            continue
+        header = 1e-3 * float(text)
+        # instruments write 0 for what they did not measure
+        if header > 0.0 and abs(header - values[name]) > most:
+            differ.append((key, f"{1e3 * header:g}", f"{1e3 * values[name]:.2f}"))
+    if not differ:
+        return ()
+    keys, stated, measured = (", ".join(words) for words in zip(*differ, strict=True))
+    return (
+        f"the header says {keys} = {stated} mm, the points give {measured} mm: it is old, of another wheel "
+        "or taken at other distances",
+    )
+
+
+def hollowing_notes(given: ProfileInput, values: Mapping[str, float]) -> tuple[str, ...]:
+    """Warning on a hollowing that is noise for a good part.
+
+    Parameters
+    ----------
+    given : ProfileInput
+        A wheel, as it was measured.
+    values : mapping of str to float
+        Its measures [m].
+
+    Returns
+    -------
+    tuple of str
+        One sentence; none if the hollowing stays without short waves.
+    """
+    whole = values.get("hollowing", 0.0)
+    if whole <= MOST_NOISE or not given.measured:
+        return ()
+    try:
+        profile = smoothed(given.profile, NOISE_WAVELENGTH)
+        rest = measures.hollowing(profile.y, profile.z)
+    except ProfileError:
+        return ()  # points too few to see short waves
+    if whole - rest <= MOST_NOISE:
+        return ()
+    wavelength = f"{1e3 * NOISE_WAVELENGTH:g}"
+    return (
+        f"of {1e3 * whole:.3f} mm hollowing {1e3 * rest:.3f} mm are left without waves shorter than "
+        f"{wavelength} mm: noise or dents (--smooth-mm {wavelength} takes them out)",
+    )

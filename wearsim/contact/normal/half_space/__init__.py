@@ -14,8 +14,7 @@ borders stay.
 References
 ----------
 .. [1] I. A. Polonsky, L. M. Keer, Wear 231 (1999) 206-219, doi:10.1016/S0043-1648(99)00113-1.
-.. [2] J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990,
-   doi:10.1007/978-94-015-7889-9.
+.. [2] J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990.
 """
 
 from __future__ import annotations
@@ -42,14 +41,14 @@ from wearsim.contact.normal.half_space.regions import (
     origin_x,
     overlaps,
     plane_of,
+    rotated,
     touches_edge,
-    turned,
 )
 from wearsim.contact.normal.model import (
     AT_EDGE,
     MOST_PATCHES,
+    NO_CONTACT,
     NO_CONVERGENCE,
-    NO_TOUCH,
     NOT_SINGLE,
     TOO_MANY,
     NormalModel,
@@ -159,7 +158,7 @@ def solve_wheel(
     curve = gap.gap[row]
     lowest = int(curve.argmin())
     if not curve[lowest] < NO_WHEEL:  # or not a number
-        raise fault_of(NO_TOUCH, row)
+        raise fault_of(NO_CONTACT, row)
     if not 0 < lowest < curve.size - 1 or max(curve[lowest - 1], curve[lowest + 1]) >= NO_WHEEL:
         raise fault_of(AT_EDGE, row)
     task = _Task(gap, row, load, vertical, effective_modulus, {**DEFAULTS, **parameters})
@@ -264,7 +263,7 @@ def _fit(task: _Task, state: WheelPressure, shape: tuple[int, int]) -> WheelPres
                 return state
             if fit >= _LAID:  # half the way and in the same borders, so as not to go to and fro
                 regions = [
-                    turned(was, float(before[k] + 0.5 * off[k]), None if inside[k] else regions[k])
+                    rotated(was, float(before[k] + 0.5 * off[k]), None if inside[k] else regions[k])
                     for k, was in enumerate(state.regions)
                 ]
         start = [carried_over(gap, old, region, shape) for region in regions]

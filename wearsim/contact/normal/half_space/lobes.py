@@ -20,18 +20,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from wearsim.contact.geometry import Gap
-from wearsim.contact.normal.half_space.regions import (
-    Region,
-    Section,
-    curvature_along,
-    origin_x,
-)
-from wearsim.contact.normal.model import ALIKE, BESIDE, CLEAR, FAR, NEAR, UNLIKE
+from wearsim.contact.normal.half_space.regions import Region, Section, curvature_along, origin_x
+from wearsim.contact.normal.model import ADJACENT, ALIKE, CLEAR, FAR, NEAR, UNLIKE
 from wearsim.contact.patch import FloatArray, IntArray
 
 MARGIN = 1.5  # empty cells between a patch and each border of its grid
 _NEXT = 1e-3  # m, next to a grid, where no other contact begins
-_GROW = 0.2  # of the grid's size, where a patch touches its border
+_GROW = 0.2  # of the grid's size, where a patch reaches its border
 
 
 @dataclass(frozen=True)
@@ -94,7 +89,7 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
     for run in np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1):
         profile = load[run][:, None]
         before, after = float(_reach(profile)[0]), float(_reach(profile[::-1])[0])
-        # Longer and wider where they touch the border of the grid.
+        # Longer and wider where they reach the border of the grid.
         if run[0] == 0 and not np.isfinite(region.y_low):
             before = _GROW * ny
         if run[-1] == ny - 1 and not np.isfinite(region.y_high):
@@ -129,8 +124,7 @@ def _reach(value: FloatArray) -> FloatArray:
     here, next_ = value[first, column], value[np.minimum(first + 1, count - 1), column]
     rise = next_ - here
     steep = (rise > here) & (here > 0.0)
-    share: FloatArray = np.where(steep, here, 1.0) / np.where(steep, rise, 1.0)
-    return share
+    return np.where(steep, here, 1.0) / np.where(steep, rise, 1.0)
 
 
 def _ramp(value: float, full: float, none: float) -> float:
@@ -148,7 +142,7 @@ def _coupling(gap: Gap, one: Lobe, other: Lobe) -> float:
     """Share t in which two lobes, the one on the flange's side first, are coupled."""
     distance = _distance(gap, one, other)
     alike = _ramp(abs(other.angle - one.angle), ALIKE, UNLIKE)
-    return max(_ramp(distance, NEAR, FAR) * alike, _ramp(distance, BESIDE, CLEAR))
+    return max(_ramp(distance, NEAR, FAR) * alike, _ramp(distance, ADJACENT, CLEAR))
 
 
 def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
@@ -170,7 +164,7 @@ def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
     """
     runs: list[list[Lobe]] = []
     for lobe in sorted(lobes, key=lambda lobe: lobe.centre):
-        if runs and _distance(gap, _merged(runs[-1]), lobe) <= BESIDE:
+        if runs and _distance(gap, _merged(runs[-1]), lobe) <= ADJACENT:
             runs[-1].append(lobe)
         else:
             runs.append([lobe])
@@ -254,16 +248,10 @@ def _fitted(
     x = float(np.interp(lobe.centre, gap.counterface.y, gap.x[row]))
     low, high = float(s[0]) - MARGIN * width, float(s[1]) + MARGIN * width
     return Region(
-        row,
-        lobe.centre,
-        angle,
-        lobe.x_low - MARGIN * length - x,
-        lobe.x_high + MARGIN * length - x,
+        row, lobe.centre, angle, lobe.x_low - MARGIN * length - x, lobe.x_high + MARGIN * length - x,
         max(low, float(s[2])) if np.isfinite(y_low) else low,
-        min(high, float(s[3])) if np.isfinite(y_high) else high,
-        y_low,
-        y_high,
-    )
+        min(high, float(s[3])) if np.isfinite(y_high) else high, y_low, y_high,
+    )  # fmt: skip
 
 
 def missed(
@@ -338,5 +326,4 @@ def missed(
 
 def _middle(place: FloatArray, starts: IntArray) -> FloatArray:
     """Mean of the positions of each block of cells."""
-    value: FloatArray = np.add.reduceat(place, starts) / np.diff(np.append(starts, place.size))
-    return value
+    return np.add.reduceat(place, starts) / np.diff(np.append(starts, place.size))

@@ -51,37 +51,34 @@ class Region:
     def x(self, count: int) -> FloatArray:
         """Cell centres along, from the leading end (count,) [m]."""
         share = (np.arange(count, dtype=np.float64) + 0.5) / count
-        place: FloatArray = self.x_high - (self.x_high - self.x_low) * share
-        return place
+        return self.x_high - (self.x_high - self.x_low) * share
 
     def s(self, count: int) -> FloatArray:
         """Cell centres across (count,) [m]."""
         share = (np.arange(count, dtype=np.float64) + 0.5) / count
-        place: FloatArray = self.s_low + (self.s_high - self.s_low) * share
-        return place
+        return self.s_low + (self.s_high - self.s_low) * share
 
 
 class Section:
     """Counterface profile in the axes of a contact plane: s along the plane for each lateral position."""
 
     def __init__(self, gap: Gap, y: float, angle: float) -> None:
-        contour = gap.counterface
-        self._y0, self._z0 = y, float(np.interp(y, contour.y, contour.z))
+        profile = gap.counterface
+        self._y0, self._z0 = y, float(np.interp(y, profile.y, profile.z))
         self._cosine, self._sine = float(np.cos(angle)), float(np.sin(angle))
-        middle = int(np.searchsorted(contour.y, y))
-        away = np.flatnonzero(np.abs(contour.angle - angle) > _GRAZING)
+        middle = int(np.searchsorted(profile.y, y))
+        away = np.flatnonzero(np.abs(profile.angle - angle) > _GRAZING)
         first = int(away[away < middle].max(initial=-1)) + 1
-        self.part = slice(first, int(away[away >= middle].min(initial=contour.y.size)))
-        self._contour = contour
-        self._y = contour.y[self.part]
-        self._s = (self._y - y) * self._cosine + (contour.z[self.part] - self._z0) * self._sine
+        self.part = slice(first, int(away[away >= middle].min(initial=profile.y.size)))
+        self._profile = profile
+        self._y = profile.y[self.part]
+        self._s = (self._y - y) * self._cosine + (profile.z[self.part] - self._z0) * self._sine
         self.ends = float(self._s[0]), float(self._s[-1])
 
     def across(self, y: FloatArray) -> FloatArray:
         """Positions s of points of the profile [m]."""
-        z: FloatArray = np.interp(y, self._contour.y, self._contour.z)
-        place: FloatArray = (y - self._y0) * self._cosine + (z - self._z0) * self._sine
-        return place
+        z: FloatArray = np.interp(y, self._profile.y, self._profile.z)
+        return (y - self._y0) * self._cosine + (z - self._z0) * self._sine
 
     def lateral(self, s: FloatArray) -> FloatArray:
         """Lateral positions y of the profile over positions s; beyond its ends along its last slope [m]."""
@@ -210,7 +207,7 @@ def _about(gap: Gap, row: int, piece: IntArray, limit: float) -> Region:
     )  # fmt: skip
 
 
-def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
+def rotated(region: Region, angle: float, wider: Region | None = None) -> Region:
     """Put the same grid into a plane of another angle, with room for another grid too if one is given."""
     if wider is None:
         return replace(region, angle=angle)
@@ -225,7 +222,7 @@ def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
 
 
 def touches_edge(region: Region, pressure: FloatArray) -> bool:
-    """Whether a patch touches a border of its grid behind which there is no other grid."""
+    """Whether a patch reaches a border of its grid behind which there is no other grid."""
     along, across = pressure.max(axis=1) > 0.0, pressure.max(axis=0) > 0.0
     low = across[0] and not np.isfinite(region.y_low)
     high = across[-1] and not np.isfinite(region.y_high)
@@ -250,8 +247,7 @@ def carried_over(
 def _linear(place: FloatArray, start: float, stop: float, count: int) -> FloatArray:
     """Weights (n, count) of linear interpolation between cell centres; zero outside the grid."""
     at = (place - start) / (stop - start) * count - 0.5
-    weights: FloatArray = np.maximum(1.0 - np.abs(at[:, None] - np.arange(count)), 0.0)
-    return weights
+    return np.maximum(1.0 - np.abs(at[:, None] - np.arange(count)), 0.0)
 
 
 def coupling_of(

@@ -1,7 +1,8 @@
 r"""Virtual penetration after Kik and Piotrowski, with the strip ends for rollers of Liu and Bruni.
 
-The surfaces are pushed into each other by :math:`\varepsilon\delta`; where they intersect is the patch.
-Pressure is semi-elliptic along each strip, :math:`p = c\sqrt{x_l(y)^2 - x^2}`, and the approach
+The surfaces are pushed into each other by :math:`\varepsilon\delta`; where they intersect is the patch [1]_,
+[2]_, with strip ends after (4)-(6) of [3]_. Pressure is semi-elliptic along each strip,
+:math:`p = c\sqrt{x_l(y)^2 - x^2}`, (7) of [3]_, and the approach
 :math:`\delta` follows from the half-space displacement at the point of first contact:
 
 .. math:: N = \pi E^* \delta \frac{\iint\sqrt{x_l^2-x^2}\,dx\,dy}
@@ -12,25 +13,25 @@ displacement is that of strips which lie ahead of or behind the point.
 
 Rule for several patches, continuous in every position and load. The gap flooded from below has basins; each
 joins a deeper one over a saddle. The deepest basin k = 1 is filled up to the rim
-:math:`r_1 = h_1 + \varepsilon\delta`. A basin that touches at :math:`h_k` and joins its deeper neighbour j
-over a saddle of height H is separate by
+:math:`r_1 = h_1 + \varepsilon\delta`. A basin of initial contact at :math:`h_k` that joins its deeper
+neighbour j over a saddle of height H is separate by
 
 .. math:: w = \frac{H - \max(h_k, r_j)}{\varepsilon\delta} \in [0, 1],
    \qquad r_k = r_j + w\,(h_k + \varepsilon(\delta - h_k + h_1) - r_j) .
 
-w = 1 is a patch of its own, which shares the rigid approach less the height at which it touches; a basin
+w = 1 is a patch of its own, which shares the rigid approach less the height of its initial contact; a basin
 whose saddle lies under the neighbour's rim is one patch with it; in between, the approach is
 :math:`(r_k - h_k)/\varepsilon`, and plane and pressure slope are mixed in the share w from those of separate
 and of common patches. Patches with a common slope meet the condition of displacement in the mean over their
 points of first contact, each weighted by :math:`((H - h_k)/(H - h_j) \cdot (r_k - h_k)/(r_j - h_j))^3`, 1 for
-the deepest. Loads add up. A patch appears and vanishes with no load. While the flange climbs, strips shift by
-about 10 um at once, up to 0.6 % of the load, at equal force, length and width of the patch.
+the deepest. Loads add up. A patch appears and vanishes with no load. Measured accuracy:
+reports/contact_models.md.
 
 References
 ----------
 .. [1] W. Kik, J. Piotrowski, 2nd Mini-Conference on Contact Mechanics and Wear, Budapest 1996.
 .. [2] J. Piotrowski, W. Kik, Vehicle System Dynamics 46 (2008) 27-48, doi:10.1080/00423110701586444.
-.. [3] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226, equations (1)-(7), sign of (4) corrected.
+.. [3] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226, sign of (4) corrected.
 """
 
 from __future__ import annotations
@@ -76,23 +77,9 @@ def solve(
     profile = (counterface.y, counterface.z, counterface.slope, counterface.angle)
     wheel, poses = _bodies(gap)
     balance(
-        profile,
-        gap.gap,
-        gap.wheel_radius,
-        gap.x,
-        poses,
-        wheel,
-        gap.curvature,
-        load,
-        vertical,
-        factor,
-        effective_modulus,
-        np.empty((WORK_ROWS, points)),
-        np.zeros((points, SECTION)),
-        count,
-        fault,
-        patches,
-    )
+        profile, gap.gap, gap.wheel_radius, gap.x, poses, wheel, gap.curvature, load, vertical, factor,
+        effective_modulus, np.empty((WORK_ROWS, points)), np.zeros((points, SECTION)), count, fault, patches,
+    )  # fmt: skip
     raise_first(fault)
     row = np.repeat(np.arange(rows), count)
     lines = patches[np.arange(MOST_PATCHES) < count[:, None]]
@@ -101,25 +88,9 @@ def solve(
     centre, angle, maximum = (np.empty(row.size) for _ in range(3))
     slope = np.empty(row.size)
     _cut_strips(
-        row,
-        lines,
-        gap.curvature,
-        profile,
-        gap.gap,
-        gap.wheel_radius,
-        gap.x,
-        poses,
-        wheel,
-        y,
-        lead,
-        trail,
-        depth,
-        edges,
-        centre,
-        angle,
-        maximum,
-        slope,
-    )
+        row, lines, gap.curvature, profile, gap.gap, gap.wheel_radius, gap.x, poses, wheel, y, lead, trail,
+        depth, edges, centre, angle, maximum, slope,
+    )  # fmt: skip
     patch = Patch(
         row=row,
         y=y,
@@ -159,25 +130,13 @@ def _bodies(gap: Gap) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatA
 
 @kernel
 def _cut_strips(
-    rows: IntArray,
-    lines: FloatArray,
-    kappa: float,
-    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    gaps: FloatArray,
-    radii: FloatArray,
-    alongs: FloatArray,
-    poses: FloatArray,
-    wheel: tuple[FloatArray, FloatArray, FloatArray],
-    strip_y: FloatArray,
-    strip_lead: FloatArray,
-    strip_trail: FloatArray,
-    strip_depth: FloatArray,
-    edges: FloatArray,
-    centres: FloatArray,
-    angles: FloatArray,
-    maximum: FloatArray,
+    rows: IntArray, lines: FloatArray, kappa: float,
+    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], gaps: FloatArray, radii: FloatArray,
+    alongs: FloatArray, poses: FloatArray, wheel: tuple[FloatArray, FloatArray, FloatArray],
+    strip_y: FloatArray, strip_lead: FloatArray, strip_trail: FloatArray, strip_depth: FloatArray,
+    edges: FloatArray, centres: FloatArray, angles: FloatArray, maximum: FloatArray,
     pressure_slope: FloatArray,
-) -> None:
+) -> None:  # fmt: skip
     """Cut patches into strips of equal width in their contact planes and make the pressure fit the load."""
     strips = strip_y.shape[1]
     grid_y, grid_z, slope = profile[0], profile[1], profile[2]

@@ -124,11 +124,7 @@ they belong to (counted from 1) and both ends as multiples of those of circles; 
 
 
 @kernel
-def strip_half_length_squared(
-    depth: float,
-    radius: float,
-    sigma: float,
-) -> float:
+def strip_half_length_squared(depth: float, radius: float, sigma: float) -> float:
     """Half chord, squared, of a circle of `radius` and one of curvature `sigma` overlapping by `depth`.
 
     Exact for circles: (4)-(6) of Liu and Bruni solved for x with z_w + z_r = g; sigma = 0 is the rail.
@@ -138,10 +134,7 @@ def strip_half_length_squared(
 
 
 @kernel
-def displacement_integral(
-    half_squared: float,
-    distance_squared: float,
-) -> float:
+def displacement_integral(half_squared: float, distance_squared: float) -> float:
     """Integral over x of sqrt(a^2 - x^2) / sqrt(x^2 + y^2): 2 sqrt(a^2 + y^2) (K - E), by the AGM."""
     total = half_squared + distance_squared
     a, b = 1.0, np.sqrt(distance_squared / total)
@@ -240,12 +233,7 @@ def skewed_displacement_integrals(
 
 @kernel
 def find_outline(
-    touch: float,
-    limit: float,
-    grid_y: FloatArray,
-    angle: FloatArray,
-    gap: FloatArray,
-    line: FloatArray,
+    touch: float, limit: float, grid_y: FloatArray, angle: FloatArray, gap: FloatArray, line: FloatArray
 ) -> int:
     """Grid points around `touch` where the gap is below `limit`; their number.
 
@@ -277,17 +265,11 @@ def find_outline(
 
 @kernel
 def fill_strips(
-    line: FloatArray,
-    row: int,
-    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    here: tuple[FloatArray, FloatArray, FloatArray],
-    pose: FloatArray,
-    wheel: tuple[FloatArray, FloatArray, FloatArray],
-    skewed: bool,
-    kappa: float,
-    work: FloatArray,
+    line: FloatArray, row: int, profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    here: tuple[FloatArray, FloatArray, FloatArray], pose: FloatArray,
+    wheel: tuple[FloatArray, FloatArray, FloatArray], skewed: bool, kappa: float, work: FloatArray,
     sections: FloatArray,
-) -> None:
+) -> None:  # fmt: skip
     """Cut a patch into strips in its contact plane, at the grid points of `line`.
 
     Fills `work` with position s in the contact plane, interpenetration g, width of the strip, squared
@@ -341,17 +323,11 @@ def fill_strips(
 
 @kernel
 def _skew_strips(
-    row: int,
-    start: int,
-    stop: int,
-    limit: float,
+    row: int, start: int, stop: int, limit: float,
     profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    here: tuple[FloatArray, FloatArray, FloatArray],
-    pose: FloatArray,
-    wheel: tuple[FloatArray, FloatArray, FloatArray],
-    work: FloatArray,
-    sections: FloatArray,
-) -> None:
+    here: tuple[FloatArray, FloatArray, FloatArray], pose: FloatArray,
+    wheel: tuple[FloatArray, FloatArray, FloatArray], work: FloatArray, sections: FloatArray,
+) -> None:  # fmt: skip
     """Half lengths and middles of the strips of `fill_strips` under a yawed wheel."""
     gap, radius, along = here[0], here[1], here[2]
     for i in range(start, stop + 1):
@@ -379,12 +355,7 @@ def _skew_strips(
 
 @kernel
 def displacement_at(
-    touch_y: float,
-    touch_z: float,
-    touch_x: float,
-    line: FloatArray,
-    skewed: bool,
-    work: FloatArray,
+    touch_y: float, touch_z: float, touch_x: float, line: FloatArray, skewed: bool, work: FloatArray
 ) -> float:
     """Surface displacement at a point, over 1 / (pi E*) and the pressure slope, by the strips of a patch."""
     start, stop = int(line[0]), int(line[1])

@@ -10,7 +10,7 @@ import numpy as np
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import kernel
 from wearsim.contact.normal.kik_piotrowski.strips import displacement_at, fill_strips, find_outline
-from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_TOUCH, NOT_SINGLE, TOO_MANY
+from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_CONTACT, NOT_SINGLE, TOO_MANY
 from wearsim.contact.patch import FloatArray, IntArray
 
 MOST_BASINS = 64
@@ -18,12 +18,7 @@ MOST_BASINS = 64
 
 @kernel
 def find_basins(
-    gap: FloatArray,
-    highest: float,
-    minima: FloatArray,
-    order: IntArray,
-    parent: IntArray,
-    saddle: FloatArray,
+    gap: FloatArray, highest: float, minima: FloatArray, order: IntArray, parent: IntArray, saddle: FloatArray
 ) -> int:
     """Find local minima of the gap below `highest`, how they join, and return their number.
 
@@ -87,16 +82,9 @@ _FAINT = 1e-4  # share of a basin in the condition of displacement that is left 
 
 @kernel
 def _spread(
-    approach: float,
-    low: float,
-    number: int,
-    minima: FloatArray,
-    order: IntArray,
-    parent: IntArray,
-    saddle: FloatArray,
-    factor: float,
-    basins: FloatArray,
-) -> None:
+    approach: float, low: float, number: int, minima: FloatArray, order: IntArray, parent: IntArray,
+    saddle: FloatArray, factor: float, basins: FloatArray,
+) -> None:  # fmt: skip
     """Rim and patch of each basin under an approach.
 
     Fills `basins` with: 0 height of the rim, 1 the basin whose patch it belongs to (-1: none), 2 how far it
@@ -128,20 +116,10 @@ def _spread(
 
 @kernel
 def _amplitude(
-    group: IntArray,
-    chosen: int,
-    number: int,
-    factor: float,
-    first: IntArray,
-    minima: FloatArray,
-    basins: FloatArray,
-    lobe: IntArray,
-    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    here: tuple[FloatArray, FloatArray, FloatArray],
-    skewed: bool,
-    work: FloatArray,
-    lines: FloatArray,
-) -> float:
+    group: IntArray, chosen: int, number: int, factor: float, first: IntArray, minima: FloatArray,
+    basins: FloatArray, lobe: IntArray, profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    here: tuple[FloatArray, FloatArray, FloatArray], skewed: bool, work: FloatArray, lines: FloatArray,
+) -> float:  # fmt: skip
     """Find the common pressure slope of a group of patches, over pi E*: approach over displacement."""
     # The deepest basin of the group leads; a rim lowered by a neighbour means less approach too.
     lead = 0
@@ -172,28 +150,13 @@ def _amplitude(
 
 @kernel
 def _wheel_load(
-    approach: float,
-    low: float,
-    row: int,
-    number: int,
-    minima: FloatArray,
-    order: IntArray,
-    parent: IntArray,
-    saddle: FloatArray,
-    factor: float,
-    vertical: bool,
+    approach: float, low: float, row: int, number: int, minima: FloatArray, order: IntArray, parent: IntArray,
+    saddle: FloatArray, factor: float, vertical: bool,
     profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    here: tuple[FloatArray, FloatArray, FloatArray],
-    pose: FloatArray,
-    wheel: tuple[FloatArray, FloatArray, FloatArray],
-    skewed: bool,
-    kappa: float,
-    modulus: float,
-    basins: FloatArray,
-    work: FloatArray,
-    sections: FloatArray,
-    lines: FloatArray,
-) -> tuple[float, int]:
+    here: tuple[FloatArray, FloatArray, FloatArray], pose: FloatArray,
+    wheel: tuple[FloatArray, FloatArray, FloatArray], skewed: bool, kappa: float, modulus: float,
+    basins: FloatArray, work: FloatArray, sections: FloatArray, lines: FloatArray,
+) -> tuple[float, int]:  # fmt: skip
     """Load of all patches of one wheel under a rigid approach; `lines` gets one line per patch."""
     _spread(approach, low, number, minima, order, parent, saddle, factor, basins)
     lobe = np.full(number, -1)
@@ -304,23 +267,11 @@ def _move_on(lines: FloatArray, earlier: FloatArray, gap: FloatArray, share: flo
 
 @kernel
 def balance(
-    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    gaps: FloatArray,
-    radii: FloatArray,
-    alongs: FloatArray,
-    poses: FloatArray,
-    wheel: tuple[FloatArray, FloatArray, FloatArray],
-    kappa: float,
-    load: FloatArray,
-    vertical: bool,
-    factor: float,
-    modulus: float,
-    work: FloatArray,
-    sections: FloatArray,
-    count: IntArray,
-    fault: IntArray,
-    patches: FloatArray,
-) -> None:
+    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], gaps: FloatArray, radii: FloatArray,
+    alongs: FloatArray, poses: FloatArray, wheel: tuple[FloatArray, FloatArray, FloatArray], kappa: float,
+    load: FloatArray, vertical: bool, factor: float, modulus: float, work: FloatArray, sections: FloatArray,
+    count: IntArray, fault: IntArray, patches: FloatArray,
+) -> None:  # fmt: skip
     """Find the approach of each row that carries its load.
 
     `profile` is (y, z, slope, angle) of the counterface, `poses` (n, 8) as for `on_the_wheel`: rows with yaw
@@ -336,7 +287,7 @@ def balance(
         skewed = wheel[0].size > 0 and poses[row, 0] != 0.0
         low = gap.min()
         if low >= NO_WHEEL:
-            fault[row] = NO_TOUCH
+            fault[row] = NO_CONTACT
             continue
         # Hertz-like guess for a sphere of the wheel's radius; then grow until the load is exceeded.
         approach = (load[row] / modulus) ** (2.0 / 3.0) * 0.8
@@ -352,28 +303,9 @@ def balance(
         before, load_before, power = 0.0, 0.0, _POWER
         for trial in range(200):
             value, used = _wheel_load(
-                approach,
-                low,
-                row,
-                number,
-                minima,
-                order,
-                parent,
-                saddle,
-                factor,
-                vertical,
-                profile,
-                here,
-                poses[row],
-                wheel,
-                skewed and not coarse,
-                kappa,
-                modulus,
-                basins,
-                work,
-                sections,
-                lines,
-            )
+                approach, low, row, number, minima, order, parent, saddle, factor, vertical, profile, here,
+                poses[row], wheel, skewed and (not coarse), kappa, modulus, basins, work, sections, lines,
+            )  # fmt: skip
             excess = value / load[row] - 1.0
             if not coarse:
                 if abs(excess) < 1e-9:

@@ -51,7 +51,7 @@ from wearsim.contact.normal.model import (
     raise_first,
 )
 from wearsim.contact.patch import FloatArray, Patch
-from wearsim.contact.reference import hertz
+from wearsim.contact.reference.hertzian import hertz
 
 DEFAULTS = {"solved_strips": 20.0}
 
@@ -89,29 +89,10 @@ def solve(
     edges = np.empty((rows, MOST_PATCHES, strips + 1))
     values = np.empty((rows, MOST_PATCHES, 13))
     solve_patches(
-        plain(load),
-        vertical,
-        effective_modulus,
-        count,
-        gap.counterface.y,
-        gap.counterface.z,
-        gap.counterface.slope,
-        gap.counterface.angle,
-        gap.gap,
-        gap.wheel_radius,
-        gap.x,
-        gap.curvature,
-        influence_table(),
-        _ellipses(),
-        number,
-        fault,
-        y,
-        half,
-        skew,
-        slope,
-        edges,
-        values,
-    )
+        plain(load), vertical, effective_modulus, count, gap.counterface.y, gap.counterface.z,
+        gap.counterface.slope, gap.counterface.angle, gap.gap, gap.wheel_radius, gap.x, gap.curvature,
+        influence_table(), _ellipses(), number, fault, y, half, skew, slope, edges, values,
+    )  # fmt: skip
     raise_first(fault)
     used = np.arange(MOST_PATCHES) < number[:, None]
     y, half, skew, values = y[used], half[used], skew[used], values[used]

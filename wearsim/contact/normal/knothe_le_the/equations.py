@@ -234,21 +234,10 @@ def inner_of(active: IntArray, lobe: IntArray, m: int, row: int) -> int:
 
 @kernel
 def residuals(
-    strips: FloatArray,
-    lobe: IntArray,
-    displacement: float,
-    load: float,
-    vertical: bool,
-    table: FloatArray,
-    pairs: FloatArray,
-    active: IntArray,
-    m: int,
-    scale: FloatArray,
-    with_matrix: bool,
-    matrix: FloatArray,
-    right: FloatArray,
-    work: FloatArray,
-) -> None:
+    strips: FloatArray, lobe: IntArray, displacement: float, load: float, vertical: bool, table: FloatArray,
+    pairs: FloatArray, active: IntArray, m: int, scale: FloatArray, with_matrix: bool, matrix: FloatArray,
+    right: FloatArray, work: FloatArray,
+) -> None:  # fmt: skip
     """Write what is left of the equations of the strips with pressure, and their Jacobian if asked for.
 
     Unknown are P and q of each and the displacement, over `scale`. A strip at the rim takes the ratio P/q

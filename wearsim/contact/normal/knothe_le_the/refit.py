@@ -1,4 +1,4 @@
-"""Kernels of the strip model: where a patch ends, and what touches outside of the strips.
+"""Kernels of the strip model: where a patch ends, and what is in contact outside of the strips.
 
 Equations and sources: see `knothe_le_the`.
 """
@@ -78,17 +78,9 @@ def end_of(strips: FloatArray, first: int, step: int, count: int) -> float:
 
 @kernel
 def overlap(
-    k: int,
-    displacement: float,
-    low: float,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    angle: FloatArray,
-    gap: FloatArray,
-    strips: FloatArray,
-    total: int,
-    table: FloatArray,
-) -> float:
+    k: int, displacement: float, low: float, grid_y: FloatArray, grid_z: FloatArray, angle: FloatArray,
+    gap: FloatArray, strips: FloatArray, total: int, table: FloatArray,
+) -> float:  # fmt: skip
     """How deep the moved surfaces would overlap at a grid point without pressure, over the displacement."""
     away = (gap[k] - low - displacement) * np.cos(angle[k])
     if away > 0.0:
@@ -153,23 +145,10 @@ def next_end(place: float, miss: float, per: float, span: FloatArray, side: int)
 
 @kernel
 def refit(
-    stage: int,
-    displacement: float,
-    low: float,
-    count: int,
-    parts: int,
-    may_split: bool,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    angle: FloatArray,
-    gap: FloatArray,
-    strips: FloatArray,
-    lobe: IntArray,
-    total: int,
-    table: FloatArray,
-    spans: FloatArray,
-    fresh: FloatArray,
-) -> tuple[int, int, bool]:
+    stage: int, displacement: float, low: float, count: int, parts: int, may_split: bool, grid_y: FloatArray,
+    grid_z: FloatArray, angle: FloatArray, gap: FloatArray, strips: FloatArray, lobe: IntArray, total: int,
+    table: FloatArray, spans: FloatArray, fresh: FloatArray,
+) -> tuple[int, int, bool]:  # fmt: skip
     """Write to `fresh` where the parts of the profile end now.
 
     Return their number, how many split, and whether strips have to be laid again.
@@ -239,19 +218,10 @@ def refit(
 
 
 @kernel
-def turned(
-    spans: FloatArray,
-    parts: int,
-    old: FloatArray,
-    old_total: int,
-    strips: FloatArray,
-    lobe: IntArray,
-    total: int,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    angle: FloatArray,
-    planes: FloatArray,
-) -> bool:
+def rotated(
+    spans: FloatArray, parts: int, old: FloatArray, old_total: int, strips: FloatArray, lobe: IntArray,
+    total: int, grid_y: FloatArray, grid_z: FloatArray, angle: FloatArray, planes: FloatArray,
+) -> bool:  # fmt: skip
     """Whether the plane of a part is not that of its pressures."""
     planes_of(spans, parts, old, old_total, grid_y, grid_z, angle, planes)
     for j in range(total):
@@ -263,20 +233,10 @@ def turned(
 
 @kernel
 def another_part(
-    displacement: float,
-    low: float,
-    parts: int,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    angle: FloatArray,
-    gap: FloatArray,
-    radius: FloatArray,
-    strips: FloatArray,
-    total: int,
-    table: FloatArray,
-    spans: FloatArray,
-) -> bool:
-    """Add to the parts one that touches now, if there is any."""
+    displacement: float, low: float, parts: int, grid_y: FloatArray, grid_z: FloatArray, angle: FloatArray,
+    gap: FloatArray, radius: FloatArray, strips: FloatArray, total: int, table: FloatArray, spans: FloatArray,
+) -> bool:  # fmt: skip
+    """Add to the parts one in contact now, if there is any."""
     if parts >= spans.shape[0]:
         return False
     for start in range(3, gap.size - 3, 3):

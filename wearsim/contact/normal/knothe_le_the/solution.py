@@ -106,21 +106,10 @@ _GOOD = 0.4  # of the last step's change, up to which a Jacobian is kept
 
 @kernel
 def relax(
-    strips: FloatArray,
-    lobe: IntArray,
-    total: int,
-    displacement: float,
-    load: float,
-    vertical: bool,
-    table: FloatArray,
-    tolerance: float,
-    active: IntArray,
-    pairs: FloatArray,
-    near: FloatArray,
-    far: FloatArray,
-    matrix: FloatArray,
-    right: FloatArray,
-) -> tuple[float, int, bool]:
+    strips: FloatArray, lobe: IntArray, total: int, displacement: float, load: float, vertical: bool,
+    table: FloatArray, tolerance: float, active: IntArray, pairs: FloatArray, near: FloatArray,
+    far: FloatArray, matrix: FloatArray, right: FloatArray,
+) -> tuple[float, int, bool]:  # fmt: skip
     """Pressures that never pull on strips of given lengths, and lengths from them, in turn."""
     bow = np.empty(total)
     for sweep in range(_SWEEPS):
@@ -225,21 +214,10 @@ def relax(
 
 @kernel
 def newton(
-    strips: FloatArray,
-    lobe: IntArray,
-    total: int,
-    displacement: float,
-    load: float,
-    vertical: bool,
-    table: FloatArray,
-    tolerance: float,
-    active: IntArray,
-    pairs: FloatArray,
-    matrix: FloatArray,
-    right: FloatArray,
-    made_for: IntArray,
-    scale: FloatArray,
-) -> tuple[float, int, bool]:
+    strips: FloatArray, lobe: IntArray, total: int, displacement: float, load: float, vertical: bool,
+    table: FloatArray, tolerance: float, active: IntArray, pairs: FloatArray, matrix: FloatArray,
+    right: FloatArray, made_for: IntArray, scale: FloatArray,
+) -> tuple[float, int, bool]:  # fmt: skip
     """Pressures, half-lengths, displacement on given strips; those without pressure leave, overlapped enter.
 
     A Jacobian serves as long as each step is much smaller than the one before; `made_for` (number of the

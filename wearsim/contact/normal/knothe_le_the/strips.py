@@ -12,7 +12,7 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import kernel
-from wearsim.contact.normal.model import ALIKE, BESIDE, CLEAR, FAR, NEAR, UNLIKE
+from wearsim.contact.normal.model import ADJACENT, ALIKE, CLEAR, FAR, NEAR, UNLIKE
 from wearsim.contact.patch import FloatArray
 
 LOBES = 6  # parts of the profile laid out with strips, at most
@@ -35,21 +35,10 @@ _FULL_NEXT, _NONE_NEXT, _FULL_AWAY, _NONE_AWAY = 0.349, 0.698, 0.2, 0.3
 
 @kernel
 def cut_strips(
-    left: float,
-    right: float,
-    middle: float,
-    delta: float,
-    low: float,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    slope: FloatArray,
-    gap: FloatArray,
-    radius: FloatArray,
-    kappa: float,
-    strips: FloatArray,
-    first: int,
-    count: int,
-) -> bool:
+    left: float, right: float, middle: float, delta: float, low: float, grid_y: FloatArray,
+    grid_z: FloatArray, slope: FloatArray, gap: FloatArray, radius: FloatArray, kappa: float,
+    strips: FloatArray, first: int, count: int,
+) -> bool:  # fmt: skip
     """Lay strips of equal width between two places of a profile in the plane through `middle`.
 
     The gap of a strip is its mean over the width. Returns whether there is a wheel all along.
@@ -124,7 +113,7 @@ def cut_strips(
 
 @kernel
 def influence_share(turn: float, distance: float) -> float:
-    """Share of the elastic influence of strips at a distance whose planes are turned by an angle."""
+    """Share of the elastic influence of strips at a distance whose planes differ by an angle."""
     away = min(max((distance - _NEXT) / (_AWAY - _NEXT), 0.0), 1.0)
     full = _FULL_NEXT + away * (_FULL_AWAY - _FULL_NEXT)
     none = _NONE_NEXT + away * (_NONE_AWAY - _NONE_NEXT)
@@ -150,7 +139,7 @@ def plane_share(distance: float, turn: float) -> float:
     """Share in which two contacts have one plane, by their distance from edge to edge and their angles."""
     near = min(max((FAR - distance) / (FAR - NEAR), 0.0), 1.0)
     alike = min(max((UNLIKE - abs(turn)) / (UNLIKE - ALIKE), 0.0), 1.0)
-    adjacent = min(max((CLEAR - distance) / (CLEAR - BESIDE), 0.0), 1.0)
+    adjacent = min(max((CLEAR - distance) / (CLEAR - ADJACENT), 0.0), 1.0)
     share: float = max(near * alike, adjacent)
     return share
 
@@ -278,18 +267,10 @@ def hertz_at(table: FloatArray, ratio: float) -> tuple[float, float, float]:
 
 @kernel
 def _start(
-    displacement: float,
-    low: float,
-    vertical: bool,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    angle: FloatArray,
-    gap: FloatArray,
-    radius: FloatArray,
-    kappa: float,
-    table: FloatArray,
+    displacement: float, low: float, vertical: bool, grid_y: FloatArray, grid_z: FloatArray,
+    angle: FloatArray, gap: FloatArray, radius: FloatArray, kappa: float, table: FloatArray,
     lobes: FloatArray,
-) -> tuple[float, int]:
+) -> tuple[float, int]:  # fmt: skip
     """Return load over pi E* at a displacement, every part pressed into an ellipse, and their number.
 
     `lobes` gets a line for each: left and right end (profile y), half-length squared per depth, gap where it
@@ -358,19 +339,10 @@ def _start(
 
 @kernel
 def first_displacement(
-    load: float,
-    low: float,
-    vertical: bool,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    angle: FloatArray,
-    gap: FloatArray,
-    radius: FloatArray,
-    kappa: float,
-    table: FloatArray,
-    lobes: FloatArray,
-) -> tuple[float, int]:
-    """Descent at which patches pressed into ellipses carry the load, to a few per cent, and their number."""
+    load: float, low: float, vertical: bool, grid_y: FloatArray, grid_z: FloatArray, angle: FloatArray,
+    gap: FloatArray, radius: FloatArray, kappa: float, table: FloatArray, lobes: FloatArray,
+) -> tuple[float, int]:  # fmt: skip
+    """Vertical displacement at which elliptic patches about carry the load, and their number."""
     small, large = 0.0, 0.0
     displacement = 5e-5
     parts = 0

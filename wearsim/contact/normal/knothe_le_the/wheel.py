@@ -10,7 +10,7 @@ import numpy as np
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import kernel
 from wearsim.contact.normal.knothe_le_the.equations import pair_up
-from wearsim.contact.normal.knothe_le_the.refit import APART, another_part, end_of, refit, turned
+from wearsim.contact.normal.knothe_le_the.refit import APART, another_part, end_of, refit, rotated
 from wearsim.contact.normal.knothe_le_the.solution import newton, relax
 from wearsim.contact.normal.knothe_le_the.strips import (
     ANGLE,
@@ -40,7 +40,7 @@ from wearsim.contact.normal.knothe_le_the.strips import (
     share_points,
     value_at,
 )
-from wearsim.contact.normal.model import AT_EDGE, MOST_PATCHES, NO_BALANCE, NO_TOUCH, NOT_SINGLE, TOO_MANY
+from wearsim.contact.normal.model import AT_EDGE, MOST_PATCHES, NO_BALANCE, NO_CONTACT, NOT_SINGLE, TOO_MANY
 from wearsim.contact.patch import FloatArray, IntArray
 
 _STAGES = 12  # of fitting the strips to the patch
@@ -55,24 +55,10 @@ _WIDEST = 0.65e-3  # m, of a strip: profiles change their radius within wide pat
 
 @kernel
 def solve_wheel(
-    load: float,
-    vertical: bool,
-    count: int,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    slope: FloatArray,
-    angle: FloatArray,
-    gap: FloatArray,
-    radius: FloatArray,
-    kappa: float,
-    coarse: int,
-    influence: FloatArray,
-    hertz: FloatArray,
-    strips: FloatArray,
-    lobe: IntArray,
-    spans: FloatArray,
-    info: FloatArray,
-) -> int:
+    load: float, vertical: bool, count: int, grid_y: FloatArray, grid_z: FloatArray, slope: FloatArray,
+    angle: FloatArray, gap: FloatArray, radius: FloatArray, kappa: float, coarse: int, influence: FloatArray,
+    hertz: FloatArray, strips: FloatArray, lobe: IntArray, spans: FloatArray, info: FloatArray,
+) -> int:  # fmt: skip
     """Find the strips of one wheel under a load (over pi E*); return a fault or 0.
 
     `strips` (fields, most strips) and `lobe` (number of the part of the profile each belongs to) get the
@@ -81,7 +67,7 @@ def solve_wheel(
     """
     low = gap.min()
     if low >= NO_WHEEL:
-        return NO_TOUCH
+        return NO_CONTACT
     k = int(gap.argmin())
     if k < 3 or k > gap.size - 4 or gap[k - 1] >= NO_WHEEL or gap[k + 1] >= NO_WHEEL:
         return AT_EDGE
@@ -224,7 +210,7 @@ def solve_wheel(
                 total, influence, spans, fresh,
             )  # fmt: skip
             if not again:
-                again = turned(
+                again = rotated(
                     fresh, kept, old, old_total, strips, lobe, total, grid_y, grid_z, angle, planes
                 )
             if again and stage < _STAGES - 1:
@@ -279,29 +265,12 @@ def _between(
 
 @kernel
 def solve_patches(
-    load: FloatArray,
-    vertical: bool,
-    modulus: float,
-    count: int,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    slope: FloatArray,
-    angle: FloatArray,
-    gaps: FloatArray,
-    radii: FloatArray,
-    alongs: FloatArray,
-    kappa: float,
-    influence: FloatArray,
-    hertz: FloatArray,
-    number: IntArray,
-    fault: IntArray,
-    out_y: FloatArray,
-    out_half: FloatArray,
-    out_skew: FloatArray,
-    out_slope: FloatArray,
-    out_edge: FloatArray,
-    values: FloatArray,
-) -> None:
+    load: FloatArray, vertical: bool, modulus: float, count: int, grid_y: FloatArray, grid_z: FloatArray,
+    slope: FloatArray, angle: FloatArray, gaps: FloatArray, radii: FloatArray, alongs: FloatArray,
+    kappa: float, influence: FloatArray, hertz: FloatArray, number: IntArray, fault: IntArray,
+    out_y: FloatArray, out_half: FloatArray, out_skew: FloatArray, out_slope: FloatArray,
+    out_edge: FloatArray, values: FloatArray,
+) -> None:  # fmt: skip
     """Solve every row and lay its patches, by falling normal force.
 
     `values` (n, most, 13): centre y, angle of the plane, approach, normal force, largest pressure, load

@@ -14,8 +14,7 @@ reports/half_space_fields.md.
 
 References
 ----------
-.. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990,
-   doi:10.1007/978-94-015-7889-9.
+.. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
 .. [2] E. A. H. Vollebregt, user guide of CONTACT, Vtech CMCC.
 """
 
@@ -96,8 +95,8 @@ def solve(
 
 def _box(pressure: FloatArray) -> tuple[slice, slice]:
     """Rows and strips from the first to the last cell in contact."""
-    touches = pressure > 0.0
-    along, across = np.flatnonzero(touches.any(axis=1)), np.flatnonzero(touches.any(axis=0))
+    loaded = pressure > 0.0
+    along, across = np.flatnonzero(loaded.any(axis=1)), np.flatnonzero(loaded.any(axis=0))
     return slice(int(along[0]), int(along[-1]) + 1), slice(int(across[0]), int(across[-1]) + 1)
 
 
@@ -187,11 +186,11 @@ def _centred(rolling: RollingSolution) -> FloatArray:
     # of stick, and behind the last cell of a strip the slip goes on in a straight line.
     slip, slipping = rolling.slip, rolling.slipping
     size = np.hypot(rolling.traction[0], rolling.traction[1])
-    touches = slipping | (size > 0.0)
+    loaded = slipping | (size > 0.0)
     ahead, behind = np.zeros_like(slip), np.zeros_like(slip)
     ahead[:, 1:], behind[:, :-1] = slip[:, :-1], slip[:, 1:]
     follows, last = np.zeros_like(slipping), np.ones_like(slipping)
-    follows[1:], last[:-1] = touches[:-1], ~touches[1:]
+    follows[1:], last[:-1] = loaded[:-1], ~loaded[1:]
     behind = np.where(last, np.where(follows, 2.0 * slip - ahead, slip), behind)
     first = follows.copy()
     first[1:] &= ~slipping[:-1]

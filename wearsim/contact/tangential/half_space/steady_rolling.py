@@ -6,10 +6,10 @@ has the size of the bound b and opposes the slip; both are one equation [1]_,
 the traction by a convolution. r is one over the largest stiffness the convolution has for any wave: larger
 values couple neighbouring cells so much that the steps turn in circles.
 
-Waves along the rolling direction make the convolution all but antisymmetric, which Krylov methods bear
-badly. What each strip would do alone is therefore taken out first: the Toeplitz matrix of a strip is split
-into triangles once, and leading parts of the triangles serve every stretch of stick of every strip. That
-halves the convolutions and more.
+Waves along the rolling direction make the convolution all but antisymmetric, on which Krylov methods
+converge slowly. What each strip would do alone is therefore taken out first: the Toeplitz matrix of a strip
+is split into triangles once, and leading parts of the triangles serve every stretch of stick of every strip:
+that halves the convolutions and more.
 
 References
 ----------
@@ -203,11 +203,7 @@ class RollingSolution:
 
 
 def slip_operator(
-    shape: tuple[int, int],
-    cell_length: float,
-    cell_width: float,
-    shear_modulus: float,
-    poisson_ratio: float,
+    shape: tuple[int, int], cell_length: float, cell_width: float, shear_modulus: float, poisson_ratio: float
 ) -> SlipOperator:
     r"""Operator of the slip that tractions cause in steady rolling.
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from wearsim.campaign import control
-from wearsim.campaign.by_point import ModelsByPoint
 from wearsim.campaign.comparison import comparison_laws, comparison_passage
+from wearsim.campaign.evaluate import ModelsByPoint, accumulate, rate, setup_of, solve_contact
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.rate import accumulate, rate, select, solve_contact
 from wearsim.damage.wear import WEAR_LAWS, WearSettings
 from wearsim.errors import ContactError
+from wearsim.operation.points import select
 from wearsim.scene import build, load_scene
 
 # the law of tables needs one; its sums are those of the law by cells
@@ -50,7 +50,7 @@ def mixed(rig):
 
 
 def solved(rig, state, points, models):
-    return solve_contact(state, points, rig.wheelset, rig.counterface, models)
+    return solve_contact(state, points, replace(setup_of(rig), models=models))
 
 
 def test_the_same_models_for_all_have_the_bits_of_one(rig, state):
@@ -89,7 +89,9 @@ def test_wear_and_fatigue_are_the_sums_of_those_solved_apart(rig, state, mixed, 
     def accumulated(points, models):
         solution = solved(rig, state, points, models)
         comparison = comparison_passage(solution, laws)
-        return accumulate(solution, points, points.weight, state, rig.wheelset, wear, comparison=comparison)
+        return accumulate(
+            solution, points, points.weight, state, replace(setup_of(rig), wear=wear), comparison=comparison
+        )
 
     whole = accumulated(rig.points, mixed)
     parts = [accumulated(select(rig.points, index), one) for one, index in mixed.groups()]
@@ -106,16 +108,16 @@ def test_wear_and_fatigue_are_the_sums_of_those_solved_apart(rig, state, mixed, 
 def test_points_without_weight_are_left_out(rig, state, mixed):
     weight = rig.points.weight.copy()
     weight[0] = 0.0
-    found = rate(state, rig.points, weight, rig.wheelset, rig.counterface, mixed, rig.wear)
+    found = rate(state, rig.points, weight, replace(setup_of(rig), models=mixed))
     solution = solved(rig, state, rig.points, mixed)
-    whole = accumulate(solution, rig.points, weight, state, rig.wheelset, rig.wear)
+    whole = accumulate(solution, rig.points, weight, state, setup_of(rig))
     np.testing.assert_allclose(found.depth, whole.depth, rtol=1e-11, atol=1e-14 * whole.depth.max())
 
 
 def test_the_half_space_points_alone_bound_a_step_by_their_pressure(rig, state, mixed):
     """Virtual penetration is bounded by its stability number, also beside a half-space."""
     weight = rig.points.weight
-    found = rate(state, rig.points, weight, rig.wheelset, rig.counterface, mixed, rig.wear)
+    found = rate(state, rig.points, weight, replace(setup_of(rig), models=mixed))
     limit = control.half_space_depth_limit(found, weight, rig.models, 1e-4, 2e-3)
     mine = np.isin(found.solution.point, np.flatnonzero(mixed.place == 1))
     modulus = rig.models.youngs_modulus / (2.0 * (1.0 - rig.models.poisson_ratio**2))

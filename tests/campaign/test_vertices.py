@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_smoothing_spline
 
-from wearsim.campaign.smoothing import smooth
+from wearsim.campaign.vertices import smooth
 
 
 def uniform(n=801, spacing=0.25e-3):
