@@ -61,7 +61,7 @@ def pytest_unconfigure():
 
 @pytest.fixture(scope="session", autouse=True)
 def figures_in_outline():
-    """Pages of reports hold figures that are made, but not drawn, which takes most of the time of a report."""
+    """Pages of reports hold figures that are made, but not drawn: drawing is most of the time of a report."""
     from wearsim.report import html
 
     with pytest.MonkeyPatch.context() as patch:

@@ -113,6 +113,7 @@ def test_damage_of_an_unworn_wheel_grows_linearly(evolution, all_states):
         np.testing.assert_allclose(damage, rate * last.distance, rtol=1e-12)
 
 
+@pytest.mark.slow
 @given(parts=st.lists(st.floats(1.0, 1e5), min_size=1, max_size=6), depth=st.sampled_from([np.inf, 1e-3]))
 def test_damage_of_constant_rates_knows_no_steps(parts, depth):
     """Damage grows, or wear removes it, at their rates, however the distance is cut; rounding only."""

@@ -81,6 +81,7 @@ def test_a_killed_campaign_tries_the_same_steps(strict, tmp_path, forked):
             assert np.array_equal(one[name][:], other[name][:]), name
 
 
+@pytest.mark.slow
 def test_euler_under_the_same_tolerance_agrees(strict, tmp_path, write):
     """Two rules, each step within 0.05 um: the profiles differ by no more than the sum of the estimates."""
     (path,) = run_scene(write(tmp_path, tolerance=0.05, integrator="euler"), tmp_path / "out")

@@ -139,6 +139,7 @@ def test_list_tells_impossible_cases(folder, capsys):
     assert not Path("out").exists()
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_all_valid_and_the_same_command_goes_on_to_the_same_bits(folder, capsys):
     """The signal reaches the parent only, as from a scheduler; its workers stop after a step."""
     text = Path("sweep_rig.toml").read_text()

@@ -95,6 +95,7 @@ def test_forces_and_power_with_the_creepages_of_the_other_program(table, wheelse
     assert error.slip.max() < 2.5e-2
 
 
+@pytest.mark.slow
 def test_forces_and_power_with_our_own_creepages(table, wheelset):
     """Forces 1 % (0.6 %), power 3 %; but 3.3 % and 5.4 % in two cases 0.2 mm before a jump."""
     error = solved(table, wheelset, lambda _: None)

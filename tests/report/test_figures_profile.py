@@ -158,7 +158,10 @@ def test_running_behaviour_of_both(worn):
     np.testing.assert_allclose(ax.lines[-1].get_ydata(), worn["equivalent_conicity"].values)
 
 
-@pytest.mark.parametrize("name", ["S1002", "60E1", "disc", "cone/1:20", "P8"])
+@pytest.mark.parametrize(
+    "name",
+    ["S1002", "cone/1:20", *(pytest.param(name, marks=pytest.mark.slow) for name in ("60E1", "disc", "P8"))],
+)
 def test_whole_figures_of_standard_shapes_have_no_texts_on_each_other(name):
     assert overlaps(pages_profile.profile_figure(state_of(name))) == []
 

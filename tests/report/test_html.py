@@ -1,4 +1,5 @@
 import re
+from contextlib import nullcontext
 from html.parser import HTMLParser
 
 import numpy as np
@@ -182,6 +183,7 @@ def test_provenance(text):
     assert "[scene]\nkind = &#34;field&#34;" in text
 
 
+@pytest.mark.slow
 def test_equal_results_give_an_equal_page(run_directory, text, drawing):
     with drawing():
         write_report(run_directory)
@@ -197,10 +199,11 @@ def test_one_campaign_has_a_report_too(tmp_path, write_campaign, kind):
     assert 'data-value="0.3' in text  # 30 km at 10 nm/km
 
 
-def test_report_without_any_wear(tmp_path, write_campaign, drawing):
+@pytest.mark.parametrize("drawn", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_report_without_any_wear(tmp_path, write_campaign, drawing, drawn):
     write_campaign(tmp_path / "rig.nc", "rig", 2, 1e-9, friction_free=True)
     write_campaign(tmp_path / "field.nc", "field", 2, 1e-9, friction_free=True)
-    with drawing():  # axes without extent
+    with drawing() if drawn else nullcontext():  # axes without extent
         text = write_report(tmp_path).read_text(encoding="utf-8")
     assert "At equal distance no wear factor is defined" in text
     assert Page(text).rows["max_wear_depth"][3] == (None, "undefined")

@@ -142,6 +142,7 @@ def test_asked_again_nothing_is_computed(converged):
     assert (out / TABLE).read_bytes() == before
 
 
+@pytest.mark.slow
 def test_a_shorter_distance_bounds_the_cost(converged, tmp_path):
     scene, _ = converged
     table = json.loads(converge(scene, tmp_path / "out", distance=2e3).read_text())
@@ -236,6 +237,7 @@ def test_refined_campaigns_run_as_far_as_the_one_that_ended_at_a_limit(
         assert one["campaign.limits.end"] is False
 
 
+@pytest.mark.slow
 def test_rollers_that_wear_have_columns_of_their_own(tmp_path, converged, rig_text):
     """Depth and area as the results tell them; no such columns where the rollers do not wear."""
     scene = tmp_path / "rig.toml"
