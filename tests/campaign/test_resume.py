@@ -431,6 +431,7 @@ def test_full_disk_is_told_before_the_result_file_is_touched(
     assert_same_bits(path, uninterrupted)
 
 
+@pytest.mark.slow
 def test_rows_a_reader_kept_waiting_are_read_few_at_a_time(
     synthetic, tmp_path, uninterrupted, each_step_is_appended, monkeypatch
 ):

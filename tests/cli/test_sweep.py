@@ -81,6 +81,7 @@ def test_a_sweep_runs_tells_its_table_and_its_status(folder, capsys):
     assert all(line.endswith(": finished") for line in capsys.readouterr().out.splitlines())
 
 
+@pytest.mark.slow
 def test_a_case_that_cannot_run_gives_the_exit_code_at_the_end(folder, capsys):
     (folder / "out" / "case_0001").mkdir(parents=True)
     with filelock.FileLock(folder / "out" / "case_0001" / ".lock"):

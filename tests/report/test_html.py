@@ -190,7 +190,7 @@ def test_equal_results_give_an_equal_page(run_directory, text, drawing):
     assert (run_directory / "report.html").read_text(encoding="utf-8") == text
 
 
-@pytest.mark.parametrize("kind", ["rig", "field"])
+@pytest.mark.parametrize("kind", [pytest.param("rig", marks=pytest.mark.slow), "field"])
 def test_one_campaign_has_a_report_too(tmp_path, write_campaign, kind):
     write_campaign(tmp_path / f"{kind}.nc", kind, 3, 10e-9)
     text = write_report(tmp_path).read_text(encoding="utf-8")
@@ -209,10 +209,11 @@ def test_report_without_any_wear(tmp_path, write_campaign, drawing, drawn):
     assert Page(text).rows["max_wear_depth"][3] == (None, "undefined")
 
 
-def test_report_of_the_first_row_only(tmp_path, write_campaign, drawing):
+@pytest.mark.parametrize("drawn", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_report_of_the_first_row_only(tmp_path, write_campaign, drawing, drawn):
     """A campaign stopped before its first step."""
     write_campaign(tmp_path / "rig.nc", "rig", 1, 1e-9)
-    with open_results(tmp_path / "rig.nc") as data, drawing():
+    with open_results(tmp_path / "rig.nc") as data, drawing() if drawn else nullcontext():
         text = render([data.isel(step=slice(0, 1)).load()])
     assert "0 wear steps" in text
 

@@ -162,6 +162,7 @@ def test_a_distance_that_is_none_is_told(text, capsys):
     assert "must be a distance above 0" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_other_contact_models_tell_how_far_the_end_depends_on_them(converged, tmp_path, undrawn):
     """A scaled friction would move all alike; here the place of the difference counts, too."""
     scene, _ = converged
@@ -275,7 +276,7 @@ def made_up_runs(monkeypatch, write_campaign):
     monkeypatch.setattr("wearsim.studies.converge.run_scene", run_scene)
 
 
-@pytest.mark.parametrize("distance", [None, 20e3])
+@pytest.mark.parametrize("distance", [None, pytest.param(20e3, marks=pytest.mark.slow)])
 def test_a_campaign_that_is_cut_short_before_a_turning_is_compared_all_the_same(
     made_up_runs, tmp_path, distance, rig_text
 ):

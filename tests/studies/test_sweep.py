@@ -150,6 +150,7 @@ def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(sweep, fo
     assert all(float(row["distance_km"]) == 2.0 for row in rows)
 
 
+@pytest.mark.slow
 def test_the_table_has_what_rollers_lost_where_any_wear(folder):
     """Last rows of both cases, and no such columns in a sweep whose rollers stay as new."""
     text = (folder / "rig.toml").read_text()
@@ -204,6 +205,7 @@ def test_a_case_another_process_works_in_is_told_and_left(pair, folder):
     assert "another wearsim run works in" in outcomes[0].fault
 
 
+@pytest.mark.slow
 def test_single_cases_make_up_the_sweep(sweep, folder, cases):
     cases(1, 3)
     for number in (3, 1, 4):
