@@ -1,5 +1,6 @@
 """Settings and checks that tests of several rooms share."""
 
+import contextlib
 import copy
 import functools
 import gc
@@ -20,29 +21,66 @@ settings.load_profile("wearsim")
 
 # Looking for garbage among the many objects of figures, data sets and compilation each time 700 are new takes
 # up to a fifth of the time.
-RARELY = (50_000, 20, 20)
-gc.set_threshold(*RARELY)
-PROGRAM = f"import gc, sys; gc.set_threshold(*{RARELY}); from wearsim.cli import main; sys.exit(main())"
+gc.set_threshold(50_000, 20, 20)
+
+
+# Pairs of models that together call every kernel, in two processes of about equal length.
+COMPILED = (
+    (("half_space", "half_space"), ("kik_piotrowski", "half_space")),
+    (("knothe_le_the", "fastsim"),),
+)
+compiling = []
 
 
 def pytest_configure(config):
-    """Compile the kernels once before workers start, each of which would do it for itself."""
+    """Compile the kernels once while workers start and collect, each of which would do it for itself."""
     if hasattr(config, "workerinput") or not getattr(config.option, "numprocesses", None):
         return
-    command = [sys.executable, "-c", PROGRAM, "contact", "--yaw-mrad", "1", "--json"]
-    # What all models share comes first: processes side by side would each compile it.
-    for pairs in (
-        [("half_space", "half_space")],
-        [("kik_piotrowski", "fastsim"), ("knothe_le_the", "half_space")],
-    ):
-        running = [
-            subprocess.Popen(
-                [*command, "--normal", normal, "--tangential", tangential], stdout=subprocess.DEVNULL
-            )
+    for pairs in COMPILED:
+        words = [
+            ["contact", "--yaw-mrad", "1", "--json", "--normal", normal, "--tangential", tangential]
             for normal, tangential in pairs
         ]
-        for process in running:
-            process.wait()
+        program = f"from wearsim.cli import main\nfor words in {words}:\n    main(words)"
+        compiling.append(subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.DEVNULL))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_node_collection_finished():
+    """Let no worker begin before the kernels are there."""
+    for process in compiling:
+        process.wait()
+
+
+def pytest_unconfigure():
+    """Leave no process behind when there was nothing to wait for."""
+    for process in compiling:
+        process.kill()
+        process.wait()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def figures_in_outline():
+    """Pages of reports hold figures that are made, but not drawn: drawing is most of the time of a report."""
+    from wearsim.report import html
+
+    with pytest.MonkeyPatch.context() as patch:
+        drawn = html.to_svg
+        patch.setattr(html, "to_svg", lambda figure, name: f'<svg class="{name}"><path d="M0 0"/></svg>')
+        yield drawn
+
+
+@pytest.fixture(scope="session")
+def drawing(figures_in_outline):
+    """Context in which pages hold whole figures."""
+
+    @contextlib.contextmanager
+    def context():
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("wearsim.report.html.to_svg", figures_in_outline)
+            yield
+
+    return context
 
 
 @pytest.fixture(scope="session")

@@ -321,6 +321,7 @@ sys.exit(main())
 """
 
 
+@pytest.mark.slow
 def test_a_second_run_in_one_directory_is_refused_and_the_first_goes_on(folder, capsys):
     """The first run is a process of its own; Ctrl-C ends it, and its directory is still a valid one."""
     written("distance_km = 0.5", "distance_km = 1e6\nmax_step_km = 0.01")

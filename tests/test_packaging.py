@@ -8,8 +8,10 @@ import sys
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+import netCDF4
 import pytest
 
+import wearsim
 from wearsim.cli import COMMANDS, build_parser, main
 from wearsim.scene import load_scene
 
@@ -135,8 +137,6 @@ def test_every_command_stands_in_the_readme_and_no_other():
 
 
 def test_the_public_functions_and_registries_stand_in_the_readme():
-    import wearsim
-
     section = README.split("## From Python")[1].split("\n## ")[0]
     first = [line.split(" | ")[0] for line in section.splitlines() if line.startswith("|")]
     table = re.findall(r"`([\w.]+)`", " ".join(first))
@@ -157,15 +157,21 @@ sys.exit(main(["check", "workflows/sweep_rig.toml"]))
 """
 
 
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wheels")
+    pip = [sys.executable, "-m", "pip", "-q", "wheel", "--no-deps", "--wheel-dir", folder, ROOT]
+    subprocess.run(pip, check=True, cwd=folder)
+    (built,) = folder.glob(f"wearsim-{wearsim.__version__}-*.whl")
+    return built
+
+
 @pytest.mark.slow
-def test_an_installed_wheel_finds_its_shipped_files_from_any_directory(tmp_path):
-    """What the wheel itself brings; that its declared needs suffice is shown by the main job in CI."""
-    wheels, installed, elsewhere = tmp_path / "wheels", tmp_path / "installed", tmp_path / "elsewhere"
+def test_an_installed_wheel_finds_its_shipped_files_from_any_directory(wheel, tmp_path):
+    installed, elsewhere = tmp_path / "installed", tmp_path / "elsewhere"
     elsewhere.mkdir()
-    pip = [sys.executable, "-m", "pip", "-q"]
-    subprocess.run([*pip, "wheel", "--no-deps", "--wheel-dir", wheels, ROOT], check=True, cwd=elsewhere)
-    (wheel,) = wheels.glob("wearsim-*.whl")
-    subprocess.run([*pip, "install", "--no-deps", "--target", installed, wheel], check=True, cwd=elsewhere)
+    pip = [sys.executable, "-m", "pip", "-q", "install", "--no-deps", "--target", installed, wheel]
+    subprocess.run(pip, check=True, cwd=elsewhere)
     done = subprocess.run(
         [sys.executable, "-c", READ_AND_CHECK],
         check=True,
@@ -182,3 +188,23 @@ def test_an_installed_wheel_finds_its_shipped_files_from_any_directory(tmp_path)
     assert study.endswith("no faults (sweep)")
     assert "6 cases" in "".join(rest)  # of a base scene read from a file
     assert list(elsewhere.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_an_installed_wheel_runs_a_scene_in_a_fresh_environment(wheel, tmp_path):
+    """With the dependencies it declares, from a directory without a checkout."""
+    environment, elsewhere = tmp_path / "environment", tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "short.toml").write_text(SHORT_SCENE)
+    variables = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    for words in (
+        [sys.executable, "-m", "venv", environment],
+        [environment / "bin" / "pip", "-q", "install", wheel],
+        [environment / "bin" / "wearsim", "run", "short.toml", "--out", "out"],
+    ):
+        subprocess.run(words, check=True, cwd=elsewhere, env=variables)
+    with netCDF4.Dataset(elsewhere / "out" / "rig.nc") as file:
+        assert file.source.startswith(f"wearsim {wearsim.__version__} ")
+        assert file.finished == "distance reached"
+        assert float(file["distance"][-1]) == pytest.approx(2e3)
+    assert (elsewhere / "out" / "report.html").stat().st_size > 100_000

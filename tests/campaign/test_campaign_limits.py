@@ -78,7 +78,9 @@ class Stop(Exception):
     pass
 
 
-@pytest.mark.parametrize("after", range(6))
+@pytest.mark.parametrize(
+    "after", [0, 4, 5, *(pytest.param(after, marks=pytest.mark.slow) for after in (1, 2, 3))]
+)
 def test_a_campaign_stopped_anywhere_ends_at_the_same_limit(limited, free, tmp_path, after):
     """Also where the step that met the limit was the last one written: nothing goes on behind it."""
     _, depth = depths(free)

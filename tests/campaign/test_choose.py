@@ -155,6 +155,7 @@ def twelve(tmp_path_factory):
     return replace(build(load_scene(path)), tolerance=0.5)
 
 
+@pytest.mark.slow
 def test_a_model_that_refuses_one_point_of_all_is_not_taken(twelve, monkeypatch):
     """The sample has none of the points that the strip model is made to refuse: it would be taken."""
     state, _ = WheelsetEvolution(replace(twelve, tolerance=None)).start()

@@ -113,6 +113,7 @@ def test_damage_of_an_unworn_wheel_grows_linearly(evolution, all_states):
         np.testing.assert_allclose(damage, rate * last.distance, rtol=1e-12)
 
 
+@pytest.mark.slow
 @given(parts=st.lists(st.floats(1.0, 1e5), min_size=1, max_size=6), depth=st.sampled_from([np.inf, 1e-3]))
 def test_damage_of_constant_rates_knows_no_steps(parts, depth):
     """Damage grows, or wear removes it, at their rates, however the distance is cut; rounding only."""
@@ -178,7 +179,7 @@ class Stop(Exception):
     pass
 
 
-@pytest.mark.parametrize("last", [0, 2])
+@pytest.mark.parametrize("last", [pytest.param(0, marks=pytest.mark.slow), 2])
 def test_resumed_campaign_has_the_same_bits(tmp_path, last, evolution):
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     whole.mkdir()

@@ -287,6 +287,7 @@ def test_mirrored_scene_wears_mirrored_rollers(rig, all_states):
         np.testing.assert_allclose(there[::-1], depth, rtol=0, atol=1e-9 * depth.max())
 
 
+@pytest.mark.slow
 def test_small_first_steps_after_redressing_too(rig, all_states):
     """Two lives of a roller in steps up to 40 um, the first of each 5 um, against steps of 2 um throughout.
 

@@ -64,6 +64,7 @@ def test_steps_that_fail_the_tolerance_are_repeated_shorter(strict):
         assert float(data["distance"][-1]) == pytest.approx(30e3, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_killed_campaign_tries_the_same_steps(strict, tmp_path, forked):
     """What limits the next step by the error is in the record: same bits."""
     scene, reference = strict
@@ -81,6 +82,7 @@ def test_a_killed_campaign_tries_the_same_steps(strict, tmp_path, forked):
             assert np.array_equal(one[name][:], other[name][:]), name
 
 
+@pytest.mark.slow
 def test_euler_under_the_same_tolerance_agrees(strict, tmp_path, write):
     """Two rules, each step within 0.05 um: the profiles differ by no more than the sum of the estimates."""
     (path,) = run_scene(write(tmp_path, tolerance=0.05, integrator="euler"), tmp_path / "out")

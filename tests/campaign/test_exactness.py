@@ -52,6 +52,7 @@ def test_removed_area_is_the_time_integral_of_the_law(smoothing, evolution, all_
         assert polygon == pytest.approx(law, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_result_does_not_hang_on_the_first_step(evolution, all_states):
     """First steps of up to 2 um, 0.05, 0.1 and 0.2 mm over 0.12 mm of wear: within half a tolerance.
 

@@ -423,6 +423,7 @@ def test_figures_stand_at_the_points_of_the_profile_that_was_turned(reshaped):
     assert place == 1e3 * y[damage.argmax()]
 
 
+@pytest.mark.slow
 def test_the_shipped_workflow_turns_the_wheels_once_and_ends_at_their_diameter(tmp_path):
     """As its comments say; each rail loses what is stated, the steps' sum to 1e-9."""
     with open_results(run_scene(shipped_path("workflows", "limits.toml"), tmp_path / "out")[0]) as shipped:

@@ -72,7 +72,13 @@ def test_finished_run_is_tidy_and_repeating_it_computes_nothing(synthetic, tmp_p
 
 
 @pytest.mark.parametrize(
-    ("stop_at", "appended"), [*((k, False) for k in range(STEPS + 1)), (0, True), (4, True), (STEPS, True)]
+    ("stop_at", "appended"),
+    [
+        *((k, False) for k in (0, 5, STEPS)),
+        *((k, True) for k in (0, STEPS)),
+        *(pytest.param(k, False, marks=pytest.mark.slow) for k in (1, 2, 3, 4, 6, 7)),
+        pytest.param(4, True, marks=pytest.mark.slow),
+    ],
 )
 def test_stopped_after_any_step_resumes_to_the_same_bits(
     synthetic, tmp_path, uninterrupted, stop_at, appended, monkeypatch
@@ -140,7 +146,9 @@ run_evolution(synthetic_campaign.SyntheticEvolution({steps}), Path({out!r}), "ri
 """
 
 
-@pytest.mark.parametrize(("cut", "sync"), [(0, False), (20, True), (len(ROW), False)])
+@pytest.mark.parametrize(
+    ("cut", "sync"), [pytest.param(0, False, marks=pytest.mark.slow), (20, True), (len(ROW), False)]
+)
 def test_sigkill_in_the_middle_of_an_append(synthetic, tmp_path, uninterrupted, forked, cut, sync):
     code = KILL_INSIDE.format(folder=str(PROGRAM.parent), cut=cut, sync=sync, steps=STEPS, out=str(tmp_path))
     process, printed = forked(code)
@@ -215,7 +223,9 @@ def empty(path):
     path.write_bytes(b"")
 
 
-@pytest.mark.parametrize("damage", [truncate, flip_value, empty, Path.unlink])
+@pytest.mark.parametrize(
+    "damage", [truncate, flip_value, pytest.param(empty, marks=pytest.mark.slow), Path.unlink]
+)
 def test_damaged_or_missing_result_file_is_rebuilt(
     synthetic, tmp_path, uninterrupted, damage, each_step_is_appended, monkeypatch
 ):
@@ -230,7 +240,7 @@ def test_damaged_or_missing_result_file_is_rebuilt(
     assert_same_bits(path, uninterrupted)
 
 
-@pytest.mark.parametrize("kept", [0.0, 0.3, 0.999])
+@pytest.mark.parametrize("kept", [0.0, pytest.param(0.3, marks=pytest.mark.slow), 0.999])
 def test_torn_record_is_ignored(synthetic, tmp_path, uninterrupted, kept, each_step_is_appended):
     stopped(synthetic, tmp_path)
     record = tmp_path / ".rig.records" / "00000006.npz"
@@ -421,6 +431,7 @@ def test_full_disk_is_told_before_the_result_file_is_touched(
     assert_same_bits(path, uninterrupted)
 
 
+@pytest.mark.slow
 def test_rows_a_reader_kept_waiting_are_read_few_at_a_time(
     synthetic, tmp_path, uninterrupted, each_step_is_appended, monkeypatch
 ):

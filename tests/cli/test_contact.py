@@ -223,7 +223,14 @@ def test_table_for_people_shows_sides_and_roll(capsys):
     assert max(map(len, lines)) < 150
 
 
-@pytest.mark.parametrize(("ending", "patches"), [("png", 1), ("svg", 3), ("pdf", 1)])
+@pytest.mark.parametrize(
+    ("ending", "patches"),
+    [
+        ("png", 1),
+        pytest.param("svg", 3, marks=pytest.mark.slow),
+        pytest.param("pdf", 1, marks=pytest.mark.slow),
+    ],
+)
 def test_plots_are_files_of_their_kind(ending, patches, tmp_path, capsys):
     path = tmp_path / f"contact.{ending}"
     where = {1: ("--shift-mm", "3"), 3: ("--shift-mm", "5.1", "--side", "both")}[patches]
@@ -233,7 +240,7 @@ def test_plots_are_files_of_their_kind(ending, patches, tmp_path, capsys):
     assert path.read_bytes().startswith(start)
 
 
-@pytest.mark.parametrize("tangential", ["fastsim", "half_space"])
+@pytest.mark.parametrize("tangential", [pytest.param("fastsim", marks=pytest.mark.slow), "half_space"])
 def test_a_half_space_of_two_lobes_is_drawn(tangential, tmp_path, capsys):
     """Strips without contact between the lobes; cells beside the patch carry nothing."""
     path = tmp_path / "contact.svg"

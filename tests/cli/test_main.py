@@ -116,6 +116,7 @@ def test_the_command_line_is_kept_for_the_history_of_results(monkeypatch):
     assert kept == ["wearsim check 'my scene.toml'"]
 
 
+@pytest.mark.slow
 def test_a_reader_that_leaves_early_is_no_fault():
     read, write = os.pipe()
     os.close(read)

@@ -361,7 +361,9 @@ def test_csv_of_points_and_of_wear(tmp_path, capsys):
     assert max(float(row["depth_mm"]) for row in rows) == pytest.approx(1.6, abs=0.01)
 
 
-@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+@pytest.mark.parametrize(
+    "ending", ["svg", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("png", "pdf"))]
+)
 def test_plot(ending, tmp_path, capsys):
     file = tmp_path / f"figure.{ending}"
     text = printed(capsys, RIGHT, "--against", "S1002", "--plot", str(file))

@@ -81,6 +81,7 @@ def test_a_sweep_runs_tells_its_table_and_its_status(folder, capsys):
     assert all(line.endswith(": finished") for line in capsys.readouterr().out.splitlines())
 
 
+@pytest.mark.slow
 def test_a_case_that_cannot_run_gives_the_exit_code_at_the_end(folder, capsys):
     (folder / "out" / "case_0001").mkdir(parents=True)
     with filelock.FileLock(folder / "out" / "case_0001" / ".lock"):
@@ -139,6 +140,7 @@ def test_list_tells_impossible_cases(folder, capsys):
     assert not Path("out").exists()
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_all_valid_and_the_same_command_goes_on_to_the_same_bits(folder, capsys):
     """The signal reaches the parent only, as from a scheduler; its workers stop after a step."""
     text = Path("sweep_rig.toml").read_text()

@@ -84,6 +84,7 @@ def test_rows_reach_over_the_cases(table):
     assert (table.slip_share.min(), table.slip_share.max()) == (pytest.approx(0.052, abs=1e-3), 1.0)
 
 
+@pytest.mark.slow
 def test_forces_and_power_with_the_creepages_of_the_other_program(table, wheelset):
     """1 % of friction x load and 3 % of the power hold in every case; 0.4 % and 0.9 % measured."""
     error = solved(table, wheelset, their_creepage)
@@ -94,6 +95,7 @@ def test_forces_and_power_with_the_creepages_of_the_other_program(table, wheelse
     assert error.slip.max() < 2.5e-2
 
 
+@pytest.mark.slow
 def test_forces_and_power_with_our_own_creepages(table, wheelset):
     """Forces 1 % (0.6 %), power 3 %; but 3.3 % and 5.4 % in two cases 0.2 mm before a jump."""
     error = solved(table, wheelset, lambda _: None)

@@ -45,6 +45,7 @@ def test_a_new_wheel_loses_nothing():
     np.testing.assert_array_equal(found.profile.z, S1002.z)
 
 
+@pytest.mark.slow
 @given(depth=st.floats(1e-6, 20e-3))
 def test_uniform_radial_wear_costs_itself(depth):
     """Rounding of z only."""

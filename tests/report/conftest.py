@@ -11,12 +11,13 @@ def without_figures(monkeypatch):
 
 
 @pytest.fixture(scope="session")
-def run_directory(tmp_path_factory, write_campaign):
-    """A rig and a field campaign of different depth and band, and their report."""
+def run_directory(tmp_path_factory, write_campaign, drawing):
+    """A rig and a field campaign of different depth and band, and their report with whole figures."""
     folder = tmp_path_factory.mktemp("run")
     write_campaign(folder / "rig.nc", "rig", 6, 20e-9)
     write_campaign(folder / "field.nc", "field", 9, 8e-9)
-    write_report(folder)
+    with drawing():
+        write_report(folder)
     return folder
 
 

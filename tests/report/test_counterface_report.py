@@ -68,6 +68,14 @@ def test_report_states_what_the_counterface_lost(folder, pair):
     assert [cell.value for cell in area[1:]] == pytest.approx([0.09, 0.09], rel=1e-9)  # 3 mm2, 30 of 1000 km
 
 
+@pytest.mark.slow
+def test_whole_figures_of_the_counterface_are_drawn(folder, drawing):
+    with drawing():
+        text = write_report(folder / "out").read_text(encoding="utf-8")
+    figure = text[text.index('id="figure-counterface_wear"') :]
+    assert figure[: figure.index("</figure>")].count("<path") > 10
+
+
 def test_captions_of_rails_say_that_their_area_is_stated(pair):
     """No environment factor acts on it, and rails are not redressed."""
     draw = (plates.counterface_wear, plates.counterface_over_distance)

@@ -79,6 +79,14 @@ def test_report_has_all_tables_and_figures_of_the_laws(text):
     assert '<a href="#fatigue">' in text
 
 
+@pytest.mark.slow
+def test_whole_figures_of_the_laws_are_drawn(folder, drawing, text):
+    with drawing():
+        drawn = write_report(folder).read_text(encoding="utf-8")
+    assert drawn.count("<figure ") == text.count("<figure ")
+    assert len(drawn) > 10 * len(text)
+
+
 def test_report_marks_uncertain_constants_of_every_law(text):
     for constant in ("k_seizure = 0.035, range 0.03 to 0.04 (uncertain)", "start = 15 N (recalled)"):
         assert constant in text

@@ -174,6 +174,7 @@ def test_the_whole_figure_has_axes_for_every_side_and_patch(two):
         assert part in heading
 
 
+@pytest.mark.slow
 def test_texts_do_not_overlap(two, make):
     """Titles, axis labels and tick labels of the finished figure, drawn at its size."""
     for dataset in (two, make(0.0), make(3e-3, yaw=0.01, kappa=2.0)):

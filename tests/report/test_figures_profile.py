@@ -159,7 +159,10 @@ def test_running_behaviour_of_both(worn):
     np.testing.assert_allclose(ax.lines[-1].get_ydata(), worn["equivalent_conicity"].values)
 
 
-@pytest.mark.parametrize("name", ["S1002", "60E1", "disc", "cone/1:20", "P8"])
+@pytest.mark.parametrize(
+    "name",
+    ["S1002", "cone/1:20", *(pytest.param(name, marks=pytest.mark.slow) for name in ("60E1", "disc", "P8"))],
+)
 def test_whole_figures_of_standard_shapes_have_no_texts_on_each_other(name):
     assert overlaps(figures_profile.profile_figure(state_of(name))) == []
 
@@ -175,7 +178,7 @@ def test_rails_are_drawn_top_up(rail):
     assert ax.get_ylabel() == "Height, down [mm]"
 
 
-@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+@pytest.mark.parametrize("ending", [pytest.param("png", marks=pytest.mark.slow), "svg", "pdf"])
 def test_the_same_figure_is_the_same_file(ending, worn, tmp_path):
     files = [tmp_path / f"{k}/figure.{ending}" for k in range(2)]
     for file in files:

@@ -1,4 +1,5 @@
 import re
+from contextlib import nullcontext
 from html.parser import HTMLParser
 
 import numpy as np
@@ -182,12 +183,14 @@ def test_provenance(text):
     assert "[scene]\nkind = &#34;field&#34;" in text
 
 
-def test_equal_results_give_an_equal_page(run_directory, text):
-    write_report(run_directory)
+@pytest.mark.slow
+def test_equal_results_give_an_equal_page(run_directory, text, drawing):
+    with drawing():
+        write_report(run_directory)
     assert (run_directory / "report.html").read_text(encoding="utf-8") == text
 
 
-@pytest.mark.parametrize("kind", ["rig", "field"])
+@pytest.mark.parametrize("kind", [pytest.param("rig", marks=pytest.mark.slow), "field"])
 def test_one_campaign_has_a_report_too(tmp_path, write_campaign, kind):
     write_campaign(tmp_path / f"{kind}.nc", kind, 3, 10e-9)
     text = write_report(tmp_path).read_text(encoding="utf-8")
@@ -196,18 +199,21 @@ def test_one_campaign_has_a_report_too(tmp_path, write_campaign, kind):
     assert 'data-value="0.3' in text  # 30 km at 10 nm/km
 
 
-def test_report_without_any_wear(tmp_path, write_campaign):
+@pytest.mark.parametrize("drawn", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_report_without_any_wear(tmp_path, write_campaign, drawing, drawn):
     write_campaign(tmp_path / "rig.nc", "rig", 2, 1e-9, friction_free=True)
     write_campaign(tmp_path / "field.nc", "field", 2, 1e-9, friction_free=True)
-    text = write_report(tmp_path).read_text(encoding="utf-8")
+    with drawing() if drawn else nullcontext():  # axes without extent
+        text = write_report(tmp_path).read_text(encoding="utf-8")
     assert "At equal distance no wear factor is defined" in text
     assert Page(text).rows["max_wear_depth"][3] == (None, "undefined")
 
 
-def test_report_of_the_first_row_only(tmp_path, write_campaign):
+@pytest.mark.parametrize("drawn", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_report_of_the_first_row_only(tmp_path, write_campaign, drawing, drawn):
     """A campaign stopped before its first step."""
     write_campaign(tmp_path / "rig.nc", "rig", 1, 1e-9)
-    with open_results(tmp_path / "rig.nc") as data:
+    with open_results(tmp_path / "rig.nc") as data, drawing() if drawn else nullcontext():
         text = render([data.isel(step=slice(0, 1)).load()])
     assert "0 wear steps" in text
 

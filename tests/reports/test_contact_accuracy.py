@@ -21,6 +21,7 @@ def again():
     return contact_accuracy.compare(all_cases().loc[CASES])
 
 
+@pytest.mark.slow
 def test_sampled_cases_of_the_report(committed, again):
     """Reference to 1e-4: half-spaces stop at 3e-5 of the pressure; errors are differences."""
     rows = committed[committed["case"].isin(CASES)].reset_index(drop=True)

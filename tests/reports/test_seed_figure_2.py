@@ -26,6 +26,7 @@ def test_the_committed_values_are_computed_again(reports):
             np.testing.assert_allclose(factor * contact[value], rows[column], rtol=0.0, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_the_script_writes_the_committed_report(reports, tmp_path, same_numbers):
     seed_figure_2.main(["--out", str(tmp_path / "deep")])
     names = {"seed_figure_2.md", "seed_figure_2.csv", "seed_figure_2.svg"}

@@ -54,6 +54,7 @@ def committed(reports):
     return read_table(reports / TABLES[0])
 
 
+@pytest.mark.slow
 def test_sampled_rows_of_the_report(committed):
     """Outcomes are the same; errors to 1 % of the reference: rounding moves the cells of half-spaces."""
     table = assess([named(title) for title in SAMPLE])

@@ -93,7 +93,7 @@ def examine(index, models, grid, fine):
         assert abs(error) <= limit, f"{name}: {100.0 * error:+.0f} %"
 
 
-@pytest.mark.parametrize(("index", "normal", "tangential"), cases(2, slow=(1,)))
+@pytest.mark.parametrize(("index", "normal", "tangential"), cases(6, slow=(1, 2, 3, 4, 5)))
 def test_solution_within_the_stated_error_or_a_clear_message(index, normal, tangential):
     examine(index, (normal, tangential), GRID, FINE)
 

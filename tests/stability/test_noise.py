@@ -77,7 +77,9 @@ def test_noise_does_not_grow(normal, smooth, worn):
     assert left[-1] < 0.97 * left[0]
 
 
-@pytest.mark.parametrize(("integrator", "cap"), [("heun", 8e-6), ("euler", 1e-3)])
+@pytest.mark.parametrize(
+    ("integrator", "cap"), [pytest.param("heun", 8e-6, marks=pytest.mark.slow), ("euler", 1e-3)]
+)
 @pytest.mark.parametrize("normal", LEADING)
 def test_waves_that_smoothing_passes_wear_off_and_shorter_ones_stay(normal, integrator, cap, smooth, worn):
     """RMS of what the noise leaves, against the same steps of a smooth wheel, by wavelength.

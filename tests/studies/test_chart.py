@@ -118,6 +118,7 @@ def test_candidates_of_auto_lie_on_the_front_of_the_committed_chart(committed):
         assert not ((others <= worst.loc[name]).all(axis=1) & (others < worst.loc[name]).any(axis=1)).any()
 
 
+@pytest.mark.slow
 def test_errors_of_the_committed_chart_are_found_again():
     """Fast combinations on the rig: iterations of the half-space, and a wear law that magnifies them where it
     has steps."""

@@ -142,6 +142,7 @@ def test_asked_again_nothing_is_computed(converged):
     assert (out / TABLE).read_bytes() == before
 
 
+@pytest.mark.slow
 def test_a_shorter_distance_bounds_the_cost(converged, tmp_path):
     scene, _ = converged
     table = json.loads(converge(scene, tmp_path / "out", distance=2e3).read_text())
@@ -161,6 +162,7 @@ def test_a_distance_that_is_none_is_told(text, capsys):
     assert "must be a distance above 0" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_other_contact_models_tell_how_far_the_end_depends_on_them(converged, tmp_path, undrawn):
     """A scaled friction would move all alike; here the place of the difference counts, too."""
     scene, _ = converged
@@ -236,6 +238,7 @@ def test_refined_campaigns_run_as_far_as_the_one_that_ended_at_a_limit(
         assert one["campaign.limits.end"] is False
 
 
+@pytest.mark.slow
 def test_rollers_that_wear_have_columns_of_their_own(tmp_path, converged, rig_text):
     """Depth and area as the results tell them; no such columns where the rollers do not wear."""
     scene = tmp_path / "rig.toml"
@@ -273,7 +276,7 @@ def made_up_runs(monkeypatch, write_campaign):
     monkeypatch.setattr("wearsim.studies.converge.run_scene", run_scene)
 
 
-@pytest.mark.parametrize("distance", [None, 20e3])
+@pytest.mark.parametrize("distance", [None, pytest.param(20e3, marks=pytest.mark.slow)])
 def test_a_campaign_that_is_cut_short_before_a_turning_is_compared_all_the_same(
     made_up_runs, tmp_path, distance, rig_text
 ):

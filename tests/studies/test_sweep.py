@@ -50,12 +50,12 @@ def sweep(folder):
 
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory):
-    """Directory of the sweep, run in two processes, its outcomes and what was reported."""
+    """Directory of the sweep, its outcomes and what was reported."""
     folder = tmp_path_factory.mktemp("swept")
     write_rig(folder)
     reported = []
     sweep = sweep_of_flags(str(folder / "rig.toml"), VARY, None)
-    outcomes = run_sweep(sweep, folder / "out", jobs=2, command="a command", report=reported.append)
+    outcomes = run_sweep(sweep, folder / "out", jobs=1, command="a command", report=reported.append)
     return folder / "out", outcomes, reported
 
 
@@ -97,7 +97,15 @@ def contents(out):
     return {path.name: path.read_bytes() for path in out.glob("*/*.nc")}
 
 
-def test_processes_give_the_bits_of_a_single_run_and_are_found_finished(sweep, folder, swept, cases):
+@pytest.mark.slow
+def test_processes_give_the_bits_of_this_process(sweep, folder, swept):
+    outcomes = run_sweep(sweep, "out", jobs=2)
+    assert [outcome.state for outcome in outcomes] == ["finished"] * 4
+    for case in sweep.cases:
+        same_bits(folder / "out" / case.name / "rig.nc", swept[0] / case.name / "rig.nc")
+
+
+def test_cases_have_the_bits_of_a_single_run_and_are_found_finished(sweep, folder, swept, cases):
     _, outcomes, reported = swept
     cases(1, 2, 3, 4)
     assert [(outcome.number, outcome.state) for outcome in outcomes] == [
@@ -142,6 +150,7 @@ def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(sweep, fo
     assert all(float(row["distance_km"]) == 2.0 for row in rows)
 
 
+@pytest.mark.slow
 def test_the_table_has_what_rollers_lost_where_any_wear(folder):
     """Last rows of both cases, and no such columns in a sweep whose rollers stay as new."""
     text = (folder / "rig.toml").read_text()
@@ -196,6 +205,7 @@ def test_a_case_another_process_works_in_is_told_and_left(pair, folder):
     assert "another wearsim run works in" in outcomes[0].fault
 
 
+@pytest.mark.slow
 def test_single_cases_make_up_the_sweep(sweep, folder, cases):
     cases(1, 3)
     for number in (3, 1, 4):

@@ -219,6 +219,7 @@ def test_patches_far_apart_do_not_feel_each_other():
     np.testing.assert_allclose(found.vertical_displacement, float(alone.approach), rtol=5e-4)
 
 
+@pytest.mark.slow
 def test_grids_part_without_a_jump():
     """From one grid to two that feel each other less and less: steps of 0.25 mm move the wheel evenly."""
     distance = 1e-3 * np.arange(12.0, 34.0, 0.5)

@@ -145,7 +145,9 @@ def test_displacement_on_a_circle(share):
         assert contact.displacement == pytest.approx(share * 0.3 * load / stiffness, rel=1e-6)
 
 
-@pytest.mark.parametrize(("a", "b"), [(3e-3, 8e-3), (9e-3, 4e-3), (5e-3, 5e-3)])
+@pytest.mark.parametrize(
+    ("a", "b"), [(5e-3, 5e-3), (9e-3, 4e-3), pytest.param(3e-3, 8e-3, marks=pytest.mark.slow)]
+)
 def test_stick_zone_moves_as_a_whole(a, b):
     """Cerruti's integral of the traction in the stick zone: the same displacement at all points, 1e-3."""
     contact = cattaneo_mindlin(12e3, 70e3, a, b, 0.3, G, POISSON)

@@ -294,7 +294,8 @@ def test_encodings_that_are_wrong(tmp_path):
     assert told == "p.csv:31: y = 'ä' is not a number"
 
 
-@pytest.mark.parametrize("n", [200_000, pytest.param(1_000_000, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [200_000, 1_000_000])
 def test_a_million_points(tmp_path, n):
     """Minutes would be a fault, seconds are not; it is thinned without a loss, the edges included."""
     at = np.linspace(0, len(WHEEL.y) - 1, n)
