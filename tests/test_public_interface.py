@@ -164,7 +164,9 @@ def test_grid_models_add_the_pressure_of_their_cells(case):
         ({"wheel_load": 0.0}, "wheel_load = 0 must be at least 0.1 and at most 300 kN"),
         ({"friction": -0.1}, "friction = -0.1 must be at least 0 and at most 1$"),
         ({"shift": [0.0, np.nan]}, "shift = nan must be at least -100 and at most 100 mm"),
-        ({"track_curvature": np.inf}, "track_curvature = inf must be finite 1/m"),
+        ({"track_curvature": np.inf}, "track_curvature = inf must be at least -0.1 and at most 0.1 1/m"),
+        ({"track_curvature": 300.0}, "track_curvature = 300 must be"),
+        ({"torque": np.nan}, "torque = nan must be at least -50000 and at most 50000 N m"),
         ({"shift": [0.0, 1e-3], "yaw": [0.0] * 3}, r"shift \(2,\), yaw \(3,\)"),
         ({"shift": []}, r"shift \(0,\)"),
         ({"rotation": "fixed"}, "one of free, centred, nominal"),
@@ -202,11 +204,26 @@ def test_unusable_profiles_are_errors(call, message):
     ("change", "message"),
     [
         ({"models": wearsim.ContactModels(normal="herz")}, "normal = 'herz' is not one of half_space, hertz"),
+        (
+            {"models": wearsim.ContactModels(parameters=(("penetration", 0.6),))},
+            "name of a parameter = 'penetration' is not one of .*, virtual_penetration_factor$",
+        ),
+        (
+            {"models": wearsim.ContactModels(parameters=(("virtual_penetration_factor", 60.0),))},
+            "virtual_penetration_factor = 60 must be above 0 and at most 1$",
+        ),
+        (
+            {"models": wearsim.ContactModels(parameters=(("half_space_tolerance", np.nan),))},
+            "half_space_tolerance = nan must be above 0",
+        ),
+        ({"models": wearsim.ContactModels(poisson_ratio=0.7)}, "poisson_ratio = 0.7 must be .* at most 0.5$"),
+        ({"models": wearsim.ContactModels(youngs_modulus=-1.0)}, "youngs_modulus = -1 must be above 0 Pa"),
         ({"sides": ["both"]}, "sides = 'both' is not one of right, left"),
+        ({"sides": "both"}, "sides = 'both' is not one of right, left"),
         ({"load": "axle"}, "load = 'axle' is not one of wheel, normal_force"),
     ],
 )
-def test_unknown_names_are_errors(case, change, message):
+def test_unknown_names_and_numbers_out_of_range_are_errors(case, change, message):
     with pytest.raises(wearsim.WearsimError, match=message):
         wearsim.solve_contact(*case[:3], **change)
 

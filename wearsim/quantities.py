@@ -183,7 +183,7 @@ _CAMPAIGN = (
     _q("speed", "V", "m s-1", "peripheral speed of the counterface at its profile top", at=_OP,
        allowed=(0.1, 500)),
     _q("friction", "μ", "1", "friction coefficient", at=_OP, allowed=(0, 1)),
-    _q("track_curvature", "1/R", "m-1", "track curvature", "positive to the right", _OP),
+    _q("track_curvature", "1/R", "m-1", "track curvature", "positive to the right", _OP, allowed=(-0.1, 0.1)),
     _q("environment", "f", "1", "environment factor on the wear depth",
        "1 = coefficients as measured in the dry laboratory", _OP, above=(0, 10)),
     _q("weight", "w", "1", "share of the operating point in the full collective", "0 = monitoring point", _OP,

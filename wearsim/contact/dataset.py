@@ -166,7 +166,7 @@ def solve_contact(
     conditions: ContactConditions,
     models: ContactModels | None = None,
     *,
-    sides: Sequence[Side] = SIDES,
+    sides: Side | Sequence[Side] = SIDES,
     load: Literal["wheel", "normal_force"] = "wheel",
     fields: bool = False,
     threads: int = 1,
@@ -183,7 +183,7 @@ def solve_contact(
         n operating points, see `ContactConditions.of`.
     models : ContactModels, optional
         Normal and tangential model, grid and material; by default `ContactModels()`.
-    sides : sequence of {"right", "left"}
+    sides : {"right", "left"} or sequence of them
         Wheels of the result.
     load : {"wheel", "normal_force"}
         Whether `wheel_load` is the vertical load of the wheel, or the normal force of its single patch.
@@ -210,7 +210,8 @@ def solve_contact(
     ------
     ContactError
         If a wheel is not in contact, its patch reaches the edge of a profile, creepages are given and
-        several patches are in contact, or a model or side is unknown; the message names the point.
+        several patches are in contact: the message names the point. Also if a model, a parameter or a side
+        is unknown, or a number of `models` is out of range.
 
     Examples
     --------
@@ -227,9 +228,9 @@ def solve_contact(
     True
     """
     models = ContactModels() if models is None else models
-    _check_name("normal", models.normal, NORMAL_MODELS)
-    _check_name("tangential", models.tangential, TANGENTIAL_MODELS)
+    _check_models(models)
     _check_name("load", load, ("wheel", "normal_force"))
+    sides = (sides,) if isinstance(sides, str) else sides
     for side in sides or ("",):
         _check_name("sides", side, SIDES)
     parts = solve_each(
@@ -271,6 +272,23 @@ def solve_contact(
 def _check_name(what: str, name: str, known: Iterable[str]) -> None:
     if name not in known:
         raise ContactError(f"{what} = {name!r} is not one of {', '.join(known)}")
+
+
+def _check_models(models: ContactModels) -> None:
+    """Names of models and parameters, and material and parameters within their ranges."""
+    _check_name("normal", models.normal, NORMAL_MODELS)
+    _check_name("tangential", models.tangential, TANGENTIAL_MODELS)
+    if not 0.0 < models.youngs_modulus < np.inf:
+        raise ContactError(f"youngs_modulus = {models.youngs_modulus:g} must be above 0 Pa and finite")
+    if fault := QUANTITIES["poisson_ratio"].fault(models.poisson_ratio):
+        raise ContactError(fault)
+    known = sorted({name for model in NORMAL_MODELS.values() for name in model.parameters} - {"cells"})
+    for name, value in models.parameters:
+        _check_name("name of a parameter", name, known)
+        if not 0.0 < value < np.inf:
+            raise ContactError(f"{name} = {value:g} must be above 0 and finite")
+        if name in QUANTITIES and (fault := QUANTITIES[name].fault(value)):
+            raise ContactError(fault)
 
 
 def patch_columns(solution: ContactSolution, fields: bool) -> Columns:

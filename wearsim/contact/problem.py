@@ -126,6 +126,8 @@ class ContactConditions:
             for value in (float(array.min()), float(array.max())):
                 if fault := quantity.fault(value, name):
                     raise ContactError(fault)
+        if "torque" in whole and (fault := QUANTITIES["axle_torque"].fault(whole["torque"], "torque")):
+            raise ContactError(fault)
         if not np.isfinite(creepage).all():
             raise ContactError("creepage must be finite")
         whole |= {name: np.array(np.broadcast_to(array, shape)) for name, array in arrays.items()}
@@ -141,7 +143,7 @@ class ContactModels:
     Parameters
     ----------
     normal, tangential : str
-        Names in the registries of `contact.normal` and `contact.tangential`.
+        Names in `wearsim.NORMAL_MODELS` and `wearsim.TANGENTIAL_MODELS`.
     strips, cells : int
         Strips across a patch and cells along each strip.
     youngs_modulus : float
@@ -149,7 +151,8 @@ class ContactModels:
     poisson_ratio : float
         Of both bodies [-].
     parameters : tuple of (str, float)
-        Parameters of the models, such as ("virtual_penetration_factor", 0.55).
+        Of the normal models, each takes its own, such as ("virtual_penetration_factor", 0.55); names and
+        defaults stand in `wearsim.NORMAL_MODELS[name].parameters`.
     """
 
     normal: str = "kik_piotrowski"

@@ -72,8 +72,8 @@ def discover(kind: str, package: str, path: Iterable[str], record: type[Record])
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> Fault:
-    """Return the fault of an unknown name, with the known ones and the nearest of them."""
+    """Return the fault of an unknown name, with the known ones and the one that is similar."""
     names = sorted(known)
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.0)
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     hint = f'; did you mean "{near[0]}"?' if near else ""
     return Fault(f'{kind} "{name}" is unknown; there is {", ".join(names)}{hint}')
