@@ -303,6 +303,11 @@ def evaluate(definition: Definition, y: FloatArray) -> FloatArray:
     -------
     (n,) array
         z in the axes of `Profile` [m].
+
+    Raises
+    ------
+    ProfileError
+        A position is outside the definition.
     """
     y_mm = np.asarray(y, dtype=np.float64) * 1e3
     starts = np.array([piece.start for piece in definition.segments])
@@ -390,6 +395,11 @@ def sample(definition: Definition, spacing: float) -> tuple[FloatArray, FloatArr
     -------
     y, z : (n,) array
         Points [m].
+
+    Raises
+    ------
+    ProfileError
+        The spacing is not within 0.001 .. 2 mm.
     """
     if not 1e-6 <= spacing <= 2e-3:
         raise ProfileError(

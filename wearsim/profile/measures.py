@@ -118,6 +118,11 @@ def flange_gradient(y: FloatArray, z: FloatArray, *, level: float = 10e-3, below
     -------
     float
         qR [m]; 10.794 mm for a new S1002, falling as the flank gets steeper.
+
+    Raises
+    ------
+    ProfileError
+        The flank has no point at one of the two heights.
     """
     tip = _tread_side(y, z)
     upper = extremum(y, z, tip)[1] - below_tip
@@ -143,6 +148,11 @@ def hollowing(y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float
     -------
     float
         Maximum of z(y2) - z(y1) over y1 < y2 within the tread; 0 for a new S1002 [m].
+
+    Raises
+    ------
+    ProfileError
+        No point lies in the range of the tread.
     """
     tread = z[(y >= start) & (y <= end)]
     if len(tread) == 0:

@@ -85,6 +85,11 @@ def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, ha
     Placement
         Brings the highest point to z = 0 and the gauge point to y = gauge/2 - half_span.
 
+    Raises
+    ------
+    ProfileError
+        Inclination, gauge or half span is out of its range.
+
     Notes
     -----
     The gauge point is the innermost point of the inclined head in the band 0..14 mm below its highest

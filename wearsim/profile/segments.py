@@ -354,6 +354,11 @@ def rail_head(
     tuple of Segment
         From the left side to the right one, symmetric.
 
+    Raises
+    ------
+    ProfileError
+        An arc has no end, or the sides begin below `side_depth`.
+
     Notes
     -----
     At a junction both centres lie on one normal, so the centre moves along it by the difference of the
@@ -397,14 +402,19 @@ def part_moved(
     by : float
         Below 0 [mm].
     join_zone : str
-        Name of the straight line from the end of the moved part ...
+        Name of the straight line from the end of the moved part to the unmoved shape.
     join_end : float
-        ... to the shape as it was at this y [mm].
+        y where it meets the unmoved shape [mm].
 
     Returns
     -------
     tuple of Segment
         The shape that results.
+
+    Raises
+    ------
+    ProfileError
+        The part does not begin on a cap at the tip, or `by` is not below 0.
     """
     stays, rest = _split(chain, start)
     part, rest = _split(rest, end)

@@ -72,6 +72,11 @@ def resample(profile: Profile, spacing: float) -> Profile:
         The same ends and the same order; corners of more than 20 degrees stay points, and the
         distance is even between them.
 
+    Raises
+    ------
+    ProfileError
+        The spacing is not above 0, or not below a tenth of the length.
+
     Notes
     -----
     y and z are splines of the chord length of the given points, so vertical parts (flange back, rail

@@ -273,6 +273,11 @@ def place_file(profile: Profile, name: str, tilt: float, gauge: float, half_span
     -------
     Profile
         In the track.
+
+    Raises
+    ------
+    ProfileError
+        As of `place_rail`.
     """
     try:
         placed = place_rail(profile, tilt, gauge, half_span)

@@ -95,6 +95,11 @@ def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[s
         Sorted by name, hidden ones left out.
     skipped : list of str
         Names of the others; folders end with "/".
+
+    Raises
+    ------
+    ProfileError
+        The folder cannot be read.
     """
     known = {suffix for each in FORMATS.values() for suffix in each.suffixes} | set(PLAIN_SUFFIXES)
     try:
