@@ -147,8 +147,16 @@ def _repeated(points: _List) -> Iterator[PointFault]:
     pairs = sorted(tuple(sorted((int(order[k]), int(order[k + 1])))) for k in np.flatnonzero(same))
     if pairs:
         first, second = pairs[0]
-        more = f" ({len(pairs)} points in all: are two profiles in one list?)" if len(pairs) > 1 else ""
-        yield f"point {second + 1} repeats point {first + 1}{more}; delete one of them", second
+        what = f"point {second + 1} repeats point {first + 1}"
+        if len(pairs) == 1:
+            yield f"{what}; delete one of them", second
+        elif len(pairs) < len(points.y) // 4:
+            yield f"{what}, {len(pairs)} points are repeated in all; delete the repeated ones", second
+        else:
+            yield (
+                f"{what}, {len(pairs)} points are repeated in all: two profiles in one list; give one",
+                second,
+            )
 
 
 def _turning_back(points: _List) -> Iterator[PointFault]:

@@ -185,16 +185,16 @@ def refusal(path, data, kind="wheel"):
 
 def test_lines_and_numbers_without_end(tmp_path):
     path = tmp_path / "p.csv"
-    told = refusal(path, b"# x\n" + b"1 " * 200_000)
-    assert told == "p.csv:2: number of columns (separated by blanks) = 200000 must be 2: y and z"
+    output = refusal(path, b"# x\n" + b"1 " * 200_000)
+    assert output == "p.csv:2: number of columns (separated by blanks) = 200000 must be 2: y and z"
     assert "is longer than 1000 characters" in refusal(path, b"9" * 5000 + b" 1\n")
     assert "is too large for a profile" in refusal(path, b"1e400 1\n")
 
 
 def test_a_hopeless_file_stops_early(tmp_path):
-    told = refusal(tmp_path / "p.csv", b"1,a,b\n" * 1_000_000).splitlines()
+    output = refusal(tmp_path / "p.csv", b"1,a,b\n" * 1_000_000).splitlines()
     columns = "number of columns (separated by commas) = 3 must be 2: y and z"
-    assert told == [
+    assert output == [
         f"p.csv:1: {columns} (and 999 more lines)",
         "p.csv:1000: reading stopped after 1000 faults",
     ]
@@ -214,16 +214,18 @@ def test_one_point_and_none(tmp_path):
 @pytest.mark.parametrize("kind", ["wheel", "rail"])
 def test_two_profiles_joined_name_the_line_of_the_second(tmp_path, kind):
     lines = text(WHEEL if kind == "wheel" else RAIL)
-    told = refusal(tmp_path / "p.csv", "\n".join([*lines, *lines]).encode(), kind)
-    place = f"p.csv:{len(lines) + 1}: point {len(lines) + 1} repeats point 1 ({len(lines)} points in all"
-    assert told == f"{place}: are two profiles in one list?); delete one of them"
+    output = refusal(tmp_path / "p.csv", "\n".join([*lines, *lines]).encode(), kind)
+    place = (
+        f"p.csv:{len(lines) + 1}: point {len(lines) + 1} repeats point 1, {len(lines)} points are repeated"
+    )
+    assert output == f"{place} in all: two profiles in one list; give one"
 
 
 def test_left_and_right_wheel_in_one_file(tmp_path):
     left = [f"{-float(a):.4f} {b}" for a, b in (line.split() for line in text()[::-1])]
     moved = [f"{float(a) + 1500.0:.4f} {b}" for a, b in (line.split() for line in text())]
-    told = refusal(tmp_path / "p.csv", "\n".join([*left, *moved]).encode())
-    assert told.startswith("p.csv: the wheel profile is 1630 wide and 35.63 high, which fits no unit")
+    output = refusal(tmp_path / "p.csv", "\n".join([*left, *moved]).encode())
+    assert output.startswith("p.csv: the wheel profile is 1630 wide and 35.63 high, which fits no unit")
 
 
 def test_left_wheel_that_goes_on_as_the_right_one(tmp_path):
@@ -231,9 +233,12 @@ def test_left_wheel_that_goes_on_as_the_right_one(tmp_path):
     left = [f"{-float(a):.4f} {b}" for a, b in (line.split() for line in right)]
     # from the flange back of the left to that of the right: the list turns at the field side
     for lines in ([*right, *right[-2::-1]], [*left, *right[::-1]]):
-        told = refusal(tmp_path / "p.csv", "\n".join(lines).encode())
-        assert "are two profiles in one list?" in told or "list them in their order along the profile" in told
-        assert len(told.splitlines()) == 1
+        output = refusal(tmp_path / "p.csv", "\n".join(lines).encode())
+        assert (
+            "two profiles in one list; give one" in output
+            or "list them in their order along the profile" in output
+        )
+        assert len(output.splitlines()) == 1
 
 
 def test_two_files_joined_name_the_line_of_the_second_header(tmp_path):
@@ -243,45 +248,45 @@ def test_two_files_joined_name_the_line_of_the_second_header(tmp_path):
         content = path.read_text() if name == "miniprof" else "\n".join(["y;z", *text()]).replace(" ", ";")
         content = content.rstrip() + "\n"
         second = content.count("\n") + 1
-        told = refusal(path, (content * 2).encode())
+        output = refusal(path, (content * 2).encode())
         wrong = (
             "number of columns = 1 must be at least 2" if name == "miniprof" else "y = 'y' is not a number"
         )
-        assert told.startswith(f"{path.name}:{second}: {wrong}")
+        assert output.startswith(f"{path.name}:{second}: {wrong}")
 
 
 def test_one_nan_does_not_cut_a_file_off(tmp_path):
     path = tmp_path / "w.whl"
     lines = ["ProgramVer=1", "MPTypeNo=1", f"XYPoints={len(WHEEL.y)}", "", *text()]
     lines[30] = "1.0 NaN"
-    told = refusal(path, "\n".join(lines).encode())
-    assert told == "w.whl:31: Y = 'NaN' is not a finite number; delete the line or repeat the measurement"
+    output = refusal(path, "\n".join(lines).encode())
+    assert output == "w.whl:31: Y = 'NaN' is not a finite number; delete the line or repeat the measurement"
 
 
 def test_many_faults_of_one_kind_are_one_line(tmp_path):
     path = tmp_path / "p.csv"
-    told = refusal(path, "\n".join(f"{line} 0.1" for line in text()).encode())
+    output = refusal(path, "\n".join(f"{line} 0.1" for line in text()).encode())
     more = len(text()) - 1
     columns = "number of columns (separated by blanks) = 3 must be 2: y and z"
-    assert told == f"p.csv:1: {columns} (and {more} more lines)"
-    told = refusal(path, "\n".join(line.split()[0] + " x" for line in text()).encode())
-    assert told == f"p.csv:1: z = 'x' is not a number (and {more} more lines)"
+    assert output == f"p.csv:1: {columns} (and {more} more lines)"
+    output = refusal(path, "\n".join(line.split()[0] + " x" for line in text()).encode())
+    assert output == f"p.csv:1: z = 'x' is not a number (and {more} more lines)"
 
 
 @pytest.mark.parametrize("name", ["p.csv", "w.whl"])
 def test_commas_for_two_things(tmp_path, name):
     head = "ColumnDef=X,Y\nProgramVer=1\n\n" if name == "w.whl" else ""
-    told = refusal(tmp_path / name, (head + "\n".join(text()).replace(".", ",").replace(" ", ",")).encode())
+    output = refusal(tmp_path / name, (head + "\n".join(text()).replace(".", ",").replace(" ", ",")).encode())
     first = 4 if name == "w.whl" else 1
-    assert told.startswith(f"{name}:{first}: commas stand between the columns and for the decimal mark")
-    assert len(told.splitlines()) == 1
+    assert output.startswith(f"{name}:{first}: commas stand between the columns and for the decimal mark")
+    assert len(output.splitlines()) == 1
 
 
 def test_not_finite(tmp_path):
     lines = text()
     lines[30], lines[40] = "nan 1", "2 -inf"
-    told = refusal(tmp_path / "p.csv", "\n".join(lines).encode()).splitlines()
-    assert [line.split(": ")[0] for line in told] == ["p.csv:31", "p.csv:41"]
+    output = refusal(tmp_path / "p.csv", "\n".join(lines).encode()).splitlines()
+    assert [line.split(": ")[0] for line in output] == ["p.csv:31", "p.csv:41"]
 
 
 def test_encodings_that_are_wrong(tmp_path):
@@ -290,8 +295,8 @@ def test_encodings_that_are_wrong(tmp_path):
     assert "the control character" in refusal(path, b"\xff\xfe1\x00\x00\xd8")
     assert "the control character '\\x07'" in refusal(path, b"\x07 1\n")
     lines = [*text()[:30], "\xe4 1", *text()[30:]]
-    told = refusal(path, "\n".join(lines).encode("latin-1"))
-    assert told == "p.csv:31: y = 'ä' is not a number"
+    output = refusal(path, "\n".join(lines).encode("latin-1"))
+    assert output == "p.csv:31: y = 'ä' is not a number"
 
 
 @pytest.mark.slow
@@ -308,19 +313,19 @@ def test_a_million_points(tmp_path, n):
     profile = reading.profile
     assert 10_000 <= len(profile.y) <= 20_000
     (note,) = (note for note in reading.notes if "points taken" in note)
-    told = 1e-6 * float(re.search(r"within (\S+) um", note)[1])
-    assert told < 0.15e-6  # of which 0.07 um are the fourth decimals
-    # the shape without the thinning, at its corners (its former points), to rounding and what is told
+    output = 1e-6 * float(re.search(r"within (\S+) um", note)[1])
+    assert output < 0.15e-6  # of which 0.07 um are the fourth decimals
+    # the shape without the thinning, at its corners (its former points), to rounding and what is reported
     inside = WHEEL.z < profile.z.max() - 1e-3
     tread = inside & (WHEEL.y > -0.03)
     off = np.interp(WHEEL.y[tread], profile.y, profile.z) - WHEEL.z[tread]
-    assert np.max(np.abs(off)) < told + 0.15e-6
+    assert np.max(np.abs(off)) < output + 0.15e-6
 
 
 def test_more_points_than_are_read(tmp_path, monkeypatch):
     monkeypatch.setattr("wearsim.profile.files.points.MAX_POINTS", 100)
-    told = refusal(tmp_path / "p.csv", "\n".join(text()).encode())
-    assert told == "p.csv:101: more than 100 points, hardly one profile; give one cross-section"
+    output = refusal(tmp_path / "p.csv", "\n".join(text()).encode())
+    assert output == "p.csv:101: more than 100 points, hardly one profile; give one cross-section"
 
 
 def test_a_file_that_ends_within_a_line_is_cut_off(tmp_path):
@@ -331,14 +336,14 @@ def test_a_file_that_ends_within_a_line_is_cut_off(tmp_path):
     expected = "w.whl:104: ends in the middle of a line: the file is cut off; copy it again"
     assert refusal(tmp_path / "w.whl", "\n".join(lines).encode()) == expected
     lines = [*keys, f"XYPoints={len(rows)}", "", *rows[:100], "12.3", ""]
-    told = refusal(tmp_path / "w.whl", "\n".join(lines).encode())
-    assert told.startswith(
+    output = refusal(tmp_path / "w.whl", "\n".join(lines).encode())
+    assert output.startswith(
         f"w.whl:105: XYPoints = {len(rows)}, but 101 points are there: the file is cut off"
     )
-    assert "\n" not in told
+    assert "\n" not in output
     lines = [*keys, "", *rows[:100], "12.3", *rows[100:]]
-    told = refusal(tmp_path / "w.whl", "\n".join(lines).encode())
-    assert told == "w.whl:104: number of columns = 1 must be at least 2 to hold X and Y"
+    output = refusal(tmp_path / "w.whl", "\n".join(lines).encode())
+    assert output == "w.whl:104: number of columns = 1 must be at least 2 to hold X and Y"
 
 
 def test_more_lines_than_are_read(tmp_path, monkeypatch):
