@@ -135,7 +135,7 @@ def test_the_flange_root_is_steep_but_has_no_jump(totals):
 
 
 def one_by_one(totals, shifts):
-    """Totals at each shift, none where the model refuses."""
+    """Totals at each shift, none where the model raises an error."""
     try:
         sums, spread = totals(shifts)
     except WearsimError:

@@ -11,7 +11,7 @@ RADIUS, SPAN, SPEED = 0.46, 0.75, 20.0
 
 
 def moved(kappa=0.0, angle=-0.09, wheel_y=-12e-3, radius=0.4608, height=0.3e-3, sine=0.0, **state):
-    """Kinematics of one contact, with all that is not told at zero."""
+    """Kinematics of one contact, with all that is not given at zero."""
     named = dict.fromkeys(("shift", "yaw", "roll", "track_curvature"), 0.0) | state
     state = {name: np.atleast_1d(value) for name, value in named.items()}
     point = (np.array([value]) for value in (wheel_y, radius, sine, height, angle))

@@ -18,22 +18,22 @@ def test_the_creepages_of_a_motion_give_its_forces(wheelset, counterface, points
     """Exactly the same numbers enter the tangential problem; left wheels keep the signs of the track axes."""
     conditions = points(shift=np.array([-2e-3, 3e-3]), yaw=4e-3)
     moved = solve(conditions, wheelset, counterface(1.0), coarse, sides=(side,))
-    told = solve(
+    imposed = solve(
         replace(conditions, creepage=given(moved)), wheelset, counterface(1.0), coarse, sides=(side,)
     )
     for name in ("creepage_x", "creepage_y", "spin", "force_x", "force_y", "spin_moment", "power"):
-        assert getattr(told, name).tolist() == getattr(moved, name).tolist(), name
+        assert getattr(imposed, name).tolist() == getattr(moved, name).tolist(), name
 
 
 def test_given_creepages_do_not_ask_the_rotation_rule(wheelset, counterface, points, coarse):
     """No balance is sought, so one that could not be found does no harm; the nominal speed is reported."""
     conditions = points(shift=3e-3, rotation="free", torque=1e9)
-    told = solve(
+    imposed = solve(
         replace(conditions, creepage=np.array([[-0.0017, 0.0, 0.197]])), wheelset, counterface(), coarse,
         sides=(0,),
     )  # fmt: skip
-    assert given(told).tolist() == [[-0.0017, 0.0, 0.197]]
-    assert told.rotation_speed.tolist() == [20.0 / 0.46]
+    assert given(imposed).tolist() == [[-0.0017, 0.0, 0.197]]
+    assert imposed.rotation_speed.tolist() == [20.0 / 0.46]
 
 
 def test_given_creepages_belong_to_one_patch(wheelset, counterface, points, coarse):

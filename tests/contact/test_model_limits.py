@@ -35,7 +35,7 @@ def solved(load=80e3, roller=None, youngs_modulus=210e9, **models):
 
 @pytest.mark.parametrize("normal", sorted(NORMAL_MODELS))
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"strips": 1}, "strips = 1 must be at least 5"),
         ({"cells": 4}, "cells = 4 must be at least 5"),
@@ -46,24 +46,24 @@ def solved(load=80e3, roller=None, youngs_modulus=210e9, **models):
         ({"roller": 1e-3}, "edge of a profile"),
     ],
 )
-def test_every_normal_model_refuses(normal, changes, told):
+def test_every_normal_model_rejects_what_is_outside_its_limits(normal, changes, message):
     with pytest.raises(ContactError) as refused:
         solved(normal=normal, **changes)
-    assert told in str(refused.value)
+    assert message in str(refused.value)
 
 
 @pytest.mark.parametrize("tangential", sorted(TANGENTIAL_MODELS))
-def test_every_tangential_model_answers_on_the_coarsest_grid_it_allows_and_not_below(tangential):
+def test_every_tangential_model_solves_on_the_coarsest_grid_it_allows_and_not_below(tangential):
     """Power within 20 % of that on 50 x 50: what a grid of eight cells may cost."""
     fine = solved(tangential=tangential).power[0]
-    answered = []
+    powers = []
     for count in (5, 8):
         try:
-            answered.append(solved(tangential=tangential, strips=count, cells=count).power[0])
+            powers.append(solved(tangential=tangential, strips=count, cells=count).power[0])
         except ContactError as error:
-            told = str(error)
-            answered.append(fine if told.startswith(f"{tangential} needs at least") else np.nan)
-    np.testing.assert_allclose(answered, fine, rtol=0.2)
+            message = str(error)
+            powers.append(fine if message.startswith(f"{tangential} needs at least") else np.nan)
+    np.testing.assert_allclose(powers, fine, rtol=0.2)
 
 
 def test_a_module_in_the_folder_is_a_model(monkeypatch, tmp_path):
@@ -94,7 +94,7 @@ def test_half_space_rolling_names_what_it_needs():
 
 
 def registered(monkeypatch, **changed):
-    """Hertz's answer with some of it changed, as a model of its own."""
+    """Hertz's solution with some of it changed, as a model of its own."""
 
     def model(gap, load, **others):
         found = NORMAL_MODELS["hertz"](gap, load, **others)
@@ -134,7 +134,7 @@ def test_pressures_beyond_a_tenth_of_the_modulus_are_not_elastic():
 
 
 @pytest.mark.parametrize("name", ["max_pressure", "vertical_displacement", "approach", "x_lead"])
-def test_an_answer_that_is_not_finite_never_leaves_a_normal_model(monkeypatch, name):
+def test_a_solution_that_is_not_finite_never_leaves_a_normal_model(monkeypatch, name):
     registered(monkeypatch, **{name: lambda values: np.full_like(values, np.nan)})
     with pytest.raises(NumericalError, match="no finite solution; check profiles"):
         solved(normal="made_up")

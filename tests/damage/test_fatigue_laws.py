@@ -161,9 +161,9 @@ def refused(settings):
 
 
 def test_removal_of_cracks_is_never_counted_twice_nor_forgotten():
-    told = refused(default_settings("wlrm", crack_depth=5e-3))
-    assert len(told) == 1
-    assert "both would count wear twice" in told[0]
+    message = refused(default_settings("wlrm", crack_depth=5e-3))
+    assert len(message) == 1
+    assert "both would count wear twice" in message[0]
     assert "needs the removal" in refused(default_settings("wlrm", branch="rising"))[0]
     assert coefficients_of(default_settings("wlrm"))
     assert coefficients_of(default_settings("wlrm", branch="rising", crack_depth=5e-3))
@@ -173,15 +173,15 @@ def test_removal_of_cracks_is_never_counted_twice_nor_forgotten():
 
 
 def test_all_faults_of_fatigue_settings():
-    told = refused(FatigueSettings("wlmr", "burstow", "spin", "fall", 1.0, 1.0))
-    assert [line.split(" is unknown")[0] for line in told[:4]] == [
+    message = refused(FatigueSettings("wlmr", "burstow", "spin", "fall", 1.0, 1.0))
+    assert [line.split(" is unknown")[0] for line in message[:4]] == [
         'fatigue law "wlmr"',
         'wear_number "spin"',
         'branch "fall"',
         'coefficient set "burstow"',
     ]
-    assert told[4] == "crack_depth = 1000 must be at least 0.001 and at most 100 mm"
-    assert told[5] == "crack_width = 1000 must be at least 0.1 and at most 200 mm"
+    assert message[4] == "crack_depth = 1000 must be at least 0.001 and at most 100 mm"
+    assert message[5] == "crack_width = 1000 must be at least 0.1 and at most 200 mm"
     other = refused(default_settings("wlrm", coefficients="dirks_enblom_2011"))
     assert other == [
         'coefficients = "dirks_enblom_2011" belong to stress_index, not to law = "wlrm"; '

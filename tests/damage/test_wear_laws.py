@@ -185,12 +185,12 @@ def test_settings_that_do_not_fit_are_told_all_at_once(patches):
     wrong = WearSettings(law="brr", coefficients="jendel_2002", seizure_cap="regime", hardness=3e9)
     with pytest.raises(SceneError) as caught:
         passage_depth(*patches(1e6), wrong)
-    told = str(caught.value).splitlines()
-    assert len(told) == 4
-    assert told[0] == 'form = "local": law = "brr" is a law of the whole patch; write form = "patch_mean"'
-    assert told[1] == 'seizure_cap acts with law = "archard" only, not "brr"; delete it'
-    assert told[2] == 'hardness acts with law = "archard" only, not "brr"; delete it'
-    assert "take pearce_sherratt_1991, pearce_sherratt_1991_continuous" in told[3]
+    message = str(caught.value).splitlines()
+    assert len(message) == 4
+    assert message[0] == 'form = "local": law = "brr" is a law of the whole patch; write form = "patch_mean"'
+    assert message[1] == 'seizure_cap acts with law = "archard" only, not "brr"; delete it'
+    assert message[2] == 'hardness acts with law = "archard" only, not "brr"; delete it'
+    assert "take pearce_sherratt_1991, pearce_sherratt_1991_continuous" in message[3]
 
 
 def test_hardness_of_the_wheel_replaces_that_of_the_set():

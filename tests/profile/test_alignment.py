@@ -243,13 +243,13 @@ def test_any_points_are_aligned_or_refused_in_one_line(rule, kind, seed, count, 
     piece = replace(true, y=true.y[start:stop], z=true.z[start:stop])
     walk = Profile("walk", kind, *(size * random.standard_normal((2, count)).cumsum(axis=1) / count**0.5))
     for shape in (piece, walk):
-        told, numbers = "", np.zeros(1)
+        message, numbers = "", np.zeros(1)
         try:
             found = align(shape, new, rule)
             numbers = np.array([found.dy, found.dz, found.angle, *found.profile.y, *found.profile.z])
         except ProfileError as error:
-            told = str(error)
-        assert "\n" not in told
+            message = str(error)
+        assert "\n" not in message
         assert np.all(np.isfinite(numbers))
 
 

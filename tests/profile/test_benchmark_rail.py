@@ -19,7 +19,7 @@ def upright_points():
     tilt = np.arctan(1 / 40)
     x, z = y * np.cos(tilt) - z * np.sin(tilt), y * np.sin(tilt) + z * np.cos(tilt)
     crown = (y > -17.7e-3) & (y < 2.5e-3)
-    # Only where the axis is: the file does not tell. In mm, for the solver's sake.
+    # Only where the axis is: the file does not say. In mm, for the solver's sake.
     centre = least_squares(
         lambda c: 1e3 * np.hypot(x[crown] - 1e-3 * c[0], z[crown] - 1e-3 * c[1]) - 300.0,
         [0.0, 300.0],

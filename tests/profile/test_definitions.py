@@ -1,4 +1,4 @@
-"""Files of standard shapes: what they may hold, and how their faults are told."""
+"""Files of standard shapes: what they may hold, and how their faults are reported."""
 
 import numpy as np
 import pytest

@@ -124,11 +124,11 @@ def test_without_a_diameter_only_what_all_limits_agree_on_is_judged():
 def test_without_a_diameter_what_is_told_holds_for_every_listed_one(values):
     """The diameters are the ends of all ranges of the file, and one within each."""
     diameters = [0.33, 0.63, 0.6301, 0.7, 0.76, 0.7601, 0.8, 0.84, 0.8401, 0.92, 1.2]
-    told = [
+    message = [
         {(j.measure, j.bound): j.exceeded for j in judge(values, TSI, diameter=each)} for each in diameters
     ]
     for each in judge(values, TSI):
-        by_diameter = {found[each.measure, each.bound] for found in told}
+        by_diameter = {found[each.measure, each.bound] for found in message}
         if each.exceeded is None:
             assert by_diameter == {True, False}
             assert (each.limit, each.margin) == (None, None)
@@ -258,9 +258,9 @@ def test_all_faults_of_a_file_are_told_at_once_with_their_lines(tmp_path):
     path.write_text(FAULTY)
     with pytest.raises(ProfileError) as caught:
         load_limits(path)
-    told = str(caught.value).splitlines()
-    assert all(line.startswith(f"{path}:") for line in told)
-    assert [(int(line.split(":")[1]), line.split(": ", 1)[1][:31]) for line in told] == [
+    message = str(caught.value).splitlines()
+    assert all(line.startswith(f"{path}:") for line in message)
+    assert [(int(line.split(":")[1]), line.split(": ", 1)[1][:31]) for line in message] == [
         (1, "title = 3 must be a text"),
         (2, "unknown key colour in the file;"),
         (4, 'measure = "flange_hight" is not'),
@@ -273,7 +273,7 @@ def test_all_faults_of_a_file_are_told_at_once_with_their_lines(tmp_path):
         (29, "unknown key over in [limit.diam"),
         (30, "key measure is missing in [[lim"),
     ]
-    assert 'did you mean "flange_height"?' in told[2]
+    assert 'did you mean "flange_height"?' in message[2]
 
 
 def test_limits_need_source_and_certainty_of_their_own_or_of_the_file(tmp_path):
@@ -288,7 +288,7 @@ def test_limits_need_source_and_certainty_of_their_own_or_of_the_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "message"),
     [
         (b"", r"\[\[limit\]\] is missing; give at least one"),
         (b'title = "a"\nx = [1\n', ":2: not valid TOML"),
@@ -299,10 +299,10 @@ def test_limits_need_source_and_certainty_of_their_own_or_of_the_file(tmp_path):
         (b"x = " + b"[" * 5000, "nested too deeply"),
     ],
 )
-def test_damaged_files_are_one_clear_line_each(tmp_path, content, told):
+def test_damaged_files_are_one_clear_line_each(tmp_path, content, message):
     path = tmp_path / "bad.toml"
     path.write_bytes(content)
-    with pytest.raises(ProfileError, match=told) as caught:
+    with pytest.raises(ProfileError, match=message) as caught:
         load_limits(path)
     assert str(caught.value).startswith(f"{path}:")
 

@@ -112,15 +112,15 @@ def test_distances_of_the_gauge_reach_the_measures():
 
 
 @pytest.mark.parametrize(
-    ("distances", "told"),
+    ("distances", "message"),
     [
         ({"below_tip": 0.0}, "below_tip = 0 must be at least 0.5 and at most 10 mm"),
         ({"level": 10.0}, "level = 10000 must be at least 2 and at most 25 mm"),
         ({"flange_back": float("nan")}, "flange_back = nan must be at least 50 and at most 100 mm"),
     ],
 )
-def test_odd_gauge_distances_are_refused(distances, told):
-    with pytest.raises(ProfileError, match=told):
+def test_odd_gauge_distances_are_refused(distances, message):
+    with pytest.raises(ProfileError, match=message):
         GaugeDistances(**distances)
 
 

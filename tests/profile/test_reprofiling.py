@@ -1,4 +1,4 @@
-"""Turning to a template with the least loss of diameter: cases with known answers."""
+"""Reprofiling to a template with the least loss of diameter: cases with known results."""
 
 from dataclasses import replace
 

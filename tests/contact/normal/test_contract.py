@@ -110,7 +110,7 @@ def test_pressure_carries_the_normal_force(name, gap_of):
     slope = result.patch.pressure_slope
     carried = 0.5 * np.pi * (slope * half**2).sum(axis=1) * result.patch.width
     np.testing.assert_allclose(carried, result.normal_force, rtol=1e-12)
-    # Nowhere above what the model tells as its maximum, but for the strips: 2 % on 13 of them.
+    # Nowhere above what the model gives as its maximum, but for the strips: 2 % on 13 of them.
     assert np.all((slope * half).max(axis=1) < 1.02 * result.max_pressure)
 
 

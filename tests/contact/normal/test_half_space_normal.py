@@ -111,7 +111,7 @@ def test_two_grids_share_the_vertical_displacement():
 
 
 def test_a_start_nearby_saves_iterations_and_leaves_the_answer():
-    """Warm start from a load 2 % off: the answer is that of the cold start to the tolerance."""
+    """Warm start from a load 2 % off: the solution is that of the cold start to the tolerance."""
     grid, _, _ = paraboloid(1.0, 0.3, 64)
     cold = solve_pressure([grid], LOAD, E_STAR)
     near = solve_pressure([grid], 0.98 * LOAD, E_STAR)
@@ -325,7 +325,7 @@ def test_the_sign_of_yaw_mirrors_the_patch(searched, curvature):
 
 
 def test_a_start_from_the_neighbouring_state(searched):
-    """Along shifts 0.1 mm apart: half the iterations, the same answer to 5e-4."""
+    """Along shifts 0.1 mm apart: half the iterations, the same solution to 5e-4."""
     shift = 1e-3 * np.arange(2.5, 4.01, 0.1)
     gap = searched(shift)
     arguments = {"vertical": True, "effective_modulus": E_STAR, "strips": 40, "parameters": {}}

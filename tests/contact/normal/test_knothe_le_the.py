@@ -220,7 +220,7 @@ def test_pressure_follows_the_shift_without_jumps(gap_of):
 
 
 def test_a_load_from_nothing_to_three_hundred_kilonewton(gap_of):
-    """Always an answer; within one part of the profile between the powers of Hertz."""
+    """Always a solution; within one part of the profile between the powers of Hertz."""
     load = np.geomspace(1.0, 300e3, 40)
     got = solved(gap_of(np.full(40, -4e-3)), load)
     assert got.patch.row.size == 40

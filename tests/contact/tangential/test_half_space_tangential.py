@@ -146,7 +146,7 @@ def test_fields_of_wheel_and_rail(row):
     assert -(solution.force[0] @ creepage) == pytest.approx(row["power"], rel=3e-4)
     assert solution.slip_area[0] / patch.area[0] == pytest.approx(row["slip_share"], abs=1e-6)
 
-    # that program tells the slip at the upstream edges of the cells: so does the solver
+    # that program gives the slip at the upstream edges of the cells: so does the solver
     operator = steady_rolling.slip_operator(pressure.shape, dx, dy, SHEAR_MODULUS, POISSON)
     rigid = np.stack(
         np.broadcast_arrays(
@@ -349,7 +349,7 @@ def test_a_stalled_iteration_takes_smaller_creepages_first(patch, monkeypatch, c
     np.testing.assert_array_equal(result.slip_area, direct.slip_area)
 
 
-# ---- the same answer in every way of asking
+# ---- the same solution in every way of asking
 
 
 def test_resultants_alone_are_the_same(patch):

@@ -265,8 +265,8 @@ def test_rail_whose_gauge_side_is_told_by_its_depth(read, side, up):
     assert np.max(np.abs(reading.profile.z - RAIL.z[SHORT])) < ROUNDING
     end = "smaller" if side == 1 else "larger"
     assert f"gauge side at the end of {end} y: only there the head reaches 14 mm down" in reading.notes
-    told = "z up, sign changed" if up == 1 else "z down, although the rule of the format is up"
-    assert told in reading.notes
+    output = "z up, sign changed" if up == 1 else "z down, although the rule of the format is up"
+    assert output in reading.notes
 
 
 def test_roller_measured_with_a_jump_along_its_side(read, refused):
@@ -300,8 +300,8 @@ def test_upright_new_rail_needs_no_flag(read):
 
 
 def test_wheel_extension_for_a_rail(refused):
-    told = refused([*head(), "", *wheel_rows()], "w.whl", "rail")
-    assert "w.whl: .whl is a wheel, a rail profile is needed" in told
+    output = refused([*head(), "", *wheel_rows()], "w.whl", "rail")
+    assert "w.whl: .whl is a wheel, a rail profile is needed" in output
 
 
 def parts(names=("nose", "wing")):
@@ -329,8 +329,8 @@ def test_curve_of_a_multi_part_file(read, part, shift):
 
 
 def test_curves_are_never_joined(refused):
-    told = "x.mpt: holds 2 curves (1 'nose', 2 'wing'), which are never joined; choose one with --part"
-    assert refused(parts(), "x.mpt", "rail") == told
+    output = "x.mpt: holds 2 curves (1 'nose', 2 'wing'), which are never joined; choose one with --part"
+    assert refused(parts(), "x.mpt", "rail") == output
     assert refused(parts(), "x.mpt", "rail", part=3) == (
         "x.mpt: --part 3 is not among its curves (1 'nose', 2 'wing')"
     )

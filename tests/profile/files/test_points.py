@@ -84,8 +84,8 @@ def test_one_slice(read, crossing, name, number):
 
 
 def test_several_slices_need_the_flag(refused, crossing):
-    told = refused(crossing, "rail", "c.slcs")
-    assert told == "c.slcs: lists 3 slices, position 0.0 to 20.0; choose one with --slice 1 .. 3"
+    output = refused(crossing, "rail", "c.slcs")
+    assert output == "c.slcs: lists 3 slices, position 0.0 to 20.0; choose one with --slice 1 .. 3"
     assert "c.slcs: --slice 4 must be in 1 .. 3" in refused(crossing, "rail", "c.slcs", slice=4)
 
 
@@ -280,14 +280,14 @@ def test_vertical_flange_back_and_rim_keep_their_place(read):
 
 def test_stated_origin(read, refused):
     assert_is(read(rows(1e3 * WHEEL.y + 70.0, 1e3 * WHEEL.z), origin="flange_back"), WHEEL)
-    told = refused(rows(1e3 * WHEEL.y + 70.0, 1e3 * WHEEL.z), origin="running_circle")
-    assert "subtract 70 mm from y" in told
+    output = refused(rows(1e3 * WHEEL.y + 70.0, 1e3 * WHEEL.z), origin="running_circle")
+    assert "subtract 70 mm from y" in output
 
 
 def test_wheel_without_a_flange_tip(refused):
     tread = WHEEL.y > -0.0365
-    told = refused(rows(1e3 * WHEEL.y[tread], 1e3 * WHEEL.z[tread]))
-    assert told == (
+    output = refused(rows(1e3 * WHEEL.y[tread], 1e3 * WHEEL.z[tread]))
+    assert output == (
         "p.txt: a flange tip stands out on neither side, so the sign of z is not known: state "
         "--z-up or --z-down"
     )

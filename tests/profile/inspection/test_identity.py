@@ -1,4 +1,4 @@
-"""Headers that contradict what their files are used as are told."""
+"""Headers that contradict what their files are used as are reported."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -55,6 +55,6 @@ def test_examinations_hold_these_notes(wheels):
     right, left = wheels
     at = Conditions(GaugeDistances())
     found = inspect_profile(left, at, left=right, against=right, amplitudes=(3e-3,), measure_reference=False)
-    told = " ".join(found.given.notes)
-    assert "used as the right wheel" in told
-    assert "is it the same wheel?" in told
+    message = " ".join(found.given.notes)
+    assert "used as the right wheel" in message
+    assert "is it the same wheel?" in message

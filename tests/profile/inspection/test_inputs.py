@@ -171,10 +171,10 @@ def refusal(tmp_path, y, z):
     path.write_text("\n".join(f"{1e3 * a:.4f} {1e3 * b:.4f}" for a, b in zip(y, z, strict=True)))
     with pytest.raises(ProfileError) as caught:
         read_input(str(path))
-    told = str(caught.value)
-    assert len(told.splitlines()) == 1
-    assert len(told.replace(str(path), "")) < 330
-    return told
+    message = str(caught.value)
+    assert len(message.splitlines()) == 1
+    assert len(message.replace(str(path), "")) < 330
+    return message
 
 
 @pytest.mark.parametrize("name", ["S1002", "EPS", "P8", "1in40"])

@@ -1,4 +1,4 @@
-"""Measures that a header contradicts or that are noise are told."""
+"""Measures that a header contradicts or that are noise are reported."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -47,12 +47,12 @@ def test_hollowing_of_noise_is_told(noise):
     z = new.profile.z + np.random.default_rng(5).normal(0.0, noise, len(new.profile.z))
     subject = replace(new, format="two-column", profile=replace(new.profile, z=z))
     found = {"hollowing": hollowing(subject.profile.y, z)}
-    told = hollowing_notes(subject, found)
+    message = hollowing_notes(subject, found)
     if noise < 10e-6:
-        assert told == ()
+        assert message == ()
     else:
-        assert told[0].startswith(f"of {1e3 * found['hollowing']:.3f} mm hollowing ")
-        assert "--smooth-mm 5" in told[0]
+        assert message[0].startswith(f"of {1e3 * found['hollowing']:.3f} mm hollowing ")
+        assert "--smooth-mm 5" in message[0]
 
 
 def test_real_hollowing_stays(wheel, values):

@@ -76,7 +76,7 @@ def end_of_strip(
 ) -> float:
     """Where the section through `point` leaves the counterface when the wheel is pushed in by `depth`.
 
-    As a multiple of `circle`, the end for circles, whose sign tells which end. Searched from the multiple
+    As a multiple of `circle`, the end for circles, whose sign gives the end. Searched from the multiple
     `factor` and, if that leads nowhere, from 1; 1 if there is no end up to five times as far.
     """
     start = factor * circle

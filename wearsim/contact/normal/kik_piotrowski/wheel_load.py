@@ -70,8 +70,8 @@ def find_basins(
 
 LINE = 16
 """What is kept of a patch: first and last grid point, centre y, angle, normal approach, sum of x_l^2 widths,
-s of the left and right end, deepest x_l^2, normal force, gap at the rim, load scale, descent; three places
-for work."""
+s of the left and right end, deepest x_l^2, normal force, gap at the rim, load scale, vertical displacement;
+three places for work."""
 
 _TOO_THIN = 1  # grid points; what lies between two of them carries less than 1e-4 of the load
 _POWER = 1.5  # of the approach that the load grows with, as a first guess
