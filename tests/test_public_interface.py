@@ -113,6 +113,13 @@ def test_the_example_of_each_function_runs(name, folder, monkeypatch):
     assert doctest.DocTestRunner().run(example).failed == 0
 
 
+def test_the_examples_of_the_package_run_and_show_registries_and_classes():
+    (example,) = doctest.DocTestFinder(recurse=False).find(wearsim, "wearsim", globs={})
+    assert doctest.DocTestRunner().run(example).failed == 0
+    shown = {*REGISTRIES, "ContactModels", "Counterface", "Profile", "WearsimError", "Wheelset"}
+    assert [name for name in sorted(shown) if f"wearsim.{name}" not in example.docstring] == []
+
+
 @pytest.fixture(scope="module")
 def case():
     return (

@@ -2,6 +2,41 @@
 
 The public interface; each name is imported from its module on first use. Scripts may also use documented
 public functions of the subpackages.
+
+Examples
+--------
+Registries hold models, laws, coefficient sets and quantities by name; a model can be solved with parameters
+and material of one's own:
+
+>>> import wearsim
+>>> sorted(wearsim.NORMAL_MODELS), sorted(wearsim.TANGENTIAL_MODELS)
+(['half_space', 'hertz', 'kik_piotrowski', 'knothe_le_the'], ['fastsim', 'half_space'])
+>>> wearsim.NORMAL_MODELS["hertz"].can_update_profile
+False
+>>> wearsim.ContactModels(normal="knothe_le_the", strips=50, cells=50, youngs_modulus=207e9).tangential
+'fastsim'
+>>> wearsim.WEAR_LAWS["usfd"].coefficients, wearsim.FATIGUE_LAWS["wlrm"].coefficients
+('lewis_dwyer_joyce_2004', 'burstow_2004')
+>>> wearsim.COEFFICIENT_SETS["jendel_2002"]["hardness"]
+3.0
+>>> wearsim.QUANTITIES["max_pressure"].label
+'largest contact pressure p₀ [MPa]'
+
+Wrong input raises `WearsimError`, one fault a line:
+
+>>> try:
+...     wearsim.standard_profile("S1002/h99")
+... except wearsim.WearsimError as error:
+...     print("h99" in str(error))
+True
+
+Profiles are points in metres, of one's own, too; rails and rollers take them as placed in the track:
+
+>>> wheel = wearsim.standard_profile("S1002")
+>>> mine = wearsim.Profile("mine", "wheel", wheel.y, wheel.z)
+>>> wheelset = wearsim.Wheelset(mine, wheel, radius=0.46, half_span=0.75)
+>>> wearsim.Counterface(wearsim.standard_profile("60E1"), curvature=0.5).curvature
+0.5
 """
 
 from __future__ import annotations
