@@ -172,6 +172,7 @@ def test_a_file_that_cannot_be_aligned_keeps_its_measures(folder, capsys):
     assert row["Sh_mm"] == "29.601"
 
 
+@pytest.mark.slow
 def test_pages_of_small_figures(folder, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(fleet, "ROWS", 1)  # four on a page
     text = (MEASURED / "wheel_worn_right.whl").read_text()

@@ -195,6 +195,7 @@ def test_texts_do_not_overlap(two, make):
                 assert not box.overlaps(second), (name, other)
 
 
+@pytest.mark.slow
 def test_a_contact_without_friction_is_drawn(make):
     figure = contact.contact_figure(make(3e-3, friction=0.0))
     assert "Frictional power 0 W" in [ax.get_title(loc="left") for ax in figure.axes]

@@ -167,6 +167,7 @@ def test_whole_figures_of_standard_shapes_have_no_texts_on_each_other(name):
     assert overlaps(figures_profile.profile_figure(state_of(name))) == []
 
 
+@pytest.mark.slow
 def test_whole_figures_of_comparisons_have_no_texts_on_each_other(worn, rail):
     for state in (worn, rail):
         assert overlaps(figures_profile.profile_figure(state)) == []

@@ -290,6 +290,7 @@ def test_a_campaign_that_is_cut_short_before_a_turning_is_compared_all_the_same(
     assert message["grid"] == message["step"] == "failed: the wheel does not touch"
 
 
+@pytest.mark.slow
 def test_a_campaign_that_ended_with_a_turning_is_compared_by_its_worn_wheels(
     made_up_runs, monkeypatch, tmp_path, rig_text
 ):

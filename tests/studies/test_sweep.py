@@ -321,6 +321,7 @@ def test_a_case_whose_process_died_is_told(pair, folder):
     assert "its process died" in outcomes[0].fault
 
 
+@pytest.mark.slow
 def test_a_comparison_has_a_row_for_each_of_its_campaigns(folder):
     field = (DATA / "scene_field.toml").read_text()
     (folder / "field.toml").write_text(field)

@@ -274,7 +274,6 @@ print(json.dumps([r.force.tolist(), r.slip_area.tolist(), r.cells.ravel().tolist
 """
 
 
-@pytest.mark.slow
 def test_kernel_is_the_same_without_compilation(capsys):
     """Compiled and interpreted kernel on 4 x 4 cells: two forms of one algorithm, rounding only."""
     exec(_FOUR_BY_FOUR, {})

@@ -486,7 +486,6 @@ print(json.dumps([r.force.tolist(), r.slip_area.tolist(), r.cells.ravel().tolist
 """
 
 
-@pytest.mark.slow
 def test_kernels_are_the_same_without_compilation(capsys):
     """Compiled and interpreted kernels on 4 x 4 cells: two forms of one iteration to 1e-8."""
     exec(_FOUR_BY_FOUR, {})
