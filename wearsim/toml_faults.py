@@ -388,7 +388,8 @@ def _missing(path: KeyPath, info: FieldInfo | None) -> str:
     if inner is not None and _is_list(info):
         return f"[[{_dotted(path)}]] is missing; give at least one, with {_required(inner)}"
     if inner is not None:
-        return f"[{_dotted(path)}] is missing; give the table with {_required(inner)}"
+        keys = _required(inner)
+        return f"[{_dotted(path)}] is missing; give the table{f' with {keys}' if keys else ''}"
     allowed = _range(_limits(info, False), _extra(info, "unit"))
     if info is not None and not allowed:
         allowed = f"one of {', '.join(map(str, _choices(info)))}" if _choices(info) else ""

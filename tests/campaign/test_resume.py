@@ -13,6 +13,7 @@ import pytest
 
 from wearsim.campaign import run as run_module
 from wearsim.campaign.directory import locked, read_status
+from wearsim.campaign.record import write_atomically
 from wearsim.campaign.run import run_evolution
 from wearsim.errors import NumericalError, ResultError
 from wearsim.results import ROW, read_row, row_count
@@ -465,3 +466,16 @@ def test_rows_a_reader_kept_waiting_are_read_few_at_a_time(
     assert held.count("deferred") == STEPS - 3
     assert max(rows) == 2
     assert_same_bits(path, uninterrupted)
+
+
+@pytest.mark.parametrize("durable", [True, False])
+def test_a_file_is_complete_when_it_gets_its_name(tmp_path, monkeypatch, durable):
+    replace, content = os.replace, []
+
+    def watched(source, target):
+        content.append(Path(source).read_bytes())
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", watched)
+    write_atomically(tmp_path / "status.json", b"{}", durable=durable)
+    assert content == [b"{}"]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wearsim.campaign.directory import read_status
+from wearsim.campaign.directory import SceneFiles, claim, read_status
 from wearsim.campaign.run import resume, run_scene
 from wearsim.errors import ResultError, SceneError
 from wearsim.results import LAYOUT, ROW, open_results
@@ -395,6 +395,15 @@ def test_resume_of_what_is_no_run_directory(tmp_path):
     with pytest.raises(ResultError, match="is not a run directory"):
         resume(tmp_path / "absent")
     assert not (tmp_path / "absent").exists()
+
+
+def test_resume_of_a_run_of_another_version_says_what_to_do(tmp_path):
+    text = b"[scene]\nkind = 'rig'\n[wheelset]\nflange_back_mm = 1360\n"
+    claim(tmp_path, SceneFiles("rig.toml", {"rig.toml": text, "inputs.json": b"{}"}), "")
+    with pytest.raises(SceneError) as error:
+        resume(tmp_path)
+    assert "write back_to_back_mm" in str(error.value)
+    assert "another version of wearsim" in error.value.faults[-1].message
 
 
 def test_changed_copy_of_the_scene_stops_the_resume(scenes, tmp_path):

@@ -58,7 +58,7 @@ def test_the_run_directory_keeps_the_scene_as_changed(scene, tmp_path, capsys, u
     assert "belongs to another campaign" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("text", ["stability=1", "campaign.stability", "campaign..x=1", "=3"])
+@pytest.mark.parametrize("text", ["stability=1", "campaign.stability", "campaign..x=1", "=3", "rig="])
 def test_what_is_no_key_and_value_is_told(scene, capsys, text):
     assert cli.main(["check", str(scene), "--set", text]) == 2
     assert capsys.readouterr().err == (
@@ -103,6 +103,13 @@ def test_an_empty_value_removes_a_key_or_a_table(scene, tmp_path, capsys):
     copy.write_bytes(load_scene(scene, overrides=overrides).origin.content)
     assert settings(capsys, str(copy))[0] == found
     assert "radius_mm" not in tomllib.loads(copy.read_text())["wheelset"]
+
+
+def test_an_empty_value_removes_a_whole_section(capsys):
+    (settings_of_wear,) = settings(capsys, "fatigue.toml", "--set", "fatigue=")
+    assert settings_of_wear["fatigue"] is None
+    assert cli.main(["check", "sweep_rig.toml", "--set", "sweep="]) == 2
+    assert capsys.readouterr().err == "--set sweep=: [sweep] is missing; give the table (in sweep_rig.toml)\n"
 
 
 def test_a_study_has_no_smoothing(capsys):

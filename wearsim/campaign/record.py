@@ -59,11 +59,12 @@ def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> Non
     """
     temporary = path.with_name(f".{path.name}.tmp")
     advice = "finished steps are safe, make room or give write access and run the same command again"
-    with readable_errors(f"{path} cannot be written", advice), open(temporary, "wb") as file:
-        file.write(content)
-        if durable:
-            file.flush()
-            os.fsync(file.fileno())
+    with readable_errors(f"{path} cannot be written", advice):
+        with open(temporary, "wb") as file:
+            file.write(content)
+            if durable:
+                file.flush()
+                os.fsync(file.fileno())
         os.replace(temporary, path)
 
 

@@ -145,7 +145,14 @@ def _run_claimed(
     out: Path, manifest: Manifest, observer: Observer | None, threads: int | None = None
 ) -> tuple[Path, ...]:
     # from the copy also at the first start, so that run and resume cannot differ
-    scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
+    try:
+        scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
+    except SceneError as error:  # valid when it was copied
+        advice = (
+            f"{out} was started by another version of wearsim; leave its copy of the scene as it is, resume "
+            f"it with that version, or change the original scene and run it with another --out"
+        )
+        raise SceneError([*error.faults, Fault(advice)]) from error
     parts = (scene.rig, scene.field) if isinstance(scene, CompareScene) else (scene,)
     setups = [build(part) for part in parts]
     threads = threads or available_cores()

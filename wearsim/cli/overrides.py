@@ -53,7 +53,8 @@ def load_overridden(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Over
     overrides, faults = [], []
     for text in arguments.set:
         key, equals, value = (part.strip() for part in text.partition("="))
-        if not (equals and all(key.split(".")) and "." in key):
+        removes_table = not value and key not in ("rig", "field")
+        if not (equals and all(key.split(".")) and ("." in key or removes_table)):
             message = "write KEY=VALUE with a dotted key, such as campaign.stability=0.2"
             faults.append(Fault(message, f"--set {text}"))
         overrides.append(Override(key, value_of(value), f"--set {text}"))
