@@ -32,7 +32,7 @@ from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.record import Writer
 from wearsim.campaign.row import StepTaken, state_of
 from wearsim.campaign.state import State
-from wearsim.errors import Fault, NumericalError, SceneError, WearsimError
+from wearsim.errors import Fault, NumericalError, ResultError, SceneError, WearsimError
 from wearsim.results import check_row
 from wearsim.results.limits import ending_limits, first_met
 from wearsim.scene import CampaignScene, CompareScene, build, files_to_copy, load_campaign
@@ -145,7 +145,14 @@ def _run_claimed(
     out: Path, manifest: Manifest, observer: Observer | None, threads: int | None = None
 ) -> tuple[Path, ...]:
     # from the copy also at the first start, so that run and resume cannot differ
-    scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
+    try:
+        scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
+    except SceneError as error:
+        faults = "; ".join(fault.message for fault in error.faults)
+        raise ResultError(
+            f"{out} cannot be continued: its scene is not valid in this version of wearsim ({faults}); "
+            "run the changed scene with another --out"
+        ) from error
     parts = (scene.rig, scene.field) if isinstance(scene, CompareScene) else (scene,)
     setups = [build(part) for part in parts]
     threads = threads or available_cores()
