@@ -395,6 +395,7 @@ def test_resume_of_a_scene_with_keys_of_an_earlier_version(tmp_path):
     folder.mkdir()
     scene = b'[scene]\nkind = "rig"\n[wheelset]\nflange_back_mm = 1360\n'
     (folder / "rig.toml").write_bytes(scene)
+    (folder / "inputs.json").write_text("{}")
     content = {"main": "rig.toml", "hashes": {"rig.toml": hashlib.sha256(scene).hexdigest()}, "command": ""}
     (folder / "manifest.json").write_text(json.dumps(content))
     with pytest.raises(ResultError, match=r"cannot be continued.*write back_to_back_mm.*another --out"):

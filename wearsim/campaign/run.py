@@ -148,6 +148,8 @@ def _run_claimed(
     try:
         scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
     except SceneError as error:
+        if any(fault.line is None for fault in error.faults):
+            raise
         faults = "; ".join(fault.message for fault in error.faults)
         raise ResultError(
             f"{out} cannot be continued: its scene is not valid in this version of wearsim ({faults}); "
