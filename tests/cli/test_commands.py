@@ -111,8 +111,18 @@ def test_the_report_of_a_sweep_leads_to_its_table_and_cases(out, tmp_path, capsy
     shutil.copytree(out, tmp_path / "case_0002")
     assert cli.main(["report", str(tmp_path)]) == 2
     output = capsys.readouterr().err
-    assert f"whose table is {tmp_path / 'sweep.csv'}" in output
+    assert "sweep.csv" not in output
     assert output.endswith(f"`wearsim report {tmp_path / 'case_0002'}`\n")
+    (tmp_path / "sweep.csv").touch()
+    assert cli.main(["report", str(tmp_path)]) == 2
+    assert f"whose table is {tmp_path / 'sweep.csv'};" in capsys.readouterr().err
+    assert cli.main(["resume", str(tmp_path)]) == 2
+    assert f"`wearsim sweep SCENE --out {tmp_path}`" in capsys.readouterr().err
+
+
+def test_a_result_file_is_no_run_directory(out, capsys):
+    assert cli.main(["resume", str(out / "rig.nc")]) == 2
+    assert capsys.readouterr().err == f"{out / 'rig.nc'} is a file; give the run directory, {out}\n"
 
 
 def test_a_result_file_is_no_profile(out, capsys):

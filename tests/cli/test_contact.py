@@ -300,10 +300,22 @@ def test_help_shows_every_flag_with_its_default(capsys, monkeypatch):
     assert "wearsim contact --table points.csv" in output
 
 
-def test_the_old_name_of_the_back_to_back_distance_leads_to_the_new_one(capsys):
-    with pytest.raises(SystemExit):
-        main(["contact", "--flange-back-mm", "1360"])
-    assert "--flange-back-mm has a new name; write --back-to-back-mm" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("command", "old", "new"),
+    [
+        ("contact", "--flange-back-mm", "--back-to-back-mm"),
+        ("profile", "--flange-back-mm", "--back-to-back-mm"),
+        ("profile", "--tape-mm", "--running-circle-mm"),
+        ("profile", "--turn-to", "--reprofile-to"),
+    ],
+)
+@pytest.mark.parametrize("value", [[], ["1360"], ["S1002"]])
+def test_old_flags_are_errors_that_name_the_new_one(command, old, new, value, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main([command, old, *value])
+    assert stop.value.code == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == [f"wearsim {command}: {old} has a new name; write {new}; see `wearsim {command} --help`"]
 
 
 def test_flags_of_the_architecture():

@@ -209,6 +209,13 @@ def read_manifest(out: Path) -> Manifest:
         If it is not a run directory, or the copied scene was changed.
     """
     folder = out / SCENE_FOLDER
+    if out.is_file():
+        raise ResultError(f"{out} is a file; give the run directory, {out.parent}")
+    if (out / "sweep.json").is_file():
+        raise ResultError(
+            f"{out} is the directory of a sweep; the command that began it continues it: "
+            f"`wearsim sweep SCENE --out {out}`"
+        )
     try:
         content = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         manifest = Manifest(str(content["main"]), dict(content["hashes"]), str(content["command"]))

@@ -32,7 +32,7 @@ from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.record import Writer
 from wearsim.campaign.row import StepTaken, state_of
 from wearsim.campaign.state import State
-from wearsim.errors import Fault, NumericalError, SceneError, WearsimError
+from wearsim.errors import Fault, NumericalError, ResultError, SceneError, WearsimError
 from wearsim.results import check_row
 from wearsim.results.limits import ending_limits, first_met
 from wearsim.scene import CampaignScene, CompareScene, build, files_to_copy, load_campaign
@@ -147,12 +147,14 @@ def _run_claimed(
     # from the copy also at the first start, so that run and resume cannot differ
     try:
         scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
-    except SceneError as error:  # valid when it was copied
-        advice = (
-            f"{out} was started by another version of wearsim; leave its copy of the scene as it is, resume "
-            f"it with that version, or change the original scene and run it with another --out"
-        )
-        raise SceneError([*error.faults, Fault(advice)]) from error
+    except SceneError as error:
+        if any(fault.line is None for fault in error.faults):
+            raise
+        faults = "; ".join(fault.message for fault in error.faults)
+        raise ResultError(
+            f"{out} cannot be continued: its scene is not valid in this version of wearsim ({faults}); "
+            "run the changed scene with another --out"
+        ) from error
     parts = (scene.rig, scene.field) if isinstance(scene, CompareScene) else (scene,)
     setups = [build(part) for part in parts]
     threads = threads or available_cores()

@@ -7,7 +7,7 @@ import importlib
 import os
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn
 
 from wearsim import __version__
@@ -65,6 +65,19 @@ def add_command(commands: Commands, name: str, summary: str, example: str) -> ar
     )
     parser.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
     return parser
+
+
+class _Renamed(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        parser.error(f"{self.option_strings[0]} has a new name; write {self.metavar}")
+
+
+def add_renamed(parser: argparse.ArgumentParser, flags: Mapping[str, str]) -> None:
+    """Add flags of earlier versions, as old: new, that are errors naming the new flag."""
+    for old, new in flags.items():
+        parser.add_argument(
+            old, metavar=new, nargs="?", action=_Renamed, default=argparse.SUPPRESS, help=argparse.SUPPRESS
+        )
 
 
 def whole(low: int, high: int, text: str) -> int:

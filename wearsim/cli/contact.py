@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearsim.cli import Commands, add_command
+from wearsim.cli import Commands, add_command, add_renamed
 from wearsim.studies.contact_flags import COLUMNS, FLAGS
 
 if TYPE_CHECKING:
@@ -36,11 +36,6 @@ wearsim contact --shift-mm 5 --plot contact.png
 wearsim contact --table points.csv --roller-radius-mm 500 > solved.csv"""
 
 
-class _Renamed(argparse.Action):
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
-        parser.error("--flange-back-mm has a new name; write --back-to-back-mm")
-
-
 def add_parser(commands: Commands) -> None:
     """Add the command."""
     parser = add_command(
@@ -61,7 +56,7 @@ def add_parser(commands: Commands) -> None:
         groups[flag.group].add_argument(
             f"--{flag.name}", metavar="X", dest=flag.column, default=None, help=flag.meaning + default
         )
-    parser.add_argument("--flange-back-mm", action=_Renamed, help=argparse.SUPPRESS)
+    add_renamed(parser, {"--flange-back-mm": "--back-to-back-mm"})
     output = parser.add_argument_group("tables and output")
     output.add_argument("--table", metavar="CSV", help="solve every row of a table, - for stdin; prints CSV")
     output.add_argument("--json", action="store_true", help="print JSON, SI units")

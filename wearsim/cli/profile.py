@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 
-from wearsim.cli import Commands, add_command
+from wearsim.cli import Commands, add_command, add_renamed
 
 _EXAMPLES = """\
 wearsim profile S1002
@@ -92,6 +92,12 @@ _FLAGS = {
     ),
 }
 
+_RENAMED = {
+    "--flange-back-mm": "--back-to-back-mm",
+    "--tape-mm": "--running-circle-mm",
+    "--turn-to": "--reprofile-to",
+}
+
 
 def add_parser(commands: Commands) -> None:
     """Add the command."""
@@ -113,6 +119,7 @@ def add_parser(commands: Commands) -> None:
                 group.add_argument(f"--{name}", metavar=placeholder, help=meaning)
             else:
                 group.add_argument(f"--{name}", action="store_true", help=meaning)
+    add_renamed(parser, _RENAMED)
 
 
 def execute(arguments: argparse.Namespace) -> int:

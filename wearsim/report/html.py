@@ -60,9 +60,10 @@ def _advice(directory: Path, failures: Mapping[str, str]) -> str:
     if (directory / "sweep.json").is_file():
         cases = sorted(path.parent for path in directory.glob("case_*/*.nc"))
         example = cases[0] if cases else directory / "case_0001"
+        table = directory / "sweep.csv"
+        whose = f", whose table is {table}" if table.is_file() else ""
         return (
-            f"it is the directory of a sweep, whose table is {directory / 'sweep.csv'}; report on one of its "
-            f"cases: `wearsim report {example}`"
+            f"it is the directory of a sweep{whose}; report on one of its cases: `wearsim report {example}`"
         )
     if failures:
         return f"the campaign failed: {'; '.join(failures.values())}"
