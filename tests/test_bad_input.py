@@ -86,7 +86,7 @@ def snapshot(folder):
     }
 
 
-def refused(capsys, *words):
+def error_of(capsys, *words):
     """Run a command that must be refused; return the lines it tells, none of which may be a traceback."""
     code = main(list(words))
     message = capsys.readouterr()
@@ -153,7 +153,7 @@ def test_a_bad_value_is_one_line_with_its_place_and_nothing_is_written(folder, c
     if case == "wheel off the rail":
         line = line_of(SCENE, "shift_mm")
     before = snapshot(folder)
-    faults = refused(capsys, command[0], "rig.toml", *command[1:])
+    faults = error_of(capsys, command[0], "rig.toml", *command[1:])
     # a misspelt required key is two faults: as unknown, and as missing at the table it belongs to
     first = next(fault for fault in faults if fault.startswith(f"rig.toml:{line}: "))
     assert all(part in first for part in message), first
@@ -168,7 +168,7 @@ def test_all_faults_are_told_at_once_in_the_order_of_the_file(folder, capsys):
     text = SCENE.replace("load_kN = 80", "load_kN = -1").replace("friction = 0.35", "friction = 2")
     text = text.replace("gauge_mm = 1435", "gauge_m = 1.435").replace("cells = 10", 'cells = "ten"')
     Path("rig.toml").write_text(text)
-    places = [fault.split(": ")[0] for fault in refused(capsys, "run", "rig.toml", "--out", "out")]
+    places = [fault.split(": ")[0] for fault in error_of(capsys, "run", "rig.toml", "--out", "out")]
     parts = ("gauge_m =", "cells", "load_kN", "friction")
     assert places == [f"rig.toml:{line_of(text, part)}" for part in parts]
 
@@ -176,7 +176,7 @@ def test_all_faults_are_told_at_once_in_the_order_of_the_file(folder, capsys):
 def test_faults_of_both_compared_scenes_are_told_with_their_file(folder, capsys):
     Path("both.toml").write_text(COMPARISON)
     line = written("friction = 0.35", "friction = 2")
-    (rig, field) = refused(capsys, "run", "both.toml", "--out", "out")
+    (rig, field) = error_of(capsys, "run", "both.toml", "--out", "out")
     assert rig.startswith(f"rig.toml:{line}: friction = 2")
     assert field.startswith("both.toml:5: ")
     assert "service.toml" in field
@@ -184,7 +184,7 @@ def test_faults_of_both_compared_scenes_are_told_with_their_file(folder, capsys)
 
 
 def test_a_missing_scene_file_is_told_with_the_shipped_ones(folder, capsys):
-    (fault,) = refused(capsys, "run", "absent.toml", "--out", "out")
+    (fault,) = error_of(capsys, "run", "absent.toml", "--out", "out")
     assert fault.startswith("absent.toml: ")
     assert "rig_vs_field.toml" in fault
     assert not Path("out").exists()
@@ -213,7 +213,7 @@ def test_a_bad_profile_is_told_with_its_key_its_file_and_its_line(folder, capsys
     text, row, message = BAD_PROFILES[case]
     Path("worn.csv").write_text(text)
     line = written('"S1002"', '"worn.csv"')
-    (fault,) = refused(capsys, "run", "rig.toml", "--out", "out")
+    (fault,) = error_of(capsys, "run", "rig.toml", "--out", "out")
     place = "worn.csv" if row is None else f"worn.csv:{row}"
     assert fault.startswith(f'rig.toml:{line}: profile = "worn.csv": {place}: ')
     assert all(part in fault for part in message), fault
@@ -234,7 +234,7 @@ def test_a_class_and_a_watched_shift_without_contact_are_told_once_each(folder, 
     monitor = text.index("[operation.monitor]")
     text = text[:monitor] + text[monitor:].replace("shifts_mm = [", "shifts_mm = [\n", 1)
     Path("field.toml").write_text(text)
-    faults = refused(capsys, "check", "field.toml")
+    faults = error_of(capsys, "check", "field.toml")
     lines = text.splitlines()
     message = [lines[int(fault.split(":")[1]) - 1] for fault in faults]
     means = [line for line in lines if line.startswith("shift_mean_mm")]
@@ -250,7 +250,7 @@ def test_a_patch_at_the_edge_of_a_profile_is_told_at_every_shift_that_causes_it(
     text = text.replace("shift_mm = 3", "shift_mm = -3", 1)
     Path("rig.toml").write_text(text)
     before = snapshot(folder)
-    faults = refused(capsys, command[0], "rig.toml", *command[1:])
+    faults = error_of(capsys, command[0], "rig.toml", *command[1:])
     lines = [number for number, line in enumerate(text.splitlines(), 1) if "shift_mm" in line]
     assert [fault.split(": ")[0] for fault in faults] == [f"rig.toml:{line}" for line in lines]
     assert "shift of -3 mm" in faults[0]
@@ -279,7 +279,7 @@ def test_an_output_directory_that_cannot_be_written_is_refused(folder, capsys, o
     written()
     Path("file").write_text("somebody's")
     before = snapshot(folder)
-    (fault,) = refused(capsys, "run", "rig.toml", "--out", out)
+    (fault,) = error_of(capsys, "run", "rig.toml", "--out", out)
     assert fault.startswith(f"{out} ")
     assert "choose another --out" in fault
     assert snapshot(folder) == before
@@ -291,7 +291,7 @@ def test_the_output_directory_of_another_campaign_is_refused_and_left_as_it_is(f
     capsys.readouterr()
     written("yaw_mrad = 1", "yaw_mrad = 2")
     before = snapshot(folder)
-    (fault,) = refused(capsys, "run", "rig.toml", "--out", "out")
+    (fault,) = error_of(capsys, "run", "rig.toml", "--out", "out")
     assert fault.startswith("out belongs to another campaign: ")
     assert "rig.toml" in fault
     assert "nothing was changed" in fault
@@ -306,7 +306,7 @@ def test_files_of_our_names_that_are_not_ours_are_not_overwritten(folder, capsys
     Path("out").mkdir()
     Path("out", name).write_text("somebody's")
     before = snapshot(folder)
-    (fault,) = refused(capsys, "run", "rig.toml", "--out", "out")
+    (fault,) = error_of(capsys, "run", "rig.toml", "--out", "out")
     assert fault.startswith(f"out already holds {name}")
     assert "choose another --out" in fault
     assert snapshot(folder) == before
@@ -332,7 +332,7 @@ def test_a_second_run_in_one_directory_is_refused_and_the_first_goes_on(folder, 
             while not Path("out", "status.json").exists() and time.monotonic() < limit:
                 assert first.poll() is None, first.stderr.read()
                 time.sleep(0.05)
-            (fault,) = refused(capsys, "run", "rig.toml", "--out", "out")
+            (fault,) = error_of(capsys, "run", "rig.toml", "--out", "out")
             assert first.poll() is None
         finally:
             first.send_signal(signal.SIGINT)
@@ -355,7 +355,7 @@ ABSENT = {
 
 @pytest.mark.parametrize("command", sorted(ABSENT))
 def test_a_missing_directory_or_result_is_one_line_with_the_way_out(folder, capsys, command):
-    (fault,) = refused(capsys, *ABSENT[command])
+    (fault,) = error_of(capsys, *ABSENT[command])
     assert re.match(rf"{ABSENT[command][1]}:? ", fault)
     assert "wearsim run" in fault
     assert list(folder.iterdir()) == []
@@ -363,7 +363,7 @@ def test_a_missing_directory_or_result_is_one_line_with_the_way_out(folder, caps
 
 def test_a_file_that_is_no_result_is_refused(folder, capsys):
     Path("rig.nc").write_text("not netCDF")
-    (fault,) = refused(capsys, "inspect", "rig.nc")
+    (fault,) = error_of(capsys, "inspect", "rig.nc")
     assert fault.startswith("rig.nc cannot be read as netCDF")
 
 

@@ -94,8 +94,8 @@ def test_every_flag_of_a_message_exists(messages):
 
 
 def test_every_command_of_a_message_exists_with_its_flags(messages):
-    found = [(place, *match) for place, text in messages for match in _COMMAND.findall(text)]
-    assert len(found) > 10
-    for place, command, rest in found:
+    result = [(place, *match) for place, text in messages for match in _COMMAND.findall(text)]
+    assert len(result) > 10
+    for place, command, rest in result:
         assert command in COMMANDS, place
         assert set(_FLAG.findall(rest)) <= FLAGS[command], place

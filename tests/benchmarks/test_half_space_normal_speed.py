@@ -25,14 +25,14 @@ def test_pressure_on_an_ellipse(show, best):
         length, width = 2.0 * a / (nx - 3), 2.0 * b / (ny - 3)
         x, y = (np.arange(nx) - 0.5 * (nx - 1)) * length, (np.arange(ny) - 0.5 * (ny - 1)) * width
         grid = HeightGrid(along * x[:, None] ** 2 + across * y**2, length, width)
-        found = solve_pressure([grid], LOAD, E_STAR)
+        result = solve_pressure([grid], LOAD, E_STAR)
         sizes.append(nx * ny)
         times.append(best(lambda grid=grid: solve_pressure([grid], LOAD, E_STAR), 9))
-        counts.append(found.iterations)
-        off = found.pressure[0].max() / float(ellipse.max_pressure) - 1.0
+        counts.append(result.iterations)
+        off = result.pressure[0].max() / float(ellipse.max_pressure) - 1.0
         show(
             f"normal problem {nx} x {ny}: {1e3 * times[-1]:.1f} ms {target.get((nx, ny), '')}, "
-            f"{found.iterations} iterations, maximum pressure {1e2 * off:+.3f} %"
+            f"{result.iterations} iterations, maximum pressure {1e2 * off:+.3f} %"
         )
     for name, values in (("iterations", counts), ("time", times)):
         exponent = np.polyfit(np.log(sizes), np.log(values), 1)[0]

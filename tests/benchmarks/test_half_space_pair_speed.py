@@ -28,7 +28,7 @@ def contacts():
     pose = WheelsetPose(shift, yaw, 0.0 * one)
     rings, ground = geometry.wheel_surface(wheel, 0.46), geometry.counterface_profile(rail)
     gap = geometry.gap(rings, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=0.0)
-    found = solve(
+    result = solve(
         ContactConditions(
             shift, yaw, 0.0 * one, LOAD * one, 20.0 * one, FRICTION * one, 0.0 * one, "nominal"
         ),
@@ -37,9 +37,9 @@ def contacts():
         MODELS,
         sides=(0,),
     )
-    assert found.point.tolist() == list(range(shift.size))  # one patch each
-    creepage = np.stack([found.creepage_x, found.creepage_y, found.spin], axis=1)
-    return gap, creepage, found.length, found.width
+    assert result.point.tolist() == list(range(shift.size))  # one patch each
+    creepage = np.stack([result.creepage_x, result.creepage_y, result.spin], axis=1)
+    return gap, creepage, result.length, result.width
 
 
 def both(contacts, row, cell, start=(None, None)):
@@ -92,8 +92,8 @@ def test_both_problems_of_a_wheel(show, best, contacts, monkeypatch, cell_sizes)
             products.clear()
             with monkeypatch.context() as within:
                 within.setattr(steady_rolling, "solve", counted)
-                found = [both(contacts, row, cell, start) for row, start in zip(rows, starts, strict=True)]
-            counts.append((np.mean([sum(state.iterations) for state, _, _ in found]), np.mean(products)))
+                result = [both(contacts, row, cell, start) for row, start in zip(rows, starts, strict=True)]
+            counts.append((np.mean([sum(state.iterations) for state, _, _ in result]), np.mean(products)))
             times.append(
                 [
                     1e3 * best(lambda row=row, start=start: both(contacts, row, cell, start), repeats)  # noqa: B023
@@ -102,13 +102,13 @@ def test_both_problems_of_a_wheel(show, best, contacts, monkeypatch, cell_sizes)
             )
         sizes.append(np.mean([cells for _, _, cells in near]))
         means.append(np.mean(times[0]))
-        told = [
+        message = [
             f"{name} {np.mean(part):.1f} ms (most {max(part):.1f}){aim}, {iterations:.0f} iterations of "
             f"pressures, {convolutions:.0f} convolutions of tractions"
             for name, part, aim, (iterations, convolutions) in zip(
                 ("cold", "warm"), times, target.get(cell, ("", "")), counts, strict=True
             )
         ]
-        show(f"{1e3 * cell:4.2f} mm, {sizes[-1]:6.0f} cells: {'; '.join(told)}")
+        show(f"{1e3 * cell:4.2f} mm, {sizes[-1]:6.0f} cells: {'; '.join(message)}")
     exponent = np.polyfit(np.log(sizes[1:]), np.log(means[1:]), 1)[0]
     show(f"time grows with the cells to the power {exponent:.2f}, at most 1.5")

@@ -49,8 +49,8 @@ def campaign(tmp_path):
         head, _, rest = text.partition("[operation.monitor]")
         counts = iter([round(0.4 * points), round(0.3 * points), round(0.3 * points)])
         head = re.sub(r"positions = \d+", lambda _: f"positions = {next(counts)}", head)
-        head, found = re.subn(r"(strips|cells) = \d+", rf"\1 = {grid}", head)
-        assert found == 2
+        head, result = re.subn(r"(strips|cells) = \d+", rf"\1 = {grid}", head)
+        assert result == 2
         head = head.replace('"kik_piotrowski"', f'"{models[0]}"').replace('"fastsim"', f'"{models[1]}"')
         end = rest[rest.index("[campaign]") :].replace("distance_km = 35000", f"distance_km = {distance}")
         end = end.replace('"heun"', f'"{integrator}"') + (f"\nmax_step_km = {step}\n" if step else "\n")
@@ -75,28 +75,28 @@ def steps(full):
     return max(round(SHARE * full), 2)
 
 
-def speed(told):
+def speed(message):
     return (
-        f"{told['steps']} steps, {told['solutions']} solutions in {told['wall']:.1f} s "
-        f"(CPU {told['cpu']:.1f} s): {told['solutions'] / told['wall']:.0f} solutions/s, "
-        f"{told['memory']:.0f} MB"
+        f"{message['steps']} steps, {message['solutions']} solutions in {message['wall']:.1f} s "
+        f"(CPU {message['cpu']:.1f} s): {message['solutions'] / message['wall']:.0f} solutions/s, "
+        f"{message['memory']:.0f} MB"
     )
 
 
 @pytest.mark.parametrize("grid", [20, 30])
 def test_100_000_km_in_the_field(show, campaign, grid):
-    told = campaign(points(500), 100_000 * SHARE, grid=grid)
+    message = campaign(points(500), 100_000 * SHARE, grid=grid)
     target = " (target < 60 s on two cores)" if SHARE == 1.0 else ""
     run = f"{100 * SHARE:g} 000 km, {points(500)} points, both wheels, {' + '.join(FAST)} {grid} x {grid}"
-    show(f"{run}: {speed(told)}{target}")
+    show(f"{run}: {speed(message)}{target}")
 
 
 @pytest.mark.parametrize("models", OTHERS)
 def test_a_step_of_the_other_models_that_may_lead(show, campaign, models):
     count = points(100 if models[0] == "half_space" else 500)
     grid = 20 if SHARE == 1.0 else 10
-    told = campaign(count, 10, models, grid, step=10, integrator="euler")
-    show(f"{' + '.join(models)} {grid} x {grid}: {speed(told)}")
+    message = campaign(count, 10, models, grid, step=10, integrator="euler")
+    show(f"{' + '.join(models)} {grid} x {grid}: {speed(message)}")
 
 
 def test_cost_is_linear_in_points_and_steps(show, campaign):
@@ -107,8 +107,8 @@ def test_cost_is_linear_in_points_and_steps(show, campaign):
     by_steps = [by_points[0], *(campaign(sizes[0], 50 * n, step=50)["cpu"] for n in lengths[1:])]
     for name, size, times in (("points", sizes, by_points), ("steps", lengths, by_steps)):
         slope = np.polyfit(np.log(size), np.log(times), 1)[0]
-        told = ", ".join(f"{n}: {time:.1f} s" for n, time in zip(size, times, strict=True))
-        show(f"CPU time by {name}: {told}; slope {slope:.2f} (target 1)")
+        message = ", ".join(f"{n}: {time:.1f} s" for n, time in zip(size, times, strict=True))
+        show(f"CPU time by {name}: {message}; slope {slope:.2f} (target 1)")
 
 
 def test_memory_does_not_grow_with_the_steps(show, campaign):

@@ -131,7 +131,7 @@ def test_a_refusal_names_its_point_of_the_collective(rig, state):
     place = np.zeros(len(rig.points.label), dtype=int)
     place[[central, -1]] = 1
     models = ModelsByPoint((rig.models, replace(rig.models, normal="hertz")), place)
-    with pytest.raises(ContactError, match="no contact ellipse") as refused:
+    with pytest.raises(ContactError, match="no contact ellipse") as fault:
         solved(rig, state, rig.points, models)
-    assert refused.value.row in (central, len(place) - 1)
-    assert str(refused.value).startswith(f"point {refused.value.row}, ")
+    assert fault.value.row in (central, len(place) - 1)
+    assert str(fault.value).startswith(f"point {fault.value.row}, ")

@@ -283,16 +283,16 @@ def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(data, tmp_path_factory,
 
 def test_limits_are_told_across_turnings(data, finished):
     """Depth is met before the first turning, and damage where the worst place of any law has it."""
-    found = {limit.name: limit for limit in limits_met(data)}
+    result = {limit.name: limit for limit in limits_met(data)}
     first = reprofiled_rows(data)[0]
-    met = min(at for at in found["max_wear_depth"].distance if at is not None)
+    met = min(at for at in result["max_wear_depth"].distance if at is not None)
     assert data["distance"].values[first - 2] < met <= data["distance"].values[first]
-    assert found["wheel_diameter"].distance == (None, None)
+    assert result["wheel_diameter"].distance == (None, None)
     worst = data["fatigue_damage"].max(["fatigue", "point"]).values
-    for wheel, at in enumerate(found["fatigue_damage"].distance):
+    for wheel, at in enumerate(result["fatigue_damage"].distance):
         assert (at is None) == (worst[:, wheel].max() < 1e-3)
-    told = {key: value for key, value in data.attrs.items() if "_met" in key}
-    assert told["limit_max_wear_depth_met_right"] == found["max_wear_depth"].distance[0]
+    message = {key: value for key, value in data.attrs.items() if "_met" in key}
+    assert message["limit_max_wear_depth_met_right"] == result["max_wear_depth"].distance[0]
     assert data.attrs["finished"] == "distance reached"
 
 
@@ -301,15 +301,15 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     page = render([data])
     table = page[page.index('id="table-reprofilings-rig"') :].partition("</table>")[0]
     assert f'data-value="{1e3 * first.before[0]!r}"' in table
-    found = inspect(finished)
-    assert len(found["reprofilings"]) == len(reprofilings(data))
+    result = inspect(finished)
+    assert len(result["reprofilings"]) == len(reprofilings(data))
     steps = data.sizes["step"] - 1 - len(reprofiled_rows(data))
-    assert found["steps"] == steps
+    assert result["steps"] == steps
     assert f"km in {steps} wear steps" in page
     assert "Depth counts from the last reprofiling of the wheels." in page
-    told = "The lathe is assumed to take all damage of wlrm, which states no depth of its cracks."
-    assert told in table
-    assert told in summary_text(found)
+    message = "The lathe is assumed to take all damage of wlrm, which states no depth of its cracks."
+    assert message in table
+    assert message in summary_text(result)
     cracked = data.copy()
     cracked["fatigue_crack_depth"] = ("fatigue", [5e-3])
     assert "(1 is a crack of 5 mm) and left none." in render([cracked])
@@ -319,7 +319,7 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     page = render([cracked])
     assert "(1 is a crack of 5 mm) and left at most 0.012 of it." in page
     assert "the lathe left cracks of wlrm, up to 0.06 mm deep: damage among at_limits" in page
-    assert f"{first.distance / 1e3:.3f} km, wheel diameter right 920.00 to 919." in summary_text(found)
+    assert f"{first.distance / 1e3:.3f} km, wheel diameter right 920.00 to 919." in summary_text(result)
 
 
 def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data):
@@ -331,11 +331,11 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data
         assert cell.value == pytest.approx(1e6 * area, rel=1e-12)
     assert first[4].value == 1e3 * data["wear_depth"].values[row - 1, 0].max() > 0.0
     depth = sum(data["wear_depth_by_regime"].values[last] for _, last in spans(ended)).sum(axis=(0, 2))
-    told = summary(ended)["regime_share"]
-    np.testing.assert_allclose(list(told.values()), depth / depth.sum(), rtol=1e-12)
+    message = summary(ended)["regime_share"]
+    np.testing.assert_allclose(list(message.values()), depth / depth.sum(), rtol=1e-12)
     assert first[-1].text != "no wear"
     seized = ended.copy()
-    seized["regime_name"] = ("regime", ["seizure", *[*told][1:]])
+    seized["regime_name"] = ("regime", ["seizure", *[*message][1:]])
     assert seizure_shares(seized)[str(data.attrs["wear_law"])] == pytest.approx(
         depth[0] / depth.sum(), rel=1e-12
     )
@@ -351,16 +351,16 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
     assert [cell.text for cell in table.rows[0]] == [cell.text for cell in other.rows[0]]
     columns = [table.head.index(f"{side}: largest damage") for side in ("Right", "Left")]
     np.testing.assert_array_equal([table.rows[0][column].value for column in columns], damage)
-    told = "The campaign ends with a reprofiling of the wheels"
-    assert told in table.caption
-    assert told not in other.caption
+    message = "The campaign ends with a reprofiling of the wheels"
+    assert message in table.caption
+    assert message not in other.caption
     one, another = summary(ended), summary(before)
     assert one["damage"] == another["damage"]
     assert one["worn"] == another["worn"]
     assert one["contact"] == another["contact"]
-    assert any(line.startswith(told) for line in one["warnings"])
-    assert not any(line.startswith(told) for line in another["warnings"])
-    assert told in render([ended])
+    assert any(line.startswith(message) for line in one["warnings"])
+    assert not any(line.startswith(message) for line in another["warnings"])
+    assert message in render([ended])
     for draw in (plot_fatigue_damage, plot_wear_depth):
         np.testing.assert_array_equal(draw(ended).lines[-1].get_xydata(), draw(before).lines[-1].get_xydata())
 
@@ -376,18 +376,18 @@ def test_a_life_of_cracks_costs_the_diameter_that_they_are_deep(tmp_path, rig_te
     text = text.replace('["wlrm"]', '["wlrm"]\nbranch = "rising"\ncrack_depth_mm = 50')
     (tmp_path / "rig.toml").write_text(text)
     with open_results(run_scene(tmp_path / "rig.toml", tmp_path / "out")[0]) as opened:
-        found = opened.load()
-    rows = reprofiled_rows(found)
+        result = opened.load()
+    rows = reprofiled_rows(result)
     assert len(rows) > 1
-    damage, diameter = found["fatigue_damage"].values, found["wheel_diameter"].values
+    damage, diameter = result["fatigue_damage"].values, result["wheel_diameter"].values
     for row in rows:
         assert damage[row - 1].max() >= 0.001
         assert not damage[row].any()
         lost, deepest = diameter[row - 1] - diameter[row], 50e-3 * damage[row - 1].max()
         assert lost.min() > 2.0 * deepest - 2e-6
         assert lost.max() < 2.0 * deepest / np.cos(np.radians(45.0)) + 2e-6
-    assert cracks_left(found).endswith("and left none.")
-    assert not any("the lathe" in line for line in result_warnings(found))
+    assert cracks_left(result).endswith("and left none.")
+    assert not any("the lathe" in line for line in result_warnings(result))
 
 
 @pytest.fixture(scope="module")

@@ -30,14 +30,14 @@ def settings(capsys, *words):
 
 @pytest.mark.parametrize(("word", "wavelength"), [("off", 0.0), ("half", 1.25), ("double", 5.0)])
 def test_smoothing_is_one_flag_away(scene, capsys, word, wavelength):
-    (found,) = settings(capsys, str(scene), "--smoothing", word)
-    assert found["campaign"]["smoothing_wavelength_mm"] == wavelength
+    (result,) = settings(capsys, str(scene), "--smoothing", word)
+    assert result["campaign"]["smoothing_wavelength_mm"] == wavelength
 
 
 def test_in_a_comparison_each_scene_keeps_its_own_wavelength(capsys):
     one = "field.campaign.smoothing_wavelength_mm=4"
-    found = settings(capsys, "rig_vs_field.toml", "--set", one, "--smoothing", "half")
-    assert [item["campaign"]["smoothing_wavelength_mm"] for item in found] == [1.25, 2.0]
+    result = settings(capsys, "rig_vs_field.toml", "--set", one, "--smoothing", "half")
+    assert [item["campaign"]["smoothing_wavelength_mm"] for item in result] == [1.25, 2.0]
 
 
 def test_the_run_directory_keeps_the_scene_as_changed(scene, tmp_path, capsys, undrawn):
@@ -95,13 +95,13 @@ def test_an_empty_value_removes_a_key_or_a_table(scene, tmp_path, capsys):
         "--set",
         "contact.strips=",
     ]
-    (found,) = settings(capsys, *words)
-    assert found["operation"]["monitor"] is None
-    assert (found["wheelset"]["radius_mm"], found["contact"]["strips"]) == (460.0, 30)
+    (result,) = settings(capsys, *words)
+    assert result["operation"]["monitor"] is None
+    assert (result["wheelset"]["radius_mm"], result["contact"]["strips"]) == (460.0, 30)
     copy = tmp_path / "copy.toml"
     overrides = [Override(word[:-1], None) for word in words[2::2]]
     copy.write_bytes(load_scene(scene, overrides=overrides).origin.content)
-    assert settings(capsys, str(copy))[0] == found
+    assert settings(capsys, str(copy))[0] == result
     assert "radius_mm" not in tomllib.loads(copy.read_text())["wheelset"]
 
 

@@ -34,7 +34,7 @@ def message(capsys, *words):
     return json.loads(printed(capsys, *words, "--json"))
 
 
-def refused(capsys, *words):
+def error_of(capsys, *words):
     """Lines on stderr of a command that is refused."""
     assert main(["profile", *words]) == 2
     captured = capsys.readouterr()
@@ -111,8 +111,10 @@ def test_the_story_of_a_file_is_told(capsys):
 
 def test_limits_depend_on_the_diameter(capsys):
     def sd_minimum(*flags):
-        found = message(capsys, RIGHT, *flags)["judgements"]
-        return next(each for each in found if (each["measure"], each["bound"]) == ("flange_thickness", "min"))
+        result = message(capsys, RIGHT, *flags)["judgements"]
+        return next(
+            each for each in result if (each["measure"], each["bound"]) == ("flange_thickness", "min")
+        )
 
     assert sd_minimum()["limit"] == pytest.approx(27.5e-3)  # the strictest, which it fulfils
     assert sd_minimum()["exceeded"] is False
@@ -263,7 +265,7 @@ def test_a_tilted_wheel_is_told_and_turned_back(tmp_path, capsys):
     turned = message(capsys, *flags, "--rotate")["against"]
     assert turned["warnings"] == []
     assert turned["alignment"]["angle"] == pytest.approx(-0.01, abs=1e-3)  # noise of the points
-    (fault,) = refused(capsys, *flags, "--align", "flange_tip", "--rotate")
+    (fault,) = error_of(capsys, *flags, "--align", "flange_tip", "--rotate")
     assert "--rotate belongs to --align best_fit" in fault
 
 
@@ -341,7 +343,7 @@ def test_nothing_is_overwritten_unasked(tmp_path, capsys):
     target.write_text("precious")
     table = tmp_path / "table.csv"
     table.write_text("precious")
-    faults = refused(capsys, RIGHT, "--convert", "miniprof", "--out", str(target), "--csv", str(table))
+    faults = error_of(capsys, RIGHT, "--convert", "miniprof", "--out", str(target), "--csv", str(table))
     assert len(faults) == 2
     assert all("exists already" in fault and "--overwrite" in fault for fault in faults)
     assert {target.read_text(), table.read_text()} == {"precious"}
@@ -382,9 +384,9 @@ def test_statements_act_on_the_file(tmp_path, capsys):
     value = message(capsys, str(file), *flags, "--format", "two-column")
     assert value["measures"]["flange_height"] == pytest.approx(28e-3, abs=1e-7)
     assert any("as stated" in note for note in value["profile"]["notes"])
-    assert refused(capsys, str(file), "--no-mirror")
-    assert refused(capsys, str(file), "--z-down")
-    assert refused(capsys, str(file), "--units", "m")
+    assert error_of(capsys, str(file), "--no-mirror")
+    assert error_of(capsys, str(file), "--z-down")
+    assert error_of(capsys, str(file), "--units", "m")
 
 
 def test_kind_is_told_by_content_or_asked_for(tmp_path, capsys):
@@ -398,7 +400,7 @@ def test_kind_is_told_by_content_or_asked_for(tmp_path, capsys):
     flat = tmp_path / "tread.txt"  # a tread without a flange might be a wide rail
     y = np.linspace(-65.0, 65.0, 300)
     np.savetxt(flat, np.column_stack((y, 20.0 * (y / 65.0) ** 2)))
-    (fault,) = refused(capsys, str(flat))
+    (fault,) = error_of(capsys, str(flat))
     assert "--kind wheel" in fault
     assert "--kind rail" in fault
 
@@ -411,7 +413,7 @@ def test_own_comment_tells_the_kind(tmp_path, capsys):
 
 
 def test_all_faults_at_once(capsys):
-    faults = refused(
+    faults = error_of(
         capsys, "no.whl", "--against", "no.prw", "--left", "no.csv", "--rail", "61E1", "--level-mm", "ten",
         "--gauge-mm", "1,435", "--inclination", "5", "--mirror", "--no-mirror", "--units", "ft",
         "--align", "eye", "--plot", "x.jpg", "--out", "y.whl", "--diameter-mm", "900",
@@ -469,7 +471,7 @@ FAULTS = {
 def test_a_fault_is_one_line_with_the_way_out(case, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words, part = FAULTS[case]
-    (fault,) = refused(capsys, *words)
+    (fault,) = error_of(capsys, *words)
     assert part in fault
     assert list(tmp_path.iterdir()) == []
 
@@ -479,7 +481,7 @@ def test_faults_of_a_file_have_their_lines(tmp_path, capsys):
     text = Path(RIGHT).read_text().replace("XYPoints=536", "XYPoints=534").splitlines()
     text[99], text[199] = "3.5 x", "nan 4"
     file.write_text("\n".join(text))
-    faults = refused(capsys, str(file))
+    faults = error_of(capsys, str(file))
     assert [fault.split(": ")[0] for fault in faults] == [f"{file}:100", f"{file}:200"]
 
 
@@ -556,9 +558,9 @@ def test_any_text_ends_in_a_line_or_an_answer(flags, text, tmp_path, capsys):
 @pytest.mark.parametrize("name", ["p.csv", "p.whl", "p.toml"])
 def test_a_pipe_is_not_waited_for(name, tmp_path, capsys):
     os.mkfifo(tmp_path / name)
-    (message,) = refused(capsys, str(tmp_path / name))
+    (message,) = error_of(capsys, str(tmp_path / name))
     assert message.endswith("is no regular file; give the path of a profile file")
-    (message,) = refused(capsys, "S1002", "--limits", str(tmp_path / name))
+    (message,) = error_of(capsys, "S1002", "--limits", str(tmp_path / name))
     assert message.endswith("no such file of limits")
 
 

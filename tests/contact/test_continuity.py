@@ -104,8 +104,8 @@ def test_patches_appear_and_vanish_without_a_jump(totals):
     if left.size == 0:
         pytest.fail("a case without a change of patches tests nothing")
     for pair in zip(left, right, strict=True):
-        found = changes(totals(np.array(pair)))
-        assert max(value[0] for value in found.values()) < 3e-3, (pair, found)
+        actual = changes(totals(np.array(pair)))
+        assert max(value[0] for value in actual.values()) < 3e-3, (pair, actual)
 
 
 def test_a_micrometre_changes_little_on_the_tread(totals):
@@ -115,8 +115,8 @@ def test_a_micrometre_changes_little_on_the_tread(totals):
     end = 160 if climbs.size == 0 else climbs[0] - 3
     shift = np.linspace(-8e-3, 8e-3, 161)[:end]
     pairs = np.stack((shift, shift + 1e-6), axis=1).ravel()
-    found = changes(totals(pairs))
-    for name, value in found.items():
+    actual = changes(totals(pairs))
+    for name, value in actual.items():
         assert value[::2].max() < 1.5e-2, (name, shift[value[::2].argmax()])
 
 
@@ -128,10 +128,10 @@ def test_the_flange_root_is_steep_but_has_no_jump(totals):
     whole = changes(totals(np.array([low, low + width])))["load"][0]
     for _ in range(3):
         steps = low + width * np.linspace(0.0, 1.0, 11)
-        found = changes(totals(steps))["load"]
-        low, width = steps[found.argmax()], 0.1 * width
+        actual = changes(totals(steps))["load"]
+        low, width = steps[actual.argmax()], 0.1 * width
     assert width < 2e-8
-    assert found.max() < 0.03 * whole + 1e-4
+    assert actual.max() < 0.03 * whole + 1e-4
 
 
 def one_by_one(totals, shifts):
@@ -171,9 +171,9 @@ def jumps(totals, low, high, intervals, resolution=1e-8):
                 right[k] = middle
             else:
                 left[k] = middle
-    found = np.array([largest_change(a[1], b[1]) for a, b in zip(left, right, strict=True)])
-    refused = sum(result is None for result in results)
-    return found, np.array([at for at, _ in left]), refused / shift.size
+    actual = np.array([largest_change(a[1], b[1]) for a, b in zip(left, right, strict=True)])
+    fault = sum(result is None for result in results)
+    return actual, np.array([at for at, _ in left]), fault / shift.size
 
 
 # Shift [m] at which the wheel begins to climb the flange's root, for each of the cases.
@@ -195,9 +195,9 @@ def slow_but(parameters, quick):
 def test_nothing_jumps_on_the_tread(totals_of, name, case):
     """0.3 % of forces, load, power or work, as where patches change; Hertz may refuse a tenth."""
     totals = totals_of(CASES[case], replace(MODELS, normal=name))
-    found, at, refused = jumps(totals, -8e-3, ROOT[case], 24 if name == "hertz" else 48)
-    assert found.max() < 3e-3, (1e3 * at[found.argmax()], found.max())
-    assert refused < (0.1 if name == "hertz" else 1e-9)
+    actual, at, fault = jumps(totals, -8e-3, ROOT[case], 24 if name == "hertz" else 48)
+    assert actual.max() < 3e-3, (1e3 * at[actual.argmax()], actual.max())
+    assert fault < (0.1 if name == "hertz" else 1e-9)
 
 
 CLIMB = {
@@ -220,8 +220,8 @@ CLIMB = {
 def test_nothing_jumps_while_the_flange_climbs(totals_of, name):
     """0.3 %; with 1:20 on rail the contact runs through the flange's root from 6.5 to 7 mm."""
     totals = totals_of(CASES[1], replace(MODELS, normal=name))
-    found, at, _ = jumps(totals, 6.5e-3, 7.0e-3, 20)
-    assert found.max() < 3e-3, (1e3 * at[found.argmax()], found.max())
+    actual, at, _ = jumps(totals, 6.5e-3, 7.0e-3, 20)
+    assert actual.max() < 3e-3, (1e3 * at[actual.argmax()], actual.max())
 
 
 @pytest.mark.parametrize(
@@ -253,5 +253,5 @@ def test_patches_come_and_go_without_a_jump_in_any_tangential_model(totals_of, t
     assert left.size >= 2
     totals = totals_of(CASES[0], replace(MODELS, tangential=tangential))
     for k in (0, -1):
-        found = changes(totals(np.array([left[k], right[k]])))
-        assert max(value[0] for value in found.values()) < 3e-3, (left[k], found)
+        actual = changes(totals(np.array([left[k], right[k]])))
+        assert max(value[0] for value in actual.values()) < 3e-3, (left[k], actual)

@@ -108,12 +108,12 @@ def test_planes_of_wheel_and_counterface_lie_the_approach_apart(angle):
     """A cone in its contact plane: the rolling radius where the normal meets it, not above the centre."""
     approach = 0.1e-3
     over = np.array([approach / np.cos(angle)])
-    found = nominal(moved(0.0, angle, approach=np.array([approach]), overlap=over))
+    result = nominal(moved(0.0, angle, approach=np.array([approach]), overlap=over))
     along_normal = 0.4608 - approach * np.sin(angle) * np.tan(angle)
-    assert found[0] == pytest.approx(1.0 - along_normal / RADIUS, abs=1e-12)
+    assert result[0] == pytest.approx(1.0 - along_normal / RADIUS, abs=1e-12)
     bent = nominal(moved(0.0, angle, approach=np.array([approach]), overlap=over - 2e-6))
-    assert bent[0] - found[0] == pytest.approx(-2e-6 / RADIUS, rel=1e-9)  # the patch is deeper elsewhere
-    assert found[2] == nominal(moved(0.0, angle))[2]
+    assert bent[0] - result[0] == pytest.approx(-2e-6 / RADIUS, rel=1e-9)  # the patch is deeper elsewhere
+    assert result[2] == nominal(moved(0.0, angle))[2]
 
 
 def test_creepage_is_linear_in_the_rotation_speed():

@@ -62,7 +62,7 @@ def test_closest_point_against_brute_force(s1002, rail_60e1, radius, yaw, shift)
         px, py, pz = wheel_point(1e-3 * p[0], ring(1e-3 * p[0]), p[1], shift, yaw, roll)
         return 1e6 * overlap(py, px, pz, height, kappa)
 
-    found = minimize(
+    result = minimize(
         function,
         [1e3 * wheel.y[::4][start[0]], theta[start[1]]],
         method="Nelder-Mead",
@@ -71,10 +71,10 @@ def test_closest_point_against_brute_force(s1002, rail_60e1, radius, yaw, shift)
     ours = gap_of(s1002, rail_60e1, shift, yaw, kappa, roll)
     i = int(np.argmin(ours.gap[0]))
     # Half a grid step beside the minimum of a gap of curvature up to 100 1/m: 0.13 um.
-    assert ours.gap[0, i] == pytest.approx(1e-6 * found.fun, abs=1.5e-7)
+    assert ours.gap[0, i] == pytest.approx(1e-6 * result.fun, abs=1.5e-7)
     # A grid step of both profiles, and what the flat bottom of the gap leaves open.
-    assert ours.wheel_y[0, i] == pytest.approx(1e-3 * found.x[0], abs=2e-4)
-    assert ours.sin_theta[0, i] == pytest.approx(np.sin(found.x[1]), abs=2e-4 + 0.03 * abs(yaw))
+    assert ours.wheel_y[0, i] == pytest.approx(1e-3 * result.x[0], abs=2e-4)
+    assert ours.sin_theta[0, i] == pytest.approx(np.sin(result.x[1]), abs=2e-4 + 0.03 * abs(yaw))
 
 
 def test_gap_without_yaw_and_roll_is_the_difference_of_the_profiles(s1002, rail_60e1):

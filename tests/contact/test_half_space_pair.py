@@ -55,13 +55,13 @@ def solved(table, wheelset, of):
         assert solution.point.tolist() == list(range(len(group)))  # one patch each
         limit = FRICTION * group.normal_force
         force = np.hypot(solution.force_x + group.force_x, solution.force_y + group.force_y) / limit
-        found = {
+        result = {
             "force": force,
             "power": abs(solution.power / group.power - 1.0),
             "slip": abs(solution.slip_area / solution.area - group.slip_share),
             "creepage_x": abs(solution.creepage_x - their_creepage(group)[:, 0]),
         }
-        errors.append(pd.DataFrame(found, index=group.index))
+        errors.append(pd.DataFrame(result, index=group.index))
     return pd.concat(errors).loc[table.index]
 
 

@@ -47,9 +47,9 @@ def solved(load=80e3, roller=None, youngs_modulus=210e9, **models):
     ],
 )
 def test_every_normal_model_rejects_what_is_outside_its_limits(normal, changes, message):
-    with pytest.raises(ContactError) as refused:
+    with pytest.raises(ContactError) as fault:
         solved(normal=normal, **changes)
-    assert message in str(refused.value)
+    assert message in str(fault.value)
 
 
 @pytest.mark.parametrize("tangential", sorted(TANGENTIAL_MODELS))
@@ -97,12 +97,14 @@ def registered(monkeypatch, **changed):
     """Hertz's solution with some of it changed, as a model of its own."""
 
     def model(gap, load, **others):
-        found = NORMAL_MODELS["hertz"](gap, load, **others)
+        result = NORMAL_MODELS["hertz"](gap, load, **others)
         patch = {
-            name: changed[name](getattr(found.patch, name)) for name in changed if hasattr(found.patch, name)
+            name: changed[name](getattr(result.patch, name))
+            for name in changed
+            if hasattr(result.patch, name)
         }
-        whole = {name: changed[name](getattr(found, name)) for name in changed if hasattr(found, name)}
-        return replace(found, patch=replace(found.patch, **patch), **whole)
+        whole = {name: changed[name](getattr(result, name)) for name in changed if hasattr(result, name)}
+        return replace(result, patch=replace(result.patch, **patch), **whole)
 
     monkeypatch.setitem(NORMAL_MODELS, "made_up", NormalModel(name="made_up", solve=model, cost=1.0))
 
@@ -126,8 +128,8 @@ def test_a_patch_as_long_as_the_wheel_is_round_is_no_half_space(monkeypatch):
 
 def test_pressures_beyond_a_tenth_of_the_modulus_are_not_elastic():
     """Hertz: the pressure grows with the cube root of the load, so the limit is known beforehand."""
-    found = solved(normal="hertz", roller=20e-3)
-    largest = 80e3 * (LARGEST_STRAIN * ContactModels().effective_modulus / found.max_pressure[0]) ** 3
+    result = solved(normal="hertz", roller=20e-3)
+    largest = 80e3 * (LARGEST_STRAIN * ContactModels().effective_modulus / result.max_pressure[0]) ** 3
     assert solved(normal="hertz", roller=20e-3, load=0.99 * largest).max_pressure[0] > 11e9
     with pytest.raises(ContactError, match=r"MPa, more than 0\.1 of E"):
         solved(normal="hertz", roller=20e-3, load=1.01 * largest)
@@ -147,9 +149,9 @@ def test_a_tangential_failure_names_its_operating_point(monkeypatch, wheelset, c
     fails = CHUNK + 3
 
     def model(patch, creepage, friction, **others):
-        found = np.flatnonzero((patch.row == fails - CHUNK) & (friction == 0.25))
-        if found.size > 0:
-            raise NumericalError("does not converge", row=int(patch.row[found[0]]))
+        result = np.flatnonzero((patch.row == fails - CHUNK) & (friction == 0.25))
+        if result.size > 0:
+            raise NumericalError("does not converge", row=int(patch.row[result[0]]))
         return TANGENTIAL_MODELS["fastsim"](patch, creepage, friction, **others)
 
     monkeypatch.setitem(TANGENTIAL_MODELS, "made_up", model)

@@ -25,13 +25,13 @@ def test_strips_of_a_grid_have_its_load_exactly_and_its_ends_to_second_order(ell
     errors = []
     for cells in (20, 40, 80):
         grid = on_grid(patch, cells)
-        found = from_grid(patch.row, patch.y, patch.width, grid, patch.interpenetration)
-        half = 0.5 * (found.x_lead - found.x_trail)
-        load = (0.5 * np.pi * found.pressure_slope * half**2).sum() * patch.width[0]
+        result = from_grid(patch.row, patch.y, patch.width, grid, patch.interpenetration)
+        half = 0.5 * (result.x_lead - result.x_trail)
+        load = (0.5 * np.pi * result.pressure_slope * half**2).sum() * patch.width[0]
         assert load == pytest.approx(80e3, rel=1e-12)
-        errors.append(np.abs(found.x_lead - patch.x_lead).max())
-        assert found.grid is grid
-        assert on_grid(found, 7) is grid
+        errors.append(np.abs(result.x_lead - patch.x_lead).max())
+        assert result.grid is grid
+        assert on_grid(result, 7) is grid
     orders = -np.diff(np.log2(errors))
     assert np.all(orders > 1.7), (errors, orders)
 

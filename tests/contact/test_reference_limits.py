@@ -61,7 +61,7 @@ def table():
 def distance(table, s1002):
     """From the next jump [m]; jumps are those without yaw on the rail: others are 0.06 mm off at most."""
     wheel = geometry.wheel_surface(s1002, 0.46)
-    found = pd.Series(np.inf, index=table.index)
+    result = pd.Series(np.inf, index=table.index)
     for _, rows in table.groupby(["geometry", "inclination"]):
         contour = geometry.counterface_profile(ground(rows.iloc[0]))
         shifts = np.arange(-9e-3, 9e-3, 20e-6)
@@ -69,8 +69,8 @@ def distance(table, s1002):
             [contour.y[gap_of(wheel, contour, s, 0.0, 0.0).gap.argmin(axis=1)] for s in np.split(shifts, 9)]
         )
         jumps = shifts[np.flatnonzero(np.abs(np.diff(touch)) > 1e-3)] + 10e-6
-        found[rows.index] = np.abs(rows["shift"].to_numpy()[:, None] - jumps).min(axis=1)
-    return found
+        result[rows.index] = np.abs(rows["shift"].to_numpy()[:, None] - jumps).min(axis=1)
+    return result
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +86,7 @@ def errors(rows, wheelset, *, fine=True):
         if fine and row.width < NARROW:
             cells, strips = (round(side / ELEMENT) + 4 for side in (row.length, row.width))
         one = np.ones(1)
-        found = solve(
+        result = solve(
             ContactConditions(
                 row.shift * one, row.yaw * one, 0.0 * one, row.normal_force * one, 20.0 * one, 0.35 * one,
                 0.0 * one, "nominal",
@@ -97,16 +97,16 @@ def errors(rows, wheelset, *, fine=True):
             sides=(0,),
             vertical=False,
         )  # fmt: skip
-        force = np.hypot(found.force_x[0] + row.force_x, found.force_y[0] + row.force_y)
+        force = np.hypot(result.force_x[0] + row.force_x, result.force_y[0] + row.force_y)
         out.append(
             {
                 "state": state(row),
-                "centre": found.rail_y[0] - row.y - row.s_pressure_centre * np.cos(row.angle),
-                "angle": found.contact_angle[0] - row.angle,
-                "area": found.area[0] / row.area - 1.0,
-                "max_pressure": found.max_pressure[0] / row.max_pressure - 1.0,
+                "centre": result.rail_y[0] - row.y - row.s_pressure_centre * np.cos(row.angle),
+                "angle": result.contact_angle[0] - row.angle,
+                "area": result.area[0] / row.area - 1.0,
+                "max_pressure": result.max_pressure[0] / row.max_pressure - 1.0,
                 "force": force / (0.35 * row.normal_force),
-                "power": found.power[0] / row.power - 1.0,
+                "power": result.power[0] / row.power - 1.0,
             }
         )
     return pd.DataFrame(out, index=rows.index)
@@ -144,11 +144,11 @@ def test_every_eighth_case(away, wheelset):
 @pytest.mark.parametrize("yawed", [False, True])
 def test_every_case(away, wheelset, curvature, yawed):
     rows = away[(away.curvature == curvature) & ((away.yaw != 0.0) == yawed)]
-    found = errors(rows, wheelset)
-    hold(found)
-    beyond = set(found.state[found.angle.abs() > 1e-3])
+    result = errors(rows, wheelset)
+    hold(result)
+    beyond = set(result.state[result.angle.abs() > 1e-3])
     listed = {one for one in FLAT if one[2] == curvature and (one[4] != 0) == yawed}
-    assert beyond == listed | set(found.state[found.state.str[3] > 7.0])
+    assert beyond == listed | set(result.state[result.state.str[3] > 7.0])
 
 
 def expected(where, measured, cause):

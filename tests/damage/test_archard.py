@@ -15,10 +15,10 @@ H = 3e9
 
 def one_k(k):
     """Return the map with one coefficient everywhere."""
-    found = SET
+    result = SET
     for name in ("k_mild", "k_oxidative", "k_severe", "k_seizure"):
-        found = found.with_value(name, k, "test")
-    return found
+        result = result.with_value(name, k, "test")
+    return result
 
 
 @pytest.mark.parametrize(

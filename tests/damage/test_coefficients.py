@@ -8,13 +8,13 @@ from wearsim.damage.wear import WEAR_LAWS
 
 @pytest.mark.parametrize("name", sorted(COEFFICIENT_SETS))
 def test_coefficient_set_cites(name):
-    found = COEFFICIENT_SETS[name]
-    assert found.name == name
-    assert found.laws
-    assert set(found.laws) <= {*WEAR_LAWS, *FATIGUE_LAWS}
-    assert found.source
-    assert found.validity
-    for value in found.values.values():
+    result = COEFFICIENT_SETS[name]
+    assert result.name == name
+    assert result.laws
+    assert set(result.laws) <= {*WEAR_LAWS, *FATIGUE_LAWS}
+    assert result.source
+    assert result.validity
+    for value in result.values.values():
         assert value.unit
         assert value.place
         assert value.certainty in set(CERTAINTIES) - {"given"}
@@ -24,11 +24,11 @@ def test_coefficient_set_cites(name):
 
 
 def test_uncertain_numbers_are_marked_and_have_a_band():
-    found = COEFFICIENT_SETS["jendel_2002"]
-    assert found.uncertain[0] == "k_mild = 0.0005, range 0.0001 to 0.001 (uncertain)"
-    assert len(found.uncertain) == len(found.values)
+    result = COEFFICIENT_SETS["jendel_2002"]
+    assert result.uncertain[0] == "k_mild = 0.0005, range 0.0001 to 0.001 (uncertain)"
+    assert len(result.uncertain) == len(result.values)
     assert not COEFFICIENT_SETS["lewis_dwyer_joyce_2004"].uncertain
-    assert found.values["k_severe"].limits == (30e-4, 40e-4)
+    assert result.values["k_severe"].limits == (30e-4, 40e-4)
 
 
 def test_limits_of_the_twin_discs_name_the_table_that_supports_them():

@@ -10,9 +10,9 @@ PRINTED = COEFFICIENT_SETS["pearce_sherratt_1991"]
 CONTINUOUS = COEFFICIENT_SETS["pearce_sherratt_1991_continuous"]
 
 
-def branches(found):
+def branches(result):
     """Return the energy coefficient of each straight branch of a set at a friction of 0.45."""
-    return WEAR_LAWS[found.laws[0]].energy_coefficients(found, 0.45, 7850.0)
+    return WEAR_LAWS[result.laws[0]].energy_coefficients(result, 0.45, 7850.0)
 
 
 @pytest.mark.parametrize(
@@ -29,17 +29,17 @@ def branches(found):
 )
 def test_coefficients_of_all_laws_compared(name, branch, expected, archard, digits):
     """Cross-comparison at mu = 0.45, H = 3 GPa, to its last digit."""
-    found = branches(COEFFICIENT_SETS[name])[branch]
-    assert found / MM3_KJ == pytest.approx(expected, abs=digits[0])
+    result = branches(COEFFICIENT_SETS[name])[branch]
+    assert result / MM3_KJ == pytest.approx(expected, abs=digits[0])
     if archard is not None:
-        assert archard_coefficient(found, 0.45, 3e9) == pytest.approx(archard, abs=digits[1])
+        assert archard_coefficient(result, 0.45, 3e9) == pytest.approx(archard, abs=digits[1])
 
 
 def test_range_of_archards_mild_regime():
     """0.074 to 0.74 mm3/kJ over the printed range of k."""
-    found = COEFFICIENT_SETS["jendel_2002"]
-    limits = found.values["k_mild"].limits
-    ends = [branches(found.with_value("k_mild", end, "end of its range"))["mild"] / MM3_KJ for end in limits]
+    result = COEFFICIENT_SETS["jendel_2002"]
+    limits = result.values["k_mild"].limits
+    ends = [branches(result.with_value("k_mild", end, "end of its range"))["mild"] / MM3_KJ for end in limits]
     assert ends == pytest.approx([0.074, 0.74], abs=0.0051)
 
 
@@ -58,12 +58,12 @@ def test_brr_as_printed(wear_number, expected):
     assert brr.area_loss(np.array([wear_number]), PRINTED).sum() == pytest.approx(expected, abs=1e-9)
 
 
-@pytest.mark.parametrize(("found", "jump"), [(PRINTED, 59.0), (CONTINUOUS, 0.0)])
-def test_jumps_of_brr(found, jump):
+@pytest.mark.parametrize(("result", "jump"), [(PRINTED, 59.0), (CONTINUOUS, 0.0)])
+def test_jumps_of_brr(result, jump):
     """Written out: as quoted the loss jumps from 25 to 84 at 200 N; at 100 N it is continuous."""
 
     def at(wear_number):
-        return float(brr.area_loss(np.array([wear_number]), found).sum())
+        return float(brr.area_loss(np.array([wear_number]), result).sum())
 
     assert at(np.nextafter(200, 300)) - at(200.0) == pytest.approx(jump, abs=1e-9)
     assert at(100.0) - at(np.nextafter(100, 0)) == pytest.approx(0.0, abs=1e-9)
@@ -95,25 +95,25 @@ def test_constant_energy_law_removes_volume_in_proportion_to_work(patches):
 
 def test_two_level_law_switches_at_its_power_density(patches):
     """Zobory: 4 W/mm2 at 20 m/s is a work density of 0.2 N/mm2; three times the wear from there on."""
-    found = COEFFICIENT_SETS["zobory_1997"]
+    result = COEFFICIENT_SETS["zobory_1997"]
     fields, area = patches(0.0)
     fields.work_density[0, :2, 3] = np.nextafter(0.2e6, 0.0), 0.2e6
     fields.slip_x[0, :2, 3] = 1e-3
-    depth = energy.depth(fields, area, found, density=7000.0)
+    depth = energy.depth(fields, area, result, density=7000.0)
     cell = 0.2e6 * fields.cell_length[0, 3]
     assert depth[0, 0, 3] == pytest.approx(7e-10 / 7000.0 * cell, rel=1e-12)
     assert depth[1, 0, 3] == pytest.approx(21e-10 / 7000.0 * cell, rel=1e-12)
     fields.speed[:] = 10.0  # half the speed: mild throughout
-    assert not energy.depth(fields, area, found)[1].any()
+    assert not energy.depth(fields, area, result)[1].any()
 
 
 def test_two_level_law_on_the_mean_of_the_patch(patches):
-    found = COEFFICIENT_SETS["krause_poll_1986"]
-    assert energy.power_limit(found) == 4e6
+    result = COEFFICIENT_SETS["krause_poll_1986"]
+    assert energy.power_limit(result) == 4e6
     fields, area = patches(3e6)
     mean = fields.strip_work.sum(axis=1) * fields.strip_width / area
     fields.speed[:] = [3.9e6 / mean[0], 4.1e6 / mean[1], 20.0]
-    depth = energy.depth(fields, area, found, form="patch_mean")
+    depth = energy.depth(fields, area, result, form="patch_mean")
     np.testing.assert_allclose(depth[0, 0], 9.87e-14 * fields.strip_work[0], rtol=1e-12)
     np.testing.assert_allclose(depth[1, 1], 2.96e-13 * fields.strip_work[1], rtol=1e-12)
     assert not depth[1, 0].any()

@@ -25,15 +25,15 @@ def test_both_forms_of_the_surface_index_agree():
 
 def test_surface_index_by_hand():
     """0.35 against 300/1000: 0.05 above the limit; at p0/k = 1/mu exactly on it."""
-    found = surface_fatigue.surface_index(np.array([0.35, 0.3, 0.2]), np.array([1e9] * 3), 300e6)
-    np.testing.assert_allclose(found, [0.05, 0.0, -0.1], atol=1e-15)
+    result = surface_fatigue.surface_index(np.array([0.35, 0.3, 0.2]), np.array([1e9] * 3), 300e6)
+    np.testing.assert_allclose(result, [0.05, 0.0, -0.1], atol=1e-15)
 
 
 def test_subsurface_index_is_a_sixth_of_the_pressure_in_pure_rolling():
     force, a, b = 80e3, 6e-3, 5e-3
     pressure = 1.5 * force / (np.pi * a * b)
-    found = surface_fatigue.subsurface_index(np.zeros(1), np.array([pressure]))
-    assert found[0] == pytest.approx(force / (4.0 * np.pi * a * b), rel=1e-12)
+    result = surface_fatigue.subsurface_index(np.zeros(1), np.array([pressure]))
+    assert result[0] == pytest.approx(force / (4.0 * np.pi * a * b), rel=1e-12)
     more = surface_fatigue.subsurface_index(np.array([0.4]), np.array([pressure]))
     assert more[0] == pytest.approx(pressure / 6.0 * 1.16, rel=1e-12)
 
@@ -78,7 +78,7 @@ def test_local_index_finds_the_cell_the_patch_does_not_show(loads):
 
 
 @pytest.mark.parametrize(
-    ("found", "wear_number", "expected"),
+    ("result", "wear_number", "expected"),
     [
         (BURSTOW, 0.0, 0.0),
         (BURSTOW, 15.0, 0.0),
@@ -95,8 +95,8 @@ def test_local_index_finds_the_cell_the_patch_does_not_show(loads):
         (VARIANT, 500.0, 0.0),
     ],
 )
-def test_break_points_of_the_whole_life_rail_model(found, wear_number, expected):
-    assert wlrm.damage_function(np.array([wear_number]), found)[0] == pytest.approx(
+def test_break_points_of_the_whole_life_rail_model(result, wear_number, expected):
+    assert wlrm.damage_function(np.array([wear_number]), result)[0] == pytest.approx(
         expected * 1e-6, abs=1e-18
     )
 
@@ -114,8 +114,8 @@ def test_slopes_of_the_variant_as_published():
 
 def test_rising_branch_stays_at_its_peak():
     number = np.array([0.0, 15.0, 40.0, 65.0, 175.0, 1e4])
-    found = wlrm.damage_function(number, BURSTOW, "rising")
-    np.testing.assert_allclose(found, np.array([0, 0, 5, 10, 10, 10]) * 1e-6, rtol=1e-12)
+    result = wlrm.damage_function(number, BURSTOW, "rising")
+    np.testing.assert_allclose(result, np.array([0, 0, 5, 10, 10, 10]) * 1e-6, rtol=1e-12)
 
 
 def test_shakedown_limit():
@@ -150,12 +150,12 @@ def test_balance_names_what_ends_the_life_first():
     """By hand: 5 mm crack depth, 10 mm of wear; damage 1e-8 per m is balanced by 0.05 um/km."""
     damage = np.array([1e-8, 1e-8, 1e-8, 0.0, 0.0])
     wear = np.array([0.0, 2e-11, 6e-11, 1e-10, 0.0])
-    found = balance(damage, wear, crack_depth=5e-3, wear_limit=10e-3)
-    np.testing.assert_allclose(found.magic_wear_rate, [5e-11, 5e-11, 5e-11, 0.0, 0.0], rtol=1e-12)
-    np.testing.assert_allclose(found.crack_distance[:2], [1e8, 1.0 / 0.6e-8], rtol=1e-12)
-    assert np.isinf(found.crack_distance[2:]).all()  # wear is faster
-    np.testing.assert_allclose(found.wear_distance[1:4], [5e8, 10e-3 / 6e-11, 1e8], rtol=1e-12)
-    assert [LIMITED_BY[k] for k in found.limited_by] == ["cracks", "cracks", "wear", "wear", "nothing"]
+    result = balance(damage, wear, crack_depth=5e-3, wear_limit=10e-3)
+    np.testing.assert_allclose(result.magic_wear_rate, [5e-11, 5e-11, 5e-11, 0.0, 0.0], rtol=1e-12)
+    np.testing.assert_allclose(result.crack_distance[:2], [1e8, 1.0 / 0.6e-8], rtol=1e-12)
+    assert np.isinf(result.crack_distance[2:]).all()  # wear is faster
+    np.testing.assert_allclose(result.wear_distance[1:4], [5e8, 10e-3 / 6e-11, 1e8], rtol=1e-12)
+    assert [LIMITED_BY[k] for k in result.limited_by] == ["cracks", "cracks", "wear", "wear", "nothing"]
 
 
 def test_damage_with_removal_is_exact_for_constant_rates():
@@ -171,10 +171,10 @@ def test_damage_with_removal_is_exact_for_constant_rates():
 
 def test_agreement_of_laws():
     """By hand: shares 1/3, 2/3 against 1/2, 1/2 have 5/6 in common."""
-    found = agreement({"a": np.array([1.0, 2.0, -4.0]), "b": np.array([5.0, 5.0, 0.0]), "c": np.zeros(3)})
-    np.testing.assert_allclose(found.normalised, [[0.5, 1, 0], [1, 1, 0], [0, 0, 0]])
+    result = agreement({"a": np.array([1.0, 2.0, -4.0]), "b": np.array([5.0, 5.0, 0.0]), "c": np.zeros(3)})
+    np.testing.assert_allclose(result.normalised, [[0.5, 1, 0], [1, 1, 0], [0, 0, 0]])
     expected = [[1.0, 5 / 6, 0.0], [5 / 6, 1.0, 0.0], [0.0, 0.0, 1.0]]
-    np.testing.assert_allclose(found.overlap, expected, rtol=1e-12)
+    np.testing.assert_allclose(result.overlap, expected, rtol=1e-12)
     weighted = agreement({"a": np.array([1.0, 2.0]), "b": np.array([5.0, 5.0])}, np.array([2.0, 1.0]))
     assert weighted.overlap[0, 1] == pytest.approx(0.5 + 1 / 3)
     assert not normalised(np.array([-1.0, 0.0])).any()

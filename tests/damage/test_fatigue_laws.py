@@ -23,8 +23,8 @@ from wearsim.quantities import QUANTITIES
 
 MADE_FOR = [
     FatigueSettings(law, name, wear_number=number, branch=branch, crack_depth=depth)
-    for name, found in sorted(COEFFICIENT_SETS.items())
-    for law in found.laws
+    for name, result in sorted(COEFFICIENT_SETS.items())
+    for law in result.laws
     if law in FATIGUE_LAWS
     for number in ("with_spin", "without_spin")
     if "wear_number" in FATIGUE_LAWS[law].parameters or number == "without_spin"
@@ -68,34 +68,34 @@ def part(loads, m):
 @pytest.mark.parametrize("peak", [0.0, 1e6, 5e6, 200e6])
 def test_fatigue_law_contract(settings, peak, loads):
     given = loads(peak)
-    found = passage_damage(given, settings)
+    result = passage_damage(given, settings)
     m, ny = given.y.shape
-    assert found.index.shape == found.index_y.shape == found.damage.shape == (m,)
-    assert found.strip_damage.shape == (m, ny)
+    assert result.index.shape == result.index_y.shape == result.damage.shape == (m,)
+    assert result.strip_damage.shape == (m, ny)
     width = given.fields.strip_width
     # shared, not made: 1e-12 of the damage of the passage
-    total = found.strip_damage.sum(axis=1) * width
-    np.testing.assert_allclose(total, found.damage, rtol=1e-12, atol=1e-25)
-    assert (np.abs(found.index_y) <= np.abs(given.y).max(axis=1)).all()
-    assert "floor" not in coefficients_of(settings).values or (found.damage >= 0.0).all()
+    total = result.strip_damage.sum(axis=1) * width
+    np.testing.assert_allclose(total, result.damage, rtol=1e-12, atol=1e-25)
+    assert (np.abs(result.index_y) <= np.abs(given.y).max(axis=1)).all()
+    assert "floor" not in coefficients_of(settings).values or (result.damage >= 0.0).all()
     may_heal = FATIGUE_LAWS[settings.law].contains_removal and settings.branch == "net"
-    assert may_heal or (found.strip_damage >= 0.0).all()
-    assert (np.sign(found.strip_damage) * np.sign(found.damage)[:, None] >= 0.0).all()
+    assert may_heal or (result.strip_damage >= 0.0).all()
+    assert (np.sign(result.strip_damage) * np.sign(result.damage)[:, None] >= 0.0).all()
     mirrored = passage_damage(turned(given), settings)
-    np.testing.assert_allclose(mirrored.strip_damage[:, ::-1], found.strip_damage, rtol=1e-12)
-    np.testing.assert_allclose(mirrored.index, found.index, rtol=1e-12)
+    np.testing.assert_allclose(mirrored.strip_damage[:, ::-1], result.strip_damage, rtol=1e-12)
+    np.testing.assert_allclose(mirrored.index, result.index, rtol=1e-12)
     for k in range(m):
         alone = passage_damage(part(given, k), settings)
-        np.testing.assert_allclose(alone.strip_damage[0], found.strip_damage[k], rtol=1e-12)
+        np.testing.assert_allclose(alone.strip_damage[0], result.strip_damage[k], rtol=1e-12)
 
 
 @pytest.mark.parametrize("settings", MADE_FOR, ids=NAMES)
 def test_no_shear_no_damage(settings, loads):
     given = loads(0.0)
     fields = replace(given.fields, shear_x=0 * given.fields.shear_x, slip_x=given.fields.slip_x + 1e-3)
-    found = passage_damage(replace(given, force_x=np.zeros(3), fields=fields), settings)
-    assert not found.damage.any()
-    assert not found.strip_damage.any()
+    result = passage_damage(replace(given, force_x=np.zeros(3), fields=fields), settings)
+    assert not result.damage.any()
+    assert not result.strip_damage.any()
 
 
 @pytest.mark.parametrize("settings", MADE_FOR, ids=NAMES)
@@ -154,26 +154,26 @@ def test_share_is_that_of_the_work_and_of_the_load_where_nothing_slips(loads):
     np.testing.assert_allclose(share[2] / share[2].max(), load / load.max(), rtol=1e-12)
 
 
-def refused(settings):
+def fault(settings):
     with pytest.raises(SceneError) as caught:
         coefficients_of(settings)
     return str(caught.value).splitlines()
 
 
 def test_removal_of_cracks_is_never_counted_twice_nor_forgotten():
-    message = refused(default_settings("wlrm", crack_depth=5e-3))
+    message = fault(default_settings("wlrm", crack_depth=5e-3))
     assert len(message) == 1
     assert "both would count wear twice" in message[0]
-    assert "needs the removal" in refused(default_settings("wlrm", branch="rising"))[0]
+    assert "needs the removal" in fault(default_settings("wlrm", branch="rising"))[0]
     assert coefficients_of(default_settings("wlrm"))
     assert coefficients_of(default_settings("wlrm", branch="rising", crack_depth=5e-3))
-    both = refused(default_settings("stress_index", branch="rising", crack_depth=5e-3))
+    both = fault(default_settings("stress_index", branch="rising", crack_depth=5e-3))
     assert both[0] == 'branch = "rising" acts with law = "wlrm" only; delete it'
     assert "orders passages" in both[1]
 
 
 def test_all_faults_of_fatigue_settings():
-    message = refused(FatigueSettings("wlmr", "burstow", "spin", "fall", 1.0, 1.0))
+    message = fault(FatigueSettings("wlmr", "burstow", "spin", "fall", 1.0, 1.0))
     assert [line.split(" is unknown")[0] for line in message[:4]] == [
         'fatigue law "wlmr"',
         'wear_number "spin"',
@@ -182,7 +182,7 @@ def test_all_faults_of_fatigue_settings():
     ]
     assert message[4] == "crack_depth = 1000 must be at least 0.001 and at most 100 mm"
     assert message[5] == "crack_width = 1000 must be at least 0.1 and at most 200 mm"
-    other = refused(default_settings("wlrm", coefficients="dirks_enblom_2011"))
+    other = fault(default_settings("wlrm", coefficients="dirks_enblom_2011"))
     assert other == [
         'coefficients = "dirks_enblom_2011" belong to stress_index, not to law = "wlrm"; '
         "take burstow_2004, burstow_2004_20n"
@@ -202,6 +202,6 @@ def test_fatigue_laws_take_a_few_patches_at_a_time(law, loads):
     values = dict(vars(given))
     fields = values.pop("fields")
     more = replace(given, **many(values, 17), fields=replace(fields, **many(vars(fields), 17)))
-    found, once = passage_damage(more, default_settings(law)), passage_damage(given, default_settings(law))
+    result, once = passage_damage(more, default_settings(law)), passage_damage(given, default_settings(law))
     for name, value in vars(once).items():
-        assert (getattr(found, name) == np.concatenate([value] * 17)).all()
+        assert (getattr(result, name) == np.concatenate([value] * 17)).all()

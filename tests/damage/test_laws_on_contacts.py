@@ -73,9 +73,9 @@ def test_archard_and_energy_law_on_solved_contacts(request, grid, cells, each, a
     where least slips. Of all patches together 0.2 and 0.5 %.
     """
     solved = request.getfixturevalue(grid)
-    found = COEFFICIENT_SETS["jendel_2002"]
+    result = COEFFICIENT_SETS["jendel_2002"]
     for name in ("k_mild", "k_oxidative", "k_severe", "k_seizure"):
-        found = found.with_value(name, 5e-4, "test")
+        result = result.with_value(name, 5e-4, "test")
     by_energy = energy.constant(archard.energy_coefficient(5e-4, 0.35, 3e9), "test")
     for solution in solved:
         fields, area = solution.fields, solution.area
@@ -85,7 +85,7 @@ def test_archard_and_energy_law_on_solved_contacts(request, grid, cells, each, a
         behind[:, 0] = False
         ratio = 0.35 * (fields.pressure * relative_slip(fields))[behind] / fields.work_density[behind]
         assert np.abs(np.median(ratio) - 1.0) < 1e-3
-        sliding = archard.depth(fields, area, found).sum(axis=0)
+        sliding = archard.depth(fields, area, result).sum(axis=0)
         work = energy.depth(fields, area, by_energy).sum(axis=0)
         volumes = [depth.sum(axis=1) * fields.strip_width for depth in (sliding, work)]
         assert slips.shape[1] == cells
@@ -124,9 +124,9 @@ def test_all_fatigue_laws_compared(solved):
     laws = ("stress_index", "surface_fatigue_index", "surface_fatigue_index_local", "wlrm")
     settings = [default_settings(law) for law in laws]
     rail, roller = ([passage_damage(patch_loads(one), each) for each in settings] for one in solved)
-    for found in (rail, roller):
-        assert (found[2].index >= found[1].index).all()
-        assert np.array_equal(found[0].damage > 0.0, found[2].damage > 0.0)  # both ask where |tau| > k
+    for result in (rail, roller):
+        assert (result[2].index >= result[1].index).all()
+        assert np.array_equal(result[0].damage > 0.0, result[2].damage > 0.0)  # both ask where |tau| > k
     for on_rail, on_roller in zip(rail, roller, strict=True):
         assert (on_roller.index[1:] > on_rail.index[1:]).all()
     np.testing.assert_allclose([each.index[2] for each in rail[1:]], [-0.0247, 0.0833, 24.7], rtol=0.01)

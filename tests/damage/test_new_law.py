@@ -49,12 +49,12 @@ def with_a_new_law(tmp_path, monkeypatch):
         folder.mkdir()
         (folder / f"{name}.py").write_text(text)
         monkeypatch.setattr(package, "__path__", [*package.__path__, str(folder)])
-        found = discover(kind, package.__name__, package.__path__, record)
+        result = discover(kind, package.__name__, package.__path__, record)
         monkeypatch.delitem(sys.modules, f"{package.__name__}.{name}")
         monkeypatch.delattr(package, name)
-        (new,) = set(found) - set(registry)
-        assert [one for one in found if one != new] == list(registry)  # the order of the others stays
-        monkeypatch.setitem(registry, new, found[new])
+        (new,) = set(result) - set(registry)
+        assert [one for one in result if one != new] == list(registry)  # the order of the others stays
+        monkeypatch.setitem(registry, new, result[new])
 
 
 def test_a_new_law_is_known_everywhere(with_a_new_law, patches, tmp_path, monkeypatch):

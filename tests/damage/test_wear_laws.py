@@ -50,17 +50,17 @@ SETS = {
 MADE_FOR = [
     (law, name, form)
     for law in sorted(WEAR_LAWS)
-    for name, found in sorted(SETS.items())
+    for name, result in sorted(SETS.items())
     for form in WEAR_LAWS[law].forms
-    if not WEAR_LAWS[law].wears or law in found.laws
+    if not WEAR_LAWS[law].wears or law in result.laws
 ]
 PUBLISHED = sorted(name for name, law in WEAR_LAWS.items() if law.coefficients is not None)
 MASS_UNITS = ("ug ", "kg ")
 
 
-def gives_mass(found):
-    return getattr(found, "rate", "").startswith("mass") or any(
-        number.unit.startswith(MASS_UNITS) for number in found.values.values()
+def gives_mass(result):
+    return getattr(result, "rate", "").startswith("mass") or any(
+        number.unit.startswith(MASS_UNITS) for number in result.values.values()
     )
 
 
@@ -194,10 +194,10 @@ def test_settings_that_do_not_fit_are_told_all_at_once(patches):
 
 
 def test_hardness_of_the_wheel_replaces_that_of_the_set():
-    found = coefficients_of(default_settings("archard", hardness=2.7e9))
-    assert found["hardness"] == pytest.approx(2.7)
-    assert found.values["hardness"].certainty == "given"
-    assert "hardness = 2.7 GPa" in found.departures[-1]
+    result = coefficients_of(default_settings("archard", hardness=2.7e9))
+    assert result["hardness"] == pytest.approx(2.7)
+    assert result.values["hardness"].certainty == "given"
+    assert "hardness = 2.7 GPa" in result.departures[-1]
 
 
 @pytest.mark.parametrize("law", PUBLISHED)

@@ -94,8 +94,8 @@ def test_interpolation_as_stated(interpolation, beyond, below, expected):
         T_gamma_A_N_mm2=[1, 2],
         mass_rate_ug_m_mm2=[10, 20],
     )
-    found = rate_at((np.array([0.5, 1.0, 1.5, 2.0, 3.0]) * 1e6,), table)
-    np.testing.assert_allclose(found / 1e-3, expected, rtol=1e-12)
+    result = rate_at((np.array([0.5, 1.0, 1.5, 2.0, 3.0]) * 1e6,), table)
+    np.testing.assert_allclose(result / 1e-3, expected, rtol=1e-12)
     assert table.validity.endswith(f"below the first {below}.")
     assert f"below the first {below}" in table.numbers
 
@@ -110,8 +110,8 @@ def test_wear_below_the_first_row_is_a_regime_of_its_own(form, patches):
         below: WEAR_LAWS["table"].depth(fields, area, made(below=below, **row), form=form)
         for below in ("proportional", "hold", "zero")
     }
-    for found in depth.values():
-        assert not found[1:].any()
+    for result in depth.values():
+        assert not result[1:].any()
     expected = WEAR_LAWS["table"].depth(fields, area, line, form=form)
     assert expected[1].any()
     np.testing.assert_allclose(depth["proportional"][0], expected[1], rtol=1e-12)
@@ -123,8 +123,8 @@ def test_a_map_that_starts_above_zero_is_in_proportion_to_what_is_below():
     v, p = np.meshgrid([0.5, 2.0], [800.0, 1000.0], indexing="ij")
     keys = {"hardness_GPa": 3, "slip_speed_m_s": v.ravel().tolist(), "pressure_MPa": p.ravel().tolist()}
     table = made(below="proportional", wear_coefficient=[1e-4, 2e-4, 3e-4, 4e-4], **keys)
-    found = rate_at((np.array([0.25, 0.25, 2.0]), np.array([1000e6, 400e6, 200e6])), table)
-    np.testing.assert_allclose(found, [1e-4, 0.25e-4, 0.75e-4], rtol=1e-12)
+    result = rate_at((np.array([0.25, 0.25, 2.0]), np.array([1000e6, 400e6, 200e6])), table)
+    np.testing.assert_allclose(result, [1e-4, 0.25e-4, 0.75e-4], rtol=1e-12)
 
 
 def test_a_falling_slope_never_wears_less_than_nothing():
@@ -141,9 +141,9 @@ def test_map_is_bilinear_between_its_rows():
         pressure_MPa=p.ravel().tolist(),
         wear_coefficient=(1 + 2 * v + 3e-3 * p + 4e-3 * v * p).ravel().tolist(),
     )
-    found = rate_at((np.array([0.3, 1.7, 9.0]), np.array([250e6, 900e6, 5e9])), table)
+    result = rate_at((np.array([0.3, 1.7, 9.0]), np.array([250e6, 900e6, 5e9])), table)
     expected = [1 + 0.6 + 0.75 + 0.3, 1 + 3.4 + 2.7 + 6.12, 1 + 4 + 3 + 8]
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    np.testing.assert_allclose(result, expected, rtol=1e-12)
 
 
 def test_nothing_wears_where_nothing_slides_whatever_the_first_row_says(patches):

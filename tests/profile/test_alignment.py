@@ -56,12 +56,12 @@ def distance(first, second):
 def test_best_fit_finds_the_place_of_a_worn_noisy_wheel(seed):
     """Noise of 8 um on some 150 points holds each direction to 8/sqrt(75) = 1 um; three times that."""
     true = worn_wheel(seed)
-    found = align(moved(true, 12e-3, -7e-3), NEW, "best_fit")
-    assert found.dy == pytest.approx(-12e-3, abs=3e-6)
-    assert found.dz == pytest.approx(7e-3, abs=3e-6)
-    assert found.angle == 0.0
-    assert found.rms == pytest.approx(NOISE, rel=0.2)
-    assert distance(found.profile, true) < 4e-6
+    result = align(moved(true, 12e-3, -7e-3), NEW, "best_fit")
+    assert result.dy == pytest.approx(-12e-3, abs=3e-6)
+    assert result.dz == pytest.approx(7e-3, abs=3e-6)
+    assert result.angle == 0.0
+    assert result.rms == pytest.approx(NOISE, rel=0.2)
+    assert distance(result.profile, true) < 4e-6
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -69,9 +69,9 @@ def test_best_fit_finds_the_place_of_a_worn_noisy_wheel(seed):
 def test_best_fit_with_rotation_takes_out_the_tilt_of_a_gauge(seed, angle):
     """The zones are 110 mm apart and each is held to some 1 um, so the angle to some 0.02 mrad."""
     true = worn_wheel(seed)
-    found = align(moved(true, 1e-3, 2e-3, angle), NEW, "best_fit", rotation=True)
-    assert found.angle == pytest.approx(-angle, abs=0.06e-3)
-    assert distance(found.profile, true) < 8e-6
+    result = align(moved(true, 1e-3, 2e-3, angle), NEW, "best_fit", rotation=True)
+    assert result.angle == pytest.approx(-angle, abs=0.06e-3)
+    assert distance(result.profile, true) < 8e-6
 
 
 @pytest.mark.parametrize("angle", [-50e-3, 10e-3])
@@ -80,8 +80,8 @@ def test_the_fit_with_rotation_does_not_stick_to_half_of_the_points(angle):
     worst = 0.0
     for seed in range(40):
         true = worn_wheel(seed, noise=5e-6)
-        found = align(moved(true, 1e-3, 2e-3, angle), NEW, "best_fit", rotation=True)
-        worst = max(worst, distance(found.profile, true))
+        result = align(moved(true, 1e-3, 2e-3, angle), NEW, "best_fit", rotation=True)
+        worst = max(worst, distance(result.profile, true))
     assert worst < 4e-6
 
 
@@ -91,8 +91,8 @@ def test_dirt_on_a_zone_loses_its_say(rotation):
     true = worn_wheel(2)
     lump = np.where(np.arange(len(true.y)) < 60, np.exp(-(((1e3 * true.z - 18.0) / 2.0) ** 4)), 0.0)
     dirty = replace(true, y=true.y - 0.3e-3 * lump)
-    found = align(moved(dirty, 1e-3, -1e-3), NEW, "best_fit", rotation=rotation)
-    assert distance(found.profile, dirty) < 5e-6
+    result = align(moved(dirty, 1e-3, -1e-3), NEW, "best_fit", rotation=rotation)
+    assert distance(result.profile, dirty) < 5e-6
 
 
 def test_without_rotation_a_tilt_stays_in_the_residual():
@@ -105,37 +105,37 @@ def test_without_rotation_a_tilt_stays_in_the_residual():
 def test_flange_back_holds_the_lateral_place_whatever_the_tread_lost(seed):
     """Twelve points with noise of 8 um and the tip's height, whose error enters with the slope below 0.18."""
     true = worn_wheel(seed)
-    found = align(moved(true, 3e-3, -4e-3), NEW, "flange_back")
-    assert found.dy == pytest.approx(-3e-3, abs=10e-6)
+    result = align(moved(true, 3e-3, -4e-3), NEW, "flange_back")
+    assert result.dy == pytest.approx(-3e-3, abs=10e-6)
     # z = 0 on the worn tread: 20 points of a parabola bring 8 um down to 3 um
     tread = np.interp(0.0, worn_wheel(seed, noise=0.0).y[200:], worn_wheel(seed, noise=0.0).z[200:])
-    assert found.dz == pytest.approx(4e-3 - tread, abs=10e-6)
-    assert found.rms is None
+    assert result.dz == pytest.approx(4e-3 - tread, abs=10e-6)
+    assert result.rms is None
 
 
 @pytest.mark.parametrize("name", ["P8", "EPS", "1/40"])
 def test_flange_back_of_other_wheels(name):
     """The relief of the P8 flange back is 8 degrees: compared at equal depth it does no harm."""
     new = wheel(name)
-    found = align(moved(new, 2e-3, 1e-3), new, "flange_back")
-    assert found.dy == pytest.approx(-2e-3, abs=1e-9)
-    assert found.dz == pytest.approx(-1e-3, abs=0.1e-6)
+    result = align(moved(new, 2e-3, 1e-3), new, "flange_back")
+    assert result.dy == pytest.approx(-2e-3, abs=1e-9)
+    assert result.dz == pytest.approx(-1e-3, abs=0.1e-6)
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_flange_tip_holds_the_height(seed):
     """A parabola through 20 points: 8 um become 3 um; the tip's place follows with its radius of 12 mm."""
     true = worn_wheel(seed)
-    found = align(moved(true, 3e-3, -4e-3), NEW, "flange_tip")
-    assert (found.dy, found.angle) == (0.0, 0.0)
-    assert found.dz == pytest.approx(4e-3, abs=10e-6)
+    result = align(moved(true, 3e-3, -4e-3), NEW, "flange_tip")
+    assert (result.dy, result.angle) == (0.0, 0.0)
+    assert result.dz == pytest.approx(4e-3, abs=10e-6)
 
 
 def test_running_circle_smooths_a_local_dent():
     """A dent of 0.1 mm at the running circle moves a single reading by all of it, the parabola by a third."""
     dented = replace(NEW, z=NEW.z - 0.1e-3 * np.exp(-((NEW.y / 0.3e-3) ** 2)))
-    found = align(dented, NEW, "running_circle")
-    assert 0.0 < found.dz < 0.035e-3
+    result = align(dented, NEW, "running_circle")
+    assert 0.0 < result.dz < 0.035e-3
     assert align(moved(NEW, dz=1e-3), NEW, "running_circle").dz == pytest.approx(-1e-3, abs=0.05e-6)
 
 
@@ -143,9 +143,9 @@ def test_running_circle_smooths_a_local_dent():
 def test_best_fit_of_a_worn_rail(seed):
     """Field side and lower gauge side: 130 points with 8 um, and 4 um of wear left at the zone's border."""
     true = worn_rail(seed)
-    found = align(moved(true, 8e-3, -3e-3), RAIL, "best_fit")
-    assert distance(found.profile, true) < 10e-6
-    assert "lower gauge side" in found.note
+    result = align(moved(true, 8e-3, -3e-3), RAIL, "best_fit")
+    assert distance(result.profile, true) < 10e-6
+    assert "lower gauge side" in result.note
 
 
 def test_best_fit_of_a_rail_measured_less_far_down_on_the_gauge_side():
@@ -153,14 +153,14 @@ def test_best_fit_of_a_rail_measured_less_far_down_on_the_gauge_side():
     true = worn_rail(0)
     keep = (true.y > 0.0) | (true.z < 13e-3)
     short = replace(true, y=true.y[keep], z=true.z[keep])
-    found = align(moved(short, 8e-3, -3e-3), RAIL, "best_fit")
-    assert distance(found.profile, short) < 20e-6
-    assert "lower gauge side" not in found.note
+    result = align(moved(short, 8e-3, -3e-3), RAIL, "best_fit")
+    assert distance(result.profile, short) < 20e-6
+    assert "lower gauge side" not in result.note
 
 
 def test_top_of_a_rail():
-    found = align(moved(RAIL, 0.0, 2e-3), RAIL, "top")
-    assert (found.dy, found.dz) == (0.0, pytest.approx(-2e-3, abs=1e-12))
+    result = align(moved(RAIL, 0.0, 2e-3), RAIL, "top")
+    assert (result.dy, result.dz) == (0.0, pytest.approx(-2e-3, abs=1e-12))
 
 
 @pytest.mark.parametrize("rule", WHEEL_RULES)
@@ -185,9 +185,9 @@ def test_aligning_twice_changes_nothing(rule):
 def test_nothing_moved_is_the_same_profile_and_the_move_is_told():
     true = worn_wheel(7)
     assert align(true, NEW, "none").profile is true
-    found = align(replace(true, source="file a.whl"), NEW, "flange_back")
-    assert found.profile.source == "file a.whl; aligned by flange_back"
-    assert "y of the flange back (12 points" in found.note
+    result = align(replace(true, source="file a.whl"), NEW, "flange_back")
+    assert result.profile.source == "file a.whl; aligned by flange_back"
+    assert "y of the flange back (12 points" in result.note
 
 
 def test_what_a_profile_lacks_is_told_with_the_rules_that_work():
@@ -245,8 +245,8 @@ def test_any_points_are_aligned_or_refused_in_one_line(rule, kind, seed, count, 
     for shape in (piece, walk):
         message, numbers = "", np.zeros(1)
         try:
-            found = align(shape, new, rule)
-            numbers = np.array([found.dy, found.dz, found.angle, *found.profile.y, *found.profile.z])
+            result = align(shape, new, rule)
+            numbers = np.array([result.dy, result.dz, result.angle, *result.profile.y, *result.profile.z])
         except ProfileError as error:
             message = str(error)
         assert "\n" not in message
@@ -259,6 +259,6 @@ def test_rule_contract(name):
     rule = ALIGNMENTS[name]
     for kind, shape in (("wheel", NEW), ("rail", RAIL)):
         if kind in rule.kinds:
-            found = align(shape, shape, name)
-            assert math.hypot(found.dy, found.dz) < 0.1e-6
-            assert found.note
+            result = align(shape, shape, name)
+            assert math.hypot(result.dy, result.dz) < 0.1e-6
+            assert result.note

@@ -82,5 +82,5 @@ def test_kink_appears_only_with_the_junction_of_60e1():
 def test_equivalent_conicity_is_that_of_the_benchmark_file():
     """0.180 at 3 mm against 0.174 with 60E1; 0.003 is the grid of the reference."""
     wheels = wheel("S1002")
-    found = equivalent_conicity(wheels, wheels, rail("60E1_benchmark", 1 / 40, 1.435, 0.750), amplitude=3e-3)
-    assert found == pytest.approx(0.180, abs=0.003)
+    result = equivalent_conicity(wheels, wheels, rail("60E1_benchmark", 1 / 40, 1.435, 0.750), amplitude=3e-3)
+    assert result == pytest.approx(0.180, abs=0.003)

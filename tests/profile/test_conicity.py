@@ -32,10 +32,10 @@ def test_rolling_radius_difference_equals_the_check_table():
     """1 um except within one grid step of the contact jumps at 0.2..0.3 mm and 6.6..6.7 mm."""
     shift, expected, _ = np.loadtxt(DATA / "profile_delta_r.csv", delimiter=",", skiprows=2).T * 1e-3
     away = shift < 6.65e-3
-    found = rolling_radius_difference(S1002, S1002, RAIL, shift)
-    assert found[away] == pytest.approx(expected[away], abs=1e-6)
+    result = rolling_radius_difference(S1002, S1002, RAIL, shift)
+    assert result[away] == pytest.approx(expected[away], abs=1e-6)
     # on the flank of 70 degrees 1 um of shift is 2.7 um of radius; the table's grid is 5 um
-    assert found[~away] == pytest.approx(expected[~away], abs=14e-6)
+    assert result[~away] == pytest.approx(expected[~away], abs=14e-6)
 
 
 def test_rolling_radius_difference_is_odd_for_equal_wheels():
@@ -59,9 +59,9 @@ def test_conicity_equals_the_check_table():
         cant = 1.0 / float(inclination.split(":")[1])
         placed = rail("60E1", cant, float(gauge) * 1e-3, 0.750)
         for millimetres, value in enumerate(map(float, expected), start=1):
-            found = equivalent_conicity(S1002, S1002, placed, amplitude=millimetres * 1e-3)
+            result = equivalent_conicity(S1002, S1002, placed, amplitude=millimetres * 1e-3)
             tolerance = 0.01 if (gauge, millimetres) == ("1432", 6) else 0.0015
-            assert found == pytest.approx(value, abs=tolerance), (inclination, gauge, millimetres)
+            assert result == pytest.approx(value, abs=tolerance), (inclination, gauge, millimetres)
 
 
 def test_conicity_of_the_reference_pair():
@@ -72,16 +72,16 @@ def test_conicity_of_the_benchmark_of_en_15302():
     """Wheel A on rail A, values of the standard, printed to 0.001."""
     a, counter = benchmark("wheel_a"), benchmark("rail_a")
     published = [0.125, 0.155, 0.188, 0.216, 0.254, 0.303]
-    found = [equivalent_conicity(a, a, counter, amplitude=k * 1e-3) for k in range(1, 7)]
-    assert found == pytest.approx(published, abs=0.00055)
+    result = [equivalent_conicity(a, a, counter, amplitude=k * 1e-3) for k in range(1, 7)]
+    assert result == pytest.approx(published, abs=0.00055)
 
 
 @pytest.mark.parametrize("slope", [1 / 10, 1 / 20, 1 / 40])
 def test_conicity_of_a_cone_is_its_slope(slope):
     """Midpoint rule on 400 phases and the search grid: 1e-6 of the slope."""
     wheels = coned(slope)
-    found = equivalent_conicity(wheels, wheels, rail("60E1", 1 / 20, 1.435, 0.750), amplitude=3e-3)
-    assert found == pytest.approx(slope, rel=1e-5)
+    result = equivalent_conicity(wheels, wheels, rail("60E1", 1 / 20, 1.435, 0.750), amplitude=3e-3)
+    assert result == pytest.approx(slope, rel=1e-5)
 
 
 def test_conicity_does_not_depend_on_which_wheel_is_right():

@@ -34,13 +34,13 @@ def test_radius_difference_is_the_published_one(letter, rail_a):
     """0.5 um of the published digits and 0.3 um of the grid; 8 um on edges."""
     shift, published = table("profile_en15302_delta_r.csv", letter).T
     profile = wheel(f"EN15302_{letter}", spacing=0.05e-3)
-    found = rolling_radius_difference(profile, profile, rail_a, shift * 1e-3) * 1e3
+    result = rolling_radius_difference(profile, profile, rail_a, shift * 1e-3) * 1e3
     edge = np.isin(shift, ON_EDGES.get(letter, ()))
     assert len(shift) > 15
-    assert np.max(np.abs(found - published)[~edge]) < 0.8e-3
-    assert np.max(np.abs(found - published)) < 8e-3
+    assert np.max(np.abs(result - published)[~edge]) < 0.8e-3
+    assert np.max(np.abs(result - published)) < 8e-3
     back = rolling_radius_difference(profile, profile, rail_a, -shift * 1e-3) * 1e3
-    assert back == pytest.approx(-found, abs=1e-9)
+    assert back == pytest.approx(-result, abs=1e-9)
 
 
 def _conicity_cases():
@@ -53,8 +53,8 @@ def _conicity_cases():
 def test_conicity_is_within_the_tolerance_of_the_standard(letter, amplitude, published, rail_a):
     """EN 15302 asks for 0.05 or half the value, whichever is less."""
     profile = wheel(f"EN15302_{letter}")
-    found = equivalent_conicity(profile, profile, rail_a, amplitude=amplitude * 1e-3)
-    assert abs(found - published) < min(0.05, 0.5 * published)
+    result = equivalent_conicity(profile, profile, rail_a, amplitude=amplitude * 1e-3)
+    assert abs(result - published) < min(0.05, 0.5 * published)
 
 
 @pytest.mark.parametrize("letter", "AC")
@@ -62,9 +62,9 @@ def test_conicity_without_jumps_is_published_to_its_last_digit(letter, rail_a):
     """0.0005 are the digits, 0.0004 the grid; the contact of B, H and I jumps within the amplitudes."""
     profile = wheel(f"EN15302_{letter}")
     for amplitude, published, own in table("profile_en15302_conicity.csv", letter):
-        found = equivalent_conicity(profile, profile, rail_a, amplitude=amplitude * 1e-3)
-        assert found == pytest.approx(published, abs=0.0009)
-        assert found == pytest.approx(own, abs=0.0004)
+        result = equivalent_conicity(profile, profile, rail_a, amplitude=amplitude * 1e-3)
+        assert result == pytest.approx(published, abs=0.0009)
+        assert result == pytest.approx(own, abs=0.0004)
 
 
 @pytest.mark.parametrize(("letter", "farthest"), [("B", 0.0016), ("H", 0.0014), ("I", 0.0008)])
@@ -76,8 +76,8 @@ def test_conicity_a_millimetre_behind_a_jump(letter, farthest, rail_a):
     ]
     assert len(later) >= 3
     for amplitude, _, own in later:
-        found = equivalent_conicity(profile, profile, rail_a, amplitude=amplitude * 1e-3)
-        assert found == pytest.approx(own, abs=farthest)
+        result = equivalent_conicity(profile, profile, rail_a, amplitude=amplitude * 1e-3)
+        assert result == pytest.approx(own, abs=farthest)
 
 
 def test_rail_a_stands_as_the_standard_places_it():

@@ -51,12 +51,12 @@ rim_width,330,133,140
 @pytest.mark.parametrize("row", list(csv.reader(io.StringIO(TABLE))), ids=lambda row: "-".join(row[:2]))
 def test_shipped_limits_are_those_of_the_table(row):
     measure, diameter, least, most = row
-    found = judge({measure: 1.0}, TSI, diameter=1e-3 * float(diameter))
-    limits = {each.bound: each.limit for each in found}
+    result = judge({measure: 1.0}, TSI, diameter=1e-3 * float(diameter))
+    limits = {each.bound: each.limit for each in result}
     expected = {"min": least, "max": most}
     assert limits == {bound: pytest.approx(1e-3 * float(x), abs=1e-15) for bound, x in expected.items() if x}
-    assert all(each.certainty.startswith("TSI default, check") for each in found)
-    assert all("EN 15313" in each.source for each in found)
+    assert all(each.certainty.startswith("TSI default, check") for each in result)
+    assert all("EN 15313" in each.source for each in result)
 
 
 def test_every_limited_measure_of_the_table_is_covered_and_hollowing_is_no_tsi_limit():
@@ -70,13 +70,13 @@ def test_every_limited_measure_of_the_table_is_covered_and_hollowing_is_no_tsi_l
 
 def test_judgement_of_a_new_wheel():
     """New S1002 has a margin of 0.5 mm to the largest flange thickness and to the least flange height."""
-    found = judge(wheel_measures(NEW, diameter=0.92, back_to_back=1.36), TSI)
-    assert not any(each.exceeded for each in found)
-    margins = {(each.measure, each.bound): each.margin for each in found}
+    result = judge(wheel_measures(NEW, diameter=0.92, back_to_back=1.36), TSI)
+    assert not any(each.exceeded for each in result)
+    margins = {(each.measure, each.bound): each.margin for each in result}
     assert margins["flange_thickness", "max"] == pytest.approx(0.5e-3, abs=0.1e-6)
     assert margins["flange_height", "min"] == pytest.approx(0.5e-3, abs=0.1e-6)
     assert margins["front_to_front", "max"] == pytest.approx(1e-3, abs=0.2e-6)
-    assert {each.condition for each in found if each.measure == "flange_thickness"} == {"D > 840 mm"}
+    assert {each.condition for each in result if each.measure == "flange_thickness"} == {"D > 840 mm"}
 
 
 def test_a_small_wheel_with_a_flange_of_28_mm_is_beyond():
@@ -101,12 +101,12 @@ def test_exceeded_is_the_sign_of_the_margin(value, diameter):
 
 
 def test_without_a_diameter_only_what_all_limits_agree_on_is_judged():
-    found = {(each.measure, each.bound): each for each in judge(wheel_measures(NEW), TSI)}
-    low, high = found["flange_height", "min"], found["flange_height", "max"]  # 28 mm of 27.5, 29.5, 31.5
+    result = {(each.measure, each.bound): each for each in judge(wheel_measures(NEW), TSI)}
+    low, high = result["flange_height", "min"], result["flange_height", "max"]  # 28 mm of 27.5, 29.5, 31.5
     assert (low.limit, low.margin, low.exceeded) == (None, None, None)
     assert low.reason == "depends on the wheel diameter, which is not given"
     assert (high.limit, high.exceeded, high.condition) == (36e-3, False, "any diameter listed")
-    low = found["flange_thickness", "min"]  # 32.5 mm, more than the strictest
+    low = result["flange_thickness", "min"]  # 32.5 mm, more than the strictest
     assert (low.limit, low.exceeded, low.condition) == (27.5e-3, False, "any diameter listed")
 
 
@@ -128,7 +128,7 @@ def test_without_a_diameter_what_is_told_holds_for_every_listed_one(values):
         {(j.measure, j.bound): j.exceeded for j in judge(values, TSI, diameter=each)} for each in diameters
     ]
     for each in judge(values, TSI):
-        by_diameter = {found[each.measure, each.bound] for found in message}
+        by_diameter = {result[each.measure, each.bound] for result in message}
         if each.exceeded is None:
             assert by_diameter == {True, False}
             assert (each.limit, each.margin) == (None, None)
@@ -143,9 +143,9 @@ def test_without_a_diameter_what_is_told_holds_for_every_listed_one(values):
 def test_a_bound_that_some_diameters_lack_condemns_nothing_without_a_diameter():
     (first, *_) = [limit for limit in TSI.limits if limit.measure == "flange_thickness"]
     small = replace(first, least=None, diameters=DiameterRange(0.0, 0.84))
-    found = {each.bound: each for each in judge({"flange_thickness": 20e-3}, [first, small])}
-    assert found["min"].exceeded is None
-    assert found["max"].exceeded is False
+    result = {each.bound: each for each in judge({"flange_thickness": 20e-3}, [first, small])}
+    assert result["min"].exceeded is None
+    assert result["max"].exceeded is False
 
 
 def test_an_axle_with_a_wheel_of_unknown_size_is_judged_as_without_a_diameter():
@@ -156,10 +156,10 @@ def test_an_axle_with_a_wheel_of_unknown_size_is_judged_as_without_a_diameter():
 
 
 def test_a_diameter_without_limits_is_told():
-    found = {(each.measure, each.bound): each for each in judge(wheel_measures(NEW, diameter=0.30), TSI)}
-    assert found["flange_thickness", "max"].exceeded is None
-    assert found["flange_thickness", "max"].reason == "no limit is given for a wheel diameter of 300 mm"
-    assert found["flange_gradient", "min"].exceeded is False
+    result = {(each.measure, each.bound): each for each in judge(wheel_measures(NEW, diameter=0.30), TSI)}
+    assert result["flange_thickness", "max"].exceeded is None
+    assert result["flange_thickness", "max"].reason == "no limit is given for a wheel diameter of 300 mm"
+    assert result["flange_gradient", "min"].exceeded is False
 
 
 def test_what_was_not_measured_stays_in_the_list_with_its_reason():
@@ -172,9 +172,11 @@ def test_what_was_not_measured_stays_in_the_list_with_its_reason():
 
 
 def test_wheelset_the_smaller_wheel_chooses_the_limits_of_the_axle():
-    found = judge_wheelset(wheelset_measures(NEW, NEW, diameters=(0.8402, 0.8398), back_to_back=1.3575), TSI)
-    assert {each.condition for each in found["right"] if each.measure == "flange_thickness"} == {"D > 840 mm"}
-    (low, _) = [each for each in found["axle"] if each.measure == "back_to_back"]
+    result = judge_wheelset(wheelset_measures(NEW, NEW, diameters=(0.8402, 0.8398), back_to_back=1.3575), TSI)
+    assert {each.condition for each in result["right"] if each.measure == "flange_thickness"} == {
+        "D > 840 mm"
+    }
+    (low, _) = [each for each in result["axle"] if each.measure == "back_to_back"]
     assert low.exceeded
     assert low.condition == "760 < D <= 840 mm"
 
@@ -205,14 +207,14 @@ def test_limits_of_ones_own(tmp_path):
     path.write_text(OWN)
     own = load_limits(path)
     assert (own.name, own.title) == ("own", "our depot")
-    found = judge(
+    result = judge(
         {"wheel_diameter_difference": -0.7e-3, "equivalent_conicity": 0.3, "hollowing": 3.5e-3},
         own,
         diameter=0.9,
     )
-    assert [each.exceeded for each in found] == [True, False, None]
-    assert found[0].margin == pytest.approx(-0.2e-3, abs=1e-12)  # a difference counts by its size
-    assert [each.source for each in found[:2]] == ["works rule 7", "works rule 8"]
+    assert [each.exceeded for each in result] == [True, False, None]
+    assert result[0].margin == pytest.approx(-0.2e-3, abs=1e-12)  # a difference counts by its size
+    assert [each.source for each in result[:2]] == ["works rule 7", "works rule 8"]
     (hollow,) = judge({"hollowing": 3.5e-3}, own, diameter=0.8999)
     assert hollow.exceeded
     assert hollow.condition == "D < 900 mm"

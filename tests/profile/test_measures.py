@@ -72,8 +72,8 @@ def test_profiles_without_a_flange_are_refused():
 
 def test_measures_of_a_new_wheel_and_its_wheelset():
     """Nominal values of EN 13715 and of a back-to-back distance of 1360 mm, to the 0.1 um of cubics."""
-    found = wheel_measures(S1002, diameter=0.92, back_to_back=1.36)
-    assert found.missing == {}
+    result = wheel_measures(S1002, diameter=0.92, back_to_back=1.36)
+    assert result.missing == {}
     nominal = {
         "flange_height": 28e-3,
         "flange_thickness": 32.5e-3,
@@ -84,9 +84,9 @@ def test_measures_of_a_new_wheel_and_its_wheelset():
         "back_to_back": 1.36,
         "front_to_front": 1.425,
     }
-    assert found.values == pytest.approx(nominal, abs=0.1e-6)
+    assert result.values == pytest.approx(nominal, abs=0.1e-6)
     assert set(nominal) <= set(QUANTITIES)
-    assert all(type(value) is float for value in found.values.values())
+    assert all(type(value) is float for value in result.values.values())
 
 
 @pytest.mark.parametrize(("name", "width"), [("EPS", 135e-3), ("P8", 135e-3), ("1/40", 135e-3)])
@@ -104,11 +104,11 @@ def test_gauge_values_do_not_depend_on_where_z_is_counted_from(lift):
 
 
 def test_distances_of_the_gauge_reach_the_measures():
-    found = wheel_measures(S1002, GaugeDistances(below_tip=3e-3, level=13e-3, flange_back=72e-3)).values
+    result = wheel_measures(S1002, GaugeDistances(below_tip=3e-3, level=13e-3, flange_back=72e-3)).values
     y, z = S1002.y, S1002.z
-    assert found["flange_thickness"] == flange_thickness(y, z, level=13e-3, flange_back=72e-3)
-    assert found["flange_gradient"] == flange_gradient(y, z, level=13e-3, below_tip=3e-3)
-    assert found["rim_width"] == pytest.approx(137e-3, abs=1e-9)
+    assert result["flange_thickness"] == flange_thickness(y, z, level=13e-3, flange_back=72e-3)
+    assert result["flange_gradient"] == flange_gradient(y, z, level=13e-3, below_tip=3e-3)
+    assert result["rim_width"] == pytest.approx(137e-3, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -126,29 +126,29 @@ def test_odd_gauge_distances_are_refused(distances, message):
 
 def test_what_cannot_be_measured_is_missing_with_its_reason():
     tread = S1002.y > -36e-3
-    found = wheel_measures(replace(S1002, y=S1002.y[tread], z=S1002.z[tread]), back_to_back=1.36)
-    assert "begins at its highest point" in found.missing["flange_height"]
-    assert "begins at its highest point" in found.missing["flange_gradient"]
-    assert "does not reach 10 mm above the running circle" in found.missing["flange_thickness"]
-    assert found.missing["front_to_front"] == "the flange thickness cannot be measured"
-    assert found.missing["wheel_diameter"] == "not stated (--diameter-mm)"
-    assert found.values["back_to_back"] == 1.36
-    assert found.values["hollowing"] == 0.0
+    result = wheel_measures(replace(S1002, y=S1002.y[tread], z=S1002.z[tread]), back_to_back=1.36)
+    assert "begins at its highest point" in result.missing["flange_height"]
+    assert "begins at its highest point" in result.missing["flange_gradient"]
+    assert "does not reach 10 mm above the running circle" in result.missing["flange_thickness"]
+    assert result.missing["front_to_front"] == "the flange thickness cannot be measured"
+    assert result.missing["wheel_diameter"] == "not stated (--diameter-mm)"
+    assert result.values["back_to_back"] == 1.36
+    assert result.values["hollowing"] == 0.0
     short = S1002.y < 40e-3
-    found = wheel_measures(replace(S1002, y=S1002.y[short], z=S1002.z[short]))
-    assert "hollowing needs the tread up to 50 mm" in found.missing["hollowing"]
-    assert "ends on the tread at y = 39.86 mm" in found.missing["rim_width"]
-    assert found.missing["back_to_back"] == "the back-to-back distance of the wheelset is not given"
-    assert set(found.values) == {"flange_height", "flange_thickness", "flange_gradient"}
+    result = wheel_measures(replace(S1002, y=S1002.y[short], z=S1002.z[short]))
+    assert "hollowing needs the tread up to 50 mm" in result.missing["hollowing"]
+    assert "ends on the tread at y = 39.86 mm" in result.missing["rim_width"]
+    assert result.missing["back_to_back"] == "the back-to-back distance of the wheelset is not given"
+    assert set(result.values) == {"flange_height", "flange_thickness", "flange_gradient"}
 
 
 def test_a_shape_without_a_flange_has_no_measures_of_one():
     """A disc bulges by a few hundredths of a millimetre: that is no flange to be judged."""
-    found = wheel_measures(wheel("disc"))
-    assert set(found.values) == {"hollowing"}
+    result = wheel_measures(wheel("disc"))
+    assert set(result.values) == {"hollowing"}
     for name in ("flange_height", "flange_thickness", "flange_gradient", "rim_width"):
         assert (
-            found.missing[name]
+            result.missing[name]
             == "there is no flange: the highest point lies 0.04 mm above the running circle"
         )
 
@@ -157,13 +157,13 @@ def test_a_wheelset_whose_wheels_differ():
     """Thinner left flange by 2 mm, and other diameters."""
     left = wheel("S1002/e30.5")
     right = replace(S1002, z=S1002.z - 1e-3)
-    found = wheelset_measures(right, left, diameters=(0.918, 0.919), back_to_back=1.36)
-    assert found.axle.values["front_to_front"] == pytest.approx(1.36 + 32.5e-3 + 30.5e-3, abs=0.2e-6)
-    assert found.axle.values["wheel_diameter_difference"] == pytest.approx(-1e-3, abs=1e-9)
-    assert found.left.values["flange_thickness"] == pytest.approx(30.5e-3, abs=0.1e-6)
-    assert "back_to_back" not in found.right.values
-    assert "front_to_front" not in found.left.missing
-    assert found.axle.missing == {}
+    result = wheelset_measures(right, left, diameters=(0.918, 0.919), back_to_back=1.36)
+    assert result.axle.values["front_to_front"] == pytest.approx(1.36 + 32.5e-3 + 30.5e-3, abs=0.2e-6)
+    assert result.axle.values["wheel_diameter_difference"] == pytest.approx(-1e-3, abs=1e-9)
+    assert result.left.values["flange_thickness"] == pytest.approx(30.5e-3, abs=0.1e-6)
+    assert "back_to_back" not in result.right.values
+    assert "front_to_front" not in result.left.missing
+    assert result.axle.missing == {}
     bare = wheelset_measures(right, left)
     assert set(bare.axle.missing) == {"back_to_back", "front_to_front", "wheel_diameter_difference"}
 

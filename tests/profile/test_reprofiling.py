@@ -39,44 +39,44 @@ S1002 = resample(standard.wheel("S1002"), 0.25e-3)
 
 
 def test_a_new_wheel_loses_nothing():
-    found = reprofile(S1002, S1002)
-    assert found.depth == 0.0
-    assert abs(found.radius_loss) < 1e-15
-    np.testing.assert_array_equal(found.profile.z, S1002.z)
+    result = reprofile(S1002, S1002)
+    assert result.depth == 0.0
+    assert abs(result.radius_loss) < 1e-15
+    np.testing.assert_array_equal(result.profile.z, S1002.z)
 
 
 @pytest.mark.slow
 @given(depth=st.floats(1e-6, 20e-3))
 def test_uniform_radial_wear_costs_itself(depth):
     """Rounding of z only."""
-    found = reprofile(replace(S1002, z=S1002.z - depth), S1002)
-    assert found.depth == pytest.approx(depth, abs=1e-15)
-    assert found.radius_loss == pytest.approx(0.0, abs=1e-15)  # all of it was worn, the lathe takes nothing
+    result = reprofile(replace(S1002, z=S1002.z - depth), S1002)
+    assert result.depth == pytest.approx(depth, abs=1e-15)
+    assert result.radius_loss == pytest.approx(0.0, abs=1e-15)  # all of it was worn, the lathe takes nothing
 
 
 def test_worn_tread_costs_the_wear_of_the_tread():
-    found = reprofile(wheel(level=-1.5e-3), wheel())
-    assert found.depth == pytest.approx(1.5e-3, abs=1e-15)
-    assert found.radius_loss == pytest.approx(0.0, abs=1e-15)
+    result = reprofile(wheel(level=-1.5e-3), wheel())
+    assert result.depth == pytest.approx(1.5e-3, abs=1e-15)
+    assert result.radius_loss == pytest.approx(0.0, abs=1e-15)
 
 
 def test_a_hollow_tread_costs_its_deepest_place():
     dent = [(-10e-3, 0.0), (17.3e-3, -3.2e-3), (40e-3, 0.0)]
-    found = reprofile(wheel(dent=dent), wheel())
-    assert found.depth == pytest.approx(3.2e-3, abs=1e-15)
-    assert found.place == 17.3e-3
+    result = reprofile(wheel(dent=dent), wheel())
+    assert result.depth == pytest.approx(3.2e-3, abs=1e-15)
+    assert result.place == 17.3e-3
     # the running circle lies on the slope of the hollow, 10 of 27.3 mm on
-    assert found.radius_loss == pytest.approx(3.2e-3 * (1.0 - 10.0 / 27.3), rel=1e-12)
+    assert result.radius_loss == pytest.approx(3.2e-3 * (1.0 - 10.0 / 27.3), rel=1e-12)
 
 
 @pytest.mark.parametrize("flank", [60.0, 70.0, 75.0])
 def test_a_worn_flank_costs_its_wear_times_its_slope(flank):
-    found = reprofile(wheel(flank, thinner=2e-3), wheel(flank))
-    assert found.depth == pytest.approx(2e-3 * np.tan(flank * DEG), rel=1e-12)
-    assert found.radius_loss == pytest.approx(found.depth, abs=1e-15)  # the tread was not worn
-    assert found.depth > 2e-3
+    result = reprofile(wheel(flank, thinner=2e-3), wheel(flank))
+    assert result.depth == pytest.approx(2e-3 * np.tan(flank * DEG), rel=1e-12)
+    assert result.radius_loss == pytest.approx(result.depth, abs=1e-15)  # the tread was not worn
+    assert result.depth > 2e-3
     # the flange has the template's thickness again
-    assert flange_thickness(found.profile.y, found.profile.z) == pytest.approx(
+    assert flange_thickness(result.profile.y, result.profile.z) == pytest.approx(
         flange_thickness(wheel(flank).y, wheel(flank).z), abs=1e-12
     )
 
@@ -120,14 +120,14 @@ def test_the_turned_wheel_lies_inside_and_touches(seed):
     y = np.unique(np.concatenate((S1002.y[S1002.y > -60e-3], rng.uniform(-59e-3, 55e-3, 50))))
     z = np.interp(y, S1002.y, S1002.z) - 1e-3 * rng.random(y.size) * rng.random()
     worn = Profile("noise", "wheel", y, z)
-    found = reprofile(worn, S1002)
-    zone = (y >= found.start) & (y <= found.end)
-    fine = np.sort(np.concatenate((y[zone], rng.uniform(found.start, found.end, 1000))))
-    cut = np.interp(fine, worn.y, worn.z) - np.interp(fine, found.profile.y, found.profile.z)
+    result = reprofile(worn, S1002)
+    zone = (y >= result.start) & (y <= result.end)
+    fine = np.sort(np.concatenate((y[zone], rng.uniform(result.start, result.end, 1000))))
+    cut = np.interp(fine, worn.y, worn.z) - np.interp(fine, result.profile.y, result.profile.z)
     assert cut.min() >= -1e-12  # interpolation on steep flanks rounds y
-    assert found.start <= found.place <= found.end
-    touching = np.interp(found.place, worn.y, worn.z) - np.interp(
-        found.place, found.profile.y, found.profile.z
+    assert result.start <= result.place <= result.end
+    touching = np.interp(result.place, worn.y, worn.z) - np.interp(
+        result.place, result.profile.y, result.profile.z
     )
     assert touching == pytest.approx(0.0, abs=1e-12)
 

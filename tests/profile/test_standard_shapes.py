@@ -136,15 +136,15 @@ def test_resampling_keeps_the_shape(path):
 
 @pytest.mark.parametrize("name", WHEELS)
 def test_every_wheel_runs_on_a_rail(name, rail_60e1):
-    found = pressures(wheel(name), rail_60e1, 0.0)
-    assert np.all((found > 0.3e9) & (found < 6e9))
+    result = pressures(wheel(name), rail_60e1, 0.0)
+    assert np.all((result > 0.3e9) & (result < 6e9))
 
 
 @pytest.mark.parametrize("curvature", [0.0, 2.0])
 @pytest.mark.parametrize("name", RAILS)
 def test_every_rail_carries_a_wheel_as_rail_and_as_roller(name, curvature, s1002):
-    found = pressures(s1002, rail(name, 1 / 40, 1.435, 0.750), curvature)
-    assert np.all((found > 0.3e9) & (found < 6e9))
+    result = pressures(s1002, rail(name, 1 / 40, 1.435, 0.750), curvature)
+    assert np.all((result > 0.3e9) & (result < 6e9))
 
 
 @pytest.mark.parametrize("name", RAILS)

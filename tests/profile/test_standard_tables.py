@@ -94,8 +94,8 @@ def test_rail_heads_have_the_arcs_of_the_table_and_close_on_the_drawing(name):
     for piece, (radius, xc, zc, x_start, z_start, x_end, z_end) in zip(half, table, strict=True):
         start = max(piece.start, 0.0)
         ends = piece.height(np.array([start, piece.end]))
-        found = (piece.radius, *piece.centre, start, ends[0], piece.end, ends[1])
-        assert found == pytest.approx((radius, xc, zc, x_start, z_start, x_end, z_end), abs=0.51e-6)
+        result = (piece.radius, *piece.centre, start, ends[0], piece.end, ends[1])
+        assert result == pytest.approx((radius, xc, zc, x_start, z_start, x_end, z_end), abs=0.51e-6)
     # no input of the construction: the width where the sides begin
     width, depth, digits = DRAWN_WIDTHS[name]
     assert 2.0 * half[-1].end == pytest.approx(width, abs=digits)
@@ -149,12 +149,12 @@ def test_gauge_values_equal_the_table(row):
     At the edge on the tip of P8 the parabola through the highest points rises 1 um above the edge.
     """
     profile = wheel(row[0])
-    found = [f(profile.y, profile.z) * 1e3 for f in (flange_height, flange_thickness, flange_gradient)]
+    result = [f(profile.y, profile.z) * 1e3 for f in (flange_height, flange_thickness, flange_gradient)]
     height, thickness, gradient = map(float, row[1:])
     tip = 1.1e-3 if row[0] == "P8" else 0.1e-3
-    assert found[0] == pytest.approx(height, abs=tip)
-    assert found[1] == pytest.approx(thickness, abs=0.1e-3)
-    assert found[2] == pytest.approx(gradient, abs=2.0 * tip)
+    assert result[0] == pytest.approx(height, abs=tip)
+    assert result[1] == pytest.approx(thickness, abs=0.1e-3)
+    assert result[2] == pytest.approx(gradient, abs=2.0 * tip)
 
 
 @pytest.mark.parametrize("row", rows("profile_conicity_pairs.csv"), ids=lambda r: "-".join(r[:4]))
@@ -164,11 +164,11 @@ def test_conicity_and_radius_difference_of_pairs(row):
     profile = wheel(row[0])
     placed = rail(row[1], 1.0 / float(row[2]), 1e-3 * float(row[3]), 0.750)
     for millimetres in range(1, 7):
-        found = equivalent_conicity(profile, profile, placed, amplitude=millimetres * 1e-3)
+        result = equivalent_conicity(profile, profile, placed, amplitude=millimetres * 1e-3)
         bound = 0.005 if millimetres in BESIDE_A_JUMP.get(pair, ()) else 0.0015
-        assert found == pytest.approx(float(row[3 + millimetres]), abs=bound), millimetres
-    found = rolling_radius_difference(profile, profile, placed, np.array([3e-3, 5e-3])) * 1e3
+        assert result == pytest.approx(float(row[3 + millimetres]), abs=bound), millimetres
+    result = rolling_radius_difference(profile, profile, placed, np.array([3e-3, 5e-3])) * 1e3
     # 1 um of y is 2.7 um of radius on the flank, which S1002 touches at 5 mm on gauge 1432
     on_flank = float(row[11]) > 5.0
-    assert found[0] == pytest.approx(float(row[10]), abs=0.6e-3)
-    assert found[1] == pytest.approx(float(row[11]), abs=2.7e-3 if on_flank else 0.6e-3)
+    assert result[0] == pytest.approx(float(row[10]), abs=0.6e-3)
+    assert result[1] == pytest.approx(float(row[11]), abs=2.7e-3 if on_flank else 0.6e-3)

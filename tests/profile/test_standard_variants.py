@@ -124,8 +124,8 @@ def test_cones_have_the_conicity_of_their_slope(n):
     """Search grid and phases: 1e-5 of the slope. The tread is straight through the running circle."""
     profile = wheel(f"cone/1:{n}")
     assert float(evaluate(definition(f"cone/1:{n}", "wheel"), np.array([0.0]))[0]) == 0.0
-    found = equivalent_conicity(profile, profile, rail("60E1", 1 / 20, 1.435, 0.750), amplitude=3e-3)
-    assert found == pytest.approx(1.0 / n, rel=1e-5)
+    result = equivalent_conicity(profile, profile, rail("60E1", 1 / 20, 1.435, 0.750), amplitude=3e-3)
+    assert result == pytest.approx(1.0 / n, rel=1e-5)
     assert "no standard profile" in definition("cone", "wheel").certainty
 
 

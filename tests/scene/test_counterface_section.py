@@ -30,9 +30,9 @@ def test_wear_reaches_the_campaign_in_si(folder, kind, lines, wanted):
     Path("scene.toml").write_text(f"{TEXT[kind]}\n[counterface.wear]\n{lines}\n")
     scene = load_scene("scene.toml")
     setup = build(scene)
-    found = setup.counterface_wear
+    result = setup.counterface_wear
     for name in CounterfaceWear.__dataclass_fields__:
-        assert getattr(found, name) == pytest.approx(getattr(wanted, name), rel=1e-12), name
+        assert getattr(result, name) == pytest.approx(getattr(wanted, name), rel=1e-12), name
     # a profile that wears gets the points of the wheels; it stays where it was
     profile = setup.counterface.profile
     steps = np.diff(arc_length(profile.y, profile.z))

@@ -70,8 +70,8 @@ def test_semi_implicit_steps_need_a_model_with_interpenetration(folder, changed,
 
 def test_all_faults_of_the_last_stage_are_told_at_once(folder, changed, faults_of, line_with):
     old, new = ('"S1002"', '"60E1"', "share = 0.75"), ('"S1003"', '"rail.csv"', "share = 0.8")
-    found = faults_of(changed(FIELD, *zip(old, new, strict=True)))
-    assert [fault.split(":")[1] for fault in found] == [str(line_with(FIELD, text)) for text in old]
+    result = faults_of(changed(FIELD, *zip(old, new, strict=True)))
+    assert [fault.split(":")[1] for fault in result] == [str(line_with(FIELD, text)) for text in old]
 
 
 def test_a_wheel_that_does_not_touch_the_rail_is_told_at_its_shift(folder, changed, faults_of, line_with):
@@ -86,11 +86,11 @@ def test_faults_of_a_profile_file_name_both_files_and_lines(folder, changed, fau
     rows[11] = "nan,1"
     rows[20] = "5,abc"
     Path("wheel.csv").write_text("\n".join(rows))
-    found = faults_of(changed(RIG, ('"S1002"', '"wheel.csv"')))
-    assert len(found) == 2
-    assert all(fault.startswith('scene.toml:5: profile = "wheel.csv": wheel.csv:') for fault in found)
-    assert "wheel.csv:12:" in found[0]
-    assert "wheel.csv:21:" in found[1]
+    result = faults_of(changed(RIG, ('"S1002"', '"wheel.csv"')))
+    assert len(result) == 2
+    assert all(fault.startswith('scene.toml:5: profile = "wheel.csv": wheel.csv:') for fault in result)
+    assert "wheel.csv:12:" in result[0]
+    assert "wheel.csv:21:" in result[1]
 
 
 def test_a_profile_with_too_few_points_is_a_fault_of_its_key(folder, changed, faults_of):
@@ -119,8 +119,8 @@ def test_rounded_shares_are_normalised_with_a_warning(folder, changed):
 def test_a_compare_scene_tells_the_faults_of_both_scenes(folder, changed, faults_of):
     Path("rig.toml").write_text(changed(RIG, ("load_kN = 80", "load_kN = 0")))
     Path("field.toml").write_text(changed(FIELD, ("share = 0.75", "share = 0.5")))
-    found = faults_of(COMPARE)
-    assert [fault.split(": ")[0] for fault in found] == ["rig.toml:15", "field.toml:16"]
+    result = faults_of(COMPARE)
+    assert [fault.split(": ")[0] for fault in result] == ["rig.toml:15", "field.toml:16"]
 
 
 def test_a_compare_scene_names_one_scene_of_each_kind(folder, changed, faults_of):

@@ -151,9 +151,13 @@ def test_one_energy_coefficient_in_place_of_a_set(folder):
     )
     assert scene.wear.coefficients is None
     setup = build(scene)
-    found = coefficients_of(setup.wear)
-    assert (found.name, found["mild"], found.uncertain) == ("constant", pytest.approx(0.7e-12, rel=1e-15), ())
-    assert energy.power_limit(found) == float("inf")
+    result = coefficients_of(setup.wear)
+    assert (result.name, result["mild"], result.uncertain) == (
+        "constant",
+        pytest.approx(0.7e-12, rel=1e-15),
+        (),
+    )
+    assert energy.power_limit(result) == float("inf")
     assert comparison_laws(setup).names == ("energy (zobory_1997)",)
 
 
@@ -172,10 +176,10 @@ def test_all_fatigue_laws(folder):
         "stress_index",
         "wlrm",
     ]
-    found = [fatigue.coefficients_of(each) for each in setup.fatigue]
-    assert [each["shear_yield"] for each in found[:3]] == [320.0] * 3
+    result = [fatigue.coefficients_of(each) for each in setup.fatigue]
+    assert [each["shear_yield"] for each in result[:3]] == [320.0] * 3
     wlrm = setup.fatigue[3]
-    assert (found[3].name, wlrm.branch, wlrm.wear_number) == ("burstow_2004_20n", "rising", "with_spin")
+    assert (result[3].name, wlrm.branch, wlrm.wear_number) == ("burstow_2004_20n", "rising", "with_spin")
     assert (wlrm.crack_depth, wlrm.crack_width, wlrm.wear_limit) == (5e-3, 12e-3, 4e-3)
     assert (setup.fatigue[0].branch, setup.fatigue[0].crack_depth) == ("net", None)
 
@@ -187,9 +191,9 @@ def test_break_points_of_ones_own(folder):
             'certainty = "a guess"\nstart_N = 20\npeak_N = 80\nend_N = 200\npeak_damage = 5e-6\nfloor = 0\n'
         )
     )
-    found = fatigue.coefficients_of(setup.fatigue[0])
-    assert found.source == "our fleet"
-    assert [found[name] for name in ("start", "peak", "end", "peak_damage", "floor")] == [
+    result = fatigue.coefficients_of(setup.fatigue[0])
+    assert result.source == "our fleet"
+    assert [result[name] for name in ("start", "peak", "end", "peak_damage", "floor")] == [
         20,
         80,
         200,
@@ -313,8 +317,8 @@ OWN = (
     ],
 )
 def test_what_does_not_fit_together(folder, faults_of, text, line, message):
-    found = faults_of(RIG + text)
-    (fault,) = [each for each in found if message in each]
+    result = faults_of(RIG + text)
+    (fault,) = [each for each in result if message in each]
     assert fault.startswith(f"scene.toml:{FIRST + line}: ")
 
 

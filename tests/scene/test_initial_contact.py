@@ -59,10 +59,10 @@ def test_a_wheelset_that_finds_no_rest_is_refused(folder, changed, line_with, mo
     monkeypatch.setattr(
         "wearsim.scene.initial_contact.resting_roll", lambda *_: (np.zeros(1), np.zeros(1, bool))
     )
-    with pytest.raises(SceneError) as refused:
+    with pytest.raises(SceneError) as error_of:
         check_contact(load_scene("scene.toml"))
-    assert len(refused.value.faults) == 5
-    first = str(refused.value).splitlines()[0]
+    assert len(error_of.value.faults) == 5
+    first = str(error_of.value).splitlines()[0]
     assert first.startswith(f"scene.toml:{line_with(text, 'shift_mm = -3')}: shift_mm: at a shift of -3 mm")
     assert "the wheelset has no contact to solve: no roll of the wheelset lets both wheels carry" in first
 

@@ -51,15 +51,15 @@ def merged(key, value):
     ],
 )
 def test_one_value_changes_and_all_others_stay(key, value, path):
-    found, before = merged(key, value), copy.deepcopy(DATA)
-    for data, is_set in ((found, True), (before, False)):
+    result, before = merged(key, value), copy.deepcopy(DATA)
+    for data, is_set in ((result, True), (before, False)):
         inner = data
         for part in path[:-1]:
             inner = inner.setdefault(part, {}) if isinstance(inner, dict) else inner[part]
         if is_set:
             assert inner[path[-1]] == value
         inner.pop(path[-1], None)
-    assert found == before
+    assert result == before
 
 
 def test_a_key_without_number_means_all_tables_of_a_list():
@@ -70,15 +70,15 @@ def test_a_key_without_number_means_all_tables_of_a_list():
     "key", ["wheel.radius", "wheel", "block.2.monitor", "block.friction", "wheel.absent", "no.b"]
 )
 def test_none_removes_a_key_or_a_table(key):
-    found = merged(key, None)
+    result = merged(key, None)
     first, *rest = key.split(".")
     if not rest:
-        assert first not in found
+        assert first not in result
     elif first == "block":
-        assert all(rest[-1] not in block for block in found["block"])
+        assert all(rest[-1] not in block for block in result["block"])
     else:
-        assert rest[0] not in found.get(first, {})
-        assert ("no" in found) is False
+        assert rest[0] not in result.get(first, {})
+        assert ("no" in result) is False
 
 
 def test_the_first_line_of_the_copy_lists_the_overrides():
@@ -138,6 +138,6 @@ def test_written_scenes_are_read_back(data):
     ],
 )
 def test_cells_and_flags_are_numbers_truths_or_texts(text, value):
-    found = value_of(text)
-    assert found == value
-    assert type(found) is type(value)
+    result = value_of(text)
+    assert result == value
+    assert type(result) is type(value)

@@ -215,8 +215,8 @@ def test_an_editor_sees_the_faults_of_the_kind_only(folder, changed, name, chang
     """Not those of all kinds that the file might have been: the schema selects the model by the kind."""
     data = tomllib.loads(changed(Path(f"{name}.toml").read_text(), *changes))
     schema = scene_schema()
-    found = [fault for fault in schema_faults(data, schema, schema) if fault[1] != "required"]
-    assert found == faults
+    result = [fault for fault in schema_faults(data, schema, schema) if fault[1] != "required"]
+    assert result == faults
 
 
 @pytest.mark.parametrize(

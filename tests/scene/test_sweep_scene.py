@@ -25,8 +25,8 @@ def test_full_factorial_has_every_value_with_every_other(folder):
     vary = "[sweep.vary]\nwheelset.radius_mm = [420, 460]\noperation.block.friction = [0.1, 0.2, 0.3]\n"
     cases = cases_of(HEAD + vary)
     assert [case.number for case in cases] == [1, 2, 3, 4, 5, 6]
-    found = [tuple(values(case).values()) for case in cases]
-    assert found == [(r, f) for r in (420, 460) for f in (0.1, 0.2, 0.3)]
+    result = [tuple(values(case).values()) for case in cases]
+    assert result == [(r, f) for r in (420, 460) for f in (0.1, 0.2, 0.3)]
     scene = load_campaign(cases[-1].base, overrides=cases[-1].overrides)
     assert scene.wheelset.radius_mm == 460
     assert {block.friction for block in scene.operation.blocks} == {0.3}

@@ -79,9 +79,9 @@ FIELD = (DATA / "scene_field.toml").read_text()
 def test_a_bad_value_is_one_fault_with_its_line(
     folder, text, old, new, output, changed, faults_of, line_with
 ):
-    found = [fault for fault in faults_of(changed(text, (old, new))) if output in fault]
-    assert len(found) == 1
-    assert found[0].startswith(f"scene.toml:{line_with(text, old)}: ")
+    result = [fault for fault in faults_of(changed(text, (old, new))) if output in fault]
+    assert len(result) == 1
+    assert result[0].startswith(f"scene.toml:{line_with(text, old)}: ")
 
 
 @pytest.mark.parametrize(
@@ -132,9 +132,9 @@ def test_all_faults_of_a_file_are_told_at_once_in_the_order_of_the_file(folder, 
         ("friction = 0.3\n", "friction = 2\n"),
         ("distance_km = 100", "distnce_km = 100"),
     )
-    found = faults_of(text)
-    assert [fault.split(":")[1] for fault in found] == ["9", "15", "24", "32", "33"]
-    assert "did you mean distance_km?" in found[-1]
+    result = faults_of(text)
+    assert [fault.split(":")[1] for fault in result] == ["9", "15", "24", "32", "33"]
+    assert "did you mean distance_km?" in result[-1]
 
 
 @pytest.mark.parametrize("name", ["normal", "tangential"])
@@ -153,10 +153,10 @@ def test_an_unknown_wear_law_or_coefficient_set_is_told_with_the_nearest(folder,
 
 
 def test_missing_and_unknown_sections_are_told(folder, faults_of):
-    found = faults_of('[scene]\nkind = "rig"\n[wheelst]\nprofile = "S1002"\n')
-    assert "scene.toml:3: unknown section [wheelst]; did you mean wheelset?" in found
+    result = faults_of('[scene]\nkind = "rig"\n[wheelst]\nprofile = "S1002"\n')
+    assert "scene.toml:3: unknown section [wheelst]; did you mean wheelset?" in result
     for name in ("wheelset", "counterface", "operation", "campaign"):
-        assert any(f"[{name}] is missing" in fault for fault in found)
+        assert any(f"[{name}] is missing" in fault for fault in result)
 
 
 @pytest.mark.parametrize("text", ["", "x = 1\n", "[scene]\n", "scene = 3\n", "[[scene]]\nkind = 'rig'\n"])

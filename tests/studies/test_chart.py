@@ -44,14 +44,14 @@ def dataset():
 
 
 def test_every_combination_has_a_time_and_errors_or_a_refusal(dataset):
-    refused = (dataset["refusal"].values != "")[0]
-    assert refused.any()  # hertz, at zero shift
+    fault = (dataset["refusal"].values != "")[0]
+    assert fault.any()  # hertz, at zero shift
     for name in ("time", "worst_depth_error"):
-        assert np.array_equal(np.isnan(dataset[name].values), refused)
-    assert np.all(dataset["time"].values[~refused] > 0.0)
+        assert np.array_equal(np.isnan(dataset[name].values), fault)
+    assert np.all(dataset["time"].values[~fault] > 0.0)
     names = dataset["normal"].values
     assert np.array_equal(dataset["can_update_profile"].values, names != "hertz")
-    assert not dataset["pareto"].values[refused].any()
+    assert not dataset["pareto"].values[fault].any()
 
 
 def test_report_holds_what_has_an_answer_and_what_has_not(dataset, tmp_path):

@@ -31,20 +31,20 @@ def overrides_of(scene):
 
 
 def test_what_is_refined_in_the_field():
-    found = overrides_of(load_campaign(shipped_path("workflows", "field.toml")))
-    assert list(found) == ROWS
-    assert found["step"] == {
+    result = overrides_of(load_campaign(shipped_path("workflows", "field.toml")))
+    assert list(result) == ROWS
+    assert result["step"] == {
         "campaign.max_step_depth_um": 4.0,
         "campaign.stability": 0.2,
         "campaign.error_tolerance_um": 0.25,
     }
-    assert found["grid"] == {"campaign.point_spacing_mm": 0.125, "contact.strips": 60, "contact.cells": 60}
-    assert found["smoothing-half"] == {"campaign.smoothing_wavelength_mm": 1.25}
-    assert found["smoothing-double"] == {"campaign.smoothing_wavelength_mm": 5.0}
-    assert found["points"]["operation.class.1.positions"] == 2 * 15
-    assert found["points"]["operation.class.2.positions"] == 2 * 11
-    together = found["step"] | found["grid"] | found["smoothing-half"] | found["points"]
-    assert found["together"] == together
+    assert result["grid"] == {"campaign.point_spacing_mm": 0.125, "contact.strips": 60, "contact.cells": 60}
+    assert result["smoothing-half"] == {"campaign.smoothing_wavelength_mm": 1.25}
+    assert result["smoothing-double"] == {"campaign.smoothing_wavelength_mm": 5.0}
+    assert result["points"]["operation.class.1.positions"] == 2 * 15
+    assert result["points"]["operation.class.2.positions"] == 2 * 11
+    together = result["step"] | result["grid"] | result["smoothing-half"] | result["points"]
+    assert result["together"] == together
 
 
 @pytest.mark.parametrize(
@@ -66,12 +66,12 @@ def test_half_the_wavelength_is_told_where_it_is_taken(
         Override("campaign.smoothing_wavelength_mm", wavelength),
         Override("campaign.point_spacing_mm", spacing),
     )
-    found = {item.name: item for item in refinements(load_campaign(path, overrides=given))}
+    result = {item.name: item for item in refinements(load_campaign(path, overrides=given))}
     for name, expected in (("smoothing-half", half), ("together", together)):
-        values = {item.key: item.value for item in found[name].overrides}
+        values = {item.key: item.value for item in result[name].overrides}
         assert values.get("campaign.smoothing_wavelength_mm") == expected
-        load_campaign(path, overrides=(*given, *found[name].overrides))
-    assert found["together"].text == text
+        load_campaign(path, overrides=(*given, *result[name].overrides))
+    assert result["together"].text == text
 
 
 @pytest.mark.parametrize(
@@ -83,9 +83,9 @@ def test_shares_are_plain_numbers(share, text):
 
 
 def test_in_a_comparison_both_scenes_are_refined():
-    found = overrides_of(load_campaign(shipped_path("workflows", "rig_vs_field.toml")))
-    assert {key.split(".")[0] for key in found["together"]} == {"rig", "field"}
-    assert {key.split(".")[0] for key in found["points"]} == {"field"}  # a programme gives its points
+    result = overrides_of(load_campaign(shipped_path("workflows", "rig_vs_field.toml")))
+    assert {key.split(".")[0] for key in result["together"]} == {"rig", "field"}
+    assert {key.split(".")[0] for key in result["points"]} == {"field"}  # a programme gives its points
 
 
 @pytest.fixture(scope="module")
@@ -176,10 +176,10 @@ def test_other_contact_models_tell_how_far_the_end_depends_on_them(converged, tm
     assert same["profile_difference"] == [0.0, 0.0]
     with (
         open_results(out / "rig.nc") as given,
-        open_results(out / "converge" / "knothe_le_the+fastsim" / "rig.nc") as found,
+        open_results(out / "converge" / "knothe_le_the+fastsim" / "rig.nc") as result,
     ):
-        depth, other = (data["wear_depth"].values[-1] for data in (given, found))
-        assert found.attrs["contact_normal"] == "knothe_le_the"
+        depth, other = (data["wear_depth"].values[-1] for data in (given, result))
+        assert result.attrs["contact_normal"] == "knothe_le_the"
     apart = np.abs(other - depth).max(axis=1)  # the points of new profiles are the same
     np.testing.assert_allclose(strips["profile_difference"], apart, rtol=1e-12)
     line = next(line for line in (out / "convergence.md").read_text().splitlines() if "knothe_le_the" in line)
@@ -251,13 +251,13 @@ def test_rollers_that_wear_have_columns_of_their_own(tmp_path, converged, rig_te
         for name in names:
             assert given["end"][name] == given["moved"][name] == data[name].values[-1].tolist()
             assert given["end"][name][0] > 0.0
-    (found,) = read_convergence(tmp_path / "out")
-    row = next(row for row in found.rows if row[0].text.startswith("steps half"))
+    (result,) = read_convergence(tmp_path / "out")
+    row = next(row for row in result.rows if row[0].text.startswith("steps half"))
     end = table["rows"][0]["ends"]["rig"]["end"]
-    for name, title in zip(names, found.head[-3:-1], strict=True):
+    for name, title in zip(names, result.head[-3:-1], strict=True):
         difference = max((b - a for a, b in zip(given["end"][name], end[name], strict=True)), key=abs)
         assert "of the counterface" in title
-        assert row[found.head.index(title)].value == pytest.approx(1e6 * difference, rel=1e-9)
+        assert row[result.head.index(title)].value == pytest.approx(1e6 * difference, rel=1e-9)
     assert not any("counterface" in title for title in read_convergence(converged[1])[0].head)
 
 

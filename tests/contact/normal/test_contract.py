@@ -59,8 +59,8 @@ def rows_of(gap, rows):
 def flat(solution):
     """Every array of a solution by name."""
     parts = [solution, solution.patch, *([] if solution.patch.grid is None else [solution.patch.grid])]
-    found = {f.name: getattr(part, f.name) for part in parts for f in fields(part)}
-    return {name: value for name, value in found.items() if isinstance(value, np.ndarray)}
+    actual = {f.name: getattr(part, f.name) for part in parts for f in fields(part)}
+    return {name: value for name, value in actual.items() if isinstance(value, np.ndarray)}
 
 
 @pytest.mark.parametrize("curvature", [0.0, 1.0, 2.0])

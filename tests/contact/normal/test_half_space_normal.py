@@ -36,11 +36,11 @@ PARABOLOIDS = [(1.0, 1.0), (1.0, 0.09), (0.4, 1.0), (0.09, 1.0), (600.0, 1.0)]
 def test_hertz(along, across):
     """64 x 64 cells: maximum 0.1 %, approach 1e-4, field 0.2 %; area by its staircase 1 %."""
     grid, ellipse, expected = paraboloid(along, across, 64)
-    found = solve_pressure([grid], LOAD, E_STAR)
-    pressure, cell = found.pressure[0], grid.cell_length * grid.cell_width
-    assert found.converged
+    result = solve_pressure([grid], LOAD, E_STAR)
+    pressure, cell = result.pressure[0], grid.cell_length * grid.cell_width
+    assert result.converged
     assert pressure.max() == pytest.approx(float(ellipse.max_pressure), rel=1e-3)
-    assert found.vertical_displacement == pytest.approx(float(ellipse.approach), rel=1e-4)
+    assert result.vertical_displacement == pytest.approx(float(ellipse.approach), rel=1e-4)
     assert np.abs(pressure - expected).sum() * cell < 2e-3 * LOAD
     assert np.count_nonzero(pressure) * cell == pytest.approx(float(ellipse.area), rel=1e-2)
     assert pressure.sum() * cell == pytest.approx(LOAD, rel=1e-12)
@@ -52,12 +52,12 @@ def test_order_of_convergence(along, across):
     counts, maximum, field, area, iterations = np.array([16, 24, 32, 48, 64, 96, 128]), [], [], [], []
     for cells in counts:
         grid, ellipse, expected = paraboloid(along, across, int(cells))
-        found = solve_pressure([grid], LOAD, E_STAR, tolerance=1e-6)
-        pressure, cell = found.pressure[0], grid.cell_length * grid.cell_width
+        result = solve_pressure([grid], LOAD, E_STAR, tolerance=1e-6)
+        pressure, cell = result.pressure[0], grid.cell_length * grid.cell_width
         maximum.append(abs(pressure.max() / float(ellipse.max_pressure) - 1.0))
         field.append(np.abs(pressure - expected).sum() * cell / LOAD)
         area.append(abs(np.count_nonzero(pressure) * cell / float(ellipse.area) - 1.0))
-        iterations.append(found.iterations)
+        iterations.append(result.iterations)
     orders = [np.polyfit(np.log(counts), np.log(error), 1)[0] for error in (maximum, field, area)]
     assert orders[0] < -1.8
     assert orders[1] < -1.6
@@ -71,23 +71,23 @@ def test_order_of_convergence(along, across):
 def test_tolerance_holds_the_maximum(along, across, cells):
     """What the default tolerance leaves: 1e-4 of the maximum pressure, 1e-3 in a border cell."""
     grid, ellipse, _ = paraboloid(along, across, cells)
-    found = solve_pressure([grid], LOAD, E_STAR).pressure[0]
+    result = solve_pressure([grid], LOAD, E_STAR).pressure[0]
     tight = solve_pressure([grid], LOAD, E_STAR, tolerance=1e-12).pressure[0]
-    assert found.max() == pytest.approx(tight.max(), rel=1e-4)
-    np.testing.assert_allclose(found, tight, rtol=0.0, atol=1e-3 * float(ellipse.max_pressure))
+    assert result.max() == pytest.approx(tight.max(), rel=1e-4)
+    np.testing.assert_allclose(result, tight, rtol=0.0, atol=1e-3 * float(ellipse.max_pressure))
 
 
 def test_conditions_of_contact_hold():
     """No pressure beside, no overlap; the gap under pressure is zero to 1e-4 of the approach."""
     grid, _, _ = paraboloid(1.0, 0.3, 48)
-    found = solve_pressure([grid], LOAD, E_STAR, tolerance=1e-10)
+    result = solve_pressure([grid], LOAD, E_STAR, tolerance=1e-10)
     shape = grid.height.shape
     influence = normal_influence(grid.cell_length, grid.cell_width, shape, E_STAR)
-    left = grid.height + grid_influence(influence, shape)(found.pressure[0]) - found.vertical_displacement
-    loaded = found.pressure[0] > 0.0
-    assert np.all(found.pressure[0] >= 0.0)
-    assert np.abs(left[loaded]).max() < 1e-6 * found.vertical_displacement
-    assert left[~loaded].min() > -1e-6 * found.vertical_displacement
+    left = grid.height + grid_influence(influence, shape)(result.pressure[0]) - result.vertical_displacement
+    loaded = result.pressure[0] > 0.0
+    assert np.all(result.pressure[0] >= 0.0)
+    assert np.abs(left[loaded]).max() < 1e-6 * result.vertical_displacement
+    assert left[~loaded].min() > -1e-6 * result.vertical_displacement
 
 
 def test_pressure_scales_as_hertz():
@@ -103,9 +103,9 @@ def test_two_grids_share_the_vertical_displacement():
     one, first, _ = paraboloid(1.0, 0.3, 48)
     other, second, _ = paraboloid(4.0, 2.0, 48, 20e3)
     lift = float(first.approach - second.approach)  # the second touches later
-    found = solve_pressure([one, replace(other, height=other.height + lift)], LOAD + 20e3, E_STAR)
+    result = solve_pressure([one, replace(other, height=other.height + lift)], LOAD + 20e3, E_STAR)
     loads = [
-        p.sum() * g.cell_length * g.cell_width for p, g in zip(found.pressure, (one, other), strict=True)
+        p.sum() * g.cell_length * g.cell_width for p, g in zip(result.pressure, (one, other), strict=True)
     ]
     np.testing.assert_allclose(loads, [LOAD, 20e3], rtol=1e-3)
 
@@ -145,29 +145,29 @@ def solved(gap, load=LOAD, strips=40, vertical=True, **parameters):
 @pytest.mark.parametrize("curvature", [0.0, 2.0])
 def test_model_is_hertz_on_a_parabola(bend, curvature):
     """Search and fit of the grid included; a/b from 0.16 to 18."""
-    found = solved(curve(lambda y: bend * (y - 3e-3) ** 2, curvature=curvature))
+    result = solved(curve(lambda y: bend * (y - 3e-3) ** 2, curvature=curvature))
     ellipse = hertz(0.5 * (1.0 / 0.46 + curvature), bend, LOAD, E_STAR)
-    assert found.patch.row.tolist() == [0]
-    assert found.max_pressure[0] == pytest.approx(float(ellipse.max_pressure), rel=2e-3)
-    assert found.approach[0] == pytest.approx(float(ellipse.approach), rel=5e-4)
-    assert found.vertical_displacement[0] == pytest.approx(float(ellipse.approach), rel=5e-4)
-    assert found.patch.area[0] == pytest.approx(float(ellipse.area), rel=2e-2)
-    assert found.centre_y[0] == pytest.approx(3e-3, abs=1e-6)
-    assert found.patch.length[0] == pytest.approx(2.0 * float(ellipse.semi_axis_x), rel=1.5 / 40)
-    assert found.patch.lateral_extent[0] == pytest.approx(2.0 * float(ellipse.semi_axis_y), rel=1.5 / 40)
+    assert result.patch.row.tolist() == [0]
+    assert result.max_pressure[0] == pytest.approx(float(ellipse.max_pressure), rel=2e-3)
+    assert result.approach[0] == pytest.approx(float(ellipse.approach), rel=5e-4)
+    assert result.vertical_displacement[0] == pytest.approx(float(ellipse.approach), rel=5e-4)
+    assert result.patch.area[0] == pytest.approx(float(ellipse.area), rel=2e-2)
+    assert result.centre_y[0] == pytest.approx(3e-3, abs=1e-6)
+    assert result.patch.length[0] == pytest.approx(2.0 * float(ellipse.semi_axis_x), rel=1.5 / 40)
+    assert result.patch.lateral_extent[0] == pytest.approx(2.0 * float(ellipse.semi_axis_y), rel=1.5 / 40)
 
 
 def test_model_on_an_inclined_plane():
     """The parabola seen along the normal: curvatures and load turn with the plane."""
     tilt = 0.4
-    found = solved(curve(lambda y: (y / np.cos(tilt)) ** 2 / np.cos(tilt), angle=tilt))
+    result = solved(curve(lambda y: (y / np.cos(tilt)) ** 2 / np.cos(tilt), angle=tilt))
     ellipse = hertz(0.5 * np.cos(tilt) / 0.46, 1.0, LOAD / np.cos(tilt), E_STAR)
-    assert found.contact_angle[0] == pytest.approx(tilt, abs=1e-12)
-    assert found.normal_force[0] == pytest.approx(LOAD / np.cos(tilt), rel=1e-9)
+    assert result.contact_angle[0] == pytest.approx(tilt, abs=1e-12)
+    assert result.normal_force[0] == pytest.approx(LOAD / np.cos(tilt), rel=1e-9)
     # The wheel's parabola turns by 2 B y sin(tilt) over the patch: 1 %.
-    assert found.max_pressure[0] == pytest.approx(float(ellipse.max_pressure), rel=1e-2)
-    assert found.approach[0] == pytest.approx(float(ellipse.approach), rel=1e-2)
-    assert found.vertical_displacement[0] == pytest.approx(float(ellipse.approach) / np.cos(tilt), rel=1e-2)
+    assert result.max_pressure[0] == pytest.approx(float(ellipse.max_pressure), rel=1e-2)
+    assert result.approach[0] == pytest.approx(float(ellipse.approach), rel=1e-2)
+    assert result.vertical_displacement[0] == pytest.approx(float(ellipse.approach) / np.cos(tilt), rel=1e-2)
 
 
 def test_moved_and_mirrored():
@@ -198,8 +198,8 @@ def lobes(distance):
 def test_lobes_on_one_grid_are_symmetric_and_feel_each_other():
     """Each presses on the other like a point load: approach = that of half the load + N/2 / (pi E* d)."""
     distance = 14e-3
-    found = solved(curve(lobes(distance)), strips=120)
-    pressure = found.patch.grid.pressure
+    result = solved(curve(lobes(distance)), strips=120)
+    pressure = result.patch.grid.pressure
     assert pressure.shape[0] == 1
     across = pressure[0].sum(axis=0)
     np.testing.assert_allclose(across, across[::-1], rtol=0.0, atol=1e-3 * across.max())
@@ -207,25 +207,25 @@ def test_lobes_on_one_grid_are_symmetric_and_feel_each_other():
     alone = float(hertz(0.5 / 0.46, 4.0, 0.5 * LOAD, E_STAR).approach)
     beside = 0.5 * LOAD / (np.pi * E_STAR * distance)
     assert beside > 0.1 * alone
-    assert found.vertical_displacement[0] == pytest.approx(alone + beside, rel=5e-3)
+    assert result.vertical_displacement[0] == pytest.approx(alone + beside, rel=5e-3)
 
 
 def test_patches_far_apart_do_not_feel_each_other():
-    found = solved(curve(lobes(40e-3)))
+    result = solved(curve(lobes(40e-3)))
     alone = hertz(0.5 / 0.46, 4.0, 0.5 * LOAD, E_STAR)
-    assert found.patch.row.tolist() == [0, 0]
-    np.testing.assert_allclose(found.normal_force, 0.5 * LOAD, rtol=1e-4)
-    np.testing.assert_allclose(np.sort(found.centre_y), [-20e-3, 20e-3], atol=1e-5)
-    np.testing.assert_allclose(found.vertical_displacement, float(alone.approach), rtol=5e-4)
+    assert result.patch.row.tolist() == [0, 0]
+    np.testing.assert_allclose(result.normal_force, 0.5 * LOAD, rtol=1e-4)
+    np.testing.assert_allclose(np.sort(result.centre_y), [-20e-3, 20e-3], atol=1e-5)
+    np.testing.assert_allclose(result.vertical_displacement, float(alone.approach), rtol=5e-4)
 
 
 @pytest.mark.slow
 def test_grids_part_without_a_jump():
     """From one grid to two that feel each other less and less: steps of 0.25 mm move the wheel evenly."""
     distance = 1e-3 * np.arange(12.0, 34.0, 0.5)
-    found = [solved(curve(lobes(d)), strips=60) for d in distance]
-    assert {f.patch.row.size for f in found} == {1, 2}
-    displacement = np.array([f.vertical_displacement[0] for f in found])
+    result = [solved(curve(lobes(d)), strips=60) for d in distance]
+    assert {f.patch.row.size for f in result} == {1, 2}
+    displacement = np.array([f.vertical_displacement[0] for f in result])
     steps = np.diff(displacement) / displacement[:-1]
     assert np.all(steps < 1e-3)
     assert np.abs(steps).max() < 0.03
@@ -283,8 +283,8 @@ def test_refusals_of_its_own():
 
 
 def test_cells_of_the_models_are_those_of_the_grid():
-    found = solved(curve(lambda y: y**2), strips=20, cells=33.0)
-    assert found.patch.grid.pressure.shape == (1, 33, 20)
+    result = solved(curve(lambda y: y**2), strips=20, cells=33.0)
+    assert result.patch.grid.pressure.shape == (1, 33, 20)
 
 
 @pytest.fixture(scope="module")
@@ -366,11 +366,11 @@ def test_continuous_when_the_wheel_moves_by_a_micrometre(searched, curvature, ya
 
 def test_stripes_follow_the_profile(searched):
     """Strip edges rise, and the pressure-weighted centre is the origin of the strips."""
-    found = solved(searched([-3e-3, 0.0, 3e-3, 6.5e-3], 0.01))
-    assert all(np.all(np.diff(edges) > 0.0) for edges in found.edge_y)
-    load = found.patch.grid.pressure.sum(axis=1)
-    np.testing.assert_allclose((load * found.patch.y).sum(axis=1) / load.sum(axis=1), 0.0, atol=1e-15)
-    for one, other in pairwise(found.patch.row):
+    result = solved(searched([-3e-3, 0.0, 3e-3, 6.5e-3], 0.01))
+    assert all(np.all(np.diff(edges) > 0.0) for edges in result.edge_y)
+    load = result.patch.grid.pressure.sum(axis=1)
+    np.testing.assert_allclose((load * result.patch.y).sum(axis=1) / load.sum(axis=1), 0.0, atol=1e-15)
+    for one, other in pairwise(result.patch.row):
         assert one < other
 
 
@@ -379,10 +379,10 @@ def test_stripes_follow_the_profile(searched):
 def test_every_state_has_an_answer(searched, curvature, yaw):
     """Tread, two lobes, flange root, climbing flange, yaw up to 100 mrad: none refused, all loads carried."""
     shift = 1e-3 * np.arange(-8.0, 8.1, 1.0)
-    found = solved(searched(shift, yaw, curvature), strips=20)
-    assert set(found.patch.row.tolist()) == set(range(shift.size))
-    lift = np.bincount(found.patch.row, found.normal_force * np.cos(found.contact_angle))
+    result = solved(searched(shift, yaw, curvature), strips=20)
+    assert set(result.patch.row.tolist()) == set(range(shift.size))
+    lift = np.bincount(result.patch.row, result.normal_force * np.cos(result.contact_angle))
     np.testing.assert_allclose(lift, LOAD, rtol=1e-9)
-    assert np.all(found.approach > 0.0)
-    assert np.all(np.diff(found.edge_y, axis=1) > 0.0)
-    assert found.max_pressure.max() < 1e10
+    assert np.all(result.approach > 0.0)
+    assert np.all(np.diff(result.edge_y, axis=1) > 0.0)
+    assert result.max_pressure.max() < 1e10

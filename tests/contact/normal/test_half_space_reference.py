@@ -35,7 +35,7 @@ def both(s1002):
     )
     for (name, inclination, curvature), group in table.groupby(["geometry", "inclination", "curvature"]):
         gap = gap_of(s1002, name, inclination, curvature, group["shift"], group.yaw)
-        found = half_space.solve(
+        result = half_space.solve(
             gap,
             group.normal_force.to_numpy(),
             vertical=False,
@@ -43,12 +43,12 @@ def both(s1002):
             strips=50,
             parameters={},
         )
-        ours.loc[group.index, "area"] = found.patch.area
-        ours.loc[group.index, "max_pressure"] = found.max_pressure
-        ours.loc[group.index, "approach"] = found.approach
-        ours.loc[group.index, "descent"] = found.vertical_displacement
-        ours.loc[group.index, "rail_y"] = found.centre_y - BESIDE[name]
-        ours.loc[group.index, "angle"] = found.contact_angle
+        ours.loc[group.index, "area"] = result.patch.area
+        ours.loc[group.index, "max_pressure"] = result.max_pressure
+        ours.loc[group.index, "approach"] = result.approach
+        ours.loc[group.index, "descent"] = result.vertical_displacement
+        ours.loc[group.index, "rail_y"] = result.centre_y - BESIDE[name]
+        ours.loc[group.index, "angle"] = result.contact_angle
     return table, ours.astype(float)
 
 
@@ -128,7 +128,7 @@ def test_pressure_field(s1002, case, shift, yaw, curvature):
     expected = there[names["p"]].astype(float).T
     load = expected.sum() * (x[1] - x[0]) * (s[1] - s[0])
     gap = gap_of(s1002, "s1002_60e1", 40, curvature, [shift], [yaw])
-    found = half_space.solve(
+    result = half_space.solve(
         gap,
         np.array([load]),
         vertical=False,
@@ -136,9 +136,9 @@ def test_pressure_field(s1002, case, shift, yaw, curvature):
         strips=100,
         parameters={"cells": 60.0},
     )
-    grid = found.patch.grid
+    grid = result.patch.grid
     middle = (expected.sum(axis=0) * s).sum() / expected.sum()
-    across = np.array([np.interp(s - middle, found.patch.y[0], row) for row in grid.pressure[0]])
+    across = np.array([np.interp(s - middle, result.patch.y[0], row) for row in grid.pressure[0]])
     ours = np.array([np.interp(x, grid.x[0, ::-1], column[::-1]) for column in across.T]).T
     assert np.abs(ours - expected).sum() < 0.01 * expected.sum()
     inner = expected > 0.5 * expected.max()

@@ -70,15 +70,15 @@ def curvatures(result):
     """A and B [1/m] of each ellipse from its axes and its pressure alone (the contact's own equations)."""
     a = 0.5 * (result.patch.x_lead - result.patch.x_trail).max(axis=1)
     b = 0.5 * result.patch.width * result.patch.y.shape[1]
-    found = []
+    actual = []
     for x, y, p in zip(a, b, result.max_pressure, strict=True):
         short, long = min(x, y), max(x, y)
         e2 = 1.0 - (short / long) ** 2
         scale = p / E_STAR * short / (long**2 * e2)
         low = scale * (ellipk(e2) - ellipe(e2))
         high = scale * ((long / short) ** 2 * ellipe(e2) - ellipk(e2))
-        found.append((low, high) if x > y else (high, low))
-    return np.array(found)
+        actual.append((low, high) if x > y else (high, low))
+    return np.array(actual)
 
 
 @pytest.mark.parametrize("angle", [0.0, -0.1, 0.5, -1.2])

@@ -150,11 +150,11 @@ def test_basins_join_as_the_flood_says(heights):
     gap = np.array([100.0, *map(float, heights), 100.0])
     minima, saddle = np.empty((2, MOST_BASINS)), np.empty(MOST_BASINS)
     order, parent = np.empty(MOST_BASINS, np.int64), np.empty(MOST_BASINS, np.int64)
-    found = find_basins(gap, 99.0, minima, order, parent, saddle)
+    actual = find_basins(gap, 99.0, minima, order, parent, saddle)
     place = [i for i in range(1, gap.size - 1) if gap[i] < gap[i - 1] and gap[i] <= gap[i + 1]]
-    assert found == len(place)
+    assert actual == len(place)
     level = dict(zip(place, minima[1], strict=False))  # of the parabola through three points
-    assert minima[1, order[:found]].tolist() == sorted(level.values())
+    assert minima[1, order[:actual]].tolist() == sorted(level.values())
     joins = {}
     lakes = []
     for i in np.argsort(gap):
@@ -164,7 +164,7 @@ def test_basins_join_as_the_flood_says(heights):
         for other in deep[1:]:
             joins[place.index(other)] = (place.index(deep[0]), gap[i])
         lakes.append({i}.union(*touching))
-    for k in range(found):
+    for k in range(actual):
         if k == order[0]:
             assert parent[k] == -1
         else:

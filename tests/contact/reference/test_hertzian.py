@@ -29,8 +29,8 @@ def test_printed_table(row):
     ratio, *printed = row.split()
     ellipse = hertz(float(ratio), 1.0, 1.0, 1.0)
     a, b, approach = ellipse.semi_axis_x, ellipse.semi_axis_y, ellipse.approach
-    found = (a / b, float(ratio) * a**2 / approach, b**2 / approach)
-    assert [f"{value:.4f}" for value in found] == printed
+    result = (a / b, float(ratio) * a**2 / approach, b**2 / approach)
+    assert [f"{value:.4f}" for value in result] == printed
 
 
 def test_curvature_ratio_comes_back():

@@ -198,9 +198,9 @@ def test_rail_has_the_usual_forms():
             "yaw_rate": 1e-3,
             "lateral_velocity": 1e-4,
         }
-        found = ours(0.0, state, side=side)
+        result = ours(0.0, state, side=side)
         expected = [-1e-3 / R0 - sign * L * 1e-3 / V, 1e-4 / V - 1e-6, -0.02 * sign / R0 + 1e-3 / V]
-        np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-8)
+        np.testing.assert_allclose(result, expected, rtol=1e-6, atol=1e-8)
 
 
 # Printed spins of Table 2 for the rail and rollers of 1.0 and 0.5 m at shifts of 0 and 3 mm [1/m].

@@ -40,19 +40,19 @@ EXPONENTS = """
 def test_printed_exponents(row):
     """To the printed digit."""
     ratio, *printed = row.split()
-    found = normal_exponents(float(ratio))
-    values = (found.semi_axis_x, found.semi_axis_y, found.approach, found.max_pressure)
+    result = normal_exponents(float(ratio))
+    values = (result.semi_axis_x, result.semi_axis_y, result.approach, result.max_pressure)
     assert [f"{value:+.3f}" for value in values] == printed
-    assert found.area == pytest.approx(-found.max_pressure, abs=1e-9)
+    assert result.area == pytest.approx(-result.max_pressure, abs=1e-9)
 
 
 def test_exponents_are_derivatives():
     """Central differences: what is left at 1e-4 falls with the square of the step; against ten times it."""
     ratio, step = CURVATURE_RATIOS, 1e-3
     wide = normal_ratios(ratio * np.exp(-0.5 * step), 1.0, np.expm1(step))
-    found = normal_exponents(ratio)
+    result = normal_exponents(ratio)
     for name in ("semi_axis_x", "semi_axis_y", "area", "max_pressure", "approach"):
-        np.testing.assert_allclose(np.log(getattr(wide, name)) / step, getattr(found, name), atol=2e-8)
+        np.testing.assert_allclose(np.log(getattr(wide, name)) / step, getattr(result, name), atol=2e-8)
     at_circle = normal_exponents(1.0)
     assert at_circle.semi_axis_x == pytest.approx(-0.5, abs=1e-9)
     assert at_circle.area == pytest.approx(-1.0 / 3.0, abs=1e-9)
@@ -62,7 +62,7 @@ def test_exponents_are_derivatives():
 def test_ratios_lie_within_the_intervals_of_the_exponents(chi):
     """Specification 6.2, to the rounding of its ends: A/B from 0.5 to 10 on rail and rig."""
     ratio = CURVATURE_RATIOS[(CURVATURE_RATIOS >= 0.5) & (CURVATURE_RATIOS * (1.0 + chi) <= 10.0)]
-    found = normal_ratios(ratio, 1.0, chi)
+    result = normal_ratios(ratio, 1.0, chi)
     for name, low, high in (
         ("semi_axis_x", -0.53, -0.46),
         ("semi_axis_y", 0.10, 0.19),
@@ -70,7 +70,7 @@ def test_ratios_lie_within_the_intervals_of_the_exponents(chi):
         ("max_pressure", 0.30, 0.43),
         ("approach", 0.11, 0.19),
     ):
-        power = np.log(getattr(found, name)) / np.log1p(chi)
+        power = np.log(getattr(result, name)) / np.log1p(chi)
         assert np.all((power > low - 0.005) & (power < high + 0.005)), name
         # The power over a finite step lies between the derivatives at its ends.
         ends = np.array([getattr(normal_exponents(ratio * end), name) for end in (1.0, 1.0 + chi)])
@@ -81,9 +81,9 @@ def test_ratios_depend_on_nothing_but_shape():
     """Load, size and modulus drop out: the two ellipses themselves, rounding."""
     rail = hertz(1.0 / (2.0 * R0), 3.0, LOAD, E_STAR)
     roller = hertz(0.5 * (1.0 / R0 + 1.0), 3.0, LOAD, E_STAR)
-    found = normal_ratios(1.0 / (2.0 * R0), 3.0, R0)
-    assert found.area == pytest.approx(roller.area / rail.area, rel=1e-13)
-    assert found.approach == pytest.approx(roller.approach / rail.approach, rel=1e-13)
+    result = normal_ratios(1.0 / (2.0 * R0), 3.0, R0)
+    assert result.area == pytest.approx(roller.area / rail.area, rel=1e-13)
+    assert result.approach == pytest.approx(roller.approach / rail.approach, rel=1e-13)
     np.testing.assert_array_equal(normal_ratios(CURVATURE_RATIOS, 1.0, 0.0).area, 1.0)
 
 
@@ -105,16 +105,16 @@ def test_ellipse_with_the_area_of_the_seed(area, areas, pressures):
     across = np.exp(
         brentq(lambda log_b: hertz(along, np.exp(log_b), LOAD, E_STAR).area - area, -12.0, 5.0, rtol=1e-14)
     )
-    found = normal_ratios(along, across, CHI)
-    assert tuple(f"{value:.3f}" for value in found.area) == areas
-    assert tuple(f"{value:.3f}" for value in found.max_pressure) == pressures
+    result = normal_ratios(along, across, CHI)
+    assert tuple(f"{value:.3f}" for value in result.area) == areas
+    assert tuple(f"{value:.3f}" for value in result.max_pressure) == pressures
     print_area, print_pressure, within = (
         ((84 / 94, 78 / 94), (1498 / 1336, 1632 / 1336), 0.02)
         if area < 100e-6
         else ((176 / 201, 159 / 201), (682 / 598, 754 / 598), 0.05)
     )
-    np.testing.assert_allclose(found.area, print_area, rtol=within)
-    np.testing.assert_allclose(found.max_pressure, print_pressure, rtol=within)
+    np.testing.assert_allclose(result.area, print_area, rtol=within)
+    np.testing.assert_allclose(result.max_pressure, print_pressure, rtol=within)
 
 
 def test_load_that_restores_the_pressure_or_the_area():
@@ -123,14 +123,14 @@ def test_load_that_restores_the_pressure_or_the_area():
     assert [f"{load:.2f}" for load in load_ratio_for_equal_pressure(printed.max_pressure)] == ["0.71", "0.54"]
     assert [f"{load:.2f}" for load in load_ratio_for_equal_area(printed.area)] == ["1.19", "1.36"]
     along, across = 1.1, 2.4
-    found, rail = normal_ratios(along, across, CHI), hertz(along, across, LOAD, E_STAR)
-    load = LOAD * load_ratio_for_equal_pressure(found.max_pressure)
+    result, rail = normal_ratios(along, across, CHI), hertz(along, across, LOAD, E_STAR)
+    load = LOAD * load_ratio_for_equal_pressure(result.max_pressure)
     light = hertz(along * (1.0 + CHI), across, load, E_STAR)
     np.testing.assert_allclose(light.max_pressure, rail.max_pressure, rtol=1e-12)
-    assert np.all(light.area < found.area * rail.area)
-    heavy = hertz(along * (1.0 + CHI), across, LOAD * load_ratio_for_equal_area(found.area), E_STAR)
+    assert np.all(light.area < result.area * rail.area)
+    heavy = hertz(along * (1.0 + CHI), across, LOAD * load_ratio_for_equal_area(result.area), E_STAR)
     np.testing.assert_allclose(heavy.area, rail.area, rtol=1e-12)
-    assert np.all(heavy.max_pressure > found.max_pressure * rail.max_pressure)
+    assert np.all(heavy.max_pressure > result.max_pressure * rail.max_pressure)
 
 
 @pytest.mark.parametrize("roll", [0.0, 2e-3, -4e-3])
@@ -174,19 +174,19 @@ def test_creep_stiffness_is_that_of_linear_theory(curvature_ratio):
         ellipse = hertz(along, 1.0, LOAD, E_STAR)
         forces.append(kalker_linear(1e-6 * np.eye(3), ellipse.semi_axis_x, ellipse.semi_axis_y, G, POISSON))
     field, rig = forces
-    found = creep_stiffness_ratios(curvature_ratio, chi, POISSON)
-    assert found.longitudinal == pytest.approx(rig[0, 0] / field[0, 0], rel=1e-12)
-    assert found.lateral == pytest.approx(rig[1, 1] / field[1, 1], rel=1e-12)
-    assert found.spin == pytest.approx(rig[2, 1] / field[2, 1], rel=1e-12)
+    result = creep_stiffness_ratios(curvature_ratio, chi, POISSON)
+    assert result.longitudinal == pytest.approx(rig[0, 0] / field[0, 0], rel=1e-12)
+    assert result.lateral == pytest.approx(rig[1, 1] / field[1, 1], rel=1e-12)
+    assert result.spin == pytest.approx(rig[2, 1] / field[2, 1], rel=1e-12)
 
 
 def test_rollers_make_creep_softer():
     """Keylin and Ahmadian: all creep stiffnesses fall on a roller, in the whole range of the table."""
     ratio = CURVATURE_RATIOS[:, None]
     assert axis_ratio(ratio * 1.92).min() > 0.1
-    found = creep_stiffness_ratios(ratio, np.array([0.0, *CHI]), POISSON)
+    result = creep_stiffness_ratios(ratio, np.array([0.0, *CHI]), POISSON)
     for name in ("longitudinal", "lateral", "spin"):
-        value = getattr(found, name)
+        value = getattr(result, name)
         np.testing.assert_allclose(value[:, 0], 1.0, rtol=1e-12)
         assert np.all(np.diff(value, axis=1) < 0.0), name
 

@@ -186,14 +186,14 @@ def test_linear_theory_against_half_space():
         return kalker_linear(creepage, a, b, G, POISSON) / -value
 
     longitudinal, lateral, spin = force(0, 1e-6), force(1, -2e-6), force(2, 1e-3)
-    for found, name, power in (
+    for result, name, power in (
         (longitudinal[:, 0], "C11", 2),
         (lateral[:, 1], "C22", 2),
         (spin[:, 1], "C23", 3),
         (lateral[:, 2], "C32", 3),
         (spin[:, 2], "C33", 4),
     ):
-        np.testing.assert_allclose(found / (G * c**power), table[name], rtol=0.04, err_msg=name)
+        np.testing.assert_allclose(result / (G * c**power), table[name], rtol=0.04, err_msg=name)
     np.testing.assert_array_equal(longitudinal[:, 1:], 0.0)
     np.testing.assert_array_equal(np.hstack((lateral[:, :1], spin[:, :1])), 0.0)
 

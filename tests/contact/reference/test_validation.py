@@ -46,6 +46,6 @@ def test_the_row_of_a_refusal_is_that_of_the_contact():
     """Creepages (m, 3): the row, not the place in the flattened array."""
     creepage = np.zeros((4, 3))
     creepage[2, 1] = np.nan
-    with pytest.raises(ContactError) as refused:
+    with pytest.raises(ContactError) as fault:
         creep_forces.kalker_linear(creepage, 5e-3, 5e-3, 8e10, 0.3)
-    assert refused.value.row == 2
+    assert fault.value.row == 2

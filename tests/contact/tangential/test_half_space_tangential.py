@@ -172,14 +172,14 @@ def test_linear_limit_has_kalkers_coefficients():
     c = 6e-3
     for row in table("contact_linear_coefficients.csv"):
         a, b = c * np.sqrt(row["a_over_b"]), c / np.sqrt(row["a_over_b"])
-        found = []
+        actual = []
         for n in (44, 88):
             patch = on_cells(a, b, 100e3, n, n, margin=1.1)
             along, across, spin = (
                 -solved(patch, creepage, fields=False).force[0] / SHEAR_MODULUS
                 for creepage in ((1e-9, 0.0, 0.0), (0.0, 1e-9, 0.0), (0.0, 0.0, 1e-7))
             )
-            found.append(
+            actual.append(
                 [
                     along[0] / (1e-9 * c**2),
                     across[1] / (1e-9 * c**2),
@@ -188,7 +188,7 @@ def test_linear_limit_has_kalkers_coefficients():
                     spin[2] / (1e-7 * c**4),
                 ]
             )
-        limit = 2.0 * np.array(found[1]) - np.array(found[0])
+        limit = 2.0 * np.array(actual[1]) - np.array(actual[0])
         kalker = [row[name] for name in ("C11", "C22", "C23", "C32", "C33")]
         np.testing.assert_allclose(limit, kalker, rtol=0.013, err_msg=str(row["a_over_b"]))
 
@@ -468,9 +468,9 @@ def test_scaling_of_the_patch(creepage, scale):
     """Lengths times k, load times k^2, spin over k: the same pressure, k^2 times the forces."""
     unit = solved(on_cells(5e-3, 4e-3, LOAD, 14, 12), creepage, fields=False).force[0]
     large = on_cells(5e-3 * scale, 4e-3 * scale, LOAD * scale**2, 14, 12)
-    found = solved(large, creepage / [1.0, 1.0, scale], fields=False).force[0]
+    actual = solved(large, creepage / [1.0, 1.0, scale], fields=False).force[0]
     expected = unit * scale ** np.array([2.0, 2.0, 3.0])
-    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-7 * abs(expected[:2]).max())
+    np.testing.assert_allclose(actual, expected, rtol=1e-6, atol=1e-7 * abs(expected[:2]).max())
 
 
 _FOUR_BY_FOUR = """

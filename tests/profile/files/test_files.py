@@ -27,7 +27,7 @@ def text(profile=WHEEL, line="{y},{z}", scale=1e3, digits=4):
 
 
 @pytest.fixture
-def refused(tmp_path):
+def fault(tmp_path):
     """Write lines to a file, read it, and return the message."""
 
     def check(lines, kind="wheel", units="mm", encoding="utf-8"):
@@ -134,10 +134,10 @@ def test_nothing_is_overwritten_or_left_half_written(tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["p.csv"]
 
 
-def test_all_faults_of_the_numbers_are_told_with_their_lines(refused):
+def test_all_faults_of_the_numbers_are_told_with_their_lines(fault):
     lines = text()
     lines[3], lines[7], lines[9], lines[11] = "nan,1", "1,2,3", "-66,x2", "-65,"
-    assert refused(lines).splitlines() == [
+    assert fault(lines).splitlines() == [
         "p.csv:4: y = 'nan' is not a finite number; delete the line or repeat the measurement",
         "p.csv:8: number of columns (separated by commas) = 3 must be 2: y and z",
         "p.csv:10: z = 'x2' is not a number",
@@ -146,68 +146,68 @@ def test_all_faults_of_the_numbers_are_told_with_their_lines(refused):
 
 
 @pytest.mark.parametrize("word", ["nan", "NaN", "-inf", "Infinity", "1.#QNAN"])
-def test_what_is_not_finite_is_refused(refused, word):
+def test_what_is_not_finite_is_refused(fault, word):
     lines = ["# head", *text()]
     lines[20] = f"-60.0,{word}"
     # `#` begins a comment, so what is left of 1.#QNAN is a plain 1, off its neighbours by 25 mm
-    assert refused(lines).startswith("p.csv:21: ")
+    assert fault(lines).startswith("p.csv:21: ")
 
 
-def test_a_hopeless_file_does_not_flood_the_screen(refused):
-    message = refused([f"{k}{',1' * (k % 40)}" for k in range(2, 500)]).splitlines()
+def test_a_hopeless_file_does_not_flood_the_screen(fault):
+    message = fault([f"{k}{',1' * (k % 40)}" for k in range(2, 500)]).splitlines()
     assert len(message) == 21
     assert message[-1] == "p.csv: 21 more faults of this file are not shown"
 
 
 @pytest.mark.parametrize("lines", [[], ["# nothing"], ["y,z"], text()[:19]])
-def test_too_few_points(refused, lines):
-    assert re.search(r"p\.csv: \d+ points are too few for a profile; give at least 20", refused(lines))
+def test_too_few_points(fault, lines):
+    assert re.search(r"p\.csv: \d+ points are too few for a profile; give at least 20", fault(lines))
 
 
-def test_whole_file_in_other_units(refused):
-    assert "1000 times as large: state them with --units" in refused(text(scale=1.0, digits=7))
-    assert "1000 times as small: state them with --units" in refused(text(), units="m")
-    assert "25.4 times as large (inches)" in refused(text(scale=1e3 / 25.4, digits=6))
+def test_whole_file_in_other_units(fault):
+    assert "1000 times as large: state them with --units" in fault(text(scale=1.0, digits=7))
+    assert "1000 times as small: state them with --units" in fault(text(), units="m")
+    assert "25.4 times as large (inches)" in fault(text(scale=1e3 / 25.4, digits=6))
 
 
-def test_unknown_units(refused):
-    assert refused(text(), units="ft") == "p.csv: units = 'ft' is not one of mm, m, cm, in"
+def test_unknown_units(fault):
+    assert fault(text(), units="ft") == "p.csv: units = 'ft' is not one of mm, m, cm, in"
 
 
 @pytest.mark.parametrize("rows", [slice(30, 31), slice(30, 33), slice(0, 60), slice(100, None)])
-def test_mixed_units_name_the_line(refused, rows):
+def test_mixed_units_name_the_line(fault, rows):
     lines, metres = text(), text(scale=1.0, digits=7)
     lines[rows] = metres[rows]
-    message = refused(lines)
+    message = fault(lines)
     border = rows.stop if rows.start == 0 else rows.start
     assert message.startswith(f"p.csv:{border + 1}: ")
     assert "mixed units" in message
 
 
-def test_mixed_units_of_the_columns(refused):
+def test_mixed_units_of_the_columns(fault):
     lines = [f"{y * 1e3:.4f},{z:.7f}" for y, z in zip(WHEEL.y, WHEEL.z, strict=True)]
-    assert "1000 times as large in z only, mixed units" in refused(lines)
+    assert "1000 times as large in z only, mixed units" in fault(lines)
 
 
-def test_a_wild_point_is_named(refused):
+def test_a_wild_point_is_named(fault):
     lines = text()
     lines[90] = lines[90].split(",")[0] + ",9.0"
-    assert re.match(r"p\.csv:91: point 91 lies .* mm off both neighbours", refused(lines))
+    assert re.match(r"p\.csv:91: point 91 lies .* mm off both neighbours", fault(lines))
 
 
-def test_order_of_the_points(refused):
+def test_order_of_the_points(fault):
     lines = text()
     lines[40], lines[41] = lines[41], lines[40]
-    assert "p.csv:42: the points turn back at point 42; put them in order" in refused(lines)
+    assert "p.csv:42: the points turn back at point 42; put them in order" in fault(lines)
     shuffled = [text()[k] for k in np.random.default_rng(0).permutation(len(lines))]
-    assert "list them in their order along the profile" in refused(shuffled)
-    closed = refused([*text(), text()[0]])
+    assert "list them in their order along the profile" in fault(shuffled)
+    closed = fault([*text(), text()[0]])
     assert closed == f"p.csv:{len(lines) + 1}: point {len(lines) + 1} repeats point 1; delete one of them"
 
 
-def test_a_hole_in_the_profile_is_named(refused):
+def test_a_hole_in_the_profile_is_named(fault):
     lines = text()
-    message = refused(lines[:80] + lines[95:])
+    message = fault(lines[:80] + lines[95:])
     assert re.match(r"p\.csv:81: 1\d(\.\d+)? mm without a point before point 81", message)
 
 
@@ -222,19 +222,19 @@ def test_a_hole_in_the_profile_is_named(refused):
         (lambda y, z: (y[y < 15.0], z[y < 15.0]), "the tread is needed up to 20 mm at least"),
     ],
 )
-def test_wheels_in_other_axes_are_refused_with_the_way_out(refused, change, message):
+def test_wheels_in_other_axes_are_refused_with_the_way_out(fault, change, message):
     y, z = change(np.round(WHEEL.y * 1e3, 4), np.round(WHEEL.z * 1e3, 4))
-    assert message in refused([f"{a},{b}" for a, b in zip(y, z, strict=True)])
+    assert message in fault([f"{a},{b}" for a, b in zip(y, z, strict=True)])
 
 
-def test_a_rail_upside_down_is_refused(refused):
+def test_a_rail_upside_down_is_refused(fault):
     lines = [f"{y * 1e3:.4f} {-z * 1e3:.4f}" for y, z in zip(RAIL.y, RAIL.z, strict=True)]
-    assert "change the sign of z" in refused(lines, kind="rail")
+    assert "change the sign of z" in fault(lines, kind="rail")
 
 
-def test_files_that_are_no_text(refused, tmp_path):
-    assert refused([*text()[:5], "ä,1"], encoding="latin-1").startswith("p.csv:6: y = 'ä' is not a number")
-    assert "the control character '\\x00'" in refused(text(), encoding="utf-16-le")
+def test_files_that_are_no_text(fault, tmp_path):
+    assert fault([*text()[:5], "ä,1"], encoding="latin-1").startswith("p.csv:6: y = 'ä' is not a number")
+    assert "the control character '\\x00'" in fault(text(), encoding="utf-16-le")
     huge = tmp_path / "huge.csv"
     with huge.open("wb") as file:
         file.truncate(20_000_001)

@@ -176,7 +176,7 @@ def test_what_is_no_file(tmp_path):
         read_profile(tmp_path / "pipe.whl", "wheel")
 
 
-def refusal(path, data, kind="wheel"):
+def fault(path, data, kind="wheel"):
     path.write_bytes(data)
     with pytest.raises(ProfileError) as caught:
         read_profile(path, kind)
@@ -185,14 +185,14 @@ def refusal(path, data, kind="wheel"):
 
 def test_lines_and_numbers_without_end(tmp_path):
     path = tmp_path / "p.csv"
-    output = refusal(path, b"# x\n" + b"1 " * 200_000)
+    output = fault(path, b"# x\n" + b"1 " * 200_000)
     assert output == "p.csv:2: number of columns (separated by blanks) = 200000 must be 2: y and z"
-    assert "is longer than 1000 characters" in refusal(path, b"9" * 5000 + b" 1\n")
-    assert "is too large for a profile" in refusal(path, b"1e400 1\n")
+    assert "is longer than 1000 characters" in fault(path, b"9" * 5000 + b" 1\n")
+    assert "is too large for a profile" in fault(path, b"1e400 1\n")
 
 
 def test_a_hopeless_file_stops_early(tmp_path):
-    output = refusal(tmp_path / "p.csv", b"1,a,b\n" * 1_000_000).splitlines()
+    output = fault(tmp_path / "p.csv", b"1,a,b\n" * 1_000_000).splitlines()
     columns = "number of columns (separated by commas) = 3 must be 2: y and z"
     assert output == [
         f"p.csv:1: {columns} (and 999 more lines)",
@@ -206,15 +206,15 @@ def text(profile=WHEEL, digits=4):
 
 def test_one_point_and_none(tmp_path):
     path = tmp_path / "p.csv"
-    assert refusal(path, b"1 2\n") == "p.csv: 1 point is too few for a profile; give at least 20"
-    assert refusal(path, b"") == "p.csv: 0 points are too few for a profile; give at least 20"
-    assert refusal(tmp_path / "p.whl", b"") == "p.whl: 0 points are too few for a profile; give at least 20"
+    assert fault(path, b"1 2\n") == "p.csv: 1 point is too few for a profile; give at least 20"
+    assert fault(path, b"") == "p.csv: 0 points are too few for a profile; give at least 20"
+    assert fault(tmp_path / "p.whl", b"") == "p.whl: 0 points are too few for a profile; give at least 20"
 
 
 @pytest.mark.parametrize("kind", ["wheel", "rail"])
 def test_two_profiles_joined_name_the_line_of_the_second(tmp_path, kind):
     lines = text(WHEEL if kind == "wheel" else RAIL)
-    output = refusal(tmp_path / "p.csv", "\n".join([*lines, *lines]).encode(), kind)
+    output = fault(tmp_path / "p.csv", "\n".join([*lines, *lines]).encode(), kind)
     place = (
         f"p.csv:{len(lines) + 1}: point {len(lines) + 1} repeats point 1, {len(lines)} points are repeated"
     )
@@ -224,7 +224,7 @@ def test_two_profiles_joined_name_the_line_of_the_second(tmp_path, kind):
 def test_left_and_right_wheel_in_one_file(tmp_path):
     left = [f"{-float(a):.4f} {b}" for a, b in (line.split() for line in text()[::-1])]
     moved = [f"{float(a) + 1500.0:.4f} {b}" for a, b in (line.split() for line in text())]
-    output = refusal(tmp_path / "p.csv", "\n".join([*left, *moved]).encode())
+    output = fault(tmp_path / "p.csv", "\n".join([*left, *moved]).encode())
     assert output.startswith("p.csv: the wheel profile is 1630 wide and 35.63 high, which fits no unit")
 
 
@@ -233,7 +233,7 @@ def test_left_wheel_that_goes_on_as_the_right_one(tmp_path):
     left = [f"{-float(a):.4f} {b}" for a, b in (line.split() for line in right)]
     # from the flange back of the left to that of the right: the list turns at the field side
     for lines in ([*right, *right[-2::-1]], [*left, *right[::-1]]):
-        output = refusal(tmp_path / "p.csv", "\n".join(lines).encode())
+        output = fault(tmp_path / "p.csv", "\n".join(lines).encode())
         assert (
             "two profiles in one list; give one" in output
             or "list them in their order along the profile" in output
@@ -248,7 +248,7 @@ def test_two_files_joined_name_the_line_of_the_second_header(tmp_path):
         content = path.read_text() if name == "miniprof" else "\n".join(["y;z", *text()]).replace(" ", ";")
         content = content.rstrip() + "\n"
         second = content.count("\n") + 1
-        output = refusal(path, (content * 2).encode())
+        output = fault(path, (content * 2).encode())
         wrong = (
             "number of columns = 1 must be at least 2" if name == "miniprof" else "y = 'y' is not a number"
         )
@@ -259,24 +259,24 @@ def test_one_nan_does_not_cut_a_file_off(tmp_path):
     path = tmp_path / "w.whl"
     lines = ["ProgramVer=1", "MPTypeNo=1", f"XYPoints={len(WHEEL.y)}", "", *text()]
     lines[30] = "1.0 NaN"
-    output = refusal(path, "\n".join(lines).encode())
+    output = fault(path, "\n".join(lines).encode())
     assert output == "w.whl:31: Y = 'NaN' is not a finite number; delete the line or repeat the measurement"
 
 
 def test_many_faults_of_one_kind_are_one_line(tmp_path):
     path = tmp_path / "p.csv"
-    output = refusal(path, "\n".join(f"{line} 0.1" for line in text()).encode())
+    output = fault(path, "\n".join(f"{line} 0.1" for line in text()).encode())
     more = len(text()) - 1
     columns = "number of columns (separated by blanks) = 3 must be 2: y and z"
     assert output == f"p.csv:1: {columns} (and {more} more lines)"
-    output = refusal(path, "\n".join(line.split()[0] + " x" for line in text()).encode())
+    output = fault(path, "\n".join(line.split()[0] + " x" for line in text()).encode())
     assert output == f"p.csv:1: z = 'x' is not a number (and {more} more lines)"
 
 
 @pytest.mark.parametrize("name", ["p.csv", "w.whl"])
 def test_commas_for_two_things(tmp_path, name):
     head = "ColumnDef=X,Y\nProgramVer=1\n\n" if name == "w.whl" else ""
-    output = refusal(tmp_path / name, (head + "\n".join(text()).replace(".", ",").replace(" ", ",")).encode())
+    output = fault(tmp_path / name, (head + "\n".join(text()).replace(".", ",").replace(" ", ",")).encode())
     first = 4 if name == "w.whl" else 1
     assert output.startswith(f"{name}:{first}: commas stand between the columns and for the decimal mark")
     assert len(output.splitlines()) == 1
@@ -285,17 +285,17 @@ def test_commas_for_two_things(tmp_path, name):
 def test_not_finite(tmp_path):
     lines = text()
     lines[30], lines[40] = "nan 1", "2 -inf"
-    output = refusal(tmp_path / "p.csv", "\n".join(lines).encode()).splitlines()
+    output = fault(tmp_path / "p.csv", "\n".join(lines).encode()).splitlines()
     assert [line.split(": ")[0] for line in output] == ["p.csv:31", "p.csv:41"]
 
 
 def test_encodings_that_are_wrong(tmp_path):
     path = tmp_path / "p.csv"
-    assert "the control character '\\x00'" in refusal(path, "\n".join(text()).encode("utf-16-le"))
-    assert "the control character" in refusal(path, b"\xff\xfe1\x00\x00\xd8")
-    assert "the control character '\\x07'" in refusal(path, b"\x07 1\n")
+    assert "the control character '\\x00'" in fault(path, "\n".join(text()).encode("utf-16-le"))
+    assert "the control character" in fault(path, b"\xff\xfe1\x00\x00\xd8")
+    assert "the control character '\\x07'" in fault(path, b"\x07 1\n")
     lines = [*text()[:30], "\xe4 1", *text()[30:]]
-    output = refusal(path, "\n".join(lines).encode("latin-1"))
+    output = fault(path, "\n".join(lines).encode("latin-1"))
     assert output == "p.csv:31: y = 'ä' is not a number"
 
 
@@ -324,7 +324,7 @@ def test_a_million_points(tmp_path, n):
 
 def test_more_points_than_are_read(tmp_path, monkeypatch):
     monkeypatch.setattr("wearsim.profile.files.points.MAX_POINTS", 100)
-    output = refusal(tmp_path / "p.csv", "\n".join(text()).encode())
+    output = fault(tmp_path / "p.csv", "\n".join(text()).encode())
     assert output == "p.csv:101: more than 100 points, hardly one profile; give one cross-section"
 
 
@@ -334,15 +334,15 @@ def test_a_file_that_ends_within_a_line_is_cut_off(tmp_path):
     keys = ["ProgramVer=2.4", "MPTypeNo=101"]
     lines = [*keys, "", *rows[:100], "12.3"]
     expected = "w.whl:104: ends in the middle of a line: the file is cut off; copy it again"
-    assert refusal(tmp_path / "w.whl", "\n".join(lines).encode()) == expected
+    assert fault(tmp_path / "w.whl", "\n".join(lines).encode()) == expected
     lines = [*keys, f"XYPoints={len(rows)}", "", *rows[:100], "12.3", ""]
-    output = refusal(tmp_path / "w.whl", "\n".join(lines).encode())
+    output = fault(tmp_path / "w.whl", "\n".join(lines).encode())
     assert output.startswith(
         f"w.whl:105: XYPoints = {len(rows)}, but 101 points are there: the file is cut off"
     )
     assert "\n" not in output
     lines = [*keys, "", *rows[:100], "12.3", *rows[100:]]
-    output = refusal(tmp_path / "w.whl", "\n".join(lines).encode())
+    output = fault(tmp_path / "w.whl", "\n".join(lines).encode())
     assert output == "w.whl:104: number of columns = 1 must be at least 2 to hold X and Y"
 
 
@@ -351,7 +351,7 @@ def test_more_lines_than_are_read(tmp_path, monkeypatch):
     monkeypatch.setattr("wearsim.profile.files.points.MAX_LINES", 100)
     expected = "p.csv: more than 100 lines, hardly one profile; give one cross-section"
     for end in ("\n", "\r", "\r\n"):
-        assert refusal(tmp_path / "p.csv", end.join(text()).encode()) == expected
+        assert fault(tmp_path / "p.csv", end.join(text()).encode()) == expected
     assert read_profile(write(tmp_path / "short.csv", text(wheel("S1002", spacing=2e-3))), "wheel")
 
 

@@ -35,7 +35,7 @@ def read(tmp_path):
 
 
 @pytest.fixture
-def refused(read, tmp_path):
+def fault(read, tmp_path):
     def message(*args, **kwargs):
         with pytest.raises(ProfileError) as caught:
             read(*args, **kwargs)
@@ -129,8 +129,8 @@ def test_unknown_column(read):
     assert "columns q of ColumnDef are not known and left out" in reading.notes
 
 
-def test_definition_without_y(refused):
-    assert "w.whl: ColumnDef = 'x,a' does not name X and Y" in refused(
+def test_definition_without_y(fault):
+    assert "w.whl: ColumnDef = 'x,a' does not name X and Y" in fault(
         [*head(ColumnDef="X,A"), "", *wheel_rows()]
     ).replace("'X,A'", "'x,a'")
 
@@ -207,9 +207,9 @@ def test_old_style(read, before):
     assert_is_wheel(reading)
 
 
-def test_cut_off_file_is_refused(refused):
+def test_cut_off_file_is_refused(fault):
     lines = [*head(XYPoints=400), "", *wheel_rows()]
-    assert refused(lines) == (
+    assert fault(lines) == (
         f"w.whl:{len(lines)}: XYPoints = 400, but {len(WHEEL.y)} points are there: the file is cut off; copy "
         "it again, or correct XYPoints if points were taken out on purpose"
     )
@@ -220,17 +220,17 @@ def test_more_points_than_promised_are_told(read):
     assert f"XYPoints = 100, but {len(WHEEL.y)} points are there: all are taken" in reading.notes
 
 
-def test_cut_in_the_middle_of_a_line(refused):
+def test_cut_in_the_middle_of_a_line(fault):
     lines = [*head(XYPoints=400), "", *wheel_rows()[:-1], "133.1"]
-    (message,) = refused(lines).splitlines()
+    (message,) = fault(lines).splitlines()
     assert message.startswith(f"w.whl:{len(lines)}: XYPoints = 400, but {len(WHEEL.y)} points are there")
     assert "the file is cut off" in message
 
 
-def test_text_among_the_points(refused):
+def test_text_among_the_points(fault):
     lines = [*head(), "", *wheel_rows()]
     lines[8], lines[12] = "Gauge=1435", "12.0 nan"
-    message = refused(lines).splitlines()
+    message = fault(lines).splitlines()
     assert message[0].startswith("w.whl:9: ")
     assert message[1] == (
         "w.whl:13: Y = 'nan' is not a finite number; delete the line or repeat the measurement"
@@ -269,7 +269,7 @@ def test_rail_whose_gauge_side_is_told_by_its_depth(read, side, up):
     assert output in reading.notes
 
 
-def test_roller_measured_with_a_jump_along_its_side(read, refused):
+def test_roller_measured_with_a_jump_along_its_side(read, fault):
     """As in a published measurement of a roller: a few points far down the side, then 12 mm without any."""
     x, z = 1e3 * RAIL.y[SHORT], 1e3 * RAIL.z[SHORT]
     start = np.argmax(z < 17.0)
@@ -279,12 +279,12 @@ def test_roller_measured_with_a_jump_along_its_side(read, refused):
     assert reading.profile.z.max() == pytest.approx(31.2e-3, abs=1e-9)
     assert any(note.startswith("straight piece of 1") for note in reading.notes)
     hole = [*head(), *points[:60], *points[80:]]
-    assert "without a point before point" in refused(hole, "r.ban", "rail")
+    assert "without a point before point" in fault(hole, "r.ban", "rail")
 
 
-def test_rail_whose_gauge_side_is_not_known_is_refused_with_the_flag(read, refused):
+def test_rail_whose_gauge_side_is_not_known_is_refused_with_the_flag(read, fault):
     lines = [*head(), "", *rail_rows()]
-    assert refused(lines, "r.ban", "rail") == (
+    assert fault(lines, "r.ban", "rail") == (
         "r.ban: both sides of the head could be the gauge side: state --mirror (gauge side at the end of "
         "larger y) or --no-mirror (at the end of smaller y)"
     )
@@ -299,8 +299,8 @@ def test_upright_new_rail_needs_no_flag(read):
     assert "head symmetric: it does not matter which side is the gauge side" in reading.notes
 
 
-def test_wheel_extension_for_a_rail(refused):
-    output = refused([*head(), "", *wheel_rows()], "w.whl", "rail")
+def test_wheel_extension_for_a_rail(fault):
+    output = fault([*head(), "", *wheel_rows()], "w.whl", "rail")
     assert "w.whl: .whl is a wheel, a rail profile is needed" in output
 
 
@@ -328,10 +328,10 @@ def test_curve_of_a_multi_part_file(read, part, shift):
     assert reading.header["MPDN"] == ("nose" if shift == 0.0 else "wing")
 
 
-def test_curves_are_never_joined(refused):
+def test_curves_are_never_joined(fault):
     output = "x.mpt: holds 2 curves (1 'nose', 2 'wing'), which are never joined; choose one with --part"
-    assert refused(parts(), "x.mpt", "rail") == output
-    assert refused(parts(), "x.mpt", "rail", part=3) == (
+    assert fault(parts(), "x.mpt", "rail") == output
+    assert fault(parts(), "x.mpt", "rail", part=3) == (
         "x.mpt: --part 3 is not among its curves (1 'nose', 2 'wing')"
     )
 
@@ -340,12 +340,12 @@ def test_a_single_curve_needs_no_flag(read):
     assert read(parts(("nose",)), "x.txt", "rail").format == "miniprof-parts"
 
 
-def test_multi_part_file_without_points(refused):
-    assert "holds no [Profile1Points] section" in refused(["[FileInfo]", "Date=1"], "x.mpt", "rail")
+def test_multi_part_file_without_points(fault):
+    assert "holds no [Profile1Points] section" in fault(["[FileInfo]", "Date=1"], "x.mpt", "rail")
 
 
-def test_part_of_a_file_with_one_profile(refused):
-    assert "--part 2 is stated, but the file holds one profile" in refused(wheel_rows(), part=2)
+def test_part_of_a_file_with_one_profile(fault):
+    assert "--part 2 is stated, but the file holds one profile" in fault(wheel_rows(), part=2)
 
 
 def test_running_circle_with_decimal_comma(read):

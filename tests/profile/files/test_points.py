@@ -32,7 +32,7 @@ def read(tmp_path):
 
 
 @pytest.fixture
-def refused(read, tmp_path):
+def fault(read, tmp_path):
     def message(*args, **kwargs):
         with pytest.raises(ProfileError) as caught:
             read(*args, **kwargs)
@@ -83,10 +83,10 @@ def test_one_slice(read, crossing, name, number):
     assert f"slice {number} of 3, at position {10.0 * (number - 1):.1f}: parts/r{number}.prr" in reading.notes
 
 
-def test_several_slices_need_the_flag(refused, crossing):
-    output = refused(crossing, "rail", "c.slcs")
+def test_several_slices_need_the_flag(fault, crossing):
+    output = fault(crossing, "rail", "c.slcs")
     assert output == "c.slcs: lists 3 slices, position 0.0 to 20.0; choose one with --slice 1 .. 3"
-    assert "c.slcs: --slice 4 must be in 1 .. 3" in refused(crossing, "rail", "c.slcs", slice=4)
+    assert "c.slcs: --slice 4 must be in 1 .. 3" in fault(crossing, "rail", "c.slcs", slice=4)
 
 
 def test_features_behind_the_slices_are_passed_over(read, crossing):
@@ -100,31 +100,29 @@ def test_wheel_slices_with_two_column_text(read, tmp_path):
     assert_is(read(slices(["w.txt"], "2 TH_METHOD"), "wheel", "c.slcw"), WHEEL)
 
 
-def test_damaged_lists_of_slices(refused, crossing, tmp_path):
-    cut = refused(crossing[:-1], "rail", "c.slcs", slice=1)
+def test_damaged_lists_of_slices(fault, crossing, tmp_path):
+    cut = fault(crossing[:-1], "rail", "c.slcs", slice=1)
     place = f"c.slcs:{len(crossing) - 1}"
     assert cut == f"{place}: 3 slices are promised, 2 are listed: the file is cut off; copy it again"
     crossing[3] = "many"
-    assert "c.slcs:4: 1 number is needed here: the number of slices" in refused(crossing, "rail", "c.slcs")
+    assert "c.slcs:4: 1 number is needed here: the number of slices" in fault(crossing, "rail", "c.slcs")
     crossing[3] = "1e6"
-    assert "must be a whole one in 1 .. 100000" in refused(crossing, "rail", "c.slcs")
-    assert "c.slcs:2: ends before the number of slices" in refused(["0 1", ""], "rail", "c.slcs")
-    missing = refused(slices(["none.prr"]), "rail", "c.slcs")
+    assert "must be a whole one in 1 .. 100000" in fault(crossing, "rail", "c.slcs")
+    assert "c.slcs:2: ends before the number of slices" in fault(["0 1", ""], "rail", "c.slcs")
+    missing = fault(slices(["none.prr"]), "rail", "c.slcs")
     assert (
         missing == "c.slcs:8: slice file 'none.prr' does not exist in the folder of the list; copy it there"
     )
     (tmp_path / "c.slcs").write_text("\n".join(slices(["c.slcs"])))
-    assert "list of slices within a list" in refused(slices(["c.slcs"]), "rail", "c.slcs")
+    assert "list of slices within a list" in fault(slices(["c.slcs"]), "rail", "c.slcs")
 
 
-def test_kind_of_slices(refused, crossing):
-    assert "c.slcw: .slcw is a wheel, a rail profile is needed" in refused(
-        crossing, "rail", "c.slcw", slice=1
-    )
+def test_kind_of_slices(fault, crossing):
+    assert "c.slcw: .slcw is a wheel, a rail profile is needed" in fault(crossing, "rail", "c.slcw", slice=1)
 
 
-def test_slice_of_a_file_that_is_none(refused):
-    assert "--slice 2 is stated, but the file is no list of slices" in refused(ours("wheel"), slice=2)
+def test_slice_of_a_file_that_is_none(fault):
+    assert "--slice 2 is stated, but the file is no list of slices" in fault(ours("wheel"), slice=2)
 
 
 # ---- GENSYS
@@ -168,9 +166,9 @@ def test_switches_of_gensys_users(read):
     assert "y not mirrored, as stated" in reading.notes
 
 
-def test_gensys_extension_of_the_other_kind(refused):
-    assert "w.wheel: .wheel is a wheel, a rail profile is needed" in refused(ours("rail"), "rail", "w.wheel")
-    assert "r.kpf_rotr: .kpf_rotr is a rail" in refused(ours("wheel"), "wheel", "r.kpf_rotr")
+def test_gensys_extension_of_the_other_kind(fault):
+    assert "w.wheel: .wheel is a wheel, a rail profile is needed" in fault(ours("rail"), "rail", "w.wheel")
+    assert "r.kpf_rotr: .kpf_rotr is a rail" in fault(ours("wheel"), "wheel", "r.kpf_rotr")
 
 
 # ---- tables of UIC 519 and EN 15302
@@ -209,17 +207,17 @@ def test_decimal_commas(read):
 # ---- what the user states
 
 
-def test_stated_format(read, refused):
+def test_stated_format(read, fault):
     assert read(ours("wheel"), name="p.prw", format="two-column").format == "two-column"
-    assert refused(ours("wheel"), format="minprof") == (
+    assert fault(ours("wheel"), format="minprof") == (
         "p.txt: format = 'minprof' is not one of simpack, miniprof-parts, miniprof, slices, gensys, uic519, "
         "two-column; did you mean 'miniprof'?"
     )
 
 
 @pytest.mark.parametrize(("key", "value"), [("units", "furlong"), ("origin", "left")])
-def test_unknown_statements(refused, key, value):
-    assert f"p.txt: {key} = {value!r} is not one of " in refused(ours("wheel"), **{key: value})
+def test_unknown_statements(fault, key, value):
+    assert f"p.txt: {key} = {value!r} is not one of " in fault(ours("wheel"), **{key: value})
 
 
 # ---- units
@@ -227,19 +225,19 @@ def test_unknown_statements(refused, key, value):
 
 @pytest.mark.parametrize("kind", ["wheel", "rail"])
 @pytest.mark.parametrize(("unit", "length"), [("m", 1.0), ("in", 0.0254), ("cm", 0.01)])
-def test_units_by_size_or_statement(read, refused, kind, unit, length):
+def test_units_by_size_or_statement(read, fault, kind, unit, length):
     profile = SHAPES[kind]
     lines = rows(profile.y / length, profile.z / length, "{y:.7f} {z:.7f}")
     assert_is(read(lines, kind, units=unit), profile)
     if unit == "cm":
-        assert "which fits no unit" in refused(lines, kind)
-        assert "check the columns and state --units mm, m, cm, in" in refused(lines, kind)
+        assert "which fits no unit" in fault(lines, kind)
+        assert "check the columns and state --units mm, m, cm, in" in fault(lines, kind)
     else:
         assert f"units {unit} by the size" in read(lines, kind).notes
 
 
-def test_wrong_units_are_refused_with_the_flag(refused):
-    assert "state them with --units" in refused(ours("wheel"), units="m")
+def test_wrong_units_are_refused_with_the_flag(fault):
+    assert "state them with --units" in fault(ours("wheel"), units="m")
 
 
 def test_exact_inches(read):
@@ -278,15 +276,15 @@ def test_vertical_flange_back_and_rim_keep_their_place(read):
     assert np.max(np.abs(reading.profile.y - 1e-3 * y)) < ROUNDING
 
 
-def test_stated_origin(read, refused):
+def test_stated_origin(read, fault):
     assert_is(read(rows(1e3 * WHEEL.y + 70.0, 1e3 * WHEEL.z), origin="flange_back"), WHEEL)
-    output = refused(rows(1e3 * WHEEL.y + 70.0, 1e3 * WHEEL.z), origin="running_circle")
+    output = fault(rows(1e3 * WHEEL.y + 70.0, 1e3 * WHEEL.z), origin="running_circle")
     assert "subtract 70 mm from y" in output
 
 
-def test_wheel_without_a_flange_tip(refused):
+def test_wheel_without_a_flange_tip(fault):
     tread = WHEEL.y > -0.0365
-    output = refused(rows(1e3 * WHEEL.y[tread], 1e3 * WHEEL.z[tread]))
+    output = fault(rows(1e3 * WHEEL.y[tread], 1e3 * WHEEL.z[tread]))
     assert output == (
         "p.txt: a flange tip stands out on neither side, so the sign of z is not known: state "
         "--z-up or --z-down"
@@ -302,23 +300,23 @@ def test_wheel_measured_from_the_flange_tip_on(read, side, up):
     assert np.max(np.abs(reading.profile.z - WHEEL.z[seen])) < ROUNDING
 
 
-def test_size_of_which_only_the_width_fits(refused):
+def test_size_of_which_only_the_width_fits(fault):
     lines = rows(WHEEL.y, 0.1 * WHEEL.z, "{y:.7f} {z:.7f}")
-    assert "which fits no unit" in refused(lines)
-    assert "the width alone would fit m: check the columns" in refused(lines)
+    assert "which fits no unit" in fault(lines)
+    assert "the width alone would fit m: check the columns" in fault(lines)
 
 
-def test_wheel_with_the_tip_in_its_middle(refused):
+def test_wheel_with_the_tip_in_its_middle(fault):
     inner = WHEEL.y < -0.04
     tread_missing = rows(4e3 * (WHEEL.y[inner] + 0.055), 1e3 * WHEEL.z[inner])
-    assert "state --mirror (flange at the end of larger y) or --no-mirror" in refused(tread_missing)
+    assert "state --mirror (flange at the end of larger y) or --no-mirror" in fault(tread_missing)
 
 
-def test_rail_against_the_rule_of_its_format_is_refused(read, refused):
+def test_rail_against_the_rule_of_its_format_is_refused(read, fault):
     """Plain columns should grow to the field side, but only the end of larger y can be the gauge side."""
     short = (RAIL.z < 20e-3) & ((RAIL.y < 0.01) | (RAIL.z < 9e-3))
     lines = rows(-1e3 * RAIL.y[short], 1e3 * RAIL.z[short])
-    assert "only the other side of the head reaches 14 mm down: state --mirror" in refused(lines, "rail")
+    assert "only the other side of the head reaches 14 mm down: state --mirror" in fault(lines, "rail")
     reading = read(lines, "rail", mirror=True)
     assert np.max(np.abs(reading.profile.y - RAIL.y[short])) < ROUNDING
 
@@ -367,5 +365,5 @@ def test_simpack_file_in_metres_tells_so(read):
     assert "units.len.f = 1: lengths in m" in reading.notes
 
 
-def test_width_of_a_file_in_cm_names_cm(refused):
-    assert "the width alone would fit cm or in:" in refused(rows(1e2 * RAIL.y, 1e2 * RAIL.z), "rail")
+def test_width_of_a_file_in_cm_names_cm(fault):
+    assert "the width alone would fit cm or in:" in fault(rows(1e2 * RAIL.y, 1e2 * RAIL.z), "rail")

@@ -34,7 +34,7 @@ def read(tmp_path):
 
 
 @pytest.fixture
-def refused(read, tmp_path):
+def fault(read, tmp_path):
     def message(*args, **kwargs):
         with pytest.raises(ProfileError) as caught:
             read(*args, **kwargs)
@@ -130,27 +130,27 @@ def test_close_points_are_thinned_first(read):
     assert any("closer than point.dist.min" in note for note in reading.notes)
 
 
-def test_rotation_is_refused(refused):
-    assert "p.txt:7: rotate = 0.02 is not applied by this reader" in refused(simpack(WHEEL, rotate=0.02))
+def test_rotation_is_refused(fault):
+    assert "p.txt:7: rotate = 0.02 is not applied by this reader" in fault(simpack(WHEEL, rotate=0.02))
 
 
 @pytest.mark.parametrize("end", [1, 2, 40])
-def test_cut_off_file_is_refused(refused, end):
+def test_cut_off_file_is_refused(fault, end):
     lines = simpack(WHEEL, units_len_f=1000)[:-end]
     last = "spline" if end == 1 else "point"
-    assert refused(lines) == f"p.txt:{len(lines)}: {last}.end is missing: the file is cut off; copy it again"
+    assert fault(lines) == f"p.txt:{len(lines)}: {last}.end is missing: the file is cut off; copy it again"
 
 
-def test_two_files_in_one(refused):
+def test_two_files_in_one(fault):
     lines = simpack(WHEEL)
-    message = refused([*lines, *lines])
+    message = fault([*lines, *lines])
     assert f"p.txt:{len(lines) + 6}: a second spline.begin, the first is in line 6: two profiles" in message
 
 
-def test_all_faults_at_once(refused):
+def test_all_faults_at_once(fault):
     lines = simpack(WHEEL, shift_y="much", units_len_f=-1)
     lines[15], lines[20] = "1 2 3 4", "nan 1"
-    assert [line.split(": ", 1)[0] for line in refused(lines).splitlines()] == [
+    assert [line.split(": ", 1)[0] for line in fault(lines).splitlines()] == [
         "p.txt:16",
         "p.txt:21",
         "p.txt:7",
@@ -158,13 +158,13 @@ def test_all_faults_at_once(refused):
     ]
 
 
-def test_kind_of_the_header_and_of_the_extension(refused):
-    assert "p.txt:4: type = 1 says wheel, a rail profile is needed" in refused(simpack(WHEEL), "rail")
-    assert "p.prr: .prr is a rail, a wheel profile is needed" in refused(simpack(WHEEL), name="p.prr")
+def test_kind_of_the_header_and_of_the_extension(fault):
+    assert "p.txt:4: type = 1 says wheel, a rail profile is needed" in fault(simpack(WHEEL), "rail")
+    assert "p.prr: .prr is a rail, a wheel profile is needed" in fault(simpack(WHEEL), name="p.prr")
 
 
-def test_extension_without_the_blocks(refused):
-    assert "holds no point.begin block, so it is no SIMPACK profile" in refused(["1 2"] * 30, name="p.prw")
+def test_extension_without_the_blocks(fault):
+    assert "holds no point.begin block, so it is no SIMPACK profile" in fault(["1 2"] * 30, name="p.prw")
 
 
 def test_keys_of_a_benchmark_header(read):

@@ -52,8 +52,8 @@ def test_a_wheel_of_many_points_is_measured_against_another(tmp_path):
     path.write_text("\n".join(f"{a:.4f},{b:.4f}" for a, b in zip(1e3 * y, 1e3 * z, strict=True)))
     subject = read_input(str(path))
     assert any("of 50000 points taken" in note or "of 499" in note for note in subject.notes)
-    found = inspect_profile(subject, Conditions(), against=read_input("S1002"), amplitudes=(3e-3,))
-    assert abs(found.comparison.wear.worn_area) < 0.02e-6
-    assert abs(found.measures["right"].values["flange_height"] - 28e-3) < 0.2e-6
+    result = inspect_profile(subject, Conditions(), against=read_input("S1002"), amplitudes=(3e-3,))
+    assert abs(result.comparison.wear.worn_area) < 0.02e-6
+    assert abs(result.measures["right"].values["flange_height"] - 28e-3) < 0.2e-6
     smooth = inspect_profile(subject, Conditions(smooth=3e-3), amplitudes=(3e-3,))
     assert abs(smooth.measures["right"].values["flange_height"] - 28e-3) < 5e-6

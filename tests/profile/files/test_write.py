@@ -125,8 +125,8 @@ def kind_of(name):
 
 
 def test_examples_are_all_there_and_described():
-    found = sorted(path.name for path in MEASURED.iterdir() if path.suffix in (".ban", ".whl", ".prw"))
-    assert found == EXAMPLES
+    result = sorted(path.name for path in MEASURED.iterdir() if path.suffix in (".ban", ".whl", ".prw"))
+    assert result == EXAMPLES
     about = (MEASURED / "README.md").read_text(encoding="utf-8")
     assert all(name in about for name in EXAMPLES)
 

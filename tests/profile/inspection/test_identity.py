@@ -54,7 +54,7 @@ def test_another_wheel_is_told_in_a_comparison(wheels):
 def test_examinations_hold_these_notes(wheels):
     right, left = wheels
     at = Conditions(GaugeDistances())
-    found = inspect_profile(left, at, left=right, against=right, amplitudes=(3e-3,), measure_reference=False)
-    message = " ".join(found.given.notes)
+    result = inspect_profile(left, at, left=right, against=right, amplitudes=(3e-3,), measure_reference=False)
+    message = " ".join(result.given.notes)
     assert "used as the right wheel" in message
     assert "is it the same wheel?" in message

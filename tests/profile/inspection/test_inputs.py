@@ -79,10 +79,10 @@ def test_an_upright_file_is_what_its_definition_is(written, inclination):
     subject = written(0.0)
     assert subject.upright
     assert "head stands upright" in subject.notes
-    found = inspect_profile(subject, at(inclination), against=read_input("60E1"), amplitudes=(3e-3,))
-    assert abs(found.comparison.wear.worn_area) < 0.02e-6
-    conicity = found.running.conicity[0][1]
-    assert conicity == pytest.approx(found.comparison.running.conicity[0][1], abs=1e-6)
+    result = inspect_profile(subject, at(inclination), against=read_input("60E1"), amplitudes=(3e-3,))
+    assert abs(result.comparison.wear.worn_area) < 0.02e-6
+    conicity = result.running.conicity[0][1]
+    assert conicity == pytest.approx(result.comparison.running.conicity[0][1], abs=1e-6)
     assert conicity == pytest.approx(0.010 if inclination == 1.0 / 20.0 else 0.174, abs=1e-3)
 
 
@@ -92,12 +92,12 @@ def test_a_file_that_leans_is_not_tilted_again(written, lean, stated):
     subject = written(lean)
     assert subject.lean == pytest.approx(lean, abs=1e-5)
     if not stated:
-        found = inspect_profile(subject, at(), amplitudes=(3e-3,))
+        result = inspect_profile(subject, at(), amplitudes=(3e-3,))
     else:
-        found = inspect_profile(subject, at(lean), against=read_input("60E1"), amplitudes=(3e-3,))
-        assert abs(found.comparison.wear.worn_area) < 0.02e-6
-        assert any("leans 1:" in note and "is not tilted again" in note for note in found.given.notes)
-    assert found.running.conicity[0][1] == pytest.approx(0.174 if lean == 1.0 / 40.0 else 0.010, abs=1e-3)
+        result = inspect_profile(subject, at(lean), against=read_input("60E1"), amplitudes=(3e-3,))
+        assert abs(result.comparison.wear.worn_area) < 0.02e-6
+        assert any("leans 1:" in note and "is not tilted again" in note for note in result.given.notes)
+    assert result.running.conicity[0][1] == pytest.approx(0.174 if lean == 1.0 / 40.0 else 0.010, abs=1e-3)
 
 
 def test_a_worn_head_is_tilted_only_if_that_is_stated_and_so_is_its_reference():
@@ -166,7 +166,7 @@ def test_running_tells_what_it_cannot():
     assert any("beyond the end" in why for _, _, why in lost.conicity)
 
 
-def refusal(tmp_path, y, z):
+def fault(tmp_path, y, z):
     path = tmp_path / "p.txt"
     path.write_text("\n".join(f"{1e3 * a:.4f} {1e3 * b:.4f}" for a, b in zip(y, z, strict=True)))
     with pytest.raises(ProfileError) as caught:
@@ -182,12 +182,10 @@ def test_wheels_that_are_none_are_not_rails(tmp_path, name):
     shape = read_input(name).profile
     y, z = shape.y, shape.z
     for sign in (1.0, -1.0):
-        assert "swapped" in refusal(tmp_path, sign * z, y) or "order of the columns" in refusal(
-            tmp_path, z, y
-        )
+        assert "swapped" in fault(tmp_path, sign * z, y) or "order of the columns" in fault(tmp_path, z, y)
         for inner in (-0.039, -0.033, -0.025):  # the flange cut off, more and more
             tread = y > inner
-            assert "--kind" in refusal(tmp_path, y[tread], sign * z[tread])
+            assert "--kind" in fault(tmp_path, y[tread], sign * z[tread])
 
 
 @pytest.mark.parametrize("name", standard.shipped_names("rail"))

@@ -46,12 +46,12 @@ def test_hollowing_of_noise_is_told(noise):
     new = read_input("S1002")
     z = new.profile.z + np.random.default_rng(5).normal(0.0, noise, len(new.profile.z))
     subject = replace(new, format="two-column", profile=replace(new.profile, z=z))
-    found = {"hollowing": hollowing(subject.profile.y, z)}
-    message = hollowing_notes(subject, found)
+    result = {"hollowing": hollowing(subject.profile.y, z)}
+    message = hollowing_notes(subject, result)
     if noise < 10e-6:
         assert message == ()
     else:
-        assert message[0].startswith(f"of {1e3 * found['hollowing']:.3f} mm hollowing ")
+        assert message[0].startswith(f"of {1e3 * result['hollowing']:.3f} mm hollowing ")
         assert "--smooth-mm 5" in message[0]
 
 
