@@ -115,6 +115,7 @@ def test_full_solution(show, best, scene):
         geometry.wheel_surface(wheelset.right, wheelset.radius),
         geometry.counterface_profile(counterface.profile),
     )
+    task = contact._Task((wheel,) * 2, (ground,) * 2, wheelset, counterface.curvature, models, (0,), True)
     spent = dict.fromkeys(("search", "normal", "creepage", "tangential", "power and fields"), 0.0)
     repeats = 5
     for start in list(range(0, POINTS, CHUNK)) * repeats:
@@ -132,9 +133,7 @@ def test_full_solution(show, best, scene):
             parameters={},
         )
         clock.append(time.perf_counter())
-        side = contact._solve_side(
-            0, chunk, start, wheel, (ground, ground), wheelset, counterface, models, vertical=True
-        )
+        side = contact._solve_side(task, 0, chunk, start)
         clock.append(time.perf_counter())
         speed = -chunk.speed / wheelset.radius
         result = fastsim.solve(

@@ -46,6 +46,6 @@ def test_step_with_comparison_laws(show):
         tracemalloc.stop()
         alone = alone or (spent, peak)
         show(
-            f"{name}: {1e3 * spent:.0f} ms per wear step, {spent / alone[0]:.2f} of the leading law alone; "
+            f"{name}: {1e3 * spent:.0f} ms per wear step, {spent / alone[0]:.2f} of the active law alone; "
             f"peak memory {1e-6 * peak:.0f} MB, {peak / alone[1]:.2f} of it"
         )

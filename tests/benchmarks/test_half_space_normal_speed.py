@@ -63,5 +63,5 @@ def test_wheel_on_rail(show, best):
         counts = ["+".join(map(str, state.iterations)) for state in (cold, warm)]
         show(
             f"wheel on rail, {name}: {1e3 * times[0]:.1f} ms ({counts[0]} iterations), "
-            f"from the state 0.1 mm beside {1e3 * times[1]:.1f} ms ({counts[1]})"
+            f"from the state 0.1 mm away {1e3 * times[1]:.1f} ms ({counts[1]})"
         )

@@ -83,7 +83,7 @@ def test_both_problems_of_a_wheel(show, best, contacts, monkeypatch, cell_sizes)
 
     target = {0.5e-3: (" at most 20 ms", " at most 8 ms"), 0.2e-3: (" at most 1000 ms", "")}
     sizes, means = [], []
-    show("both half-space problems, S1002 on 60E1 1:40, four states; warm: from 0.1 mm and 0.2 mrad beside")
+    show("both half-space problems, S1002 on 60E1 1:40, four states; warm: from 0.1 mm and 0.2 mrad away")
     for cell, repeats in cell_sizes:
         rows = range(len(STATES))
         near = [both(contacts, row + len(STATES), cell) for row in rows]

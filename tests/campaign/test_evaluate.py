@@ -212,4 +212,4 @@ def test_transfer_of_200_patches(benchmark, made_solution, made_points, state, w
     )
     points = made_points(np.full(m // 2, 2.0 / m))
     depth = passage_depth(solution.fields, solution.area, WEAR)
-    benchmark(accumulate, solution, points, points.weight, state, wheelset, WEAR, passage=depth)
+    benchmark(accumulate, solution, points, points.weight, state, law_on(wheelset), passage=depth)
