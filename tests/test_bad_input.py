@@ -361,7 +361,8 @@ def test_a_missing_directory_or_result_is_one_line_with_the_way_out(folder, caps
     assert list(folder.iterdir()) == []
 
 
-def test_a_file_that_is_no_result_is_refused(folder, capsys):
+def test_a_file_that_is_no_result_is_refused(folder, capsys, monkeypatch):
+    monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
     Path("rig.nc").write_text("not netCDF")
     (fault,) = error_of(capsys, "inspect", "rig.nc")
     assert fault.startswith("rig.nc cannot be read as netCDF")

@@ -196,6 +196,7 @@ def test_the_work_of_points_is_looked_for_with_the_first_model_that_answers(twel
     assert asked == ["kik_piotrowski", "knothe_le_the"]
 
 
+@pytest.mark.slow
 def test_a_campaign_with_chosen_models_runs_resumes_and_keeps_its_choice(tmp_path, monkeypatch):
     """A short rig campaign; the choice is in the result file, and a resumed run has the same bits."""
     text = Path("workflows/rig.toml").read_text()

@@ -386,7 +386,7 @@ def test_status_tells_distance_depth_and_time_left(synthetic, tmp_path):
     assert (seen[-1]["state"], seen[-1]["time_left"]) == ("finished", 0.0)
 
 
-@pytest.mark.parametrize("room", [20_000, 100_000, 280_000])
+@pytest.mark.parametrize("room", [20_000, 100_000, pytest.param(280_000, marks=pytest.mark.slow)])
 def test_writes_that_fail_keep_the_finished_steps_and_tell_what_to_do(
     synthetic, tmp_path, uninterrupted, forked, room
 ):
