@@ -204,7 +204,7 @@ class _Task:
             grids,
             load,
             self.modulus,
-            coupling=coupling_of(self.gap, regions, coupled, shape, self.modulus),
+            coupling=coupling_of(self.gap, regions, coupled, self.modulus),
             start=start,
             tolerance=tolerance,
             limit=int(self.parameters["half_space_iterations"]),

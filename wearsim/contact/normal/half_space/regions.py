@@ -10,11 +10,10 @@ import numpy as np
 
 from wearsim.contact.gap import ContactPlane, contact_plane, gap_surface
 from wearsim.contact.geometry import NO_WHEEL, Gap
-from wearsim.contact.normal.half_space.pressure import Coupling, HeightGrid
+from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid
 from wearsim.contact.normal.model import ALIKE
 from wearsim.contact.patch import FloatArray, IntArray
 
-_NODES = 8  # of the interpolation of the influence of one grid on another, in each direction
 _GRAZING = 1.47  # rad to the contact plane, above which a profile is no longer its surface
 
 
@@ -251,8 +250,8 @@ def _linear(place: FloatArray, start: float, stop: float, count: int) -> FloatAr
 
 
 def coupling_of(
-    gap: Gap, regions: list[Region], coupled: FloatArray, shape: tuple[int, int], effective_modulus: float
-) -> Coupling | None:
+    gap: Gap, regions: Sequence[Region], coupled: FloatArray, effective_modulus: float
+) -> FloatArray | None:
     """Influence of grids on each other, in the share in which they are coupled.
 
     Between grids that lie apart it is smooth: forces are passed on to 8 x 8 Chebyshev nodes of their grid,
@@ -263,32 +262,21 @@ def coupling_of(
     ----------
     gap : Gap
         n rows.
-    regions : list of Region
+    regions : sequence of Region
         k grids.
     coupled : (k, k) array
         From `gather`.
-    shape : (int, int)
-        nx, ny cells.
     effective_modulus : float
         E* [Pa].
 
     Returns
     -------
-    callable or None
-        For `solve_pressure`; none if no grid influences another.
+    (64 k, 64 k) array or None
+        For `solve_pressure`; none if no grid influences another [m/N].
     """
-    pairs = np.argwhere(coupled > 0.0)
-    if pairs.size == 0:
+    if not coupled.any():
         return None
-    nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
-    inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, _NODES - 1))
-
-    def weights(count: int) -> FloatArray:
-        places = (np.arange(count) + 0.5) * (2.0 / count) - 1.0
-        table: FloatArray = np.polynomial.chebyshev.chebvander(places, _NODES - 1) @ inverse
-        return table
-
-    along, across = weights(shape[0]), weights(shape[1])
+    nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
     points = []
     for region in regions:
         x = 0.5 * (region.x_high + region.x_low) - 0.5 * (region.x_high - region.x_low) * nodes
@@ -297,16 +285,11 @@ def coupling_of(
         z = np.interp(region.y, gap.counterface.y, gap.counterface.z)
         y_all = region.y + s_all * np.cos(region.angle)
         points.append(np.stack((x_all, y_all, z + s_all * np.sin(region.angle))).reshape(3, -1))
-    tables = {}
-    for j, k in pairs:
+    count = NODES * NODES
+    table = np.zeros((len(regions) * count, len(regions) * count))
+    for j, k in np.argwhere(coupled > 0.0):
         distance = np.sqrt(((points[j][:, :, None] - points[k][:, None, :]) ** 2).sum(axis=0))
         facing = coupled[j, k] * max(np.cos(regions[j].angle - regions[k].angle), 0.0)
-        tables[int(j), int(k)] = facing / (np.pi * effective_modulus * distance)
-    areas = [np.prod(region.cell(shape)) for region in regions]
-
-    def add(pressures: list[FloatArray], moved: list[FloatArray]) -> None:
-        forces = [areas[k] * (along.T @ field @ across).ravel() for k, field in enumerate(pressures)]
-        for (j, k), table in tables.items():
-            moved[j] += along @ (table @ forces[k]).reshape(_NODES, _NODES) @ across.T
-
-    return add
+        part = slice(j * count, (j + 1) * count), slice(k * count, (k + 1) * count)
+        table[part] = facing / (np.pi * effective_modulus * distance)
+    return table
