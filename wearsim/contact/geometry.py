@@ -9,13 +9,13 @@ points form the wheel's contact line, and the gap is the distance of it from the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from wearsim.contact.kernel import kernel, plain
-from wearsim.contact.patch import FloatArray
+from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
 
@@ -131,6 +131,19 @@ class Gap:
     wheel_radius: FloatArray
     x: FloatArray
     bodies: Bodies | None = None
+
+    def take(self, row: IntArray) -> Gap:
+        """Gap of some rows."""
+        if row.size == self.gap.shape[0]:
+            return self
+        curves = {
+            name: getattr(self, name)[row] for name in ("gap", "wheel_y", "sin_theta", "wheel_radius", "x")
+        }
+        bodies = self.bodies
+        if bodies is not None:
+            pose = bodies.pose
+            bodies = replace(bodies, pose=WheelsetPose(pose.shift[row], pose.yaw[row], pose.roll[row]))
+        return replace(self, bodies=bodies, **curves)
 
 
 def _steep_free(profile: Profile, spacing: float, start: int) -> tuple[FloatArray, FloatArray, FloatArray]:
