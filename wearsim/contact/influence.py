@@ -145,14 +145,19 @@ def wave_table(count: int) -> FloatArray:
     return np.stack((np.cos(turn), np.sin(turn)))
 
 
+def wave_weights(count: int) -> FloatArray:
+    """Weights (n,) of the waves of a row on the way back, which are part of `spectrum`."""
+    return np.where(np.arange(count) > 0, 2.0, 1.0) / (2 * count - 1)
+
+
 @lru_cache(maxsize=512)
 def _spectrum_table(count: int) -> FloatArray:
     """Cosines and sines (2, n, n) that transform even and odd influences, with the weights of the way back."""
     period = 2 * count - 1
     number = np.arange(count)
     turn = (2.0 * np.pi / period) * (np.outer(number, number) % period)
-    weight = np.where(number > 0, 2.0, 1.0)
-    return np.stack((np.cos(turn) * weight, np.sin(turn) * 2.0)) * (weight[:, None] / period)
+    both_signs = np.where(number > 0, 2.0, 1.0)
+    return np.stack((np.cos(turn), np.sin(turn))) * (wave_weights(count)[:, None] * both_signs)
 
 
 def spectrum(influence: FloatArray, *, odd: tuple[bool, bool] = (False, False)) -> FloatArray:

@@ -219,7 +219,7 @@ def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
     force = np.empty(cells.coupling.shape[0])
     for k in range(cells.grids.size):
         grid = cells.grids[k]
-        nx, ny, first = grid.nx, grid.ny, grid.first
+        nx, ny, first = grid["nx"], grid["ny"], grid["first"]
         part = slice(first, first + nx * ny)
         field, factor = pressure[part].reshape(nx, ny), cells.factor[part].reshape(nx, ny)
         along, across = _wave_tables(cells, grid)
@@ -231,29 +231,29 @@ def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
         if force.size > 0:
             along, across = _node_tables(cells, grid)
             here = force[k * NODES * NODES : (k + 1) * NODES * NODES].reshape(NODES, NODES)
-            here[:] = grid.area * np.dot(along.T, np.dot(field, across))
+            here[:] = grid["area"] * np.dot(along.T, np.dot(field, across))
     if force.size > 0:
         depth = np.dot(cells.coupling, force)
         for k in range(cells.grids.size):
             grid = cells.grids[k]
             along, across = _node_tables(cells, grid)
             here = depth[k * NODES * NODES : (k + 1) * NODES * NODES].reshape(NODES, NODES)
-            field = moved[grid.first : grid.first + grid.nx * grid.ny].reshape(grid.nx, grid.ny)
+            field = moved[grid["first"] : grid["first"] + grid["nx"] * grid["ny"]].reshape(grid["nx"], grid["ny"])
             field += np.dot(along, np.dot(here, across.T))
 
 
 @kernel
 def _wave_tables(cells: _Cells, grid: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
-    nx, ny = grid.nx, grid.ny
+    nx, ny = grid["nx"], grid["ny"]
     hx, hy = (nx + 1) // 2, (ny + 1) // 2
-    along = cells.tables[grid.along : grid.along + 2 * nx * hx].reshape(2, nx, hx)
-    return along, cells.tables[grid.across : grid.across + 2 * ny * hy].reshape(2, ny, hy)
+    along = cells.tables[grid["along"] : grid["along"] + 2 * nx * hx].reshape(2, nx, hx)
+    return along, cells.tables[grid["across"] : grid["across"] + 2 * ny * hy].reshape(2, ny, hy)
 
 
 @kernel
 def _node_tables(cells: _Cells, grid: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
-    along = cells.tables[grid.node_x : grid.node_x + grid.nx * NODES].reshape(grid.nx, NODES)
-    return along, cells.tables[grid.node_y : grid.node_y + grid.ny * NODES].reshape(grid.ny, NODES)
+    along = cells.tables[grid["node_x"] : grid["node_x"] + grid["nx"] * NODES].reshape(grid["nx"], NODES)
+    return along, cells.tables[grid["node_y"] : grid["node_y"] + grid["ny"] * NODES].reshape(grid["ny"], NODES)
 
 
 @kernel
@@ -316,7 +316,7 @@ def _iterate(
             for i in range(size):
                 moved[i] -= step * image[i]
             if others > 0:
-                _add(beyond, cells.influence.reshape(cells.grids[0].nx, cells.grids[0].ny), moved)
+                _add(beyond, cells.influence.reshape(cells.grids[0]["nx"], cells.grids[0]["ny"]), moved)
             for i in range(size):
                 moved[i] *= scale
         converged = (change / load + abs(scale - 1.0)) < tolerance and not restart

@@ -14,6 +14,9 @@ from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid
 from wearsim.contact.normal.model import ALIKE
 from wearsim.contact.patch import FloatArray, IntArray
 
+_COARSE = 16, 32, 96  # cells of the search along, fewest and most across
+_COARSE_CELL = 1e-3  # m, across
+_FITTING = 0.5  # cells by which the borders of a grid may be off
 _GRAZING = 1.47  # rad to the contact plane, above which a profile is no longer its surface
 
 
@@ -29,6 +32,8 @@ class Region:
         Origin on the counterface's profile [m] and contact angle [rad].
     x_low, x_high, s_low, s_high : float
         Borders of the grid along and across [m].
+    nx, ny : int
+        Cells along and across.
     y_low, y_high : float
         Lateral positions the grid must not pass, because other grids begin there [m].
     """
@@ -40,22 +45,25 @@ class Region:
     x_high: float
     s_low: float
     s_high: float
+    nx: int
+    ny: int
     y_low: float = -np.inf
     y_high: float = np.inf
 
-    def cell(self, shape: tuple[int, int]) -> tuple[float, float]:
+    @property
+    def cell(self) -> tuple[float, float]:
         """Length and width of the cells [m]."""
-        return (self.x_high - self.x_low) / shape[0], (self.s_high - self.s_low) / shape[1]
+        return (self.x_high - self.x_low) / self.nx, (self.s_high - self.s_low) / self.ny
 
-    def x(self, count: int) -> FloatArray:
-        """Cell centres along, from the leading end (count,) [m]."""
-        share = (np.arange(count, dtype=np.float64) + 0.5) / count
-        return self.x_high - (self.x_high - self.x_low) * share
+    @property
+    def x(self) -> FloatArray:
+        """Cell centres along, from the leading end (nx,) [m]."""
+        return self.x_high - self.cell[0] * (np.arange(self.nx) + 0.5)
 
-    def s(self, count: int) -> FloatArray:
-        """Cell centres across (count,) [m]."""
-        share = (np.arange(count, dtype=np.float64) + 0.5) / count
-        return self.s_low + (self.s_high - self.s_low) * share
+    @property
+    def s(self) -> FloatArray:
+        """Cell centres across (ny,) [m]."""
+        return self.s_low + self.cell[1] * (np.arange(self.ny) + 0.5)
 
 
 class Section:
@@ -98,7 +106,7 @@ def origin_x(gap: Gap, region: Region) -> float:
     return float(np.interp(region.y, gap.counterface.y, gap.x[region.row]))
 
 
-def heights(gap: Gap, region: Region, shape: tuple[int, int], displacement: float) -> HeightGrid:
+def heights(gap: Gap, region: Region, displacement: float) -> HeightGrid:
     """Heights over the cells of a region.
 
     Parameters
@@ -108,8 +116,6 @@ def heights(gap: Gap, region: Region, shape: tuple[int, int], displacement: floa
         counterface at their lateral position.
     region : Region
         The grid's place.
-    shape : (int, int)
-        nx, ny cells.
     displacement : float
         How far the wheel is pushed down from initial contact [m].
 
@@ -118,8 +124,8 @@ def heights(gap: Gap, region: Region, shape: tuple[int, int], displacement: floa
     HeightGrid
         Large where nothing faces the plane.
     """
-    x, s = region.x(shape[0]), region.s(shape[1])
-    length, width = region.cell(shape)
+    x, s = region.x, region.s
+    length, width = region.cell
     cosine = float(np.cos(region.angle))
     plane = plane_of(gap, region)
     if gap.bodies is not None:
@@ -202,11 +208,24 @@ def _about(gap: Gap, row: int, piece: IntArray, limit: float) -> Region:
     x = gap.x[row, piece] - float(np.interp(y, grid.y, gap.x[row]))
     return Region(
         row, y, angle, float((x - half).min()), float((x + half).max()), float(s[0]), float(s[1]),
-        float(grid.y[first]), float(grid.y[last]),
+        _COARSE[0], int(np.clip((s[1] - s[0]) / _COARSE_CELL, *_COARSE[1:])), float(grid.y[first]), float(grid.y[last]),
     )  # fmt: skip
 
 
-def rotated(region: Region, angle: float, wider: Region | None = None) -> Region:
+def scaled(region: Region, ratio: float, pressure: FloatArray) -> Region:
+    """Put the same grid around a patch that grows by a ratio about its pressure-weighted middle."""
+    x = float((pressure.sum(axis=1) * region.x).sum() / pressure.sum())
+    s = float((pressure.sum(axis=0) * region.s).sum() / pressure.sum())
+    return replace(
+        region,
+        x_low=x + ratio * (region.x_low - x),
+        x_high=x + ratio * (region.x_high - x),
+        s_low=s + ratio * (region.s_low - s),
+        s_high=s + ratio * (region.s_high - s),
+    )
+
+
+def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
     """Put the same grid into a plane of another angle, with room for another grid too if one is given."""
     if wider is None:
         return replace(region, angle=angle)
@@ -217,28 +236,39 @@ def rotated(region: Region, angle: float, wider: Region | None = None) -> Region
         x_high=max(region.x_high, wider.x_high),
         s_low=min(region.s_low, wider.s_low),
         s_high=max(region.s_high, wider.s_high),
+        nx=max(region.nx, wider.nx),
+        ny=max(region.ny, wider.ny),
     )
+
+
+def fits(gap: Gap, old: Region, new: Region) -> bool:
+    """Whether the borders of a grid are within half a cell of where they should be."""
+    length, width = old.cell
+    x = origin_x(gap, new) - origin_x(gap, old)
+    s = (new.y - old.y) / float(np.cos(old.angle))
+    off_x = max(abs(new.x_low + x - old.x_low), abs(new.x_high + x - old.x_high))
+    off_s = max(abs(new.s_low + s - old.s_low), abs(new.s_high + s - old.s_high))
+    alike = abs(new.nx - old.nx) <= 1 and abs(new.ny - old.ny) <= 1
+    return alike and off_x < _FITTING * length and off_s < _FITTING * width
 
 
 def touches_edge(region: Region, pressure: FloatArray) -> bool:
     """Whether a patch reaches a border of its grid behind which there is no other grid."""
-    along, across = pressure.max(axis=1) > 0.0, pressure.max(axis=0) > 0.0
+    along, across = pressure.any(axis=1), pressure.any(axis=0)
     low = across[0] and not np.isfinite(region.y_low)
     high = across[-1] and not np.isfinite(region.y_high)
     return bool(along[0] or along[-1] or low or high)
 
 
-def carried_over(
-    gap: Gap, old: Sequence[tuple[Region, FloatArray]], region: Region, shape: tuple[int, int]
-) -> FloatArray:
+def carried_over(gap: Gap, old: Sequence[tuple[Region, FloatArray]], region: Region) -> FloatArray:
     """Pressures of other grids at the cells of a region, linear between their cells."""
-    pressure = np.zeros(shape)
-    y = Section(gap, region.y, region.angle).lateral(region.s(shape[1]))
-    x = region.x(shape[0]) + origin_x(gap, region)
+    pressure = np.zeros((region.nx, region.ny))
+    y = Section(gap, region.y, region.angle).lateral(region.s)
+    x = region.x + origin_x(gap, region)
     for before, field in old:
         s = Section(gap, before.y, before.angle).across(y)
-        along = _linear(x - origin_x(gap, before), before.x_high, before.x_low, field.shape[0])
-        across = _linear(s, before.s_low, before.s_high, field.shape[1])
+        along = _linear(x - origin_x(gap, before), before.x_high, before.x_low, before.nx)
+        across = _linear(s, before.s_low, before.s_high, before.ny)
         pressure += along @ field @ across.T
     return pressure
 
