@@ -26,6 +26,8 @@ from wearsim.contact.patch import FloatArray, IntArray, Resolution
 
 MARGIN = 1.5  # empty cells between a patch and each border of its grid
 _NEXT = 1e-3  # m, next to a grid, where no other contact begins
+_PER_LOBE = 0.25  # of the fewest strips, for lobes narrower than others on the same grid
+_SLIGHT = 0.02  # of the force, below which a lobe needs no strips of its own
 _GROW = 0.2  # of the grid's size, where a patch reaches its border
 
 
@@ -207,7 +209,8 @@ def place_grids(
     groups, coupled
         As from `gather`.
     resolution : Resolution
-        Cells of the grids; of those that the largest cell asks for, `MARGIN` are added at each border.
+        Cells of the grids; to those that the largest cell asks for `MARGIN` are added at each border. Every
+        lobe has a fourth of the fewest strips.
 
     Returns
     -------
@@ -225,7 +228,12 @@ def place_grids(
         )
         low = 0.5 * (merged[k - 1].right + lobe.left) if k > 0 else -np.inf
         high = 0.5 * (lobe.right + merged[k + 1].left) if k < count - 1 else np.inf
-        regions.append(_fitted(gap, row, lobe, float(lobe.angle + lean), low, high, resolution))
+        share = min(
+            (one.right - one.left) / (lobe.right - lobe.left)
+            for one in groups[k]
+            if one.force >= _SLIGHT * lobe.force
+        )
+        regions.append(_fitted(gap, row, lobe, float(lobe.angle + lean), low, high, resolution, share))
     return regions
 
 
@@ -245,12 +253,14 @@ def _merged(lobes: list[Lobe]) -> Lobe:
 
 
 def _fitted(
-    gap: Gap, row: int, lobe: Lobe, angle: float, y_low: float, y_high: float, resolution: Resolution
-) -> Region:
-    """Region that holds a lobe with the margin around it."""
+    gap: Gap, row: int, lobe: Lobe, angle: float, y_low: float, y_high: float,
+    resolution: Resolution, narrowest: float,
+) -> Region:  # fmt: skip
+    """Region that holds lobes with the margin around them; the narrowest is a share of their width."""
     s = Section(gap, lobe.centre, angle).across(np.array([lobe.left, lobe.right, y_low, y_high]))
     border = 2.0 * MARGIN * resolution.cell
     ny = int(resolution.strips_across(s[1:2] - s[0] + border)[0])
+    ny = max(ny, min(int(_PER_LOBE * resolution.strips / narrowest), resolution.most))
     nx = int(resolution.cells_along(np.array([lobe.x_high - lobe.x_low + border]))[0])
     width = float(s[1] - s[0]) / (ny - 2.0 * MARGIN)
     length = (lobe.x_high - lobe.x_low) / (nx - 2.0 * MARGIN)

@@ -242,13 +242,13 @@ def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
 
 
 def fits(gap: Gap, old: Region, new: Region) -> bool:
-    """Whether the borders of a grid are within half a cell of where they should be."""
+    """Whether a grid has about the cells it should have, and its borders within half a cell of their place."""
     length, width = old.cell
     x = origin_x(gap, new) - origin_x(gap, old)
     s = (new.y - old.y) / float(np.cos(old.angle))
     off_x = max(abs(new.x_low + x - old.x_low), abs(new.x_high + x - old.x_high))
     off_s = max(abs(new.s_low + s - old.s_low), abs(new.s_high + s - old.s_high))
-    alike = abs(new.nx - old.nx) <= 1 and abs(new.ny - old.ny) <= 1
+    alike = abs(new.nx - old.nx) <= 0.05 * old.nx and abs(new.ny - old.ny) <= 0.1 * old.ny
     return alike and off_x < _FITTING * length and off_s < _FITTING * width
 
 
