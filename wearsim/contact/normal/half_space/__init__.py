@@ -209,9 +209,11 @@ class _Task:
 
     def fitted(self, state: WheelPressure) -> WheelPressure:
         """Fit grids to the patches of a state, and again to the patches on them, until they stay."""
-        gap, tolerance = self.gap, self.parameters["half_space_tolerance"]
+        gap, fine = self.gap, (self.resolution, self.parameters["half_space_tolerance"])
+        coarse = (_coarser(self.resolution), max(fine[1], 1e-3)) if state.iterations else fine
         coupled, settled = np.zeros((0, 0)), False
         for fit in range(_FITS):
+            resolution, tolerance = coarse if fit == 0 else fine
             old = list(zip(state.regions, state.pressure, strict=True))
             groups = [lobes_of(gap, region, pressure) for region, pressure in old]
             if not settled:
@@ -223,7 +225,7 @@ class _Task:
             elif not all(groups):  # a grid without load
                 kept = [k for k, group in enumerate(groups) if group]
                 groups, coupled = [groups[k] for k in kept], coupled[np.ix_(kept, kept)]
-            regions = place_grids(gap, self.row, groups, coupled, self.resolution)
+            regions = place_grids(gap, self.row, groups, coupled, resolution)
             inside = [not touches_edge(*one) for one in old]
             fitting = len(regions) == len(old) and all(inside)
             laid = fit > _LAID and len(regions) == len(old)
@@ -276,6 +278,12 @@ class _Task:
         regions = tuple(map(turned, state.regions, angle))
         share = self.load / _carried(replace(state, regions=regions), self.vertical)
         return replace(state, regions=regions, pressure=tuple(share * field for field in state.pressure))
+
+
+def _coarser(resolution: Resolution) -> Resolution:
+    """Two thirds of the cells, where they only serve to place the final grids."""
+    strips, cells = (max(2 * count // 3, 8) for count in (resolution.strips, resolution.cells))
+    return Resolution(1.5 * resolution.cell, strips, cells, resolution.most)
 
 
 def _still(old: Region, new: Region) -> bool:

@@ -16,7 +16,7 @@ from wearsim.contact.patch import FloatArray, IntArray
 
 _COARSE = 16, 32, 96  # cells of the search along, fewest and most across
 _COARSE_CELL = 1e-3  # m, across
-_FITTING = 0.5  # cells by which the borders of a grid may be off
+_FITTING = 0.25  # cells by which the borders of a grid may be off
 _GRAZING = 1.47  # rad to the contact plane, above which a profile is no longer its surface
 
 
