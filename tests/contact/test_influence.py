@@ -103,7 +103,11 @@ def test_convolution_is_the_sum_over_all_cells(shape, odd):
     field = np.random.default_rng(1).random(shape)
     table = cell_integrals(1e-4, 3e-4, shape)[2 if all(odd) else 0]
     size = np.abs(table).max() * field.sum()
-    table = np.where(np.outer(*(np.arange(n) + (0 if turns else 1) for n, turns in zip(shape, odd, strict=True))), table, 0.0)
+    table = np.where(
+        np.outer(*(np.arange(n) + (0 if turns else 1) for n, turns in zip(shape, odd, strict=True))),
+        table,
+        0.0,
+    )
     actual, expected = convolved(table, field, odd), directly(table, field, odd)
     np.testing.assert_allclose(actual, expected, rtol=0.0, atol=1e-14 * size)
 

@@ -72,7 +72,9 @@ def cell_integrals(cell_length: float, cell_width: float, shape: tuple[int, int]
         Over cell (i, j), centred i lengths and j widths from the origin [m]; the first two are even in both
         directions and add up to the integral of 1/rho, the third is odd in both.
     """
-    x, y = (size * (np.arange(count + 1) - 0.5) for size, count in zip((cell_length, cell_width), shape, strict=True))
+    nx, ny = shape
+    x: FloatArray = cell_length * (np.arange(nx + 1) - 0.5)
+    y: FloatArray = cell_width * (np.arange(ny + 1) - 0.5)
     corner = _corner_functions(x, y)
     along = corner[:, 1:] - corner[:, :-1]
     integral: FloatArray = along[..., 1:] - along[..., :-1]
@@ -100,7 +102,8 @@ def normal_influence(
         At cell (i, j), |i| cells along and |j| across; even in both [m/Pa].
     """
     along, across, _ = cell_integrals(cell_length, cell_width, shape)
-    return (along + across) / (np.pi * effective_modulus)
+    table: FloatArray = (along + across) / (np.pi * effective_modulus)
+    return table
 
 
 def tangential_influence(
@@ -152,7 +155,7 @@ def wave_weights(count: int) -> FloatArray:
 
 @lru_cache(maxsize=512)
 def _spectrum_table(count: int) -> FloatArray:
-    """Cosines and sines (2, n, n) that transform even and odd influences, with the weights of the way back."""
+    """Cosines and sines (2, n, n) that transform even and odd influences, with `wave_weights`."""
     period = 2 * count - 1
     number = np.arange(count)
     turn = (2.0 * np.pi / period) * (np.outer(number, number) % period)
@@ -176,7 +179,9 @@ def spectrum(influence: FloatArray, *, odd: tuple[bool, bool] = (False, False)) 
         Factors of the waves. An even influence keeps cosines cosines and sines sines; one that is odd in a
         direction turns cosines into sines and sines into cosines with the opposite sign.
     """
-    along, across = (_spectrum_table(count)[int(turns)] for count, turns in zip(influence.shape, odd, strict=True))
+    along, across = (
+        _spectrum_table(count)[int(turns)] for count, turns in zip(influence.shape, odd, strict=True)
+    )
     factors: FloatArray = along @ influence @ across.T
     return factors
 

@@ -137,7 +137,9 @@ def resolution(strips, cells=None, cell=1.0, most=200):
     return Resolution(cell, strips, strips if cells is None else cells, most)
 
 
-def solved(gap, load=LOAD, strips=40, vertical=True, cells=None, cell=1.0, start=None, rough=False, **parameters):
+def solved(
+    gap, load=LOAD, strips=40, vertical=True, cells=None, cell=1.0, start=None, rough=False, **parameters
+):
     rows = gap.gap.shape[0]
     return half_space.MODEL(
         gap,
@@ -362,7 +364,8 @@ def test_a_start_saves_work(searched):
     options = {"vertical": True, "effective_modulus": E_STAR, "resolution": resolution(30), "parameters": {}}
     cold = [half_space.solve_wheel(gap, row, LOAD, **options) for row in range(STATES.size)]
     warm = [
-        half_space.solve_wheel(gap, row, 1.01 * LOAD, start=start, **options) for row, start in enumerate(cold)
+        half_space.solve_wheel(gap, row, 1.01 * LOAD, start=start, **options)
+        for row, start in enumerate(cold)
     ]
     one, other = (sum(sum(state.iterations) for state in states) for states in (warm, cold))
     assert one < 0.4 * other
@@ -396,7 +399,12 @@ def test_rough_solutions(searched):
 def test_rows_of_a_batch_have_the_bits_they_have_alone(searched):
     """Whatever else is solved: other rows only add strips and cells without load."""
     gap = searched(STATES, 5e-3)
-    options = {"vertical": True, "effective_modulus": E_STAR, "resolution": resolution(20, cell=0.5e-3), "parameters": {}}
+    options = {
+        "vertical": True,
+        "effective_modulus": E_STAR,
+        "resolution": resolution(20, cell=0.5e-3),
+        "parameters": {},
+    }
     whole = half_space.MODEL(gap, np.arange(STATES.size), np.full(STATES.size, LOAD), **options)
     assert len(set(whole.patch.strips.tolist())) > 3
     for row in (0, 3, 8):

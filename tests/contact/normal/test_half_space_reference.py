@@ -136,7 +136,7 @@ def test_pressure_field(s1002, case, shift, yaw, curvature):
         np.array([load]),
         vertical=False,
         effective_modulus=E_STAR,
-        resolution=Resolution(1.0, 100, 60, 100),
+        resolution=Resolution(1.0, 150, 60, 200),
         parameters={},
     )
     grid = result.patch.grid

@@ -373,14 +373,19 @@ def together(*patches):
     def column(name):
         return np.concatenate([getattr(p, name) for p in patches])
 
-    grid = PatchGrid(*(np.concatenate([getattr(p.grid, n) for p in patches]) for n in ("x_lead", "cell_length")), np.array(padded))
+    grid = PatchGrid(
+        *(np.concatenate([getattr(p.grid, n) for p in patches]) for n in ("x_lead", "cell_length")),
+        np.array(padded),
+    )
     return from_grid(np.arange(len(patches)), y, column("width"), grid, column("strips"), column("cells"))
 
 
 def test_batch_and_threads_keep_the_bits():
     sizes = [(6.5e-3, 5e-3), (4e-3, 7e-3), (6e-3, 2e-3), (3e-3, 3e-3)]
     counts = [(26, 20), (16, 28), (24, 8), (12, 12)]
-    patches = [on_cells(a, b, LOAD, nx, ny, margin=1.1) for (a, b), (nx, ny) in zip(sizes, counts, strict=True)]
+    patches = [
+        on_cells(a, b, LOAD, nx, ny, margin=1.1) for (a, b), (nx, ny) in zip(sizes, counts, strict=True)
+    ]
     creepage = np.array([[-1.6e-3, 0.0, -0.2], [0.0, 1e-3, 0.4], [3e-3, -1e-3, 0.1], [1e-5, 0.0, 0.0]])
     batch = solved(together(*patches), creepage)
     for threads in (1, 2):

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL, Gap
-from wearsim.contact.normal.half_space.lobes import angle_of, gather, lobes_of, missed, place_grids
+from wearsim.contact.normal.half_space.lobes import Lobe, angle_of, gather, lobes_of, missed, place_grids
 from wearsim.contact.normal.half_space.pressure import MOST_ITERATIONS, TOLERANCE, solve_pressure
 from wearsim.contact.normal.half_space.regions import (
     Region,
@@ -164,7 +164,11 @@ def solve_wheel(
     task = _Task(gap, row, load, vertical, effective_modulus, resolution, {**DEFAULTS, **parameters})
     if start is None:
         state = task.searched()
-        return task.turned(state, list(map(partial(angle_of, gap), state.regions, state.pressure))) if rough else task.fitted(state)
+        return (
+            task.turned(state, list(map(partial(angle_of, gap), state.regions, state.pressure)))
+            if rough
+            else task.fitted(state)
+        )
     ratio = (load / _carried(start, vertical)) ** (1.0 / 3.0)
     regions = tuple(map(scaled, start.regions, [ratio] * len(start.regions), start.pressure))
     moved = ratio**2 * start.vertical_displacement
@@ -203,21 +207,29 @@ class _Task:
             if 0.5 * level < state.vertical_displacement < level / 1.02:
                 return state
             aim = 1.15 * min(max(state.vertical_displacement, 0.1 * level), 10.0 * level)
-            # Where surfaces conform, the plane turns with the level: half the way, so as not to go to and fro.
+            # Where surfaces conform, the plane turns with the level: half the way, not to go to and fro.
             level = aim if trial < 2 else float(np.sqrt(level * aim))
         raise fault_of(NO_CONVERGENCE, self.row)
 
     def fitted(self, state: WheelPressure) -> WheelPressure:
         """Fit grids to the patches of a state, and again to the patches on them, until they stay."""
         gap, fine = self.gap, (self.resolution, self.parameters["half_space_tolerance"])
-        coarse = (_coarser(self.resolution), max(fine[1], 1e-3)) if state.iterations else fine
-        coupled, settled = np.zeros((0, 0)), False
+        first, coupled, settled = fine, np.zeros((0, 0)), False
+        if state.iterations:  # of the search
+            first = _coarser(self.resolution), max(fine[1], 1e-3)
+        else:
+            coupled = np.zeros((1, 1)) if len(state.regions) == 1 else gather(gap, _lobes(gap, state))[1]
+            if len(coupled) == len(state.regions):
+                moved = state.vertical_displacement
+                state = self.pressed(state.regions, coupled, moved, state.pressure, fine[1], ())
         for fit in range(_FITS):
-            resolution, tolerance = coarse if fit == 0 else fine
+            resolution, tolerance = first if fit == 0 else fine
             old = list(zip(state.regions, state.pressure, strict=True))
             groups = [lobes_of(gap, region, pressure) for region, pressure in old]
             if not settled:
-                outside = missed(gap, state.regions, state.pressure, state.vertical_displacement, self.modulus)
+                outside = missed(
+                    gap, state.regions, state.pressure, state.vertical_displacement, self.modulus
+                )
                 before = coupled
                 groups, coupled = gather(gap, [*(lobe for group in groups for lobe in group), *outside])
                 same = coupled.shape == before.shape and np.abs(coupled - before).max() < _ALIKE
@@ -230,19 +242,15 @@ class _Task:
             fitting = len(regions) == len(old) and all(inside)
             laid = fit > _LAID and len(regions) == len(old)
             fitting = fitting and (laid or all(map(partial(fits, gap), state.regions, regions)))
-            start = state.pressure
-            if fit == 0 and not state.iterations and fitting:  # of nearly the same load
-                regions = list(state.regions)
-            elif settled and fitting and all(map(_still, state.regions, regions)):
+            if settled and fitting and all(map(_still, state.regions, regions)):
                 return self.turned(state, [region.angle for region in regions])
-            else:
-                if fit >= _LAID and len(regions) == len(old):
-                    # Half the way and in the same borders, so as not to go to and fro.
-                    regions = [
-                        turned(one, 0.5 * (one.angle + new.angle), None if held else new)
-                        for one, new, held in zip(state.regions, regions, inside, strict=True)
-                    ]
-                start = tuple(carried_over(gap, old, region) for region in regions)
+            if fit >= _LAID and len(regions) == len(old):
+                # Half the way and in the same borders, so as not to go to and fro.
+                regions = [
+                    turned(one, 0.5 * (one.angle + new.angle), None if held else new)
+                    for one, new, held in zip(state.regions, regions, inside, strict=True)
+                ]
+            start = tuple(carried_over(gap, old, region) for region in regions)
             displacement = state.vertical_displacement
             state = self.pressed(regions, coupled, displacement, start, tolerance, state.iterations)
         raise fault_of(NO_CONVERGENCE, self.row)
@@ -278,6 +286,10 @@ class _Task:
         regions = tuple(map(turned, state.regions, angle))
         share = self.load / _carried(replace(state, regions=regions), self.vertical)
         return replace(state, regions=regions, pressure=tuple(share * field for field in state.pressure))
+
+
+def _lobes(gap: Gap, state: WheelPressure) -> list[Lobe]:
+    return [one for grid in zip(state.regions, state.pressure, strict=True) for one in lobes_of(gap, *grid)]
 
 
 def _coarser(resolution: Resolution) -> Resolution:
@@ -335,7 +347,10 @@ def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: b
     def padded(name: str, *size: int, mode: Any = "constant") -> FloatArray:
         values = [getattr(line, name) for line in lines]
         return np.array(
-            [np.pad(one, [(0, n - old) for n, old in zip(size, one.shape, strict=True)], mode) for one in values]
+            [
+                np.pad(one, [(0, n - old) for n, old in zip(size, one.shape, strict=True)], mode)
+                for one in values
+            ]
         ).reshape(-1, *size)
 
     grid = PatchGrid(column("x_lead"), column("cell_length"), padded("pressure", *most))
@@ -381,7 +396,7 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -
     load = pressure.sum(axis=0)
     middle = float((load * s).sum() / load.sum())
     centre = float(section.lateral(np.array([middle]))[0])
-    edges = section.lateral(region.s_low + width * np.arange(region.ny + 1))
+    edges = section.lateral(np.append(s - 0.5 * width, s[-1] + 0.5 * width))
     loaded = np.flatnonzero(load)
     ends = edges[[loaded[0], loaded[-1] + 1]]
     first, last = int(np.searchsorted(grid.y, ends[0])) - 2, int(np.searchsorted(grid.y, ends[1])) + 2

@@ -82,7 +82,7 @@ _GRID = np.dtype(
     [(name, np.int64) for name in ("first", "nx", "ny", "along", "across", "node_x", "node_y")]
     + [(name, np.float64) for name in ("area", "cosine")]
 )
-"""A grid: its first cell, its cells, where its tables begin (waves, interpolation), area of a cell, cosine."""
+"""A grid: its first cell, its cells, the places of its tables (waves, interpolation), a cell's area, cosine."""
 
 
 class _Cells(NamedTuple):
@@ -191,7 +191,12 @@ def _gathered(grids: Sequence[HeightGrid], modulus: float, coupling: FloatArray)
 
 @kernel
 def _first_guess(
-    height: FloatArray, area: FloatArray, cosine: FloatArray, load: float, modulus: float, pressure: FloatArray
+    height: FloatArray,
+    area: FloatArray,
+    cosine: FloatArray,
+    load: float,
+    modulus: float,
+    pressure: FloatArray,
 ) -> None:
     """Virtual penetration, roughly: the overlap region's size squared times its depth carries the load."""
     first = np.inf
@@ -238,7 +243,9 @@ def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
             grid = cells.grids[k]
             along, across = _node_tables(cells, grid)
             here = depth[k * NODES * NODES : (k + 1) * NODES * NODES].reshape(NODES, NODES)
-            field = moved[grid["first"] : grid["first"] + grid["nx"] * grid["ny"]].reshape(grid["nx"], grid["ny"])
+            field = moved[grid["first"] : grid["first"] + grid["nx"] * grid["ny"]].reshape(
+                grid["nx"], grid["ny"]
+            )
             field += np.dot(along, np.dot(here, across.T))
 
 
@@ -253,7 +260,9 @@ def _wave_tables(cells: _Cells, grid: NDArray[np.void]) -> tuple[FloatArray, Flo
 @kernel
 def _node_tables(cells: _Cells, grid: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
     along = cells.tables[grid["node_x"] : grid["node_x"] + grid["nx"] * NODES].reshape(grid["nx"], NODES)
-    return along, cells.tables[grid["node_y"] : grid["node_y"] + grid["ny"] * NODES].reshape(grid["ny"], NODES)
+    return along, cells.tables[grid["node_y"] : grid["node_y"] + grid["ny"] * NODES].reshape(
+        grid["ny"], NODES
+    )
 
 
 @kernel

@@ -58,12 +58,14 @@ class Region:
     @property
     def x(self) -> FloatArray:
         """Cell centres along, from the leading end (nx,) [m]."""
-        return self.x_high - self.cell[0] * (np.arange(self.nx) + 0.5)
+        x: FloatArray = self.x_high - self.cell[0] * (np.arange(self.nx) + 0.5)
+        return x
 
     @property
     def s(self) -> FloatArray:
         """Cell centres across (ny,) [m]."""
-        return self.s_low + self.cell[1] * (np.arange(self.ny) + 0.5)
+        s: FloatArray = self.s_low + self.cell[1] * (np.arange(self.ny) + 0.5)
+        return s
 
 
 class Section:
@@ -206,9 +208,11 @@ def _about(gap: Gap, row: int, piece: IntArray, limit: float) -> Region:
     # 1.15: circles are longer than parabolas, and yaw bends sections.
     half = 1.15 * np.sqrt(2.0 * depth / curvature_along(gap, row, grid.y[piece]))
     x = gap.x[row, piece] - float(np.interp(y, grid.y, gap.x[row]))
+    nx, fewest, most = _COARSE
+    ny = min(max(int((s[1] - s[0]) / _COARSE_CELL), fewest), most)
     return Region(
-        row, y, angle, float((x - half).min()), float((x + half).max()), float(s[0]), float(s[1]),
-        _COARSE[0], int(np.clip((s[1] - s[0]) / _COARSE_CELL, *_COARSE[1:])), float(grid.y[first]), float(grid.y[last]),
+        row, y, angle, float((x - half).min()), float((x + half).max()), float(s[0]), float(s[1]), nx, ny,
+        float(grid.y[first]), float(grid.y[last]),
     )  # fmt: skip
 
 
@@ -242,7 +246,7 @@ def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
 
 
 def fits(gap: Gap, old: Region, new: Region) -> bool:
-    """Whether a grid has about the cells it should have, and its borders within half a cell of their place."""
+    """Whether a grid has about the cells it should have, and its borders about where they should be."""
     length, width = old.cell
     x = origin_x(gap, new) - origin_x(gap, old)
     s = (new.y - old.y) / float(np.cos(old.angle))
@@ -254,7 +258,7 @@ def fits(gap: Gap, old: Region, new: Region) -> bool:
 
 def touches_edge(region: Region, pressure: FloatArray) -> bool:
     """Whether a patch reaches a border of its grid behind which there is no other grid."""
-    along, across = pressure.any(axis=1), pressure.any(axis=0)
+    along, across = pressure.max(axis=1) > 0.0, pressure.max(axis=0) > 0.0
     low = across[0] and not np.isfinite(region.y_low)
     high = across[-1] and not np.isfinite(region.y_high)
     return bool(along[0] or along[-1] or low or high)

@@ -25,9 +25,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.influence import field_of, spectrum, tangential_influence, wave_table, wave_weights, waves_of
+from wearsim.contact.influence import (
+    field_of,
+    spectrum,
+    tangential_influence,
+    wave_table,
+    wave_weights,
+    waves_of,
+)
 from wearsim.contact.kernel import kernel, plain
-from wearsim.contact.patch import FloatArray
+from wearsim.contact.patch import FloatArray, IntArray
 
 TOLERANCE = 1e-6  # sum of the residuals of all cells over the sum of their tractions
 MOST_STEPS = 40
@@ -47,8 +54,9 @@ class SlipOperator(NamedTuple):
     factor : (3, 2, nx, ny) array
         Factors of the waves: slip along x from traction along x, the same of y, and across; of what is even
         along x, and odd [1/Pa].
-    strip : (2, k, k) array
-        Triangles of the matrix of k cells in a strip on their own, transposed, of x and y [1/Pa].
+    strip : (2, 2, k, k) array
+        Inverse triangles of the matrix of k cells in a strip on their own, of x and y: lower one without
+        unit, upper one [Pa].
     reach : float
         One over the largest slip per traction of any wave [Pa].
     own : float
@@ -121,13 +129,14 @@ def slip_operator(
     )
     longest = np.arange(min(nx, _LONGEST))
     place = longest[:, None] - longest
-    strip = bend[:2, :, 0][:, np.abs(place)] + np.sign(place) * rise[:2, :, 0][:, np.abs(place)]
-    _split(strip)
-    reach = 1.0 / float((np.hypot(factor[:2, 0], factor[:2, 1]) / wave_weights(nx)[:, None] / wave_weights(ny)).max())
-    own = reach * 0.5 * float(bend[:2, 0, 0].sum())
-    return SlipOperator(
-        wave_table(nx), wave_table(ny), factor, np.ascontiguousarray(strip.transpose(0, 2, 1)), reach, own
+    matrix = bend[:2, :, 0][:, np.abs(place)] + np.sign(place) * rise[:2, :, 0][:, np.abs(place)]
+    strip = np.zeros((2, 2, longest.size, longest.size))
+    _split(matrix, strip)
+    reach = 1.0 / float(
+        (np.hypot(factor[:2, 0], factor[:2, 1]) / wave_weights(nx)[:, None] / wave_weights(ny)).max()
     )
+    own = reach * 0.5 * float(bend[:2, 0, 0].sum())
+    return SlipOperator(wave_table(nx), wave_table(ny), factor, strip, reach, own)
 
 
 def solve(
@@ -249,23 +258,23 @@ def _linear_step(
     most, size, shape = basis.shape[0] - 1, rest.size, rest.shape
     triangle, weight = np.zeros((most, most)), np.empty(most)
     cosine, sine, left = np.empty(most), np.empty(most), np.empty(most + 1)
-    slip, line = np.empty(shape), np.empty(marks.shape[0])
+    slip, stretches = np.empty(shape), _stretches(marks, operator.strip.shape[2])
     flat = rest.reshape(size)
-    left[0] = whole = np.sqrt(_dot(flat, flat))
+    left[0] = whole = np.sqrt(np.dot(flat, flat))
     for i in range(size):
         basis[0, i] = -flat[i] / whole
     count = 0
     while count < most and abs(left[count]) > share * whole:
         product = basis[count + 1]
-        _precondition(basis[count].reshape(shape), marks, direction, operator, line, change)
+        _precondition(basis[count].reshape(shape), marks, direction, operator, stretches, change)
         _slip(operator, change, slip)
         _derivative(change, slip, marks, direction, operator.reach, product.reshape(shape))
         for k in range(count + 1):
-            value = _dot(basis[k], product)
+            value = np.dot(basis[k], product)
             triangle[k, count] = value
             for i in range(size):
                 product[i] -= value * basis[k, i]
-        length = np.sqrt(_dot(product, product))
+        length = np.sqrt(np.dot(product, product))
         if length > 0.0:
             for i in range(size):
                 product[i] /= length
@@ -290,36 +299,33 @@ def _linear_step(
     for k in range(count):
         for i in range(size):
             flat[i] += weight[k] * basis[k, i]
-    _precondition(slip, marks, direction, operator, line, change)
+    _precondition(slip, marks, direction, operator, stretches, change)
     return count
 
 
 @kernel
-def _dot(one: FloatArray, other: FloatArray) -> float:
-    """Scalar product, summed in four parts."""
-    a, b, c, d = 0.0, 0.0, 0.0, 0.0
-    whole = one.size - one.size % 4
-    for i in range(0, whole, 4):
-        a += one[i] * other[i]
-        b += one[i + 1] * other[i + 1]
-        c += one[i + 2] * other[i + 2]
-        d += one[i + 3] * other[i + 3]
-    for i in range(whole, one.size):
-        a += one[i] * other[i]
-    return (a + b) + (c + d)
+def _split(matrix: FloatArray, inverse: FloatArray) -> None:
+    """Invert the triangles of both matrices, which are overwritten; no pivots: their symmetric part is positive.
 
-
-@kernel
-def _split(strip: FloatArray) -> None:
-    """Triangles of both matrices in place; no pivots: their symmetric part is positive."""
-    n = strip.shape[1]
+    Leading parts of the inverses are the inverses of the leading parts.
+    """
+    n = matrix.shape[1]
     for c in range(2):
+        upper, lower, whole = matrix[c], inverse[c, 0], inverse[c, 1]
+        for k in range(n):
+            lower[k, k] = whole[k, k] = 1.0
         for k in range(n):
             for i in range(k + 1, n):
-                factor = strip[c, i, k] / strip[c, k, k]
-                strip[c, i, k] = factor
-                for j in range(k + 1, n):
-                    strip[c, i, j] -= factor * strip[c, k, j]
+                factor = upper[i, k] / upper[k, k]
+                for j in range(n):
+                    upper[i, j] -= factor * upper[k, j]
+                    lower[i, j] -= factor * lower[k, j]
+        for k in range(n - 1, -1, -1):
+            for j in range(n):
+                whole[k, j] /= upper[k, k]
+            for i in range(k):
+                for j in range(n):
+                    whole[i, j] -= upper[i, k] * whole[k, j]
 
 
 @kernel
@@ -397,18 +403,34 @@ def _derivative(
 
 
 @kernel
+def _stretches(marks: FloatArray, longest: int) -> IntArray:
+    """First cell, strip and number of cells (k, 3) of each stretch of stick."""
+    nx, ny = marks.shape
+    table, lines = np.empty((marks.size, 3), dtype=np.int64), 0
+    for j in range(ny):
+        count = 0
+        for i in range(nx):
+            if marks[i, j] == _STICK:
+                if count == 0:
+                    table[lines, 0], table[lines, 1] = i, j
+                count += 1
+                table[lines, 2] = count
+            if count == longest or (count > 0 and (marks[i, j] != _STICK or i == nx - 1)):
+                lines, count = lines + 1, 0
+    return table[:lines]
+
+
+@kernel
 def _precondition(
     given: FloatArray,
     marks: FloatArray,
     direction: FloatArray,
     operator: SlipOperator,
-    line: FloatArray,
+    stretches: IntArray,
     out: FloatArray,
 ) -> None:
     """Change of tractions with a given derivative, if stretches of stick and cells that slip were alone."""
     nx, ny = marks.shape
-    strip = operator.strip
-    longest = strip.shape[1]
     for i in range(nx):
         for j in range(ny):
             mark = marks[i, j]
@@ -420,29 +442,27 @@ def _precondition(
                 soft = 1.0 / (1.0 - mark + mark * operator.own)
                 out[0, i, j] = along * d_x + soft * (given[0, i, j] - along * d_x)
                 out[1, i, j] = along * d_y + soft * (given[1, i, j] - along * d_y)
+    count = stretches.shape[0]
+    if count == 0:
+        return
+    line = np.zeros((count, operator.strip.shape[2]))
+    half, whole = np.empty_like(line), np.empty_like(line)
     for c in range(2):
-        for j in range(ny):
-            first = 0
-            while first < nx:
-                if marks[first, j] != _STICK:
-                    first += 1
-                    continue
-                count = 0
-                while count < longest and first + count < nx and marks[first + count, j] == _STICK:
-                    i = first + count
-                    value = given[c, i, j]
-                    if j > 0 and marks[i, j - 1] == _STICK:
-                        value -= _SIDE * given[c, i, j - 1]
-                    if j + 1 < ny and marks[i, j + 1] == _STICK:
-                        value -= _SIDE * given[c, i, j + 1]
-                    line[count] = value / operator.reach
-                    count += 1
-                for k in range(count - 1):
-                    for i in range(k + 1, count):
-                        line[i] -= strip[c, k, i] * line[k]
-                for k in range(count - 1, -1, -1):
-                    line[k] /= strip[c, k, k]
-                    for i in range(k):
-                        line[i] -= strip[c, k, i] * line[k]
-                    out[c, first + k, j] = line[k]
-                first += count
+        for m in range(count):
+            first, j = stretches[m, 0], stretches[m, 1]
+            for k in range(stretches[m, 2]):
+                i = first + k
+                value = given[c, i, j]
+                if j > 0 and marks[i, j - 1] == _STICK:
+                    value -= _SIDE * given[c, i, j - 1]
+                if j + 1 < ny and marks[i, j + 1] == _STICK:
+                    value -= _SIDE * given[c, i, j + 1]
+                line[m, k] = value / operator.reach
+        np.dot(line, operator.strip[c, 0].T, half)
+        for m in range(count):
+            half[m, stretches[m, 2] :] = 0.0
+        np.dot(half, operator.strip[c, 1].T, whole)
+        for m in range(count):
+            first, j = stretches[m, 0], stretches[m, 1]
+            for k in range(stretches[m, 2]):
+                out[c, first + k, j] = whole[m, k]
