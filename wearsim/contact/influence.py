@@ -73,8 +73,8 @@ def cell_integrals(cell_length: float, cell_width: float, shape: tuple[int, int]
         directions and add up to the integral of 1/rho, the third is odd in both.
     """
     nx, ny = shape
-    x: FloatArray = cell_length * (np.arange(nx + 1) - 0.5)
-    y: FloatArray = cell_width * (np.arange(ny + 1) - 0.5)
+    x: FloatArray = cell_length * (np.arange(nx + 1, dtype=np.float64) - 0.5)
+    y: FloatArray = cell_width * (np.arange(ny + 1, dtype=np.float64) - 0.5)
     corner = _corner_functions(x, y)
     along = corner[:, 1:] - corner[:, :-1]
     integral: FloatArray = along[..., 1:] - along[..., :-1]

@@ -82,7 +82,7 @@ _GRID = np.dtype(
     [(name, np.int64) for name in ("first", "nx", "ny", "along", "across", "node_x", "node_y")]
     + [(name, np.float64) for name in ("area", "cosine")]
 )
-"""A grid: its first cell, its cells, the places of its tables (waves, interpolation), a cell's area, cosine."""
+"""A grid: first cell, cells, places of its tables (waves, interpolation), area of a cell, cosine."""
 
 
 class _Cells(NamedTuple):

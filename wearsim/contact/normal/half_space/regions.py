@@ -58,13 +58,13 @@ class Region:
     @property
     def x(self) -> FloatArray:
         """Cell centres along, from the leading end (nx,) [m]."""
-        x: FloatArray = self.x_high - self.cell[0] * (np.arange(self.nx) + 0.5)
+        x: FloatArray = self.x_high - self.cell[0] * (np.arange(self.nx, dtype=np.float64) + 0.5)
         return x
 
     @property
     def s(self) -> FloatArray:
         """Cell centres across (ny,) [m]."""
-        s: FloatArray = self.s_low + self.cell[1] * (np.arange(self.ny) + 0.5)
+        s: FloatArray = self.s_low + self.cell[1] * (np.arange(self.ny, dtype=np.float64) + 0.5)
         return s
 
 

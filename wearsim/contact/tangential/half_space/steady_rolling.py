@@ -305,7 +305,7 @@ def _linear_step(
 
 @kernel
 def _split(matrix: FloatArray, inverse: FloatArray) -> None:
-    """Invert the triangles of both matrices, which are overwritten; no pivots: their symmetric part is positive.
+    """Invert the triangles of both matrices in place; no pivots: their symmetric part is positive.
 
     Leading parts of the inverses are the inverses of the leading parts.
     """
