@@ -168,7 +168,7 @@ def solve(
         The caller judges its residual: at most `TOLERANCE` unless the steps ran out.
     """
     bound = plain(bound)
-    marks, traction = np.empty(bound.shape), np.where(bound > 0.0, start, 0.0)
+    marks, traction = np.empty(bound.shape), plain(np.where(bound > 0.0, start, 0.0))
     slip = np.empty(traction.shape)
     error, steps, products = _newton(
         operator, plain(rigid_slip), bound, TOLERANCE, most_steps, MOST_PRODUCTS, traction, slip, marks
