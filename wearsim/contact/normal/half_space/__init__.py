@@ -215,8 +215,9 @@ class _Task:
         """Fit grids to the patches of a state, and again to the patches on them, until they stay."""
         gap, fine = self.gap, (self.resolution, self.parameters["half_space_tolerance"])
         first, coupled, settled = fine, np.zeros((0, 0)), False
-        if state.iterations:  # of the search
-            first = _coarser(self.resolution), max(fine[1], 1e-3)
+        least = self.resolution.cells, self.resolution.strips
+        if state.iterations or any(one.nx < least[0] or one.ny < least[1] for one in state.regions):
+            first = _coarser(self.resolution), max(fine[1], 1e-3)  # of the search
         else:
             coupled = np.zeros((1, 1)) if len(state.regions) == 1 else gather(gap, _lobes(gap, state))[1]
             if len(coupled) == len(state.regions):
@@ -339,22 +340,16 @@ def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: b
         lines.extend(sorted(patches, key=lambda line: -line.force))
 
     cells, strips = np.array([line.pressure.shape for line in lines], dtype=np.int64).reshape(-1, 2).T
-    most = cells.max(initial=1), strips.max(initial=1)
+    count, nx, ny = len(lines), cells.max(initial=1), strips.max(initial=1)
+    y, edges, pressure = np.zeros((count, ny)), np.zeros((count, ny + 1)), np.zeros((count, nx, ny))
+    for m, line in enumerate(lines):
+        y[m, : strips[m]], pressure[m, : cells[m], : strips[m]] = line.y, line.pressure
+        edges[m, : strips[m] + 1], edges[m, strips[m] + 1 :] = line.edges, line.edges[-1]
 
     def column(name: str) -> FloatArray:
         return np.array([getattr(line, name) for line in lines])
 
-    def padded(name: str, *size: int, mode: Any = "constant") -> FloatArray:
-        values = [getattr(line, name) for line in lines]
-        return np.array(
-            [
-                np.pad(one, [(0, n - old) for n, old in zip(size, one.shape, strict=True)], mode)
-                for one in values
-            ]
-        ).reshape(-1, *size)
-
-    grid = PatchGrid(column("x_lead"), column("cell_length"), padded("pressure", *most))
-    y, edges = padded("y", most[1]), padded("edges", most[1] + 1, mode="edge")
+    grid = PatchGrid(column("x_lead"), column("cell_length"), pressure)
     patch = from_grid(column("row").astype(np.int64), y, column("width"), grid, strips, cells)
     return NormalSolution(
         patch=patch,

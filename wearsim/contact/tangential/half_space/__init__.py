@@ -47,9 +47,8 @@ def solve(
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
     A cell that sticks has exactly no slip, one that slips has it against the traction; what particles slide
-    is that between the cell edges. Forces and moment are those of the tractions at the centres. `start`, the
-    solution of a neighbouring state on as many cells, with fields, saves steps and changes nothing beyond the
-    tolerance.
+    is that between the cell edges. Forces and moment are those of the tractions at the centres. A start has
+    to have fields.
     """
     grid = on_grid(patch)
     count, nx, ny = grid.pressure.shape
@@ -61,7 +60,8 @@ def solve(
     length, x = grid.cell_length, grid.x
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     out = np.zeros((5, count, nx, ny)) if fields else None
-    first = _first_guess(patch, shear_modulus, poisson_ratio) if start is None else np.empty((0, count))
+    known = None if start is None else start.cells
+    first = _first_guess(patch, shear_modulus, poisson_ratio) if known is None else np.empty((3, 0))
     for m in range(count):
         box = _box(grid.pressure[m])
         pressure = np.ascontiguousarray(grid.pressure[m][box])
@@ -73,8 +73,8 @@ def solve(
                 (bound.shape[0], bound.shape[1]), dx, dy, shear_modulus, poisson_ratio
             )
             ahead = _rigid_slip(creepage[m], place_x + PLACE * dx, place_y, pressure)
-            if start is not None and start.cells is not None:
-                guess = _carried_over(start.cells[:3, m][(slice(None), *box)], pressure)
+            if known is not None:
+                guess = _carried_over(known[:3, m][(slice(None), *box)], pressure)
             else:
                 guess = _march(ahead, creepage[m], place_x[:, 0], first[:, m], bound, dx)
             rolling = _rolled(operator, ahead, bound, guess, int(patch.row[m]))
