@@ -32,11 +32,14 @@ class Kinematics:
         Longitudinal, lateral creepage and spin [-, -, 1/m], and the same per rotation speed [s/rad].
     x : (m,) array
         Longitudinal position of the contact, from the middle of the axle [m].
+    down : (m, 3) array
+        Parts straight down of the contact frame's directions: rolling, across, normal into the counterface.
     """
 
     at_rest: FloatArray
     per_speed: FloatArray
     x: FloatArray
+    down: FloatArray
 
     def creepage(self, rotation_speed: FloatArray) -> FloatArray:
         """Creepages (m, 3) for (m,) rotation speeds [rad/s]."""
@@ -63,7 +66,7 @@ def moved(motion: Kinematics, along: FloatArray, across: FloatArray) -> Kinemati
         longitudinal, lateral, spin = value.T
         return np.stack((longitudinal - spin * across, lateral + spin * along, spin), axis=1)
 
-    return Kinematics(at(motion.at_rest), at(motion.per_speed), motion.x + along)
+    return Kinematics(at(motion.at_rest), at(motion.per_speed), motion.x + along, motion.down)
 
 
 @dataclass(frozen=True)
@@ -167,4 +170,5 @@ def kinematics(
         parts = [(velocity * e).sum(axis=1) for e in (e_x, e_s)] + [(spin * e_n).sum(axis=1)]
         return np.stack(parts, axis=1) / speed[:, None]
 
-    return Kinematics(frame(-counterface, -spinning), frame(wheel, axle), x)
+    downwards = np.stack((e_x[:, 2], e_s[:, 2], e_n[:, 2]), axis=1)
+    return Kinematics(frame(-counterface, -spinning), frame(wheel, axle), x, downwards)
