@@ -37,14 +37,16 @@ from wearsim.errors import ContactError, NumericalError
 SIMILAR = 1e-3
 """Change of the logarithm of a load up to which patches are stretched instead of solved anew."""
 TOLERANCE = 1e-6
-"""Of the vertical force, over the wheel load, and of the torque, over friction coefficient x load x radius."""
+"""Of vertical forces over the wheel load; of the torque over friction coefficient x load x radius, or that of
+the tangential model if it is larger."""
 
 _COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
 _NEAR = 0.05  # logarithm of vertical force over wheel load with which the true models can begin
 _MOST_LOADS = 40  # brackets of the load
 _HIGHEST = np.log(20.0)  # logarithm of the largest load L over Q that is tried
 _MOST_TRIALS = 30
-_FAIR = 8  # trials after which steps are halved
+_AFRESH = 6  # trials after which slopes are taken anew, by differences
+_FAR = 0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
 _SPEED_UNIT = 1e-3  # of the nominal rotation speed: unknowns of like size
 _LARGEST_STEP = np.array([2.0, 0.2, 0.2])
 
@@ -406,6 +408,29 @@ def _solved(
     return parts
 
 
+def _loads(wheels: Wheels, count: int) -> FloatArray:
+    """Loads (n, 2) of wheels, 1 N of those that are not there."""
+    load = np.ones(2 * count)
+    load[wheels.place] = wheels.load
+    return load.reshape(-1, 2)
+
+
+def _renewed(
+    task: Task,
+    chunk: ContactConditions,
+    sides: list[Side],
+    wheels: Wheels,
+    load: FloatArray,
+    again: NDArray[np.bool_],
+    *,
+    rough: bool = False,
+) -> Wheels:
+    """Solve some of the wheels (n, 2) anew under their loads."""
+    kept = ~again.ravel()[wheels.place]
+    parts = _solved(task, chunk, sides, load, again, start=wheels, rough=rough)
+    return by_point([*([patches_where(wheels, kept)] if kept.any() else []), *parts])[0]
+
+
 def _bracketed(
     task: Task,
     chunk: ContactConditions,
@@ -426,6 +451,9 @@ def _bracketed(
     low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
     open_rows, far = np.ones(count, bool), here & task.vertical
     for trial in range(_MOST_LOADS):
+        again = here & (np.abs(np.log(load / _loads(rough, count))) > _FAR)
+        if again.any():
+            rough = _renewed(task, chunk, sides, rough, load, again, rough=True)
         part = stretched(patches_where(rough, open_rows[rough.normal.patch.row]), load)
 
         def torque(speed: FloatArray, part: Wheels = part) -> FloatArray:
@@ -451,7 +479,8 @@ def _bracketed(
         open_rows = (far & (np.abs(excess) > _NEAR)).any(axis=1) & open_rows
         if not open_rows.any():
             break
-    slope = _slopes(task, chunk, rough, speed, load, nominal, free=given is None, sides=sides)
+    columns = _columns(task, sides, given is None)
+    slope = _slopes(task, chunk, rough, fastsim.MODEL, speed, load, columns)
     return _Unknowns(speed, load, slope), rough
 
 
@@ -486,37 +515,29 @@ def _residual(task: Task, chunk: ContactConditions, forces: Forces, columns: lis
 def _slopes(
     task: Task,
     chunk: ContactConditions,
-    rough: Wheels,
+    wheels: Wheels,
+    model: TangentialModel,
     speed: FloatArray,
     load: FloatArray,
-    nominal: FloatArray,
-    *,
-    free: bool,
-    sides: list[Side],
+    columns: list[int],
 ) -> FloatArray:
-    """Derivatives (n, k, k) by differences, of coarse patches with FASTSIM."""
-    columns = _columns(task, sides, free)
+    """Differences (n, k, k) of the residuals over those of the unknowns."""
+
+    def at(speed: FloatArray, load: FloatArray) -> FloatArray:
+        forces = forces_of(task, stretched(wheels, load), speed, model)
+        return _residual(task, chunk, forces, [0, 1, 2])
+
+    turn, grow = 1e-2, SIMILAR
+    still = at(speed, load)
     slope = np.zeros((speed.size, 3, 3))
     slope[:, range(3), range(3)] = 1.0
-    step, grow = 1e-2, 1e-3
-
-    def at(speed: FloatArray, load: FloatArray) -> Forces:
-        return forces_of(task, stretched(rough, load), speed, fastsim.MODEL)
-
-    middle = at(speed, load)
-    every = [0, 1, 2]
-    still = _residual(task, chunk, middle, every)
-    if free:
-        turned = at(speed + step * _SPEED_UNIT * nominal, load)
-        slope[:, :, 0] = (_residual(task, chunk, turned, every) - still) / step
-    if task.vertical:
-        heavier = at(speed, load * np.exp(grow))
-        change = (_residual(task, chunk, heavier, every) - still) / grow
-        scale = np.maximum(chunk.friction, 1e-3) * chunk.wheel_load * task.wheelset.radius
-        torque = (heavier.torque - middle.torque) / (scale[:, None] * grow)
-        for side in (0, 1):
-            slope[:, 0, 1 + side] = torque[:, side]
-            slope[:, 1 + side, 1 + side] = change[:, 1 + side]
+    if 0 in columns:
+        slope[:, :, 0] = (at(speed - turn * _SPEED_UNIT * chunk.speed / task.wheelset.radius, load) - still) / turn
+    for number in set(columns) - {0}:
+        # The wheels act on each other through the torque alone.
+        heavier = load.copy()
+        heavier[:, number - 1] *= np.exp(grow)
+        slope[:, :, number] = (at(speed, heavier) - still) / grow
     return slope[:, columns][:, :, columns]
 
 
@@ -540,6 +561,7 @@ def _refined(
         ]
     )
     slope, largest = guess.slope.copy(), _LARGEST_STEP[columns]
+    tolerance = np.maximum([model.tolerance, TOLERANCE, TOLERANCE], TOLERANCE)[columns]
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
     wheels, _ = by_point(_solved(task, chunk, sides, guess.load, here, start=rough))
@@ -550,21 +572,16 @@ def _refined(
     speed, load = guess.speed.copy(), guess.load.copy()
     for trial in range(_MOST_TRIALS):
         if trial > 0:
-            again = here & open_rows[:, None]
-            now = np.ones(2 * count)
-            now[wheels.place] = wheels.load
-            again &= np.abs(np.log(load / now.reshape(-1, 2))) > SIMILAR
+            again = here & open_rows[:, None] & (np.abs(np.log(load / _loads(wheels, count))) > SIMILAR)
             if again.any():
-                kept = ~again.ravel()[wheels.place]
-                parts = _solved(task, chunk, sides, load, again, start=wheels)
                 old = wheels
-                wheels, _ = by_point([*([patches_where(wheels, kept)] if kept.any() else []), *parts])
+                wheels = _renewed(task, chunk, sides, wheels, load, again)
                 contact = _matched(contact, old, wheels)
         near = stretched(wheels, load)
         forces = forces_of(task, near, speed, model, fields=model.warm, start=contact)
         contact = forces.contact
         residual = _residual(task, chunk, forces, columns)
-        settled = (np.abs(residual) <= TOLERANCE).all(axis=1) & open_rows
+        settled = (np.abs(residual) <= tolerance).all(axis=1) & open_rows
         if settled.any():
             mask = settled[near.normal.patch.row]
             done_wheels.append(patches_where(near, mask))
@@ -574,13 +591,15 @@ def _refined(
             if not open_rows.any():
                 break
             wheels, contact = patches_where(wheels, ~mask), contact_where(contact, ~mask)
-        if trial > 0:
+        if trial > 0 and trial % _AFRESH == 0:
+            slope = _slopes(task, chunk, wheels, model, speed, load, columns)
+        elif trial > 0:
             square = np.maximum((step**2).sum(axis=1), 1e-300)
             missed = residual - before - (slope @ step[:, :, None])[:, :, 0]
             slope += (
                 np.where(open_rows, 1.0 / square, 0.0)[:, None, None] * missed[:, :, None] * step[:, None]
             )
-        step = _step(slope, residual, largest) * (0.5 if trial > _FAIR else 1.0)
+        step = _step(slope, residual, largest)
         before = residual
         unknown[:, columns] = np.where(open_rows[:, None], unknown[:, columns] + step, unknown[:, columns])
         if free:
