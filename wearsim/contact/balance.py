@@ -43,7 +43,7 @@ the tangential model if it is larger."""
 _COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
 _NEAR = 0.05  # logarithm of vertical force over wheel load with which the true models can begin
 _MOST_LOADS = 40  # brackets of the load
-_HIGHEST = np.log(20.0)  # logarithm of the largest load L over Q that is tried
+_HIGHEST = np.log(10.0)  # logarithm of the largest load L over Q that is tried
 _MOST_TRIALS = 30
 _AFRESH = 6  # trials after which slopes are taken anew, by differences
 _FAR = 0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
@@ -492,7 +492,7 @@ def _locked(wheels: Wheels, row: int, locked: NDArray[np.bool_]) -> ContactError
     error = ContactError(
         f"flange locks: at a contact angle of {np.degrees(angle):.1f} degrees and a friction coefficient of "
         f"{friction:g}, friction x tan(angle) = {friction * np.tan(angle):.2f}, creep forces lift the wheel "
-        "and no normal force balances the wheel load; lower the friction coefficient, the yaw or the shift",
+        "and no normal force up to ten times the wheel load balances it; lower the friction coefficient, the yaw or the shift",
         row=row,
     )
     error.side = side
