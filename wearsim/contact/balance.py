@@ -7,14 +7,15 @@ Normal and creep forces of the patches of a wheel carry its load Q together,
 with the inclination :math:`\alpha` of the rolling direction where a yawed wheel touches a roller off its top
 (rail: 0), and the creep forces of both wheels balance the torque on the axle. Unknowns of each operating
 point are the rotation speed, and for each wheel the load L its normal forces would carry alone. First they
-are bracketed with coarse patches and FASTSIM, whatever the models; from there Broyden's method on the true
-ones takes two or three evaluations. Between evaluations patches are stretched by similarity (lengths and
-pressures with the cube root of the load, exact for a quadratic gap) as long as the load changes by at most
-`SIMILAR`; beyond they are solved anew.
+are bracketed with coarse patches and FASTSIM, whatever the models; from there Broyden's method [1]_, with the
+zeros of the slopes kept [2]_, takes two or three evaluations of the true ones. Between evaluations patches
+are stretched by similarity (lengths and pressures with the cube root of the load, exact for a quadratic gap)
+as long as the load changes by at most `SIMILAR`; beyond they are solved anew.
 
 References
 ----------
 .. [1] C. G. Broyden, Mathematics of Computation 19 (1965) 577-593.
+.. [2] L. K. Schubert, Mathematics of Computation 24 (1970) 27-30.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from wearsim.contact.creepage import ContactPoint, Kinematics, kinematics, moved
 from wearsim.contact.equilibrium import balanced_rotation
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface, gap
 from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
-from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution
+from wearsim.contact.patch import FloatArray, IntArray, Resolution
 from wearsim.contact.problem import ContactConditions, ContactModels, Wheelset
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialModel, TangentialSolution, fastsim
 from wearsim.errors import ContactError, NumericalError
@@ -130,7 +131,7 @@ def normal_of(
     start: NormalSolution | None = None,
     rough: bool = False,
 ) -> NormalSolution:
-    """Normal contact of rows of a side under loads (k,) [N]."""
+    """Solve the normal contact of rows of a side under loads (k,) [N]."""
     models = task.models
     return NORMAL_MODELS[models.normal](
         side.gap,
@@ -311,7 +312,8 @@ def forces_of(
     vertical = normal.normal_force * deep - contact.force[:, 0] * along - contact.force[:, 1] * across
 
     def summed(value: FloatArray) -> FloatArray:
-        return np.bincount(wheels.place, value, 2 * speed.size).reshape(-1, 2)
+        total: FloatArray = np.bincount(wheels.place, value, 2 * speed.size).astype(float).reshape(-1, 2)
+        return total
 
     return Forces(contact, summed(torque), summed(vertical))
 
@@ -320,31 +322,18 @@ def forces_of(
 class Equilibrium:
     """Wheels in equilibrium, ordered by point, side and falling normal force.
 
-    `contact` has the fields of cells; `speed` (n,) [rad/s] is the rotation speed.
+    `contact` has the fields of cells, `speed` (n,) is the rotation speed [rad/s], `load` (n, 2) the L of both
+    wheels [N].
     """
 
     wheels: Wheels
     contact: TangentialSolution
     speed: FloatArray
-    load: FloatArray  # (n, 2) that the normal forces of a wheel would carry alone [N]
-
-
-@dataclass(frozen=True)
-class _Unknowns:
-    """Rotation speed (n,) and load L (n, 2) of each point, the former if it is free."""
-
-    speed: FloatArray
     load: FloatArray
-    slope: FloatArray
-    """(n, k, k) derivatives of the residuals after the unknowns, in their units."""
 
 
 def equilibrium(
-    task: Task,
-    chunk: ContactConditions,
-    sides: list[Side],
-    speed: FloatArray | None,
-    load: FloatArray | None = None,
+    task: Task, chunk: ContactConditions, sides: list[Side], speed: FloatArray | None
 ) -> Equilibrium:
     """Balance loads, and torque if the rotation speed is not given, for every point of a chunk.
 
@@ -358,8 +347,11 @@ def equilibrium(
         Those that are balanced; both for free rotation.
     speed : (n,) array, optional
         Rotation speed, negative when rolling forwards [rad/s]; None: free.
-    load : (n, 2) array, optional
-        First guess of the loads L [N].
+
+    Returns
+    -------
+    Equilibrium
+        A point's bits do not depend on the others, nor a wheel's on the other one if the speed is given.
 
     Raises
     ------
@@ -369,8 +361,18 @@ def equilibrium(
     NumericalError
         If no rotation speed balances the torque, or the iteration does not converge.
     """
-    first = _bracketed(task, chunk, sides, speed, load)
-    return _refined(task, chunk, sides, first, free=speed is None)
+    together = [sides] if speed is None else [[side] for side in sides]
+    parts = []
+    for group in together:
+        columns = [0] * (speed is None) + [1 + side.number for side in group if task.vertical]
+        guess, slope, rough = _bracketed(task, chunk, group, columns, speed)
+        parts.append(_refined(task, chunk, group, columns, guess, slope, rough))
+    if len(parts) == 1:
+        return parts[0]
+    wheels, order = by_point([part.wheels for part in parts])
+    contact = _contact_joined([part.contact for part in parts], order)
+    load = np.column_stack([part.load[:, side.number] for part, side in zip(parts, sides, strict=True)])
+    return Equilibrium(wheels, contact, parts[0].speed, load)
 
 
 def _solved(
@@ -382,11 +384,11 @@ def _solved(
     start: Wheels | None = None,
     rough: bool = False,
 ) -> list[Wheels]:
-    """Normal and kinematical problem of the wheels `wanted` (n, 2) under loads (n, 2)."""
+    """Solve normal and kinematical problem of the wheels `wanted` (n, 2) under loads (n, 2)."""
     parts = []
     for side in sides:
         row = np.flatnonzero(wanted[:, side.number])
-        if row.size == 0:
+        if row.size == 0 and chunk.shift.size > 0:
             continue
         earlier = None
         if start is not None:
@@ -409,7 +411,7 @@ def _solved(
 
 
 def _loads(wheels: Wheels, count: int) -> FloatArray:
-    """Loads (n, 2) of wheels, 1 N of those that are not there."""
+    """Return the loads (n, 2) of wheels, 1 N of those that are not there."""
     load = np.ones(2 * count)
     load[wheels.place] = wheels.load
     return load.reshape(-1, 2)
@@ -435,14 +437,14 @@ def _bracketed(
     task: Task,
     chunk: ContactConditions,
     sides: list[Side],
+    columns: list[int],
     given: FloatArray | None,
-    guess: FloatArray | None,
-) -> tuple[_Unknowns, Wheels]:
-    """Rotation speeds and loads near equilibrium, of coarse patches with FASTSIM."""
+) -> tuple[tuple[FloatArray, FloatArray], FloatArray, Wheels]:
+    """Rotation speeds and loads near equilibrium, their slopes, and the coarse patches they are of."""
     count, radius = chunk.shift.size, task.wheelset.radius
     nominal = -chunk.speed / radius
     wheel_load = np.repeat(chunk.wheel_load[:, None], 2, axis=1)
-    load = wheel_load.copy() if guess is None else guess.copy()
+    load = wheel_load.copy()
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
     rough, _ = by_point(_solved(task, chunk, sides, load, here, rough=True))
@@ -450,14 +452,15 @@ def _bracketed(
     speed = nominal if given is None else given
     low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
     open_rows, far = np.ones(count, bool), here & task.vertical
-    for trial in range(_MOST_LOADS):
+    for _ in range(_MOST_LOADS):
         again = here & (np.abs(np.log(load / _loads(rough, count))) > _FAR)
         if again.any():
             rough = _renewed(task, chunk, sides, rough, load, again, rough=True)
         part = stretched(patches_where(rough, open_rows[rough.normal.patch.row]), load)
 
         def torque(speed: FloatArray, part: Wheels = part) -> FloatArray:
-            return forces_of(task, part, speed, fastsim.MODEL).torque.sum(axis=1)
+            total: FloatArray = forces_of(task, part, speed, fastsim.MODEL).torque.sum(axis=1)
+            return total
 
         if given is None:
             speed = balanced_rotation(torque, speed, nominal, chunk.torque, most, ~open_rows)
@@ -479,9 +482,7 @@ def _bracketed(
         open_rows = (far & (np.abs(excess) > _NEAR)).any(axis=1) & open_rows
         if not open_rows.any():
             break
-    columns = _columns(task, sides, given is None)
-    slope = _slopes(task, chunk, rough, fastsim.MODEL, speed, load, columns)
-    return _Unknowns(speed, load, slope), rough
+    return (speed, load), _slopes(task, chunk, rough, fastsim.MODEL, speed, load, columns), rough
 
 
 def _locked(wheels: Wheels, row: int, locked: NDArray[np.bool_]) -> ContactError:
@@ -492,16 +493,11 @@ def _locked(wheels: Wheels, row: int, locked: NDArray[np.bool_]) -> ContactError
     error = ContactError(
         f"flange locks: at a contact angle of {np.degrees(angle):.1f} degrees and a friction coefficient of "
         f"{friction:g}, friction x tan(angle) = {friction * np.tan(angle):.2f}, creep forces lift the wheel "
-        "and no normal force up to ten times the wheel load balances it; lower the friction coefficient, the yaw or the shift",
+        "and no normal force up to ten times the wheel load balances it; lower friction, yaw or shift",
         row=row,
     )
     error.side = side
     return error
-
-
-def _columns(task: Task, sides: list[Side], free: bool) -> list[int]:
-    """Unknowns and residuals that there are: 0 rotation speed and torque, 1 and 2 load of either wheel."""
-    return [0] * free + [1 + side.number for side in sides if task.vertical]
 
 
 def _residual(task: Task, chunk: ContactConditions, forces: Forces, columns: list[int]) -> FloatArray:
@@ -532,7 +528,9 @@ def _slopes(
     slope = np.zeros((speed.size, 3, 3))
     slope[:, range(3), range(3)] = 1.0
     if 0 in columns:
-        slope[:, :, 0] = (at(speed - turn * _SPEED_UNIT * chunk.speed / task.wheelset.radius, load) - still) / turn
+        slope[:, :, 0] = (
+            at(speed - turn * _SPEED_UNIT * chunk.speed / task.wheelset.radius, load) - still
+        ) / turn
     for number in set(columns) - {0}:
         # The wheels act on each other through the torque alone.
         heavier = load.copy()
@@ -545,31 +543,32 @@ def _refined(
     task: Task,
     chunk: ContactConditions,
     sides: list[Side],
-    first: tuple[_Unknowns, Wheels],
-    *,
-    free: bool,
+    columns: list[int],
+    guess: tuple[FloatArray, FloatArray],
+    slope: FloatArray,
+    rough: Wheels,
 ) -> Equilibrium:
     """Equilibrium of the true models, by Broyden's method from a near guess."""
-    guess, rough = first
+    speed, load = guess
     model = TANGENTIAL_MODELS[task.models.tangential]
     count, nominal = chunk.shift.size, -chunk.speed / task.wheelset.radius
-    columns = _columns(task, sides, free)
     unknown = np.column_stack(
         [
-            (guess.speed / nominal - 1.0) / _SPEED_UNIT,
-            np.log(guess.load / chunk.wheel_load[:, None]),
+            (speed / nominal - 1.0) / _SPEED_UNIT,
+            np.log(load / chunk.wheel_load[:, None]),
         ]
     )
-    slope, largest = guess.slope.copy(), _LARGEST_STEP[columns]
+    largest = _LARGEST_STEP[columns]
+    # The torque hangs on all unknowns, a vertical force on the speed and its own load.
+    linked = np.array([[i in (0, j) or j == 0 for j in columns] for i in columns], dtype=bool)
     tolerance = np.maximum([model.tolerance, TOLERANCE, TOLERANCE], TOLERANCE)[columns]
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
-    wheels, _ = by_point(_solved(task, chunk, sides, guess.load, here, start=rough))
+    wheels, _ = by_point(_solved(task, chunk, sides, load, here, start=rough))
     contact: TangentialSolution | None = None
     open_rows = np.ones(count, bool)
     before, step = np.zeros((count, len(columns))), np.zeros((count, len(columns)))
     done_wheels, done_contact = [], []
-    speed, load = guess.speed.copy(), guess.load.copy()
     for trial in range(_MOST_TRIALS):
         if trial > 0:
             again = here & open_rows[:, None] & (np.abs(np.log(load / _loads(wheels, count))) > SIMILAR)
@@ -582,7 +581,7 @@ def _refined(
         contact = forces.contact
         residual = _residual(task, chunk, forces, columns)
         settled = (np.abs(residual) <= tolerance).all(axis=1) & open_rows
-        if settled.any():
+        if settled.any() or count == 0:
             mask = settled[near.normal.patch.row]
             done_wheels.append(patches_where(near, mask))
             if model.warm:
@@ -594,15 +593,14 @@ def _refined(
         if trial > 0 and trial % _AFRESH == 0:
             slope = _slopes(task, chunk, wheels, model, speed, load, columns)
         elif trial > 0:
-            square = np.maximum((step**2).sum(axis=1), 1e-300)
             missed = residual - before - (slope @ step[:, :, None])[:, :, 0]
-            slope += (
-                np.where(open_rows, 1.0 / square, 0.0)[:, None, None] * missed[:, :, None] * step[:, None]
-            )
+            part = np.where(linked, step[:, None], 0.0)
+            square = np.maximum((part**2).sum(axis=2), 1e-300)
+            slope += np.where(open_rows[:, None], missed / square, 0.0)[:, :, None] * part
         step = _step(slope, residual, largest)
         before = residual
         unknown[:, columns] = np.where(open_rows[:, None], unknown[:, columns] + step, unknown[:, columns])
-        if free:
+        if 0 in columns:
             speed = nominal * (1.0 + _SPEED_UNIT * unknown[:, 0])
         load = chunk.wheel_load[:, None] * np.exp(unknown[:, 1:])
     else:
@@ -628,18 +626,21 @@ def _step(slope: FloatArray, residual: FloatArray, largest: FloatArray) -> Float
     flat = ~(np.abs(np.linalg.det(slope)) > 1e-12)
     slope = np.where(flat[:, None, None], np.eye(residual.shape[1]), slope)
     step = -np.linalg.solve(slope, residual[:, :, None])[:, :, 0]
-    return step / np.maximum(np.abs(step / largest).max(axis=1), 1.0)[:, None]
+    shortened: FloatArray = step / np.maximum(np.abs(step / largest).max(axis=1), 1.0)[:, None]
+    return shortened
 
 
 def contact_where(contact: TangentialSolution, mask: NDArray[np.bool_]) -> TangentialSolution:
-    """Patches of a tangential solution; its cells have the patch on the second axis."""
+    """Patches of a tangential solution where a mask (m,) is true; its cells have them on the second axis."""
     cells = None if contact.cells is None else contact.cells[:, mask]
-    return replace(patches_where(replace(contact, cells=None), mask), cells=cells)
+    part: TangentialSolution = patches_where(replace(contact, cells=None), mask)
+    return replace(part, cells=cells)
 
 
 def _contact_joined(parts: list[TangentialSolution], order: IntArray) -> TangentialSolution:
     """Tangential solutions one behind the other, in another order."""
-    cells = joined(_padded("", [np.moveaxis(part.cells, 0, 1) for part in parts]), order)
+    by_patch = [np.moveaxis(part.cells, 0, 1) for part in parts if part.cells is not None]
+    cells = joined(_padded("cells", by_patch), order)
     whole: TangentialSolution = joined([replace(part, cells=None) for part in parts], order)
     return replace(whole, cells=np.moveaxis(cells, 1, 0))
 

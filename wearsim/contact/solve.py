@@ -20,7 +20,6 @@ from wearsim.contact.balance import (
     normal_of,
     patches_where,
     side_of,
-    wheels_of,
 )
 from wearsim.contact.equilibrium import resting_roll, rotation_without_creepage
 from wearsim.contact.geometry import CounterfaceProfile
@@ -193,18 +192,16 @@ def _solve_chunk(task: Task, chunk: ContactConditions, start: int) -> ContactSol
 
 
 def _rotation_speed(task: Task, chunk: ContactConditions) -> FloatArray:
-    """Rotation speed (n,) where it does not follow from the torque, negative when rolling forwards [rad/s]."""
+    """Rotation speed (n,) that does not follow from the torque, negative when rolling forwards [rad/s]."""
     if not isinstance(chunk.rotation, str) and chunk.creepage is None:
         return -np.asarray(chunk.rotation, dtype=float)
+    nominal: FloatArray = -chunk.speed / task.wheelset.radius
     if chunk.creepage is None and chunk.rotation == "centred":
         still = np.zeros_like(chunk.shift)
         central = replace(chunk, shift=still, yaw=still, roll=still, track_curvature=still)
-        side = side_of(task, task.sides[0], central)
-        rows = np.arange(still.size)
-        normal = normal_of(task, side, rows, chunk.wheel_load)
-        middle = wheels_of(task, side, central, normal, chunk.wheel_load)
-        return rotation_without_creepage(middle.kinematics, normal.patch.row, rows.size)
-    return -chunk.speed / task.wheelset.radius
+        wheels = equilibrium(task, central, [side_of(task, task.sides[0], central)], nominal).wheels
+        return rotation_without_creepage(wheels.kinematics, wheels.normal.patch.row, still.size)
+    return nominal
 
 
 _MOST_ROLLS = 12
@@ -217,30 +214,31 @@ def _at_rest(
     """Equilibrium of a wheelset that rests on both wheels, and the conditions with its roll."""
     rows = np.arange(chunk.shift.size)
     load = np.repeat(chunk.wheel_load[:, None], 2, axis=1)
+    moving = np.ones(rows.size, bool)
+
+    def displacements(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+        tilted = replace(chunk, roll=angle, creepage=None)
+        normals = [
+            normal_of(task, side_of(task, side, tilted), rows, load[:, side].copy()) for side in (0, 1)
+        ]
+        right, left = (one.vertical_displacement[np.searchsorted(one.patch.row, rows)] for one in normals)
+        return right, left
+
     for _ in range(_MOST_ROLLS):
-
-        def displacements(angle: FloatArray, load: FloatArray = load) -> tuple[FloatArray, FloatArray]:
-            tilted = replace(chunk, roll=angle, creepage=None)
-            normals = [
-                normal_of(task, side_of(task, side, tilted), rows, load[:, side].copy()) for side in (0, 1)
-            ]
-            right, left = (one.vertical_displacement[np.searchsorted(one.patch.row, rows)] for one in normals)
-            return right, left
-
         angle, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span)
         if not solved.all():
             raise ContactError(
-                "no roll of the wheelset lets both wheels carry their loads; check shift, gauge and profiles, "
-                "or give the roll",
+                "no roll of the wheelset lets both wheels carry their loads; "
+                "check shift, gauge and profiles, or give the roll",
                 int(np.argmin(solved)),
             )
-        still = np.abs(angle - chunk.roll).max() <= _STILL_ROLL
-        chunk = replace(chunk, roll=angle)
-        sides = [side_of(task, number, chunk) for number in numbers]
-        balanced = equilibrium(task, chunk, sides, speed, load)
-        if still:
+        moving &= np.abs(angle - chunk.roll) > _STILL_ROLL
+        # A row at rest keeps its roll, so that it does not depend on its neighbours in the batch.
+        chunk = replace(chunk, roll=np.where(moving, angle, chunk.roll))
+        balanced = equilibrium(task, chunk, [side_of(task, number, chunk) for number in numbers], speed)
+        if not moving.any():
             break
-        load = balanced.load
+        load = np.where(moving[:, None], balanced.load, load)
     return balanced, chunk
 
 

@@ -26,14 +26,13 @@ def join(patches):
 
 @pytest.fixture(scope="module")
 def strips(ellipse):
-    return join([ellipse(a, b, LOAD, STRIPS, offset=0.1) for a, b in SHAPES])
+    return join([ellipse(a, b, LOAD, STRIPS, offset=0.1, cells=CELLS) for a, b in SHAPES])
 
 
 @pytest.fixture(scope="module")
 def batch(strips, request):
     """The same patches with their pressure cell by cell."""
-    grid = on_grid(strips, CELLS)
-    return from_grid(strips.row, strips.y, strips.width, grid, strips.interpenetration)
+    return from_grid(strips.row, strips.y, strips.width, on_grid(strips), strips.strips, strips.cells)
 
 
 @pytest.fixture(scope="module", params=["strips", "grid"])
@@ -46,7 +45,7 @@ def part(patch, rows):
     names = [f.name for f in fields(Patch) if f.name != "grid"]
     grid = patch.grid
     if grid is not None:
-        grid = PatchGrid(grid.x_lead[rows], grid.x_trail[rows], grid.pressure[rows])
+        grid = PatchGrid(grid.x_lead[rows], grid.cell_length[rows], grid.pressure[rows])
     return Patch(grid=grid, **{key: getattr(patch, key)[rows] for key in names})
 
 
@@ -57,7 +56,6 @@ def solved(name, patch, creepage=CREEPAGE, friction=FRICTION, wanted=True):
         friction,
         shear_modulus=SHEAR_MODULUS,
         poisson_ratio=POISSON,
-        cells=CELLS,
         fields=wanted,
     )
 
