@@ -118,7 +118,9 @@ def test_a_patch_as_long_as_the_wheel_is_round_is_no_half_space(monkeypatch):
             x_trail=lambda x, half=half: np.full_like(x, -half),
         )
         if fits:
-            assert solved(normal="made_up").length[0] == pytest.approx(2.0 * half)
+            assert solved(normal="made_up").length[0] == pytest.approx(
+                2.0 * half, rel=1e-3
+            )  # creep forces move the load
         else:
             with pytest.raises(
                 ContactError, match=r"277 mm long on a rolling radius of 46\d mm, more than 0\.6"

@@ -114,7 +114,7 @@ def vertical_forces(solution, curvature, profile):
 def test_patches_of_a_wheel_carry_its_load(spread, solved, counterface):
     """Normal and creep forces together, and the cells carry each patch, 1e-12.
 
-    Tolerance of the balance 1e-6, and 0.1 mm of height between the rail here and the wheel's point: 1e-6, too.
+    Tolerance of the balance 1e-6; height of the rail here instead of the wheel's point there: 1e-6, too.
     """
     vertical = vertical_forces(solved, 1.0, counterface(1.0).profile)
     np.testing.assert_allclose(vertical, np.repeat(spread.wheel_load, 2), rtol=2e-6)
