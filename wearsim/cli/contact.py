@@ -89,10 +89,10 @@ def _solve_point(request: Request, arguments: argparse.Namespace) -> None:
     import json
     import sys
 
-    from wearsim.studies.contact_points import solve_one
+    from wearsim.studies.contact_points import bodies, conditions, solve_batch
     from wearsim.studies.contact_table import as_json, as_text, notes
 
-    problem, solution, result = solve_one(request)
+    contact, (result,) = solve_batch([request], fields=arguments.plot is not None)
     print(json.dumps({"points": [as_json(result)]}, indent=2) if arguments.json else as_text(result))
     sys.stdout.flush()  # kept even if the drawing fails
     for note in notes(result).values():
@@ -102,7 +102,7 @@ def _solve_point(request: Request, arguments: argparse.Namespace) -> None:
         from wearsim.report.style import write_figure
         from wearsim.studies.contact_state import contact_state
 
-        state = contact_state(problem.conditions, problem.wheelset, problem.counterface, solution)
+        state = contact_state(conditions([request]), *bodies(request), contact)
         write_figure(contact_figure(state), Path(arguments.plot))
 
 
