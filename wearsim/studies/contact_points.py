@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from wearsim.contact.dataset import solve_contact
+from wearsim.contact.dataset import Side, solve_contact
 from wearsim.contact.equilibrium import RULES
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
@@ -27,7 +27,7 @@ from wearsim.toml_faults import decimal
 
 _TIGHTEST_CURVE = QUANTITIES["curve_radius"].range.low  # m
 _INSTEAD = (("wheel_load_kN", "normal_force_kN"), ("rotation", "creepage"))  # only one of each pair acts
-_SIDES = {"right": ("right",), "left": ("left",), "both": ("right", "left")}
+_SIDES: dict[str, tuple[Side, ...]] = {"right": ("right",), "left": ("left",), "both": ("right", "left")}
 
 PATCH_NAMES = (
     "wheel_y", "rail_y", "x", "contact_angle", "area", "max_pressure", "length", "width", "approach",
