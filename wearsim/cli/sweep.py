@@ -104,7 +104,7 @@ def _one(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
     from wearsim.cli.progress import observer
     from wearsim.studies.sweep import chosen, run_one
 
-    (case,) = chosen(sweep, arguments.case)
+    case = chosen(sweep, arguments.case)
     _warn((case,), out)
     with observer() as observe:
         outcome = run_one(sweep, case, out, command=arguments.command_line, observer=observe)

@@ -24,6 +24,7 @@ from concurrent.futures import (
     wait,
 )
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -79,14 +80,7 @@ Report = Callable[[Outcome], None]
 
 
 def check_cases(cases: Iterable[Case], out: Path | None = None) -> tuple[Fault, ...]:
-    """Check the scene of every case, and that no run directory belongs to another campaign.
-
-    Parameters
-    ----------
-    cases : iterable of Case
-        To be run.
-    out : Path, optional
-        Directory of the run directories.
+    """Check the scene of every case, and that no run directory in `out` belongs to another campaign.
 
     Returns
     -------
@@ -223,15 +217,7 @@ class CaseRunner:
 
 
 def outcome_in(directory: Path, number: int) -> Outcome:
-    """Return how a case stands from what its run directory says.
-
-    Parameters
-    ----------
-    directory : Path
-        Its run directory; need not exist.
-    number : int
-        Of the case.
-    """
+    """How a case stands, from what its run directory says, which need not exist."""
     if not is_claimed(directory):
         return Outcome(number, "not started")
     try:
@@ -250,13 +236,7 @@ def outcome_in(directory: Path, number: int) -> Outcome:
 
 
 def campaigns_of(directory: Path) -> tuple[str, ...]:
-    """Names of the campaigns of a run directory: rig, field or both.
-
-    Parameters
-    ----------
-    directory : Path
-        Of a case.
-    """
+    """Names of the campaigns of a run directory: rig, field or both."""
     main = read_manifest(directory).main
     kind = tomllib.loads((directory / SCENE_FOLDER / main).read_text(encoding="utf-8-sig"))["scene"]["kind"]
     return ("rig", "field") if kind == "compare" else (str(kind),)
@@ -266,10 +246,9 @@ def _of_cases(fault: Fault, numbers: list[int]) -> Fault:
     """Fault with the numbers of its cases, runs of them as 3-7."""
     runs: list[list[int]] = []
     for number in numbers:
-        if runs and number == runs[-1][1] + 1:
-            runs[-1][1] = number
-        else:
+        if not runs or number > runs[-1][1] + 1:
             runs.append([number, number])
+        runs[-1][1] = number
     listed = ", ".join(str(first) if first == last else f"{first}-{last}" for first, last in runs)
     return replace(fault, message=f"{'case' if len(numbers) == 1 else 'cases'} {listed}: {fault.message}")
 
@@ -288,7 +267,7 @@ def _in_processes(cases: Sequence[Case], jobs: int, task: CaseRunner, ended: Rep
     losses: Counter[int] = Counter()
     while cases:
         with _processes(jobs) as (executor, stop):
-            left = _hand_out(cases, executor, jobs, _InChild(task), ended, stop)
+            left = _hand_out(cases, executor, jobs, partial(_in_child, task), ended, stop)
         losses.update(case.number for case, died in left if died)
         for case, died in left:
             if died and losses[case.number] >= _MOST_LOSSES:
@@ -392,20 +371,15 @@ def _begin(stop: Signal) -> None:
         threading.Thread(target=end_with_parent, daemon=True).start()
 
 
-@dataclass(frozen=True)
-class _InChild:
-    """Runs a case in a worker process."""
-
-    task: CaseRunner
-
-    def __call__(self, case: Case) -> Outcome:
-        try:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-            return self.task(case)
-        except KeyboardInterrupt:
-            return Outcome(case.number, "interrupted", exit_code=130)
-        finally:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _in_child(task: CaseRunner, case: Case) -> Outcome:
+    """Run a case in a worker process."""
+    try:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        return task(case)
+    except KeyboardInterrupt:
+        return Outcome(case.number, "interrupted", exit_code=130)
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _obey(event: Event) -> None:
