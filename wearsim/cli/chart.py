@@ -6,7 +6,8 @@ import argparse
 import math
 from typing import Any
 
-from wearsim.cli import Commands, add_command, whole
+from wearsim.cli import Commands, add_command
+from wearsim.cli.flags import whole
 
 
 def add_parser(commands: Commands) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from wearsim.cli import Commands, add_command
-from wearsim.cli.overrides import add_override_flags, load_overridden
+from wearsim.cli import Commands, add_command, print_json
+from wearsim.cli.flags import add_override_flags, load_overridden
 
 
 def add_parser(commands: Commands) -> None:
@@ -24,8 +24,6 @@ def add_parser(commands: Commands) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Check the scene and print what it would run."""
-    import json
-
     from wearsim.scene import SweepScene
     from wearsim.scene.initial_contact import check_contact
     from wearsim.studies.plan import plan, plan_text
@@ -45,8 +43,7 @@ def execute(arguments: argparse.Namespace) -> int:
         value, texts = {"campaigns": plans}, [plan_text(item) for item in plans]
     kind = scene.scene.kind
     if arguments.json:
-        value = {"scene": str(scene.origin.path), "kind": kind, **value}
-        print(json.dumps(value, indent=2, ensure_ascii=False))
+        print_json({"scene": str(scene.origin.path), "kind": kind, **value})
     else:
         print("\n\n".join([f"{scene.origin.path}: no faults ({kind})", *texts]))
     return 0

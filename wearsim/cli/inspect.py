@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from wearsim.cli import Commands, add_command
+from wearsim.cli import Commands, add_command, print_json
 
 
 def add_parser(commands: Commands) -> None:
@@ -23,8 +23,6 @@ def add_parser(commands: Commands) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the summary; write the figures on request."""
-    import json
-
     from wearsim.report.inspect import inspect, summary_text, write_figures
 
     path = Path(arguments.file)
@@ -33,7 +31,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         if arguments.plot:
             summary = {**summary, "figures": [str(figure) for figure in figures]}
-        print(json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False))
+        print_json(summary, allow_nan=False)
         return 0
     print(summary_text(summary))
     for figure in figures:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import re
 
-from wearsim.cli import Commands, add_command, add_renamed
+from wearsim.cli import Commands, add_command
+from wearsim.cli.flags import add_renamed
 
 _EXAMPLES = """\
 wearsim profile S1002
@@ -124,6 +125,10 @@ def add_parser(commands: Commands) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Measure and print; write what is asked for."""
-    from wearsim.cli.profile_run import measure_fleet, measure_one
+    if arguments.fleet is not None:
+        from wearsim.cli.profile_fleet import measure_fleet
 
-    return measure_one(arguments) if arguments.fleet is None else measure_fleet(arguments)
+        return measure_fleet(arguments)
+    from wearsim.cli.profile_run import measure_one
+
+    return measure_one(arguments)

@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 
 from wearsim.cli import Commands, add_command
+from wearsim.cli.progress import observer
+from wearsim.cli.report import print_warnings
 
 
 def add_parser(commands: Commands) -> None:
@@ -22,8 +24,6 @@ def add_parser(commands: Commands) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Continue from the last finished step and write the report."""
     from wearsim.campaign.run import resume
-    from wearsim.cli.progress import observer
-    from wearsim.cli.run import print_warnings
     from wearsim.report.html import write_report
 
     out = Path(arguments.directory)

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearsim.cli import Commands, add_command
-from wearsim.cli.overrides import add_override_flags, load_overridden
+from wearsim.cli.flags import add_override_flags, load_overridden
+from wearsim.cli.progress import observer
+from wearsim.cli.report import print_warnings
 
 if TYPE_CHECKING:
     from wearsim.scene.overrides import Override
@@ -75,8 +77,7 @@ def _kilometres(text: str) -> float | str:
 def execute(arguments: argparse.Namespace) -> int:
     """Run the scene; a directory in which it runs already is continued."""
     from wearsim.campaign.run import run_scene
-    from wearsim.cli import sweep
-    from wearsim.cli.progress import observer
+    from wearsim.cli import sweep_run
     from wearsim.errors import Fault, SceneError
     from wearsim.report.html import write_report
     from wearsim.scene import SweepScene
@@ -90,7 +91,7 @@ def execute(arguments: argparse.Namespace) -> int:
             flag = "--converge" if arguments.converge else "--against"
             message = f"{flag} is for campaigns; this scene is of kind {scene.scene.kind}"
             raise SceneError([Fault(message, str(scene.origin.path))])
-        return sweep.run(scene, given, arguments.command_line)
+        return sweep_run.run_file(scene, given, arguments.command_line)
     out = given or Path(Path(arguments.scene).stem)
     for warning in check_contact(scene):
         print(f"warning: {at_its_source(warning)}", file=sys.stderr)
@@ -106,7 +107,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _converge(arguments: argparse.Namespace, out: Path, overrides: Sequence[Override]) -> None:
-    from wearsim.cli.progress import observer
     from wearsim.report.tables_quality import markdown, read_convergence
     from wearsim.studies.converge import converge
 
@@ -125,20 +125,3 @@ def _converge(arguments: argparse.Namespace, out: Path, overrides: Sequence[Over
     text = markdown(read_convergence(out))
     (out / "convergence.md").write_text(text, encoding="utf-8")
     print(text)
-
-
-def print_warnings(results: Sequence[Path]) -> None:
-    """Print the warnings on the results of campaigns to standard error.
-
-    Parameters
-    ----------
-    results : sequence of Path
-        Files of a finished run; others than rig.nc and field.nc hold no campaign.
-    """
-    from wearsim.results import open_results, result_warnings
-
-    for path in results:
-        if path.stem in ("rig", "field"):
-            with open_results(path) as result:
-                for line in result_warnings(result):
-                    print(f"warning: {path.stem}: {line}", file=sys.stderr)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from wearsim.cli import Commands, add_command
+from wearsim.cli import Commands, add_command, print_json
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -29,7 +29,6 @@ def add_parser(commands: Commands) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the factors where both campaigns end; write all of them on request."""
-    import json
     import sys
 
     from wearsim.results import open_results
@@ -45,14 +44,9 @@ def execute(arguments: argparse.Namespace) -> int:
         if arguments.out:
             write(factors, arguments.out)
     if arguments.json:
-        records = [
-            {
-                key: None if value != value else value for key, value in row.items()
-            }  # NaN is not equal to itself
-            for part in (rows, points)
-            for row in part.to_dict(orient="records")
-        ]
-        print(json.dumps(records, indent=2, ensure_ascii=False, allow_nan=False))
+        records = [row for part in (rows, points) for row in part.to_dict(orient="records")]
+        known = [{k: v if v == v else None for k, v in row.items()} for row in records]  # NaN equals nothing
+        print_json(known, allow_nan=False)
     else:
         print(_text(rows, index=False))
         for state in dict.fromkeys(points["state"]):
