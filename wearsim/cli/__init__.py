@@ -16,7 +16,7 @@ COMMANDS = (
     "contact", "profile", "check", "run", "sweep", "resume", "status", "inspect", "translate", "report",
     "chart", "schema",
 )  # fmt: skip
-"""Modules of this package, in the order of the help; each has `add_parser` and `execute`."""
+"""Modules of this package in the order of the help, with `SUMMARY`, `EXAMPLES`, `add_flags` and `execute`."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -25,24 +25,6 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Print what is wrong with the command line and where help is, and exit with 2."""
         self.exit(2, f"{self.prog}: {message}; see `{self.prog} --help`\n")
-
-
-Commands = Any
-"""What `add_subparsers` returns: a command adds its parser to it."""
-
-
-def add_command(commands: Commands, name: str, summary: str, example: str) -> argparse.ArgumentParser:
-    """Add the parser of one command, with command lines to show at the end of its help."""
-    parser: argparse.ArgumentParser = commands.add_parser(
-        name,
-        help=summary,
-        description=summary[:1].upper() + summary[1:] + ".",
-        epilog="example:\n" + "\n".join(f"  {line}" for line in example.splitlines()),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
-    return parser
 
 
 def print_json(value: Any, **options: Any) -> None:
@@ -66,7 +48,19 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--debug", action="store_true", help="show the traceback of an internal error")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name in COMMANDS:
-        importlib.import_module(f"wearsim.cli.{name}").add_parser(commands)
+        module = importlib.import_module(f"wearsim.cli.{name}")
+        command = commands.add_parser(
+            name,
+            help=module.SUMMARY,
+            description=module.SUMMARY[:1].upper() + module.SUMMARY[1:] + ".",
+            epilog="example:\n" + "\n".join(f"  {line}" for line in module.EXAMPLES.splitlines()),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+        )
+        command.add_argument(
+            "--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS
+        )
+        module.add_flags(command)
     return parser
 
 

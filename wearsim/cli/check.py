@@ -5,18 +5,15 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from wearsim.cli import Commands, add_command, print_json
+from wearsim.cli import print_json
 from wearsim.cli.flags import add_override_flags, load_overridden
 
+SUMMARY = "show all faults of a scene file, or what it would run"
+EXAMPLES = "wearsim check workflows/rig_vs_field.toml\nwearsim check rig.toml --json"
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "check",
-        "show all faults of a scene file, or what it would run",
-        "wearsim check workflows/rig_vs_field.toml\nwearsim check rig.toml --json",
-    )
+
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument("--json", action="store_true", help="print JSON, with every value that would act")
     add_override_flags(parser)

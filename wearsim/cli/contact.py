@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 import re
 
-from wearsim.cli import Commands, add_command
 from wearsim.cli.flags import add_renamed
 from wearsim.studies.contact_flags import FLAGS
 
+SUMMARY = (
+    "solve the contact of one or both wheels with rail or roller, at one operating point or a table of them"
+)
 _ABOUT_TABLES = """\
 Tables: a CSV file with a header, columns named like the flags (shift_mm, yaw_mrad, roll, creepage, ...), one
 row per operating point. An empty cell takes the flag's value; other columns are carried through. What a row
@@ -18,7 +20,7 @@ The output holds one line per patch and is a table for this command again: lines
 wheel (patch 2, 3, ...) are then left out.
 """
 
-_EXAMPLES = """\
+EXAMPLES = """\
 wearsim contact --wheel S1002 --rail 60E1 --inclination 1:40 --shift-mm 3
 wearsim contact --shift-mm 3 --roller-radius-mm 1000 --json
 wearsim contact --shift-mm 3 --yaw-mrad 2 --side both
@@ -27,15 +29,8 @@ wearsim contact --shift-mm 5 --plot contact.png
 wearsim contact --table points.csv --roller-radius-mm 500 > solved.csv"""
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "contact",
-        "solve the contact of one or both wheels with rail or roller, at one operating point or a table of "
-        "them",
-        _EXAMPLES,
-    )
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     # argparse takes only plain negative numbers for values, neither -1e-3 nor -0.001,0,0.2
     parser._negative_number_matcher = re.compile(r"-\.?\d")
     parser.epilog = f"{_ABOUT_TABLES}\n{parser.epilog}"

@@ -5,17 +5,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from wearsim.cli import Commands, add_command, print_json
+from wearsim.cli import print_json
+
+SUMMARY = "summarise a result file, as text, JSON or figures"
+EXAMPLES = "wearsim inspect out/rig.nc\nwearsim inspect out/rig.nc --plot figures"
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "inspect",
-        "summarise a result file, as text, JSON or figures",
-        "wearsim inspect out/rig.nc\nwearsim inspect out/rig.nc --plot figures",
-    )
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("file", metavar="FILE", help="result file (netCDF)")
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("--plot", metavar="DIR", help="write the figures of the report into this folder")

@@ -5,10 +5,13 @@ from __future__ import annotations
 import argparse
 import re
 
-from wearsim.cli import Commands, add_command
 from wearsim.cli.flags import add_renamed
 
-_EXAMPLES = """\
+SUMMARY = (
+    "measure a wheel or rail profile, standard or from a file: Sh, Sd, qR, limits, conicity, wear; "
+    "convert and draw it; or measure a whole folder"
+)
+EXAMPLES = """\
 wearsim profile S1002
 wearsim profile S1002/h30 --rail 60E2 --inclination 1:20
 wearsim profile profiles/measured/wheel_worn_right.whl --against S1002 --plot worn.png
@@ -93,22 +96,9 @@ _FLAGS = {
     ),
 }
 
-_RENAMED = {
-    "--flange-back-mm": "--back-to-back-mm",
-    "--tape-mm": "--running-circle-mm",
-    "--turn-to": "--reprofile-to",
-}
 
-
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "profile",
-        "measure a wheel or rail profile, standard or from a file: Sh, Sd, qR, limits, conicity, wear; "
-        "convert and draw it; or measure a whole folder",
-        _EXAMPLES,
-    )
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser._negative_number_matcher = re.compile(r"-\.?\d")
     parser.add_argument(
         "name", metavar="NAME|FILE", nargs="?", help="standard shape (S1002, S1002/h30, 60E1, ...) or file"
@@ -120,15 +110,13 @@ def add_parser(commands: Commands) -> None:
                 group.add_argument(f"--{name}", metavar=placeholder, help=meaning)
             else:
                 group.add_argument(f"--{name}", action="store_true", help=meaning)
-    add_renamed(parser, _RENAMED)
+    renamed = {"tape-mm": "running-circle-mm", "flange-back-mm": "back-to-back-mm", "turn-to": "reprofile-to"}
+    add_renamed(parser, {f"--{old}": f"--{new}" for old, new in renamed.items()})
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Measure and print; write what is asked for."""
-    if arguments.fleet is not None:
-        from wearsim.cli.profile_fleet import measure_fleet
-
-        return measure_fleet(arguments)
+    from wearsim.cli.profile_fleet import measure_fleet
     from wearsim.cli.profile_run import measure_one
 
-    return measure_one(arguments)
+    return measure_one(arguments) if arguments.fleet is None else measure_fleet(arguments)

@@ -7,14 +7,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from wearsim.cli import Commands, add_command
+SUMMARY = "write the self-contained HTML report of a run directory"
+EXAMPLES = "wearsim report out"
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands, "report", "write the self-contained HTML report of a run directory", "wearsim report out"
-    )
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("directory", metavar="DIR", help="run directory, finished or not")
 
 

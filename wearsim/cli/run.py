@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearsim.cli import Commands, add_command
 from wearsim.cli.flags import add_override_flags, load_overridden
 from wearsim.cli.progress import observer
 from wearsim.cli.report import print_warnings
@@ -18,15 +17,15 @@ if TYPE_CHECKING:
     from wearsim.scene.overrides import Override
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "run",
-        "run the campaign or comparison of a scene file and write its report",
-        "wearsim run workflows/rig_vs_field.toml --out out\n"
-        "wearsim run workflows/rig.toml --smoothing half --set campaign.stability=0.2 --out half",
-    )
+SUMMARY = "run the campaign or comparison of a scene file and write its report"
+EXAMPLES = (
+    "wearsim run workflows/rig_vs_field.toml --out out\n"
+    "wearsim run workflows/rig.toml --smoothing half --set campaign.stability=0.2 --out half"
+)
+
+
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument(
         "--out", metavar="DIR", help="run directory (default: the scene file's name without .toml)"
@@ -110,18 +109,13 @@ def _converge(arguments: argparse.Namespace, out: Path, overrides: Sequence[Over
     from wearsim.report.tables_quality import markdown, read_convergence
     from wearsim.studies.converge import converge
 
-    short = arguments.converge not in (None, "all")
+    distance = None if arguments.converge in (None, "all") else 1e3 * arguments.converge
+    against = tuple(dict.fromkeys(arguments.against))
     with observer() as observe:
         converge(
-            arguments.scene,
-            out,
-            overrides=overrides,
-            distance=1e3 * arguments.converge if short else None,
-            refine=bool(arguments.converge),
-            against=tuple(dict.fromkeys(arguments.against)),
-            command=arguments.command_line,
-            observer=observe,
-        )
+            arguments.scene, out, overrides=overrides, distance=distance, refine=bool(arguments.converge),
+            against=against, command=arguments.command_line, observer=observe,
+        )  # fmt: skip
     text = markdown(read_convergence(out))
     (out / "convergence.md").write_text(text, encoding="utf-8")
     print(text)

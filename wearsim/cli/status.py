@@ -6,18 +6,15 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from wearsim.cli import Commands, add_command, print_json
+from wearsim.cli import print_json
 from wearsim.cli.progress import duration
 
+SUMMARY = "show how far the campaigns of a run directory or a sweep are"
+EXAMPLES = "wearsim status out"
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "status",
-        "show how far the campaigns of a run directory or a sweep are",
-        "wearsim status out",
-    )
+
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("directory", metavar="DIR", help="run directory, or that of a sweep")
     parser.add_argument("--json", action="store_true", help="print JSON")
 

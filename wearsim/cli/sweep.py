@@ -6,20 +6,18 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from wearsim.cli import Commands, add_command
 from wearsim.cli.flags import whole
 
+SUMMARY = "run many campaigns, each resumable by itself, and write one table of them"
+EXAMPLES = (
+    "wearsim sweep workflows/sweep_rig.toml --out out\n"
+    "wearsim sweep rig.toml --vary wheelset.radius_mm=420,460 --vary wear.form=local,patch_mean\n"
+    "wearsim sweep cases.toml --out out --case $SLURM_ARRAY_TASK_ID"
+)
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "sweep",
-        "run many campaigns, each resumable by itself, and write one table of them",
-        "wearsim sweep workflows/sweep_rig.toml --out out\n"
-        "wearsim sweep rig.toml --vary wheelset.radius_mm=420,460 --vary wear.form=local,patch_mean\n"
-        "wearsim sweep cases.toml --out out --case $SLURM_ARRAY_TASK_ID",
-    )
+
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("scene", metavar="SCENE", help='sweep file (kind = "sweep"), or a scene to vary')
     parser.add_argument(
         "--out", metavar="DIR", help="directory of the sweep (default: the file's name without .toml)"

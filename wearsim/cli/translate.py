@@ -5,20 +5,18 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from wearsim.cli import Commands, add_command, print_json
+from wearsim.cli import print_json
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "translate",
-        "compare a rig result with a field result: factors at equal distance and equal depth",
-        "wearsim translate out/rig.nc out/field.nc --out translation.nc",
-    )
+SUMMARY = "compare a rig result with a field result: factors at equal distance and equal depth"
+EXAMPLES = "wearsim translate out/rig.nc out/field.nc --out translation.nc"
+
+
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("rig", metavar="RIG", help="result file of the rig")
     parser.add_argument("field", metavar="FIELD", help="result file of the field")
     parser.add_argument(
