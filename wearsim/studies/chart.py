@@ -35,20 +35,7 @@ _FAST = 0.05  # seconds of a batch below which the overhead of calls would count
 
 
 def combinations(base: ContactModels, grids: Sequence[int]) -> tuple[ContactModels, ...]:
-    """Every registered normal model with every tangential one, on every grid.
-
-    Parameters
-    ----------
-    base : ContactModels
-        Material and parameters.
-    grids : sequence of int
-        Strips, and cells along each strip.
-
-    Returns
-    -------
-    tuple of ContactModels
-        By normal model, tangential model, grid.
-    """
+    """Every registered normal model with every tangential one, on every grid, with the material of `base`."""
     return tuple(
         replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid)
         for normal, tangential, grid in product(sorted(NORMAL_MODELS), sorted(TANGENTIAL_MODELS), grids)
@@ -168,14 +155,7 @@ def time_per_solution(
 
 
 def pareto(cost: FloatArray, *errors: FloatArray) -> np.ndarray:
-    """Return which combinations no other beats in cost and all errors.
-
-    Parameters
-    ----------
-    cost : (n,) array
-        Missing values are never on the front.
-    *errors : (n,) arrays
-        One or several measures of how wrong each is; missing values likewise.
+    """Return which combinations no other beats in cost and all errors, of (n,) arrays; NaN never does.
 
     Returns
     -------
@@ -184,9 +164,6 @@ def pareto(cost: FloatArray, *errors: FloatArray) -> np.ndarray:
     """
     values = np.stack([cost, *errors])
     known = np.all(np.isfinite(values), axis=0)
-    front = np.array(known)
-    for k in np.flatnonzero(known):
-        own = values[:, k : k + 1]
-        better = (values <= own).all(axis=0) & (values < own).any(axis=0)
-        front[k] = not np.any(better & known)
-    return front
+    one, other = values[:, :, np.newaxis], values[:, np.newaxis, :]
+    beats = np.all(one <= other, axis=0) & np.any(one < other, axis=0) & known[:, np.newaxis]
+    return np.asarray(known & ~np.any(beats, axis=0))

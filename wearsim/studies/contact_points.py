@@ -144,13 +144,7 @@ def _value(flag: Flag, text: str | None) -> Any:
 
 
 def texts_of(*layers: Mapping[str, str]) -> dict[str, str]:
-    """Texts that act, by column: those of later layers before those of earlier ones before the defaults.
-
-    Parameters
-    ----------
-    *layers : mapping
-        Texts that are given, by column; what is empty is not among them.
-    """
+    """Texts that act, by column: those of later layers before those of earlier ones before the defaults."""
     texts = {column: flag.default for column, flag in COLUMNS.items() if flag.default is not None}
     for given in layers:
         for pair in _INSTEAD:
@@ -299,12 +293,7 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
 
 
 def solve_points(points: Sequence[Request]) -> list[PointResult | ContactError]:
-    """Solve points, each as if it were alone.
-
-    Parameters
-    ----------
-    points : sequence of Request
-        Any points; those of one batch are solved together.
+    """Solve any points, each as if it were alone; those of one batch are solved together.
 
     Returns
     -------

@@ -14,6 +14,7 @@ import numpy as np
 from wearsim.campaign.record import write_atomically
 from wearsim.campaign.run import Event, Observer, run_scene
 from wearsim.errors import ContactError
+from wearsim.quantities import QUANTITIES
 from wearsim.results import open_results
 from wearsim.results.checks import last_worn_row, new_row, wear_steps
 from wearsim.scene import CampaignScene, FieldScene, RigScene, load_campaign
@@ -25,23 +26,18 @@ MEASURES = ("flange_thickness", "flange_height", "max_wear_depth", "worn_area", 
 COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area")
 """Further measures of rails or rollers that wear."""
 
-_FINEST_SPACING_MM, _MOST_CELLS, _MOST_POSITIONS, _LONGEST_WAVE_MM = 0.05, 400, 200, 50.0
+_FINEST_SPACING_MM = QUANTITIES["point_spacing"].range.low
+_LONGEST_WAVE_MM = float(QUANTITIES["smoothing_wavelength"].range.high)
+_MOST_POSITIONS = int(QUANTITIES["positions"].range.high)
+_MOST_CELLS = 400
 
 
 @dataclass(frozen=True)
 class Refinement:
     """One way to compute the same campaign otherwise.
 
-    Parameters
-    ----------
-    name : str
-        Of its run directory.
-    text : str
-        What is refined.
-    overrides : tuple of Override
-        To the scene; empty where there is nothing to refine.
-    reason : str
-        Why there is nothing.
+    `name` is that of its run directory, `text` says what is refined; where there is nothing to refine
+    `overrides` is empty, and `reason` says why.
     """
 
     name: str
@@ -53,15 +49,7 @@ class Refinement:
 def refinements(scene: CampaignScene) -> tuple[Refinement, ...]:
     """Make the refinements of a scene.
 
-    Parameters
-    ----------
-    scene : RigScene, FieldScene or CompareScene
-        As loaded.
-
-    Returns
-    -------
-    tuple of Refinement
-        Step, grid, smoothing (half and double), operating points, and all but double smoothing together.
+    Step, grid, smoothing (half and double), operating points, and all but double smoothing together.
     """
 
     def overrides(of: Any) -> tuple[Override, ...]:
@@ -89,20 +77,7 @@ def refinements(scene: CampaignScene) -> tuple[Refinement, ...]:
 
 
 def other_models(scene: CampaignScene, against: Sequence[tuple[str, str]]) -> tuple[Refinement, ...]:
-    """Make the campaigns with other contact models.
-
-    Parameters
-    ----------
-    scene : RigScene, FieldScene or CompareScene
-        As loaded.
-    against : sequence of (str, str)
-        Normal and tangential model of each.
-
-    Returns
-    -------
-    tuple of Refinement
-        Grid, steps and all else as given.
-    """
+    """Make the campaigns with other contact models, by their normal and tangential model, else as given."""
     if any(part.contact.model == "auto" for part in scene.parts):
         roles, reason = [], 'the scene leaves its contact models to model = "auto"'
     else:

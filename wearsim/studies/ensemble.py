@@ -165,7 +165,8 @@ def run_cases(
     task = CaseRunner(Path(out).absolute(), command)
     jobs = min(jobs or available_cores(), len(cases))
     if executor is not None:
-        _hand_out(cases, executor, len(cases), task, ended)
+        for case, _ in _hand_out(cases, executor, len(cases), task, ended):
+            ended(Outcome(case.number, "failed", _LOST, 3))
     elif jobs == 1:
         _hand_out(cases, _InProcess(), 1, task, ended)
     else:
@@ -177,16 +178,7 @@ def run_cases(
 class CaseRunner:
     """Runs a case, or continues it, in the process that calls it; can be pickled.
 
-    Parameters
-    ----------
-    out : Path
-        Directory of the run directories.
-    command : str
-        Command line, for the history of the results.
-    threads : int
-        Of the contact solver.
-    observer : callable, optional
-        Called with an `Event` at each step.
+    `out` is the directory of the run directories; further fields are those of `run_scene`.
     """
 
     out: Path
@@ -285,8 +277,8 @@ def _hand_out(
 ) -> list[tuple[Case, bool]]:
     """Let an executor run cases, no more than `at_a_time` waiting in it.
 
-    Returns the cases without outcome, and whether they were running, where a pool with a `stop` signal broke
-    down. After Ctrl-C the running cases are stopped and waited for; then KeyboardInterrupt is raised.
+    Returns the cases without outcome, and whether they were running, where the executor broke down. After
+    Ctrl-C the running cases are stopped and waited for; then KeyboardInterrupt is raised.
     """
     waiting = list(cases)[::-1]
     running: dict[Future[Outcome], Case] = {}
@@ -328,12 +320,7 @@ def _hand_out(
             break
     if interrupted:
         raise KeyboardInterrupt
-    left += [(case, False) for case in reversed(waiting)]
-    if stop is not None:
-        return left
-    for case, _ in left:
-        ended(Outcome(case.number, "failed", _LOST, 3))
-    return []
+    return left + [(case, False) for case in reversed(waiting)]
 
 
 _stop: Signal | None = None

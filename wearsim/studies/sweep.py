@@ -102,21 +102,8 @@ def run_one(
 ) -> Outcome:
     """Run one case of a sweep in this process, or continue it, whatever the others do.
 
-    Parameters
-    ----------
-    sweep, case : Sweep, Case
-        The cases, and one of them, as a job array counts them.
-    out : str or Path
-        Directory of the sweep.
-    command : str
-        Command line, for the history of the results.
-    observer : callable, optional
-        Called with an `Event` at each step.
-
-    Returns
-    -------
-    Outcome
-        Of this case. The tables are written by `run_sweep`.
+    The tables are written by `run_sweep`, whose parameters these are; the observer is called with an `Event`
+    at each step.
     """
     out = Path(out).absolute()
     if read_plan(out).get("cases") != plan_of(sweep)["cases"]:
@@ -204,12 +191,7 @@ def _write_plan(sweep: Sweep, out: Path, failed: dict[str, Any]) -> None:
 
 
 def sweep_dataset(out: str | Path) -> xr.Dataset:
-    """Gather the cases of a sweep.
-
-    Parameters
-    ----------
-    out : str or Path
-        Directory of the sweep.
+    """Gather the cases of a sweep from its directory.
 
     Returns
     -------
@@ -258,12 +240,7 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
 
 
 def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
-    """Rows of the table, one per case and campaign, in the units people read.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        From `sweep_dataset`.
+    """Rows of the table, one per case and campaign of `sweep_dataset`, in the units people read.
 
     Returns
     -------
