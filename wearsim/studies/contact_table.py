@@ -122,14 +122,15 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
     seen: set[tuple[object, ...]] = set()
     try:
         for line, cells in _records(name, text):
+            record = dict(zip(columns, cells, strict=False))
             if not any(cell.strip() for cell in cells):
                 empty += [line] if columns else []
             elif not columns:
                 columns = _header(name, line, cells)
-            elif _is_further(columns, cells):
+            elif _is_further(record):
                 further += 1
             else:
-                rows.append(_row(columns, line, cells))
+                rows.append(_row(line, record))
                 faults += [
                     Fault(fault, name, line) for fault in _row_faults(columns, rows[-1], cells, flags, seen)
                 ]
@@ -171,19 +172,16 @@ def _text(source: str) -> tuple[str, str]:
     return name, text
 
 
-def _is_further(columns: tuple[str, ...], cells: list[str]) -> bool:
+def _is_further(record: Mapping[str, str]) -> bool:
     """Whether a row is the second or a later patch of a point in the output of an earlier run."""
-    if not {"patch", "table_line"} <= set(columns):
-        return False
-    cell = dict(zip(columns, cells, strict=False)).get("patch", "").strip()
-    return cell.isdecimal() and int(cell) > 1
+    patch = record.get("patch", "").strip()
+    return "table_line" in record and patch.isdecimal() and int(patch) > 1
 
 
-def _row(columns: tuple[str, ...], line: int, cells: list[str]) -> Row:
-    pairs = list(zip(columns, cells, strict=False))
-    given = {column: cell.strip() for column, cell in pairs if column in COLUMNS and cell.strip()}
-    carried = {c: cell for c, cell in pairs if c not in COLUMNS and c not in RESULT_COLUMNS}
-    return Row(line, given, carried)
+def _row(line: int, record: Mapping[str, str]) -> Row:
+    given = {column: cell.strip() for column, cell in record.items() if column in COLUMNS and cell.strip()}
+    known = {*COLUMNS, *RESULT_COLUMNS}
+    return Row(line, given, {column: cell for column, cell in record.items() if column not in known})
 
 
 def _row_faults(

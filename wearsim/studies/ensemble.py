@@ -77,6 +77,7 @@ class Outcome:
 
 
 Report = Callable[[Outcome], None]
+Task = Callable[[Case], Outcome]
 
 
 def check_cases(cases: Iterable[Case], out: Path | None = None) -> tuple[Fault, ...]:
@@ -162,7 +163,7 @@ def run_cases(
         if report is not None:
             report(outcome)
 
-    task = CaseRunner(Path(out).absolute(), command)
+    task = partial(run_case, out=Path(out).absolute(), command=command)
     jobs = min(jobs or available_cores(), len(cases))
     if executor is not None:
         for case, _ in _hand_out(cases, executor, len(cases), task, ended):
@@ -174,38 +175,31 @@ def run_cases(
     return tuple(outcomes[case.number] for case in cases)
 
 
-@dataclass(frozen=True)
-class CaseRunner:
-    """Runs a case, or continues it, in the process that calls it; can be pickled.
+def run_case(
+    case: Case, out: Path, *, command: str = "", threads: int = 1, observer: Observer | None = None
+) -> Outcome:
+    """Run a case, or continue it, in this process; its outcome, whatever happens in it.
 
-    `out` is the directory of the run directories; further fields are those of `run_scene`.
+    `out` is the directory of the run directories; further parameters are those of `run_scene`.
     """
-
-    out: Path
-    command: str = ""
-    threads: int = 1
-    observer: Observer | None = None
-
-    def __call__(self, case: Case) -> Outcome:
-        """Return the outcome of the case, whatever happens in it."""
-        try:
-            with _one_per_process:
-                run_scene(
-                    case.base,
-                    self.out / case.name,
-                    command=self.command,
-                    observer=self.observer or _obey,
-                    overrides=case.overrides,
-                    threads=self.threads,
-                )
-        except WearsimError as error:
-            return Outcome(case.number, "failed", " ".join(str(error).split("\n")), error.exit_code)
-        except KeyboardInterrupt:
-            return Outcome(case.number, "interrupted", exit_code=130)
-        except Exception as error:
-            fault = f"internal error, {type(error).__name__}: {' '.join(str(error).split())}"
-            return Outcome(case.number, "failed", f"{fault}; this is a fault of wearsim", 3)
-        return Outcome(case.number, "finished")
+    try:
+        with _one_per_process:
+            run_scene(
+                case.base,
+                out / case.name,
+                command=command,
+                observer=observer or _obey,
+                overrides=case.overrides,
+                threads=threads,
+            )
+    except WearsimError as error:
+        return Outcome(case.number, "failed", " ".join(str(error).split("\n")), error.exit_code)
+    except KeyboardInterrupt:
+        return Outcome(case.number, "interrupted", exit_code=130)
+    except Exception as error:
+        fault = f"internal error, {type(error).__name__}: {' '.join(str(error).split())}"
+        return Outcome(case.number, "failed", f"{fault}; this is a fault of wearsim", 3)
+    return Outcome(case.number, "finished")
 
 
 def outcome_in(directory: Path, number: int) -> Outcome:
@@ -254,7 +248,7 @@ class _InProcess(Executor):
         return done
 
 
-def _in_processes(cases: Sequence[Case], jobs: int, task: CaseRunner, ended: Report) -> None:
+def _in_processes(cases: Sequence[Case], jobs: int, task: Task, ended: Report) -> None:
     """Run cases in processes of this machine; those whose process dies are tried once more."""
     losses: Counter[int] = Counter()
     while cases:
@@ -271,7 +265,7 @@ def _hand_out(
     cases: Iterable[Case],
     executor: Executor,
     at_a_time: int,
-    task: Callable[[Case], Outcome],
+    task: Task,
     ended: Report,
     stop: Signal | None = None,
 ) -> list[tuple[Case, bool]]:
@@ -358,7 +352,7 @@ def _begin(stop: Signal) -> None:
         threading.Thread(target=end_with_parent, daemon=True).start()
 
 
-def _in_child(task: CaseRunner, case: Case) -> Outcome:
+def _in_child(task: Task, case: Case) -> Outcome:
     """Run a case in a worker process."""
     try:
         signal.signal(signal.SIGINT, signal.default_int_handler)

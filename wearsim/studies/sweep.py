@@ -24,7 +24,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.results import GROUPS, LAYOUT, open_results
 from wearsim.results.checks import last_worn_row
 from wearsim.scene.sweep import Case, Sweep, SweepScene
-from wearsim.studies.ensemble import CaseRunner, Outcome, campaigns_of, check_cases, outcome_in, run_cases
+from wearsim.studies.ensemble import Outcome, campaigns_of, check_cases, outcome_in, run_case, run_cases
 
 SWEEP_FILE = "sweep.json"
 _LOCK = ".sweep.lock"
@@ -109,7 +109,7 @@ def run_one(
     if read_plan(out).get("cases") != plan_of(sweep)["cases"]:
         with _locked(out, _PATIENCE):
             _write_plan(sweep, out, {})
-    return CaseRunner(out, command, available_cores(), observer)(case)
+    return run_case(case, out, command=command, threads=available_cores(), observer=observer)
 
 
 def chosen(sweep: Sweep, number: int) -> Case:
