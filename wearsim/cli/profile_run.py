@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from argparse import Namespace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -39,10 +40,8 @@ def measure_one(arguments: Namespace) -> int:
     request.raise_any()
     assert given is not None
     inspection = inspect_profile(given, at, limits, left=left, against=against)
-    wheels = None
-    if template is not None:
-        reference = template
-        wheels = request.take(lambda: reprofiled_wheels(inspection, reference), "--reprofile-to")
+    reprofile = partial(reprofiled_wheels, inspection)
+    wheels = request.take(partial(reprofile, template), "--reprofile-to") if template is not None else None
     request.raise_any()
     written = _write(request, inspection, target)
     if request.json:

@@ -76,7 +76,6 @@ def _kilometres(text: str) -> float | str:
 def execute(arguments: argparse.Namespace) -> int:
     """Run the scene; a directory in which it runs already is continued."""
     from wearsim.campaign.run import run_scene
-    from wearsim.cli import sweep_run
     from wearsim.errors import Fault, SceneError
     from wearsim.report.html import write_report
     from wearsim.scene import SweepScene
@@ -84,14 +83,16 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.scene.overrides import at_its_source
 
     scene, overrides = load_overridden(arguments)
-    given = Path(arguments.out) if arguments.out else None
+    out = Path(arguments.out or Path(arguments.scene).stem)
     if isinstance(scene, SweepScene):
         if arguments.converge or arguments.against:
             flag = "--converge" if arguments.converge else "--against"
             message = f"{flag} is for campaigns; this scene is of kind {scene.scene.kind}"
             raise SceneError([Fault(message, str(scene.origin.path))])
-        return sweep_run.run_file(scene, given, arguments.command_line)
-    out = given or Path(Path(arguments.scene).stem)
+        from wearsim.cli.sweep_run import run_all
+        from wearsim.studies.sweep import sweep_of
+
+        return run_all(sweep_of(scene), out, None, arguments.command_line, False)
     for warning in check_contact(scene):
         print(f"warning: {at_its_source(warning)}", file=sys.stderr)
     with observer() as observe:

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from wearsim.cli import print_json
 from wearsim.cli.progress import observer
-from wearsim.scene import SweepScene
 from wearsim.scene.sweep import Case, Sweep
 from wearsim.studies import sweep as study
 from wearsim.studies.ensemble import Outcome, check_cases
@@ -43,11 +42,6 @@ def run_case(sweep: Sweep, number: int, out: Path, command: str, as_json: bool) 
     if outcome.fault:
         print(f"case {number}: {outcome.fault}", file=sys.stderr)
     return outcome.exit_code
-
-
-def run_file(scene: SweepScene, out: Path | None, command: str) -> int:
-    """Run a sweep file for `wearsim run`."""
-    return run_all(study.sweep_of(scene), out or Path(scene.origin.path.stem), None, command, False)
 
 
 def run_all(sweep: Sweep, out: Path, jobs: int | None, command: str, as_json: bool) -> int:

@@ -101,19 +101,10 @@ class Table(NamedTuple):
 
 
 def read_table(source: str, flags: Mapping[str, str]) -> Table:
-    """Read a whole table and check it.
+    """Read a whole table from a CSV file, or - for standard input, and check it.
 
-    Parameters
-    ----------
-    source : str
-        A CSV file, or - for standard input.
-    flags : mapping
-        Texts of the flags that the rows are merged into, by column, without faults.
-
-    Raises
-    ------
-    SceneError
-        All faults, each with its line.
+    Its rows are merged into the texts of the flags, which are by column and without faults. SceneError holds
+    all faults, each with its line.
     """
     name, text = _text(source)
     columns: tuple[str, ...] = ()

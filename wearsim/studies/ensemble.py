@@ -56,18 +56,10 @@ _one_per_process = threading.Lock()
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a case stands.
+    """How the case of a number stands, and why it failed.
 
-    Parameters
-    ----------
-    number : int
-        Of the case.
-    state : str
-        "finished", "failed", "interrupted", "stopped" (killed), "running" or "not started".
-    fault : str
-        Why it failed.
-    exit_code : int
-        2 bad input, 3 numerical failure or internal error, 130 interrupted, else 0.
+    The state is "finished", "failed", "interrupted", "stopped" (killed), "running" or "not started"; the exit
+    code is 2 for bad input, 3 for a numerical failure or internal error, 130 if interrupted, else 0.
     """
 
     number: int

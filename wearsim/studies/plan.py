@@ -23,14 +23,7 @@ _Rows = Iterator[tuple[str, str]]
 
 
 def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, Any]:
-    """Return what a scene would run.
-
-    Parameters
-    ----------
-    scene : RigScene or FieldScene
-        From `load_scene`.
-    warnings : sequence of Fault
-        From `check_contact`.
+    """Return what a scene would run, with the warnings of `check_contact`.
 
     Returns
     -------

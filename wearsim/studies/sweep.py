@@ -63,19 +63,12 @@ def run_sweep(
     out : str or Path
         Directory; case 1 runs in `case_0001` in it, `sweep.csv` and `sweep.nc` have a row for each.
     executor, jobs, command, report
-        As for `run_cases`.
-
-    Returns
-    -------
-    tuple of Outcome
-        In the order of the cases; one that fails does not stop the others.
+        As for `run_cases`, as is what is returned.
 
     Raises
     ------
     ResultError
         If the directory cannot be written, or another sweep runs in it.
-    KeyboardInterrupt
-        After Ctrl-C, when the running cases have written their last step.
     """
     out = Path(out).absolute()
     if not sweep.cases:
