@@ -79,7 +79,7 @@ _FLAGS = {
             "FORMAT",
             "write the profile (aligned, if --align is stated) as two-column, miniprof, simpack",
         ),
-        ("out", "FILE", "file of --convert (default: the name with the extension of the format, here)"),
+        ("out", "FILE", "file of --convert (default: the name with the format's extension, in this folder)"),
         ("overwrite", "", "replace existing files of --out and --csv"),
         ("csv", "FILE", "points, depth along the profile (--against) or table (--fleet); - for stdout"),
         ("json", "", "print JSON, SI units"),
