@@ -22,23 +22,14 @@ _BATCH = 512  # shifts that are evaluated together, for the memory
 _PHASES = 400  # midpoints of the integral over half a wavelength
 _WIDEST = 30e-3  # shift up to which climbing is looked for [m]
 
-CLIMBING_ANGLE = math.radians(60.0)
-"""Contact angle from which on a wheel climbs its flange [rad]."""
+_CLIMBING_ANGLE = math.radians(60.0)  # contact angle from which on a wheel climbs its flange
 
 
-def facing(profile: Profile) -> tuple[FloatArray, FloatArray]:
-    """Part of a profile that can be in contact from above or below, as z over rising y.
+def _facing(profile: Profile) -> tuple[FloatArray, FloatArray]:
+    """Part of a profile that can be in contact from above or below, as z over rising y [m].
 
-    Parameters
-    ----------
-    profile : Profile
-        Wheel or rail.
-
-    Returns
-    -------
-    y, z : (k,) array
-        From the extreme point (flange tip, rail top) outwards; what lies behind an overhang is left out,
-        and so is the back of the flange [m].
+    From the extreme point (flange tip, rail top) outwards; what lies behind an overhang is left out, and so
+    is the back of the flange.
     """
     y, z = profile.y, profile.z
     top = int(np.argmax(z)) if profile.kind == "wheel" else int(np.argmin(z))
@@ -61,8 +52,8 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
     # shifts that differ by whole grid steps share one evaluation of the wheel, all calls share the splines
     from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
 
-    rail_y, rail_z = facing(rail)
-    wheel_y, wheel_z = facing(wheel)
+    rail_y, rail_z = _facing(rail)
+    wheel_y, wheel_z = _facing(wheel)
     grid = np.arange(rail_y[0], rail_y[-1], _GRID)
     rail_spline = CubicSpline(rail_y, rail_z)
     rail_height = rail_spline(grid)
@@ -211,10 +202,8 @@ def equivalent_conicity(
 
     Parameters
     ----------
-    wheel_right, wheel_left : Profile
-        Both in the axes of a right wheel; equal radius at z = 0.
-    rail : Profile
-        Placed in the track (its half_span is that of the wheelset), both sides alike.
+    wheel_right, wheel_left, rail : Profile
+        As of `rolling_radius_difference`.
     amplitude : float
         Half of the lateral way between the turning points [m].
 
@@ -329,8 +318,8 @@ def flange_clearance(wheel: Profile, rail: Profile) -> float | None:
     """
     from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
 
-    (wheel_y, wheel_z), (rail_y, rail_z) = facing(wheel), facing(rail)
-    steep = math.tan(CLIMBING_ANGLE)
+    (wheel_y, wheel_z), (rail_y, rail_z) = _facing(wheel), _facing(rail)
+    steep = math.tan(_CLIMBING_ANGLE)
     flank = wheel_y < 0.0
     if not np.any(np.diff(wheel_z[flank]) <= -steep * np.diff(wheel_y[flank])):
         return None
@@ -402,7 +391,8 @@ def running(
     Parameters
     ----------
     right, left : Profile
-        Wheels in the axes of a right wheel; None: the left one is like the right one.
+        Wheels in the axes of a right wheel; None: the left one is like the right one. Wheels that differ
+        have equal radii at their running circles but for the difference stated.
     rail : Profile
         Placed in the track.
     track : str
@@ -411,11 +401,6 @@ def running(
         Diameter of the right minus that of the left wheel at their running circles, as they are now [m].
     amplitudes : tuple of float
         Of the conicity, and shifts at which the radius difference is listed [m].
-
-    Returns
-    -------
-    Running
-        Wheels that differ have equal radii at their running circles but for the difference stated.
     """
     differ = left is not None or diameter_difference != 0.0
     other = right if left is None else left
@@ -435,10 +420,8 @@ def running(
             value = equivalent_conicity(right, other, rail, amplitude=amplitude)
         except ProfileError:
             return amplitude, None, "a contact lies beyond the end of a profile"
-        why = (
-            "" if value is not None else ("undefined: the wheelset is not led to and fro over this amplitude")
-        )
-        return amplitude, value, why
+        undefined = "undefined: the wheelset is not led to and fro over this amplitude"
+        return amplitude, value, undefined if value is None else ""
 
     return Running(
         right.name,

@@ -261,7 +261,7 @@ class _ShapeFile(Table):
 
 @dataclass(frozen=True)
 class Definition:
-    """A standard shape as a chain of segments with rising y.
+    """A standard shape as a chain of segments with rising y, from the flange back or the gauge side.
 
     Parameters
     ----------
@@ -270,7 +270,7 @@ class Definition:
     kind : {"wheel", "rail"}
         A rail is upright, y from its symmetry axis, unless `inclined_gauge_y` is given.
     segments : tuple of Segment
-        From the flange back (wheel) or the gauge side (rail) to the field side.
+        Lengths in mm.
     source, certainty : str
         Where the numbers come from, and how sure they are.
     allowances : tuple of Allowance
@@ -290,24 +290,9 @@ class Definition:
 
 
 def evaluate(definition: Definition, y: FloatArray) -> FloatArray:
-    """Exact profile height of a definition.
+    """Exact height z (n,) [m] of a definition at lateral positions y (n,) [m]; a rail is not placed.
 
-    Parameters
-    ----------
-    definition : Definition
-        Standard shape (a rail as it is defined, not placed).
-    y : (n,) array
-        Lateral positions [m]; at a junction the segment on the field side counts.
-
-    Returns
-    -------
-    (n,) array
-        z in the axes of `Profile` [m].
-
-    Raises
-    ------
-    ProfileError
-        A position is outside the definition.
+    At a junction the segment on the field side counts. Raises `ProfileError` outside the definition.
     """
     y_mm = np.asarray(y, dtype=np.float64) * 1e3
     starts = np.array([piece.start for piece in definition.segments])
@@ -323,17 +308,9 @@ def evaluate(definition: Definition, y: FloatArray) -> FloatArray:
 
 
 def junctions(definition: Definition) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Misclosure of a definition at the junctions of its segments.
+    """Misclosure of a definition at its n - 1 junctions: place [m], jump of z [m] and of the angle [rad].
 
-    Parameters
-    ----------
-    definition : Definition
-        Standard shape.
-
-    Returns
-    -------
-    y, step, kink : (n - 1,) array
-        Place [m], jump of z [m] and of the tangent angle [rad], field side minus flange or gauge side.
+    Jumps are field side minus flange or gauge side.
     """
     pairs = list(pairwise(definition.segments))
     y = np.array([right.start for _, right in pairs])
@@ -346,19 +323,7 @@ def junctions(definition: Definition) -> tuple[FloatArray, FloatArray, FloatArra
 
 
 def junction_faults(definition: Definition) -> list[str]:
-    """Junctions of a definition that are neither smooth nor allowed.
-
-    Parameters
-    ----------
-    definition : Definition
-        Standard shape.
-
-    Returns
-    -------
-    list of str
-        One message per junction; empty if z is continuous within `STEP_TOLERANCE` and the tangent
-        within `KINK_TOLERANCE`, or within what an allowance says.
-    """
+    """One message for each junction that is neither smooth within the tolerances nor allowed."""
     faults = []
     chain = definition.segments
     for left, right in pairwise(chain):
@@ -382,24 +347,9 @@ def junction_faults(definition: Definition) -> list[str]:
 
 
 def sample(definition: Definition, spacing: float) -> tuple[FloatArray, FloatArray]:
-    """Points on a definition at even arc length within each segment, all junctions included.
+    """Points y, z [m] on a definition at even arc length within each segment, all junctions included.
 
-    Parameters
-    ----------
-    definition : Definition
-        Standard shape.
-    spacing : float
-        Distance of the points [m].
-
-    Returns
-    -------
-    y, z : (n,) array
-        Points [m].
-
-    Raises
-    ------
-    ProfileError
-        The spacing is not within 0.001 .. 2 mm.
+    Raises `ProfileError` for a spacing [m] that is not within 0.001 .. 2 mm.
     """
     if not 1e-6 <= spacing <= 2e-3:
         raise ProfileError(
@@ -413,20 +363,9 @@ def sample(definition: Definition, spacing: float) -> tuple[FloatArray, FloatArr
 
 @dataclass(frozen=True)
 class Template:
-    """What a file says, before values of the parameters are chosen.
+    """What a file says, before values of the parameters are chosen: some pieces are yet to be constructed.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    definition : Definition
-        Name, source and the like, without segments.
-    aliases : tuple of str
-        Other names of the shape.
-    pieces : tuple
-        Segments, some of them yet to be constructed.
-    parameters : tuple of Parameter
-        What can be varied.
+    `definition` holds name, source and the like, without segments.
     """
 
     path: Path
@@ -438,23 +377,7 @@ class Template:
 
 @lru_cache(maxsize=64)
 def read_template(path: Path) -> Template:
-    """Read a file of a standard shape.
-
-    Parameters
-    ----------
-    path : Path
-        TOML file, see the head of this module.
-
-    Returns
-    -------
-    Template
-        To be built with `build`.
-
-    Raises
-    ------
-    ProfileError
-        All faults of the file, ``file:line: message``.
-    """
+    """Read a file of a standard shape, see the head of this module; all faults as ``file:line: message``."""
     shape, faults = read_toml(path, _ShapeFile)
     if shape is None:
         raise ProfileError("\n".join(map(str, faults)))

@@ -34,17 +34,9 @@ def _tread_side(y: FloatArray, z: FloatArray) -> int:
 
 
 def running_circle_level(y: FloatArray, z: FloatArray) -> float:
-    """Height of a wheel profile at its running circle.
+    """Height z of a wheel profile y, z (n,) [m] at its running circle, y = 0 [m].
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Wheel profile [m].
-
-    Returns
-    -------
-    float
-        z at y = 0 [m]; the rolling radius there is that at z = 0 plus this.
+    The rolling radius there is that at z = 0 plus this.
     """
     tip = _tread_side(y, z)
     before = tip + int(np.flatnonzero(y[tip:] <= 0.0)[-1])
@@ -162,16 +154,16 @@ def hollowing(y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float
 
 @dataclass(frozen=True)
 class GaugeDistances:
-    """Where a gauge measures a flange.
+    """Where a gauge measures a flange, with the usual distances [m].
 
     Parameters
     ----------
     below_tip : float
-        Depth of the upper point of qR below the flange tip [m].
+        Depth of the upper point of qR below the flange tip.
     level : float
-        Height of Sd and of the lower point of qR above the running circle [m].
+        Height of Sd and of the lower point of qR above the running circle.
     flange_back : float
-        Distance of the running circle from the flange back [m].
+        Distance of the running circle from the flange back.
     """
 
     below_tip: float = 2e-3
@@ -190,35 +182,10 @@ def _check(name: str, value: float) -> None:
 
 @dataclass(frozen=True)
 class Measures:
-    """Gauge values by their names in `wearsim.quantities`.
-
-    Parameters
-    ----------
-    values : mapping of str to float
-        What could be measured [m].
-    missing : mapping of str to str
-        Why the others could not.
-    """
+    """Gauge values [m] by their names in `wearsim.quantities`, and why the others could not be measured."""
 
     values: Mapping[str, float]
     missing: Mapping[str, str]
-
-
-@dataclass(frozen=True)
-class WheelsetMeasures:
-    """Gauge values of both wheels of an axle and of the axle.
-
-    Parameters
-    ----------
-    right, left : Measures
-        Of the wheels alone.
-    axle : Measures
-        wheel_diameter_difference (right minus left), back_to_back, front_to_front.
-    """
-
-    right: Measures
-    left: Measures
-    axle: Measures
 
 
 def wheel_measures(
@@ -228,24 +195,18 @@ def wheel_measures(
     diameter: float | None = None,
     back_to_back: float | None = None,
 ) -> Measures:
-    """Gauge values of one wheel.
+    """Gauge values of one wheel; what cannot be measured is missing with the reason.
 
     Parameters
     ----------
     profile : Profile
         Wheel with the flange back at y = -70 mm, see `wearsim.profile.alignment`.
     distances : GaugeDistances, optional
-        Where the gauge measures; 2, 10 and 70 mm if not given.
+        Where the gauge measures.
     diameter : float, optional
         At the running circle as it is now, which is not in the profile [m].
     back_to_back : float, optional
         Back-to-back distance of the wheelset; its wheels are then taken to be alike [m].
-
-    Returns
-    -------
-    Measures
-        flange_height, flange_thickness, flange_gradient, hollowing, rim_width, back_to_back, front_to_front
-        and wheel_diameter. What cannot be measured is missing with the reason.
 
     Raises
     ------
@@ -288,8 +249,8 @@ def wheelset_measures(
     *,
     diameters: tuple[float | None, float | None] = (None, None),
     back_to_back: float | None = None,
-) -> WheelsetMeasures:
-    """Gauge values of a wheelset whose wheels differ.
+) -> dict[str, Measures]:
+    """Gauge values of "right", "left" and "axle" of a wheelset whose wheels differ.
 
     Parameters
     ----------
@@ -304,8 +265,9 @@ def wheelset_measures(
 
     Returns
     -------
-    WheelsetMeasures
-        Front-to-front is AR + Sd of the right + Sd of the left wheel, at the level of Sd.
+    dict of str to Measures
+        Of the axle wheel_diameter_difference (right minus left), back_to_back and front_to_front, which is
+        AR + Sd of the right + Sd of the left wheel, at the level of Sd.
     """
     wheels = []
     for profile, diameter in zip((right, left), diameters, strict=True):
@@ -318,7 +280,7 @@ def wheelset_measures(
         axle = Measures(axle.values, {**axle.missing, difference: "the diameters of both wheels are needed"})
     else:
         axle = Measures({**axle.values, difference: diameters[0] - diameters[1]}, axle.missing)
-    return WheelsetMeasures(wheels[0], wheels[1], axle)
+    return {"right": wheels[0], "left": wheels[1], "axle": axle}
 
 
 _OF_AXLE = ("back_to_back", "front_to_front")

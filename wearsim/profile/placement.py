@@ -46,15 +46,7 @@ def slope_of(text: str) -> float:
 
 @dataclass(frozen=True)
 class Placement:
-    """Tilt about the rail's origin followed by a shift.
-
-    Parameters
-    ----------
-    tilt : float
-        Angle by which the top leans towards the track centre [rad].
-    shift_y, shift_z : float
-        Added after the tilt [m].
-    """
+    """Tilt of the top towards the track centre [rad] about the rail's origin, followed by a shift [m]."""
 
     tilt: float
     shift_y: float
@@ -67,7 +59,7 @@ class Placement:
 
 
 def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, half_span: float) -> Placement:
-    """Placement of a right rail head in the track.
+    """Placement that brings the top of a right rail head to z = 0 and its gauge point to gauge/2 - half_span.
 
     Parameters
     ----------
@@ -79,11 +71,6 @@ def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, ha
         Distance of the gauge points of both rails [m].
     half_span : float
         From the track centre to the origin of the wheel profile [m].
-
-    Returns
-    -------
-    Placement
-        Brings the highest point to z = 0 and the gauge point to y = gauge/2 - half_span.
 
     Raises
     ------
@@ -122,7 +109,7 @@ def _innermost(y: FloatArray, z: FloatArray) -> float:
 
 
 def head_lean(y: FloatArray, z: FloatArray) -> float | None:
-    """Lean of a rail head: the tilt at which its halves are mirror images of each other.
+    """Lean of a rail head towards the track centre: the tilt at which its halves are mirror images.
 
     Parameters
     ----------
@@ -132,8 +119,7 @@ def head_lean(y: FloatArray, z: FloatArray) -> float | None:
     Returns
     -------
     float or None
-        Tangent of the lean towards the track centre [-]; None for a head that is worn or measured so that
-        no tilt makes its halves alike.
+        Tangent [-]; None for a head worn or measured so that no tilt makes its halves alike.
     """
     near = np.flatnonzero(z - float(z.min()) < 2.0 * _SIDE_DEPTH)
     near = near[:: 1 + len(near) // _HEAD_POINTS]
@@ -160,19 +146,9 @@ def lean_words(lean: float) -> str:
 
 
 def tilt_to_add(lean: float | None, inclination: float) -> float:
-    """Tilt that brings a measured rail to its inclination in the track.
+    """Tilt that brings a measured rail of some lean, see `head_lean`, to the stated inclination [-].
 
-    Parameters
-    ----------
-    lean : float or None
-        See `head_lean` [-].
-    inclination : float
-        Stated [-].
-
-    Returns
-    -------
-    float
-        The inclination; 0 if the head leans towards the track centre already, for it stands as measured [-].
+    0 if the head leans towards the track centre already, for it stands as measured.
     """
     return 0.0 if lean is not None and lean > UPRIGHT else inclination
 
@@ -190,21 +166,9 @@ def _halves_apart(y: FloatArray, z: FloatArray, lean: float) -> float:
 
 
 def place_rail(profile: Profile, inclination: float, gauge: float, half_span: float) -> Profile:
-    """Incline a rail head and place it in the track.
+    """Incline a rail head, wherever its origin is, and place it in the track, see `placement`.
 
-    Parameters
-    ----------
-    profile : Profile
-        Rail head, wherever its origin is.
-    inclination : float
-        Further tilt towards the track centre; 0 if the points are inclined already [-].
-    gauge, half_span : float
-        As in `placement` [m].
-
-    Returns
-    -------
-    Profile
-        z = 0 at the highest point, gauge point at y = gauge/2 - half_span.
+    The inclination is a further tilt: 0 if the points are inclined already [-].
     """
     y, z = placement(profile.y, profile.z, inclination, gauge, half_span).apply(profile.y, profile.z)
     return replace(profile, y=y, z=z)

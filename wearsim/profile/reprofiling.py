@@ -48,10 +48,9 @@ def reprofile(worn: Profile, template: Profile) -> Reprofiling:
 
     Parameters
     ----------
-    worn : Profile
-        Worn wheel, y from the same origin as the template's.
-    template : Profile
-        What the wheel gets, with its own flange thickness; running circle at z = 0.
+    worn, template : Profile
+        Wheels, y from the same origin; the template with its own flange thickness and its running circle at
+        z = 0.
 
     Returns
     -------
@@ -103,7 +102,7 @@ def reprofile(worn: Profile, template: Profile) -> Reprofiling:
 def reprofile_axle(
     right: Profile, left: Profile, templates: tuple[Profile, Profile], radii: tuple[float, float] = (0.0, 0.0)
 ) -> tuple[Reprofiling, Reprofiling]:
-    """Reprofile both wheels of an axle to one diameter: the smaller one of those each could have.
+    """Reprofile both worn wheels of an axle to one diameter: the smaller one of those each could have.
 
     Parameters
     ----------
@@ -113,16 +112,11 @@ def reprofile_axle(
         What they get.
     radii : (float, float)
         Radius of either wheel at z = 0 of its worn profile; equal ones need not be given [m].
-
-    Returns
-    -------
-    (Reprofiling, Reprofiling)
-        Right and left wheel.
     """
     alone = (reprofile(right, templates[0]), reprofile(left, templates[1]))
     left_in_new = [radius - one.depth for radius, one in zip(radii, alone, strict=True)]
-    common = min(left_in_new)
-    return (_deeper(alone[0], left_in_new[0] - common), _deeper(alone[1], left_in_new[1] - common))
+    first, second = (each - min(left_in_new) for each in left_in_new)
+    return _deeper(alone[0], first), _deeper(alone[1], second)
 
 
 def _deeper(reprofiling: Reprofiling, more: float) -> Reprofiling:

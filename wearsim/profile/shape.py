@@ -41,18 +41,7 @@ class Profile:
 
 
 def arc_length(y: FloatArray, z: FloatArray) -> FloatArray:
-    """Length of the polygon from its first vertex to each vertex.
-
-    Parameters
-    ----------
-    y, z : (n,) array
-        Vertices [m].
-
-    Returns
-    -------
-    (n,) array
-        Arc length, 0 at the first vertex [m].
-    """
+    """Length of the polygon from its first vertex to each vertex (n,) [m]."""
     return np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(y), np.diff(z)))))
 
 
@@ -115,20 +104,8 @@ def _linear(at: FloatArray, s: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def corners(y: FloatArray, z: FloatArray) -> list[int]:
-    """Vertices that turn by more than 20 degrees and three times as much as any vertex near them.
+    """Inner vertices that turn by more than 20 degrees and three times as much as any vertex near them.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Vertices [m].
-
-    Returns
-    -------
-    list of int
-        Inner vertices in rising order.
-
-    Notes
-    -----
     The second condition, on the three vertices on either side, keeps the noise of finely measured profiles
     from being taken for corners.
     """
@@ -171,17 +148,9 @@ def vertex_normals(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 def vertex_lengths(y: FloatArray, z: FloatArray) -> FloatArray:
-    """Length of profile that belongs to each vertex: half the chord between its neighbours.
+    """Length of profile that belongs to each vertex: half the chord |P[j+1] - P[j-1]| between its neighbours.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Vertices [m].
-
-    Returns
-    -------
-    (n,) array
-        Half |P[j+1] - P[j-1]|; at the ends half the only edge [m].
+    At the ends half the only edge, all in m.
     """
     return 0.5 * np.hypot(*_chords(y, z))
 
@@ -265,20 +234,10 @@ def offset_distance(y: FloatArray, z: FloatArray, depth: FloatArray) -> FloatArr
 
 
 def extremum(y: FloatArray, z: FloatArray, index: int) -> tuple[float, float]:
-    """Place and value of a smooth extremum of z near a vertex.
+    """Place and value y, z [m] of a smooth extremum of z near the vertex where z is largest or smallest.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Vertices [m].
-    index : int
-        The vertex where z is largest or smallest.
-
-    Returns
-    -------
-    y, z : float
-        Vertex of the parabola through the point and its neighbours, or the point itself where there is
-        no such parabola (ends, plateaus, vertical edges) [m].
+    Vertex of the parabola through the point and its neighbours, or the point itself where there is no such
+    parabola (ends, plateaus, vertical edges).
     """
     if 0 < index < len(y) - 1:
         left, right = y[index] - y[index - 1], y[index + 1] - y[index]
@@ -293,22 +252,10 @@ def extremum(y: FloatArray, z: FloatArray, index: int) -> tuple[float, float]:
 
 
 def crossing(position: FloatArray, value: FloatArray, index: int, level: float) -> float:
-    """Position at which `value` passes `level` between two vertices.
+    """Position [m] at which `value` passes `level` between the vertices `index` and `index` + 1.
 
-    Parameters
-    ----------
-    position, value : (n,) array
-        Two coordinates of the vertices [m].
-    index : int
-        The vertex before the crossing.
-    level : float
-        Value looked for [m].
-
-    Returns
-    -------
-    float
-        By the cubic through the two vertices on each side where value is monotonic there, else by the
-        straight line; never beyond the two vertices [m].
+    By the cubic through the two vertices on each side where value is monotonic there, else by the straight
+    line; never beyond the two vertices.
     """
     around = slice(max(index - 1, 0), index + 3)
     x, p = value[around], position[around]

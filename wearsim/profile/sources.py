@@ -15,22 +15,9 @@ from wearsim.quantities import QUANTITIES
 
 
 def half_span(back_to_back: float) -> float:
-    """Distance from the track centre to the origin of the wheel profile.
+    """Half of the back-to-back distance [m] plus the 70 mm to the running circle: y of the wheel's origin.
 
-    Parameters
-    ----------
-    back_to_back : float
-        Distance between the inner wheel faces [m].
-
-    Returns
-    -------
-    float
-        Half of it plus the 70 mm to the running circle [m].
-
-    Raises
-    ------
-    ProfileError
-        The distance is out of its range.
+    Raises `ProfileError` for a distance out of its range.
     """
     if fault := QUANTITIES["back_to_back"].fault(back_to_back):
         raise ProfileError(fault)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,17 +22,8 @@ _FINEST = 0.01e-3  # spacing of the points [m]: what follows grows with its squa
 _ROWS = 256  # points of the old profile whose normals are cut with the new one at once
 
 
-@dataclass(frozen=True)
-class WearZone:
-    """A part of a profile.
-
-    Parameters
-    ----------
-    name : str
-        What it is called.
-    end : float
-        y of its border to the next zone, outward of the flange tip or gauge side; inf for the last [m].
-    """
+class WearZone(NamedTuple):
+    """A part of a profile up to the y [m] of its border to the next zone outwards; inf for the last."""
 
     name: str
     end: float
@@ -47,10 +39,8 @@ class WearBetween:
 
     Parameters
     ----------
-    s : (m,) array
-        Arc length of the profile before, from its first point; only the part that is compared [m].
-    y, z : (m,) array
-        Points of the profile before [m].
+    s, y, z : (m,) array
+        Arc length from the first point, and points of the profile before; only the part compared [m].
     depth : (m,) array
         Along the normal of the profile before; positive where material was removed [m].
     worn_area : float
@@ -87,16 +77,11 @@ def wear_between(
     ----------
     before, after : Profile
         Of one kind and in the same axes, see `wearsim.profile.alignment`; their points need not
-        correspond.
+        correspond. Only the part both have is compared.
     spacing : float
         Distance of the points at which depth is given [m].
     zones : tuple of WearZone, optional
-        From the flange back (gauge side) outwards; `WHEEL_ZONES`, for rails `rail_zones`.
-
-    Returns
-    -------
-    WearBetween
-        Of the part both profiles have.
+        From the flange back (gauge side) outwards; `WHEEL_ZONES`, for rails `_rail_zones`.
 
     Raises
     ------
@@ -139,7 +124,7 @@ def wear_between(
     swept = _areas(old, new, part, depth, place, ny, nz)
     if before.kind == "rail":
         swept = -swept
-    zones = zones or (WHEEL_ZONES if before.kind == "wheel" else rail_zones(before))
+    zones = zones or (WHEEL_ZONES if before.kind == "wheel" else _rail_zones(before))
     which = _zone_of(old, part, zones)
     deepest = first + int(np.argmax(depth[part]))
     compared, length = float(s[last] - s[first]), float(s[-1])
@@ -163,19 +148,8 @@ def wear_between(
     )
 
 
-def rail_zones(rail: Profile) -> tuple[WearZone, ...]:
-    """Zones of a rail head: 10 mm at either side, and the top between them. Own borders.
-
-    Parameters
-    ----------
-    rail : Profile
-        Wherever its origin is.
-
-    Returns
-    -------
-    tuple of WearZone
-        Gauge corner, top, field side.
-    """
+def _rail_zones(rail: Profile) -> tuple[WearZone, ...]:
+    """Gauge corner, top and field side of a rail head: 10 mm at either side, the top between. Own borders."""
     return (
         WearZone("gauge corner", float(rail.y.min()) + 10e-3),
         WearZone("top", float(rail.y.max()) - 10e-3),
@@ -190,10 +164,8 @@ def cut_along_normals(
 
     Parameters
     ----------
-    old : Profile
-        At whose points the normals stand.
-    new : Profile
-        What they cut.
+    old, new : Profile
+        At whose n points the normals stand, and what they cut.
     ny, nz : (n,) array
         Unit normals at the points of `old`, into the material.
     reach : float

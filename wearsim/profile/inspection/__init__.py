@@ -21,11 +21,10 @@ from wearsim.profile.inspection.inputs import (
     read_input,
     tilt_of,
 )
-from wearsim.profile.limits import Judgement, LimitSet, judge, judge_wheelset
+from wearsim.profile.limits import Judgement, LimitSet, judge_wheelset
 from wearsim.profile.measures import (
     GaugeDistances,
     Measures,
-    WheelsetMeasures,
     running_circle_level,
     wheel_measures,
     wheelset_measures,
@@ -337,21 +336,20 @@ def _measures(given: ProfileInput, left: ProfileInput | None, at: Conditions) ->
         return {"right": wheel_measures(given.profile, at.distances, diameter=diameter, back_to_back=back)}
     other = given if left is None else left
     diameters = diameter, at.left_diameter or (None if left is None else left.diameter) or at.diameter
-    both = wheelset_measures(
+    return wheelset_measures(
         given.profile, other.profile, at.distances, diameters=diameters, back_to_back=at.back_to_back
     )
-    return vars(both)
 
 
 def _judged(
     measures: Mapping[str, Measures], limits: LimitSet, run: Running | None, at: Conditions
 ) -> tuple[tuple[str, Judgement], ...]:
     """Judgements of all bodies; the conicity is with the axle, or with the wheel if both are alike."""
-    if len(measures) < 3:
-        alone = [_judgeable(each, run, at) for each in measures.values()]
-        return tuple(("right", each) for one in alone for each in judge(one, limits))
-    right, left = (_judgeable(measures[side], None, at) for side in ("right", "left"))
-    judged = judge_wheelset(WheelsetMeasures(right, left, _judgeable(measures["axle"], run, at)), limits)
+    running_body = "axle" if "axle" in measures else "right"
+    judgeable = {
+        body: _judgeable(each, run if body == running_body else None, at) for body, each in measures.items()
+    }
+    judged = judge_wheelset(judgeable, limits)
     return tuple((body, each) for body, judgements in judged.items() for each in judgements)
 
 
