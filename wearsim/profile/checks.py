@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from wearsim.profile.shape import FloatArray, arc_length
+from wearsim.profile.shape import FloatArray, Kind, arc_length
 
-Kind = Literal["wheel", "rail"]
 PointFault = tuple[str, int | None]
 """Message and index of the point; None: the profile as a whole."""
 
@@ -132,11 +132,17 @@ def _repeated(points: _List) -> Iterator[PointFault]:
             )
 
 
+def turns(y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
+    """Return the points at which a list turns back by more than 154 degrees."""
+    dy, dz = np.diff(y), np.diff(z)
+    step = np.hypot(dy, dz)
+    return np.flatnonzero(dy[1:] * dy[:-1] + dz[1:] * dz[:-1] < -0.9 * step[1:] * step[:-1]) + 1
+
+
 def _turning_back(points: _List) -> Iterator[PointFault]:
     """Points that do not follow each other along the profile."""
-    y, z, step = points.y, points.z, points.step
-    dy, dz = np.diff(y), np.diff(z)
-    back = np.flatnonzero(dy[1:] * dy[:-1] + dz[1:] * dz[:-1] < -0.9 * step[1:] * step[:-1]) + 1
+    y, z = points.y, points.z
+    back = turns(y, z)
     if 0 < len(back) < max(6, len(y) // 10):
         for j in back:
             yield f"the points turn back at point {j + 1}; put them in order", int(j)

@@ -29,7 +29,7 @@ from pydantic_core import PydanticCustomError
 
 from wearsim.errors import Fault, ProfileError
 from wearsim.profile.segments import Arc, Polynomial, Segment, Spline, rail_head
-from wearsim.profile.shape import FloatArray
+from wearsim.profile.shape import FloatArray, Kind
 from wearsim.toml_faults import Table, cross_check, read_toml
 
 STEP_TOLERANCE = 0.2e-6
@@ -240,7 +240,7 @@ class _ShapeFile(Table):
     """File of a standard shape."""
 
     name: Text = Field(description="its short name")
-    kind: Literal["wheel", "rail"] = Field(description="what it is")
+    kind: Kind = Field(description="what it is")
     title: Text = ""
     source: Text = Field(description="where the numbers come from")
     certainty: Text = Field(description="how sure they are")
@@ -281,7 +281,7 @@ class Definition:
 
     name: str
     title: str
-    kind: Literal["wheel", "rail"]
+    kind: Kind
     segments: tuple[Segment, ...]
     source: str
     certainty: str

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from wearsim.errors import NumericalError, ProfileError
 
 FloatArray = NDArray[np.float64]
+Kind = Literal["wheel", "rail"]
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Profile:
     """
 
     name: str
-    kind: Literal["wheel", "rail"]
+    kind: Kind
     y: FloatArray = field(repr=False)
     z: FloatArray = field(repr=False)
     source: str = ""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal, Unpack
+from typing import Unpack
 
 from wearsim.errors import ProfileError
 from wearsim.profile import standard
 from wearsim.profile.files import load_profile
 from wearsim.profile.files.axes import Statements
 from wearsim.profile.placement import BACK_TO_BACK, GAUGE, INCLINATION, RUNNING_CIRCLE
-from wearsim.profile.shape import Profile
+from wearsim.profile.shape import Kind, Profile
 from wearsim.quantities import QUANTITIES
 
 
@@ -77,7 +77,7 @@ def standard_profile(
 
 def read_profile(
     path: str | Path,
-    kind: Literal["wheel", "rail"],
+    kind: Kind,
     *,
     inclination: float = INCLINATION,
     gauge: float = GAUGE,

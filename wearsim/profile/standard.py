@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
 
 from wearsim.errors import Fault, ProfileError, suggestion
 from wearsim.profile.definitions import (
@@ -21,7 +20,7 @@ from wearsim.profile.definitions import (
 )
 from wearsim.profile.placement import placement
 from wearsim.profile.segments import Arc, Polynomial, Segment, height_at, part_moved, tangent_arc
-from wearsim.profile.shape import Profile
+from wearsim.profile.shape import Kind, Profile
 
 # Fine enough for the gauge point and the top of the densest arcs to be exact to 0.001 um.
 _PLACEMENT_SPACING = 0.02e-3
@@ -67,7 +66,7 @@ def _templates(folder: Path) -> dict[str, Template]:
     return named
 
 
-def shipped_names(kind: Literal["wheel", "rail"]) -> list[str]:
+def shipped_names(kind: Kind) -> list[str]:
     """Sorted names of the shipped shapes of a kind, other names included, without parameters."""
     named = _templates(shipped_path("profiles"))
     return sorted(name for name, template in named.items() if template.definition.kind == kind)
@@ -89,7 +88,7 @@ def is_designation(text: str) -> bool:
     return designation_kind(text) is not None
 
 
-def designation_kind(text: str) -> Literal["wheel", "rail"] | None:
+def designation_kind(text: str) -> Kind | None:
     """Kind of the shipped shape whose name a text such as "S1002/h30" begins with, None if there is none."""
     template = _split(text)[0]
     return None if template is None else template.definition.kind
@@ -196,7 +195,7 @@ def _constructed(pieces: list[Segment | TangentArc]) -> tuple[Segment, ...]:
     return done
 
 
-def definition(name: str, kind: Literal["wheel", "rail"]) -> Definition:
+def definition(name: str, kind: Kind) -> Definition:
     """Definition of a shipped shape; its name holds the parameters that differ from the file.
 
     Parameters

@@ -11,7 +11,6 @@ from wearsim.profile.files.points import (
     COMMA_TWICE,
     Columns,
     Faults,
-    Kind,
     Points,
     Text,
     is_number,
@@ -19,9 +18,10 @@ from wearsim.profile.files.points import (
     separator_of,
     split_cells,
 )
+from wearsim.profile.shape import Kind
 
 SUFFIXES = {".whl": "wheel", ".ban": "rail"}
-PART_SUFFIXES = {".mpt": ""}
+
 
 AXIS_KEY = "AxisX"
 """Key by which a file written here gives the direction of X; other programs skip keys they do not know."""

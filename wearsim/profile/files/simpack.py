@@ -15,13 +15,13 @@ from wearsim.profile.files.points import (
     EXACT,
     Columns,
     Faults,
-    Kind,
     Points,
     Text,
     number_fault,
     separator_of,
     split_cells,
 )
+from wearsim.profile.shape import Kind
 
 SUFFIXES = {".prr": "rail", ".prw": "wheel"}
 _BLOCK = re.compile(r"(header|spline|point)\.(begin|end)", re.IGNORECASE)
@@ -149,10 +149,11 @@ def _applied(points: Columns, header: _Header, notes: list[str]) -> Points:
         notes.append(f"units.len.f = {per_metre}: lengths in {unit}")
     if not header.values.get("units.len.f"):
         notes.append("units.len.f is not given: lengths are taken as mm")
+    lines, y, z = (list(column) for column in zip(*rows, strict=True)) if rows else ([], [], [])
     return Points(
-        [row[0] for row in rows],
-        [row[1] for row in rows],
-        [row[2] for row in rows],
+        lines,
+        y,
+        z,
         "field",
         "down",
         shift_y,

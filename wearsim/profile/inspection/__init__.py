@@ -9,7 +9,6 @@ from typing import Any
 from wearsim.errors import ProfileError
 from wearsim.profile.alignment import HOLD_TREAD, Alignment, align
 from wearsim.profile.conicity import AMPLITUDES, Running, running
-from wearsim.profile.files.points import Kind
 from wearsim.profile.inspection.inputs import (
     ProfileInput,
     axle_notes,
@@ -31,13 +30,12 @@ from wearsim.profile.measures import (
 )
 from wearsim.profile.placement import BACK_TO_BACK, GAUGE
 from wearsim.profile.reprofiling import Reprofiling, reprofile, reprofile_axle
-from wearsim.profile.shape import Profile
+from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.worn import WearBetween, wear_between
 
 COUNTERPART = {"wheel": "60E1", "rail": "S1002"}
-LARGE_REST = 50e-6
-"""Distance left on the zones of a best fit that noise of an instrument does not explain [m]."""
+_LARGE_REST = 50e-6  # left on the zones of a best fit, not explained by noise of an instrument [m]
 
 _STATED = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "front_to_front")
 
@@ -107,10 +105,8 @@ class Comparison:
         How the profile was laid on it.
     wear : WearBetween
         From the reference to the profile.
-    measures : Measures or None
-        Of the reference, if it is a wheel; unmoved, too.
-    running : Running or None
-        Of the reference.
+    measures, running : Measures or None, Running or None
+        Of the reference, if it is a wheel, and unmoved.
     """
 
     reference: ProfileInput
@@ -129,11 +125,11 @@ class Comparison:
                 f"the net worn area is negative, which no wear is: {rule} does not fit these profiles, or "
                 f"they are not of one {self.reference.kind}; try another rule with --align"
             )
-        if rms is not None and rms > LARGE_REST:
+        if rms is not None and rms > _LARGE_REST:
             tilt = "" if self.alignment.angle else "; a profile measured at a tilt needs --rotate"
             lines.append(
                 f"{1e6 * rms:.0f} µm rms are left on parts that do not wear, more than "
-                f"{1e6 * LARGE_REST:.0f}: wear of this size is uncertain{tilt}"
+                f"{1e6 * _LARGE_REST:.0f}: wear of this size is uncertain{tilt}"
             )
         if rule in HOLD_TREAD:
             lines.append(
@@ -168,9 +164,7 @@ class Inspection:
     judgements : tuple of (str, Judgement)
         Key of `measures` and judgement; the axle is judged by its smaller wheel.
     running : Running or None
-        On the counterpart; None where it cannot run there.
-    trouble : str
-        Why it cannot.
+        On the counterpart; None where it cannot run there, see `trouble`.
     comparison : Comparison or None
         Against another profile.
     """
@@ -211,7 +205,7 @@ def inspect_profile(
     amplitudes: tuple[float, ...] = AMPLITUDES,
     measure_reference: bool = True,
 ) -> Inspection:
-    """Measure a profile.
+    """Measure a wheel or rail profile.
 
     Parameters
     ----------
@@ -229,11 +223,6 @@ def inspect_profile(
         Of the conicity [m].
     measure_reference : bool
         Whether the other profile is measured, too.
-
-    Returns
-    -------
-    Inspection
-        With the profile as measured.
 
     Raises
     ------
@@ -270,20 +259,7 @@ def inspect_profile(
 
 
 def counterpart_of(kind: Kind, at: Conditions) -> ProfileInput:
-    """Rail under a wheel, or wheel on a rail.
-
-    Parameters
-    ----------
-    kind : {"wheel", "rail"}
-        Of the profile that is inspected.
-    at : Conditions
-        May name the counterpart.
-
-    Returns
-    -------
-    ProfileInput
-        As read; a wheel with y from the running circle that acts.
-    """
+    """Rail under a wheel, or wheel on a rail, as read; a wheel with y from the running circle that acts."""
     name = at.counterpart or COUNTERPART[kind]
     other = read_input(
         name, "rail" if kind == "wheel" else "wheel", at.statements if at.counterpart else None
@@ -422,14 +398,8 @@ def _running(
 class ReprofiledWheel:
     """One wheel after reprofiling.
 
-    Parameters
-    ----------
-    side : str
-        "right", "left", or "" of a wheel by itself.
-    reprofiling : Reprofiling
-        To the template.
-    diameter : float or None
-        At the running circle afterwards [m]; None where that of the worn wheel is not known.
+    `side` is "right", "left", or "" of a wheel by itself, `diameter` that at the running circle afterwards
+    [m], None where that of the worn wheel is not known.
     """
 
     side: str
@@ -443,25 +413,10 @@ class ReprofiledWheel:
 
 
 def reprofiled_wheels(inspection: Inspection, template: ProfileInput) -> tuple[ReprofiledWheel, ...]:
-    """Reprofile what was inspected: both wheels of an axle to one diameter.
+    """Reprofile what was inspected to a template: one wheel, or right and left of an axle to one diameter.
 
-    Parameters
-    ----------
-    inspection : Inspection
-        Of a wheel, with the left one if it differs.
-    template : ProfileInput
-        What the wheels get.
-
-    Returns
-    -------
-    tuple of ReprofiledWheel
-        One, or right and left. Of an axle with a diameter that is not known, both are taken for equal at
-        their running circles.
-
-    Raises
-    ------
-    ProfileError
-        See `wearsim.profile.reprofiling.reprofile`.
+    Of an axle with a diameter that is not known, both are taken for equal at their running circles. Raises
+    `ProfileError` as `wearsim.profile.reprofiling.reprofile` does.
     """
     right, left = inspection.given.profile, inspection.left
     before = {side: each.values.get("wheel_diameter") for side, each in inspection.measures.items()}

@@ -18,25 +18,13 @@ from wearsim.profile.measures import GaugeDistances, flange_gradient, flange_hei
 from wearsim.profile.shape import FloatArray, Profile, extremum
 from wearsim.quantities import QUANTITIES
 
-GAUGED = ("flange_height", "flange_thickness", "flange_gradient")
-"""Measures between the gauge points: flange tip, running circle, lower and upper point of the flank."""
+_GAUGED = ("flange_height", "flange_thickness", "flange_gradient")
 
 
-def gauge_points(profile: Profile, distances: GaugeDistances) -> FloatArray | None:
-    """Points between which Sh, Sd and qR are measured.
+def _gauge_points(profile: Profile, distances: GaugeDistances) -> FloatArray | None:
+    """Points (4, 2) [m] between which a wheel's Sh, Sd and qR are measured; None if it has not all of them.
 
-    Parameters
-    ----------
-    profile : Profile
-        A wheel.
-    distances : GaugeDistances
-        Of the measures.
-
-    Returns
-    -------
-    (4, 2) array or None
-        y and z of flange tip, running circle, lower and upper point of the flank [m]; None for a wheel that
-        has not all of them.
+    Flange tip, running circle, lower and upper point of the flank.
     """
     y, z, level = profile.y, profile.z, distances.level
     try:
@@ -54,19 +42,15 @@ def gauge_points(profile: Profile, distances: GaugeDistances) -> FloatArray | No
 def profile_dataset(result: Inspection) -> xr.Dataset:
     """Dataset of an inspected profile.
 
-    Parameters
-    ----------
-    result : Inspection
-        With or without a comparison.
-
     Returns
     -------
     Dataset
         `profile_y, profile_z (point)`; with a reference `reference_y, reference_z`, with a left wheel
-        `left_y, left_z`; of a wheel `gauge_y, gauge_z (gauge_point)` in the order of `gauge_points` and the
-        measures `GAUGED`; with wear `arc_length, wear_y, wear_depth (wear_point)`; with running behaviour
-        `shift`, `rolling_radius_difference (shift)`, `amplitude` and `equivalent_conicity (amplitude)`,
-        amplitudes without a conicity left out; the same with names beginning with `reference_`.
+        `left_y, left_z`; of a wheel `gauge_y, gauge_z (gauge_point)`, flange tip, running circle, lower and
+        upper point of the flank, and the measures between them; with wear `arc_length, wear_y, wear_depth
+        (wear_point)`; with running behaviour `shift`, `rolling_radius_difference (shift)`, `amplitude` and
+        `equivalent_conicity (amplitude)`, amplitudes without a conicity left out; the same with names
+        beginning with `reference_`.
     """
     given, left, comparison = result.given, result.left, result.comparison
     reference = None if comparison is None else comparison.reference
@@ -99,11 +83,11 @@ def profile_dataset(result: Inspection) -> xr.Dataset:
         # its measures have no dimension lines: its label names them
         names = dict.fromkeys(QUANTITIES[each.measure].meaning for each in beyond)
         attributes["left_label"] += f", beyond: {', '.join(names)} !"
-    points = gauge_points(given.profile, distances) if wheel else None
+    points = _gauge_points(given.profile, distances) if wheel else None
     values = result.measures["right"].values if wheel else {}
-    if points is not None and all(name in values for name in GAUGED):
+    if points is not None and all(name in values for name in _GAUGED):
         points = points if comparison is None else _moved(points, comparison.alignment)
-        data |= {name: _variable(name, (), values[name]) for name in GAUGED}
+        data |= {name: _variable(name, (), values[name]) for name in _GAUGED}
         data["gauge_y"] = _variable(axes[0], ("gauge_point",), points[:, 0])
         data["gauge_z"] = _variable(axes[1], ("gauge_point",), points[:, 1])
         attributes |= {"level_distance": distances.level, "below_tip_distance": distances.below_tip,
@@ -147,14 +131,7 @@ def fleet_dataset(
 ) -> xr.Dataset:
     """Dataset of the rows that could be measured: what the small multiples draw.
 
-    Parameters
-    ----------
-    rows : list of FleetRow
-        Any number.
-    reference : ProfileInput, optional
-        Drawn grey behind each profile.
-    limits : LimitSet, optional
-        That exceeded measures refer to.
+    The reference is drawn grey behind each profile, the limits are those that exceeded measures refer to.
 
     Returns
     -------

@@ -11,18 +11,14 @@ import numpy as np
 from wearsim.errors import ProfileError, WearsimError
 from wearsim.profile.conicity import JUDGED_AMPLITUDE
 from wearsim.profile.files import FORMATS
-from wearsim.profile.files.points import Kind
 from wearsim.profile.inspection import Conditions, Inspection, inspect_profile
 from wearsim.profile.inspection.inputs import ProfileInput, read_input
 from wearsim.profile.limits import LimitSet
-from wearsim.profile.shape import FloatArray, Profile, arc_length
+from wearsim.profile.shape import FloatArray, Kind, Profile, arc_length
 
-PLAIN_SUFFIXES = (".csv", ".txt", ".dat", ".asc", ".tsv", ".xy", ".prf")
-"""Extensions of text files that are tried as well as those of the known formats."""
-
-OUTLINE = 240
-"""Points of an outline kept for figures."""
-
+# extensions of text files that are tried as well as those of the known formats
+_PLAIN_SUFFIXES = (".csv", ".txt", ".dat", ".asc", ".tsv", ".xy", ".prf")
+_OUTLINE = 240  # points of an outline kept for figures
 _ID_KEYS = {"stock": "Stock", "car": "CarNo", "axle": "AxleNo", "side": "Side"}
 _EXPECTED = ("flange_height", "flange_thickness", "flange_gradient", "hollowing", "rim_width")
 
@@ -40,22 +36,19 @@ class FleetRow:
         comparison the rule of alignment.
     values : mapping of str to float
         By their names in `wearsim.quantities`, SI; what could not be measured is left out.
-    exceeded : tuple of str
-        Names of measures beyond a limit.
-    not_judged : tuple of str
-        Names of measures that have limits, but could not be compared with them.
+    exceeded, not_judged : tuple of str
+        Names of measures beyond a limit, and of those that could not be compared with theirs.
     judged : bool
         Whether there was anything to be judged by limits; False for rails.
-    notes : tuple of str
-        What was detected on reading, what could not be measured, and the warnings.
-    warnings : tuple of str
-        What speaks against the wear.
+    notes, warnings : tuple of str
+        What was detected on reading, what could not be measured, and the warnings; what speaks against the
+        wear.
     fault : str
         Why it was not measured or not compared; empty if nothing is wrong.
     measured : bool
         Whether it could be read.
     y, z : (k,) array
-        Outline of at most `OUTLINE` points [m].
+        Outline of few points [m].
     """
 
     file: str
@@ -80,28 +73,12 @@ class FleetRow:
 
 
 def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[str]]:
-    """Files of a folder that can be profiles.
+    """Files of a folder that can be profiles, sorted, and the names of the others; folders end with "/".
 
-    Parameters
-    ----------
-    folder : Path
-        Not searched below.
-    every : bool
-        Whether to take files with any extension.
-
-    Returns
-    -------
-    files : list of Path
-        Sorted by name, hidden ones left out.
-    skipped : list of str
-        Names of the others; folders end with "/".
-
-    Raises
-    ------
-    ProfileError
-        The folder cannot be read.
+    Hidden files are left out; `every` takes files with any extension. Raises `ProfileError` for a folder
+    that cannot be read.
     """
-    known = {suffix for each in FORMATS.values() for suffix in each.suffixes} | set(PLAIN_SUFFIXES)
+    known = {suffix for each in FORMATS.values() for suffix in each.suffixes} | set(_PLAIN_SUFFIXES)
     try:
         paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
         folders = [path for path in paths if path.is_dir()]
@@ -128,19 +105,12 @@ def fleet_rows(
     ----------
     files : list of Path
         In the order of the rows.
-    at : Conditions
+    at, limits : Conditions, LimitSet or None
         As for one profile.
-    limits : LimitSet, optional
-        To judge by.
     kind : {"wheel", "rail"}, optional
         Of all files, if it is stated.
     against : ProfileInput, optional
         Reference of all files of its kind.
-
-    Yields
-    ------
-    FleetRow
-        Of each file.
     """
     for path in files:
         if not path.is_file():
@@ -216,7 +186,7 @@ def _values(result: Inspection) -> dict[str, float]:
 def _outline(profile: Profile) -> tuple[FloatArray, FloatArray]:
     """Points at even arc length, few enough for small figures of hundreds of profiles."""
     s = arc_length(profile.y, profile.z)
-    if len(s) <= OUTLINE:
+    if len(s) <= _OUTLINE:
         return profile.y, profile.z
-    at = np.linspace(0.0, s[-1], OUTLINE)
+    at = np.linspace(0.0, s[-1], _OUTLINE)
     return np.interp(at, s, profile.y), np.interp(at, s, profile.z)

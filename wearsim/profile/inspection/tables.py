@@ -10,6 +10,7 @@ from dataclasses import asdict
 from typing import Any
 
 from wearsim.profile.conicity import Running
+from wearsim.profile.files.points import one_line
 from wearsim.profile.inspection import Comparison, Inspection, ReprofiledWheel
 from wearsim.profile.inspection.fleet import FleetRow
 from wearsim.profile.inspection.inputs import ProfileInput
@@ -71,7 +72,7 @@ def _origin(given: ProfileInput, before: str = "") -> list[str]:
         lines.append(f"  file       {given.given}")
     header = [f"{key} {value}" for key in _HEADER_KEYS if (value := given.key(key))]
     if header:
-        lines += _wrapped("header", "; ".join(map(_one_line, header)))
+        lines += _wrapped("header", "; ".join(one_line(each)[:300] for each in header))
     lines += _notes(given)
     if given.certainty:
         lines += _wrapped("source", given.source) + _wrapped("certainty", given.certainty)
@@ -80,18 +81,14 @@ def _origin(given: ProfileInput, before: str = "") -> list[str]:
 
 def _notes(given: ProfileInput) -> list[str]:
     notes = given.notes or ("nothing to be detected or changed",)
-    return [line for k, note in enumerate(notes) for line in _wrapped("" if k else "read", _one_line(note))]
+    words = [_wrapped("" if k else "read", one_line(note)[:300]) for k, note in enumerate(notes)]
+    return [line for lines in words for line in lines]
 
 
 def _wrapped(word: str, text: str) -> list[str]:
     """Lines of a long text behind a word."""
     lines = textwrap.wrap(text, 97, break_long_words=False) or [""]
     return [f"  {word if k == 0 else '':<10} {line}" for k, line in enumerate(lines)]
-
-
-def _one_line(text: str) -> str:
-    """Text of a file without line breaks and control characters."""
-    return " ".join("".join(mark if mark.isprintable() else " " for mark in text).split())[:300]
 
 
 def _mm(value: float, form: str = ".3f", factor: float = 1e3) -> str:
