@@ -72,26 +72,13 @@ def _default_zones(reference: Profile) -> tuple[FitZone, ...]:
 
 @dataclass(frozen=True)
 class Move:
-    """How a profile is moved by an alignment.
+    """How a profile is moved by an alignment."""
 
-    Parameters
-    ----------
-    dy, dz : float
-        Shift, after the rotation [m].
-    angle : float
-        Rotation about the origin of the measured profile; turns y towards z [rad].
-    rms : float or None
-        Root mean square of the normal distances left on the zones used [m]; None for rules that hold
-        single points.
-    note : str
-        What was held, in one sentence.
-    """
-
-    dy: float = 0.0
+    dy: float = 0.0  # shift, after the rotation [m]
     dz: float = 0.0
-    angle: float = 0.0
-    rms: float | None = None
-    note: str = ""
+    angle: float = 0.0  # rotation about the origin of the measured profile; turns y towards z [rad]
+    rms: float | None = None  # of the normal distances left on the zones of a best fit [m]
+    note: str = ""  # what was held, in one sentence
 
 
 def prolonged(reference: Profile) -> Profile:

@@ -345,32 +345,18 @@ _REACH, _STEP = 8e-3, 0.1e-3  # shifts drawn, and their distance [m]
 
 @dataclass(frozen=True)
 class Running:
-    """Running behaviour of a pair of wheels on a pair of rails.
-
-    Parameters
-    ----------
-    wheel, left, rail : str
-        Names; `left` is empty if both wheels are alike.
-    shift, difference : (n,) array
-        Lateral shift and rolling radius of the right minus that of the left wheel, as far as both stay on
-        their profiles [m].
-    at : tuple of (float, float or None)
-        Shift and difference at the amplitudes, to either side if the wheels differ; None beyond the profiles
-        [m].
-    conicity : tuple of (float, float or None, str)
-        Amplitude [m], equivalent conicity [-], and why there is none.
-    track : str
-        Rail, inclination, gauge and back-to-back distance in words.
-    """
+    """Running behaviour of a pair of wheels on a pair of rails."""
 
     wheel: str
-    left: str
+    left: str  # empty if both wheels are alike
     rail: str
+    # lateral shift (n,), as far as both stay on their profiles, and right minus left rolling radius (n,) [m]
     shift: FloatArray = field(repr=False)
     difference: FloatArray = field(repr=False)
+    # shift and difference at the amplitudes, to either side if the wheels differ; None beyond the profiles [m]
     at: tuple[tuple[float, float | None], ...]
-    conicity: tuple[tuple[float, float | None, str], ...]
-    track: str
+    conicity: tuple[tuple[float, float | None, str], ...]  # amplitude [m], conicity [-], why there is none
+    track: str  # rail, inclination, gauge and back-to-back distance in words
 
     @property
     def judged_conicity(self) -> float | None:

@@ -261,32 +261,19 @@ class _ShapeFile(Table):
 
 @dataclass(frozen=True)
 class Definition:
-    """A standard shape as a chain of segments with rising y, from the flange back or the gauge side.
+    """A standard shape as a chain of segments with rising y, from the flange back or the gauge side; in mm.
 
-    Parameters
-    ----------
-    name, title : str
-        Short name and the standard's designation.
-    kind : {"wheel", "rail"}
-        A rail is upright, y from its symmetry axis, unless `inclined_gauge_y` is given.
-    segments : tuple of Segment
-        Lengths in mm.
-    source, certainty : str
-        Where the numbers come from, and how sure they are.
-    allowances : tuple of Allowance
-        Junctions that are not smooth, with the reason.
-    inclined_gauge_y : float, optional
-        Of a rail that is defined as it stands in the track: y of its gauge point [mm].
+    A rail is upright, y from its symmetry axis, unless `inclined_gauge_y` is given.
     """
 
     name: str
-    title: str
+    title: str  # the standard's designation
     kind: Kind
     segments: tuple[Segment, ...]
-    source: str
-    certainty: str
-    allowances: tuple[Allowance, ...] = ()
-    inclined_gauge_y: float | None = None
+    source: str  # where the numbers come from
+    certainty: str  # how sure they are
+    allowances: tuple[Allowance, ...] = ()  # junctions that are not smooth, with the reason
+    inclined_gauge_y: float | None = None  # of a rail defined as it stands in the track: y of its gauge point
 
 
 def evaluate(definition: Definition, y: FloatArray) -> FloatArray:

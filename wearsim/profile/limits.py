@@ -207,36 +207,18 @@ def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
 
 @dataclass(frozen=True)
 class Judgement:
-    """One measure (name in `wearsim.quantities`) against one bound, SI units.
+    """One measure against one bound, SI units."""
 
-    Parameters
-    ----------
-    value : float or None
-        None: not measured.
-    bound, limit : {"min", "max"}, float or None
-        No limit: it depends on a diameter that is not known, or there is none for it.
-    margin : float or None
-        What is left, negative beyond the limit.
-    exceeded : bool or None
-        Whether the value is beyond; None: open, see `reason`.
-    condition : str
-        Diameters it holds for, such as "D > 840 mm"; empty: all.
-    source, certainty : str
-        Of the limit.
-    reason : str
-        Why it is open; empty otherwise.
-    """
-
-    measure: str
-    value: float | None
+    measure: str  # name in `wearsim.quantities`
+    value: float | None  # None: not measured
     bound: Literal["min", "max"]
-    limit: float | None
-    margin: float | None
-    exceeded: bool | None
-    condition: str
+    limit: float | None  # None: it depends on a diameter that is not known, or there is none for it
+    margin: float | None  # what is left, negative beyond the limit
+    exceeded: bool | None  # None: open, see `reason`
+    condition: str  # diameters the limit holds for, such as "D > 840 mm"; empty: all
     source: str
     certainty: str
-    reason: str = ""
+    reason: str = ""  # why it is open
 
 
 def judge(

@@ -154,21 +154,11 @@ def hollowing(y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float
 
 @dataclass(frozen=True)
 class GaugeDistances:
-    """Where a gauge measures a flange, with the usual distances [m].
+    """Where a gauge measures a flange, with the usual distances [m]."""
 
-    Parameters
-    ----------
-    below_tip : float
-        Depth of the upper point of qR below the flange tip.
-    level : float
-        Height of Sd and of the lower point of qR above the running circle.
-    flange_back : float
-        Distance of the running circle from the flange back.
-    """
-
-    below_tip: float = 2e-3
-    level: float = 10e-3
-    flange_back: float = RUNNING_CIRCLE
+    below_tip: float = 2e-3  # depth of the upper point of qR below the flange tip
+    level: float = 10e-3  # height of Sd and of the lower point of qR above the running circle
+    flange_back: float = RUNNING_CIRCLE  # distance of the running circle from it
 
     def __post_init__(self) -> None:
         for each in fields(self):

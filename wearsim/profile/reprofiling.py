@@ -15,31 +15,16 @@ _AT_ONCE = 256  # heights of a polygon are looked for at so many places at once
 
 @dataclass(frozen=True)
 class Reprofiling:
-    """A wheel after reprofiling.
+    """A wheel after reprofiling."""
 
-    Parameters
-    ----------
-    profile : Profile
-        The template where it was cut, in the axes of the worn profile.
-    depth : float
-        How far the template was moved inwards from where its running circle is at z = 0 [m]. In the axes of
-        the new wheel that is all the radius the wheel has lost, by wear and on the lathe.
-    radius_loss : float
-        Loss of radius at the running circle on the lathe, from the worn to the reprofiled wheel [m].
-    place : float
-        y where the lathe takes least: nothing but `slack` [m].
-    slack : float
-        Radius taken off beyond what the wheel by itself needs: 0, or what its partner costs it [m].
-    start, end : float
-        y between which the template was held against the worn profile [m].
-    """
-
-    profile: Profile = field(repr=False)
+    profile: Profile = field(repr=False)  # the template where it was cut, in the axes of the worn profile
+    # how far the template was moved inwards from where its running circle is at z = 0 [m]; in the axes of the
+    # new wheel that is all the radius the wheel has lost, by wear and on the lathe
     depth: float
-    radius_loss: float
-    place: float
-    slack: float
-    start: float
+    radius_loss: float  # at the running circle on the lathe, from the worn to the reprofiled wheel [m]
+    place: float  # y where the lathe takes least: nothing but `slack` [m]
+    slack: float  # radius taken off beyond what the wheel needs: 0, or what its partner costs it [m]
+    start: float  # y from which the template was held against the worn profile [m]
     end: float
 
 

@@ -60,33 +60,17 @@ FORMATS: dict[str, Format] = {
 
 @dataclass(frozen=True)
 class ProfileReading:
-    """A profile from a file and what was detected on reading it.
+    """A profile from a file and what was detected on reading it."""
 
-    Parameters
-    ----------
-    profile : Profile
-        In our axes [m]; a rail is not yet placed in the track.
-    format : str
-        Key of `FORMATS`.
-    header : mapping of str to str
-        Keys and values of the file, unchanged.
-    notes : tuple of str
-        What was detected, changed or left out.
-    files : tuple of Path
-        The files read: the one given, and that of the slice.
-    lean : float or None
-        Of a rail head towards the track centre, see `placement.head_lean` [-].
-    running_circle : float or None
-        Distance from the flange back, if the header gives it and y counts from there [m].
-    """
-
-    profile: Profile
-    format: str
-    header: Mapping[str, str] = field(repr=False)
-    notes: tuple[str, ...]
-    files: tuple[Path, ...]
-    lean: float | None = None
-    running_circle: float | None = None
+    profile: Profile  # in our axes [m]; a rail is not yet placed in the track
+    format: str  # key of `FORMATS`
+    header: Mapping[str, str] = field(repr=False)  # keys and values of the file, unchanged
+    notes: tuple[str, ...]  # what was detected, changed or left out
+    files: tuple[Path, ...]  # the file given, and that of the slice
+    lean: float | None = None  # of a rail head towards the track centre, see `placement.head_lean` [-]
+    running_circle: float | None = (
+        None  # from the flange back, if the header gives it and y counts from there [m]
+    )
 
 
 def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements]) -> ProfileReading:

@@ -55,42 +55,22 @@ class Text:
 
 @dataclass(frozen=True)
 class Points:
-    """Points as they stand in a file, before any axis or unit is settled.
+    """Points as they stand in a file, before any axis or unit is settled."""
 
-    Parameters
-    ----------
-    lines : list of int
-        Line of each point.
-    y, z : list of str
-        Decimals of the lateral and the vertical coordinate, as written.
-    y_axis, z_axis : {"field", "centre", "unknown"}, {"down", "up", "unknown"}
-        Direction by the rules of the format: y to the field side or the track centre; z down is towards the
-        flange tip of a wheel.
-    shift_y, shift_z, mirror_y, mirror_z
-        To be added to the file's numbers, and signs to be changed after that (keys of SIMPACK).
-    metres : Decimal or None
-        Length of the file's unit [m]; None if the file does not say.
-    running_circle : Decimal or None
-        Distance of the running circle from the flange back given in the file [mm].
-    header : dict of str to str
-        Keys and values, unchanged.
-    notes : tuple of str
-        What to report.
-    """
-
-    lines: list[int]
-    y: list[str]
+    lines: list[int]  # of each point
+    y: list[str]  # decimals as written
     z: list[str]
+    # directions by the rules of the format: y to the field side or the track centre, z down to the flange tip
     y_axis: Literal["field", "centre", "unknown"] = "unknown"
     z_axis: Literal["down", "up", "unknown"] = "unknown"
-    shift_y: Decimal = Decimal(0)
+    shift_y: Decimal = Decimal(0)  # to be added to the file's numbers
     shift_z: Decimal = Decimal(0)
-    mirror_y: bool = False
+    mirror_y: bool = False  # sign to be changed after that
     mirror_z: bool = False
-    metres: Decimal | None = None
-    running_circle: Decimal | None = None
-    header: dict[str, str] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    metres: Decimal | None = None  # length of the file's unit [m]; None if the file does not say
+    running_circle: Decimal | None = None  # distance from the flange back given in the file [mm]
+    header: dict[str, str] = field(default_factory=dict)  # keys and values, unchanged
+    notes: tuple[str, ...] = ()  # what to report
 
 
 @dataclass(frozen=True)
@@ -143,10 +123,17 @@ class Columns:
         self.y: list[str] = []
         self.z: list[str] = []
         self.skipped = 0  # lines that are there, but hold no point
+        self.separator: str | None = None  # of the first line of numbers
 
-    def add(self, line: int, y: str, z: str, separator: str, names: str = "yz") -> None:
+    def cells(self, line: str) -> list[str]:
+        """Cells of a line."""
+        if self.separator is None:
+            self.separator = separator_of(line)
+        return split_cells(line, self.separator)
+
+    def add(self, line: int, y: str, z: str, names: str = "yz") -> None:
         """Take the cells of one line, or note what is wrong with them."""
-        if separator != ",":
+        if self.separator != ",":
             y, z = y.replace(",", "."), z.replace(",", ".")
         wrong = number_fault(y), number_fault(z)
         if wrong != (None, None):
@@ -268,11 +255,12 @@ def _moved(cell: str, places: int) -> float:
     return float(f"{mantissa}e{int(exponent or 0) + places}")
 
 
-def _columns_fault(cells: list[str], separator: str, *, first: bool) -> str:
+def _columns_fault(points: Columns, cells: list[str]) -> str:
     """Return what is wrong with a line that has not two columns."""
-    if first and separator == "," and len(cells) in (3, 4) and all(_WHOLE.fullmatch(cell) for cell in cells):
+    separator, count = points.separator or "", len(cells)
+    if separator == "," and not points.lines and count in (3, 4) and all(map(_WHOLE.fullmatch, cells)):
         return COMMA_TWICE
-    return f"number of columns (separated by {_SEPARATORS[separator]}) = {len(cells)} must be 2: y and z"
+    return f"number of columns (separated by {_SEPARATORS[separator]}) = {count} must be 2: y and z"
 
 
 def _is_heading(line: str) -> bool:
@@ -288,23 +276,20 @@ def read_points(
     `#`, `!` and `%` begin comments; one line without numbers may precede the points.
     """
     points = Columns(faults)
-    separator: str | None = None
     heading = ""
     for number, raw in enumerate(text.lines, start=1):
         commented = "#" in raw or "!" in raw or "%" in raw  # faster than the search, for long files
         line = (_COMMENT.sub("", raw) if commented else raw).strip()
         if not line:
             continue
-        if separator is None:
-            if not heading and _is_heading(line):
-                heading = line
-                continue
-            separator = separator_of(line)
-        cells = split_cells(line, separator)
+        if points.separator is None and not heading and _is_heading(line):
+            heading = line
+            continue
+        cells = points.cells(line)
         if len(cells) == 2:
-            points.add(number, cells[0], cells[1], separator)
+            points.add(number, *cells)
         else:
-            faults.add(_columns_fault(cells, separator, first=not points.lines), number)
+            faults.add(_columns_fault(points, cells), number)
     first = (line.lstrip()[1:].strip() for line in text.lines[:20] if line.lstrip()[:1] in ("#", "!", "%"))
     about = {"comment": next(first, ""), "columns": heading}
     header = {key: value for key, value in about.items() if value}

@@ -42,50 +42,21 @@ _STATED = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "front
 
 @dataclass(frozen=True)
 class Conditions:
-    """What is stated about a wheelset, its track and the ways of measuring, SI units; None: not stated.
+    """What is stated about a wheelset, its track and the ways of measuring, SI units; None: not stated."""
 
-    Parameters
-    ----------
-    distances : GaugeDistances
-        Of Sh, Sd and qR; the running circle is that of `running_circle`.
-    running_circle : float or None
-        Distance of the running circle from the flange back; that of the wheel, see
-        `ProfileInput.running_circle`, if not stated [m].
-    back_to_back, gauge : float or None
-        `BACK_TO_BACK` and `GAUGE` act if not stated, without being judged [m].
-    diameter, left_diameter : float or None
-        At the running circles as they are now [m].
-    inclination : float or None
-        Of the rail, see `inputs.placed` [-].
-    counterpart : str or None
-        Rail under a wheel or wheel on a rail, by name or file; `COUNTERPART` if not stated.
-    smooth : float or None
-        Wavelength of the noise filter on measured profiles [m].
-    align : str or None
-        Rule of `wearsim.profile.alignment`; if not stated, `best_fit` for measured profiles and `none` for
-        standard shapes.
-    rotate : bool
-        Whether the best fit may turn the profile, too.
-    statements : mapping
-        On files, see `read_profile`.
-    own_limits : bool
-        Whether the limits are meant for the stated distances; else only gauge values at 2, 10 and 70 mm are
-        judged.
-    """
-
-    distances: GaugeDistances = field(default_factory=GaugeDistances)
-    running_circle: float | None = None
-    back_to_back: float | None = None
-    gauge: float | None = None
-    diameter: float | None = None
+    distances: GaugeDistances = field(default_factory=GaugeDistances)  # running circle: the next one counts
+    running_circle: float | None = None  # from the flange back [m]; that of the wheel if not stated
+    back_to_back: float | None = None  # `BACK_TO_BACK` acts if not stated, without being judged [m]
+    gauge: float | None = None  # `GAUGE` acts if not stated [m]
+    diameter: float | None = None  # at the running circle as it is now [m]
     left_diameter: float | None = None
-    inclination: float | None = None
-    counterpart: str | None = None
-    smooth: float | None = None
-    align: str | None = None
-    rotate: bool = False
-    statements: Mapping[str, Any] | None = None
-    own_limits: bool = False
+    inclination: float | None = None  # of the rail, see `inputs.placed` [-]
+    counterpart: str | None = None  # rail under a wheel or wheel on a rail, name or file; else `COUNTERPART`
+    smooth: float | None = None  # wavelength of the noise filter on measured profiles [m]
+    align: str | None = None  # rule of alignment; else best_fit for measured profiles, none for standard ones
+    rotate: bool = False  # whether the best fit may turn the profile, too
+    statements: Mapping[str, Any] | None = None  # on files, see `read_profile`
+    own_limits: bool = False  # meant for the stated distances; else gauge values at others are not judged
 
     @property
     def half_span(self) -> float:
@@ -95,25 +66,13 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A profile against an earlier or new one.
+    """A profile against an earlier or new one."""
 
-    Parameters
-    ----------
-    reference : ProfileInput
-        The other one, as it was compared.
-    alignment : Alignment
-        How the profile was laid on it.
-    wear : WearBetween
-        From the reference to the profile.
-    measures, running : Measures or None, Running or None
-        Of the reference, if it is a wheel, and unmoved.
-    """
-
-    reference: ProfileInput
-    alignment: Alignment
-    wear: WearBetween
-    measures: Measures | None = None
-    running: Running | None = None
+    reference: ProfileInput  # the other one, as it was compared
+    alignment: Alignment  # how the profile was laid on it
+    wear: WearBetween  # from the reference to the profile
+    measures: Measures | None = None  # of the reference, if it is a wheel; unmoved, too
+    running: Running | None = None  # of the reference
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -146,37 +105,17 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Inspection:
-    """All values of one profile.
+    """All values of one profile."""
 
-    Parameters
-    ----------
-    given : ProfileInput
-        With the profile as it was measured, smoothed if that was asked for; never moved.
-    left : ProfileInput or None
-        Left wheel that differs.
-    conditions : Conditions
-        What was stated.
-    measures : mapping of str to Measures
-        Of "right", "left" and "axle"; of wheels that are alike "right" only, with the values of the axle.
-        Empty for rails.
-    limits : LimitSet or None
-        What the measures were judged by.
-    judgements : tuple of (str, Judgement)
-        Key of `measures` and judgement; the axle is judged by its smaller wheel.
-    running : Running or None
-        On the counterpart; None where it cannot run there, see `trouble`.
-    comparison : Comparison or None
-        Against another profile.
-    """
-
-    given: ProfileInput
-    left: ProfileInput | None
-    conditions: Conditions
+    given: ProfileInput  # as it was measured, smoothed if that was asked for; never moved
+    left: ProfileInput | None  # left wheel that differs
+    conditions: Conditions  # what was stated
+    # of "right", "left" and "axle"; of alike wheels "right" only, with the values of the axle; none of rails
     measures: Mapping[str, Measures]
-    limits: LimitSet | None
-    judgements: tuple[tuple[str, Judgement], ...]
-    running: Running | None
-    trouble: str
+    limits: LimitSet | None  # what the measures were judged by
+    judgements: tuple[tuple[str, Judgement], ...]  # with the key of `measures`; the axle by its smaller wheel
+    running: Running | None  # on the counterpart; None where it cannot run there
+    trouble: str  # why it cannot
     comparison: Comparison | None
 
     @property
@@ -396,15 +335,11 @@ def _running(
 
 @dataclass(frozen=True)
 class ReprofiledWheel:
-    """One wheel after reprofiling.
+    """One wheel after reprofiling."""
 
-    `side` is "right", "left", or "" of a wheel by itself, `diameter` that at the running circle afterwards
-    [m], None where that of the worn wheel is not known.
-    """
-
-    side: str
-    reprofiling: Reprofiling
-    diameter: float | None
+    side: str  # "right", "left", or "" of a wheel by itself
+    reprofiling: Reprofiling  # to the template
+    diameter: float | None  # at the running circle afterwards [m]; None: that before is not known
 
     @property
     def diameter_loss(self) -> float:

@@ -25,42 +25,20 @@ _EXPECTED = ("flange_height", "flange_thickness", "flange_gradient", "hollowing"
 
 @dataclass(frozen=True)
 class FleetRow:
-    """One file of a folder.
+    """One file of a folder."""
 
-    Parameters
-    ----------
-    file : str
-        Its name in the folder.
-    identity : mapping of str to str
-        stock, car, axle and side of the header, as far as they are there, kind and format, and with a
-        comparison the rule of alignment.
-    values : mapping of str to float
-        By their names in `wearsim.quantities`, SI; what could not be measured is left out.
-    exceeded, not_judged : tuple of str
-        Names of measures beyond a limit, and of those that could not be compared with theirs.
-    judged : bool
-        Whether there was anything to be judged by limits; False for rails.
-    notes, warnings : tuple of str
-        What was detected on reading, what could not be measured, and the warnings; what speaks against the
-        wear.
-    fault : str
-        Why it was not measured or not compared; empty if nothing is wrong.
-    measured : bool
-        Whether it could be read.
-    y, z : (k,) array
-        Outline of few points [m].
-    """
-
-    file: str
+    file: str  # its name in the folder
+    # stock, car, axle and side of the header, kind, format and, with a comparison, the rule of alignment
     identity: Mapping[str, str] = field(default_factory=dict)
-    values: Mapping[str, float] = field(default_factory=dict)
-    exceeded: tuple[str, ...] = ()
-    not_judged: tuple[str, ...] = ()
-    judged: bool = False
-    notes: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
-    fault: str = ""
-    measured: bool = False
+    values: Mapping[str, float] = field(default_factory=dict)  # by names in `wearsim.quantities`, SI
+    exceeded: tuple[str, ...] = ()  # names of measures beyond a limit
+    not_judged: tuple[str, ...] = ()  # names of measures that could not be compared with their limits
+    judged: bool = False  # whether there was anything to be judged by limits; not of rails
+    notes: tuple[str, ...] = ()  # what was detected, what could not be measured, and the warnings
+    warnings: tuple[str, ...] = ()  # what speaks against the wear
+    fault: str = ""  # why it was not measured or not compared
+    measured: bool = False  # whether it could be read
+    # outline of at most `_OUTLINE` points [m]
     y: FloatArray = field(repr=False, default_factory=lambda: np.empty(0))
     z: FloatArray = field(repr=False, default_factory=lambda: np.empty(0))
 

@@ -52,41 +52,19 @@ _SHOWN = 40  # characters of a header value
 
 @dataclass(frozen=True)
 class ProfileInput:
-    """A profile and where it comes from.
+    """A profile and where it comes from."""
 
-    Parameters
-    ----------
-    given : str
-        What the user wrote.
-    profile : Profile
-        In our axes [m]; a rail is not yet placed in the track.
-    format, title : str
-        Key of `wearsim.profile.files.FORMATS`, or "definition"; format or designation for people.
-    notes : tuple of str
-        What was detected, changed or left out.
-    header : mapping of str to str
-        Keys and values of a file, unchanged.
-    source, certainty : str
-        Where the shape comes from and how sure it is; no certainty is known of a file.
-    upright : bool
-        Whether it is a rail that stands upright, so that it needs an inclination in the track.
-    lean : float or None
-        Of a measured rail head, see `wearsim.profile.placement.head_lean` [-].
-    running_circle : float
-        Distance of the running circle, y = 0, from the flange back [m].
-    """
-
-    given: str
-    profile: Profile
-    format: str
-    title: str
-    notes: tuple[str, ...]
-    header: Mapping[str, str] = field(repr=False)
+    given: str  # what the user wrote
+    profile: Profile  # in our axes [m]; a rail is not yet placed in the track
+    format: str  # key of `wearsim.profile.files.FORMATS`, or "definition"
+    title: str  # format or designation, for people
+    notes: tuple[str, ...]  # what was detected, changed or left out
+    header: Mapping[str, str] = field(repr=False)  # keys and values of a file, unchanged
     source: str
-    certainty: str
-    upright: bool = False
-    lean: float | None = None
-    running_circle: float = RUNNING_CIRCLE
+    certainty: str  # how sure the source is; not known of a file
+    upright: bool = False  # whether it is a rail that needs an inclination in the track
+    lean: float | None = None  # of a measured rail head, see `wearsim.profile.placement.head_lean` [-]
+    running_circle: float = RUNNING_CIRCLE  # distance of y = 0 from the flange back [m]
 
     @property
     def kind(self) -> Kind:
