@@ -31,8 +31,7 @@ _ROUNDS, _FIRST_ROUNDS = 200, 30  # steps at most
 _ARM = 50e-3  # what makes an angle comparable to a shift [m]
 
 
-@dataclass(frozen=True)
-class FitZone:
+class FitZone(NamedTuple):
     """Where a best fit holds the measured profile to the reference, in whose axes it is.
 
     Ranges of y and z [m] are infinite where nothing limits them. A profile without points on a zone that is
@@ -282,19 +281,12 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
 
     Parameters
     ----------
-    profile : Profile
-        As measured.
-    reference : Profile
-        New shape, or an earlier measurement, in whose axes the profile is moved.
+    profile, reference : Profile
+        As measured; new shape or earlier measurement, in whose axes the profile is moved.
     rule : str
         Key of `ALIGNMENTS`.
     **options
         Of best_fit: `rotation` (bool) and `zones` (tuple of FitZone).
-
-    Returns
-    -------
-    Alignment
-        With the moved profile.
 
     Raises
     ------

@@ -353,7 +353,7 @@ class Running:
     # lateral shift (n,), as far as both stay on their profiles, and right minus left rolling radius (n,) [m]
     shift: FloatArray = field(repr=False)
     difference: FloatArray = field(repr=False)
-    # shift and difference at the amplitudes, to either side if the wheels differ; None beyond the profiles [m]
+    # shift and difference at the amplitudes, to either side if the wheels differ; None: beyond the profiles
     at: tuple[tuple[float, float | None], ...]
     conicity: tuple[tuple[float, float | None, str], ...]  # amplitude [m], conicity [-], why there is none
     track: str  # rail, inclination, gauge and back-to-back distance in words
@@ -372,21 +372,11 @@ def running(
     diameter_difference: float = 0.0,
     amplitudes: tuple[float, ...] = AMPLITUDES,
 ) -> Running:
-    """Compute rolling radius difference and equivalent conicity.
+    """Compute rolling radius difference and equivalent conicity of wheels on a rail placed in the track.
 
-    Parameters
-    ----------
-    right, left : Profile
-        Wheels in the axes of a right wheel; None: the left one is like the right one. Wheels that differ
-        have equal radii at their running circles but for the difference stated.
-    rail : Profile
-        Placed in the track.
-    track : str
-        The track in words.
-    diameter_difference : float
-        Diameter of the right minus that of the left wheel at their running circles, as they are now [m].
-    amplitudes : tuple of float
-        Of the conicity, and shifts at which the radius difference is listed [m].
+    Without a left wheel both are alike; wheels that differ have equal radii at their running circles but for
+    the stated right minus left difference of the diameters there [m]. `amplitudes` [m] are those of the
+    conicity, and shifts at which the radius difference is listed; `track` is the track in words.
     """
     differ = left is not None or diameter_difference != 0.0
     other = right if left is None else left
@@ -395,11 +385,8 @@ def running(
         other = replace(other, z=other.z - 0.5 * diameter_difference)
     shifts = sorted(sign * each for sign in ((-1.0, 1.0) if differ else (1.0,)) for each in amplitudes)
 
-    def difference_at(shift: float) -> float | None:
-        try:
-            return float(rolling_radius_difference(right, other, rail, np.array([shift]))[0])
-        except ProfileError:
-            return None  # beyond the profiles
+    differences = _radius_difference(right, other, rail)(np.array(shifts))
+    at = zip(shifts, differences, strict=True)
 
     def conicity(amplitude: float) -> tuple[float, float | None, str]:
         try:
@@ -414,7 +401,7 @@ def running(
         other.name if differ else "",
         rail.name,
         *_curve(right, other, rail),
-        tuple((shift, difference_at(shift)) for shift in shifts),
+        tuple((shift, None if np.isnan(value) else float(value)) for shift, value in at),
         tuple(map(conicity, amplitudes)),
         track,
     )

@@ -227,24 +227,11 @@ def judge(
     *,
     diameter: float | None = None,
 ) -> list[Judgement]:
-    """Compare measures with limits.
+    """Compare measures (SI, by name) with limits, each bound of what is measured or was tried.
 
-    Parameters
-    ----------
-    measures : Measures or mapping of str to float
-        SI, by name.
-    limits : LimitSet
-        From `load_limits`.
-    diameter : float, optional
-        Wheel diameter that chooses among the limits; `wheel_diameter` of the measures if not given [m].
-
-    Returns
-    -------
-    list of Judgement
-        In the order of the limits, one for each bound of each measure that is measured or was tried.
-        Without a diameter, a value beyond the limits of all diameters is exceeded (with the margin to the
-        most lenient one), one within all of them is within (to the strictest one); anything else stays
-        open.
+    The wheel diameter [m] chooses among the limits; `wheel_diameter` of the measures if not given. Without a
+    diameter, a value beyond the limits of all diameters is exceeded (with the margin to the most lenient
+    one), one within all of them is within (to the strictest one); anything else stays open.
     """
     values = measures.values if isinstance(measures, Measures) else measures
     missing = measures.missing if isinstance(measures, Measures) else {}

@@ -44,17 +44,9 @@ def running_circle_level(y: FloatArray, z: FloatArray) -> float:
 
 
 def flange_height(y: FloatArray, z: FloatArray) -> float:
-    """Flange height Sh: from the running circle to the flange tip.
+    """Flange height Sh [m] of a wheel profile y, z (n,) [m]: from the running circle to the flange tip.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Wheel profile [m].
-
-    Returns
-    -------
-    float
-        Sh [m]; 28 mm for a new S1002.
+    28 mm for a new S1002.
     """
     tip = _tread_side(y, z)
     return extremum(y, z, tip)[1] - running_circle_level(y, z)
@@ -75,46 +67,19 @@ def _flank_at_level(y: FloatArray, z: FloatArray, level: float) -> float:
 def flange_thickness(
     y: FloatArray, z: FloatArray, *, level: float = 10e-3, flange_back: float = 70e-3
 ) -> float:
-    """Flange thickness Sd at a height above the running circle, from the nominal flange back.
+    """Flange thickness Sd of a wheel profile y, z (n,), from the nominal flange back, all in m.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Wheel profile [m].
-    level : float
-        Height above the running circle [m].
-    flange_back : float
-        Distance of the running circle from the flange back [m].
-
-    Returns
-    -------
-    float
-        Sd [m]; 32.5 mm for a new S1002.
+    At a height `level` above the running circle, which lies at `flange_back` from the flange back; 32.5 mm
+    for a new S1002.
     """
     return flange_back + _flank_at_level(y, z, level)
 
 
 def flange_gradient(y: FloatArray, z: FloatArray, *, level: float = 10e-3, below_tip: float = 2e-3) -> float:
-    """Flange gradient qR: lateral distance of two points of the active flank.
+    """Flange gradient qR of a wheel profile y, z (n,): lateral distance of two points of its flank, all in m.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Wheel profile [m].
-    level : float
-        Height of the lower point above the running circle [m].
-    below_tip : float
-        Depth of the upper point below the flange tip [m].
-
-    Returns
-    -------
-    float
-        qR [m]; 10.794 mm for a new S1002, falling as the flank gets steeper.
-
-    Raises
-    ------
-    ProfileError
-        The flank has no point at one of the two heights.
+    From the height `level` above the running circle to the depth `below_tip` below the flange tip; 10.794 mm
+    for a new S1002, falling as the flank gets steeper. Raises `ProfileError` for a flank without one of them.
     """
     tip = _tread_side(y, z)
     upper = extremum(y, z, tip)[1] - below_tip
@@ -127,24 +92,10 @@ def flange_gradient(y: FloatArray, z: FloatArray, *, level: float = 10e-3, below
 
 
 def hollowing(y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float = 60e-3) -> float:
-    """Hollow wear: the largest rise of the radius towards the field side of the tread.
+    """Hollow wear of a wheel profile y, z (n,): largest rise of the radius to the field side, all in m.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Wheel profile [m].
-    start, end : float
-        Range of the tread [m].
-
-    Returns
-    -------
-    float
-        Maximum of z(y2) - z(y1) over y1 < y2 within the tread; 0 for a new S1002 [m].
-
-    Raises
-    ------
-    ProfileError
-        No point lies in the range of the tread.
+    Maximum of z(y2) - z(y1) over y1 < y2 within the tread from `start` to `end`; 0 for a new S1002. Raises
+    `ProfileError` if no point lies there.
     """
     tread = z[(y >= start) & (y <= end)]
     if len(tread) == 0:
@@ -208,18 +159,18 @@ def wheel_measures(
     at = distances or GaugeDistances()
     y, z = profile.y, profile.z
     gauge: dict[str, Callable[[], float]] = {
-        "flange_height": lambda: flange_height(*_with_tip(y, z)),
-        "flange_thickness": lambda: flange_thickness(
-            *_flanged(y, z), level=at.level, flange_back=at.flange_back
-        ),
-        "flange_gradient": lambda: flange_gradient(*_with_tip(y, z), level=at.level, below_tip=at.below_tip),
+        "flange_height": lambda: flange_height(y, z),
+        "flange_thickness": lambda: flange_thickness(y, z, level=at.level, flange_back=at.flange_back),
+        "flange_gradient": lambda: flange_gradient(y, z, level=at.level, below_tip=at.below_tip),
         "hollowing": lambda: _whole_hollowing(y, z),
-        "rim_width": lambda: _rim_width(*_flanged(y, z), at.flange_back),
+        "rim_width": lambda: _rim_width(y, z, at.flange_back),
     }
     values: dict[str, float] = {}
     missing: dict[str, str] = {}
     for name, measure in gauge.items():
         try:
+            if name != "hollowing":
+                _check_flange(y, z, tip=name in ("flange_height", "flange_gradient"))
             values[name] = float(measure())
         except ProfileError as error:
             missing[name] = str(error)
@@ -289,24 +240,17 @@ def _axle(right: Mapping[str, float], left: Mapping[str, float], back_to_back: f
     return Measures(values, {})
 
 
-def _flanged(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Pass on a profile with a flange."""
+def _check_flange(y: FloatArray, z: FloatArray, *, tip: bool) -> None:
+    """Raise for a profile without flange, or without points on both sides of a tip that is needed."""
     height = flange_height(y, z)
     if height < _LEAST_FLANGE:
         raise ProfileError(
             f"there is no flange: the highest point lies {height * 1e3:.2f} mm above the running circle"
         )
-    return y, z
-
-
-def _with_tip(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Pass on a profile with a flange that has points on both sides of its tip."""
-    _flanged(y, z)
-    if int(np.argmax(z)) == 0:
+    if tip and int(np.argmax(z)) == 0:
         raise ProfileError(
             f"the profile begins at its highest point (y = {y[0] * 1e3:.4g} mm): no flange tip is measured"
         )
-    return y, z
 
 
 def _whole_hollowing(y: FloatArray, z: FloatArray) -> float:

@@ -128,7 +128,7 @@ def head_lean(y: FloatArray, z: FloatArray) -> float | None:
     lean, off = 0.0, math.inf
     for _ in range(4):  # ever finer, down to 1e-6
         tried = np.linspace(low, high, count)
-        apart = [_halves_apart(y, z, float(each)) for each in tried]
+        apart = [halves_apart(y, z, float(each), 0.45, 100) for each in tried]
         best = int(np.argmin(apart))
         lean, off = float(tried[best]), apart[best]
         step = (high - low) / (count - 1)
@@ -153,13 +153,13 @@ def tilt_to_add(lean: float | None, inclination: float) -> float:
     return 0.0 if lean is not None and lean > UPRIGHT else inclination
 
 
-def _halves_apart(y: FloatArray, z: FloatArray, lean: float) -> float:
-    """Largest difference in z of the halves of a head set upright [m]."""
+def halves_apart(y: FloatArray, z: FloatArray, lean: float, share: float, count: int) -> float:
+    """Largest difference in z [m] of the halves of a head set upright, within a share of its width."""
     y, z = Placement(-math.atan(lean), 0.0, 0.0).apply(y, z)
     head = z - float(z.min()) < _SIDE_DEPTH
     y, z = y[head], z[head]
     left, right = float(y.min()), float(y.max())
-    axis, at = 0.5 * (left + right), np.linspace(0.0, 0.45 * (right - left), 100)
+    axis, at = 0.5 * (left + right), np.linspace(0.0, share * (right - left), count)
     order = np.argsort(y, kind="stable")
     y, z = y[order], z[order]
     return float(np.max(np.abs(np.interp(axis - at, y, z) - np.interp(axis + at, y, z))))

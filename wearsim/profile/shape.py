@@ -52,15 +52,9 @@ def resample(profile: Profile, spacing: float) -> Profile:
     Parameters
     ----------
     profile : Profile
-        At least two points, none repeated.
+        At least two points, none repeated. Both ends and corners of more than 20 degrees stay points.
     spacing : float
         Distance of the points [m]; the nearest one that divides the length is taken.
-
-    Returns
-    -------
-    Profile
-        The same ends and the same order; corners of more than 20 degrees stay points, and the
-        distance is even between them.
 
     Raises
     ------
@@ -161,10 +155,8 @@ def polygon_area_between(y0: FloatArray, z0: FloatArray, y1: FloatArray, z1: Flo
 
     Parameters
     ----------
-    y0, z0 : (n,) array
-        Vertices before, from the flange back to the field side [m].
-    y1, z1 : (n,) array
-        The same vertices after [m].
+    y0, z0, y1, z1 : (n,) array
+        Vertices before and after, from the flange back to the field side [m].
 
     Returns
     -------

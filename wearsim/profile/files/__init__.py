@@ -74,7 +74,7 @@ class ProfileReading:
 
 
 def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements]) -> ProfileReading:
-    """Read a profile from a file of any known format.
+    """Read a profile from a file of any known format, in our axes and in the order along the profile.
 
     Parameters
     ----------
@@ -84,11 +84,6 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
         What it is.
     **statements
         What the file does not say or says wrongly, see `Statements`.
-
-    Returns
-    -------
-    ProfileReading
-        Points in our axes, in the order along the profile.
 
     Raises
     ------

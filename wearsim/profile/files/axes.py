@@ -18,7 +18,7 @@ from wearsim.profile.checks import (
     turns,
 )
 from wearsim.profile.files.points import EXACT, Faults, Points, scaled
-from wearsim.profile.placement import GAUGE_DEPTH
+from wearsim.profile.placement import GAUGE_DEPTH, halves_apart
 from wearsim.profile.shape import FloatArray, Kind, arc_length
 
 UNITS: dict[str, Decimal] = {
@@ -276,7 +276,7 @@ class Conversion:
                 end = "larger" if larger else "smaller"
                 self.notes.append(f"gauge side at the end of {end} y: only there the head reaches 14 mm down")
                 self.notes += ["y mirrored"] if larger else []
-            elif _symmetric(y, z, top):
+            elif halves_apart(y, z, 0.0, 0.485, 200) < _SYMMETRIC:
                 self.notes.append("head symmetric: it does not matter which side is the gauge side")
             else:
                 self._stop(
@@ -331,18 +331,6 @@ def _rail_points_up(y: FloatArray, z: FloatArray) -> bool | None:
         return None
     fall = 0.5 * (float(z[0]) + float(z[-1])) - float(np.median(z[inner]))
     return None if abs(fall) < 0.05 * float(np.ptp(z)) else fall < 0.0
-
-
-def _symmetric(y: FloatArray, z: FloatArray, top: int) -> bool:
-    """Whether a head is its own mirror image."""
-    head = z - z[top] < 0.010
-    left, right = float(y[head].min()), float(y[head].max())
-    axis, half = 0.5 * (left + right), 0.5 * (right - left)
-    order = np.argsort(y[head], kind="stable")
-    at = np.linspace(0.0, 0.97 * half, 200)
-    z_left = np.interp(axis - at, y[head][order], z[head][order])
-    z_right = np.interp(axis + at, y[head][order], z[head][order])
-    return bool(np.max(np.abs(z_left - z_right)) < _SYMMETRIC)
 
 
 def thinned(y: FloatArray, z: FloatArray) -> tuple[NDArray[np.intp], float]:

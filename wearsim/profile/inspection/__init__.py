@@ -37,7 +37,14 @@ from wearsim.profile.worn import WearBetween, wear_between
 COUNTERPART = {"wheel": "60E1", "rail": "S1002"}
 _LARGE_REST = 50e-6  # left on the zones of a best fit, not explained by noise of an instrument [m]
 
-_STATED = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "front_to_front")
+IF_STATED = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "front_to_front")
+"""Measures that are there only if something is stated."""
+
+_GAUGED_AT = {
+    "below_tip": ("flange_gradient",),
+    "level": ("flange_thickness", "flange_gradient", "front_to_front"),
+    "flange_back": ("flange_height", "flange_thickness", "flange_gradient", "front_to_front"),
+}
 
 
 @dataclass(frozen=True)
@@ -47,7 +54,7 @@ class Conditions:
     distances: GaugeDistances = field(default_factory=GaugeDistances)  # running circle: the next one counts
     running_circle: float | None = None  # from the flange back [m]; that of the wheel if not stated
     back_to_back: float | None = None  # `BACK_TO_BACK` acts if not stated, without being judged [m]
-    gauge: float | None = None  # `GAUGE` acts if not stated [m]
+    gauge: float = GAUGE
     diameter: float | None = None  # at the running circle as it is now [m]
     left_diameter: float | None = None
     inclination: float | None = None  # of the rail, see `inputs.placed` [-]
@@ -148,16 +155,10 @@ def inspect_profile(
 
     Parameters
     ----------
-    given : ProfileInput
-        Wheel or rail.
-    conditions : Conditions, optional
-        What is stated.
-    limits : LimitSet, optional
-        To judge the measures of a wheel by.
-    left : ProfileInput, optional
-        Left wheel.
-    against : ProfileInput, optional
-        Earlier or new profile of the same kind.
+    given, left, against : ProfileInput
+        Wheel or rail, left wheel that differs, and earlier or new profile of the same kind.
+    conditions, limits : Conditions, LimitSet, optional
+        What is stated, and what the measures of a wheel are judged by.
     amplitudes : tuple of float
         Of the conicity [m].
     measure_reference : bool
@@ -214,14 +215,8 @@ def _checked(given: ProfileInput, measures: Measures, at: Conditions) -> Profile
 
 def _elsewhere(distances: GaugeDistances) -> set[str]:
     """Gauge values that other than the usual distances change."""
-    usual, changed = GaugeDistances(), set[str]()
-    if distances.below_tip != usual.below_tip:
-        changed |= {"flange_gradient"}
-    if distances.level != usual.level:
-        changed |= {"flange_thickness", "flange_gradient", "front_to_front"}
-    if distances.flange_back != usual.flange_back:
-        changed |= {"flange_height", "flange_thickness", "flange_gradient", "front_to_front"}
-    return changed
+    usual, changed = vars(GaugeDistances()), vars(distances)
+    return {name for key, names in _GAUGED_AT.items() if changed[key] != usual[key] for name in names}
 
 
 def _prepared(given: ProfileInput, at: Conditions) -> ProfileInput:
@@ -275,7 +270,7 @@ def _judgeable(measures: Measures, run: Running | None, at: Conditions) -> Measu
     if conicity is not None:
         values["equivalent_conicity"] = conicity
     # what nobody stated is not judged: only gauge values that should be there are reported as missing
-    missing = {name: why for name, why in measures.missing.items() if name not in _STATED}
+    missing = {name: why for name, why in measures.missing.items() if name not in IF_STATED}
     for name in () if at.own_limits else _elsewhere(at.distances):
         if values.pop(name, None) is not None:
             missing[name] = "measured at other distances than those the limits are meant for"
@@ -295,7 +290,7 @@ def _in_track(given: ProfileInput, at: Conditions) -> ProfileInput:
     """Place a rail in the track that does not stand there already."""
     if given.kind == "wheel" or not (given.upright or tilt_of(given, at.inclination)):
         return given
-    profile = placed(given, at.inclination, at.gauge or GAUGE, at.half_span)
+    profile = placed(given, at.inclination, at.gauge, at.half_span)
     note = f"placed in the track for the comparison: {_track_words(given, at)}"
     return replace(given, profile=profile).noted(note)
 
@@ -307,7 +302,7 @@ def _track_words(rail: ProfileInput, at: Conditions) -> str:
     leans = f"1:{1.0 / tilt:g}" if tilt else as_it_is
     back = "assumed" if at.back_to_back is None else "stated"
     return (
-        f"{rail.profile.name} {leans}, gauge {(at.gauge or GAUGE) * 1e3:g} mm, back-to-back distance "
+        f"{rail.profile.name} {leans}, gauge {at.gauge * 1e3:g} mm, back-to-back distance "
         f"{(at.back_to_back or BACK_TO_BACK) * 1e3:g} mm ({back})"
     )
 
@@ -322,7 +317,7 @@ def _running(
     left_diameter = at.left_diameter or (None if left is None else left.diameter)
     more = diameter - left_diameter if diameter is not None and left_diameter is not None else 0.0
     try:
-        in_track = placed(rail, at.inclination, at.gauge or GAUGE, at.half_span)
+        in_track = placed(rail, at.inclination, at.gauge, at.half_span)
         words = _track_words(rail, at)
         # of standard shapes that goes without saying
         words += ", both rails alike" if rail.measured else ""

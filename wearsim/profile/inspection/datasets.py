@@ -3,40 +3,31 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from wearsim.errors import ProfileError
 from wearsim.profile.alignment import Alignment
 from wearsim.profile.inspection import Comparison, Inspection
 from wearsim.profile.inspection.fleet import FleetRow
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.limits import LimitSet
-from wearsim.profile.measures import GaugeDistances, flange_gradient, flange_height, flange_thickness
+from wearsim.profile.measures import GaugeDistances
 from wearsim.profile.shape import FloatArray, Profile, extremum
 from wearsim.quantities import QUANTITIES
 
 _GAUGED = ("flange_height", "flange_thickness", "flange_gradient")
 
 
-def _gauge_points(profile: Profile, distances: GaugeDistances) -> FloatArray | None:
-    """Points (4, 2) [m] between which a wheel's Sh, Sd and qR are measured; None if it has not all of them.
-
-    Flange tip, running circle, lower and upper point of the flank.
-    """
-    y, z, level = profile.y, profile.z, distances.level
-    try:
-        height = flange_height(y, z)
-        flank = flange_thickness(y, z, level=level, flange_back=distances.flange_back) - distances.flange_back
-        upper = flank - flange_gradient(y, z, level=level, below_tip=distances.below_tip)
-    except ProfileError:
-        return None
-    tip_y, tip_z = extremum(y, z, int(np.argmax(z)))
-    base = tip_z - height
-    points = [[tip_y, tip_z], [0.0, base], [flank, base + level], [upper, tip_z - distances.below_tip]]
-    return np.array(points)
+def _gauge_points(profile: Profile, distances: GaugeDistances, values: Mapping[str, float]) -> FloatArray:
+    """Flange tip, running circle, lower and upper point of the flank (4, 2) [m] of measured Sh, Sd and qR."""
+    height, thickness, gradient = (values[name] for name in _GAUGED)
+    tip_y, tip_z = extremum(profile.y, profile.z, int(np.argmax(profile.z)))
+    base, flank = tip_z - height, thickness - distances.flange_back
+    lower, upper = [flank, base + distances.level], [flank - gradient, tip_z - distances.below_tip]
+    return np.array([[tip_y, tip_z], [0.0, base], lower, upper])
 
 
 def profile_dataset(result: Inspection) -> xr.Dataset:
@@ -83,9 +74,9 @@ def profile_dataset(result: Inspection) -> xr.Dataset:
         # its measures have no dimension lines: its label names them
         names = dict.fromkeys(QUANTITIES[each.measure].meaning for each in beyond)
         attributes["left_label"] += f", beyond: {', '.join(names)} !"
-    points = _gauge_points(given.profile, distances) if wheel else None
     values = result.measures["right"].values if wheel else {}
-    if points is not None and all(name in values for name in _GAUGED):
+    if all(name in values for name in _GAUGED):
+        points = _gauge_points(given.profile, distances, values)
         points = points if comparison is None else _moved(points, comparison.alignment)
         data |= {name: _variable(name, (), values[name]) for name in _GAUGED}
         data["gauge_y"] = _variable(axes[0], ("gauge_point",), points[:, 0])

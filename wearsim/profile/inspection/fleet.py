@@ -77,18 +77,9 @@ def fleet_rows(
     kind: Kind | None = None,
     against: ProfileInput | None = None,
 ) -> Iterator[FleetRow]:
-    """Measure files one after the other; nothing but the rows is kept.
+    """Measure files one after the other, as one profile, against a reference of their kind.
 
-    Parameters
-    ----------
-    files : list of Path
-        In the order of the rows.
-    at, limits : Conditions, LimitSet or None
-        As for one profile.
-    kind : {"wheel", "rail"}, optional
-        Of all files, if it is stated.
-    against : ProfileInput, optional
-        Reference of all files of its kind.
+    Nothing but the rows is kept; `kind` is that of all files, if it is stated.
     """
     for path in files:
         if not path.is_file():

@@ -108,12 +108,6 @@ def read_input(
     statements : mapping, optional
         On a file, as arguments of `read_profile`.
 
-    Returns
-    -------
-    ProfileInput
-        A rail is upright if it comes from a definition, and as it was measured if it comes from a file,
-        upright or not.
-
     Raises
     ------
     ProfileError

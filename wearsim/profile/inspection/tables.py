@@ -11,12 +11,12 @@ from typing import Any
 
 from wearsim.profile.conicity import Running
 from wearsim.profile.files.points import one_line
-from wearsim.profile.inspection import Comparison, Inspection, ReprofiledWheel
+from wearsim.profile.inspection import IF_STATED, Comparison, Inspection, ReprofiledWheel
 from wearsim.profile.inspection.fleet import FleetRow
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.limits import NO_DIAMETER, Judgement
 from wearsim.profile.measures import Measures
-from wearsim.profile.placement import BACK_TO_BACK, GAUGE
+from wearsim.profile.placement import BACK_TO_BACK
 from wearsim.profile.shape import arc_length
 from wearsim.quantities import QUANTITIES
 
@@ -28,7 +28,7 @@ MEASURES = {
 """Measures in the order of tables, with their short names."""
 
 _SYMBOLS = ("Sh", "Sd", "qR", "AR", "SR")
-_IF_KNOWN = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "front_to_front")
+
 _HEADER_KEYS = ("Stock", "CarNo", "AxleNo", "Side", "WheelID", "Sh", "Sd", "qR", "Line", "Date", "Time",
                 "UOF1", "comment")  # fmt: skip
 _FLEET = {
@@ -87,8 +87,11 @@ def _notes(given: ProfileInput) -> list[str]:
 
 def _wrapped(word: str, text: str) -> list[str]:
     """Lines of a long text behind a word."""
-    lines = textwrap.wrap(text, 97, break_long_words=False) or [""]
-    return [f"  {word if k == 0 else '':<10} {line}" for k, line in enumerate(lines)]
+    first = f"  {word:<10} "
+    lines = textwrap.wrap(
+        text, 110, initial_indent=first, subsequent_indent=" " * len(first), break_long_words=False
+    )
+    return lines or [first]
 
 
 def _mm(value: float, form: str = ".3f", factor: float = 1e3) -> str:
@@ -149,7 +152,7 @@ def _measures(result: Inspection) -> list[str]:
         bodies.append(other)
     lines = [_row("measures [mm]", titles, 18, 38)]
     for name in MEASURES:
-        if name in _IF_KNOWN and not any(name in each.values for each in bodies):
+        if name in IF_STATED and not any(name in each.values for each in bodies):
             continue
         cells = [_mm(each.values[name]) if name in each.values else "-" if name in each.missing else ""
                  for each in bodies]  # fmt: skip
@@ -170,7 +173,7 @@ def _reasons(columns: Sequence[tuple[str, Measures]]) -> Iterable[str]:
     missing: dict[tuple[str, str], list[str]] = {}
     for name in MEASURES:
         for title, measures in columns:
-            if name in measures.missing and name not in _IF_KNOWN:
+            if name in measures.missing and name not in IF_STATED:
                 whose = f" of {title}" if len(columns) > 1 else ""
                 missing.setdefault((whose, measures.missing[name]), []).append(QUANTITIES[name].meaning)
     return (f"no {', '.join(names)}{whose}: {why}" for (whose, why), names in missing.items())
@@ -283,7 +286,7 @@ def as_json(result: Inspection) -> dict[str, Any]:
         value["judgements"] = [{"wheel": body, **asdict(each)} for body, each in result.judgements]
         value |= {"exceeded": list(result.exceeded), "not_judged": list(result.not_judged)}
     value["track"] = {
-        "gauge": at.gauge or GAUGE,
+        "gauge": at.gauge,
         "back_to_back": at.back_to_back or BACK_TO_BACK,
         "back_to_back_stated": at.back_to_back is not None,
         "half_span": at.half_span,
