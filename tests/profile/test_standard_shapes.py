@@ -40,7 +40,7 @@ EXTREMES = [
     pytest.param(path, parameter.form, value, id=f"{path.stem}/{parameter.form.replace('#', f'{value:g}')}")
     for path in FILES
     for parameter in read_template(path).parameters
-    for value in parameter.limits
+    for value in parameter.range or (min(parameter.values), max(parameter.values))
 ]
 
 

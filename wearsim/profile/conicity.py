@@ -292,20 +292,11 @@ def _centre(
 
 
 def flange_clearance(wheel: Profile, rail: Profile) -> float | None:
-    r"""Lateral shift at which a rigid wheel begins to climb its flange.
+    r"""Lateral shift towards the rail at which a rigid wheel begins to climb its flange [m].
 
-    Parameters
-    ----------
-    wheel : Profile
-        In the axes of a right wheel.
-    rail : Profile
-        Placed in the track, so that gauge and back-to-back distance are in it.
-
-    Returns
-    -------
-    float or None
-        Shift towards the rail, 0 for a wheel that climbs without any, inf if it does not within 30 mm
-        [m]; None for a wheel whose flange is nowhere as steep as 60 degrees.
+    The rail is placed in the track, so that gauge and back-to-back distance are in it. 0 for a wheel that
+    climbs without any shift, inf if it does not within 30 mm; None for a wheel whose flange is nowhere as
+    steep as 60 degrees.
 
     Notes
     -----

@@ -27,7 +27,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from wearsim.errors import Fault, ProfileError
+from wearsim.errors import ProfileError
 from wearsim.profile.segments import Arc, Polynomial, Segment, Spline, rail_head
 from wearsim.profile.shape import FloatArray, Kind
 from wearsim.toml_faults import Table, cross_check, read_toml
@@ -196,17 +196,12 @@ class Parameter(Table):
             raise cross_check(f"{form}: radii must be a list of {len(self.values)} numbers", "tangent_arc")
         return self
 
-    @property
-    def limits(self) -> Pair:
-        """Smallest and largest value."""
-        return self.range if self.range and not self.values else (min(self.values), max(self.values))
-
     def range_text(self) -> str:
         """Return the allowed values in words."""
         unit = f" {self.unit}" if self.unit else ""
-        if self.values:
+        if self.values or self.range is None:
             return f"one of {', '.join(f'{v:g}' for v in self.values)}{unit}"
-        return f"in {self.limits[0]:g} .. {self.limits[1]:g}{unit}"
+        return f"in {self.range[0]:g} .. {self.range[1]:g}{unit}"
 
     def parse(self, text: str) -> float | None:
         """Return the value written in `text`, None if it is not of this form."""
@@ -216,9 +211,9 @@ class Parameter(Table):
 
     def allows(self, value: float) -> bool:
         """Whether there is a shape of this value."""
-        if self.values:
+        if self.values or self.range is None:
             return value in self.values
-        return math.isfinite(value) and self.limits[0] <= value <= self.limits[1]
+        return self.range[0] <= value <= self.range[1]
 
 
 class _Head(Table):
@@ -381,7 +376,7 @@ def read_template(path: Path) -> Template:
         if (head := shape.head) is not None:
             pieces += rail_head(head.radii, head.junction_widths, head.side, head.side_depth)
     except ProfileError as error:
-        raise ProfileError(str(Fault(str(error), str(path)))) from error
+        raise ProfileError(f"{path}: {error}") from error
     pieces += [each.piece() for each in shape.segment]
     definition = Definition(
         shape.name, shape.title or shape.name, shape.kind, (), shape.source, shape.certainty, shape.allow,

@@ -67,10 +67,8 @@ def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, ha
         Rail head from the gauge side to the field side, z down [m].
     inclination : float
         Tangent of the tilt towards the track centre, such as 1/40; 0 leaves the head as it is [-].
-    gauge : float
-        Distance of the gauge points of both rails [m].
-    half_span : float
-        From the track centre to the origin of the wheel profile [m].
+    gauge, half_span : float
+        Between the gauge points of both rails; from the track centre to the wheel profile's origin [m].
 
     Raises
     ------
@@ -109,17 +107,9 @@ def _innermost(y: FloatArray, z: FloatArray) -> float:
 
 
 def head_lean(y: FloatArray, z: FloatArray) -> float | None:
-    """Lean of a rail head towards the track centre: the tilt at which its halves are mirror images.
+    """Lean of a rail head y, z (n,) [m]: tangent of the tilt at which its halves are mirror images [-].
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Rail head from the gauge side to the field side, z down [m].
-
-    Returns
-    -------
-    float or None
-        Tangent [-]; None for a head worn or measured so that no tilt makes its halves alike.
+    Positive towards the track centre; None for a head worn or measured so that no tilt makes them alike.
     """
     near = np.flatnonzero(z - float(z.min()) < 2.0 * _SIDE_DEPTH)
     near = near[:: 1 + len(near) // _HEAD_POINTS]

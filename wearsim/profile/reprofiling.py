@@ -89,14 +89,8 @@ def reprofile_axle(
 ) -> tuple[Reprofiling, Reprofiling]:
     """Reprofile both worn wheels of an axle to one diameter: the smaller one of those each could have.
 
-    Parameters
-    ----------
-    right, left : Profile
-        Worn wheels.
-    templates : (Profile, Profile)
-        What they get.
-    radii : (float, float)
-        Radius of either wheel at z = 0 of its worn profile; equal ones need not be given [m].
+    Right comes before left in the wheels, their templates, and their radii at z = 0 of the worn profiles [m];
+    equal ones need not be given.
     """
     alone = (reprofile(right, templates[0]), reprofile(left, templates[1]))
     left_in_new = [radius - one.depth for radius, one in zip(radii, alone, strict=True)]

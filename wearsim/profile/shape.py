@@ -125,17 +125,10 @@ def _chords(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def vertex_normals(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the unit normals into the material of a wheel, along which its points move when worn.
+    """Return the unit normals (n,) into the material of a wheel, along which its points move when worn.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Wheel profile from the flange back to the field side, z radially outward [m].
-
-    Returns
-    -------
-    ny, nz : (n,) array
-        Perpendicular to the chord between the two neighbours [-]; (0, -1) on a cylindrical tread.
+    Perpendicular to the chord between the two neighbours of y, z (n,), from the flange back to the field
+    side; (0, -1) on a cylindrical tread.
     """
     dy, dz = _chords(y, z)
     length = np.hypot(dy, dz)

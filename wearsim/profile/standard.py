@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
-from wearsim.errors import Fault, ProfileError, suggestion
+from wearsim.errors import ProfileError, suggestion
 from wearsim.profile.definitions import (
     Definition,
     Parameter,
@@ -142,7 +142,7 @@ def build(template: Template, values: Mapping[str, float]) -> Definition:
         if faults := junction_faults(definition):
             raise ProfileError("; ".join(faults))
     except ProfileError as error:
-        raise ProfileError(str(Fault(str(error), str(template.path)))) from error
+        raise ProfileError(f"{template.path}: {error}") from error
     return definition
 
 
@@ -198,20 +198,11 @@ def _constructed(pieces: list[Segment | TangentArc]) -> tuple[Segment, ...]:
 def definition(name: str, kind: Kind) -> Definition:
     """Definition of a shipped shape; its name holds the parameters that differ from the file.
 
-    Parameters
-    ----------
-    name : str
-        Such as "S1002" or "60E1". Parameters follow in any order behind slashes, as in the designation of
-        EN 13715: "S1002/h30/e30.5/10%" has a flange height of 30 mm, a flange thickness of 30.5 mm and an
-        outer slope of 10 %; what is left out keeps the value of the file ("S1002": 28, 32.5 and 6.7, which
-        stands for 1:15). "cone/1:16" is a conical tread. Blanks around the slashes do not matter.
-    kind : {"wheel", "rail"}
-        What is expected.
-
-    Raises
-    ------
-    ProfileError
-        There is no such shape or it is of the other kind, or a parameter is out of its range.
+    A name such as "S1002" or "60E1". Parameters follow in any order behind slashes, as in the designation of
+    EN 13715: "S1002/h30/e30.5/10%" has a flange height of 30 mm, a flange thickness of 30.5 mm and an outer
+    slope of 10 %; what is left out keeps the value of the file ("S1002": 28, 32.5 and 6.7, which stands for
+    1:15). "cone/1:16" is a conical tread. Blanks around the slashes do not matter. Raises `ProfileError` if
+    there is no such shape of the kind that is expected, or a parameter is out of its range.
     """
     template, written = _split(name)
     if template is None:

@@ -132,23 +132,11 @@ def _rail_zones(rail: Profile) -> dict[str, float]:
 def cut_along_normals(
     old: Profile, new: Profile, ny: FloatArray, nz: FloatArray, reach: float = LARGEST_DEPTH
 ) -> tuple[FloatArray, FloatArray]:
-    """Depth at which each normal of a profile cuts another one, and where.
+    """Depth at which each unit normal (n,) into the material of a profile cuts another one, and where.
 
-    Parameters
-    ----------
-    old, new : Profile
-        At whose n points the normals stand, and what they cut.
-    ny, nz : (n,) array
-        Unit normals at the points of `old`, into the material.
-    reach : float
-        How far they are followed to either side [m].
-
-    Returns
-    -------
-    depth : (n,) array
-        Positive where `new` lies within the material; NaN where it is not met [m].
-    place : (n,) array
-        Edge number plus fraction on the polygon of `new`; NaN where it is not met.
+    Normals are followed to either side over `reach` [m]. The depth (n,) [m] is positive where `new` lies
+    within the material; the place (n,) is edge number plus fraction on the polygon of `new`; both are NaN
+    where it is not met.
     """
     dy, dz = np.diff(new.y), np.diff(new.z)
     depth, place = np.full(len(old.y), np.nan), np.full(len(old.y), np.nan)

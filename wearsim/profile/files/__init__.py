@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple, Unpack
 
 import numpy as np
 
-from wearsim.errors import Fault, ProfileError, suggestion
+from wearsim.errors import ProfileError, suggestion
 from wearsim.profile import standard
 from wearsim.profile.files import miniprof, simpack
 from wearsim.profile.files.axes import ORIGINS, RUNNING_CIRCLE, UNITS, Conversion, Statements
@@ -68,9 +68,7 @@ class ProfileReading:
     notes: tuple[str, ...]  # what was detected, changed or left out
     files: tuple[Path, ...]  # the file given, and that of the slice
     lean: float | None = None  # of a rail head towards the track centre, see `placement.head_lean` [-]
-    running_circle: float | None = (
-        None  # from the flange back, if the header gives it and y counts from there [m]
-    )
+    running_circle: float | None = None  # from the flange back [m], if the header gives it and y starts there
 
 
 def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements]) -> ProfileReading:
@@ -97,7 +95,7 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
     notes: list[str] = []
     header: dict[str, str] = {}
     files = [path]
-    for depth in (0, 1):
+    while True:
         text = read_text(files[-1])
         name = _format_of(text, format)
         faults = Faults(files[-1])
@@ -109,7 +107,7 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
         notes += [f"format {FORMATS[name].title}", *text.notes]
         if not isinstance(content, SliceFile):
             break
-        if depth == 1:
+        if header:
             faults.add("is a list of slices within a list of slices; give the list itself")
             faults.raise_any()
         header, format, slice = dict(content.header), None, None
@@ -121,15 +119,9 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
     notes += [*content.notes, *ours.notes, *([] if lean is None else [f"head {lean_words(lean)}"])]
     shown = notes[1:] if name == "two-column" else notes
     source = f"file {path.name} ({'; '.join(shown)})" if shown else f"file {path.name}"
-    return ProfileReading(
-        Profile(path.stem, kind, ours.y, ours.z, source),
-        name,
-        {**header, **content.header},
-        tuple(notes),
-        tuple(files),
-        lean,
-        ours.running_circle,
-    )
+    profile = Profile(path.stem, kind, ours.y, ours.z, source)
+    header |= content.header
+    return ProfileReading(profile, name, header, tuple(notes), tuple(files), lean, ours.running_circle)
 
 
 def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> None:
@@ -170,7 +162,7 @@ def _slice_file(path: Path, listed: SliceFile) -> Path:
     file = path.parent / listed.file.replace("\\", "/")
     if not file.is_file():
         message = f"slice file {listed.file[:200]!r} does not exist in the folder of the list; copy it there"
-        raise ProfileError(str(Fault(message, str(path), listed.line)))
+        raise ProfileError(f"{path}:{listed.line}: {message}")
     return file
 
 
@@ -189,19 +181,15 @@ def load_profile(
     Parameters
     ----------
     name_or_path : str or Path
-        What `is_file` takes for a path is read with `read_profile`; the rest is the name or designation of a
-        shipped shape, such as "S1002/h30".
+        What `is_file` takes for a path is read with `read_profile` and its statements; the rest is the name
+        or designation of a shipped shape, such as "S1002/h30".
     kind : {"wheel", "rail"}
         What it is used as.
     inclination : float
         Of a rail towards the track centre [-]. One from a file is tilted, too, unless its head leans
         already, see `placement.tilt_to_add` (0: it stands as measured).
-    gauge, half_span : float
-        Placement of a rail, see `place_rail` [m].
-    spacing : float
-        Point distance of a shipped shape [m]; points of a file are kept.
-    **statements
-        On a file, see `read_profile`.
+    gauge, half_span, spacing : float
+        Placement of a rail, see `place_rail`; point distance of a shipped shape [m].
     """
     name = str(name_or_path)
     if not is_file(name):
@@ -229,7 +217,7 @@ def place_file(profile: Profile, name: str, tilt: float, gauge: float, half_span
     try:
         placed = place_rail(profile, tilt, gauge, half_span)
     except ProfileError as error:
-        raise ProfileError(str(Fault(str(error), name))) from error
+        raise ProfileError(f"{name}: {error}") from error
     return replace(placed, source=profile.source)
 
 

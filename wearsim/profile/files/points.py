@@ -159,8 +159,9 @@ def read_text(path: Path) -> Text:
     """
     data = _bytes(path)
     if data.startswith((b"\x89HDF", b"CDF")):
-        message = f"is a result file, not a profile; `wearsim inspect {path}` shows what it holds"
-        raise ProfileError(str(Fault(message, str(path))))
+        raise ProfileError(
+            f"{path}: is a result file, not a profile; `wearsim inspect {path}` shows what it holds"
+        )
     marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
         text = data.decode("utf-16" if marked else "utf-8-sig")
@@ -171,7 +172,7 @@ def read_text(path: Path) -> Text:
     if (bad := _CONTROL.search(text)) is not None:
         line = text.count("\n", 0, bad.start()) + 1
         message = f"holds the control character {bad[0]!r}, so it is not UTF-8 text; save it as UTF-8"
-        raise ProfileError(str(Fault(message, str(path), line)))
+        raise ProfileError(f"{path}:{line}: {message}")
     lines = tuple(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
     return Text(path, lines, notes)
 

@@ -143,23 +143,25 @@ def _row(title: str, cells: Iterable[str], width: int, first: int) -> str:
 def _measures(result: Inspection) -> list[str]:
     """Gauge values, of both wheels or against another."""
     several = len(result.measures) > 1
-    columns = {_cut(body if several else result.given.profile.name): each
-               for body, each in result.measures.items()}  # fmt: skip
-    other = result.comparison.measures if result.comparison is not None else None
-    titles, bodies = list(columns), list(columns.values())
-    if result.comparison is not None and other is not None:
-        titles += [_cut(result.comparison.reference.profile.name), "difference"]
-        bodies.append(other)
-    lines = [_row("measures [mm]", titles, 18, 38)]
+    columns = [
+        (_cut(body if several else result.given.profile.name), each) for body, each in result.measures.items()
+    ]
+    comparison, more = result.comparison, list[str]()
+    if comparison is not None and comparison.measures is not None:
+        columns.append((_cut(comparison.reference.profile.name), comparison.measures))
+        more = ["difference"]
+    lines = [_row("measures [mm]", [*(title for title, _ in columns), *more], 18, 38)]
     for name in MEASURES:
-        if name in IF_STATED and not any(name in each.values for each in bodies):
+        values = [each.values.get(name) for _, each in columns]
+        if name in IF_STATED and not any(value is not None for value in values):
             continue
-        cells = [_mm(each.values[name]) if name in each.values else "-" if name in each.missing else ""
-                 for each in bodies]  # fmt: skip
-        if other is not None and name in other.values and name in bodies[0].values:
-            cells.append(_mm(bodies[0].values[name] - other.values[name], "+.3f"))
+        cells = [_mm(value) if value is not None else "-" if name in each.missing else ""
+                 for value, (_, each) in zip(values, columns, strict=True)]  # fmt: skip
+        first, last = values[0], values[-1]
+        if more and first is not None and last is not None:
+            cells.append(_mm(first - last, "+.3f"))
         lines.append(_row(f"  {_named(name)}", cells, 18, 38))
-    lines += [f"  {why}" for why in _reasons(list(zip(titles, bodies, strict=False)))]
+    lines += [f"  {why}" for why in _reasons(columns)]
     at = result.conditions.distances
     lines.append(
         f"  running circle {1e3 * at.flange_back:g} mm from the flange back; Sd {1e3 * at.level:g} mm above "
