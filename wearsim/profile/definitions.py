@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
@@ -231,7 +231,7 @@ class _Base(Table):
     parameters: tuple[str, ...]
 
 
-class _ShapeFile(Table):
+class ShapeFile(Table):
     """File of a standard shape."""
 
     name: Text = Field(description="its short name")
@@ -343,24 +343,19 @@ def sample(definition: Definition, spacing: float) -> tuple[FloatArray, FloatArr
     return y_m, evaluate(definition, y_m)
 
 
-@dataclass(frozen=True)
-class Template:
-    """What a file says, before values of the parameters are chosen: some pieces are yet to be constructed.
-
-    `definition` holds name, source and the like, without segments.
-    """
+class Template(NamedTuple):
+    """A file before values of its parameters are chosen: some pieces are yet to be constructed."""
 
     path: Path
-    definition: Definition
-    aliases: tuple[str, ...]
-    pieces: tuple[Segment | TangentArc, ...]
-    parameters: tuple[Parameter, ...]
+    shape: ShapeFile
+    pieces: tuple[Segment | TangentArc, ...]  # with those of the base
+    parameters: tuple[Parameter, ...]  # with those of the base
 
 
 @lru_cache(maxsize=64)
 def read_template(path: Path) -> Template:
     """Read a file of a standard shape, see the head of this module; all faults as ``file:line: message``."""
-    shape, faults = read_toml(path, _ShapeFile)
+    shape, faults = read_toml(path, ShapeFile)
     if shape is None:
         raise ProfileError("\n".join(map(str, faults)))
     pieces: list[Segment | TangentArc] = []
@@ -372,14 +367,10 @@ def read_template(path: Path) -> Template:
             pieces = [piece for piece in base.pieces if piece.zone in zones]
             parameters = [p for p in base.parameters if p.form in forms]
             if len(pieces) < len(zones) or len(parameters) < len(forms):
-                raise ProfileError(f"base: {base.definition.name} does not have all of {[*zones, *forms]}")
+                raise ProfileError(f"base: {base.shape.name} does not have all of {[*zones, *forms]}")
         if (head := shape.head) is not None:
             pieces += rail_head(head.radii, head.junction_widths, head.side, head.side_depth)
     except ProfileError as error:
         raise ProfileError(f"{path}: {error}") from error
     pieces += [each.piece() for each in shape.segment]
-    definition = Definition(
-        shape.name, shape.title or shape.name, shape.kind, (), shape.source, shape.certainty, shape.allow,
-        shape.inclined_gauge_y,
-    )  # fmt: skip
-    return Template(path, definition, shape.aliases, tuple(pieces), (*parameters, *shape.parameter))
+    return Template(path, shape, tuple(pieces), (*parameters, *shape.parameter))

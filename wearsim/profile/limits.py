@@ -269,17 +269,12 @@ def judge_wheelset(wheelset: Mapping[str, Measures], limits: LimitSet) -> dict[s
 
 def _judged(blank: Judgement, group: list[Limit], diameter: float | None) -> list[Judgement]:
     """Judgements on one bound by the limits of one source."""
-
-    def with_bound(limits: list[Limit]) -> list[tuple[Limit, float]]:
-        numbers = [(each, each.least if blank.bound == "min" else each.most) for each in limits]
-        return [(each, number) for each, number in numbers if number is not None]
-
+    numbers = [(each, each.least if blank.bound == "min" else each.most) for each in group]
+    bounded = [(each, number) for each, number in numbers if number is not None]
     if diameter is None:
-        always = [limit for limit in group if not limit.diameters.text]
-        ranges = [limit for limit in group if limit.diameters.text]
-        by_all = _by_all(blank, with_bound(ranges), len(ranges))
-        return [_by_number(blank, *pair) for pair in with_bound(always)] + by_all
-    bounded = with_bound(group)
+        always = [_by_number(blank, *pair) for pair in bounded if not pair[0].diameters.text]
+        ranged = [pair for pair in bounded if pair[0].diameters.text]
+        return always + _by_all(blank, ranged, sum(bool(limit.diameters.text) for limit in group))
     chosen = [pair for pair in bounded if diameter in pair[0].diameters]
     if bounded and not chosen:
         reason = blank.reason or f"no limit is given for a wheel diameter of {diameter * 1e3:.6g} mm"

@@ -59,7 +59,7 @@ def _templates(folder: Path) -> dict[str, Template]:
     named: dict[str, Template] = {}
     for path in sorted(folder.glob("*.toml")):
         template = read_template(path)
-        for name in (template.definition.name, *template.aliases):
+        for name in (template.shape.name, *template.shape.aliases):
             if name in named:
                 raise ProfileError(f"{path}: the name {name!r} is that of {named[name].path.name} already")
             named[name] = template
@@ -69,7 +69,7 @@ def _templates(folder: Path) -> dict[str, Template]:
 def shipped_names(kind: Kind) -> list[str]:
     """Sorted names of the shipped shapes of a kind, other names included, without parameters."""
     named = _templates(shipped_path("profiles"))
-    return sorted(name for name, template in named.items() if template.definition.kind == kind)
+    return sorted(name for name, template in named.items() if template.shape.kind == kind)
 
 
 def _split(designation: str) -> tuple[Template, list[str]] | tuple[None, list[str]]:
@@ -91,7 +91,7 @@ def is_designation(text: str) -> bool:
 def designation_kind(text: str) -> Kind | None:
     """Kind of the shipped shape whose name a text such as "S1002/h30" begins with, None if there is none."""
     template = _split(text)[0]
-    return None if template is None else template.definition.kind
+    return None if template is None else template.shape.kind
 
 
 def _parse_parameters(
@@ -122,8 +122,8 @@ def build(template: Template, values: Mapping[str, float]) -> Definition:
 
     Raises `ProfileError` with the file and the zones that do not fit together.
     """
-    pieces = list(template.pieces)
-    allowances = template.definition.allowances
+    about, pieces = template.shape, list(template.pieces)
+    title, allowances = about.title or about.name, about.allow
     changed = [p for p in template.parameters if values[p.form] != p.default]
     try:
         for parameter in changed:
@@ -134,11 +134,12 @@ def build(template: Template, values: Mapping[str, float]) -> Definition:
             if parameter.move is not None:
                 by, move = values[parameter.form] - parameter.default, parameter.move
                 chain = part_moved(chain, move.start, move.end, by, move.join_zone, move.join_to)
-        about = template.definition
         written = [p.form.replace("#", f"{values[p.form]:g}") for p in changed]
         name = "/".join((about.name, *written))
-        title = f"{about.title}; but {', '.join(written)}" if written else about.title
-        definition = replace(about, name=name, title=title, segments=chain, allowances=allowances)
+        title = f"{title}; but {', '.join(written)}" if written else title
+        definition = Definition(
+            name, title, about.kind, chain, about.source, about.certainty, allowances, about.inclined_gauge_y
+        )
         if faults := junction_faults(definition):
             raise ProfileError("; ".join(faults))
     except ProfileError as error:
@@ -208,8 +209,8 @@ def definition(name: str, kind: Kind) -> Definition:
     if template is None:
         message = f"{name!r} is neither a file nor a shipped {kind} profile"
         raise ProfileError(_unknown(message, written[0], shipped_names(kind)))
-    if template.definition.kind != kind:
-        message = f"{name!r} is a {template.definition.kind} profile, a {kind} is needed"
+    if template.shape.kind != kind:
+        message = f"{name!r} is a {template.shape.kind} profile, a {kind} is needed"
         raise ProfileError(_unknown(message, written[0] if written else name, shipped_names(kind)))
     values = _parse_parameters(written, template.parameters, repr(name))
     return _built(template.path, tuple(values.items()))
