@@ -327,8 +327,8 @@ def _works(rule: str, profile: Profile, reference: Profile) -> bool:
     return True
 
 
-def _parabola(profile: Profile, index: int, at: float) -> tuple[float, float, float] | None:
-    """Curvature/2, slope and height at y = `at` of the run of points around `index`, None if too short."""
+def _parabola(profile: Profile, index: int, at: float, fault: str) -> tuple[float, float, float]:
+    """Curvature/2, slope and height at y = `at` of the run of points around `index`, a fault if too short."""
     # other parts of the profile at the same y, such as a rail's foot, are none of it
     sides = profile.y - at
     far = np.flatnonzero(np.abs(sides) > _TIP_HALF_WIDTH)
@@ -336,7 +336,7 @@ def _parabola(profile: Profile, index: int, at: float) -> tuple[float, float, fl
     last = int(np.min(far[far > index], initial=len(sides)))
     sides, z = sides[first:last], profile.z[first:last]
     if len(sides) < _FEWEST or sides.min() > -_EITHER_SIDE or sides.max() < _EITHER_SIDE:
-        return None
+        raise ProfileError(fault)
     x = sides / _TIP_HALF_WIDTH
     bend, slope, height = np.linalg.lstsq(np.vander(x, 3), z, rcond=None)[0]
     return float(bend) / _TIP_HALF_WIDTH**2, float(slope) / _TIP_HALF_WIDTH, float(height)
@@ -346,11 +346,11 @@ def _tip(profile: Profile) -> tuple[float, float]:
     """Flange tip without its noise [m]."""
     top = int(np.argmax(profile.z))
     at, height = float(profile.y[top]), float(profile.z[top])
+    fault = "there are no points on both sides of the flange tip"
     for _ in range(_TIP_ROUNDS):
-        fit = _parabola(profile, top, at)
-        if fit is None or fit[0] >= 0.0:
-            raise ProfileError("there are no points on both sides of the flange tip")
-        bend, slope, height = fit
+        bend, slope, height = _parabola(profile, top, at, fault)
+        if bend >= 0.0:
+            raise ProfileError(fault)
         offset = float(np.clip(-0.5 * slope / bend, -0.5 * _TIP_HALF_WIDTH, 0.5 * _TIP_HALF_WIDTH))
         at, height = at + offset, height + (slope + bend * offset) * offset
         if abs(offset) < _TIP_CLOSE:
@@ -362,19 +362,14 @@ def _running_circle_level(profile: Profile, dy: float) -> float:
     """Height of the tread 70 mm from the flange back once the profile is shifted by dy [m]."""
     tip = int(np.argmax(profile.z))
     index = tip + int(np.argmin(np.abs(profile.y[tip:] + dy)))
-    fit = _parabola(profile, index, -dy)
-    if fit is None:
-        raise ProfileError("there is no tread on both sides of the running circle")
-    return fit[2]
+    return _parabola(profile, index, -dy, "there is no tread on both sides of the running circle")[2]
 
 
 def _top_level(profile: Profile) -> float:
     """Height of the top of a rail head [m]."""
     top = int(np.argmin(profile.z))
-    fit = _parabola(profile, top, float(profile.y[top]))
-    if fit is None:
-        raise ProfileError("there are no points on both sides of the top")
-    bend, slope, height = fit
+    fault = "there are no points on both sides of the top"
+    bend, slope, height = _parabola(profile, top, float(profile.y[top]), fault)
     if bend <= 0.0:
         return height
     offset = float(np.clip(-0.5 * slope / bend, -_TIP_HALF_WIDTH, _TIP_HALF_WIDTH))
