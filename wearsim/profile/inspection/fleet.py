@@ -114,17 +114,16 @@ def _row(
     identity = {key: text for key, text in identity.items() if text}
     identity |= {"kind": given.kind, "format": given.format}
     amplitudes = (JUDGED_AMPLITUDE,)
-    try:
-        result = inspect_profile(
-            given, at, limits, against=reference, amplitudes=amplitudes, measure_reference=False
-        )
-    except WearsimError as error:
-        fault = _one_line(path, str(error))
+    for other in (reference, None):  # where it cannot be compared, it is measured alone
         try:
-            result = inspect_profile(given, at, limits, amplitudes=amplitudes)
-        except WearsimError as again:
-            fault = _one_line(path, str(again))
-            return FleetRow(path.name, identity, notes=(*given.notes, *apart), fault=fault)
+            result = inspect_profile(
+                given, at, limits, against=other, amplitudes=amplitudes, measure_reference=False
+            )
+            break
+        except WearsimError as error:
+            fault = _one_line(path, str(error))
+    else:
+        return FleetRow(path.name, identity, notes=(*given.notes, *apart), fault=fault)
     notes, warnings = (*result.given.notes, *apart), tuple[str, ...]()
     if result.measures:
         # of what every wheel has; a diameter that nobody stated is no fault
