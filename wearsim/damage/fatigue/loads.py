@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.contact.problem import ContactSolution
-from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total
+from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, share_of
 
 WearNumber = Literal["without_spin", "with_spin"]
 
@@ -63,32 +63,10 @@ class PatchLoads:
 
 
 def patch_loads(solution: ContactSolution) -> PatchLoads:
-    """Take the loads of all patches from a contact solution.
-
-    Parameters
-    ----------
-    solution : ContactSolution
-        With `m` patches.
-
-    Returns
-    -------
-    PatchLoads
-        Lateral positions in the axes of a right wheel, as the profiles.
-    """
+    """Take the loads of all patches from a contact solution, in the axes of a right wheel."""
     edges = solution.strip_edges_wheel_y
-    return PatchLoads(
-        normal_force=solution.normal_force,
-        force_x=solution.force_x,
-        force_y=solution.force_y,
-        spin_moment=solution.spin_moment,
-        creepage_x=solution.creepage_x,
-        creepage_y=solution.creepage_y,
-        spin=solution.spin,
-        max_pressure=solution.max_pressure,
-        area=solution.area,
-        y=0.5 * (edges[:, 1:] + edges[:, :-1]),
-        fields=solution.fields,
-    )
+    own = {field.name: getattr(solution, field.name) for field in fields(PatchLoads) if field.name != "y"}
+    return PatchLoads(y=0.5 * (edges[:, 1:] + edges[:, :-1]), **own)
 
 
 def wear_number_without_spin(loads: PatchLoads) -> FloatArray:
@@ -111,22 +89,13 @@ WEAR_NUMBERS: dict[WearNumber, Callable[[PatchLoads], FloatArray]] = {
 
 
 def work_share(loads: PatchLoads) -> FloatArray:
-    r"""Share of each patch's damage that falls on each strip, per width.
+    r"""Share (m, ny) of each patch's damage that falls on each strip, per width [1/m].
 
-    Parameters
-    ----------
-    loads : PatchLoads
-        Of `m` patches.
-
-    Returns
-    -------
-    (m, ny) array
-        :math:`e(y) / \int e\,dy` with the frictional work e(y) of the strips; that of the load where
-        nothing slips. Its integral over the width is 1 [1/m].
+    :math:`e(y) / \int e\,dy` with the frictional work e(y) of the strips; that of the load where nothing
+    slips. Its integral over the width is 1.
     """
-    fields = loads.fields
-    work = np.maximum(fields.strip_work, 0.0)
-    load = along_strips(fields.pressure, fields)
-    slips = patch_total(work, fields)[:, None] > 0.0
-    chosen = np.where(slips, work, load)
-    return mean_of(chosen, patch_total(chosen, fields)[:, None])
+    cells = loads.fields
+    work = np.maximum(cells.strip_work, 0.0)
+    slips = patch_total(work, cells)[:, None] > 0.0
+    chosen = np.where(slips, work, along_strips(cells.pressure, cells))
+    return share_of(chosen, cells)

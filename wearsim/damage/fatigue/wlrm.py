@@ -88,13 +88,9 @@ def own_function(
     if not 0.0 <= start < peak < end:
         points = f"start_N = {start:g}, peak_N = {peak:g} and end_N = {end:g}"
         raise SceneError([Fault(f"damage_function: {points} must rise; change them")])
-    numbers = {
-        "start": (start, "N"),
-        "peak": (peak, "N"),
-        "end": (end, "N"),
-        "peak_damage": (peak_damage, "-"),
-        **({} if floor is None else {"floor": (floor, "-")}),
-    }
+    numbers = {"start": start, "peak": peak, "end": end, "peak_damage": peak_damage}
+    numbers |= {} if floor is None else {"floor": floor}
+    units = {"peak_damage": "-", "floor": "-"}
     return CoefficientSet(
         name="damage_function",
         laws=("wlrm",),
@@ -102,7 +98,9 @@ def own_function(
         source=source,
         validity=f"As given by the user. Certainty: {certainty}.",
         departures=(),
-        values={name: Coefficient(value, unit, source, "given") for name, (value, unit) in numbers.items()},
+        values={
+            name: Coefficient(value, units.get(name, "N"), source, "given") for name, value in numbers.items()
+        },
         certainty=certainty,
     )
 
@@ -114,23 +112,9 @@ def damage(
     wear_number: WearNumber = "without_spin",
     branch: Branch = "net",
 ) -> FatigueDamage:
-    """Damage of each patch, shared by the frictional work of its strips.
+    """Damage of a passage, see `FatigueLaw`, by `damage_function`; the strips share it as frictional work.
 
-    Parameters
-    ----------
-    loads : PatchLoads
-        Of `m` patches.
-    coefficients : CoefficientSet
-        See `damage_function`.
-    wear_number : {"without_spin", "with_spin"}
-        Classical sum of force times creepage, or frictional work per metre.
-    branch : {"net", "rising"}
-        See `damage_function`.
-
-    Returns
-    -------
-    FatigueDamage
-        Index: the wear number [N], at the strip of the most frictional work.
+    The index is the wear number [N], at the strip of the most frictional work.
     """
     index = WEAR_NUMBERS[wear_number](loads)
     share = work_share(loads)

@@ -82,25 +82,9 @@ def depth(
     form: Form = "local",
     density: float = 7850.0,
 ) -> FloatArray:
-    """Depth removed by one passage of each patch.
+    """Depth removed by one passage of each patch, see `WearLaw`.
 
-    Parameters
-    ----------
-    fields : SurfaceFields
-        On the cells of `m` patches.
-    area : (m,) array
-        Of the patches; acts in the form "patch_mean" only [m2].
-    coefficients : CoefficientSet
-        Levels, and the limit between them where there are two.
-    form : {"local", "patch_mean"}
-        Whether the power density is taken cell by cell or as its mean over the patch.
-    density : float
-        Of the worn body; acts where the levels are mass per work [kg/m3].
-
-    Returns
-    -------
-    (2, m, ny) array
-        Depth along the surface normal in each strip, by the regimes of `REGIMES` [m].
+    `form` acts on the power density; `density` acts where the levels of the set are mass per work.
     """
     mild = volume_per_work(coefficients, "mild", density)
     work = np.maximum(fields.work_density, 0.0)
@@ -111,12 +95,8 @@ def depth(
     severe = volume_per_work(coefficients, "severe", density)
     if form == "local":
         switched = work * fields.speed[:, None, None] >= limit
-        return np.stack(
-            [
-                mild * along_strips(np.where(switched, 0.0, work), fields),
-                severe * along_strips(np.where(switched, work, 0.0), fields),
-            ]
-        )
+        below, above = np.where(switched, 0.0, work), np.where(switched, work, 0.0)
+        return np.stack([mild * along_strips(below, fields), severe * along_strips(above, fields)])
     strips = along_strips(work, fields)
     switched = mean_of(patch_total(strips, fields), area) * fields.speed >= limit
     return np.stack([mild * strips * ~switched[:, None], severe * strips * switched[:, None]])
