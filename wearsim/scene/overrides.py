@@ -49,10 +49,6 @@ class Override:
         """Last part of the key, and the value."""
         return f"{self.keys[-1]} {'removed' if self.value is None else f'= {shown(self.value)}'}"
 
-    def below(self, keys: Sequence[str]) -> Override:
-        """Return the same override of another key."""
-        return Override(".".join(keys), self.value, self.source, self.line)
-
 
 class _OverriddenLine(int):
     """Line of a key whose value was overridden; carries the override to the fault."""
