@@ -297,8 +297,7 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
     try:
         scene = model.model_validate(data)
     except ValidationError as error:
-        errors = error.errors(include_url=False)
-        raise SceneError(validation_faults(errors, model, lines, file)) from error
+        raise SceneError(validation_faults(error, model, lines, file)) from error
     assert not isinstance(scene, AnyScene)  # which has faults: the kind is none of those it allows
     unknown = [item for item in own if item.value is None and not is_key(model, item.keys)]
     if unknown:  # a removed key that is misspelt would act on nothing without a word
