@@ -132,17 +132,10 @@ class CampaignSection(Section):
 
 @dataclass(frozen=True)
 class ReprofilingRules:
-    """When the wheels are reprofiled.
+    """When the wheels are reprofiled: measures whose limit is one of reprofiling, and distances [m].
 
-    Parameters
-    ----------
-    limits : tuple of str
-        Measures whose limit is one of reprofiling. With fatigue damage among them, every reprofiling removes
-        all cracks of known depth.
-    places : tuple of float
-        Distances of reprofiling [m].
-    cut : float
-        Least depth of cut over the whole profile [m].
+    The cut is the least depth over the whole profile [m]. With fatigue damage among the limits, every
+    reprofiling removes all cracks of known depth.
     """
 
     limits: tuple[str, ...] = ()
@@ -228,17 +221,10 @@ class CounterfaceWear:
     redress_depth: float = math.inf
 
     def passages(self, area: float) -> float:
-        """Return the passages per metre run by which the depth per passage of the wheel is multiplied.
+        """Return the passages per metre run, times the factor of a roller [1/m].
 
-        Parameters
-        ----------
-        area : float
-            Area of the wheel's cross-section removed in one passage of the collective [m2].
-
-        Returns
-        -------
-        float
-            With the factor of a roller [1/m].
+        They multiply the wheel's depth per passage; `area` of its cross-section is removed in one passage of
+        the collective [m2].
         """
         if self.area_rate == 0.0:
             return self.factor / (2.0 * math.pi * self.radius)

@@ -84,6 +84,11 @@ class InputFile:
     shipped: bool = False
 
     @property
+    def label(self) -> str:
+        """Name in results, without its folder."""
+        return self.path.name if self.role == "scene" else f"{self.role} {self.name}"
+
+    @property
     def sha256(self) -> str:
         """Hash of the content."""
         return hashlib.sha256(self.content).hexdigest()

@@ -23,10 +23,10 @@ from wearsim.scene.campaign import (
     ReprofilingRules,
     RollerWearSection,
 )
-from wearsim.scene.damage import comparison_settings, fatigue_settings, wear_settings
+from wearsim.scene.damage import fatigue_settings, wear_settings
 from wearsim.scene.messages import scene_warnings
 from wearsim.scene.models import ContactSection, FieldScene, RigScene
-from wearsim.scene.read import InputFile, inputs_of
+from wearsim.scene.read import inputs_of
 
 
 @dataclass(frozen=True)
@@ -35,38 +35,28 @@ class CampaignSetup:
 
     Parameters
     ----------
-    kind : {"rig", "field"}
-        Of the scene.
     wheelset : Wheelset
         New wheels, with points at the scene's spacing.
     counterface : Counterface
         Rail or roller, placed.
-    models : ContactModels
-        Of the contact.
-    wear : WearSettings
-        Law, coefficients, form, density.
     points : OperatingPoints
         Load collective with monitoring points.
-    control : ControlSettings
-        Distance and steps.
     scene_text : str
         The scene file.
-    title : str
-        Of the campaign.
     input_hashes : tuple of (str, str)
         Name and SHA-256 of the scene file and of every profile.
     warnings : tuple of str
         What deserves a second look, one line each.
     also_evaluate : tuple of WearSettings
         Comparison laws: further wear laws evaluated on the same contacts.
-    fatigue : tuple of FatigueSettings
-        Fatigue laws.
-    templates : (Profile, Profile), optional
-        Profiles that right and left wheel are reprofiled to, if they are.
     tolerance : float, optional
         Of the wear increment, if the models are chosen by `campaign.choose` instead of given [-].
     counterface_wear : CounterfaceWear, optional
         How rails or rollers wear; without it they stay as they are.
+    templates : (Profile, Profile), optional
+        Profiles that right and left wheel are reprofiled to, if they are.
+    kind, models, wear, control, title, fatigue
+        Of the scene.
     """
 
     kind: Literal["rig", "field"]
@@ -88,38 +78,33 @@ class CampaignSetup:
 
 
 def build(scene: RigScene | FieldScene) -> CampaignSetup:
-    """Make the ingredients of a campaign from a scene, in SI units.
+    """Make the ingredients of a campaign, in SI units, from a scene of `load_scene`.
 
-    Parameters
-    ----------
-    scene : RigScene or FieldScene
-        From `load_scene`; of a compare scene, its `rig` or its `field`.
-
-    Returns
-    -------
-    CampaignSetup
-        What the campaign is run with.
+    Of a compare scene, build its `rig` or its `field`.
     """
     inputs, contact, curvature = inputs_of(scene), scene.contact, scene.counterface.curvature
-    tolerance = 0.05 if contact.tolerance is None else contact.tolerance
+    wear, *comparison = wear_settings(scene.wear, inputs.wear_table)
+    tolerance = None
+    if contact.model is not None:
+        tolerance = 0.05 if contact.tolerance is None else contact.tolerance
     return CampaignSetup(
-        tolerance=None if contact.model is None else tolerance,
+        tolerance=tolerance,
         kind=scene.scene.kind,
         wheelset=Wheelset(inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span),
         counterface=Counterface(inputs.counterface, curvature),
         models=contact_models(contact),
-        wear=wear_settings(scene.wear, inputs.wear_table),
+        wear=wear,
         points=_points(scene),
         control=_control_settings(scene.campaign),
         scene_text=scene.origin.content.decode("utf-8-sig"),
         title=scene.scene.title or scene.origin.path.stem,
-        input_hashes=tuple((_hash_name(file), file.sha256) for file in inputs.files),
+        input_hashes=tuple((file.label, file.sha256) for file in inputs.files),
         warnings=tuple(
             # results name the file without its folder: the run reads a copy, and folders are private
             str(replace(warning, file=scene.origin.path.name))
             for warning in warnings_of(scene)
         ),
-        also_evaluate=comparison_settings(scene.wear, inputs.wear_table),
+        also_evaluate=tuple(comparison),
         fatigue=fatigue_settings(scene.fatigue),
         counterface_wear=_counterface_wear(scene),
         templates=inputs.templates,
@@ -129,8 +114,7 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
 def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
     """Warnings of a loaded scene, in the order of the file, without those of `check_contact`."""
     inputs = inputs_of(scene)
-    wheels = inputs.right, inputs.left
-    return tuple(scene_warnings(scene, wheels, inputs.counterface, inputs.clearance))
+    return tuple(scene_warnings(scene, (inputs.right, inputs.left), inputs.counterface, inputs.clearance))
 
 
 def contact_models(contact: ContactSection) -> ContactModels:
@@ -200,13 +184,5 @@ def _points(scene: RigScene | FieldScene) -> OperatingPoints:
     if monitor is None:
         return points
     values = monitor.si()
-    return with_monitors(
-        points,
-        1e-3 * np.array(monitor.shifts_mm, dtype=np.float64),
-        wheel_load=values["load"],
-        **{name: values[name] for name in ("speed", "friction", "yaw")},
-    )
-
-
-def _hash_name(file: InputFile) -> str:
-    return file.path.name if file.role == "scene" else f"{file.role} {file.name}"
+    values["wheel_load"] = values.pop("load")
+    return with_monitors(points, 1e-3 * np.array(monitor.shifts_mm, dtype=np.float64), **values)
