@@ -98,31 +98,17 @@ class InputFile:
 class Inputs:
     """Profiles of a campaign and the files they come from.
 
-    Parameters
-    ----------
-    right, left : Profile
-        Wheels, with points at the scene's spacing, equally many.
-    counterface : Profile
-        Placed in the track.
-    half_span : float
-        From the track centre to the origin of the wheel profile [m].
-    clearance : (float or None, float or None)
-        Flange clearance of the right and the left wheel [m].
-    files : tuple of InputFile
-        The scene file first.
-    wear_table : WearTable or None
-        Of the file that `table_file` names.
-    templates : (Profile, Profile) or None
-        Profiles that the right and the left wheel are reprofiled to, with the points of the wheels.
+    The wheels have points at the scene's spacing, equally many; their flange clearances and templates, the
+    profiles they are reprofiled to, are right and left.
     """
 
     right: Profile
     left: Profile
-    counterface: Profile
-    half_span: float
-    clearance: tuple[float | None, float | None]
-    files: tuple[InputFile, ...]
-    wear_table: WearTable | None = None
+    counterface: Profile  # placed in the track
+    half_span: float  # from the track centre to the origin of the wheel profile [m]
+    clearance: tuple[float | None, float | None]  # [m]
+    files: tuple[InputFile, ...]  # the scene file first
+    wear_table: WearTable | None = None  # of the file that `table_file` names
     templates: tuple[Profile, Profile] | None = None
 
 
@@ -223,16 +209,8 @@ def load_campaign(
 def files_to_copy(scene: CampaignScene) -> dict[str, bytes]:
     """Files with which a scene can be loaded again elsewhere, by `load_scene(..., copied=True)`.
 
-    Parameters
-    ----------
-    scene : RigScene, FieldScene or CompareScene
-        From `load_scene`.
-
-    Returns
-    -------
-    dict
-        Content, as it was read, by plain file name; the scene file comes first. Shapes that wearsim
-        ships are not among them.
+    Contents, as they were read, by plain file name; the scene file comes first. Shapes that wearsim ships are
+    not among them.
     """
     named: dict[str, Origin | InputFile] = {"scene": scene.origin}
     for part in scene.parts:
@@ -251,13 +229,9 @@ def files_to_copy(scene: CampaignScene) -> dict[str, bytes]:
 
 
 def scene_schema() -> dict[str, Any]:
-    """JSON schema of the scene file, for editors.
+    """JSON schema of the scene file, draft 2020-12, for editors.
 
-    Returns
-    -------
-    dict
-        Draft 2020-12. The kind in [scene] selects the model by if and then, so that an editor shows the
-        faults of that kind only.
+    The kind in [scene] selects the model by if and then: an editor shows the faults of that kind only.
     """
     mode: JsonSchemaMode = "validation"
     models: list[tuple[type[BaseModel], JsonSchemaMode]] = [(model, mode) for model in _MODELS.values()]

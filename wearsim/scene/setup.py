@@ -31,50 +31,24 @@ from wearsim.scene.read import inputs_of
 
 @dataclass(frozen=True)
 class CampaignSetup:
-    """Everything a campaign is run with.
-
-    Parameters
-    ----------
-    wheelset : Wheelset
-        New wheels, with points at the scene's spacing.
-    counterface : Counterface
-        Rail or roller, placed.
-    points : OperatingPoints
-        Load collective with monitoring points.
-    scene_text : str
-        The scene file.
-    input_hashes : tuple of (str, str)
-        Name and SHA-256 of the scene file and of every profile.
-    warnings : tuple of str
-        What deserves a second look, one line each.
-    also_evaluate : tuple of WearSettings
-        Comparison laws: further wear laws evaluated on the same contacts.
-    tolerance : float, optional
-        Of the wear increment, if the models are chosen by `campaign.choose` instead of given [-].
-    counterface_wear : CounterfaceWear, optional
-        How rails or rollers wear; without it they stay as they are.
-    templates : (Profile, Profile), optional
-        Profiles that right and left wheel are reprofiled to, if they are.
-    kind, models, wear, control, title, fatigue
-        Of the scene.
-    """
+    """Everything a campaign is run with."""
 
     kind: Literal["rig", "field"]
-    wheelset: Wheelset
-    counterface: Counterface
+    wheelset: Wheelset  # new wheels, with points at the scene's spacing
+    counterface: Counterface  # rail or roller, placed
     models: ContactModels
     wear: WearSettings
-    points: OperatingPoints
+    points: OperatingPoints  # load collective with monitoring points
     control: ControlSettings
-    scene_text: str
+    scene_text: str  # of the scene file
     title: str
-    input_hashes: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
-    also_evaluate: tuple[WearSettings, ...] = ()
+    input_hashes: tuple[tuple[str, str], ...]  # name and SHA-256 of the scene file and of every profile
+    warnings: tuple[str, ...]  # what deserves a second look, one line each
+    also_evaluate: tuple[WearSettings, ...] = ()  # comparison laws, evaluated on the same contacts
     fatigue: tuple[FatigueSettings, ...] = ()
-    tolerance: float | None = None
-    counterface_wear: CounterfaceWear | None = None
-    templates: tuple[Profile, Profile] | None = None
+    tolerance: float | None = None  # of the wear increment, if `campaign.choose` chooses the models [-]
+    counterface_wear: CounterfaceWear | None = None  # None: rails or rollers stay as they are
+    templates: tuple[Profile, Profile] | None = None  # that right and left wheel are reprofiled to
 
 
 def build(scene: RigScene | FieldScene) -> CampaignSetup:

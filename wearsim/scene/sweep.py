@@ -147,21 +147,10 @@ def _section_faults(section: CasesSection) -> Iterator[tuple[str, str]]:
 
 
 def sweep_of_flags(scene: str, vary: Sequence[str], table: str | None) -> Sweep:
-    """Make the cases of a sweep of one scene from the flags of the command line.
+    """Make the cases of a sweep of one scene from the flags of the command line, or raise all faults.
 
-    Parameters
-    ----------
-    scene : str
-        Scene file of a rig, a field or a comparison.
-    vary : sequence of str
-        Each "KEY=VALUE,VALUE,..."; every value with every other, an empty one removes the key.
-    table : str, optional
-        CSV file of cases, in place of `vary`.
-
-    Raises
-    ------
-    SceneError
-        With all faults.
+    Each of `vary` is "KEY=VALUE,VALUE,...": every value with every other, an empty one removes the key;
+    `table` is a CSV file of cases in place of it.
     """
     base = find_file(scene, (), "workflows")
     faults = [] if base else [Fault("the scene file does not exist", scene)]

@@ -125,18 +125,6 @@ def _removal_faults(law: FatigueLaw, settings: FatigueSettings) -> Iterator[Faul
 def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamage:
     """Damage of one passage of each patch, by the law of the settings.
 
-    Parameters
-    ----------
-    loads : PatchLoads
-        Of `m` patches, see `patch_loads`.
-    settings : FatigueSettings
-        Law, coefficients, branch, wear number.
-
-    Returns
-    -------
-    FatigueDamage
-        Index, place, damage, and damage per width by strip.
-
     Raises
     ------
     SceneError

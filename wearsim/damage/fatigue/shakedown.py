@@ -68,21 +68,9 @@ def shakedown_limit(friction: FloatArray, contact: Contact = "point") -> FloatAr
 def boundaries(
     contact: Contact = "point", most_friction: float = 0.6, count: int = 61
 ) -> tuple[Boundary, ...]:
-    """Return the curves of the map, ready to draw.
+    """Return the curves of the map: flow at the surface, the join below it, first yield in pure rolling.
 
-    Parameters
-    ----------
-    contact : {"point", "line"}
-        Ellipse, or cylinders.
-    most_friction : float
-        Right end of the map, above `SURFACE_FLOW_FROM` [-].
-    count : int
-        Points of each curve.
-
-    Returns
-    -------
-    tuple of Boundary
-        Flow at the surface, the join below it, and first yield in pure rolling.
+    The map ends at `most_friction`, above `SURFACE_FLOW_FROM` [-]; a curve has `count` points.
     """
     flow = np.linspace(SURFACE_FLOW_FROM, most_friction, count)
     join = np.linspace(0.0, SURFACE_FLOW_FROM, count)

@@ -62,28 +62,10 @@ def own_function(
     certainty: str,
     floor: float | None = None,
 ) -> CoefficientSet:
-    """Return break points of one's own, for wheels and other steels.
+    """Return break points of one's own for the law "wlrm", for wheels and other steels.
 
-    Parameters
-    ----------
-    start, peak, end : float
-        Wear numbers, rising [N].
-    peak_damage : float
-        Damage of a passage at the peak [-].
-    source, certainty : str
-        Where they come from, and how sure they are.
-    floor : float, optional
-        Lowest damage beyond `end`; None: it falls on [-].
-
-    Returns
-    -------
-    CoefficientSet
-        For the law "wlrm".
-
-    Raises
-    ------
-    SceneError
-        If the break points do not rise.
+    The wear numbers [N] must rise, else a SceneError is raised. `floor` is the lowest damage beyond `end`;
+    None: it falls on [-]. Source and certainty say where the numbers come from and how sure they are.
     """
     if not 0.0 <= start < peak < end:
         points = f"start_N = {start:g}, peak_N = {peak:g} and end_N = {end:g}"

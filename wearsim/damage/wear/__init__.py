@@ -115,7 +115,7 @@ def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSetting
     area : (m,) array
         Of the patches [m2].
     settings : WearSettings
-        Law, coefficients, form, density.
+        Of the law.
 
     Returns
     -------

@@ -115,17 +115,7 @@ def depth(
 
 
 def energy_coefficient(archard: float, friction: float, hardness: float) -> float:
-    r"""Energy coefficient :math:`k_e = k / (\mu H)` [m3/J] of a coefficient of Archard's law.
-
-    Parameters
-    ----------
-    archard : float
-        k [-].
-    friction : float
-        Coulomb's coefficient [-].
-    hardness : float
-        H [Pa].
-    """
+    r"""Energy coefficient :math:`k_e = k / (\mu H)` [m3/J] of Archard's k [-] at the hardness H [Pa]."""
     return archard / (friction * hardness)
 
 

@@ -27,20 +27,7 @@ _WATT_PER_M2 = {"W mm-2": 1e6, "W m-2": 1.0}
 
 
 def constant(volume_per_work: float, source: str) -> CoefficientSet:
-    """Coefficients of a law with one constant.
-
-    Parameters
-    ----------
-    volume_per_work : float
-        k_e [m3/J]; 1e-12 is 1 mm3/kJ.
-    source : str
-        Where it comes from.
-
-    Returns
-    -------
-    CoefficientSet
-        For the law "energy".
-    """
+    """Return the set of a law with one constant k_e [m3/J], 1e-12 is 1 mm3/kJ, and where it comes from."""
     return CoefficientSet(
         name="constant",
         laws=("energy",),
@@ -53,17 +40,7 @@ def constant(volume_per_work: float, source: str) -> CoefficientSet:
 
 
 def volume_per_work(coefficients: CoefficientSet, level: str, density: float) -> float:
-    """Return the energy coefficient k_e of one level [m3/J].
-
-    Parameters
-    ----------
-    coefficients : CoefficientSet
-        In m3 J-1, or in kg J-1.
-    level : {"mild", "severe"}
-        Which one.
-    density : float
-        Of the worn body [kg/m3].
-    """
+    """Return k_e of the level "mild" or "severe" [m3/J]; `density` [kg/m3] acts on sets in kg J-1."""
     number = coefficients.values[level]
     return number.value / density if number.unit == "kg J-1" else number.value
 
