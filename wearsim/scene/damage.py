@@ -348,18 +348,13 @@ def _fatigue_key_faults(section: FatigueSection) -> _Faults:
         if what:
             yield ("coefficients", k), f'coefficients[{k}] = "{name}" {what}'
         named.update(dict.fromkeys(fitting, name))
-    given = {
-        "damage_function": section.damage_function is not None,
-        "branch": section.branch != "net",
-        "crack_depth_mm": section.crack_depth_mm is not None,
-        "wear_number": section.wear_number != "without_spin",
-        "shear_yield_MPa": section.shear_yield_MPa is not None,
-    }
-    for key, is_given in given.items():
+    default = {key: info.default for key, info in type(section).model_fields.items()}
+    for key in ("damage_function", "branch", "crack_depth_mm", "wear_number", "shear_yield_MPa"):
         parameter = key.removesuffix("_mm").removesuffix("_MPa")
-        if is_given and not any(parameter in FATIGUE_LAWS[law].parameters for law in laws):
+        taken = any(parameter in FATIGUE_LAWS[law].parameters for law in laws)
+        if getattr(section, key) != default[key] and not taken:
             takers = fatigue.laws_that_take(parameter)
             yield (key,), f"{key} acts with {takers} among the laws only; delete it"
-    if section.wear_limit_mm != 3.0 and section.crack_depth_mm is None:
+    if section.wear_limit_mm != default["wear_limit_mm"] and section.crack_depth_mm is None:
         message = "wear_limit_mm acts with crack_depth_mm only; give that too, or delete it"
         yield ("wear_limit_mm",), message
