@@ -21,11 +21,10 @@ from wearsim.scene.campaign import (
     CounterfaceWear,
     RailWearSection,
     ReprofilingRules,
-    RollerWearSection,
 )
 from wearsim.scene.damage import fatigue_settings, wear_settings
 from wearsim.scene.messages import scene_warnings
-from wearsim.scene.models import ContactSection, FieldScene, RigScene
+from wearsim.scene.models import ContactSection, FieldScene, RigScene, RollerSection
 from wearsim.scene.read import inputs_of
 
 
@@ -123,18 +122,16 @@ def _control_settings(campaign: CampaignSection) -> ControlSettings:
 
 
 def _counterface_wear(scene: RigScene | FieldScene) -> CounterfaceWear | None:
-    section = scene.counterface.wear
-    if isinstance(section, RailWearSection):
-        return CounterfaceWear(area_rate=1e-12 * section.area_mm2_per_1000km)
-    if not isinstance(section, RollerWearSection) or not isinstance(scene, RigScene):
+    counterface = scene.counterface
+    if counterface.wear is None:
         return None
-    every, depth = section.redress_every_km, section.redress_depth_um
-    return CounterfaceWear(
-        factor=section.factor,
-        radius=1e-3 * scene.counterface.roller_radius_mm,
-        redress_distance=math.inf if every is None else 1e3 * every,
-        redress_depth=math.inf if depth is None else 1e-6 * depth,
-    )
+    if isinstance(counterface.wear, RailWearSection):
+        return CounterfaceWear(area_rate=1e-12 * counterface.wear.area_mm2_per_1000km)
+    values = counterface.wear.si()
+    if "redress_every" in values:
+        values["redress_distance"] = values.pop("redress_every")
+    assert isinstance(counterface, RollerSection)
+    return CounterfaceWear(radius=1e-3 * counterface.roller_radius_mm, **values)
 
 
 def _points(scene: RigScene | FieldScene) -> OperatingPoints:
