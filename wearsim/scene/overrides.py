@@ -21,23 +21,14 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 class Override:
     """Another value for one key of a scene.
 
-    Parameters
-    ----------
-    key : str
-        Dotted key, such as "wheelset.radius_mm". In a list of tables a number counted from 1 selects one of
-        them ("operation.block.2.friction"), a key without one means all of them.
-    value : object
-        As `tomllib` reads it; None removes the key, so that its default applies.
-    source : str, optional
-        Flag or file that asks for it, named in faults.
-    line : int, optional
-        Its line in that file.
+    The key is dotted, such as "wheelset.radius_mm". In a list of tables a number counted from 1 selects one
+    of them ("operation.block.2.friction"), a key without one means all of them.
     """
 
     key: str
-    value: Any
-    source: str | None = None
-    line: int | None = None
+    value: Any  # as `tomllib` reads it; None removes the key, so that its default applies
+    source: str | None = None  # flag or file that asks for it, named in faults
+    line: int | None = None  # its line in that file
 
     @property
     def keys(self) -> tuple[str, ...]:

@@ -17,39 +17,19 @@ WearNumber = Literal["without_spin", "with_spin"]
 
 @dataclass(frozen=True)
 class PatchLoads:
-    """Loads of `m` contact patches.
+    """Loads of `m` contact patches, arrays (m,) as in `ContactSolution`, with the strips and cells."""
 
-    Parameters
-    ----------
-    normal_force, force_x, force_y : (m,) array
-        In the contact plane [N].
-    spin_moment : (m,) array
-        About the contact normal [N m].
-    creepage_x, creepage_y : (m,) array
-        [-].
-    spin : (m,) array
-        [1/m].
-    max_pressure : (m,) array
-        [Pa].
-    area : (m,) array
-        [m2].
-    y : (m, ny) array
-        Strip centres on the wheel profile, positive to the field side [m].
-    fields : SurfaceFields
-        In the cells.
-    """
-
-    normal_force: FloatArray
-    force_x: FloatArray
+    normal_force: FloatArray  # [N]
+    force_x: FloatArray  # in the contact plane [N]
     force_y: FloatArray
-    spin_moment: FloatArray
-    creepage_x: FloatArray
+    spin_moment: FloatArray  # about the contact normal [N m]
+    creepage_x: FloatArray  # [-]
     creepage_y: FloatArray
-    spin: FloatArray
-    max_pressure: FloatArray
-    area: FloatArray
-    y: FloatArray
-    fields: SurfaceFields
+    spin: FloatArray  # [1/m]
+    max_pressure: FloatArray  # [Pa]
+    area: FloatArray  # [m2]
+    y: FloatArray  # strip centres (m, ny) on the wheel profile, positive to the field side [m]
+    fields: SurfaceFields  # in the cells
 
     @property
     def utilised_friction(self) -> FloatArray:

@@ -46,35 +46,19 @@ Archard's coefficient k (which needs `hardness_GPa`)."""
 class WearTable(CoefficientSet):
     """A table of a wear rate.
 
-    Parameters
-    ----------
-    index : tuple of str
-        One or two of `INDEX_COLUMNS`.
-    axes : tuple of (n,) arrays
-        Rising values of each index [SI].
-    rate : str
-        One of `RATE_COLUMNS`.
-    rates : (n,) or (n, n2) array
-        At the values of the axes [SI].
-    interpolation : {"linear", "step"}
-        Between the rows; "step" holds the rate of a row up to the next.
-    beyond : {"hold", "slope"}
-        After the last row: its rate, or on with the last slope (of a single linear index).
-    hardness : float
-        For Archard's coefficient, else 0 [Pa].
-    below : {"proportional", "hold", "zero"}
-        Before the first row, where its index is above 0: on the straight line from the origin (of a map, in
-        proportion to each index that is below), its rate, or none.
+    Beyond the last row it holds its rate, or goes on with the last slope (of a single linear index). Below a
+    first row above 0 it is on the straight line from the origin (of a map, in proportion to each index that
+    is below), holds its rate, or is zero.
     """
 
-    index: tuple[str, ...]
-    axes: tuple[FloatArray, ...]
-    rate: str
-    rates: FloatArray
-    interpolation: str
-    beyond: str
-    hardness: float = 0.0
-    below: str = "hold"
+    index: tuple[str, ...]  # one or two of `INDEX_COLUMNS`
+    axes: tuple[FloatArray, ...]  # rising values (n,) of each index [SI]
+    rate: str  # one of `RATE_COLUMNS`
+    rates: FloatArray  # (n,) or (n, n2) at the values of the axes [SI]
+    interpolation: str  # "linear", or "step": the rate of a row up to the next
+    beyond: str  # "hold" or "slope"
+    hardness: float = 0.0  # for Archard's coefficient [Pa]
+    below: str = "hold"  # or "proportional" or "zero"
 
     @property
     def starts_above_zero(self) -> bool:
