@@ -47,13 +47,7 @@ LABELS = (*COORDINATES, *(next(iter(group)) for group in GROUPS.values()))
 
 
 def layout_of(names: Container[str]) -> dict[str, Quantity]:
-    """Return all variables of a result file that has those called `names`.
-
-    Parameters
-    ----------
-    names : container of str
-        Variables of the file, or of its static part.
-    """
+    """Return all variables of a result file that has those called `names`, or has them in its static part."""
     layout = dict(LAYOUT)
     for group in GROUPS.values():
         if next(iter(group)) in names:
@@ -84,11 +78,8 @@ class Header:
     @property
     def sizes(self) -> dict[str, int]:
         """Lengths of all fixed dimensions."""
-        sizes = {"patch": PATCH_SLOTS}
-        for name, quantity in layout_of(self.static).items():
-            if "step" not in quantity.dimensions:
-                sizes[quantity.dimensions[0]] = len(self.static[name])
-        return sizes
+        static = {n: q.dimensions for n, q in layout_of(self.static).items() if "step" not in q.dimensions}
+        return {"patch": PATCH_SLOTS} | {dims[0]: len(self.static[name]) for name, dims in static.items()}
 
 
 Row = Mapping[str, np.ndarray]
@@ -96,17 +87,8 @@ Row = Mapping[str, np.ndarray]
 
 
 def check_row(header: Header, row: Row) -> None:
-    """Raise unless `row` has exactly the variables of the schema, in shape and free of NaN.
-
-    Parameters
-    ----------
-    header : Header
-        Of the file the row is for.
-    row : mapping of arrays
-        See `Row`.
-    """
-    sizes, layout = header.sizes, layout_of(header.static)
-    names = row_names(header.static)
+    """Raise unless `row` has exactly the variables of the file, in shape and free of NaN."""
+    sizes, layout, names = header.sizes, layout_of(header.static), row_names(header.static)
     if set(row) != set(names):
         wrong = ", ".join(sorted(set(row) ^ set(names)))
         raise ResultError(f"a result row must have exactly the variables of the schema; check {wrong}")
@@ -163,13 +145,7 @@ RENAMED: Mapping[str, str] = {
 
 
 def renamed(dataset: xr.Dataset) -> xr.Dataset:
-    """Give a dataset of an older result or translation file the present names; others stay as they are.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        As it was opened.
-    """
+    """Give a dataset of an older result or translation file the present names; others stay as they are."""
     names = {str(name) for name in (*dataset.variables, *dataset.dims)}
     new = {old: present for old, present in RENAMED.items() if old in names}
     if not new:
