@@ -142,6 +142,14 @@ class WheelsetEvolution:
             return control.half_space_depth_limit(now, weight, setup.models, spacing, wave)
 
         tolerance = setup.control.error_tolerance
+        rule = step.StepRule(
+            setup.wheelset.radius,
+            setup.wear.density,
+            wave,
+            setup.control.integrator,
+            estimate=tolerance < math.inf,
+            crack_depth=here.comparison.crack_depth,
+        )
         limit = control.error_limit(state.step_length, state.step_error, tolerance)
         for rejected in range(_ATTEMPTS):
             choice = control.choose(
@@ -154,18 +162,8 @@ class WheelsetEvolution:
                 counterface_wear=setup.counterface_wear,
             )
             now = rate_for(choice.weight)
-            after = step.advance(
-                state,
-                now,
-                choice.step_length,
-                radius=setup.wheelset.radius,
-                density=setup.wear.density,
-                smoothing_wavelength=wave,
-                integrator=setup.control.integrator,
-                rate_at=partial(rate, points=points, weight=choice.weight, setup=here),
-                crack_depth=here.comparison.crack_depth,
-                estimate=tolerance < math.inf,
-            )
+            rate_at = partial(rate, points=points, weight=choice.weight, setup=here)
+            after = step.advance(state, now, choice.step_length, rule, rate_at)
             if after.step_error is None or after.step_error <= tolerance:
                 stability = control.stability_rate(now) * choice.step_length
                 after = replace(after, choice=state.choice, reprofiled=state.reprofiled)
