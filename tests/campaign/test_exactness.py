@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.campaign.control import choose, error_limit, finished
+from wearsim.campaign.control import choose, error_limit, reached
 from wearsim.campaign.state import WearRate
 from wearsim.campaign.step import StepRule, advance
 from wearsim.profile.shape import polygon_area_between, vertex_lengths, vertex_normals
@@ -83,7 +83,7 @@ def controlled(state, points, rate_at, settings):
     """Steps of a campaign with a rate of one's own, repeated where they fail the tolerance."""
     rule = StepRule(0.46, 7850.0, 0.0, settings.integrator, estimate=True)
     errors = []
-    while not finished(state, settings):
+    while not reached(state.distance, settings.distance):
         limit = error_limit(state.step_length, state.step_error, settings.error_tolerance)
         while True:
             rate = rate_at(state)

@@ -56,57 +56,28 @@ CHECKS = (0.25, 0.5, 0.75)
 
 @dataclass(frozen=True)
 class Sample:
-    """Sample of the operating points of a collective.
+    """Sample of the operating points of a collective."""
 
-    Parameters
-    ----------
-    points : OperatingPoints
-        The k points; their weights carry the work of all.
-    index : (k,) int array
-        Indices in the collective.
-    point_class : (n,) int array
-        Class of every point of the collective; each class has a point in the sample.
-    """
-
-    points: OperatingPoints
-    index: IntArray
-    point_class: IntArray
+    points: OperatingPoints  # the k points; their weights carry the work of all
+    index: IntArray  # (k,) in the collective
+    point_class: IntArray  # (n,) class of every point of the collective; each has a point in the sample
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Contact models that keep the tolerance of a campaign, and the evidence.
+    """Contact models that keep the tolerance of a campaign, and the evidence."""
 
-    Parameters
-    ----------
-    evidence : tuple of Evidence
-        Evidence on one candidate for all points, by rising cost; the last one keeps the tolerance.
-    choice : Choice
-        Models of the classes.
-    points : tuple of int
-        Number of operating points of each class.
-    cost : float
-        Mean relative cost of a solution by the choice.
-    """
-
+    # on one candidate for all points each, by rising cost; the last one keeps the tolerance
     evidence: tuple[Evidence[ContactModels], ...]
-    choice: Choice
-    points: tuple[int, ...]
-    cost: float
+    choice: Choice  # models of the classes
+    points: tuple[int, ...]  # number of operating points of each class
+    cost: float  # mean relative cost of a solution by the choice
 
 
 def sample_size(tolerance: float) -> int:
     """Return the number of operating points of each class solved with the reference.
 
-    Parameters
-    ----------
-    tolerance : float
-        Tolerance of the wear increment [-].
-
-    Returns
-    -------
-    int
-        Each stands for a share of the work of about the tolerance.
+    Each stands for a share of the work of about the tolerance of the wear increment [-].
     """
     return max(LEAST_SAMPLE, ceil(1.0 / (len(CLASSES) * tolerance)))
 
@@ -156,21 +127,9 @@ def sample(
 
 
 def sample_of(setup: CampaignSetup, state: State, count: int) -> Sample:
-    """Sample of the operating points of a campaign, by the frictional work of a fast model.
+    """Sample at most `count` operating points of each class, by the frictional work of a fast model.
 
-    Parameters
-    ----------
-    setup : CampaignSetup
-        Setup of the campaign.
-    state : State
-        Profiles of both wheels.
-    count : int
-        Largest number of operating points of each class.
-
-    Returns
-    -------
-    Sample
-        Classes without acting points join the next one, or the last one.
+    Classes without acting points join the next one, or the last one.
     """
     points = setup.points
     solution = _first_solution(setup, state)
@@ -202,18 +161,7 @@ def _nearest(there: IntArray, values: IntArray) -> IntArray:
 
 
 def candidates(base: ContactModels) -> tuple[ContactModels, ...]:
-    """Return the candidates of the choice, by rising cost.
-
-    Parameters
-    ----------
-    base : ContactModels
-        Material and parameters.
-
-    Returns
-    -------
-    tuple of ContactModels
-        Models of `COST_ORDER`; the last one is the reference.
-    """
+    """Return the models of `COST_ORDER` with material and parameters; the last one is the reference."""
     return tuple(
         replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid)
         for normal, tangential, grid, _ in COST_ORDER
@@ -284,15 +232,7 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
 
 
 def models_of(base: ContactModels, chosen: Choice | None) -> ContactModels | ModelsByPoint:
-    """Return the contact models of the operating points: as given, or as chosen.
-
-    Parameters
-    ----------
-    base : ContactModels
-        Material and parameters; the models themselves where they are given.
-    chosen : Choice or None
-        None where the models are given.
-    """
+    """Return the contact models of the operating points: as chosen, or `base` where they are given."""
     if chosen is None:
         return base
     return ModelsByPoint(candidates(base), np.array(chosen.models)[chosen.point_class])
@@ -420,33 +360,19 @@ ModelsT = TypeVar("ModelsT", bound=ContactModels | ModelsByPoint)
 
 @dataclass(frozen=True)
 class Evidence(Generic[ModelsT]):
-    """Error of one combination of models on a sample of operating points.
+    """Error of one combination of models on a sample of operating points; inf where it is not applicable."""
 
-    Parameters
-    ----------
-    models : ContactModels or ModelsByPoint
-        Combination with its grid, or those of each point.
-    depth_error : float
-        Largest difference of the smoothed wear increment over the profiles of both wheels from that of
-        the reference, over its largest depth [-]; inf where the models are not applicable. On the sample, or
-        as estimated for the whole collective.
-    work_error : float
-        Integral of the absolute difference of the strip work over that of the reference's, on the sample [-].
-    power_error : float
-        Largest relative error of the frictional power of both wheels at a point of the sample [-].
-    difference : (c, 2, n) array
-        Contribution of each class of points to the difference of the increment, over the largest depth [-];
-        inf where the models are not applicable.
-    message : str
-        Why the models are not applicable; empty if they are.
-    """
-
-    models: ModelsT
+    models: ModelsT  # combination with its grid, or those of each point
+    # largest difference of the smoothed wear increment over the profiles of both wheels from that of the
+    # reference, over its largest depth, on the sample or as estimated for the whole collective [-]
     depth_error: float
+    # integral of the absolute difference of the strip work over that of the reference's, on the sample [-]
     work_error: float
-    power_error: float
+    power_error: float  # largest relative error of the power of both wheels at a point of the sample [-]
+    # (c, 2, n) contribution of each class of points to the difference of the increment, over the largest
+    # depth [-]
     difference: FloatArray
-    message: str = ""
+    message: str = ""  # why the models are not applicable; empty if they are
 
 
 @dataclass(frozen=True)
@@ -456,23 +382,14 @@ class Collective:
     The difference of a model on all points is estimated as its difference from a fast model on all points
     plus the difference of that fast model on the sample.
 
-    Parameters
-    ----------
-    points : OperatingPoints
-        All n points, monitoring points included.
-    point_class : (n,) int array
-        Class of each, numbered as in the sample.
-    bridges : tuple of ContactModels
-        Fast models, the best first; the first applicable one is used. The normal models of those before it
-        are excluded in all combinations.
-    cheap : tuple of ContactModels
-        Candidates solved at all points.
     """
 
-    points: OperatingPoints
-    point_class: IntArray
+    points: OperatingPoints  # all n points, monitoring points included
+    point_class: IntArray  # (n,) class of each, numbered as in the sample
+    # fast models, the best first; the first applicable one is used, the normal models of those before it are
+    # excluded in all combinations
     bridges: tuple[ContactModels, ...]
-    cheap: tuple[ContactModels, ...]
+    cheap: tuple[ContactModels, ...]  # candidates solved at all points
 
 
 @dataclass(frozen=True)

@@ -46,21 +46,11 @@ _ATTRIBUTES: Mapping[str, Callable[[CoefficientSet], str]] = {
 
 @dataclass(frozen=True)
 class ComparisonLaws:
-    """Settings of the comparison laws.
-
-    Parameters
-    ----------
-    wear : tuple of WearSettings
-        Wear laws.
-    fatigue : tuple of FatigueSettings
-        Fatigue laws.
-    active : WearSettings, optional
-        Active wear law, from whose name the others must differ.
-    """
+    """Settings of the comparison laws."""
 
     wear: tuple[WearSettings, ...] = ()
     fatigue: tuple[FatigueSettings, ...] = ()
-    active: WearSettings | None = None
+    active: WearSettings | None = None  # active wear law, from whose name the others must differ
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -83,21 +73,11 @@ class ComparisonLaws:
 
 @dataclass(frozen=True)
 class ComparisonPassage:
-    """Depth and damage of one passage of each of `m` patches by the comparison laws.
+    """Depth and damage of one passage of each of `m` patches, by each of the comparison laws."""
 
-    Parameters
-    ----------
-    depth : tuple of (n_regimes, m, ny) arrays
-        Depth by each wear law and its regimes [m].
-    damage : tuple of (m, ny) arrays
-        Damage by each fatigue law at a place within the strip [-].
-    patches : tuple of FatigueDamage
-        Index and damage of each patch by each fatigue law.
-    """
-
-    depth: tuple[FloatArray, ...] = ()
-    damage: tuple[FloatArray, ...] = ()
-    patches: tuple[FatigueDamage, ...] = ()
+    depth: tuple[FloatArray, ...] = ()  # (n_regimes, m, ny) by wear law [m]
+    damage: tuple[FloatArray, ...] = ()  # (m, ny) by fatigue law at a place within the strip [-]
+    patches: tuple[FatigueDamage, ...] = ()  # index and damage of each patch by fatigue law
 
 
 def comparison_laws(setup: CampaignSetup) -> ComparisonLaws:
@@ -110,20 +90,7 @@ def _set_name(settings: WearSettings) -> str:
 
 
 def comparison_passage(solution: ContactSolution, laws: ComparisonLaws) -> ComparisonPassage:
-    """Evaluate the comparison laws on a contact solution.
-
-    Parameters
-    ----------
-    solution : ContactSolution
-        With `m` patches.
-    laws : ComparisonLaws
-        Settings of the laws.
-
-    Returns
-    -------
-    ComparisonPassage
-        Depth and damage of every patch.
-    """
+    """Evaluate the comparison laws on every patch of a contact solution."""
     loads = patch_loads(solution) if laws.fatigue else None
     patches = () if loads is None else tuple(passage_damage(loads, one) for one in laws.fatigue)
     return ComparisonPassage(
@@ -218,21 +185,9 @@ def _form(settings: FatigueSettings) -> str:
 
 
 def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> dict[str, np.ndarray]:
-    """Return the variables of one row by the laws along the profile.
+    """Return the variables of one row by the laws along the profile, as `wearsim.results.GROUPS` names them.
 
-    Parameters
-    ----------
-    state : State
-        Both wheels.
-    collective : WearRate
-        In that state, with the weights of the full collective.
-    laws : ComparisonLaws
-        Settings of the laws.
-
-    Returns
-    -------
-    dict of arrays
-        By the names of `wearsim.results.GROUPS` [SI].
+    `collective` is the rate in that state with the weights of the full collective.
     """
     row: dict[str, np.ndarray] = {}
     if laws.wear:
@@ -257,17 +212,7 @@ def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> 
 def patch_values(
     solution: ContactSolution, passage: ComparisonPassage, laws: ComparisonLaws
 ) -> Mapping[str, FloatArray]:
-    """Return index and damage of each patch (m, ...) by the fatigue laws, for the slots of a row.
-
-    Parameters
-    ----------
-    solution : ContactSolution
-        With `m` patches.
-    passage : ComparisonPassage
-        Depth and damage of the patches.
-    laws : ComparisonLaws
-        Settings of the laws.
-    """
+    """Return index and damage of each patch (m, ...) by the fatigue laws, for the slots of a row."""
     if not passage.patches:
         return {}
     loads = patch_loads(solution)

@@ -122,22 +122,7 @@ def smooth(arc: FloatArray, depth: FloatArray, length: FloatArray, wavelength: f
 
 
 def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float) -> FloatArray:
-    """Smooth a wear increment along the profiles of both sides.
-
-    Parameters
-    ----------
-    y, z : (2, n) array
-        Profiles of the right and left body [m].
-    depth : (2, ..., n) array
-        At their vertices, not negative [m].
-    wavelength : float
-        As for `smooth` [m].
-
-    Returns
-    -------
-    (2, ..., n) array
-        Smoothed depth [m].
-    """
+    """Smooth a wear increment (2, ..., n) along the profiles (2, n) of both sides, see `smooth` [m]."""
     return np.stack([
         smooth(arc_length(y[side], z[side]), depth[side], vertex_lengths(y[side], z[side]), wavelength)
         for side in (0, 1)
