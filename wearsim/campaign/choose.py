@@ -12,13 +12,12 @@ import numpy as np
 
 from wearsim.campaign.evaluate import ModelsByPoint, Setup, accumulate, setup_of, solve_contact
 from wearsim.campaign.state import Choice, State
-from wearsim.campaign.vertices import smooth_sides
+from wearsim.campaign.vertices import lengths_of_sides, smooth_sides
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactModels, ContactSolution
 from wearsim.damage.wear import passage_depth
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints, select
-from wearsim.profile.shape import vertex_lengths
 from wearsim.results import FILL_FLOAT
 
 if TYPE_CHECKING:
@@ -381,7 +380,6 @@ class Collective:
 
     The difference of a model on all points is estimated as its difference from a fast model on all points
     plus the difference of that fast model on the sample.
-
     """
 
     points: OperatingPoints  # all n points, monitoring points included
@@ -444,7 +442,7 @@ def judge(
     classes = np.zeros(len(points.label), dtype=np.int64) if point_class is None else point_class
     still = replace(setup, counterface_wear=None)
     count = int(classes.max()) + 1
-    length = np.stack([vertex_lengths(state.y[wheel], state.z[wheel]) for wheel in (0, 1)])
+    length = lengths_of_sides(state.y, state.z)
 
     def increment(
         models: ContactModels | ModelsByPoint, points: OperatingPoints, classes: IntArray

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wearsim.campaign.state import CounterfaceRate, CounterfaceState, State, WearRate
-from wearsim.campaign.vertices import sample, share_out, smooth_sides, stretches, worn_off
+from wearsim.campaign.vertices import (
+    lengths_of_sides,
+    sample,
+    share_out,
+    smooth_sides,
+    stretches,
+    worn_off_sides,
+)
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import Counterface
 from wearsim.profile.shape import arc_length, vertex_lengths
@@ -133,20 +140,10 @@ def wear_off_counterface(
     The area between the polygons is the sum of depth times vertex length.
     """
     increment = smooth_sides(state.y, state.z, depth, smoothing_wavelength)
-    moved = [
-        worn_off(y, -z, row, f"{side} counterface")  # wheels have z out of the material
-        for side, y, z, row in zip(("right", "left"), state.y, state.z, increment, strict=True)
-    ]
-    lengths = np.stack([vertex_lengths(y, z) for y, z in zip(state.y, state.z, strict=True)])
+    y, up = worn_off_sides(state.y, -state.z, increment, "counterface")  # wheels have z out of the material
+    area = (increment * lengths_of_sides(state.y, state.z)).sum(axis=1)
     worn = state.depth + increment
-    return replace(
-        state,
-        y=np.stack([y for y, _ in moved]),
-        z=np.stack([-z for _, z in moved]),
-        depth=worn,
-        worn_area=state.worn_area + (increment * lengths).sum(axis=1),
-        last_depth=worn,
-    )
+    return replace(state, y=y, z=-up, depth=worn, worn_area=state.worn_area + area, last_depth=worn)
 
 
 def without_step(state: CounterfaceState) -> CounterfaceState:

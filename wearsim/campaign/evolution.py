@@ -135,7 +135,6 @@ class WheelsetEvolution:
             after = step.advance(state, now, choice.step_length, rule, rate_at)
             if after.step_error is None or after.step_error <= tolerance:
                 stability = control.stability_rate(now) * choice.step_length
-                after = replace(after, choice=state.choice, reprofiled=state.reprofiled)
                 if setup.counterface_wear is not None and not control.reached(after.distance, self.target):
                     after = redressed(after, setup.counterface, setup.counterface_wear)
                 passed = [share * setup.control.distance for share in choose.CHECKS]

@@ -10,10 +10,9 @@ import numpy as np
 
 from wearsim.campaign.counterface import damped_counterface, wear_off_counterface
 from wearsim.campaign.state import CounterfaceState, Increment, State, WearRate
-from wearsim.campaign.vertices import smooth_sides, worn_off
+from wearsim.campaign.vertices import lengths_of_sides, smooth_sides, worn_off_sides
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue.balance import damage_after
-from wearsim.profile.shape import vertex_lengths
 
 RateAt = Callable[[State], WearRate]
 
@@ -110,9 +109,7 @@ def _mean_of_rates(
 
 def _stretched(before: State | CounterfaceState, after: State | CounterfaceState) -> FloatArray:
     """Lengths the vertices stand for, (2, n), after over before [-]."""
-    return np.stack(
-        [vertex_lengths(after.y[w], after.z[w]) / vertex_lengths(before.y[w], before.z[w]) for w in (0, 1)]
-    )
+    return lengths_of_sides(after.y, after.z) / lengths_of_sides(before.y, before.z)
 
 
 class Integrator(NamedTuple):
@@ -211,32 +208,28 @@ def remove(state: State, regime_depth: FloatArray, step_length: float, rule: Ste
     rings of radius :math:`r(y) = r_0 + z` before the step:
     :math:`\rho \sum 2 \pi r_j d_j l_j`.
     """
-    y, z = np.empty_like(state.y), np.empty_like(state.z)
     depth = smooth_sides(state.y, state.z, regime_depth, rule.smoothing_wavelength)
-    area, mass = state.worn_area.copy(), state.worn_mass.copy()
-    for wheel in (0, 1):
-        old_y, old_z = state.y[wheel], state.z[wheel]
-        length = vertex_lengths(old_y, old_z)
-        total = depth[wheel].sum(axis=0)
-        y[wheel], z[wheel] = worn_off(old_y, old_z, total, f"{('right', 'left')[wheel]} wheel")
-        area[wheel] += (total * length).sum()
-        mass[wheel] += rule.density * 2.0 * np.pi * ((rule.radius + old_z) * total * length).sum()
-    return State(
+    total, length = depth.sum(axis=1), lengths_of_sides(state.y, state.z)
+    y, z = worn_off_sides(state.y, state.z, total, "wheel")
+    mass = rule.density * 2.0 * np.pi * ((rule.radius + state.z) * total * length).sum(axis=1)
+    return replace(
+        state,
         step=state.step + 1,
         distance=state.distance + step_length,
         y=y,
         z=z,
-        wear_depth=state.wear_depth + depth.sum(axis=1),
+        wear_depth=state.wear_depth + total,
         regime_depth=state.regime_depth + depth,
-        worn_area=area,
-        worn_mass=mass,
+        worn_area=state.worn_area + (total * length).sum(axis=1),
+        worn_mass=state.worn_mass + mass,
         step_length=step_length,
+        step_error=None,
     )
 
 
 def _with_comparison_laws(before: State, worn: State, increment: Increment, rule: StepRule) -> State:
     """Add the smoothed depths of the comparison laws and the fatigue damage that wear leaves."""
-    length = np.stack([vertex_lengths(before.y[w], before.z[w]) for w in (0, 1)])
+    length = lengths_of_sides(before.y, before.z)
     depths: list[FloatArray] = []
     areas: list[FloatArray] = []
     for by_regime, depth in zip(increment.comparison, before.comparison_depth, strict=True):

@@ -121,6 +121,20 @@ def smooth(arc: FloatArray, depth: FloatArray, length: FloatArray, wavelength: f
     return result
 
 
+def lengths_of_sides(y: FloatArray, z: FloatArray) -> FloatArray:
+    """Length of profile each vertex of the profiles (2, n) of both sides stands for [m]."""
+    return np.stack([vertex_lengths(y[side], z[side]) for side in (0, 1)])
+
+
+def worn_off_sides(
+    y: FloatArray, z: FloatArray, depth: FloatArray, body: str
+) -> tuple[FloatArray, FloatArray]:
+    """Move the vertices (2, n) of the profiles of both sides, see `worn_off` [m]."""
+    moved = [worn_off(y[k], z[k], depth[k], f"{side} {body}") for k, side in enumerate(("right", "left"))]
+    new_y, new_z = zip(*moved, strict=True)
+    return np.stack(new_y), np.stack(new_z)
+
+
 def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float) -> FloatArray:
     """Smooth a wear increment (2, ..., n) along the profiles (2, n) of both sides, see `smooth` [m]."""
     return np.stack([
