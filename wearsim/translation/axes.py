@@ -14,21 +14,11 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class CommonAxes:
-    """Where two campaigns are compared; basis 0 = equal distance, 1 = equal worn depth.
+    """Where two campaigns are compared; basis 0 = equal distance, 1 = equal worn depth."""
 
-    Parameters
-    ----------
-    distance : (2, k, 2) array
-        Distance run by basis, progress and campaign (rig, field) [m].
-    depth : (2, k, 2) array
-        Largest wear depth of the two wheels there [m].
-    reachable : (2, k) bool array
-        Whether both campaigns reach it.
-    """
-
-    distance: FloatArray
-    depth: FloatArray
-    reachable: NDArray[np.bool_]
+    distance: FloatArray  # (2, k, 2) run, by basis, progress and campaign (rig, field) [m]
+    depth: FloatArray  # (2, k, 2) largest wear depth of the two wheels there [m]
+    reachable: NDArray[np.bool_]  # (2, k) whether both campaigns reach it
 
 
 def at_distances(distance: FloatArray, values: FloatArray, targets: FloatArray) -> FloatArray:

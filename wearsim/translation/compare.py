@@ -10,7 +10,7 @@ import xarray as xr
 
 from wearsim.quantities import QUANTITIES
 from wearsim.translation import factors
-from wearsim.translation.axes import FloatArray, IntArray, at_distances, common_axes, rows_at
+from wearsim.translation.axes import FloatArray, IntArray, at_distances, common_axes, distance_at, rows_at
 from wearsim.translation.factors import STATUS, WORN_SHARE, Factor
 
 CAMPAIGN = ("rig", "field")
@@ -254,11 +254,11 @@ def add_equivalent_distance(comparison: Comparison) -> None:
     for name, meaning in (("max_wear_depth", "largest wear depth"), ("worn_area", "worn area")):
         mine, theirs = (factors.wear_by_wheel(data, name) for data in comparison.pair)
         reached = [
-            factors.equivalent_distance(at_distances(run[0], mine[:, w], asked), theirs[:, w], run[1])
-            for w in range(3)
+            distance_at(theirs[:, w], run[1], at_distances(run[0], mine[:, w], asked)) for w in range(3)
         ]
         variable, text = f"equivalent_distance_{name}", f"field distance of equal {meaning}"
-        distance, status = (np.stack(parts, axis=1) for parts in zip(*reached, strict=True))
+        distance = np.stack(reached, axis=1)
+        status = np.where(np.isfinite(distance), STATUS["defined"], STATUS["beyond_range"])
         attrs = {"units": "m", "long_name": text, "ancillary_variables": f"{variable}_status"}
         comparison.variables[variable] = (dims, distance, attrs)
         comparison.add_status(variable, dims, status, text)

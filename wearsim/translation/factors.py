@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from wearsim.translation.axes import FloatArray, IntArray, distance_at
+from wearsim.translation.axes import FloatArray, IntArray
 
 STATUS: dict[str, int] = {
     "defined": 0,
@@ -115,18 +115,10 @@ def ratio(
     share: float = ZERO_SHARE,
     reachable: NDArray[np.bool_] | bool = True,
 ) -> Factor:
-    """Divide rig by field wherever that means something.
+    """Divide the values (...) of one quantity, rig by field, wherever that means something.
 
-    Parameters
-    ----------
-    rig, field : (...) array
-        Values of one quantity, NaN where there is none.
-    scale : float or (...) array
-        Magnitude the quantity has where it matters.
-    share : float
-        Denominators below `share` times `scale` are too small to divide by.
-    reachable : bool or (...) array
-        False where a campaign ends before.
+    `scale` is the magnitude the quantity has where it matters: denominators below `share` of it are too small
+    to divide by. Values are NaN where there is none; `reachable` is False where a campaign ends before.
     """
     rig, field, scale_, reached = np.broadcast_arrays(rig, field, scale, reachable)
     status = np.full(rig.shape, STATUS["defined"], dtype=np.int64)
@@ -242,27 +234,6 @@ def wear_by_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
         both = np.where(np.abs(value[:, 0]) >= np.abs(value[:, 1]), value[:, 0], value[:, 1])
         both = np.where(np.isnan(value).any(axis=1), np.nan, both)
     return np.column_stack([value, both])
-
-
-def equivalent_distance(
-    rig_measure: FloatArray, field_measure: FloatArray, field_distance: FloatArray
-) -> tuple[FloatArray, IntArray]:
-    """Field distance that wears as much as the rig did.
-
-    Parameters
-    ----------
-    rig_measure : (k,) array
-        Wear measure on the rig at the distances asked for.
-    field_measure, field_distance : (step,) array
-        The same measure in the field, and the distance run there [m].
-
-    Returns
-    -------
-    distance, status : (k,) array
-        Field distance [m] with status 0, NaN with `STATUS["beyond_range"]` where the campaign ends before.
-    """
-    distance = distance_at(field_measure, field_distance, rig_measure)
-    return distance, np.where(np.isfinite(distance), STATUS["defined"], STATUS["beyond_range"])
 
 
 def dominant_regime(depth_by_regime: FloatArray, share: float = WORN_SHARE) -> IntArray:
