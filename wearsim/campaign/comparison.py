@@ -35,13 +35,19 @@ if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
 _MPA = 1e6
-_ATTRIBUTES: Mapping[str, Callable[[CoefficientSet], str]] = {
+
+SET_TEXTS: Mapping[str, Callable[[CoefficientSet], str]] = {
+    "coefficients": lambda one: one.name,
+    "source": lambda one: one.source,
+    "warnings": lambda one: "; ".join(one.uncertain),
     "numbers": lambda one: ", ".join(one.numbers),
     "materials": lambda one: one.materials,
     "validity": lambda one: one.validity,
     "departures": lambda one: " ".join(one.departures),
 }
-"""Attributes of a result file on a coefficient set."""
+"""What a result file says of a coefficient set."""
+
+_VARIABLES = ("coefficients", "source", "warnings")  # of them; the others are attributes
 
 
 @dataclass(frozen=True)
@@ -128,13 +134,16 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
         }
     if laws.fatigue:
         sets = [fatigue.coefficients_of(one) for one in laws.fatigue]
-        removed = [one.crack_depth is not None for one in laws.fatigue]
         static |= _names_of("fatigue", sets) | {
             "fatigue_name": tuple(one.law for one in laws.fatigue),
             "fatigue_form": tuple(_form(one) for one in laws.fatigue),
             "fatigue_crack_width": np.array([one.crack_width for one in laws.fatigue]),
-            "fatigue_wear_limit": _where(removed, [one.wear_limit for one in laws.fatigue]),
-            "fatigue_crack_depth": _where(removed, [one.crack_depth for one in laws.fatigue]),
+            "fatigue_wear_limit": np.array(
+                [FILL_FLOAT if one.crack_depth is None else one.wear_limit for one in laws.fatigue]
+            ),
+            "fatigue_crack_depth": np.array(
+                [FILL_FLOAT if one.crack_depth is None else one.crack_depth for one in laws.fatigue]
+            ),
             "fatigue_shear_yield": np.array(
                 [_MPA * one["shear_yield"] if "shear_yield" in one.values else FILL_FLOAT for one in sets]
             ),
@@ -145,14 +154,9 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
 def _names_of(group: str, sets: Sequence[CoefficientSet | None]) -> dict[str, tuple[str, ...]]:
     """Name, source and warnings of coefficient sets; empty for a law that has none."""
     return {
-        f"{group}_coefficients": tuple("" if one is None else one.name for one in sets),
-        f"{group}_source": tuple("" if one is None else one.source for one in sets),
-        f"{group}_warnings": tuple("" if one is None else "; ".join(one.uncertain) for one in sets),
+        f"{group}_{key}": tuple("" if one is None else SET_TEXTS[key](one) for one in sets)
+        for key in _VARIABLES
     }
-
-
-def _where(known: Sequence[bool], values: Sequence[float | None]) -> FloatArray:
-    return np.array([value if there else FILL_FLOAT for there, value in zip(known, values, strict=True)])
 
 
 def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
@@ -165,7 +169,8 @@ def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
         f"{group}_{key}": "\n".join("" if one is None else " ".join(text(one).split("\n")) for one in sets)
         for group, sets in groups.items()
         if sets
-        for key, text in _ATTRIBUTES.items()
+        for key, text in SET_TEXTS.items()
+        if key not in _VARIABLES
     }
 
 

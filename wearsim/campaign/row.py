@@ -13,6 +13,7 @@ import numpy as np
 
 from wearsim.campaign.choose import choice_of, row_choice, static_choice
 from wearsim.campaign.comparison import (
+    SET_TEXTS,
     ComparisonPassage,
     comparison_attributes,
     comparison_laws,
@@ -320,15 +321,12 @@ def _wear_attributes(wear: WearSettings) -> dict[str, str]:
     law = WEAR_LAWS[wear.law]
     if not law.wears:
         return {}
-    coefficients = coefficients_of(wear)
+    texts = {key: text(coefficients_of(wear)) for key, text in SET_TEXTS.items()}
+    about = ("source", "materials", "validity", "departures", "warnings")
     return {
-        "wear_coefficients": coefficients.name,
-        "wear_coefficients_source": coefficients.source,
-        "wear_coefficients_materials": coefficients.materials,
-        "wear_coefficients_validity": coefficients.validity,
-        "wear_coefficients_departures": " ".join(coefficients.departures),
-        "wear_coefficients_warnings": "; ".join(coefficients.uncertain),
-        "wear_law_numbers": ", ".join(coefficients.numbers),
+        "wear_coefficients": texts["coefficients"],
+        **{f"wear_coefficients_{key}": texts[key] for key in about},
+        "wear_law_numbers": texts["numbers"],
         "wear_form": wear.form,
         "seizure_cap": wear.seizure_cap if "seizure_cap" in law.parameters else "",
     }
