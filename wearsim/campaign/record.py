@@ -282,16 +282,20 @@ class Writer:
         self._appended = time.monotonic()
         return False
 
+    def limit_met(self, row: Mapping[str, np.ndarray]) -> str | None:
+        """Name the limit met by a row that ends the campaign, None if there is none."""
+        laws = self.header.static.get("fatigue_name", ())
+        return first_met(row, ending_limits(self.header.attributes), laws)
+
     def finish(self) -> str:
         """Write and verify the complete file, mark it finished, remove the records; return why it ended."""
         count, given = self._count, self.header.attributes
-        limits = limits_of(given)
         laws = self.header.static.get("fatigue_name", ())
-        met = first_met(self.records.row(count - 1), ending_limits(given), laws)
+        met = self.limit_met(self.records.row(count - 1))
         ended = f"limit of {QUANTITIES[met].meaning} met" if met else "distance reached"
         attributes = {
             **given,
-            **met_attributes((read() for read in self._readers()), limits, laws),
+            **met_attributes((read() for read in self._readers()), limits_of(given), laws),
             "source": self.records.sources(count),
             "finished": ended,
         }

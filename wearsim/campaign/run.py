@@ -34,7 +34,6 @@ from wearsim.campaign.row import StepTaken, state_of
 from wearsim.campaign.state import State
 from wearsim.errors import Fault, NumericalError, ResultError, SceneError, WearsimError
 from wearsim.results import check_row
-from wearsim.results.limits import ending_limits, first_met
 from wearsim.scene import CampaignScene, CompareScene, build, files_to_copy, load_campaign
 from wearsim.scene.overrides import Override
 
@@ -196,12 +195,10 @@ def run_evolution(
 
 def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress) -> None:
     done = writer.recover()
-    limits = ending_limits(writer.header.attributes)
-    laws = writer.header.static.get("fatigue_name", ())
     taken: StepTaken | None
     if done:
         last = writer.records.row(done - 1)
-        if first_met(last, limits, laws):
+        if writer.limit_met(last):
             return
         state, taken = state_of(last, done - 1), None
     else:
@@ -222,7 +219,7 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress) -> N
                 progress.report("step", state, step_length=taken.length)
             if deferred:
                 progress.report("deferred")
-            if ended or first_met(row, limits, laws):
+            if ended or writer.limit_met(row):
                 return
         before = state
         state, taken = evolution.advance(before, evaluation)

@@ -142,12 +142,6 @@ def row_count(path: Path) -> int:
         raise ResultError(f"{path} is damaged: {_reason(error)}") from error
 
 
-def read_row(path: Path, index: int) -> dict[str, np.ndarray]:
-    """Read the row of a step with its fill values."""
-    with _open(path) as file:
-        return {name: np.asarray(file.variables[name][index]) for name in row_names(file.variables)}
-
-
 def verify(path: Path, rows: Sequence[Callable[[], Row]]) -> int | None:
     """Count the rows of a file that holds exactly the first of `rows`, bit by bit.
 

@@ -33,9 +33,6 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = {
 }
 """Variables that only results of some scenes have: all of a group, or none. The first one decides."""
 
-STATIC = tuple(name for name, quantity in LAYOUT.items() if "step" not in quantity.dimensions)
-"""Names of the variables that are written once."""
-
 ROW = tuple(name for name, quantity in LAYOUT.items() if "step" in quantity.dimensions)
 """Names of the variables of one row."""
 
@@ -62,18 +59,10 @@ def row_names(names: Container[str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Header:
-    """All of a result file that does not change from step to step.
+    """All of a result file that does not change from step to step."""
 
-    Parameters
-    ----------
-    static : mapping
-        The variables named in `STATIC`: arrays [SI units], or sequences of str.
-    attributes : mapping
-        Global attributes, str or number; empty ones are not written.
-    """
-
-    static: Mapping[str, Any]
-    attributes: Mapping[str, str | int | float]
+    static: Mapping[str, Any]  # variables without the dimension `step`: arrays [SI], or sequences of str
+    attributes: Mapping[str, str | int | float]  # global ones; empty ones are not written
 
     @property
     def sizes(self) -> dict[str, int]:
