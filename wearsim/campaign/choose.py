@@ -170,15 +170,6 @@ def candidates(base: ContactModels) -> tuple[ContactModels, ...]:
 def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
     """Choose the cheapest contact models whose wear increment keeps the tolerance of a campaign.
 
-    Parameters
-    ----------
-    setup : CampaignSetup
-        Setup with a tolerance.
-    state : State
-        Profiles of both wheels.
-    threads : int
-        Threads of the contact solver; their number does not change the bits of the result.
-
     Returns
     -------
     Verdict
@@ -286,14 +277,7 @@ EDGES = (0.1, 0.3, 0.6)
 
 
 def point_classes(work: FloatArray, weight: FloatArray) -> IntArray:
-    """Sort operating points into classes by their share of the work.
-
-    Parameters
-    ----------
-    work : (n,) array
-        Frictional work of each point per distance [J/m].
-    weight : (n,) array
-        Shares of the distance.
+    """Sort operating points into classes by their share of the work, per distance (n,) [J/m].
 
     Returns
     -------

@@ -100,29 +100,16 @@ def largest_step(
     length_limit: float = math.inf,
     counterface_wear: CounterfaceWear | None = None,
 ) -> tuple[float, str]:
-    """Longest step within stability, depth cap, error, longest step and distance.
+    """Longest step within stability, depth cap, error, longest step and distance, and its active limit.
 
     Parameters
     ----------
     rate : WearRate
         In this state, for the acting points.
-    state : State
-        Profiles and distance run.
-    settings : ControlSettings
-        The limits.
-    depth_limit : float
-        Further limit of the depth per step, such as `half_space_depth_limit` [m].
-    length_limit : float
-        Limit by the error, such as `error_limit` [m].
+    depth_limit, length_limit : float
+        Further limits of depth and length, such as `half_space_depth_limit` and `error_limit` [m].
     counterface_wear : CounterfaceWear, optional
         How the counterface wears, if it does.
-
-    Returns
-    -------
-    step_length : float
-        [m]
-    reason : str
-        Active limit, as in `StepChoice`.
     """
     wave = settings.smoothing_wavelength
     steepest = stability_rate(rate)
@@ -178,25 +165,16 @@ def choose(
 
     Parameters
     ----------
-    state : State
-        State before the step.
     points : OperatingPoints
         Load collective; points with a block length form a programme that is repeated.
     rate_for_weights : callable
         Wear rate in this state as a function of weights (n,).
-    settings : ControlSettings
-        Limits of the step.
     depth_limit : callable, optional
         Further limit of the depth per step as a function of a rate and its weights [m].
     length_limit : float
         Limit by the error, such as `error_limit` [m].
     counterface_wear : CounterfaceWear, optional
         How the counterface wears, if it does; a step ends where rollers are redressed.
-
-    Returns
-    -------
-    StepChoice
-        Weights, length [m] and what limits it.
 
     Notes
     -----

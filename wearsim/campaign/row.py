@@ -127,16 +127,10 @@ def summarise(
     count: int,
     further: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> dict[str, np.ndarray]:
-    """Arrange the `m` patches of a solution in slots of `count` operating points.
+    """Arrange the `m` patches of a solution, with their wear, in slots of `count` operating points.
 
     Parameters
     ----------
-    solution : ContactSolution
-        With `m` patches.
-    wear : PatchWear
-        Wear of each.
-    count : int
-        Number of operating points.
     further : mapping of (m, ...) arrays
         More values of each patch.
 

@@ -140,14 +140,10 @@ def advance(state: State, rate: WearRate, step_length: float, rule: StepRule, ra
 
     Parameters
     ----------
-    state : State
-        At the beginning of the step.
     rate : WearRate
-        In that state, for the acting points.
+        At the beginning of the step, for the acting points.
     step_length : float
         Distance to run [m].
-    rule : StepRule
-        How.
     rate_at : callable
         Wear rate of the same points as a function of the state.
 
@@ -186,21 +182,8 @@ def advance(state: State, rate: WearRate, step_length: float, rule: StepRule, ra
 def remove(state: State, regime_depth: FloatArray, step_length: float, rule: StepRule) -> State:
     r"""Remove a wear increment from the profiles of the wheels.
 
-    Parameters
-    ----------
-    state : State
-        Before.
-    regime_depth : (2, n_regimes, n) array
-        Depth by regime at the vertices, before smoothing [m].
-    step_length : float
-        Distance of the increment [m].
-    rule : StepRule
-        Radius, density and smoothing.
-
-    Returns
-    -------
-    State
-        After; the area between the polygons is the sum of depth times vertex length.
+    The depth by regime (2, n_regimes, n) at the vertices, before smoothing [m], is that of `step_length` [m].
+    The area between the polygons is the sum of depth times vertex length.
 
     Notes
     -----

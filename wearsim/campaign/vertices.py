@@ -51,26 +51,14 @@ def sample(strip_edges: FloatArray, arc: FloatArray, value: FloatArray, out: Flo
 
 
 def worn_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tuple[FloatArray, FloatArray]:
-    """Move the vertices of a profile along their normals by the area of a wear increment.
+    """Move the vertices (n,) of a profile, z out of the material, along their normals by a smooth depth [m].
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Vertices, z out of the material [m].
-    depth : (n,) array
-        Smoothed depth of the law at the vertices [m].
-    body : str
-        Name of the body, for the message.
-
-    Returns
-    -------
-    y, z : (n,) array
-        Vertices after removal [m].
+    The area between the polygons is the sum of depth times vertex length.
 
     Raises
     ------
     NumericalError
-        When the depth is too large for the curvature of the profile.
+        When the depth is too large for the curvature of the profile; it names the body.
     """
     distance = offset_distance(y, z, depth)
     normal_y, normal_z = vertex_normals(y, z)

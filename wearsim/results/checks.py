@@ -163,11 +163,7 @@ def tread_wear(dataset: xr.Dataset) -> float | None:
 
 
 def tread_wear_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of a field campaign whose tread wear is not of the size seen in service.
-
-    One line; None within `TREAD_WEAR_BAND`, for other campaigns than those in the field, before the
-    first step and for the law that wears nothing.
-    """
+    """Warn of a field campaign whose law wears the tread, but not at the rate seen in service."""
     law = WEAR_LAWS.get(dataset.attrs.get("wear_law", ""))
     if dataset.attrs.get("scene_kind") != "field" or (law is not None and not law.wears):
         return None
@@ -220,10 +216,7 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
 
 
 def load_scale_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of pressures and forces that were scaled to the wheel load.
-
-    One line; None where no factor deviates by more than `LOAD_TOLERANCE`.
-    """
+    """Warn of pressures and forces that were scaled to the wheel load."""
     scaling = load_scaling(dataset)
     if scaling is None:
         return None
@@ -257,10 +250,7 @@ def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
 
 
 def seizure_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of wear by seizure, which the pressures of elastic contact models trigger.
-
-    One line; None where no law takes off more than `SEIZURE_SHARE` by seizure.
-    """
+    """Warn of wear by seizure, which the pressures of elastic contact models trigger."""
     shares = regime_shares(dataset, "seizure")
     parts = [f"{_percent(part)} of the wear by {law}" for law, part in shares.items() if part > SEIZURE_SHARE]
     if not parts:
@@ -272,10 +262,7 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
 
 
 def outside_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of wear in regimes in which a law goes beyond its data, such as the rows of a wear table.
-
-    One line; None where no more than `OUTSIDE_SHARE` is worn in any such regime.
-    """
+    """Warn of wear in regimes in which a law goes beyond its data, such as the rows of a wear table."""
     for name, law in WEAR_LAWS.items():
         shares = {text: regime_shares(dataset, regime).get(name, 0.0) for regime, text in law.outside}
         parts = [
@@ -290,10 +277,7 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
 
 
 def cracks_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of cracks deeper than the lathe has cut.
-
-    One line; None where reprofiled wheels are sound, or no depth of cracks is stated.
-    """
+    """Warn of cracks deeper than the lathe has cut."""
     parts = [
         f"of {law}, up to {1e3 * damage * crack:.2g} mm deep"
         for law, (damage, crack) in damage_left(dataset).items()
