@@ -160,12 +160,13 @@ def add_contact(comparison: Comparison) -> None:
 
 
 def _add_regimes(
-    comparison: Comparison, variable: str, dims: tuple[str, ...], regime: IntArray, **attrs: str
+    comparison: Comparison, variable: str, dims: tuple[str, ...], regime: IntArray, meaning: str, **attrs: str
 ) -> None:
     """Add wear regimes (basis, ., campaign, ...) and whether they differ between rig and field."""
     names = comparison.regimes
     comparison.variables[variable] = (
         dims, regime.astype(np.int8), {
+            "long_name": meaning,
             "flag_values": np.arange(-1, len(names), dtype=np.int8),
             "flag_meanings": " ".join(["none", *(name.replace(" ", "_") for name in names)]), **attrs,
         },
@@ -173,7 +174,7 @@ def _add_regimes(
     comparison.variables[f"{variable}_differs"] = (
         tuple(dim for dim in dims if dim != "campaign"),
         factors.regime_differs(regime[:, :, 0], regime[:, :, 1]).astype(np.int8), {
-            "long_name": f"whether the {attrs['long_name']} differs between rig and field",
+            "long_name": f"whether the {meaning} differs between rig and field",
             "comment": "where it differs, the factor depends on the wear law",
             "flag_values": np.array([-1, 0, 1], dtype=np.int8),
             "flag_meanings": "no_wear same differs",
@@ -197,7 +198,7 @@ def _add_points(comparison: Comparison) -> None:
             regime[b, :, c] = own[rows_at(data["distance"].values, axes.distance[b, :, c])]
     _add_regimes(
         comparison, "regime_point", (*STATIONS, "matched_point", "wheel"), regime,
-        long_name="highest wear regime of any cell at equal operating points",
+        "highest wear regime of any cell at equal operating points",
         comment="in the order of the law; of the last stored state at or before the distance",
     )  # fmt: skip
 
@@ -223,7 +224,7 @@ def add_profile(comparison: Comparison) -> None:
         f"factor only where the field wears more than {WORN_SHARE:.0%} of its largest depth",
     )  # fmt: skip
     regime = np.stack([factors.dominant_regime(np.nan_to_num(part)) for part in by_regime], axis=2)
-    _add_regimes(comparison, "regime_profile", dims, regime, long_name="wear regime that removed most")
+    _add_regimes(comparison, "regime_profile", dims, regime, "wear regime that removed most")
     new = [np.stack([data[f"profile_{axis}"].values[0] for axis in "yz"]) for data in pair]
     if not same or np.abs(new[0] - new[1]).max() > _SAME_PROFILE:
         comparison.notes.append(
