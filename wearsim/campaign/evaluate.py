@@ -31,18 +31,10 @@ _CELL_FIELDS = ("pressure", "shear_x", "shear_y", "slip_x", "slip_y", "work_dens
 
 @dataclass(frozen=True)
 class ModelsByPoint:
-    """Contact models of each operating point.
+    """Contact models of each operating point."""
 
-    Parameters
-    ----------
-    models : tuple of ContactModels
-        Combinations with their grids.
-    place : (n,) int array
-        Index in `models` of each point.
-    """
-
-    models: tuple[ContactModels, ...]
-    place: IntArray
+    models: tuple[ContactModels, ...]  # combinations with their grids
+    place: IntArray  # (n,) index in `models` of each point
 
     def at(self, index: IntArray) -> ModelsByPoint:
         """Return the models of the points at `index`."""
@@ -56,33 +48,15 @@ class ModelsByPoint:
 
 @dataclass(frozen=True)
 class Setup:
-    """Wheelset, counterface, models and laws: what a wear rate depends on besides state and operating points.
+    """What a wear rate depends on besides state and operating points."""
 
-    Parameters
-    ----------
-    wheelset : Wheelset
-        As new: names, radius and half span.
-    counterface : Counterface
-        As new: rail or roller.
-    models : ContactModels or ModelsByPoint
-        One combination for all points, or one for each.
-    wear : WearSettings
-        Active wear law: coefficients, form, density.
-    comparison : ComparisonLaws
-        Comparison laws.
-    counterface_wear : CounterfaceWear, optional
-        How the counterface wears, if it does.
-    threads : int
-        Threads of the contact solver; their number does not change the bits of the result.
-    """
-
-    wheelset: Wheelset
-    counterface: Counterface
-    models: ContactModels | ModelsByPoint
-    wear: WearSettings
+    wheelset: Wheelset  # as new: names, radius and half span
+    counterface: Counterface  # as new: rail or roller
+    models: ContactModels | ModelsByPoint  # one combination for all points, or one for each
+    wear: WearSettings  # active wear law: coefficients, form, density
     comparison: ComparisonLaws = field(default_factory=ComparisonLaws)
-    counterface_wear: CounterfaceWear | None = None
-    threads: int = 1
+    counterface_wear: CounterfaceWear | None = None  # how the counterface wears, if it does
+    threads: int = 1  # of the contact solver; their number does not change the bits of the result
 
 
 def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
@@ -99,21 +73,9 @@ def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
 
 
 def solve_contact(state: State, points: OperatingPoints, setup: Setup) -> ContactSolution:
-    """Solve every operating point with the profiles of a state.
+    """Solve every operating point, whatever its weight, with the profiles of a state.
 
-    Parameters
-    ----------
-    state : State
-        Its profiles replace those of the wheelset, and those of a counterface that wears.
-    points : OperatingPoints
-        All points, whatever their weight.
-    setup : Setup
-        Wheelset, counterface and models.
-
-    Returns
-    -------
-    ContactSolution
-        Patches of both wheels at all points.
+    They replace those of the wheelset, and those of a counterface that wears.
     """
     right, left = worn_wheels(setup.wheelset, state.y, state.z)
     bodies = (
@@ -241,23 +203,10 @@ def accumulate(
 
 
 def patch_wear(solution: ContactSolution, passage: FloatArray, state: State, wheelset: Wheelset) -> PatchWear:
-    r"""Wear of each patch of a wheel that ran in its operating point alone.
+    r"""Wear of each of `m` patches of a wheel that ran in its operating point alone.
 
-    Parameters
-    ----------
-    solution : ContactSolution
-        Of `m` patches, in this state.
-    passage : (n_regimes, m, ny) array
-        Depth per passage of `damage.wear.passage_depth` [m].
-    state : State
-        The profiles the contact was solved with.
-    wheelset : Wheelset
-        Radius at the running circle.
-
-    Returns
-    -------
-    PatchWear
-        Neither weighted nor multiplied by an environment factor.
+    Neither weighted nor multiplied by an environment factor. `passage` is (n_regimes, m, ny), the depth per
+    passage of `damage.wear.passage_depth` [m].
 
     Notes
     -----
@@ -281,7 +230,7 @@ def patch_wear(solution: ContactSolution, passage: FloatArray, state: State, whe
 
 
 def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup) -> WearRate:
-    """Solve the contact of the acting points and return the wear rate.
+    """Solve the contact of the acting points and return the wear rate per metre run.
 
     Parameters
     ----------
@@ -297,7 +246,7 @@ def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup
     Returns
     -------
     WearRate
-        Per metre run; its solution holds the acting points only, numbered among themselves.
+        Its solution holds the acting points only, numbered among themselves.
     """
     acting = np.flatnonzero(weight > 0.0)
     points = select(points, acting)
@@ -317,12 +266,7 @@ def numbered(error: ContactError, index: IntArray) -> ContactError:
 
 
 def join(parts: Sequence[tuple[ContactSolution, IntArray]]) -> ContactSolution:
-    """Join solutions of different operating points.
-
-    Parameters
-    ----------
-    parts : sequence of (ContactSolution, (k,) int array)
-        Each solution numbers its points among themselves; the array gives their places in the batch.
+    """Join solutions of different operating points, each with the places (k,) of its points in the batch.
 
     Returns
     -------

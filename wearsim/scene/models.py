@@ -265,16 +265,7 @@ class ComparedSection(Section):
 class Origin:
     """Where a scene was read from.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    role : str
-        "scene" for the file the user named, "rig" or "field" for those a compare scene names.
-    content : bytes
-        As it was read.
-    lines : dict
-        Line of each key.
+    The role is "scene" for the file the user named, "rig" or "field" for those a compare scene names.
     """
 
     path: Path
@@ -311,7 +302,7 @@ class SceneModel(Section):
     @property
     def prefixed(self) -> dict[str, RigScene | FieldScene]:
         """Campaigns of the scene by what stands before their keys in overrides."""
-        return {}
+        return {"": self} if isinstance(self, RigScene | FieldScene) else {}
 
     @property
     def parts(self) -> tuple[RigScene | FieldScene, ...]:
@@ -343,11 +334,6 @@ class RigScene(_Campaign):
     counterface: RollerSection
     operation: RigOperation
 
-    @property
-    def prefixed(self) -> dict[str, RigScene | FieldScene]:
-        """Campaigns of the scene by what stands before their keys in overrides."""
-        return {"": self}
-
 
 class FieldScene(_Campaign):
     """A campaign on track."""
@@ -355,11 +341,6 @@ class FieldScene(_Campaign):
     scene: FieldHeader
     counterface: RailSection
     operation: FieldOperation
-
-    @property
-    def prefixed(self) -> dict[str, RigScene | FieldScene]:
-        """Campaigns of the scene by what stands before their keys in overrides."""
-        return {"": self}
 
 
 _ELSEWHERE = "a compare scene holds [scene] and [compare] only; move it into the two scenes it names"
