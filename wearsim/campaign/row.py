@@ -287,6 +287,8 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "poisson_ratio": models.poisson_ratio,
         "strips": 0 if auto else models.strips,
         "cells": 0 if auto else models.cells,
+        "cell_size": models.cell_size,
+        "most_cells": models.most_cells,
         "rotation_rule": rotation if isinstance(rotation, str) else "given",
         "roll_rule": "free" if conditions.free_roll else "given",
         "axle_torque": float(conditions.torque),

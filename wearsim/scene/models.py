@@ -152,8 +152,10 @@ class ContactSection(Section):
     )
     normal: NormalName = Field("kik_piotrowski", description="the model of the normal contact")
     tangential: TangentialName = Field("fastsim", description="the model of the tangential contact")
-    strips: int = number("strips", "the number of strips across a patch", 30)
-    cells: int = number("cells", "the number of cells along a strip", 30)
+    strips: int = number("strips", "the number of strips across a patch, at least", 30)
+    cells: int = number("cells", "the number of cells along a strip, at least", 30)
+    cell_mm: float = number("cell_size", "the width of a strip and the length of a cell, at most", 0.5)
+    most_cells: int = number("most_cells", "the number of strips, and of cells along each, at most", 120)
     youngs_GPa: float = number("youngs_modulus", "Young's modulus of both bodies", 210.0)
     poisson: float = number("poisson_ratio", "Poisson's ratio of both bodies", 0.3)
     rotation: Literal["free", "centred", "nominal"] = Field(

@@ -97,6 +97,8 @@ def contact_models(contact: ContactSection) -> ContactModels:
         tangential=contact.tangential,
         strips=contact.strips,
         cells=contact.cells,
+        cell_size=1e-3 * contact.cell_mm,
+        most_cells=contact.most_cells,
         youngs_modulus=1e9 * contact.youngs_GPa,
         poisson_ratio=contact.poisson,
         parameters=(("virtual_penetration_factor", contact.virtual_penetration_factor),),

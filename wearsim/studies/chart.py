@@ -37,7 +37,7 @@ _FAST = 0.05  # seconds of a batch below which the overhead of calls would count
 def combinations(base: ContactModels, grids: Sequence[int]) -> tuple[ContactModels, ...]:
     """Every registered normal model with every tangential one, on every grid, with the material of `base`."""
     return tuple(
-        replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid)
+        replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid, most_cells=grid)
         for normal, tangential, grid in product(sorted(NORMAL_MODELS), sorted(TANGENTIAL_MODELS), grids)
     )
 
@@ -89,7 +89,7 @@ def speed_and_accuracy(
         chosen = choose.sample_of(setup, state, points if few else max(points // len(CLASSES), 1)).points
         truth = replace(
             setup.models, normal="half_space", tangential="half_space", strips=reference_grid,
-            cells=reference_grid,
+            cells=reference_grid, most_cells=reference_grid,
         )  # fmt: skip
         evidence = judge(
             combinations(setup.models, grids), truth, state, chosen, setup_of(setup),

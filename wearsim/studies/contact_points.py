@@ -75,7 +75,8 @@ class Request(SimpleNamespace):
     def batch(self) -> tuple[Any, ...]:
         """What points solved in one call have in common."""
         shared = (self.side, self.wheel, *self.placed_rail, self.wheel_radius, self.counterface_curvature)
-        models = (self.normal, self.tangential, self.youngs, self.poisson, self.strips, self.cells)
+        grid = (self.strips, self.cells, self.cell, self.most_cells)
+        models = (self.normal, self.tangential, self.youngs, self.poisson, *grid)
         rule = self.rule if isinstance(self.rule, str) else "number"
         return (*shared, *models, rule, self.normal_force is None, self.free_roll, self.creepage is None)
 
@@ -263,7 +264,14 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
     """Solve points that have `Request.batch` in common: the dataset of `solve_contact`, and each result."""
     first = points[0]
     models = ContactModels(
-        first.normal, first.tangential, first.strips, first.cells, first.youngs, first.poisson
+        normal=first.normal,
+        tangential=first.tangential,
+        strips=first.strips,
+        cells=first.cells,
+        cell_size=first.cell,
+        most_cells=first.most_cells,
+        youngs_modulus=first.youngs,
+        poisson_ratio=first.poisson,
     )
     try:
         contact = solve_contact(

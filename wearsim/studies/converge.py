@@ -29,7 +29,8 @@ COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area")
 _FINEST_SPACING_MM = QUANTITIES["point_spacing"].range.low
 _LONGEST_WAVE_MM = float(QUANTITIES["smoothing_wavelength"].range.high)
 _MOST_POSITIONS = int(QUANTITIES["positions"].range.high)
-_MOST_CELLS = 400
+_FINEST_CELL_MM = QUANTITIES["cell_size"].range.low
+_MOST_CELLS = int(QUANTITIES["cells"].range.high)
 
 
 @dataclass(frozen=True)
@@ -245,8 +246,11 @@ def _spacing(part: RigScene | FieldScene) -> float:
 def _grid(part: RigScene | FieldScene) -> dict[str, float]:
     return {
         "campaign.point_spacing_mm": _spacing(part),
-        "contact.strips": min(2 * part.contact.strips, _MOST_CELLS),
-        "contact.cells": min(2 * part.contact.cells, _MOST_CELLS),
+        "contact.cell_mm": max(0.5 * part.contact.cell_mm, _FINEST_CELL_MM),
+        **{
+            f"contact.{key}": min(2 * getattr(part.contact, key), _MOST_CELLS)
+            for key in ("strips", "cells", "most_cells")
+        },
     }
 
 

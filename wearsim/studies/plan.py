@@ -164,7 +164,10 @@ def _models(item: dict[str, Any]) -> _Rows:
     motion = f"rotation {contact['rotation']}, roll {contact['roll']}"
     if choice is None:
         yield "contact models", f"{contact['normal']}, {contact['tangential']}; {motion}"
-        yield "cells", f"{contact['strips']} strips x {contact['cells']} cells per patch"
+        grid = (
+            f"{contact['strips']} strips x {contact['cells']} cells per patch, more if they would be larger"
+        )
+        yield "cells", f"{grid} than {contact['cell_mm']:g} mm, {contact['most_cells']} at most"
         return
     yield "contact models", f"chosen for a tolerance of {100.0 * choice['tolerance']:.3g} %; {motion}"
     for one in choice["classes"]:

@@ -71,9 +71,10 @@ POINT_QUANTITIES: dict[str, str] = {
 
 COMPARED_KEYS = (
     "rotation_rule", "axle_torque", "wheel_radius", "half_span", "youngs_modulus", "poisson_ratio",
-    "contact_normal", "contact_tangential", "contact_parameters", "strips", "cells", "wear_law",
-    "wear_coefficients", "wear_law_numbers", "wear_form", "seizure_cap", "wheel_density",
-    "wheel_profile_right", "wheel_profile_left", "counterface_profile", "smoothing_wavelength", "integrator",
+    "contact_normal", "contact_tangential", "contact_parameters", "strips", "cells", "cell_size",
+    "most_cells", "wear_law", "wear_coefficients", "wear_law_numbers", "wear_form", "seizure_cap",
+    "wheel_density", "wheel_profile_right", "wheel_profile_left", "counterface_profile",
+    "smoothing_wavelength", "integrator",
 )  # fmt: skip
 """Attributes of model, material and wheelset: what differs between the campaigns is listed by name."""
 
