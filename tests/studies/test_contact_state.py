@@ -67,7 +67,7 @@ def test_only_the_patches_of_the_point(state):
 def test_fields_carry_the_forces_of_their_patch(state):
     """Pressure to the load, shear to the creep forces: the models' own resultants, on their grid."""
     dataset, _ = state(3e-3, yaw=2e-3, kappa=1.0)
-    length = (dataset["x_lead"] - dataset["x_trail"]) / dataset.sizes["cell"]
+    length = (dataset["cells_lead"] - dataset["cells_trail"]) / dataset.sizes["cell"]
     area = length * dataset["strip_width"]
     for field, force in (("pressure", "normal_force"), ("shear_x", "force_x"), ("shear_y", "force_y")):
         total = (dataset[field] * area).sum(("cell", "strip"))
@@ -82,7 +82,7 @@ def test_slipping_cells_are_those_where_work_is_done(state):
     dataset, _ = state(3e-3, yaw=2e-3)
     slips = dataset["slipping"] == 1
     assert not ((dataset["work_density"] > 0.0) & ~slips).any()
-    area = (dataset["x_lead"] - dataset["x_trail"]) / dataset.sizes["cell"] * dataset["strip_width"]
+    area = (dataset["cells_lead"] - dataset["cells_trail"]) / dataset.sizes["cell"] * dataset["strip_width"]
     total = (area * slips).sum(("cell", "strip"))
     cell_row = (area * dataset.sizes["strip"]).max("strip")
     assert (abs(total - dataset["slip_area"]) <= 2.0 * cell_row).all()

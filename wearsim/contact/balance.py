@@ -222,9 +222,15 @@ def _padded(name: str, parts: list[Any]) -> list[Any]:
     if not isinstance(parts[0], np.ndarray) or len({part.shape[1:] for part in parts}) == 1:
         return parts
     size = np.max([part.shape[1:] for part in parts], axis=0)
-    mode: Any = "edge" if "edge" in name else "constant"
+    how: dict[str, Any] = {"mode": "constant"}
+    if "edge" in name:
+        how = {"mode": "edge"}
+    elif name == "y":  # goes on in equal steps
+        how = {"mode": "reflect", "reflect_type": "odd"}
     return [
-        np.pad(part, [(0, 0), *((0, new - old) for old, new in zip(part.shape[1:], size, strict=True))], mode)
+        np.pad(
+            part, [(0, 0), *((0, new - old) for old, new in zip(part.shape[1:], size, strict=True))], **how
+        )
         for part in parts
     ]
 

@@ -326,7 +326,7 @@ def patch_columns(solution: ContactSolution, fields: bool) -> Columns:
         "x_lead": (strip, patch.x_lead),
         "x_trail": (strip, patch.x_trail),
         "cells_lead": (strip, cells.x_lead),
-        "cells_trail": (strip, cells.x_lead - patch.cells[:, None] * cells.cell_length),
+        "cells_trail": (strip, cells.x_lead - cells.pressure.shape[1] * cells.cell_length),
         "strip_work": (strip, cells.strip_work),
         **{name: (cell, getattr(cells, name)) for name in _CELLS},
     }
@@ -334,7 +334,10 @@ def patch_columns(solution: ContactSolution, fields: bool) -> Columns:
         columns |= {
             "cell_pressure": (("patch", "grid_cell", "strip"), patch.grid.pressure),
             "grid_lead": (("patch",), patch.grid.x_lead),
-            "grid_trail": (("patch",), patch.grid.x_lead - patch.cells * patch.grid.cell_length),
+            "grid_trail": (
+                ("patch",),
+                patch.grid.x_lead - patch.grid.pressure.shape[1] * patch.grid.cell_length,
+            ),
         }
     return columns
 
