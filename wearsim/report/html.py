@@ -13,8 +13,8 @@ from wearsim.campaign.directory import read_status
 from wearsim.errors import ResultError
 from wearsim.report.plates import Plate
 from wearsim.report.sections import SECTIONS, Block, Campaigns, summary_line
-from wearsim.report.style import capital, role_of, to_svg, write_text
-from wearsim.report.tables import Table, role_title
+from wearsim.report.style import capital, role_of, role_title, to_svg, write_text
+from wearsim.report.tables import Table
 from wearsim.report.tables_quality import read_convergence
 from wearsim.results import open_results
 from wearsim.translation.translate import translate

@@ -13,8 +13,8 @@ import xarray as xr
 
 from wearsim.report import plates, tables, tables_damage, tables_quality, tables_translation
 from wearsim.report.plates import Plate
-from wearsim.report.style import capital, plain, role_of, shown
-from wearsim.report.tables import Table, role_title
+from wearsim.report.style import capital, plain, role_of, role_title, shown
+from wearsim.report.tables import Table
 from wearsim.results import result_warnings
 from wearsim.results.checks import closing_reprofiling, last_worn_row, wear_steps
 from wearsim.translation.translate import content_hash, table
