@@ -105,7 +105,8 @@ def verdict_sentences(table: pd.DataFrame, translation: xr.Dataset) -> list[str]
     if run["status"] == "defined" and run["rig"] > 0.0:
         sentences.append(
             f"{say(common['rig'])} mm of wear take {say(run['rig'])} km on the rig and "
-            f"{say(run['field'])} km in the field: there, 1 km on the rig stands for {say(run['field'] / run['rig'])} km."
+            f"{say(run['field'])} km in the field: there, 1 km on the rig stands for "
+            f"{say(run['field'] / run['rig'])} km."
         )
     factor = translation["max_wear_depth_factor"].values[0, :, -1]
     factor = factor[np.isfinite(factor)]
