@@ -49,16 +49,17 @@ def series_colour(index: int) -> str:
 
 def _along(dataset: xr.Dataset, name: str, distance: float | None) -> np.ndarray:
     """Rows of a variable at a distance (None: the last one that wheels have run)."""
-    values = np.asarray(dataset[name].values, dtype=np.float64)
-    if distance is None:
-        return np.asarray(values[last_worn_row(dataset)])
-    run = np.asarray(dataset["distance"].values, dtype=np.float64)
-    return np.asarray(at_distances(run, values, np.array([distance]))[0])
+    values: np.ndarray = dataset[name].values
+    if distance is not None:
+        values = at_distances(dataset["distance"].values, values, np.array([distance]))
+    rows: np.ndarray = values[last_worn_row(dataset) if distance is None else 0]
+    return rows
 
 
 def _row(dataset: xr.Dataset, distance: float | None) -> int:
-    run = np.asarray(dataset["distance"].values, dtype=np.float64)
-    return last_worn_row(dataset) if distance is None else int(rows_at(run, np.array([distance]))[0])
+    if distance is None:
+        return last_worn_row(dataset)
+    return int(rows_at(dataset["distance"].values, np.array([distance]))[0])
 
 
 def new_place(
@@ -120,16 +121,9 @@ def plot_wear_depth(
     against: str = "profile_y",
     history: bool = False,
 ) -> Axes:
-    """Draw the wear depth along the profile.
+    """Draw the wear depth along the profile, with `history` faintly that at quarters of the distance, too.
 
-    Parameters
-    ----------
-    dataset, ax, wheel, distance
-        See above.
-    against : {"profile_y", "arc_length"}
-        Lateral position or arc length of the new (or reprofiled) wheel.
-    history : bool
-        Whether to draw a quarter, half and three quarters of the distance, too, faintly.
+    The horizontal axis is "profile_y" or "arc_length" (`against`) of the new, or reprofiled, wheel.
     """
     ax = own_axes(ax)
     role = role_of(dataset)
@@ -146,7 +140,7 @@ def plot_wear_depth(
 
 
 def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
-    """Draw a measure of the wheels (or of the wheelset), over (step, wheel) or (step), over the distance."""
+    """Draw a measure of the wheels (or of the wheelset) over the distance; gaps where it is undefined."""
     ax = own_axes(ax)
     role = role_of(dataset)
     x = shown("distance", dataset["distance"].values)
@@ -158,11 +152,6 @@ def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -
             text = f"{role}, {side} wheel"
             ax.plot(x, values[:, wheel], WHEEL_LINES[wheel], color=COLOURS[role], label=text)
     return label_axes(ax, label(dataset, "distance"), label(dataset, name))
-
-
-def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the equivalent conicity over the distance run; gaps where it is undefined."""
-    return plot_over_distance(dataset, "equivalent_conicity", ax)
 
 
 def _patch_marks(ax: Axes, side: np.ndarray, x: np.ndarray, y: np.ndarray, new: bool, **look: Any) -> None:
@@ -183,14 +172,8 @@ def plot_contact(
 ) -> Axes:
     """Draw a contact quantity of every patch over the lateral shift of its operating point.
 
-    Parameters
-    ----------
-    dataset, ax, distance
-        See above; drawn is the last state stored before `distance`.
-    name : str
-        Variable over (step, operating_point, patch), such as wheel_y or max_pressure.
-    new : bool
-        Draw the new wheel (hollow marks) instead.
+    `name` is a variable over (step, operating_point, patch), such as "wheel_y"; drawn is the last state
+    stored before `distance`, or with `new` the new wheel (hollow marks).
     """
     ax = own_axes(ax)
     colour = COLOURS[role_of(dataset)]

@@ -289,7 +289,7 @@ def title_of(dataset: xr.Dataset) -> str:
 
 
 def contact_figure(dataset: xr.Dataset) -> Figure:
-    """Figure of a contact state: section and gap of each side, then pressure, shear and work of each patch."""
+    """Draw section and gap of each side of a contact state, then pressure, shear and work of each patch."""
     sides = [int(side) for side in dataset["wheel"].values]
     patches = dataset.sizes["patch"]
     heights = [2.6] * len(sides) + [2.9] * patches

@@ -15,9 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
-from wearsim.errors import ResultError
 from wearsim.report.figures.profile import EXCEEDED
-from wearsim.report.style import COLOURS, grid, legend, own_axes, shown, style, write_figure
+from wearsim.report.style import COLOURS, grid, legend, own_axes, shown, style, write_figure, writing
 
 _BODY = "#1a1a1a"
 NOT_JUDGED = "#b07a1e"
@@ -38,17 +37,7 @@ _TOP, _BOTTOM, _GAP, _BETWEEN = 0.75, 0.5, 0.28, 0.3
 
 
 def plot_member(dataset: xr.Dataset, member: int, ax: Axes | None = None) -> Axes:
-    """Draw one profile over the reference, with its measures; those beyond a limit stand out.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Fleet state.
-    member : int
-        Which profile.
-    ax : Axes, optional
-        Where to draw.
-    """
+    """Draw one profile over the reference, with its measures; those beyond a limit stand out."""
     ax = own_axes(ax)
     kind = str(dataset["kind"].values[member])
     if "reference_y" in dataset and dataset.attrs["reference_kind"] == kind:
@@ -95,29 +84,18 @@ def limits_of(dataset: xr.Dataset) -> tuple[tuple[float, float], tuple[float, fl
     for axis in "yz":
         values = shown(f"profile_{axis}", dataset[f"profile_{axis}"].values)
         low, high = values.min(axis=1), values.max(axis=1)
-        ends = [
-            float(low[low >= np.median(low) - _REACH].min()),
-            float(high[high <= np.median(high) + _REACH].max()),
-        ]
+        ends = [low[low >= np.median(low) - _REACH], high[high <= np.median(high) + _REACH]]
         if f"reference_{axis}" in dataset:
-            reference = shown(f"profile_{axis}", dataset[f"reference_{axis}"].values)
-            ends += [float(reference.min()), float(reference.max())]
-        spans.append((min(ends) - 3.0, max(ends) + 3.0))
+            ends.append(shown(f"profile_{axis}", dataset[f"reference_{axis}"].values))
+        known = np.concatenate(ends)
+        spans.append((float(known.min()) - 3.0, float(known.max()) + 3.0))
     return spans[0], spans[1]
 
 
 def fleet_pages(dataset: xr.Dataset) -> Iterator[Figure]:
-    """Figures of a fleet, one after the other; a page is free before the next one is made.
+    """Give at most `MOST_PAGES` figures of at most `COLUMNS` x `ROWS` profiles with shared axes.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Fleet state.
-
-    Yields
-    ------
-    Figure
-        Of at most `COLUMNS` x `ROWS` profiles with shared axes, at most `MOST_PAGES`.
+    A page is free before the next one is made.
     """
     total = dataset.sizes["wheel"]
     each = COLUMNS * ROWS
@@ -131,16 +109,9 @@ def fleet_pages(dataset: xr.Dataset) -> Iterator[Figure]:
         rows = math.ceil(len(members) / columns)
         whole = _TOP + _BOTTOM + rows * height + (rows - 1) * _BETWEEN
         with style():
+            edges = (*_EDGE, _BOTTOM, _TOP)
             figure, axes = grid(
-                rows,
-                columns,
-                height,
-                _WIDTH,
-                _GAP,
-                _BETWEEN,
-                (*_EDGE, _BOTTOM, _TOP),
-                sharex=True,
-                sharey=True,
+                rows, columns, height, _WIDTH, _GAP, _BETWEEN, edges, sharex=True, sharey=True
             )
             for ax in axes.ravel()[len(members) :]:
                 ax.set_axis_off()
@@ -164,37 +135,15 @@ def fleet_pages(dataset: xr.Dataset) -> Iterator[Figure]:
 
 
 def write_fleet(dataset: xr.Dataset, path: Path) -> tuple[list[Path], int]:
-    """Write the pages of a fleet: one PDF, or a file for each page with its number behind the name.
+    """Write the pages of a fleet: one PDF, or a PNG or SVG for each page with its number behind the name.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Fleet state of at least one profile.
-    path : Path
-        Ends with .png, .svg or .pdf.
-
-    Returns
-    -------
-    files : list of Path
-        Written.
-    drawn : int
-        Number of profiles on them.
-
-    Raises
-    ------
-    ResultError
-        If a file cannot be written.
+    Returns the files and the number of profiles on them; raises ResultError if one cannot be written.
     """
     drawn = min(dataset.sizes["wheel"], MOST_PAGES * COLUMNS * ROWS)
     if path.suffix.lower() == ".pdf":
-        try:
-            with style(), PdfPages(path, metadata={"CreationDate": None}) as book:
-                for figure in fleet_pages(dataset):
-                    book.savefig(figure)
-        except OSError as error:
-            raise ResultError(
-                f"{path}: cannot be written ({error.strerror}); choose another folder"
-            ) from error
+        with writing(f"{path}:"), style(), PdfPages(path, metadata={"CreationDate": None}) as book:
+            for figure in fleet_pages(dataset):
+                book.savefig(figure)
         return [path], drawn
     files = []
     for number, figure in enumerate(fleet_pages(dataset), start=1):

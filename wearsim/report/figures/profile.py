@@ -46,28 +46,20 @@ _GAUGED = {"Sh": "flange_height", "Sd": "flange_thickness", "qR": "flange_gradie
 
 
 def plot_shape(dataset: xr.Dataset, ax: Axes | None = None, *, dimensions: bool = True) -> Axes:
-    """Draw a profile over its reference, equal aspect, with the dimensions of a wheel's flange.
+    """Draw a profile over its reference, equal aspect.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Profile state.
-    ax : Axes, optional
-        Where to draw.
-    dimensions : bool
-        Whether to draw gauge points and dimension lines of Sh, Sd and qR, if the dataset has them.
+    `dimensions` are gauge points and dimension lines of Sh, Sd and qR, if the dataset has them.
     """
     ax = own_axes(ax)
     y, z = _points(dataset, "profile")
     wheel = dataset.attrs["kind"] == "wheel"
     back = min(float(z.min()) - _BEHIND, 0.0) if wheel else float(z.max())
     ax.fill(np.concatenate((y, y[[-1, 0]])), np.concatenate((z, [back, back])), color=_FILL, lw=0.0)
-    if "reference_y" in dataset:
-        ax.plot(*_points(dataset, "reference"), color=COLOURS["new"], lw=1.2, ls="--",
-                label=dataset.attrs["reference_label"])  # fmt: skip
-    if "left_y" in dataset:
-        ax.plot(*_points(dataset, "left"), color=SERIES_COLOURS[1], lw=1.2, ls=WHEEL_LINES[1],
-                label=dataset.attrs["left_label"])  # fmt: skip
+    others = {"reference": (COLOURS["new"], "--"), "left": (SERIES_COLOURS[1], WHEEL_LINES[1])}
+    for name, (colour, line) in others.items():
+        if f"{name}_y" in dataset:
+            text = dataset.attrs[f"{name}_label"]
+            ax.plot(*_points(dataset, name), color=colour, lw=1.2, ls=line, label=text)
     ax.plot(y, z, color=_BODY, lw=1.5, label=dataset.attrs["label"])
     if dimensions and "gauge_y" in dataset:
         _dimensions(dataset, ax)
@@ -79,8 +71,9 @@ def plot_shape(dataset: xr.Dataset, ax: Axes | None = None, *, dimensions: bool 
     )
 
 
-def _points(dataset: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
-    return shown("profile_y", dataset[f"{name}_y"].values), shown("profile_z", dataset[f"{name}_z"].values)
+def _points(dataset: xr.Dataset, name: str) -> np.ndarray:
+    """Lateral positions and heights (2, n) [mm]."""
+    return shown("profile_y", [dataset[f"{name}_{axis}"].values for axis in "yz"])
 
 
 def _lateral(dataset: xr.Dataset) -> str:
@@ -92,17 +85,18 @@ def _lateral(dataset: xr.Dataset) -> str:
 
 def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
     """Draw Sh, Sd and qR where a gauge takes them."""
-    y, z = shown("profile_y", dataset["gauge_y"].values), shown("profile_z", dataset["gauge_z"].values)
+    y, z = _points(dataset, "gauge")
     exceeded = dataset.attrs.get("exceeded", "").split()
     level, below, circle = (
         float(shown("profile_z", dataset.attrs[f"{name}_distance"]))
         for name in ("level", "below_tip", "running_circle")
     )
     look = {name: EXCEEDED if row in exceeded else _DIMENSION for name, row in _GAUGED.items()}
-    values = {name: float(shown(row, dataset[row].values)) for name, row in _GAUGED.items()}
-    texts = {name: f"{name} {value:.2f}".replace("-", "\N{MINUS SIGN}") for name, value in values.items()}
+    texts = {
+        name: f"{name} {shown(row, dataset[row].values):.2f}{' !' if row in exceeded else ''}"
+        for name, row in _GAUGED.items()
+    }
     back = y[_CIRCLE] - circle
-    texts = {name: f"{text} !" if look[name] == EXCEEDED else text for name, text in texts.items()}
     low = z[_TIP] + 7.0
     # running circle, flange back and the two levels
     _line(ax, (y[_CIRCLE], y[_CIRCLE]), (z[_CIRCLE] - 6.0, low), ls=(0, (8, 2, 2, 2)))
@@ -149,6 +143,7 @@ def _arrow(ax: Axes, start: Any, end: Any, colour: str, width: float = 1.1, styl
 
 
 def _text(ax: Axes, y: float, z: float, text: str, colour: str, ha: Any = "left", va: Any = "center") -> None:
+    text = text.replace("-", "\N{MINUS SIGN}")
     weight = "bold" if colour in (EXCEEDED, _DIMENSION) else "normal"
     size = 9.0 if weight == "bold" else 7.5
     ax.text(y, z, text, color=colour, fontsize=size, weight=weight, ha=ha, va=va, zorder=6)
@@ -230,23 +225,14 @@ def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> A
 
 
 def profile_figure(dataset: xr.Dataset) -> Figure:
-    """Figure of one profile: shape with dimensions, wear depth, rolling radius difference, conicity.
+    """Draw the shape of a profile with dimensions, wear depth, rolling radius difference and conicity.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Profile state; rows without data are left out.
-
-    Returns
-    -------
-    Figure
-        Not yet drawn.
+    Rows without data are left out.
     """
     wear, runs = "wear_depth" in dataset, "shift" in dataset and dataset.sizes["shift"] > 0
     limits_y, limits_z = _window(dataset)
     inner = _WIDTH - sum(_EDGE)
-    scale = min(inner / np.ptp(limits_y), 4.6 / np.ptp(limits_z))
-    shape = float(scale * np.ptp(limits_z))
+    shape = min(inner / np.ptp(limits_y), 4.6 / np.ptp(limits_z)) * np.ptp(limits_z)
     heights = [shape] + [_PANEL] * (int(wear) + int(runs))
     # a title of two lines, the scale above the wear depth
     lines = _title(dataset)
@@ -257,41 +243,34 @@ def profile_figure(dataset: xr.Dataset) -> Figure:
         figure = Figure(figsize=(_WIDTH, total))
         figure.text(_EDGE[0] / _WIDTH, 1.0 - 0.12 / total, lines, fontsize=9.5, va="top")
 
-        def axes(row: int, column: int = 0, columns: int = 1) -> tuple[float, float, float, float]:
-            """Place of a panel in parts of the figure."""
+        def axes(row: int, column: int = 0, columns: int = 1) -> Axes:
             below = total - top - sum(heights[: row + 1]) - sum(gaps[:row])
             width = (inner - 0.9 * (columns - 1)) / columns
             left = _EDGE[0] + column * (width + 0.9)
-            return (left / _WIDTH, below / total, width / _WIDTH, heights[row] / total)
+            return figure.add_axes((left / _WIDTH, below / total, width / _WIDTH, heights[row] / total))
 
-        ax = plot_shape(dataset, figure.add_axes(axes(0)))
-        ax.set_xlim(limits_y[0], limits_y[1])
-        ax.set_ylim(limits_z[1], limits_z[0])
+        ax = plot_shape(dataset, axes(0))
+        ax.set_xlim(*limits_y)
+        ax.set_ylim(*limits_z[::-1])
         ax.set_anchor("W")
         if "reference_y" in dataset or "left_y" in dataset:
             place: Any = "lower right" if dataset.attrs["kind"] == "wheel" else "center"
             ax.legend(loc=place, handlelength=2.2)
-        row = 1
         if wear:
-            panel = plot_depth(dataset, figure.add_axes(axes(row)))
-            panel.set_title(_wear_title(dataset), pad=8.0)
-            row += 1
+            plot_depth(dataset, axes(1)).set_title(_wear_title(dataset), pad=8.0)
         if runs:
-            left = plot_radius_difference(dataset, figure.add_axes(axes(row, 0, 2)))
-            left.set_title("Rolling radius difference")
-            right = plot_conicity(dataset, figure.add_axes(axes(row, 1, 2)))
-            right.set_title("Equivalent conicity")
+            row = len(heights) - 1
+            plot_radius_difference(dataset, axes(row, 0, 2)).set_title("Rolling radius difference")
+            plot_conicity(dataset, axes(row, 1, 2)).set_title("Equivalent conicity")
     return figure
 
 
 def _window(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     """Limits of the shape: all points, and room for the dimension lines."""
-    y, z = (shown(f"profile_{axis}", dataset[f"profile_{axis}"].values) for axis in "yz")
-    if "reference_y" in dataset:
-        y = np.concatenate((y, shown("profile_y", dataset["reference_y"].values)))
-        z = np.concatenate((z, shown("profile_z", dataset["reference_z"].values)))
+    names = [name for name in ("profile", "reference") if f"{name}_y" in dataset]
+    y, z = np.concatenate([_points(dataset, name) for name in names], axis=1)
     room = (12.0, 4.0, 5.0, 9.0) if "gauge_y" in dataset else (4.0, 4.0, 3.0, 3.0)
-    if "gauge_y" in dataset and {"reference_y", "left_y"} <= set(dataset.variables):
+    if {"gauge_y", "reference_y", "left_y"} <= set(dataset.variables):
         room = (*room[:3], room[3] + 4.0)  # three lines of the legend below the tip
     span = np.array([y.min() - room[0], y.max() + room[1]])
     # a shape without a flange would be a stripe too low for its axis
@@ -305,8 +284,8 @@ def _title(dataset: xr.Dataset) -> str:
 
 
 def _wear_title(dataset: xr.Dataset) -> str:
-    depth = shown("wear_depth", dataset["wear_depth"].values)
-    deepest = int(np.argmax(depth))
-    place = float(shown("profile_y", dataset["wear_y"].values)[deepest])
-    area = float(shown("worn_area", dataset["worn_area"].values))
-    return f"Worn area {plain(area)} mm², deepest {plain(depth[deepest], 3)} mm at y = {plain(place, 3)} mm"
+    deepest = int(np.argmax(dataset["wear_depth"].values))
+    depth = plain(shown("wear_depth", dataset["wear_depth"].values[deepest]), 3)
+    place = plain(shown("profile_y", dataset["wear_y"].values[deepest]), 3)
+    area = plain(shown("worn_area", dataset["worn_area"].values))
+    return f"Worn area {area} mm², deepest {depth} mm at y = {place} mm"
