@@ -47,8 +47,8 @@ def series_colour(index: int) -> str:
     return SERIES_COLOURS[index % len(SERIES_COLOURS)]
 
 
-def _along(dataset: xr.Dataset, name: str, distance: float | None) -> np.ndarray:
-    """Rows of a variable at a distance (None: the last one that wheels have run)."""
+def along(dataset: xr.Dataset, name: str, distance: float | None) -> np.ndarray:
+    """Give a variable at a distance [m] (None: in the last row that wheels have run)."""
     values: np.ndarray = dataset[name].values
     if distance is not None:
         values = at_distances(dataset["distance"].values, values, np.array([distance]))
@@ -70,8 +70,6 @@ def new_place(
     Depth and damage of `distance` stand at these (n,) places.
     """
     row = new_row(dataset, _row(dataset, distance))
-    if against == "arc_length" and row == 0:
-        return np.asarray(dataset["arc_length"].values)
     y, z = (np.asarray(dataset[f"profile_{c}"].values[row, wheel]) for c in "yz")
     return arc_length(y, z) if against == "arc_length" else y
 
@@ -104,7 +102,7 @@ def plot_profile(
             shown("profile_y", y0), shown("profile_z", z0), "--", color=COLOURS["new"], lw=1.2,
             label="reprofiled wheel" if reprofiled else "new wheel",
         )  # fmt: skip
-    y, z = (_along(dataset, f"profile_{c}", distance)[wheel] for c in "yz")
+    y, z = (along(dataset, f"profile_{c}", distance)[wheel] for c in "yz")
     ax.plot(shown("profile_y", y), shown("profile_z", z), color=COLOURS[role], label=f"worn, {role}")
     ax.set_aspect("equal", adjustable="datalim")
     if not ax.yaxis_inverted():
@@ -132,10 +130,10 @@ def plot_wear_depth(
     last: dict[str, Any] = {"ls": WHEEL_LINES[wheel], "label": f"{role}, {WHEELS[wheel]} wheel"}
     earlier = [(part * end, faint) for part in (0.25, 0.5, 0.75) if history]
     for at, look in (*earlier, (distance, last)):
-        depth = shown("wear_depth", _along(dataset, "wear_depth", at)[wheel])
+        depth = shown("wear_depth", along(dataset, "wear_depth", at)[wheel])
         x = shown(against, new_place(dataset, wheel, at, against=against))
         ax.plot(x, depth, color=COLOURS[role], **look)
-    x_label = NEW_Y if against == "profile_y" else label(dataset, against)
+    x_label = NEW_Y if against == "profile_y" else label(dataset, against).replace("right", WHEELS[wheel])
     return label_axes(ax, x_label, label(dataset, "wear_depth"), 0.0)
 
 
@@ -192,7 +190,7 @@ def plot_wear_by_regime(
     """Draw the wear depth along the profile, stacked by wear regime."""
     ax = own_axes(ax)
     y = shown("profile_y", new_place(dataset, wheel, distance))
-    depth = shown("wear_depth_by_regime", _along(dataset, "wear_depth_by_regime", distance)[wheel])
+    depth = shown("wear_depth_by_regime", along(dataset, "wear_depth_by_regime", distance)[wheel])
     total = np.zeros_like(y)
     for index, name in enumerate(dataset["regime_name"].values):
         colour = REGIME_COLOURS[index % len(REGIME_COLOURS)]
