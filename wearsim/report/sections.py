@@ -19,19 +19,19 @@ from wearsim.results import result_warnings
 from wearsim.results.checks import closing_reprofiling, last_worn_row, wear_steps
 from wearsim.translation.translate import content_hash, table
 
-_PROVENANCE = (
-    ("title", "Title"),
-    ("history", "Command"),
-    ("source", "Versions"),
-    ("input_hashes", "Input files"),
-    ("wear_coefficients", "Wear coefficients"),
-    ("wear_coefficients_source", "Source of the coefficients"),
-    ("wear_coefficients_materials", "Materials of the coefficients"),
-    ("wear_coefficients_validity", "Validity of the coefficients"),
-    ("wear_coefficients_departures", "Departures from the source"),
-    ("wear_coefficients_warnings", "Uncertain coefficients"),
-    ("finished", "Finished"),
-)
+_PROVENANCE = {
+    "title": "Title",
+    "history": "Command",
+    "source": "Versions",
+    "input_hashes": "Input files",
+    "wear_coefficients": "Wear coefficients",
+    "wear_coefficients_source": "Source of the coefficients",
+    "wear_coefficients_materials": "Materials of the coefficients",
+    "wear_coefficients_validity": "Validity of the coefficients",
+    "wear_coefficients_departures": "Departures from the source",
+    "wear_coefficients_warnings": "Uncertain coefficients",
+    "finished": "Finished",
+}
 
 
 @dataclass(frozen=True)
@@ -44,17 +44,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Campaigns:
-    """What a report is about.
-
-    Parameters
-    ----------
-    datasets : list of Dataset
-        One result, or rig and field in this order.
-    factors : Dataset, optional
-        Of the two, from `wearsim.translation`.
-    convergence : sequence of Table
-        From `tables_quality.read_convergence`.
-    """
+    """What a report is about: one result or rig and field, their factors, tables of `read_convergence`."""
 
     datasets: list[xr.Dataset]
     factors: xr.Dataset | None = None
@@ -148,10 +138,6 @@ def _settings(c: Campaigns) -> Content:
     yield from map(tables.operating_points, c.datasets)
 
 
-def _profiles(c: Campaigns) -> Content:
-    yield from figures(c, plates.profiles, factors=True)
-
-
 def _wear(c: Campaigns) -> Content:
     yield from figures(
         c, plates.wear_depth, plates.wear_over_distance, plates.wear_by_regime, plates.counterface_wear,
@@ -163,18 +149,13 @@ def _wear(c: Campaigns) -> Content:
 
 def _factors_of(c: Campaigns, group: str) -> Content:
     if c.factors is not None:
-        for one in tables_translation.damage_factors(c.factors, group):
-            yield one.of("translation", "Rig over field")
+        yield from tables_translation.damage_factors(c.factors, group)
 
 
 def _measures(c: Campaigns) -> Content:
     yield from tables.limits(c.datasets)
     yield from tables.reprofiled_wheels(c.datasets)
     yield from figures(c, plates.measures, plates.conicity)
-
-
-def _contact(c: Campaigns) -> Content:
-    yield from figures(c, plates.contact)
 
 
 def _fatigue(c: Campaigns) -> Content:
@@ -218,7 +199,7 @@ def _quality(c: Campaigns) -> Content:
 def _provenance(c: Campaigns) -> Content:
     for data in c.datasets:
         attrs = data.attrs
-        rows = [(text, str(attrs[key])) for key, text in _PROVENANCE if str(attrs.get(key, ""))]
+        rows = [(text, str(attrs[key])) for key, text in _PROVENANCE.items() if str(attrs.get(key, ""))]
         rows.append(("SHA-256 of the result values", content_hash(data)))
         scene = str(attrs.get("scene_text", ""))
         yield Block(
@@ -229,10 +210,10 @@ def _provenance(c: Campaigns) -> Content:
 SECTIONS = (
     Section("verdict", "Verdict", _verdict),
     Section("settings", "Settings", _settings),
-    Section("profiles", "Profiles", _profiles),
+    Section("profiles", "Profiles", lambda c: figures(c, plates.profiles, factors=True)),
     Section("wear", "Wear", _wear),
     Section("measures", "Wheel measures", _measures),
-    Section("contact", "Contact", _contact),
+    Section("contact", "Contact", lambda c: figures(c, plates.contact)),
     Section("fatigue", "Rolling contact fatigue", _fatigue),
     Section("factors", "Factors from rig to field", _factors),
     Section("regimes", "Wear regimes", _regimes),

@@ -204,4 +204,5 @@ def damage_factors(translation: xr.Dataset, group: str) -> list[Table]:
         "Damage by the laws of both campaigns where the range they share ends, both wheels. Factors over the "
         "whole range are in translation.nc."
     )
-    return [Table(f"{group}-factors", text, ["Law and quantity", *ends], rows)]
+    table = Table(f"{group}-factors", text, ["Law and quantity", *ends], rows)
+    return [table.of("translation", "Rig over field")]
