@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from pathlib import Path
 from typing import Any
 
@@ -87,7 +88,7 @@ def _per_cent(value: float) -> str:
     return f"{100.0 * value:.2g}" if value < 1.0 else f"{100.0 * value:.0f}"
 
 
-def peers() -> list[dict[str, str]]:
+def peers() -> list[dict[Hashable, Any]]:
     """Read the combinations of CONTACT that are drawn with ours: columns of `workflows/chart_peers.csv`."""
     path = shipped_path("workflows", _PEERS)
     return pd.read_csv(path, comment="#", dtype=str, keep_default_na=False).to_dict("records")
@@ -148,4 +149,5 @@ def _scatter(dataset: xr.Dataset, ax: Axes, error: np.ndarray, label: str) -> No
         )  # fmt: skip
     ax.set_xscale("log")
     ax.set_yscale("log")
-    label_axes(ax, "Time per solution [ms]", label, _SMALLEST)
+    ax.set_ylim(bottom=_SMALLEST)
+    label_axes(ax, "Time per solution [ms]", label)

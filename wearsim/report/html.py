@@ -58,9 +58,8 @@ def write_report(directory: str | Path) -> Path:
 def _advice(directory: Path, failures: Mapping[str, str]) -> str:
     """Say what to do with a directory without results."""
     if (directory / "sweep.json").is_file():
-        example = min(
-            (path.parent for path in directory.glob("case_*/*.nc")), default=directory / "case_0001"
-        )
+        cases = (path.parent for path in directory.glob("case_*/*.nc"))
+        example = min(cases, default=directory / "case_0001")
         table = directory / "sweep.csv"
         whose = f", whose table is {table}" if table.is_file() else ""
         return (
