@@ -77,11 +77,10 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
             *filter(None, [closing_reprofiling(dataset)]),
         ],
         "settings": {key: _plain(dataset.attrs[key]) for key in _SETTINGS if key in dataset.attrs},
-        "new": {name: _plain(dataset[name].values[0]) for name in MEASURES},
-        "worn": {name: _plain(dataset[name].values[end]) for name in MEASURES},
     }
     for state, row in (("new", 0), ("worn", end)):
-        content[state]["equivalent_conicity"] = _plain(dataset["equivalent_conicity"].values[row])
+        names = (*MEASURES, "equivalent_conicity")
+        content[state] = {name: _plain(dataset[name].values[row]) for name in names}
     content["contact"] = {name: _plain(_ends(np.abs(dataset[name].values[end]))) for name in _CONTACT}
     depth = depth_by_regime(dataset).sum(axis=0)
     share = depth / depth.sum() if depth.sum() > 0.0 else np.full(depth.shape, np.nan)

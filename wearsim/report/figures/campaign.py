@@ -160,22 +160,15 @@ def _patch_marks(ax: Axes, side: np.ndarray, x: np.ndarray, y: np.ndarray, new: 
         ax.plot(x[here], y[here], _MARKERS[wheel], label=text, **look)
 
 
-def plot_contact(
-    dataset: xr.Dataset,
-    name: str,
-    ax: Axes | None = None,
-    *,
-    distance: float | None = None,
-    new: bool = False,
-) -> Axes:
+def plot_contact(dataset: xr.Dataset, name: str, ax: Axes | None = None, *, new: bool = False) -> Axes:
     """Draw a contact quantity of every patch over the lateral shift of its operating point.
 
-    `name` is a variable over (step, operating_point, patch), such as "wheel_y"; drawn is the last state
-    stored before `distance`, or with `new` the new wheel (hollow marks).
+    `name` is a variable over (step, operating_point, patch), such as "wheel_y"; drawn is the end, or with
+    `new` the new wheel (hollow marks).
     """
     ax = own_axes(ax)
     colour = COLOURS[role_of(dataset)]
-    row = 0 if new else _row(dataset, distance)
+    row = 0 if new else last_worn_row(dataset)
     values = shown(name, dataset[name].values[row])
     shift = np.broadcast_to(shown("shift", dataset["shift"].values)[:, None], values.shape)
     fill, alpha = ("white", 1.0) if new else (colour, 0.75)
@@ -184,13 +177,11 @@ def plot_contact(
     return label_axes(ax, label(dataset, "shift"), label(dataset, name))
 
 
-def plot_wear_by_regime(
-    dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0, distance: float | None = None
-) -> Axes:
+def plot_wear_by_regime(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
     """Draw the wear depth along the profile, stacked by wear regime."""
     ax = own_axes(ax)
-    y = shown("profile_y", new_place(dataset, wheel, distance))
-    depth = shown("wear_depth_by_regime", along(dataset, "wear_depth_by_regime", distance)[wheel])
+    y = shown("profile_y", new_place(dataset, wheel))
+    depth = shown("wear_depth_by_regime", along(dataset, "wear_depth_by_regime", None)[wheel])
     total = np.zeros_like(y)
     for index, name in enumerate(dataset["regime_name"].values):
         colour = REGIME_COLOURS[index % len(REGIME_COLOURS)]

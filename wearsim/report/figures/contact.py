@@ -32,6 +32,7 @@ STICK_ARROW, SLIP_ARROW = "#1a1a1a", "#882255"
 _WHEEL = "#1a1a1a"
 _CONTACT = "#882255"
 _MAP = "viridis"
+_ARROWS = 11  # of shear along the longer side of a patch, about
 _SHAPE = 1.15  # width over height of the axes of a patch: what the grid leaves next to a colour bar
 
 
@@ -134,9 +135,9 @@ def plot_pressure_along(
 
 
 def plot_field(
-    dataset: xr.Dataset, name: str = "pressure", ax: Axes | None = None, *, patch: int = 0, bar: bool = True
+    dataset: xr.Dataset, name: str = "pressure", ax: Axes | None = None, *, patch: int = 0
 ) -> Axes:
-    """Draw a field of a patch, "pressure" or "work_density", as colours, with `bar` their scale, too."""
+    """Draw a field of a patch, "pressure" or "work_density", as colours with their scale."""
     ax = own_axes(ax)
     y, x, values = _cells(dataset, patch, _shown(dataset, name, patch))
     top = float(values.max())
@@ -144,7 +145,7 @@ def plot_field(
         values = np.ma.masked_equal(values, 0.0)  # nothing is lost where the surfaces stick
     colours = ax.pcolormesh(y, x, values, cmap=_MAP, vmin=0.0, vmax=top or 1.0, rasterized=True)
     plot_outline(dataset, ax, patch=patch, color=_WHEEL, linewidth=0.8, label="")
-    if bar and top > 0.0:  # a bar of zeros has no scale
+    if top > 0.0:  # a bar of zeros has no scale
         text = wrapped(label_of(dataset, name))
         ax.figure.colorbar(colours, ax=ax, label=text, shrink=0.85, aspect=16, pad=0.02)
     return ax
@@ -155,13 +156,11 @@ def plot_shear(
     ax: Axes | None = None,
     *,
     patch: int = 0,
-    arrows: int = 11,
     largest: float | None = None,
 ) -> Axes:
     """Draw the areas of stick and slip of a patch with the shear stress on the wheel as arrows.
 
-    About `arrows` stand along the longer side of the patch; the longest is that of the shear stress
-    `largest` [Pa], to compare patches, or that of the patch.
+    The longest arrow is that of the shear stress `largest` [Pa], to compare patches, or that of the patch.
     """
     ax = own_axes(ax)
     slips = dataset["slipping"].values[patch] == 1
@@ -169,7 +168,7 @@ def plot_shear(
     ax.pcolormesh(y, x, area, cmap=ListedColormap([STICK, SLIP]), vmin=0.0, vmax=1.0,
                   rasterized=True)  # fmt: skip
     plot_outline(dataset, ax, patch=patch, color=_WHEEL, linewidth=0.8, label="")
-    spacing, strips, cells = _sampled(dataset, patch, arrows)
+    spacing, strips, cells = _sampled(dataset, patch)
     whole = [_shown(dataset, f"shear_{axis}", patch) for axis in "yx"]
     shear = np.array([values[cells, strips] for values in whole])
     most = float(np.hypot(*whole).max() if largest is None else shown("shear_x", largest))
@@ -193,12 +192,12 @@ def plot_shear(
     return ax
 
 
-def _sampled(dataset: xr.Dataset, patch: int, arrows: int) -> tuple[float, np.ndarray, np.ndarray]:
+def _sampled(dataset: xr.Dataset, patch: int) -> tuple[float, np.ndarray, np.ndarray]:
     """Spacing in shown units, and strips and cells about that far from each other in both directions."""
     y = _shown(dataset, "lateral", patch)
     x = _shown(dataset, "longitudinal", patch)
     lead, trail = (_shown(dataset, name, patch) for name in ("x_lead", "x_trail"))
-    spacing = max(np.ptp(y), float(np.max(lead - trail))) / arrows
+    spacing = max(np.ptp(y), float(np.max(lead - trail))) / _ARROWS
     strips, cells = [], []
     middle = 0.5 * (y[0] + y[-1])
     count = int(np.ptp(y) / (2.0 * spacing))
@@ -238,12 +237,12 @@ def plot_section(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) 
     return label_axes(ax, "Lateral in the track, to the right [mm]", "Height, down [mm]")
 
 
-def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0, **line: Any) -> Axes:
+def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) -> Axes:
     """Draw the gap of the unloaded profiles around the patches of a side, their width and approach."""
     ax = own_axes(ax)
     row = int(np.flatnonzero(dataset["wheel"].values == side)[0])
     at, gap = shown("rail_y", dataset["gap_rail_y"].values[row]), shown("gap", dataset["gap"].values[row])
-    ax.plot(at, gap, **({"color": _WHEEL} | line))
+    ax.plot(at, gap, color=_WHEEL)
     highest = 0.0
     for k, patch in enumerate(map(int, np.flatnonzero(dataset["side"].values == side))):
         place = _ends(dataset, patch, "lateral")[0]

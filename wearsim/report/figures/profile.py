@@ -45,11 +45,8 @@ _GAP = 0.85  # between rows [inch]
 _GAUGED = {"Sh": "flange_height", "Sd": "flange_thickness", "qR": "flange_gradient"}
 
 
-def plot_shape(dataset: xr.Dataset, ax: Axes | None = None, *, dimensions: bool = True) -> Axes:
-    """Draw a profile over its reference, equal aspect.
-
-    `dimensions` are gauge points and dimension lines of Sh, Sd and qR, if the dataset has them.
-    """
+def plot_shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw a profile over its reference, equal aspect, with Sh, Sd and qR if the dataset has gauge points."""
     ax = own_axes(ax)
     y, z = _points(dataset, "profile")
     wheel = dataset.attrs["kind"] == "wheel"
@@ -61,7 +58,7 @@ def plot_shape(dataset: xr.Dataset, ax: Axes | None = None, *, dimensions: bool 
             text = dataset.attrs[f"{name}_label"]
             ax.plot(*_points(dataset, name), color=colour, lw=1.2, ls=line, label=text)
     ax.plot(y, z, color=_BODY, lw=1.5, label=dataset.attrs["label"])
-    if dimensions and "gauge_y" in dataset:
+    if "gauge_y" in dataset:
         _dimensions(dataset, ax)
     ax.set_aspect("equal", adjustable="box")
     if not ax.yaxis_inverted():
@@ -149,15 +146,14 @@ def _text(ax: Axes, y: float, z: float, text: str, colour: str, ha: Any = "left"
     ax.text(y, z, text, color=colour, fontsize=size, weight=weight, ha=ha, va=va, zorder=6)
 
 
-def plot_depth(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes:
+def plot_depth(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the wear depth along the reference, positive where material is gone."""
     ax = own_axes(ax)
     s = shown("arc_length", dataset["arc_length"].values)
     depth = shown("wear_depth", dataset["wear_depth"].values)
     ax.axhline(0.0, color="#555555", lw=0.8)
     ax.fill_between(s, depth, 0.0, color=COLOURS["field"], alpha=0.18, lw=0.0)
-    look: dict[str, Any] = {"color": COLOURS["field"], "lw": 1.4} | line
-    ax.plot(s, depth, **look)
+    ax.plot(s, depth, color=COLOURS["field"], lw=1.4)
     deepest = int(np.argmax(depth))
     ax.plot(s[deepest], depth[deepest], "o", color="white", markeredgecolor=COLOURS["field"], zorder=4)
     ax.set_xlim(s[0], s[-1])
@@ -180,7 +176,7 @@ def _lateral_ticks(dataset: xr.Dataset, ax: Axes, s: np.ndarray) -> None:
     top.set_xlabel("Lateral position [mm]", fontsize=7.5, color="#555555", labelpad=3.5)
 
 
-def plot_radius_difference(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes:
+def plot_radius_difference(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the rolling radius difference over the lateral shift."""
     ax = own_axes(ax)
     shift = shown("shift", dataset["shift"].values)
@@ -193,7 +189,7 @@ def plot_radius_difference(dataset: xr.Dataset, ax: Axes | None = None, **line: 
             shown("rolling_radius_difference", dataset["reference_rolling_radius_difference"].values),
             color=COLOURS["new"], lw=1.2, ls="--", label=dataset.attrs["reference_label"],
         )  # fmt: skip
-    ax.plot(shift, values, label=dataset.attrs["label"], **({"color": SERIES_COLOURS[0]} | line))
+    ax.plot(shift, values, label=dataset.attrs["label"], color=SERIES_COLOURS[0])
     # beyond flange contact the difference runs off and would flatten all the rest
     inner = np.abs(values[np.abs(shift) <= _TREAD_SHIFT])
     ax.set_ylim(-1.3 * max(inner.max(initial=0.0), 0.5), 1.3 * max(inner.max(initial=0.0), 0.5))
@@ -201,7 +197,7 @@ def plot_radius_difference(dataset: xr.Dataset, ax: Axes | None = None, **line: 
     return label_axes(ax, x_label, label(dataset, "rolling_radius_difference"), width=40)
 
 
-def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes:
+def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the equivalent conicity over the amplitude."""
     ax = own_axes(ax)
     amplitude = shown("amplitude", dataset["amplitude"].values)
@@ -212,7 +208,7 @@ def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> A
         highest = float(before.max(initial=highest))
         ax.plot(shown("amplitude", dataset["reference_amplitude"].values), before, color=COLOURS["new"],
                 lw=1.2, ls="--", marker="o", ms=3.5)  # fmt: skip
-    ax.plot(amplitude, conicity, **({"color": SERIES_COLOURS[0], "marker": "o"} | line))
+    ax.plot(amplitude, conicity, color=SERIES_COLOURS[0], marker="o")
     for at, value in zip(amplitude, conicity, strict=True):
         ax.annotate(f"{value:.3f}", (at, value), (0, 6), textcoords="offset points", ha="center",
                     fontsize=7.5, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip

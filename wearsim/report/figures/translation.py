@@ -29,27 +29,17 @@ def plot_factor(
     ax: Axes | None = None,
     *,
     basis: int = 0,
-    wheel: int | None = None,
     series: int = 0,
     text: str | None = None,
 ) -> Axes:
     """Draw a factor rig over field over distance or worn depth; gaps where it is undefined.
 
-    Parameters
-    ----------
-    translation, ax, basis
-        See above.
-    variable : str
-        Variable whose factor is drawn, over (basis, progress) or (basis, progress, wheel...).
-    wheel : int, optional
-        Index along the last dimension; right, left (or both where there are three) [default: the last].
-    series, text : int, str
-        Which colour of the series to take, name in the legend.
+    `variable` is one over (basis, progress) or (basis, progress, wheel), of which the last is drawn: both
+    wheels; `series` is its colour among the series, `text` its name in the legend.
     """
     ax = own_axes(ax)
     values = translation[f"{variable}_factor"].values[basis]
-    if values.ndim == 2:
-        values = values[:, -1 if wheel is None else wheel]
+    values = values[:, -1] if values.ndim == 2 else values
     x = basis_axis(translation, basis)
     reachable = translation["reachable"].values[basis] == 1
     name = text or str(translation[variable].attrs.get("long_name", variable))
@@ -64,16 +54,17 @@ def mark_one(ax: Axes) -> Axes:
 
 
 def plot_factor_at_points(
-    translation: xr.Dataset, name: str, ax: Axes | None = None, *, basis: int = 0, progress: int = -1
+    translation: xr.Dataset, name: str, ax: Axes | None = None, *, progress: int = -1
 ) -> Axes:
     """Draw the factor of a contact quantity, such as "area", over the shift of equal operating points.
 
-    There must be one. `progress` is the index of the state: 0 new wheels, -1 as far as both campaigns come.
+    There must be one; the basis is equal distance. `progress` is the index of the state: 0 new wheels, -1 as
+    far as both campaigns come.
     """
     ax = own_axes(ax)
     shift = shown("shift", translation["shift"].values)
     order = np.argsort(shift, kind="stable")
-    values = translation[f"{name}_point_factor"].values[basis, progress]
+    values = translation[f"{name}_point_factor"].values[0, progress]
     new = progress == 0
     for wheel, side in enumerate(WHEELS):
         ax.plot(
