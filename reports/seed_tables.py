@@ -8,12 +8,12 @@ reads seed_tables_cases.csv and writes seed_tables.md, .csv (our values) and two
 import numpy as np
 import pandas as pd
 from initial_contact import initial_contact
-from writing import HERE, Figure, Table, output_folder, save_svg, write_csv, write_report
+from writing import HERE, Figure, Table, options, write_csv, write_report
 
 import wearsim
 from wearsim.contact.solve import solve
 from wearsim.report.figures import contact
-from wearsim.report.style import COLOURS, SERIES_COLOURS, grid, legend, style
+from wearsim.report.style import COLOURS, SERIES_COLOURS, grid, legend, save_svg, style
 from wearsim.studies.contact_state import contact_state
 
 WHEELSET = wearsim.wheelset("S1002", radius=0.46)
@@ -344,7 +344,7 @@ def trends():
 
 def main(arguments=None):
     """Write the report."""
-    out = output_folder(__file__, __doc__, arguments)
+    out = options(__file__, __doc__, arguments).out
     paper = CASES.loc["paper"]
     against = ["rail" if np.isnan(r) else f"roller {1e-3 * r:g} m" for r in paper.roller_radius_mm]
     cases = [f"{shift:g} mm, {what}" for shift, what in zip(paper.shift_mm, against, strict=True)]
@@ -355,9 +355,9 @@ def main(arguments=None):
         for case in paper.itertuples()
         for source, row in solved(rail, case).items()
     ]
-    ours = pd.DataFrame(rows).set_index(["rail", "source"]).sort_index()
-    columns = ["rail", "source", *CASES.columns]
-    write_csv(out / "seed_tables.csv", [{name: row.get(name, "") for name in columns} for row in rows])
+    table = pd.DataFrame(rows)
+    write_csv(table.reindex(columns=["rail", "source", *CASES.columns]), out / "seed_tables.csv")
+    ours = table.set_index(["rail", "source"]).sort_index()
     states = [state(case) for case in paper.itertuples()]
     groups = [states[:3], states[3:]]
     save_svg(patches_figure(groups), out / "seed_tables_patches.svg")
