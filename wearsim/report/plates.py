@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from wearsim.report.figures import campaign, translation
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import COLOURS, panels, plain, role_of, role_title, shown
+from wearsim.report.style import COLOURS, panels, plain, role_of, role_title, shown, values_of
 from wearsim.results.checks import last_worn_row, reprofiled_rows
 
 _FACTOR_POINTS = (
@@ -79,7 +79,7 @@ def worn_range(datasets: Datasets, wheel: int, name: str = "profile_y") -> tuple
 
 
 def _run(dataset: xr.Dataset) -> str:
-    return f"{plain(shown('distance', dataset['distance'].values[-1]))} km"
+    return f"{plain(values_of(dataset, 'distance', -1))} km"
 
 
 def _by_wheel(
@@ -188,9 +188,8 @@ def wear_depth(datasets: Datasets) -> Plate:
 def wear_over_distance(datasets: Datasets) -> Plate:
     """Largest depth and worn area over the distance."""
     names = ("max_wear_depth", "worn_area")
-    text = "Largest wear depth and worn area of each wheel over the distance run. " + environment_note(
-        datasets
-    )
+    text = "Largest wear depth and worn area of each wheel over the distance run."
+    text += f" {environment_note(datasets)}"
     return Plate("wear_over_distance", _by_campaign(datasets, names, campaign.plot_over_distance), text)
 
 

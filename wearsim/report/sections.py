@@ -13,7 +13,7 @@ import xarray as xr
 
 from wearsim.report import plates, tables, tables_damage, tables_quality, tables_translation
 from wearsim.report.plates import Plate
-from wearsim.report.style import capital, plain, role_of, role_title, shown
+from wearsim.report.style import capital, plain, role_of, role_title, shown, values_of
 from wearsim.report.tables import Table
 from wearsim.results import result_warnings
 from wearsim.results.checks import closing_reprofiling, last_worn_row, wear_steps
@@ -83,7 +83,7 @@ def figures(
 
 def summary_line(dataset: xr.Dataset) -> str:
     """Distance, wear steps and depth of a campaign."""
-    run = shown("distance", dataset["distance"].values[-1])
+    run = values_of(dataset, "distance", -1)
     depth = shown("max_wear_depth", dataset["max_wear_depth"].values[last_worn_row(dataset)].max())
     return f"{plain(run)} km in {wear_steps(dataset)} wear steps, {plain(depth, 3)} mm deep"
 
@@ -99,7 +99,7 @@ def warnings(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> list
         if closing := closing_reprofiling(data):
             lines.append(f"{role}: {closing}")
         if "finished" not in data.attrs:
-            run = shown("distance", data["distance"].values[-1])
+            run = values_of(data, "distance", -1)
             lines.append(f"{role}: the campaign is unfinished, these are the first {plain(run)} km.")
     if translation is None:
         return lines

@@ -182,6 +182,11 @@ def shown(name: str, values: Any) -> np.ndarray:
     return np.asarray(values, dtype=np.float64) * QUANTITIES[name].shown_factor
 
 
+def values_of(dataset: xr.Dataset, name: str, *at: Any) -> np.ndarray:
+    """Values of a variable, at an index if one is given, in the unit people read."""
+    return shown(name, dataset[name].values[at])
+
+
 def with_unit(text: str, name: str) -> str:
     """Text with a capital first letter and the shown unit of a quantity, if it has one."""
     unit = QUANTITIES[name].shown_unit

@@ -11,7 +11,7 @@ import xarray as xr
 
 from wearsim.quantities import QUANTITIES
 from wearsim.report.plates import COUNTERFACE_MEASURES, environment_text, rolls, wears
-from wearsim.report.style import capital, label, plain, role_of, role_title, shown, with_unit
+from wearsim.report.style import capital, label, plain, role_of, role_title, shown, values_of, with_unit
 from wearsim.results.checks import cracks_left, last_worn_row, reprofilings
 from wearsim.results.limits import LIMITED, LimitMet, limits_met
 
@@ -121,7 +121,7 @@ def operating_points(dataset: xr.Dataset) -> Table:
         "shift", "yaw", "roll", "wheel_load", "speed", "friction", "track_curvature",
         "environment", "weight", "block_length",
     ]  # fmt: skip
-    columns = [map(given, shown(name, dataset[name].values)) for name in names]
+    columns = [map(given, values_of(dataset, name)) for name in names]
     rows = [cells(*row) for row in zip(dataset["operating_point_name"].values, *columns, strict=True)]
     head = ["Operating point", *(label(dataset, name) for name in names)]
     return Table("", "", head, rows, "numbers", f"{role_title(dataset)}: all {len(rows)} operating points")
@@ -249,7 +249,7 @@ def counterface(dataset: xr.Dataset) -> list[Table]:
         return []
     times = int(dataset["counterface_redressed_count"].values[-1])
     rows = [
-        cells(with_unit(QUANTITIES[name].meaning, name), *shown(name, dataset[name].values[-1]))
+        cells(with_unit(QUANTITIES[name].meaning, name), *values_of(dataset, name, -1))
         for name in COUNTERFACE_MEASURES[: 3 if times else 2]
     ]
     caption = "wear of the counterface at the end of the campaign"

@@ -13,7 +13,7 @@ from wearsim.damage.fatigue.agreement import Agreement, agreement
 from wearsim.damage.fatigue.balance import LIMITED_BY, balance
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import capital, shown, with_unit
+from wearsim.report.style import capital, shown, values_of, with_unit
 from wearsim.report.tables import Cell, Table, cell, cells
 from wearsim.results.checks import (
     closing_reprofiling,
@@ -219,7 +219,7 @@ def wear_numbers(dataset: xr.Dataset) -> Table:
     side = dataset["side"].values[end]
     rows = []
     for name in ("wear_number_without_spin", "wear_number_with_spin"):
-        values = shown(name, dataset[name].values[end])
+        values = values_of(dataset, name, end)
         largest = (values[side == wheel].max(initial=0.0) for wheel in (0, 1))
         rows.append(cells(capital(str(dataset[name].attrs["long_name"])), *largest))
     text = "Largest wear number of any contact patch at the end, monitoring points included."

@@ -12,7 +12,7 @@ import xarray as xr
 from wearsim.errors import ResultError
 from wearsim.profile.shape import polygon_area_between
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import capital, plain, role_title, shown
+from wearsim.report.style import capital, plain, role_title, shown, values_of
 from wearsim.report.tables import UNDEFINED, Cell, Table, cell, cells, span
 from wearsim.results.checks import (
     LOAD_TOLERANCE,
@@ -89,7 +89,7 @@ def chosen(dataset: xr.Dataset) -> list[Table]:
     if "contact_candidate" not in dataset:
         return []
     steps = looked_at(dataset)
-    places = [f"{plain(value)} km" for value in shown("distance", dataset["distance"].values[steps])]
+    places = [f"{plain(value)} km" for value in values_of(dataset, "distance", steps)]
     rows = []
     for step, place in zip(steps, places, strict=True):
         error = cell(100.0 * float(dataset["contact_models_error"].values[step]), 2)

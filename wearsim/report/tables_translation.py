@@ -12,7 +12,7 @@ import xarray as xr
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import BASES
-from wearsim.report.style import capital, plain, shown, with_unit
+from wearsim.report.style import capital, plain, shown, values_of, with_unit
 from wearsim.report.tables import UNDEFINED, Cell, Table, cell, cells, given
 from wearsim.translation.factors import POINT_QUANTITIES
 from wearsim.translation.translate import point_table
@@ -149,7 +149,7 @@ def regimes(translation: xr.Dataset) -> list[Table]:
     if "regime_point" not in translation:
         return []
     names = str(translation["regime_point"].attrs["flag_meanings"]).split()
-    shift = shown("shift", translation["shift"].values)
+    shift = values_of(translation, "shift")
     places = [(i, w) for i in np.argsort(shift, kind="stable") for w in range(len(WHEELS))]
     tables = []
     for progress, title in ((0, "new wheels"), (-1, "end of the common distance")):
@@ -176,7 +176,7 @@ def regime_bands(translation: xr.Dataset, rig: xr.Dataset) -> list[str]:
     for b, basis in enumerate(translation["basis_name"].values):
         for wheel, side in enumerate(WHEELS):
             differs = translation["regime_profile_differs"].values[b, -1, wheel] == 1
-            y = shown("profile_y", rig["profile_y"].values[0, wheel])
+            y = values_of(rig, "profile_y", 0, wheel)
             edges = np.flatnonzero(np.diff(np.concatenate(([0], differs.astype(int), [0]))))
             bands = [
                 f"{plain(min(y[i], y[j - 1]), 3)} to {plain(max(y[i], y[j - 1]), 3)} mm"

@@ -20,7 +20,7 @@ from matplotlib.patches import Patch as Swatch
 
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import COLOURS, label_axes, own_axes, plain, shown, style, wrapped
+from wearsim.report.style import COLOURS, label_axes, own_axes, plain, shown, style, values_of, wrapped
 from wearsim.report.style import label as label_of
 
 STICK, SLIP = "#cfe3ee", "#f6dca6"
@@ -36,10 +36,6 @@ _ARROWS = 11  # of shear along the longer side of a patch, about
 _SHAPE = 1.15  # width over height of the axes of a patch: what the grid leaves next to a colour bar
 
 
-def _shown(dataset: xr.Dataset, name: str, patch: int) -> np.ndarray:
-    return shown(name, dataset[name].values[patch])
-
-
 def _colour(dataset: xr.Dataset) -> str:
     return COLOURS["rail" if dataset.attrs["counterface"] == "rail" else "rig"]
 
@@ -51,11 +47,11 @@ def _ends(
 
     At their centres strips end where they end; in between, neighbours are joined half-way.
     """
-    y = _shown(dataset, across, patch)
+    y = values_of(dataset, across, patch)
     half = 0.5 * (y[1] - y[0])
     place = np.empty(2 * y.size + 1)
     place[0], place[1::2], place[2::2] = y[0] - half, y, y + half
-    ends = [_shown(dataset, name, patch) for name in of]
+    ends = [values_of(dataset, name, patch) for name in of]
     middle = 0.5 * (ends[0] + ends[1])
     lines = []
     for end in ends:
@@ -127,8 +123,8 @@ def plot_pressure_along(
 ) -> Axes:
     """Draw the largest pressure of each strip across a patch, zero at its ends."""
     ax = own_axes(ax)
-    pressure = _shown(dataset, "pressure", patch).max(axis=0)
-    place = _shown(dataset, across, patch)
+    pressure = values_of(dataset, "pressure", patch).max(axis=0)
+    place = values_of(dataset, across, patch)
     before, after = place[0] - 0.5 * (place[1] - place[0]), place[-1] + 0.5 * (place[-1] - place[-2])
     ax.plot(np.r_[before, place, after], np.r_[0.0, pressure, 0.0], **_look(dataset, label, line))
     return label_axes(ax, _across(dataset, across), label_of(dataset, "pressure"), 0.0)
@@ -139,7 +135,7 @@ def plot_field(
 ) -> Axes:
     """Draw a field of a patch, "pressure" or "work_density", as colours with their scale."""
     ax = own_axes(ax)
-    y, x, values = _cells(dataset, patch, _shown(dataset, name, patch))
+    y, x, values = _cells(dataset, patch, values_of(dataset, name, patch))
     top = float(values.max())
     if name == "work_density":
         values = np.ma.masked_equal(values, 0.0)  # nothing is lost where the surfaces stick
@@ -169,16 +165,17 @@ def plot_shear(
                   rasterized=True)  # fmt: skip
     plot_outline(dataset, ax, patch=patch, color=_WHEEL, linewidth=0.8, label="")
     spacing, strips, cells = _sampled(dataset, patch)
-    whole = [_shown(dataset, f"shear_{axis}", patch) for axis in "yx"]
+    whole = [values_of(dataset, f"shear_{axis}", patch) for axis in "yx"]
     shear = np.array([values[cells, strips] for values in whole])
     most = float(np.hypot(*whole).max() if largest is None else shown("shear_x", largest))
     if most > 0.0:
-        at = _shown(dataset, "lateral", patch)[strips], _shown(dataset, "longitudinal", patch)[cells, strips]
+        y = values_of(dataset, "lateral", patch)[strips]
+        x = values_of(dataset, "longitudinal", patch)[cells, strips]
         slipping = slips[cells, strips]
         for chosen, colour in ((~slipping, STICK_ARROW), (slipping, SLIP_ARROW)):
             part = chosen & (np.hypot(*shear) > 0.02 * most)
             quiver = ax.quiver(
-                at[0][part], at[1][part], *shear[:, part], angles="xy", scale_units="xy",
+                y[part], x[part], *shear[:, part], angles="xy", scale_units="xy",
                 scale=most / (1.15 * spacing), color=colour, width=0.05 * spacing, units="xy", headwidth=3.6,
                 headlength=4.0, headaxislength=3.6, minlength=0.5, pivot="middle", zorder=3,
             )  # fmt: skip
@@ -194,9 +191,9 @@ def plot_shear(
 
 def _sampled(dataset: xr.Dataset, patch: int) -> tuple[float, np.ndarray, np.ndarray]:
     """Spacing in shown units, and strips and cells about that far from each other in both directions."""
-    y = _shown(dataset, "lateral", patch)
-    x = _shown(dataset, "longitudinal", patch)
-    lead, trail = (_shown(dataset, name, patch) for name in ("x_lead", "x_trail"))
+    y = values_of(dataset, "lateral", patch)
+    x = values_of(dataset, "longitudinal", patch)
+    lead, trail = (values_of(dataset, name, patch) for name in ("x_lead", "x_trail"))
     spacing = max(np.ptp(y), float(np.max(lead - trail))) / _ARROWS
     strips, cells = [], []
     middle = 0.5 * (y[0] + y[-1])
@@ -241,16 +238,16 @@ def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) -> A
     """Draw the gap of the unloaded profiles around the patches of a side, their width and approach."""
     ax = own_axes(ax)
     row = int(np.flatnonzero(dataset["wheel"].values == side)[0])
-    at, gap = shown("rail_y", dataset["gap_rail_y"].values[row]), shown("gap", dataset["gap"].values[row])
+    at, gap = shown("rail_y", dataset["gap_rail_y"].values[row]), values_of(dataset, "gap", row)
     ax.plot(at, gap, color=_WHEEL)
     highest = 0.0
     for k, patch in enumerate(map(int, np.flatnonzero(dataset["side"].values == side))):
         place = _ends(dataset, patch, "lateral")[0]
         flat = np.cos(float(dataset["contact_angle"][patch]))  # of the contact plane
-        ends = _shown(dataset, "rail_y", patch) + (-1.0 if side else 1.0) * flat * place[[0, -1]]
+        ends = values_of(dataset, "rail_y", patch) + (-1.0 if side else 1.0) * flat * place[[0, -1]]
         # counted from the initial contact within the patch
         inside = gap[(at >= ends.min()) & (at <= ends.max())]
-        approach = inside.min(initial=gap.max()) + _shown(dataset, "approach", patch)
+        approach = inside.min(initial=gap.max()) + values_of(dataset, "approach", patch)
         highest = max(highest, float(approach))
         ax.axvspan(ends.min(), ends.max(), color=STICK, lw=0.0, label="" if k else "patch")
         ax.hlines(approach, ends.min(), ends.max(), color=_CONTACT, lw=1.2, ls="--",
@@ -266,7 +263,7 @@ def title_of(dataset: xr.Dataset) -> str:
     """Conditions of a contact state in two lines."""
 
     def text(name: str, digits: int = 4) -> str:
-        value = float(shown(name, dataset[name].values))
+        value = float(values_of(dataset, name))
         number = plain(float(f"{value:.{digits}g}"), digits)
         number = number.rstrip("0").rstrip(".") if value else number
         unit = QUANTITIES[name].shown_unit
@@ -329,7 +326,7 @@ def _spans(dataset: xr.Dataset) -> list[np.ndarray]:
 
 def _patch_titles(dataset: xr.Dataset, patch: int) -> tuple[str, str, str]:
     def text(name: str, places: int) -> str:
-        value = round(float(_shown(dataset, name, patch)), places) + 0.0
+        value = round(float(values_of(dataset, name, patch)), places) + 0.0
         return f"{value:.{places}f} {QUANTITIES[name].shown_unit}".replace("-", "\N{MINUS SIGN}")
 
     side = dataset["side"].values

@@ -16,7 +16,17 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
 from wearsim.report.figures.profile import EXCEEDED
-from wearsim.report.style import COLOURS, grid, legend, own_axes, shown, style, write_figure, writing
+from wearsim.report.style import (
+    COLOURS,
+    grid,
+    legend,
+    own_axes,
+    shown,
+    style,
+    values_of,
+    write_figure,
+    writing,
+)
 
 _BODY = "#1a1a1a"
 NOT_JUDGED = "#b07a1e"
@@ -41,18 +51,15 @@ def plot_member(dataset: xr.Dataset, member: int, ax: Axes | None = None) -> Axe
     ax = own_axes(ax)
     kind = str(dataset["kind"].values[member])
     if "reference_y" in dataset and dataset.attrs["reference_kind"] == kind:
-        ax.plot(
-            shown("profile_y", dataset["reference_y"].values),
-            shown("profile_z", dataset["reference_z"].values),
-            color=COLOURS["new"], lw=0.9, label=dataset.attrs["reference_label"],
-        )  # fmt: skip
+        line = (shown(f"profile_{axis}", dataset[f"reference_{axis}"].values) for axis in "yz")
+        ax.plot(*line, color=COLOURS["new"], lw=0.9, label=dataset.attrs["reference_label"])
     exceeded = str(dataset["exceeded"].values[member]).split()
     open_measures = str(dataset["not_judged"].values[member]).split()
     judged = bool(dataset["judged"].values[member]) and not open_measures
     colour = EXCEEDED if exceeded else _BODY if judged else NOT_JUDGED
     label = "beyond a limit" if exceeded else "within the limits" if judged else "not judged, or not in all"
-    y, z = (shown(f"profile_{axis}", dataset[f"profile_{axis}"].values[member]) for axis in "yz")
-    ax.plot(y, z, color=colour, lw=1.1, label=label)
+    line = (values_of(dataset, f"profile_{axis}", member) for axis in "yz")
+    ax.plot(*line, color=colour, lw=1.1, label=label)
     name = str(dataset["wheel_name"].values[member])
     ax.set_title(
         name if len(name) <= _LONGEST else f"…{name[1 - _LONGEST :]}",  # the end names the side
@@ -61,7 +68,7 @@ def plot_member(dataset: xr.Dataset, member: int, ax: Axes | None = None) -> Axe
     texts = []
     for measure, short in _SHORT.items():
         if measure in dataset and dataset[f"known_{measure}"].values[member]:
-            value = float(shown(measure, dataset[measure].values[member]))
+            value = float(values_of(dataset, measure, member))
             mark = " !" if measure in exceeded else " ?" if measure in open_measures else ""
             texts.append((f"{short} {value + 0.0:.2f}{mark}", measure in exceeded))
     for k, (text, beyond) in enumerate(texts):
@@ -82,7 +89,7 @@ def limits_of(dataset: xr.Dataset) -> tuple[tuple[float, float], tuple[float, fl
     """
     spans = []
     for axis in "yz":
-        values = shown(f"profile_{axis}", dataset[f"profile_{axis}"].values)
+        values = values_of(dataset, f"profile_{axis}")
         low, high = values.min(axis=1), values.max(axis=1)
         ends = [low[low >= np.median(low) - _REACH], high[high <= np.median(high) + _REACH]]
         if f"reference_{axis}" in dataset:

@@ -23,6 +23,7 @@ from wearsim.report.style import (
     plain,
     shown,
     style,
+    values_of,
     wrapped,
 )
 
@@ -63,9 +64,10 @@ def plot_shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.set_aspect("equal", adjustable="box")
     if not ax.yaxis_inverted():
         ax.invert_yaxis()
-    return label_axes(
-        ax, _lateral(dataset), "Height, outward\nis down [mm]" if wheel else "Height, down [mm]"
-    )
+    origin = "from the running circle" if wheel else dataset.attrs.get("origin", "")
+    place = " ".join(filter(None, ("Lateral position", origin)))
+    height = "Height, outward\nis down [mm]" if wheel else "Height, down [mm]"
+    return label_axes(ax, f"{place}, to the field side [mm]", height)
 
 
 def _points(dataset: xr.Dataset, name: str) -> np.ndarray:
@@ -73,24 +75,15 @@ def _points(dataset: xr.Dataset, name: str) -> np.ndarray:
     return shown("profile_y", [dataset[f"{name}_{axis}"].values for axis in "yz"])
 
 
-def _lateral(dataset: xr.Dataset) -> str:
-    origin = (
-        "from the running circle" if dataset.attrs["kind"] == "wheel" else dataset.attrs.get("origin", "")
-    )
-    return f"Lateral position{f' {origin}' if origin else ''}, to the field side [mm]"
-
-
 def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
     """Draw Sh, Sd and qR where a gauge takes them."""
     y, z = _points(dataset, "gauge")
     exceeded = dataset.attrs.get("exceeded", "").split()
-    level, below, circle = (
-        float(shown("profile_z", dataset.attrs[f"{name}_distance"]))
-        for name in ("level", "below_tip", "running_circle")
-    )
+    names = [f"{name}_distance" for name in ("level", "below_tip", "running_circle")]
+    level, below, circle = shown("profile_z", [dataset.attrs[name] for name in names])
     look = {name: EXCEEDED if row in exceeded else _DIMENSION for name, row in _GAUGED.items()}
     texts = {
-        name: f"{name} {shown(row, dataset[row].values):.2f}{' !' if row in exceeded else ''}"
+        name: f"{name} {values_of(dataset, row):.2f}{' !' if row in exceeded else ''}"
         for name, row in _GAUGED.items()
     }
     back = y[_CIRCLE] - circle
@@ -124,8 +117,7 @@ def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
     for k, away in ((_UPPER, -4.0), (_TIP, 4.0)):
         _arrow(ax, (left, z[k] + away), (left, z[k]), "#555555", 0.8, "-|>")
     _text(ax, left - 0.6 * _ROOM, 0.5 * (z[_UPPER] + z[_TIP]), f"{below:g}", "#555555", "right")
-    ax.plot(y[[_TIP, _CIRCLE, _LOWER, _UPPER]], z[[_TIP, _CIRCLE, _LOWER, _UPPER]], "o", color="white",
-            markeredgecolor=_BODY, ms=4.0, zorder=5)  # fmt: skip
+    ax.plot(y[:4], z[:4], "o", color="white", markeredgecolor=_BODY, ms=4.0, zorder=5)
 
 
 def _line(ax: Axes, y: Any, z: Any, ls: Any = "-") -> None:
@@ -149,8 +141,8 @@ def _text(ax: Axes, y: float, z: float, text: str, colour: str, ha: Any = "left"
 def plot_depth(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the wear depth along the reference, positive where material is gone."""
     ax = own_axes(ax)
-    s = shown("arc_length", dataset["arc_length"].values)
-    depth = shown("wear_depth", dataset["wear_depth"].values)
+    s = values_of(dataset, "arc_length")
+    depth = values_of(dataset, "wear_depth")
     ax.axhline(0.0, color="#555555", lw=0.8)
     ax.fill_between(s, depth, 0.0, color=COLOURS["field"], alpha=0.18, lw=0.0)
     ax.plot(s, depth, color=COLOURS["field"], lw=1.4)
@@ -176,23 +168,24 @@ def _lateral_ticks(dataset: xr.Dataset, ax: Axes, s: np.ndarray) -> None:
     top.set_xlabel("Lateral position [mm]", fontsize=7.5, color="#555555", labelpad=3.5)
 
 
+def _reference(dataset: xr.Dataset, *names: str) -> list[np.ndarray]:
+    return [shown(name, dataset[f"reference_{name}"].values) for name in names]
+
+
 def plot_radius_difference(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the rolling radius difference over the lateral shift."""
     ax = own_axes(ax)
-    shift = shown("shift", dataset["shift"].values)
-    values = shown("rolling_radius_difference", dataset["rolling_radius_difference"].values)
+    shift, values = (values_of(dataset, name) for name in ("shift", "rolling_radius_difference"))
     ax.axhline(0.0, color="#555555", lw=0.8)
     ax.axvline(0.0, color="#555555", lw=0.8)
     if "reference_shift" in dataset:
-        ax.plot(
-            shown("shift", dataset["reference_shift"].values),
-            shown("rolling_radius_difference", dataset["reference_rolling_radius_difference"].values),
-            color=COLOURS["new"], lw=1.2, ls="--", label=dataset.attrs["reference_label"],
-        )  # fmt: skip
+        line = _reference(dataset, "shift", "rolling_radius_difference")
+        ax.plot(*line, color=COLOURS["new"], lw=1.2, ls="--", label=dataset.attrs["reference_label"])
     ax.plot(shift, values, label=dataset.attrs["label"], color=SERIES_COLOURS[0])
     # beyond flange contact the difference runs off and would flatten all the rest
     inner = np.abs(values[np.abs(shift) <= _TREAD_SHIFT])
-    ax.set_ylim(-1.3 * max(inner.max(initial=0.0), 0.5), 1.3 * max(inner.max(initial=0.0), 0.5))
+    reach = 1.3 * max(inner.max(initial=0.0), 0.5)
+    ax.set_ylim(-reach, reach)
     x_label = "Lateral shift of the wheelset, to the right [mm]"
     return label_axes(ax, x_label, label(dataset, "rolling_radius_difference"), width=40)
 
@@ -200,14 +193,12 @@ def plot_radius_difference(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the equivalent conicity over the amplitude."""
     ax = own_axes(ax)
-    amplitude = shown("amplitude", dataset["amplitude"].values)
-    conicity = shown("equivalent_conicity", dataset["equivalent_conicity"].values)
+    amplitude, conicity = (values_of(dataset, name) for name in ("amplitude", "equivalent_conicity"))
     highest = float(conicity.max(initial=0.1))
     if "reference_amplitude" in dataset:
-        before = shown("equivalent_conicity", dataset["reference_equivalent_conicity"].values)
+        at, before = _reference(dataset, "amplitude", "equivalent_conicity")
         highest = float(before.max(initial=highest))
-        ax.plot(shown("amplitude", dataset["reference_amplitude"].values), before, color=COLOURS["new"],
-                lw=1.2, ls="--", marker="o", ms=3.5)  # fmt: skip
+        ax.plot(at, before, color=COLOURS["new"], lw=1.2, ls="--", marker="o", ms=3.5)
     ax.plot(amplitude, conicity, color=SERIES_COLOURS[0], marker="o")
     for at, value in zip(amplitude, conicity, strict=True):
         ax.annotate(f"{value:.3f}", (at, value), (0, 6), textcoords="offset points", ha="center",
@@ -281,7 +272,7 @@ def _title(dataset: xr.Dataset) -> str:
 
 def _wear_title(dataset: xr.Dataset) -> str:
     deepest = int(np.argmax(dataset["wear_depth"].values))
-    depth = plain(shown("wear_depth", dataset["wear_depth"].values[deepest]), 3)
+    depth = plain(values_of(dataset, "wear_depth", deepest), 3)
     place = plain(shown("profile_y", dataset["wear_y"].values[deepest]), 3)
-    area = plain(shown("worn_area", dataset["worn_area"].values))
+    area = plain(values_of(dataset, "worn_area"))
     return f"Worn area {area} mm², deepest {depth} mm at y = {place} mm"

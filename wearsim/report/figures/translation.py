@@ -11,7 +11,17 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from wearsim.report.figures.campaign import NEW_Y, WHEELS, series_colour
-from wearsim.report.style import COLOURS, WHEEL_LINES, capital, label, label_axes, own_axes, shown, wrapped
+from wearsim.report.style import (
+    COLOURS,
+    WHEEL_LINES,
+    capital,
+    label,
+    label_axes,
+    own_axes,
+    shown,
+    values_of,
+    wrapped,
+)
 
 _FACTOR = "Factor, rig over field"
 _X_LABELS = ("Distance run by each [km]", "Largest wear depth of each [mm]")
@@ -62,7 +72,7 @@ def plot_factor_at_points(
     far as both campaigns come.
     """
     ax = own_axes(ax)
-    shift = shown("shift", translation["shift"].values)
+    shift = values_of(translation, "shift")
     order = np.argsort(shift, kind="stable")
     values = translation[f"{name}_point_factor"].values[0, progress]
     new = progress == 0
