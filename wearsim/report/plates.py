@@ -102,17 +102,18 @@ def _by_wheel(
 
 
 def _by_campaign(
-    datasets: Datasets, names: Sequence[str], plot: Callable[[xr.Dataset, str, Axes], object], **options: Any
+    datasets: Datasets, plot: Callable[..., object], names: Sequence[str] | None = None, **options: Any
 ) -> Figure:
-    """Draw one row per quantity and one column per campaign: their distances may differ a hundredfold."""
+    """Draw one column per campaign (distances may differ a hundredfold) and one row per quantity, if any."""
 
     def draw(ax: Axes, row: int, column: int) -> None:
-        plot(datasets[column], names[row], ax)
+        quantity = (names[row],) if names else ()
+        plot(datasets[column], *quantity, ax)
         if not row:
             ax.set_title(role_title(datasets[column]))
 
     usual: dict[str, Any] = {"height": 1.75, "gap": 0.3, "between": 0.2, "sharey": "row", "sharex": "col"}
-    return panels(len(names), len(datasets), draw, **usual | options)
+    return panels(len(names or "1"), len(datasets), draw, **usual | options)
 
 
 def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Plate:
@@ -190,7 +191,7 @@ def wear_over_distance(datasets: Datasets) -> Plate:
     names = ("max_wear_depth", "worn_area")
     text = "Largest wear depth and worn area of each wheel over the distance run."
     text += f" {environment_note(datasets)}"
-    return Plate("wear_over_distance", _by_campaign(datasets, names, campaign.plot_over_distance), text)
+    return Plate("wear_over_distance", _by_campaign(datasets, campaign.plot_over_distance, names), text)
 
 
 def wear_by_regime(datasets: Datasets) -> Plate:
@@ -238,7 +239,7 @@ def counterface_over_distance(datasets: Datasets) -> Plate | None:
     if not worn:
         return None
     plot = campaign.plot_counterface_over_distance
-    figure = _by_campaign(worn, COUNTERFACE_MEASURES[:2], plot, gap=0.6, sharey=False)
+    figure = _by_campaign(worn, plot, COUNTERFACE_MEASURES[:2], gap=0.6, sharey=False)
     text = "Largest wear depth and worn area of the counterface over the distance run"
     if any(map(rolls, worn)):
         text += "; the depth falls to 0 where rollers are redressed to their new profile"
@@ -264,12 +265,12 @@ def measures(datasets: Datasets) -> Plate:
     text = (
         "Flange height Sh, flange thickness Sd, flange gradient qR and tread hollowing over the distance run."
     )
-    return Plate("measures", _by_campaign(datasets, names, campaign.plot_over_distance), text)
+    return Plate("measures", _by_campaign(datasets, campaign.plot_over_distance, names), text)
 
 
 def conicity(datasets: Datasets) -> Plate:
     """Equivalent conicity over the distance."""
-    figure = _by_campaign(datasets, ("equivalent_conicity",), campaign.plot_over_distance)
+    figure = _by_campaign(datasets, campaign.plot_over_distance, ["equivalent_conicity"])
     text = "Equivalent conicity at 3 mm amplitude over the distance run; a gap where it is undefined."
     return Plate("conicity", figure, text)
 
@@ -285,7 +286,7 @@ def contact(datasets: Datasets) -> Plate:
     return Plate(
         "contact",
         # the legend explains the marks once; the colours are those of the titles
-        _by_campaign(datasets, names, plot, sharex=True, keys=(0, slice(1))),
+        _by_campaign(datasets, plot, names, sharex=True, keys=(0, slice(1))),
         "Position on the wheel, largest pressure, area and frictional power of every contact patch over the "
         "lateral shift: hollow marks the new wheel, full ones the end of the campaign; monitoring points "
         "included.",
@@ -294,15 +295,7 @@ def contact(datasets: Datasets) -> Plate:
 
 def shakedown(datasets: Datasets) -> Plate:
     """Shakedown map of the campaigns, which have fatigue laws."""
-    figure = _by_campaign(
-        datasets,
-        ("",),
-        lambda data, _, ax: campaign.plot_shakedown(data, ax),
-        height=3.2,
-        gap=0.6,
-        sharey=True,
-        key_columns=3,
-    )
+    figure = _by_campaign(datasets, campaign.plot_shakedown, height=3.2, gap=0.6, sharey=True, key_columns=3)
     figure.subplots_adjust(top=0.78)
     shear = "; ".join(f"{role_of(data)}: {campaign.shear_yield_text(data)}" for data in datasets)
     text = (
@@ -326,18 +319,12 @@ def fatigue_damage(datasets: Datasets) -> Plate:
 
 def fatigue_cycles(datasets: Datasets) -> Plate:
     """Damage of each load cycle by every fatigue law."""
-    return Plate(
-        "fatigue_cycles",
-        _by_campaign(
-            datasets,
-            ("",),
-            lambda data, _, ax: campaign.plot_passage_damage(data, ax),
-            height=2.4,
-            sharey=True,
-        ),
+    text = (
         "Agreement of the fatigue laws: damage of each load cycle (passage of a contact patch, both wheels, "
-        "worn profiles) over the largest of its law. Where marks of all laws coincide, they agree.",
+        "worn profiles) over the largest of its law. Where marks of all laws coincide, they agree."
     )
+    figure = _by_campaign(datasets, campaign.plot_passage_damage, height=2.4, sharey=True)
+    return Plate("fatigue_cycles", figure, text)
 
 
 def balance(datasets: Datasets) -> Plate | None:
@@ -441,7 +428,7 @@ def steps(datasets: Datasets) -> Plate:
     names = ["step_length", "stability_number"]
     if any(bool(data["step_error"].notnull().any()) for data in datasets):
         names.append("step_error")
-    figure = _by_campaign(datasets, names, campaign.plot_steps, height=1.6, gap=0.85, sharey=False)
+    figure = _by_campaign(datasets, campaign.plot_steps, names, height=1.6, gap=0.85, sharey=False)
     text = (
         "Length of each wear step, its stability number S and the estimated error of its depth, with the "
         "limits the campaign set. The estimate is the difference between rules of first and second order."
