@@ -50,11 +50,6 @@ class Campaigns:
     factors: xr.Dataset | None = None
     convergence: Sequence[Table] = ()
 
-    @property
-    def with_fatigue(self) -> list[xr.Dataset]:
-        """Campaigns with fatigue laws."""
-        return [data for data in self.datasets if "fatigue_name" in data]
-
     def each(self, make: Callable[[xr.Dataset], Iterable[Table]]) -> Iterator[Table]:
         """Tables of each campaign, with its role in name and caption."""
         for data in self.datasets:
@@ -159,12 +154,13 @@ def _measures(c: Campaigns) -> Content:
 
 
 def _fatigue(c: Campaigns) -> Content:
-    if not c.with_fatigue:
+    campaigns = Campaigns([data for data in c.datasets if "fatigue_name" in data])
+    if not campaigns.datasets:
         return
     yield from c.each(tables_damage.fatigue_tables)
     yield from _factors_of(c, "fatigue")
     draw = (plates.shakedown, plates.fatigue_damage, plates.fatigue_cycles, plates.balance)
-    yield from figures(Campaigns(c.with_fatigue), *draw)
+    yield from figures(campaigns, *draw)
 
 
 def _factors(c: Campaigns) -> Content:

@@ -249,8 +249,8 @@ def to_svg(figure: Figure, name: str) -> str:
     text = re.sub(r'\bid="([^"]+)"', rf'id="{name}-\1"', text)
     text = re.sub(r'(xlink:href="#|url\(#)', rf"\1{name}-", text)
     # the page sets the width; the view box keeps the shape
-    text = re.sub(r'^<svg ([^>]*?)\bwidth="[^"]*"', r"<svg \1", text, count=1)
-    text = re.sub(r'^<svg ([^>]*?)\bheight="[^"]*"', r"<svg \1", text, count=1)
+    for side in ("width", "height"):
+        text = re.sub(rf'^<svg ([^>]*?)\b{side}="[^"]*"', r"<svg \1", text, count=1)
     return text.strip()
 
 
