@@ -10,11 +10,11 @@ from itertools import product
 import numpy as np
 import pandas as pd
 from scipy import ndimage
-from writing import Figure, Table, options, save_svg, write_report
+from writing import Figure, Table, options, write_csv, write_report
 
 import wearsim
 from wearsim.errors import ContactError
-from wearsim.report.style import SERIES_COLOURS, grid, legend, style
+from wearsim.report.style import SERIES_COLOURS, grid, legend, save_svg, style
 
 TITLE = "Errors of the contact models against half-space solutions"
 RAIL = "60E1"
@@ -317,7 +317,7 @@ def main(arguments=None):
     chosen = options(__file__, __doc__, arguments, from_csv=True)
     values = chosen.out / "contact_accuracy.csv"
     if not chosen.from_csv:
-        compare(all_cases()).to_csv(values, index=False, float_format="%.6g", lineterminator="\n")
+        write_csv(compare(all_cases()), values)
     write(read_table(values), chosen.out)
 
 

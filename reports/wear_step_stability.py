@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import NullFormatter
-from writing import Figure, Table, options, save_svg, write_report
+from writing import Figure, Table, options, write_csv, write_report
 
 import wearsim
 from wearsim.campaign.control import half_space_depth_limit, largest_step
@@ -22,7 +22,7 @@ from wearsim.errors import NumericalError, WearsimError
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.profile.smoothing import smoothing_spline
-from wearsim.report.style import SERIES_COLOURS, grid, legend, style
+from wearsim.report.style import SERIES_COLOURS, grid, legend, save_svg, style
 from wearsim.scene.campaign import ControlSettings
 
 TITLE = "Stability of wear steps"
@@ -57,21 +57,15 @@ class Case:
     integrator: str = "euler"
 
 
+SMOOTHED = "beyond the limit, smoothed"
 CASES = (
     Case("kik_piotrowski", "control on", 200e-6, 0.0, WAVELENGTH, "heun"),
     Case("kik_piotrowski", "beyond the limit, no smoothing", 200e-6, 4.0, 0.0),
-    Case("kik_piotrowski", "beyond the limit, smoothed", 200e-6, 4.0, WAVELENGTH),
-    Case(
-        "kik_piotrowski",
-        "beyond the limit, smoothed, semi-implicit",
-        200e-6,
-        4.0,
-        WAVELENGTH,
-        "semi_implicit",
-    ),
+    Case("kik_piotrowski", SMOOTHED, 200e-6, 4.0, WAVELENGTH),
+    Case("kik_piotrowski", f"{SMOOTHED}, semi-implicit", 200e-6, 4.0, WAVELENGTH, "semi_implicit"),
     Case("half_space", "control on", 80e-6, 0.0, WAVELENGTH, "heun"),
     Case("half_space", "beyond the limit, no smoothing", 80e-6, 8.0, 0.0),
-    Case("half_space", "beyond the limit, smoothed", 80e-6, 8.0, WAVELENGTH),
+    Case("half_space", SMOOTHED, 80e-6, 8.0, WAVELENGTH),
 )
 
 INTRODUCTION = f"""\
@@ -277,7 +271,7 @@ def main(arguments=None):
     values = chosen.out / "wear_step_stability.csv"
     if not chosen.from_csv:
         wheels = {case: wear(case) for case in CASES}
-        table_of(wheels).to_csv(values, index=False, float_format="%.6g", lineterminator="\n")
+        write_csv(table_of(wheels), values)
         save_svg(draw(wheels), chosen.out / "wear_step_stability.svg")
     blocks = [
         INTRODUCTION,

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from contact_accuracy import ERRORS, WheelSums, errors_of, wheel_sums
 from wear_step_stability import one_step_section, read_table, wave_after_one_step
-from writing import HERE, Table, options, read_csv, write_report
+from writing import HERE, Table, options, write_csv, write_report
 
 import wearsim
 from wearsim.errors import ContactError
@@ -20,7 +20,8 @@ from wearsim.profile.shape import resample
 from wearsim.profile.smoothing import smoothed
 
 TITLE = "Where contact models fail, and which one to take"
-SITUATIONS = read_csv(HERE / "where_methods_fail_cases.csv")
+SITUATIONS = pd.read_csv(HERE / "where_methods_fail_cases.csv", dtype=str, keep_default_na=False)
+SITUATIONS = SITUATIONS.to_dict("records")
 GRID, REFERENCE_GRID = 50, 80
 RIGHT_WITHIN, WRONG_ABOVE = 0.1, 1.0  # borders of the largest error
 SECONDS = 20.0  # longest time of a solution
@@ -347,7 +348,7 @@ def main(arguments=None):
         normals = sorted({normal for normal, _ in STATED})
         steps = pd.concat([wave_after_one_step(normal) for normal in normals])
         for name, values in (("", assess()), ("_steps", steps)):
-            values.to_csv(files[name], index=False, float_format="%.4g", lineterminator="\n")
+            write_csv(values, files[name], "%.4g")
     table, steps = map(read_table, files.values())
     messages, numbers = message_list(table)
     blocks = [
