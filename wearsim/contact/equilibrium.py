@@ -121,7 +121,7 @@ def resting_roll(
 
 RULES = ("free", "centred", "nominal")
 
-_TOLERANCE = 1e-9  # torque, relative to friction coefficient x wheel load x radius
+_TOLERANCE = 1e-3  # torque, over friction coefficient x wheel load x radius: a bracket to begin with
 
 
 def rotation_without_creepage(motion: Kinematics, row: IntArray, rows: int) -> FloatArray:
@@ -154,7 +154,7 @@ def balanced_rotation(
     scale: FloatArray,
     done: NDArray[np.bool_],
 ) -> FloatArray:
-    """Rotation speed at which the creep forces of both wheels balance the applied torque.
+    """Rotation speed near which the creep forces of both wheels balance the applied torque.
 
     Parameters
     ----------
