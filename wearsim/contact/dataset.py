@@ -315,7 +315,6 @@ def patch_columns(solution: ContactSolution, fields: bool) -> Columns:
         return columns
     patch, cells = solution.patch, solution.fields
     strip, edge, cell = ("patch", "strip"), ("patch", "strip_edge"), ("patch", "cell", "strip")
-    count = cells.pressure.shape[1]
     columns |= {
         "lateral": (strip, np.where(solution.side == 1, -1.0, 1.0)[:, None] * patch.y),
         "strip_width": (("patch",), patch.width),
@@ -324,7 +323,7 @@ def patch_columns(solution: ContactSolution, fields: bool) -> Columns:
         "x_lead": (strip, patch.x_lead),
         "x_trail": (strip, patch.x_trail),
         "cells_lead": (strip, cells.x_lead),
-        "cells_trail": (strip, cells.x_lead - count * cells.cell_length),
+        "cells_trail": (strip, cells.x_lead - patch.cells[:, None] * cells.cell_length),
         "strip_work": (strip, cells.strip_work),
         **{name: (cell, getattr(cells, name)) for name in _CELLS},
     }
@@ -332,7 +331,7 @@ def patch_columns(solution: ContactSolution, fields: bool) -> Columns:
         columns |= {
             "cell_pressure": (("patch", "grid_cell", "strip"), patch.grid.pressure),
             "grid_lead": (("patch",), patch.grid.x_lead),
-            "grid_trail": (("patch",), patch.grid.x_trail),
+            "grid_trail": (("patch",), patch.grid.x_lead - patch.cells * patch.grid.cell_length),
         }
     return columns
 

@@ -9,7 +9,7 @@ points form the wheel's contact line, and the gap is the distance of it from the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -128,6 +128,16 @@ class Gap:
     wheel_radius: FloatArray
     x: FloatArray
     bodies: Bodies | None = None
+
+    def take(self, row: IntArray) -> Gap:
+        """Gap of some rows."""
+        if row.size == self.gap.shape[0]:
+            return self
+        curves = {name: getattr(self, name)[row] for name in _Nearest._fields}
+        bodies = self.bodies
+        if bodies is not None:
+            bodies = bodies._replace(pose=WheelsetPose(*(one[row] for one in bodies.pose)))
+        return replace(self, bodies=bodies, **curves)
 
 
 def _steep_free(profile: Profile, spacing: float, start: int) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,26 +13,55 @@ IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
+class Resolution:
+    """How finely patches are cut: into as many strips and cells as their size needs.
+
+    Parameters
+    ----------
+    cell : float
+        Largest width of a strip and length of a cell [m].
+    strips, cells : int
+        Strips across a patch and cells along each, at least.
+    most : int
+        Of either, at most.
+    """
+
+    cell: float
+    strips: int
+    cells: int
+    most: int
+
+    def strips_across(self, width: FloatArray) -> IntArray:
+        """Count the strips of patches (m,) of a width [m]."""
+        return self._count(width, self.strips)
+
+    def cells_along(self, length: FloatArray) -> IntArray:
+        """Count the cells along the strips of patches (m,) of a length [m]."""
+        return self._count(length, self.cells)
+
+    def _count(self, size: FloatArray, fewest: int) -> IntArray:
+        # A size that is a multiple of the cell must not get one more by rounding.
+        needed = np.ceil(size / self.cell * (1.0 - 1e-9))
+        return np.clip(needed, fewest, max(self.most, fewest)).astype(np.int64)
+
+
+@dataclass(frozen=True)
 class PatchGrid:
     """Pressure of patches on uniform grids in their contact planes; the rows of cells are the strips.
 
     Parameters
     ----------
-    x_lead, x_trail : (m,) array
-        Leading and trailing end of the grid, alike for all strips of a patch [m].
+    x_lead : (m,) array
+        Leading end of the grid, alike for all strips of a patch [m].
+    cell_length : (m,) array
+        Of the cells of each patch [m].
     pressure : (m, nx, ny) array
         Mean pressure of each cell, x index from the leading end; zero where the surfaces are apart [Pa].
     """
 
     x_lead: FloatArray
-    x_trail: FloatArray
+    cell_length: FloatArray
     pressure: FloatArray
-
-    @property
-    def cell_length(self) -> FloatArray:
-        """Length of the cells of each patch (m,) [m]."""
-        length: FloatArray = (self.x_lead - self.x_trail) / self.pressure.shape[1]
-        return length
 
     @property
     def x(self) -> FloatArray:
@@ -62,6 +92,9 @@ class Patch:
         strips.
     interpenetration : (m, ny) array
         Virtual interpenetration g of each strip, zero for models without one [m].
+    strips, cells : (m,) int array
+        Strips of each patch and cells along each strip. What lies behind them in the arrays of the batch is
+        padding: strips without length and cells without pressure.
     grid : PatchGrid, optional
         Pressure of models that find it cell by cell; the strips then are those of `from_grid`.
     """
@@ -73,6 +106,8 @@ class Patch:
     x_trail: FloatArray
     pressure_slope: FloatArray
     interpenetration: FloatArray
+    strips: IntArray
+    cells: IntArray
     grid: PatchGrid | None = None
 
     @property
@@ -96,7 +131,7 @@ class Patch:
     def lateral_extent(self) -> FloatArray:
         """Extent of each patch across the rolling direction (m,) [m]."""
         if self.grid is None:
-            across: FloatArray = self.width * self.y.shape[1]
+            across: FloatArray = self.width * self.strips
             return across
         return _extent(self.grid.pressure.max(axis=1) > 0.0) * self.width
 
@@ -109,13 +144,13 @@ def _extent(loaded: NDArray[np.bool_]) -> IntArray:
 
 
 def from_grid(
-    row: IntArray, y: FloatArray, width: FloatArray, grid: PatchGrid, interpenetration: FloatArray
+    row: IntArray, y: FloatArray, width: FloatArray, grid: PatchGrid, strips: IntArray, cells: IntArray
 ) -> Patch:
     """Patch of a model that finds the pressure cell by cell, with strips of the same loads.
 
     Parameters
     ----------
-    row, y, width, interpenetration
+    row, y, width, strips, cells
         As of `Patch`; the strips are the grid's rows of cells.
     grid : PatchGrid
         Pressures.
@@ -136,18 +171,29 @@ def from_grid(
     spread = (grid.pressure * (place - middle[:, None, :]) ** 2).sum(axis=1) * per_load + dx**2 / 12.0
     half = np.where(load > 0.0, 2.0 * np.sqrt(spread), 0.0)
     slope = np.divide(2.0 * load, np.pi * half**2, out=np.zeros_like(load), where=load > 0.0)
-    return Patch(row, y, width, middle + half, middle - half, slope, interpenetration, grid)
+    return Patch(row, y, width, middle + half, middle - half, slope, np.zeros_like(y), strips, cells, grid)
 
 
-def on_grid(patch: Patch, cells: int) -> PatchGrid:
+def cells_of(resolution: Resolution, x_lead: FloatArray, x_trail: FloatArray) -> IntArray:
+    """Count the cells (m,) along the strips of patches, from the ends (m, ny) of their true strips [m]."""
+    return resolution.cells_along(x_lead.max(axis=1, initial=0.0) - x_trail.min(axis=1, initial=0.0))
+
+
+def ends_of(patch: Patch) -> tuple[FloatArray, FloatArray]:
+    """Foremost and hindmost end (m,) of the strips of each patch [m]."""
+    true = np.arange(patch.y.shape[1]) < patch.strips[:, None]
+    lead: FloatArray = np.where(true, patch.x_lead, -np.inf).max(axis=1)
+    trail: FloatArray = np.where(true, patch.x_trail, np.inf).min(axis=1)
+    return lead, trail
+
+
+def on_grid(patch: Patch) -> PatchGrid:
     """Pressure of a patch on a uniform grid; its own if it has one.
 
     Parameters
     ----------
     patch : Patch
-        m patches of ny strips.
-    cells : int
-        nx cells from the foremost to the hindmost end of the patch; without effect if it has a grid.
+        m patches of ny strips, with `cells` from the foremost to the hindmost end of each.
 
     Returns
     -------
@@ -156,8 +202,9 @@ def on_grid(patch: Patch, cells: int) -> PatchGrid:
     """
     if patch.grid is not None:
         return patch.grid
-    lead, trail = patch.x_lead.max(axis=1), patch.x_trail.min(axis=1)
-    ends = lead[:, None] - (lead - trail)[:, None] * (np.arange(cells + 1) / cells)
+    lead, trail = ends_of(patch)
+    share = np.arange(patch.cells.max(initial=1) + 1) / patch.cells[:, None]
+    ends = lead[:, None] - (lead - trail)[:, None] * np.minimum(share, 1.0)
     half = 0.5 * (patch.x_lead - patch.x_trail)
     middle = 0.5 * (patch.x_lead + patch.x_trail)
     off = ends[:, :, None] - middle[:, None, :]
@@ -166,8 +213,8 @@ def on_grid(patch: Patch, cells: int) -> PatchGrid:
     # integral of sqrt(1 - u^2) from 0 to u
     total = 0.5 * (share * np.sqrt(1.0 - share**2) + np.arcsin(share))
     load = (patch.pressure_slope * half**2)[:, None, :] * -np.diff(total, axis=1)
-    dx = (lead - trail) / cells
-    return PatchGrid(lead, trail, np.maximum(load / dx[:, None, None], 0.0))
+    dx = (lead - trail) / patch.cells
+    return PatchGrid(lead, dx, np.maximum(load / dx[:, None, None], 0.0))
 
 
 @dataclass(frozen=True)
@@ -213,6 +260,7 @@ class SurfaceFields:
         return work
 
 
+@lru_cache(maxsize=512)
 def load_factor(cells: int) -> float:
     """Ratio of the integral of a semi-ellipse to its trapezoidal sum over `cells` equal cells.
 

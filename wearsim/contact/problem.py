@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from wearsim.contact.equilibrium import RULES
-from wearsim.contact.patch import FloatArray, IntArray, Patch, SurfaceFields
+from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, SurfaceFields
 from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
@@ -145,7 +145,11 @@ class ContactModels:
     normal, tangential : str
         Names in `wearsim.NORMAL_MODELS` and `wearsim.TANGENTIAL_MODELS`.
     strips, cells : int
-        Strips across a patch and cells along each strip.
+        Strips across a patch and cells along each strip, at least.
+    cell : float
+        Largest width of a strip and length of a cell [m].
+    most_cells : int
+        Strips across a patch, and cells along each, at most.
     youngs_modulus : float
         Of both bodies [Pa].
     poisson_ratio : float
@@ -159,9 +163,16 @@ class ContactModels:
     tangential: str = "fastsim"
     strips: int = 30
     cells: int = 30
+    cell: float = 0.5e-3
+    most_cells: int = 120
     youngs_modulus: float = 210e9
     poisson_ratio: float = 0.3
     parameters: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def resolution(self) -> Resolution:
+        """How finely patches are cut."""
+        return Resolution(self.cell, self.strips, self.cells, self.most_cells)
 
     @property
     def shear_modulus(self) -> float:

@@ -169,8 +169,23 @@ def _join(parts: list[Any], order: IntArray | None = None) -> Any:
     if isinstance(first, np.ndarray):
         whole = np.concatenate(parts) if len(parts) > 1 else first
         return whole if order is None else whole[order]
-    joined = {f.name: _join([getattr(part, f.name) for part in parts], order) for f in fields(first)}
+    joined = {
+        f.name: _join(_padded(f.name, [getattr(part, f.name) for part in parts]), order)
+        for f in fields(first)
+    }
     return type(first)(**joined)
+
+
+def _padded(name: str, parts: list[Any]) -> list[Any]:
+    """Arrays of equal shape but for the first axis: strips without length or width, cells without load."""
+    if not isinstance(parts[0], np.ndarray) or len({part.shape[1:] for part in parts}) == 1:
+        return parts
+    size = np.max([part.shape[1:] for part in parts], axis=0)
+    mode: Any = "edge" if "edge" in name else "constant"
+    return [
+        np.pad(part, [(0, 0), *((0, new - old) for old, new in zip(part.shape[1:], size, strict=True))], mode)
+        for part in parts
+    ]
 
 
 @dataclass(frozen=True)
@@ -214,11 +229,12 @@ def _solve_side(task: _Task, side: int, chunk: ContactConditions, start: int) ->
     try:
         normal = NORMAL_MODELS[models.normal](
             gap,
+            np.arange(chunk.shift.size),
             chunk.wheel_load,
             vertical=task.vertical,
             effective_modulus=models.effective_modulus,
-            strips=models.strips,
-            parameters={"cells": models.cells, **dict(models.parameters)},
+            resolution=models.resolution,
+            parameters=dict(models.parameters),
         )
     except ContactError as error:
         raise _placed(error, chunk, start, side) from None
@@ -288,7 +304,6 @@ def _solve_chunk(task: _Task, chunk: ContactConditions, start: int) -> ContactSo
             part.friction,
             shear_modulus=models.shear_modulus,
             poisson_ratio=models.poisson_ratio,
-            cells=models.cells,
             fields=fields,
         )
 
@@ -366,9 +381,8 @@ def _finish(
     power = np.maximum(-(contact.force * creepage).sum(axis=1) * solved.speed, 0.0)
     assert contact.cells is not None
     pressure, shear_x, shear_y, slip_x, slip_y = contact.cells
-    cell_length = (contact.x_lead - contact.x_trail) / pressure.shape[1]
     local, local_power = np.empty(pressure.shape), np.empty(power.size)
-    cell_area = cell_length * patch.width[:, None]
+    cell_area = contact.cell_length * patch.width[:, None]
     _scale_work(shear_x, shear_y, slip_x, slip_y, cell_area, solved.speed, power, sign, local, local_power)
     return ContactSolution(
         point=start + patch.row,
@@ -406,7 +420,7 @@ def _finish(
             slip_y=slip_y,
             work_density=local,
             x_lead=contact.x_lead,
-            cell_length=cell_length,
+            cell_length=contact.cell_length,
             strip_width=patch.width,
             speed=solved.speed,
         ),

@@ -105,11 +105,12 @@ def _displacement(
     try:
         solution = NORMAL_MODELS[models.normal](
             gap,
+            np.arange(rows.size),
             conditions.wheel_load[rows],
             vertical=True,
             effective_modulus=models.effective_modulus,
-            strips=models.strips,
-            parameters={"cells": models.cells, **dict(models.parameters)},
+            resolution=models.resolution,
+            parameters=dict(models.parameters),
         )
     except NumericalError:
         return None  # no fault of the scene; the run reports it

@@ -38,7 +38,7 @@ from wearsim.contact.normal.model import (
     NormalSolution,
     fault_of,
 )
-from wearsim.contact.patch import FloatArray, IntArray, Patch
+from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
 from wearsim.contact.reference.hertzian import hertz as contact_ellipse
 from wearsim.errors import ContactError
 
@@ -72,12 +72,15 @@ class _Contact:
 
 def solve(
     gap: Gap,
+    row: IntArray,
     load: FloatArray,
     *,
     vertical: bool,
     effective_modulus: float,
-    strips: int,
+    resolution: Resolution,
     parameters: dict[str, float],
+    start: NormalSolution | None = None,
+    rough: bool = False,
 ) -> NormalSolution:
     """Elliptic patches of every row; contract in `normal.model`.
 
@@ -94,18 +97,18 @@ def solve(
     loaded: list[_Contact] = []
     forces: list[float] = []
     displacements: list[float] = []
-    for row in range(load.size):
-        contacts = _contacts(gap, row, float(load[row]), vertical, effective_modulus, window)
+    for here, weight in zip(row.tolist(), load.tolist(), strict=True):
+        contacts = _contacts(gap, here, weight, vertical, effective_modulus, window)
         if len(contacts) > 1 and not vertical:
-            raise fault_of(NOT_SINGLE, row)
-        displacement = _balance(contacts, float(load[row]), vertical)
+            raise fault_of(NOT_SINGLE, here)
+        displacement = _balance(contacts, weight, vertical)
         pairs = [(contact, _force(contact, displacement)) for contact in contacts]
         for contact, force in sorted(pairs, key=lambda pair: -pair[1]):
             if force > 0.0:
                 loaded.append(contact)
                 forces.append(force)
                 displacements.append(displacement)
-    return _cut_strips(gap, loaded, np.array(forces), np.array(displacements), effective_modulus, strips)
+    return _cut_strips(gap, loaded, np.array(forces), np.array(displacements), effective_modulus, resolution)
 
 
 def _contacts(
@@ -231,7 +234,7 @@ def _cut_strips(
     force: FloatArray,
     displacement: FloatArray,
     effective_modulus: float,
-    strips: int,
+    resolution: Resolution,
 ) -> NormalSolution:
     """Cut the ellipses into strips of equal width and make the pressure fit the load on them."""
     row, y, z, angle, along, across, height = (
@@ -239,6 +242,7 @@ def _cut_strips(
         for name in ("row", "y", "z", "angle", "along", "across", "height")
     )
     ellipse = contact_ellipse(along, across, force, effective_modulus)
+    strips = resolution.strips
     # Strip edges and middles in turn, in halves of a strip from the touching point.
     place = ellipse.semi_axis_y[:, None] * np.linspace(-1.0, 1.0, 2 * strips + 1)
     grid = gap.counterface
@@ -266,6 +270,8 @@ def _cut_strips(
             (force / (0.5 * np.pi * (half**2).sum(axis=1) * width))[:, None], half.shape
         ),
         interpenetration=np.zeros_like(middle),
+        strips=np.full(row.size, strips),
+        cells=cells_of(resolution, skew[:, 1::2] + half, skew[:, 1::2] - half),
     )
     return NormalSolution(
         patch=patch,

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from wearsim.contact.geometry import Gap
-from wearsim.contact.patch import FloatArray, IntArray, Patch
+from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution
 from wearsim.contact.registry import check_grid
 from wearsim.errors import ContactError, NumericalError
 from wearsim.quantities import QUANTITIES
@@ -102,36 +102,45 @@ class NormalSolver(Protocol):
     def __call__(
         self,
         gap: Gap,
+        row: IntArray,
         load: FloatArray,
         *,
         vertical: bool,
         effective_modulus: float,
-        strips: int,
+        resolution: Resolution,
         parameters: dict[str, float],
+        start: NormalSolution | None = None,
+        rough: bool = False,
     ) -> NormalSolution:
-        """Patches and pressures of every row of a gap.
+        """Patches and pressures of rows of a gap.
 
         Parameters
         ----------
         gap : Gap
             n rows on a grid of g points.
-        load : (n,) array
+        row : (k,) int array
+            Rows of the gap to solve, rising.
+        load : (k,) array
             Vertical load of the wheel, balanced by the vertical parts of the normal forces of all its
             patches, or (`vertical` false) the normal force of its only patch [N].
         vertical : bool
             Which of the two `load` is.
         effective_modulus : float
             E* = E / (2 (1 - nu^2)) of two equal bodies [Pa].
-        strips : int
-            Strips per patch.
+        resolution : Resolution
+            Strips across each patch and cells along them, from its size.
         parameters : dict
-            Of all models, each takes its own; "cells" along a strip is for models whose unknowns are the
-            pressures of cells.
+            Of all models, each takes its own.
+        start : NormalSolution, optional
+            Of the same rows under loads nearby: saves work and changes nothing beyond the tolerance.
+        rough : bool
+            Whether some percent of error in forces and planes are good enough: a model may leave out what
+            costs.
 
         Returns
         -------
         NormalSolution
-            The leading axis is the patch.
+            The leading axis is the patch; `patch.row` and the rows of errors are those of the gap.
 
         Raises
         ------
@@ -184,12 +193,15 @@ class NormalModel:
     def __call__(
         self,
         gap: Gap,
+        row: IntArray,
         load: FloatArray,
         *,
         vertical: bool,
         effective_modulus: float,
-        strips: int,
+        resolution: Resolution,
         parameters: dict[str, float],
+        start: NormalSolution | None = None,
+        rough: bool = False,
     ) -> NormalSolution:
         """Solve with input and solution validated; parameters and errors as of `NormalSolver`.
 
@@ -201,22 +213,26 @@ class NormalModel:
         NumericalError
             Also for a solution that is not finite.
         """
-        cells = parameters.get("cells", strips)
-        for key, count in (("strips", strips), ("cells", cells)):
-            if count < FEWEST:
-                raise ContactError(f"{key} = {count:g} must be at least {FEWEST}; take more")
-        check_grid(self.name, strips, int(cells), self.fewest, self.most_strips)
+        for key in ("strips", "cells"):
+            if getattr(resolution, key) < FEWEST:
+                raise ContactError(f"{key} = {getattr(resolution, key)} must be at least {FEWEST}; take more")
+        check_grid(self.name, resolution.strips, resolution.cells, self.fewest, self.most_strips)
         wrong = np.flatnonzero(~((load > 0.0) & (load < np.inf)))
         if wrong.size > 0:
-            row = int(wrong[0])
-            raise ContactError(f"wheel load = {load[row]:g} N must be above 0 N and finite", row=row)
+            first = int(wrong[0])
+            raise ContactError(
+                f"wheel load = {load[first]:g} N must be above 0 N and finite", row=int(row[first])
+            )
         solution = self.solve(
             gap,
+            row,
             load,
             vertical=vertical,
             effective_modulus=effective_modulus,
-            strips=strips,
+            resolution=resolution,
             parameters=parameters,
+            start=start,
+            rough=rough,
         )
         if solution.patch.row.size > 0:
             _check_solution(gap, solution, effective_modulus)

@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.kernel import leaf_kernel, plain
-from wearsim.contact.patch import FloatArray, Patch, load_factor
+from wearsim.contact.patch import FloatArray, IntArray, Patch, load_factor
 from wearsim.contact.tangential.kalker import coefficients
 from wearsim.contact.tangential.model import TangentialModel, TangentialSolution
 
@@ -56,7 +56,7 @@ def flexibilities(patch: Patch, shear_modulus: float, poisson_ratio: float) -> F
     """
     strip = patch.x_lead - patch.x_trail
     area = strip.sum(axis=1) * patch.width
-    ratio = strip.max(axis=1) / (patch.width * strip.shape[1])
+    ratio = strip.max(axis=1) / (patch.width * patch.strips)
     a = np.sqrt(area / np.pi * ratio)
     c11, c22, c23, _ = coefficients(ratio, poisson_ratio)
     return np.array(
@@ -75,8 +75,8 @@ def solve(
     *,
     shear_modulus: float,
     poisson_ratio: float,
-    cells: int,
     fields: bool,
+    start: TangentialSolution | None = None,
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
@@ -85,15 +85,17 @@ def solve(
     """
     flexibility = flexibilities(patch, shear_modulus, poisson_ratio)
     count, strips = patch.y.shape
-    out = np.empty((5, count, cells if fields else 1, strips))
+    out = np.zeros((5, count, patch.cells.max(initial=1), strips) if fields else (5, 0, 0, 0))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
-    slope = patch.pressure_slope * load_factor(cells)
+    factor = np.array([load_factor(cells) for cells in patch.cells.tolist()])
+    slope = patch.pressure_slope * factor[:, None]
     _march(
         plain(patch.y), plain(patch.width), plain(patch.x_lead), plain(patch.x_trail), plain(friction),
-        plain(slope), plain(creepage), flexibility, plain(_mean_flexibility(creepage, flexibility)), cells,
-        fields, np.empty(14 * _ROW), out, force, slip_area,
+        plain(slope), plain(creepage), flexibility, plain(_mean_flexibility(creepage, flexibility)),
+        patch.strips, patch.cells, fields, np.empty(14 * _ROW), out, force, slip_area,
     )  # fmt: skip
-    return TangentialSolution(force, slip_area, patch.x_lead, patch.x_trail, out if fields else None)
+    length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
+    return TangentialSolution(force, slip_area, patch.x_lead, length, out if fields else None)
 
 
 def _mean_flexibility(creepage: FloatArray, flexibility: FloatArray) -> FloatArray:
@@ -106,8 +108,9 @@ def _mean_flexibility(creepage: FloatArray, flexibility: FloatArray) -> FloatArr
 @leaf_kernel
 def _march(
     y: FloatArray, width: FloatArray, x_lead: FloatArray, x_trail: FloatArray, friction: FloatArray,
-    slope: FloatArray, creepage: FloatArray, flexibility: FloatArray, mean: FloatArray, cells: int,
-    keep: bool, rows: FloatArray, out: FloatArray, force: FloatArray, slip_area: FloatArray,
+    slope: FloatArray, creepage: FloatArray, flexibility: FloatArray, mean: FloatArray,
+    strip_count: IntArray, cell_count: IntArray, keep: bool, rows: FloatArray, out: FloatArray,
+    force: FloatArray, slip_area: FloatArray,
 ) -> None:  # fmt: skip
     """March from the leading to the trailing end, all strips of a patch side by side.
 
@@ -117,8 +120,8 @@ def _march(
     6 slipping cells so far, 7 to 11 the means of pressure, traction and slip in the cell, 12 the
     flexibility over the cell length, 13 the largest pressure.
     """
-    strips = y.shape[1]
     for m in range(y.shape[0]):
+        strips, cells = strip_count[m], cell_count[m]
         rate_x = creepage[m, 0] / flexibility[0, m]
         rate_y = creepage[m, 1] / flexibility[1, m]
         rate_s = creepage[m, 2] / flexibility[2, m]

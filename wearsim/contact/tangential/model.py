@@ -26,8 +26,8 @@ class TangentialSolution:
         Longitudinal and lateral force on the wheel [N, N] and moment about the contact normal [N m].
     slip_area : (m,) array
         Part of the patch that slips [m2].
-    x_lead, x_trail : (m, ny) array
-        Ends of the rows of cells: of the strips, or of a uniform grid [m].
+    x_lead, cell_length : (m, ny) array
+        Leading end of each row of cells, and length of its cells [m].
     cells : (5, m, nx, ny) array or None
         Pressure, shear x, shear y [Pa], relative slip x, slip y [-], means of each cell.
     """
@@ -35,7 +35,7 @@ class TangentialSolution:
     force: FloatArray
     slip_area: FloatArray
     x_lead: FloatArray
-    x_trail: FloatArray
+    cell_length: FloatArray
     cells: FloatArray | None
 
 
@@ -50,25 +50,25 @@ class TangentialSolver(Protocol):
         *,
         shear_modulus: float,
         poisson_ratio: float,
-        cells: int,
         fields: bool,
+        start: TangentialSolution | None = None,
     ) -> TangentialSolution:
         """Shear, slip and creep forces of each patch.
 
         Parameters
         ----------
         patch : Patch
-            m patches of ny strips.
+            m patches of ny strips, with their own numbers of strips and cells.
         creepage : (m, 3) array
             Longitudinal, lateral creepage and spin about the patch's centre [-, -, 1/m].
         friction : (m,) array
             Coulomb coefficient [-].
         shear_modulus, poisson_ratio : float
             Of both bodies [Pa], [-].
-        cells : int
-            nx cells along each strip; patches with a grid keep their own.
         fields : bool
-            Whether cell fields are computed, or the resultants alone; those are the same.
+            Whether cell fields are wanted, or the resultants alone; those are the same.
+        start : TangentialSolution, optional
+            Of the same patches under creepages nearby: saves work and changes nothing beyond the tolerance.
 
         Returns
         -------
@@ -116,8 +116,8 @@ class TangentialModel:
         *,
         shear_modulus: float,
         poisson_ratio: float,
-        cells: int,
         fields: bool,
+        start: TangentialSolution | None = None,
     ) -> TangentialSolution:
         """Solve with input and solution validated; parameters and errors as of `TangentialSolver`.
 
@@ -129,15 +129,18 @@ class TangentialModel:
             Also for creep forces that are not finite.
         """
         hint = ", or another tangential model"
-        check_grid(self.name, patch.y.shape[1], cells, self.fewest, self.most_strips, hint)
+        if patch.row.size > 0:
+            fewest = int(patch.strips.min()), int(patch.cells.min())
+            check_grid(self.name, *fewest, self.fewest, None, hint)
+            check_grid(self.name, patch.y.shape[1], fewest[1], self.fewest, self.most_strips)
         solution = self.solve(
             patch,
             creepage,
             friction,
             shear_modulus=shear_modulus,
             poisson_ratio=poisson_ratio,
-            cells=cells,
             fields=fields,
+            start=start,
         )
         fine = np.isfinite(solution.force).all(axis=1)
         if not fine.all():

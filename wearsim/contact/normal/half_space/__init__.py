@@ -55,10 +55,9 @@ from wearsim.contact.normal.model import (
     NormalSolution,
     fault_of,
 )
-from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, from_grid
+from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution, from_grid
 
 DEFAULTS = {
-    "cells": 0.0,  # along the rolling direction; 0: the number of strips
     "half_space_tolerance": TOLERANCE,
     "half_space_iterations": float(MOST_ITERATIONS),
 }
@@ -99,12 +98,15 @@ class WheelPressure:
 
 def solve(
     gap: Gap,
+    row: IntArray,
     load: FloatArray,
     *,
     vertical: bool,
     effective_modulus: float,
-    strips: int,
+    resolution: Resolution,
     parameters: dict[str, float],
+    start: NormalSolution | None = None,
+    rough: bool = False,
 ) -> NormalSolution:
     """Patches and pressures of every row; contract in `normal.model`.
 
@@ -113,11 +115,12 @@ def solve(
     iteration stops, 3e-5 by default [-]; "half_space_iterations", its limit, 1000 by default.
     """
     options: dict[str, Any] = {"vertical": vertical, "effective_modulus": effective_modulus}
+    shape = (resolution.cells, resolution.strips)
     states = [
-        solve_wheel(gap, row, float(load[row]), strips=strips, parameters=parameters, **options)
-        for row in range(load.size)
+        solve_wheel(gap, here, weight, shape=shape, parameters=parameters, **options)
+        for here, weight in zip(row.tolist(), load.tolist(), strict=True)
     ]
-    return _assembled(gap, np.arange(load.size), states, vertical)
+    return _assembled(gap, row, states, vertical)
 
 
 def solve_wheel(
@@ -127,7 +130,7 @@ def solve_wheel(
     *,
     vertical: bool,
     effective_modulus: float,
-    strips: int,
+    shape: tuple[int, int],
     parameters: dict[str, float],
     start: WheelPressure | None = None,
 ) -> WheelPressure:
@@ -135,8 +138,10 @@ def solve_wheel(
 
     Parameters
     ----------
-    gap, vertical, effective_modulus, strips, parameters
+    gap, vertical, effective_modulus, parameters
         As of `solve`.
+    shape : (int, int)
+        Cells along and strips across each patch.
     row : int
         Which row of the gap.
     load : float
@@ -162,7 +167,6 @@ def solve_wheel(
     if not 0 < lowest < curve.size - 1 or max(curve[lowest - 1], curve[lowest + 1]) >= NO_WHEEL:
         raise fault_of(AT_EDGE, row)
     task = _Task(gap, row, load, vertical, effective_modulus, {**DEFAULTS, **parameters})
-    shape = (int(task.parameters["cells"]) or strips, strips)
     if start is not None:
         # Patches move along with the point of initial contact, unless it jumps to another lobe.
         place = float(gap.counterface.y[lowest])
@@ -295,9 +299,12 @@ def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: b
     def column(name: str) -> FloatArray:
         return np.array([getattr(line, name) for line in lines])
 
-    grid = PatchGrid(column("x_lead"), column("x_trail"), column("pressure"))
-    y = column("y")
-    patch = from_grid(column("row").astype(np.int64), y, column("width"), grid, np.zeros_like(y))
+    grid = PatchGrid(column("x_lead"), column("cell_length"), column("pressure"))
+    count, cells, strips = grid.pressure.shape
+    patch = from_grid(
+        column("row").astype(np.int64), column("y"), column("width"), grid,
+        np.full(count, strips), np.full(count, cells),
+    )  # fmt: skip
     return NormalSolution(
         patch=patch,
         centre_y=column("centre"),
@@ -325,7 +332,7 @@ class _Line:
     width: float
     edges: FloatArray
     x_lead: float
-    x_trail: float
+    cell_length: float
     pressure: FloatArray
 
 
@@ -358,7 +365,7 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -
         width=width,
         edges=edges,
         x_lead=region.x_high + ahead,
-        x_trail=region.x_low + ahead,
+        cell_length=length,
         pressure=pressure,
     )
 

@@ -50,25 +50,28 @@ from wearsim.contact.normal.kik_piotrowski.strips import (
 )
 from wearsim.contact.normal.kik_piotrowski.wheel_load import LINE, balance
 from wearsim.contact.normal.model import MOST_PATCHES, NormalModel, NormalSolution, raise_first
-from wearsim.contact.patch import FloatArray, IntArray, Patch
+from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
 
 DEFAULTS = {"virtual_penetration_factor": 0.55}
 
 
 def solve(
     gap: Gap,
+    row: IntArray,
     load: FloatArray,
     *,
     vertical: bool,
     effective_modulus: float,
-    strips: int,
+    resolution: Resolution,
     parameters: dict[str, float],
+    start: NormalSolution | None = None,
+    rough: bool = False,
 ) -> NormalSolution:
     """Patches and pressures of every row; contract in `normal.model`.
 
     Own parameter: "virtual_penetration_factor", epsilon of [1]_, 0.55 by default.
     """
-    rows = load.size
+    rows, of, gap, strips = load.size, row, gap.take(row), resolution.strips
     factor = {**DEFAULTS, **parameters}["virtual_penetration_factor"]
     points = gap.counterface.y.size
     count, fault = np.zeros(rows, np.int64), np.zeros(rows, np.int64)
@@ -92,13 +95,15 @@ def solve(
         depth, edges, centre, angle, maximum, slope,
     )  # fmt: skip
     patch = Patch(
-        row=row,
+        row=of[row],
         y=y,
         width=y[:, 1] - y[:, 0],
         x_lead=lead,
         x_trail=trail,
         pressure_slope=np.repeat(slope[:, None], strips, axis=1),
         interpenetration=depth,
+        strips=np.full(row.size, strips),
+        cells=cells_of(resolution, lead, trail),
     )
     return NormalSolution(
         patch=patch,

@@ -50,7 +50,7 @@ from wearsim.contact.normal.model import (
     ReferencePoint,
     raise_first,
 )
-from wearsim.contact.patch import FloatArray, Patch
+from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
 from wearsim.contact.reference.hertzian import hertz
 
 DEFAULTS = {"solved_strips": 20.0}
@@ -69,12 +69,15 @@ def _ellipses() -> FloatArray:
 
 def solve(
     gap: Gap,
+    row: IntArray,
     load: FloatArray,
     *,
     vertical: bool,
     effective_modulus: float,
-    strips: int,
+    resolution: Resolution,
     parameters: dict[str, float],
+    start: NormalSolution | None = None,
+    rough: bool = False,
 ) -> NormalSolution:
     """Patches and pressures of every row; contract in `normal.model`.
 
@@ -82,7 +85,7 @@ def solve(
     the strips of the solution are interpolated from them.
     """
     count = int(min(max({**DEFAULTS, **parameters}["solved_strips"], _FEWEST), _MOST))
-    rows = load.size
+    rows, gap, strips = load.size, gap.take(row), resolution.strips
     number, fault = np.zeros(rows, np.int64), np.zeros(rows, np.int64)
     shape = (rows, MOST_PATCHES, strips)
     y, half, skew, slope = (np.empty(shape) for _ in range(4))
@@ -97,13 +100,15 @@ def solve(
     used = np.arange(MOST_PATCHES) < number[:, None]
     y, half, skew, values = y[used], half[used], skew[used], values[used]
     patch = Patch(
-        row=np.repeat(np.arange(rows), number),
+        row=np.repeat(row, number),
         y=y,
         width=values[:, 7].copy(),
         x_lead=skew + half,
         x_trail=skew - half,
         pressure_slope=slope[used],
         interpenetration=np.zeros_like(y),
+        strips=np.full(y.shape[0], strips),
+        cells=cells_of(resolution, skew + half, skew - half),
     )
     centre, angle, approach, force, maximum, scale, displacement = values[:, :7].T.copy()
     return NormalSolution(

@@ -41,7 +41,6 @@ def solve(
     *,
     shear_modulus: float,
     poisson_ratio: float,
-    cells: int,
     fields: bool,
     start: TangentialSolution | None = None,
 ) -> TangentialSolution:
@@ -52,7 +51,7 @@ def solve(
     solution of a neighbouring state on as many cells, with fields, saves steps and changes nothing beyond the
     tolerance.
     """
-    grid = on_grid(patch, cells)
+    grid = on_grid(patch)
     count, nx, ny = grid.pressure.shape
     fault = ~(np.isfinite(creepage).all(axis=1) & np.isfinite(friction))
     if fault.any():
@@ -89,8 +88,8 @@ def solve(
         slip_area[m] = np.count_nonzero(slipping) * dx * dy
         if out is not None:
             out[(slice(None), m, *box)] = np.concatenate((pressure[None], traction, slip))
-    lead, trail = (np.repeat(end[:, None], ny, axis=1) for end in (grid.x_lead, grid.x_trail))
-    return TangentialSolution(force, slip_area, lead, trail, out)
+    lead, size = (np.repeat(part[:, None], ny, axis=1) for part in (grid.x_lead, length))
+    return TangentialSolution(force, slip_area, lead, size, out)
 
 
 def _box(pressure: FloatArray) -> tuple[slice, slice]:
