@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.solve import ContactSolution, Wheelset
+from wearsim.contact.problem import ContactPatches, Wheelset
 from wearsim.profile.shape import Profile
 
 
@@ -155,8 +155,8 @@ class WearRate:
     stability : (2, n) array
         Sum over the points of depth rate over interpenetration [1/m]; a step of length ds has
         S = stability * ds.
-    solution : ContactSolution
-        Contact solution it follows from.
+    solution : ContactPatches
+        Contact it follows from.
     damping : (2, n) array or None
         The same sum averaged over the stretch of each vertex, rims of the patches included, for semi-implicit
         steps [1/m].
@@ -172,7 +172,7 @@ class WearRate:
     regime_depth: FloatArray
     friction_work: FloatArray
     stability: FloatArray
-    solution: ContactSolution
+    solution: ContactPatches
     damping: FloatArray | None = None
     comparison: tuple[FloatArray, ...] = ()
     fatigue: tuple[FloatArray, ...] = ()

@@ -289,10 +289,16 @@ def _search(
                 continue
             step = line.y[k + 1] - line.y[k]
             share = (counterface.y[i] - line.y[k]) / step if step != 0.0 else 0.0
-            nearest.wheel_y[row, i] = wheel.y[k] + share * (wheel.y[k + 1] - wheel.y[k])
-            nearest.wheel_radius[row, i] = wheel.radius[k] + share * (wheel.radius[k + 1] - wheel.radius[k])
-            nearest.sin_theta[row, i] = line.sin_theta[k] + share * (line.sin_theta[k + 1] - line.sin_theta[k])
-            nearest.x[row, i] = line.x[k] + share * (line.x[k + 1] - line.x[k])
+            nearest.wheel_y[row, i] = _between(wheel.y, k, share)
+            nearest.wheel_radius[row, i] = _between(wheel.radius, k, share)
+            nearest.sin_theta[row, i] = _between(line.sin_theta, k, share)
+            nearest.x[row, i] = _between(line.x, k, share)
+
+
+@kernel
+def _between(values: FloatArray, k: int, share: float) -> float:
+    """Value at a share of the way from one circle to the next."""
+    return values[k] + share * (values[k + 1] - values[k])  # type: ignore[no-any-return]
 
 
 @kernel
@@ -325,9 +331,7 @@ def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) ->
 
 
 @kernel
-def _envelope(
-    line: _ContactLine, counterface: CounterfaceProfile, gap: FloatArray, circle: IntArray
-) -> None:
+def _envelope(line: _ContactLine, counterface: CounterfaceProfile, gap: FloatArray, circle: IntArray) -> None:
     """Smallest gap over each grid point, and the first of the two circles around it; -1 without wheel."""
     points = counterface.y.size
     gap[:] = NO_WHEEL
@@ -343,7 +347,7 @@ def _envelope(
         i = first
         while i < points and counterface.y[i] <= high:
             share = (counterface.y[i] - left) / (right - left) if right != left else 0.0
-            distance = counterface.z[i] - (line.height[k] + share * (line.height[k + 1] - line.height[k]))
+            distance = counterface.z[i] - _between(line.height, k, share)
             if distance < gap[i]:
                 gap[i], circle[i] = distance, k
             i += 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
@@ -27,6 +27,7 @@ __all__ = [
     "ContactSolution",
     "Counterface",
     "Wheelset",
+    "join",
     "solve",
     "solve_each",
 ]
@@ -88,7 +89,8 @@ def solve(
         vertical=vertical,
         threads=threads,
     )
-    return parts[0] if len(parts) == 1 else _join(parts)
+    solution: ContactSolution = join(parts)
+    return solution
 
 
 def solve_each(
@@ -161,24 +163,43 @@ def _part(conditions: ContactConditions, part: slice) -> ContactConditions:
     return replace(conditions, **changed)
 
 
-def _join(parts: list[Any], order: IntArray | None = None) -> Any:
-    """Put dataclasses of arrays behind one another along the first axis, in another order if one is given."""
+def join(parts: Sequence[Any], order: IntArray | None = None, *, name: str = "") -> Any:
+    """Put arrays behind one another along the first axis, and those in tuples, mappings and dataclasses.
+
+    Parameters
+    ----------
+    parts : sequence
+        Of one kind, such as what `solve_each` returned.
+    order : (m,) int array, optional
+        Another order of the whole.
+    name : str
+        Of the arrays: names with "edge" are filled up with their last value, others with zeros, where arrays
+        have different numbers of strips or cells.
+
+    Returns
+    -------
+    array, tuple, dict or dataclass
+        As the parts.
+    """
     first = parts[0]
     if first is None:
         return None
     if isinstance(first, np.ndarray):
-        whole = np.concatenate(parts) if len(parts) > 1 else first
+        whole = np.concatenate(_padded(name, parts)) if len(parts) > 1 else first
         return whole if order is None else whole[order]
+    if isinstance(first, tuple):
+        return tuple(join(each, order, name=name) for each in zip(*parts, strict=True))
+    if isinstance(first, dict):
+        return {key: join([part[key] for part in parts], order, name=key) for key in first}
     joined = {
-        f.name: _join(_padded(f.name, [getattr(part, f.name) for part in parts]), order)
-        for f in fields(first)
+        f.name: join([getattr(part, f.name) for part in parts], order, name=f.name) for f in fields(first)
     }
     return type(first)(**joined)
 
 
-def _padded(name: str, parts: list[Any]) -> list[Any]:
+def _padded(name: str, parts: Sequence[FloatArray]) -> Sequence[FloatArray]:
     """Arrays of equal shape but for the first axis: strips without length or width, cells without load."""
-    if not isinstance(parts[0], np.ndarray) or len({part.shape[1:] for part in parts}) == 1:
+    if len({part.shape[1:] for part in parts}) == 1:
         return parts
     size = np.max([part.shape[1:] for part in parts], axis=0)
     mode: Any = "edge" if "edge" in name else "constant"
@@ -366,7 +387,7 @@ def _by_point(parts: list[_Wheels]) -> _Wheels:
     row = np.concatenate([part.normal.patch.row for part in parts])
     right_first = np.concatenate([-part.sign for part in parts])
     force = np.concatenate([part.normal.normal_force for part in parts])
-    joined: _Wheels = _join(parts, np.lexsort((-force, right_first, row)))
+    joined: _Wheels = join(parts, np.lexsort((-force, right_first, row)))
     return joined
 
 

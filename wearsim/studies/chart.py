@@ -14,7 +14,7 @@ import xarray as xr
 from wearsim import __version__
 from wearsim.campaign import choose
 from wearsim.campaign.choose import CLASSES, judge
-from wearsim.campaign.evaluate import setup_of, solve_contact
+from wearsim.campaign.evaluate import setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import State
 from wearsim.contact.normal import NORMAL_MODELS
@@ -162,7 +162,7 @@ def time_per_solution(
     for repeat in range(_MOST_REPEATS):
         start = time.perf_counter()
         try:
-            solve_contact(state, batch, replace(setup_of(setup), models=models))
+            solve_passage(state, batch, replace(setup_of(setup), models=models))
         except (ContactError, NumericalError):  # solved before; cannot happen for the same points
             return float("nan")
         took = time.perf_counter() - start
