@@ -25,12 +25,12 @@ from wearsim.scene import load_scene
 from wearsim.scene.initial_contact import check_contact
 import wearsim.campaign.evaluate as rate
 check_contact(load_scene(sys.argv[1]))
-solve, solved, steps = rate.solve, [0], [0]
+solve, solved, steps = rate.solve_each, [0], [0]
 def counted(conditions, *given, **named):
     solution = solve(conditions, *given, **named)
     solved[0] += 2 * len(conditions.shift)
     return solution
-rate.solve = counted
+rate.solve_each = counted
 def told(event):
     steps[0] = event.step
 start, cpu = time.perf_counter(), time.process_time()

@@ -178,8 +178,8 @@ def solve_passage(state: State, points: OperatingPoints, setup: Setup) -> Passag
 def _placed(passage: Passage, index: IntArray) -> Passage:
     """Return a passage of the points at `index` with their numbers in the batch."""
     contact = passage.contact
-    patch = replace(contact.patch, row=index[contact.patch.row])
-    return replace(passage, contact=replace(contact, point=index[contact.point], patch=patch))
+    point = index[contact.point]
+    return replace(passage, contact=replace(contact, point=point, patch=replace(contact.patch, row=point)))
 
 
 def accumulate(
