@@ -1,15 +1,17 @@
 """Contact models that differ from operating point to operating point."""
 
 import re
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from wearsim.campaign import control
-from wearsim.campaign.evaluate import ModelsByPoint, accumulate, rate, setup_of, solve_passage
+from wearsim.campaign.comparison import comparison_laws
+from wearsim.campaign.evaluate import ModelsByPoint, accumulate, passage_of, rate, setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.contact.solve import CHUNK, solve
 from wearsim.damage.wear import WEAR_LAWS, WearSettings
 from wearsim.errors import ContactError
 from wearsim.operation.points import select
@@ -80,6 +82,26 @@ def test_patches_of_all_points_stand_in_their_order(rig, state, mixed):
         np.testing.assert_array_equal(passage.strip_work[there][:, :strips], apart.strip_work)
         assert not passage.strip_work[there][:, strips:].any()
         assert not np.diff(whole.strip_edges_wheel_y[there][:, strips:]).any()
+
+
+def arrays_of(passage):
+    """All arrays of a passage, one after the other."""
+    values = vars(passage).values() if is_dataclass(passage) else passage
+    values = passage.values() if isinstance(passage, dict) else values
+    for value in values:
+        yield from [value] if isinstance(value, np.ndarray) else () if value is None else arrays_of(value)
+
+
+def test_laws_on_the_threads_have_the_bits_of_laws_on_the_whole_solution(rig, state):
+    """More than one chunk, wear and fatigue laws, any number of threads."""
+    points = select(rig.points, np.arange(CHUNK + 20) % len(rig.points.label))
+    further = tuple(WearSettings(law=law, coefficients=name) for law, name in list(COEFFICIENTS.items())[:2])
+    setup = replace(setup_of(rig), comparison=replace(comparison_laws(rig), wear=further))
+    one, two = (list(arrays_of(solve_passage(state, points, replace(setup, threads=k)))) for k in (1, 2))
+    whole = passage_of(solve(points.conditions, rig.wheelset, rig.counterface, rig.models), setup)
+    assert len(one) > 40
+    for a, b, c in zip(one, two, arrays_of(whole), strict=True):
+        assert a.tobytes() == b.tobytes() == c.tobytes()
 
 
 @pytest.mark.parametrize("law", sorted(COEFFICIENTS))
