@@ -99,6 +99,8 @@ def rolled(cells, creepage, friction=0.35):
         -half,
         np.full_like(y, 1e9 / 6e-3),
         0 * y,
+        np.array([strips]),
+        np.array([cells]),
     )
     solution = fastsim.solve(
         patch,
@@ -106,7 +108,6 @@ def rolled(cells, creepage, friction=0.35):
         np.array([friction]),
         shear_modulus=81e9,
         poisson_ratio=0.3,
-        cells=cells,
         fields=True,
     )
     pressure, shear_x, shear_y, slip_x, slip_y = solution.cells

@@ -31,11 +31,14 @@ class Kinematics:
         Longitudinal, lateral creepage and spin [-, -, 1/m], and the same per rotation speed [s/rad].
     x : (m,) array
         Longitudinal position of the contact, from the middle of the axle [m].
+    down : (m, 3) array
+        Parts straight down of the contact frame's directions: rolling, across, normal into the counterface.
     """
 
     at_rest: FloatArray
     per_speed: FloatArray
     x: FloatArray
+    down: FloatArray
 
     def creepage(self, rotation_speed: FloatArray) -> FloatArray:
         """Creepages (m, 3) for (m,) rotation speeds [rad/s]."""
@@ -62,7 +65,7 @@ def moved(motion: Kinematics, along: FloatArray, across: FloatArray) -> Kinemati
         longitudinal, lateral, spin = value.T
         return np.stack((longitudinal - spin * across, lateral + spin * along, spin), axis=1)
 
-    return Kinematics(at(motion.at_rest), at(motion.per_speed), motion.x + along)
+    return Kinematics(at(motion.at_rest), at(motion.per_speed), motion.x + along, motion.down)
 
 
 class ContactPoint(NamedTuple):
@@ -133,10 +136,11 @@ def kinematics(
     """
     point, pose = ContactPoint(*map(plain, point)), WheelsetPose(*map(plain, pose))
     count = point.wheel_y.size
-    result = Kinematics(np.empty((count, 3)), np.empty((count, 3)), np.empty(count))
+    at_rest, per_speed, down = np.empty((3, count, 3))
+    result = Kinematics(at_rest, per_speed, np.empty(count), down)
     _fill(
         point, pose, plain(speed), plain(track_curvature), float(half_span), float(nominal_radius),
-        float(curvature), result.at_rest, result.per_speed, result.x,
+        float(curvature), result.at_rest, result.per_speed, result.x, result.down,
     )  # fmt: skip
     return result
 
@@ -145,9 +149,9 @@ def kinematics(
 def _fill(
     point: ContactPoint, pose: WheelsetPose, speed: FloatArray, track_curvature: FloatArray,
     half_span: float, nominal_radius: float, kappa: float, at_rest: FloatArray, per_speed: FloatArray,
-    along: FloatArray,
+    along: FloatArray, down: FloatArray,
 ) -> None:  # fmt: skip
-    """Creepage at rest, creepage per rotation speed and longitudinal position of each point."""
+    """Creepage at rest and per rotation speed, longitudinal position and frame of each point."""
     for m in range(along.size):
         sy, cy = np.sin(pose.yaw[m]), np.cos(pose.yaw[m])
         sr, cr = np.sin(pose.roll[m]), np.cos(pose.roll[m])
@@ -160,6 +164,7 @@ def _fill(
         length = np.sqrt(u * u + w * w)
         u, w = u / length, w / length
         si, co = np.sin(point.contact_angle[m]), np.cos(point.contact_angle[m])
+        down[m] = w, si * u, co * u
         v, turn = speed[m], track_curvature[m]
         # Counterface: rolling, and the turn of the track.
         c_x, c_y = turn * (pose.shift[m] + y), -turn * x
