@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from wearsim.contact.creepage import ContactPoint, Kinematics, kinematics, moved
 from wearsim.contact.equilibrium import balanced_rotation
+from wearsim.contact.gap import between_points
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface, gap
 from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
 from wearsim.contact.patch import FloatArray, IntArray, Resolution
@@ -152,17 +153,14 @@ def wheels_of(
 ) -> Wheels:
     """Kinematical problem of patches of one side under loads (n,) of its wheel [N]."""
     row, profile, here = normal.patch.row, side.gap.counterface, side.gap
-    grid, sign = profile.y, side.sign
+    sign = side.sign
 
     def at(table: FloatArray, y: FloatArray) -> FloatArray:
-        index = np.clip(np.searchsorted(grid, y, side="right") - 1, 0, grid.size - 2)
-        share = (y - grid[index]) / (grid[index + 1] - grid[index])
-        line = row.reshape((-1,) + (1,) * (y.ndim - 1))
-        return table[line, index] + share * (table[line, index + 1] - table[line, index])
+        return between_points(here, table, row, y)
 
     reference = normal.reference_point
     centre = normal.centre_y if reference is None else reference.y
-    counterface_z, apart = np.interp(centre, grid, profile.z), at(here.gap, centre)
+    counterface_z, apart = np.interp(centre, profile.y, profile.z), at(here.gap, centre)
     # The wheel goes straight down, the gap is measured along the roller's radius there.
     slope = task.curvature * at(here.x, centre) / (1.0 - task.curvature * (counterface_z - apart))
     motion = kinematics(

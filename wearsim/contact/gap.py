@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL, Bodies, CounterfaceProfile, Gap
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError
 
@@ -46,6 +46,42 @@ class ContactPlane(NamedTuple):
     vertical_displacement: FloatArray
 
 
+def between_points(gap: Gap, curve: FloatArray, row: IntArray, y: FloatArray) -> FloatArray:
+    """Interpolate one of the curves of a gap.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows.
+    curve : (n, g) array
+        Such as its `wheel_y`.
+    row : (m,) int array
+        Row of each patch.
+    y : (m, ...) array
+        Lateral positions of each; quickest where they rise [m].
+
+    Returns
+    -------
+    (m, ...) array
+        Linear between the points of the grid, and beyond its ends.
+    """
+    places = plain(y).reshape(row.size, -1)
+    out = np.empty_like(places)
+    _interpolate(gap.counterface.y, curve, row, places, out)
+    return out.reshape(y.shape)
+
+
+@kernel
+def _interpolate(grid: FloatArray, curve: FloatArray, row: IntArray, y: FloatArray, out: FloatArray) -> None:
+    """Fill `out` (m, k) with the rows of `curve` at positions (m, k)."""
+    for m in range(row.size):
+        k = 0
+        for j in range(y.shape[1]):
+            k = place_in(grid, min(max(y[m, j], grid[0]), grid[-1]), k)
+            share = (y[m, j] - grid[k]) / (grid[k + 1] - grid[k])
+            out[m, j] = curve[row[m], k] + share * (curve[row[m], k + 1] - curve[row[m], k])
+
+
 def contact_plane(gap: Gap, row: IntArray, y: FloatArray, angle: FloatArray) -> ContactPlane:
     """Plane on the contact line, with the wheel lowered to its initial contact.
 
@@ -66,10 +102,7 @@ def contact_plane(gap: Gap, row: IntArray, y: FloatArray, angle: FloatArray) -> 
         With x on the contact line x(y) and the displacement of initial contact: the lowest value of the row's
         gap, which is measured along the roller's radius, over the cosine of that radius from straight down.
     """
-    grid = gap.counterface.y
-    index = np.clip(np.searchsorted(grid, y, side="right") - 1, 0, grid.size - 2)
-    share = (y - grid[index]) / (grid[index + 1] - grid[index])
-    x = gap.x[row, index] + share * (gap.x[row, index + 1] - gap.x[row, index])
+    x = between_points(gap, gap.x, row, y)
     lowest = gap.gap[row].argmin(axis=1)
     low = gap.gap[row, lowest]
     _, cosine, _ = roller_angle(gap.x[row, lowest], gap.counterface.z[lowest] - low, gap.curvature)
