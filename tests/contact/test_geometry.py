@@ -181,7 +181,7 @@ def test_worn_down_wheel_keeps_its_gap_when_its_height_is_free(s1002, rail_60e1)
 @pytest.mark.parametrize("kappa", [0.0, 1.0, 2.0])
 @pytest.mark.parametrize(("yaw", "roll"), [(0.03, 0.0), (-0.1, -5e-3)])
 def test_normals_of_the_contact_line_meet_the_axle_of_the_counterface(s1002, rail_60e1, kappa, yaw, roll):
-    """Normals from rotation matrices; exact on the circles, between them to second order of their distance."""
+    """Normals from rotation matrices; between two circles to second order of their distance."""
     turn = Rotation.from_euler("ZX", [yaw, roll]).as_matrix()
     rail = geometry.counterface_profile(rail_60e1)
     pose = WheelsetPose(np.array([2e-3]), np.array([yaw]), np.array([roll]))

@@ -277,7 +277,7 @@ def _search(
     nearest: _Nearest,
 ) -> None:
     """Contact line of each pose, the lowest part of it over each grid point, and the wheel there."""
-    wheel = bodies.wheel
+    y, radius, sine, x = bodies.wheel.y, bodies.wheel.radius, line.sin_theta, line.x
     for row in range(bodies.pose.shift.size):
         _contact_line(bodies, row, kappa, line)
         _envelope(line, counterface, nearest.gap[row], circle)
@@ -289,16 +289,10 @@ def _search(
                 continue
             step = line.y[k + 1] - line.y[k]
             share = (counterface.y[i] - line.y[k]) / step if step != 0.0 else 0.0
-            nearest.wheel_y[row, i] = _between(wheel.y, k, share)
-            nearest.wheel_radius[row, i] = _between(wheel.radius, k, share)
-            nearest.sin_theta[row, i] = _between(line.sin_theta, k, share)
-            nearest.x[row, i] = _between(line.x, k, share)
-
-
-@kernel
-def _between(values: FloatArray, k: int, share: float) -> float:
-    """Value at a share of the way from one circle to the next."""
-    return values[k] + share * (values[k + 1] - values[k])  # type: ignore[no-any-return]
+            nearest.wheel_y[row, i] = y[k] + share * (y[k + 1] - y[k])
+            nearest.wheel_radius[row, i] = radius[k] + share * (radius[k + 1] - radius[k])
+            nearest.sin_theta[row, i] = sine[k] + share * (sine[k + 1] - sine[k])
+            nearest.x[row, i] = x[k] + share * (x[k + 1] - x[k])
 
 
 @kernel
@@ -347,7 +341,7 @@ def _envelope(line: _ContactLine, counterface: CounterfaceProfile, gap: FloatArr
         i = first
         while i < points and counterface.y[i] <= high:
             share = (counterface.y[i] - left) / (right - left) if right != left else 0.0
-            distance = counterface.z[i] - _between(line.height, k, share)
+            distance = counterface.z[i] - (line.height[k] + share * (line.height[k + 1] - line.height[k]))
             if distance < gap[i]:
                 gap[i], circle[i] = distance, k
             i += 1
