@@ -11,7 +11,6 @@ from initial_contact import initial_contact
 from writing import HERE, Figure, Table, output_folder, save_svg, write_csv, write_report
 
 import wearsim
-from wearsim.contact.solve import solve
 from wearsim.report.figures import contact
 from wearsim.report.style import COLOURS, SERIES_COLOURS, grid, legend, style
 from wearsim.studies.contact_state import contact_state
@@ -158,9 +157,10 @@ def state(case):
     """Contact of a case on the first rail with creepages at the centre, for the figures."""
     given = conditions(1e-3 * case.shift_mm, [[case.creepage_x, 0.0, case.spin_per_m]])
     below = counterface(RAILS[0], 1e-3 * case.roller_radius_mm)
-    return contact_state(
-        given, WHEELSET, below, solve(given, WHEELSET, below, MODELS, sides=(0,), vertical=False)
+    contact = wearsim.solve_contact(
+        WHEELSET, below, given, MODELS, sides=["right"], load="normal_force", fields=True
     )
+    return contact_state(given, WHEELSET, below, contact)
 
 
 def trend(roller_radius):

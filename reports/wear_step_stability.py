@@ -16,7 +16,7 @@ import wearsim
 from wearsim.campaign.control import half_space_depth_limit, largest_step
 from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
-from wearsim.campaign.step import advance
+from wearsim.campaign.step import StepRule, advance
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import NumericalError, WearsimError
 from wearsim.operation.points import OperatingPoints
@@ -120,16 +120,8 @@ def wear_rate(state, models):
 
 def worn(state, now, length, smoothing, integrator, models):
     """State after one step of a length [m]."""
-    return advance(
-        state,
-        now,
-        length,
-        radius=WHEELSET.radius,
-        density=DENSITY,
-        smoothing_wavelength=smoothing,
-        integrator=integrator,
-        rate_at=lambda ahead: wear_rate(ahead, models),
-    )
+    rule = StepRule(WHEELSET.radius, DENSITY, smoothing, integrator)
+    return advance(state, now, length, rule, lambda ahead: wear_rate(ahead, models))
 
 
 def wear(case, depth=None, cells=CELLS):

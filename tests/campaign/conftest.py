@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.campaign.control import finished
+from wearsim.campaign.control import reached
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import State
 from wearsim.contact.patch import Patch, SurfaceFields
@@ -169,7 +169,7 @@ def all_states():
     def run(of):
         state, _ = of.start()
         states, rates = [state], []
-        while not finished(state, of.setup.control):
+        while not reached(state.distance, of.setup.control.distance):
             evaluation = of.evaluate(state)
             rates.append(evaluation.collective)
             state, _ = of.advance(state, evaluation)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import run_evolution
 from wearsim.campaign.state import State, WearRate
-from wearsim.campaign.step import advance
+from wearsim.campaign.step import StepRule, advance
 from wearsim.damage.fatigue import FATIGUE_LAWS
 from wearsim.errors import ResultError
 from wearsim.profile.shape import vertex_lengths
@@ -126,9 +126,9 @@ def test_damage_of_constant_rates_knows_no_steps(parts, depth):
         0, 0.0, y, z, nothing, np.zeros((2, 1, 40)), np.zeros(2), np.zeros(2), fatigue_damage=(nothing,)
     )
     rate = WearRate(worn[:, 0], worn, nothing, nothing, None, fatigue=(damage,))
-    options = {"radius": 0.46, "density": 7850.0, "smoothing_wavelength": 0.0, "integrator": "euler"}
+    rule = StepRule(0.46, 7850.0, smoothing_wavelength=0.0, integrator="euler", crack_depth=(depth,))
     for part in parts:
-        state = advance(state, rate, part, rate_at=lambda _: rate, crack_depth=(depth,), **options)
+        state = advance(state, rate, part, rule, lambda _: rate)
     expected = np.maximum((damage - worn[:, 0] / depth) * sum(parts), 0.0)
     np.testing.assert_allclose(state.fatigue_damage[0], expected, rtol=1e-9, atol=1e-18 * sum(parts))
 

@@ -13,7 +13,7 @@ from wearsim.campaign.evaluate import Setup, accumulate, passage_of
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import run_evolution
 from wearsim.campaign.state import CounterfaceRate, WearRate
-from wearsim.campaign.step import advance, damped
+from wearsim.campaign.step import StepRule, advance, damped
 from wearsim.contact.solve import Counterface
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.profile.shape import polygon_area_between, vertex_lengths
@@ -151,17 +151,8 @@ def test_a_step_takes_the_area_off_both(mirror_image, solution, points, wheelset
 
     rate = rate_at(mirror_image)
     step_length = 10e-6 / rate.depth.max()
-    after = advance(
-        mirror_image,
-        rate,
-        step_length,
-        radius=0.46,
-        density=7850.0,
-        smoothing_wavelength=wavelength,
-        integrator=integrator,
-        rate_at=rate_at,
-        estimate=True,
-    )
+    rule = StepRule(0.46, 7850.0, wavelength, integrator, estimate=True)
+    after = advance(mirror_image, rate, step_length, rule, rate_at)
     before, rollers = mirror_image.counterface, after.counterface
     for side in (0, 1):
         polygon = polygon_area_between(before.y[side], -before.z[side], rollers.y[side], -rollers.z[side])
@@ -201,17 +192,8 @@ def test_two_bodies_share_a_gap(mirror_image, solution, integrator, order):
     for steps in (4, 8, 16):
         state = mirror_image
         for _ in range(steps):
-            state = advance(
-                state,
-                rate_at(state),
-                run / steps,
-                radius=0.46,
-                density=7850.0,
-                smoothing_wavelength=0.0,
-                integrator=integrator,
-                rate_at=rate_at,
-                estimate=True,
-            )
+            rule = StepRule(0.46, 7850.0, 0.0, integrator, estimate=True)
+            state = advance(state, rate_at(state), run / steps, rule, rate_at)
             assert state.step_error > 0.0
         off = (state.wear_depth - wheel * exact, state.counterface.depth - roller * exact)
         errors.append(max(np.abs(one).max() for one in off))

@@ -9,7 +9,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import QuadMesh
 from matplotlib.quiver import Quiver
 
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
+from wearsim.contact.dataset import SIDES, solve_contact
+from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.errors import ResultError
 from wearsim.profile import standard
 from wearsim.report.figures import contact
@@ -30,8 +31,10 @@ def make():
         conditions = ContactConditions(*(np.array([value]) for value in values), **options)
         counterface = Counterface(rail, kappa)
         models = ContactModels(strips=grid[0], cells=grid[1])
-        solution = solve(conditions, wheelset, counterface, models, sides=sides)
-        return contact_state(conditions, wheelset, counterface, solution)
+        solved = solve_contact(
+            wheelset, counterface, conditions, models, sides=[SIDES[side] for side in sides], fields=True
+        )
+        return contact_state(conditions, wheelset, counterface, solved)
 
     return state
 

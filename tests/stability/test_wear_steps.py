@@ -11,7 +11,7 @@ import pytest
 
 from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
-from wearsim.campaign.step import advance
+from wearsim.campaign.step import StepRule, advance
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import WearsimError
@@ -44,16 +44,9 @@ def worn(wave, stability, steps, smoothing=0.0, integrator="euler"):
     heights = [state.z[0]]
     for _ in range(steps):
         now = rate(state, points, points.weight, Setup(wheelset, counterface, models, wear))
-        state = advance(
-            state,
-            now,
-            stability / now.stability[0].max(),
-            radius=0.46,
-            density=7850.0,
-            smoothing_wavelength=smoothing,
-            integrator=integrator,
-            rate_at=lambda ahead: NotImplemented,  # rules of first order look at no other state
-        )
+        length = stability / now.stability[0].max()
+        # rules of first order look at no other state
+        state = advance(state, now, length, StepRule(0.46, 7850.0, smoothing, integrator), None)
         heights.append(state.z[0])
     return smooth.y, np.array(heights), state.wear_depth[0]
 

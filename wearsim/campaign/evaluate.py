@@ -31,18 +31,10 @@ _RIM = 0.05
 
 @dataclass(frozen=True)
 class ModelsByPoint:
-    """Contact models of each operating point.
+    """Contact models of each operating point."""
 
-    Parameters
-    ----------
-    models : tuple of ContactModels
-        Combinations with their grids.
-    place : (n,) int array
-        Index in `models` of each point.
-    """
-
-    models: tuple[ContactModels, ...]
-    place: IntArray
+    models: tuple[ContactModels, ...]  # combinations with their grids
+    place: IntArray  # (n,) index in `models` of each point
 
     def at(self, index: IntArray) -> ModelsByPoint:
         """Return the models of the points at `index`."""
@@ -56,33 +48,15 @@ class ModelsByPoint:
 
 @dataclass(frozen=True)
 class Setup:
-    """Wheelset, counterface, models and laws: what a wear rate depends on besides state and operating points.
+    """What a wear rate depends on besides state and operating points."""
 
-    Parameters
-    ----------
-    wheelset : Wheelset
-        As new: names, radius and half span.
-    counterface : Counterface
-        As new: rail or roller.
-    models : ContactModels or ModelsByPoint
-        One combination for all points, or one for each.
-    wear : WearSettings
-        Active wear law: coefficients, form, density.
-    comparison : ComparisonLaws
-        Comparison laws.
-    counterface_wear : CounterfaceWear, optional
-        How the counterface wears, if it does.
-    threads : int
-        Threads of the contact solver; their number does not change the bits of the result.
-    """
-
-    wheelset: Wheelset
-    counterface: Counterface
-    models: ContactModels | ModelsByPoint
-    wear: WearSettings
+    wheelset: Wheelset  # as new: names, radius and half span
+    counterface: Counterface  # as new: rail or roller
+    models: ContactModels | ModelsByPoint  # one combination for all points, or one for each
+    wear: WearSettings  # active wear law: coefficients, form, density
     comparison: ComparisonLaws = field(default_factory=ComparisonLaws)
-    counterface_wear: CounterfaceWear | None = None
-    threads: int = 1
+    counterface_wear: CounterfaceWear | None = None  # how the counterface wears, if it does
+    threads: int = 1  # of the contact solver; their number does not change the bits of the result
 
 
 def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
@@ -100,26 +74,12 @@ def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
 
 @dataclass(frozen=True)
 class Passage:
-    """One passage of every patch over the wheel: its contact, and what the laws make of the cells.
-
-    Parameters
-    ----------
-    contact : ContactPatches
-        Of `m` patches.
-    strip_work : (m, ny) array
-        Frictional work per area of each strip [J/m2].
-    work_density_max : (m,) array
-        Largest work density of the cells [Pa].
-    depth : tuple of (m, ny) arrays
-        Depth of each strip by the regimes of the active wear law, see `damage.wear.passage_depth` [m].
-    comparison : ComparisonPassage
-        Depth and damage by the comparison laws.
-    """
+    """One passage of each of `m` patches over the wheel: contact, and what the laws make of its cells."""
 
     contact: ContactPatches
-    strip_work: FloatArray
-    work_density_max: FloatArray
-    depth: tuple[FloatArray, ...]
+    strip_work: FloatArray  # (m, ny) frictional work per area of each strip [J/m2]
+    work_density_max: FloatArray  # (m,) of all cells [Pa]
+    depth: tuple[FloatArray, ...]  # (m, ny) by the regimes of the active wear law, along the normal [m]
     comparison: ComparisonPassage
 
 
@@ -136,22 +96,11 @@ def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
 
 
 def solve_passage(state: State, points: OperatingPoints, setup: Setup) -> Passage:
-    """Solve every operating point with the profiles of a state and evaluate the laws.
+    """Solve every operating point, whatever its weight, with the profiles of a state; evaluate the laws.
 
-    Parameters
-    ----------
-    state : State
-        Its profiles replace those of the wheelset, and those of a counterface that wears.
-    points : OperatingPoints
-        All points, whatever their weight.
-    setup : Setup
-        Wheelset, counterface, models and laws.
-
-    Returns
-    -------
-    Passage
-        Patches of both wheels at all points, by point, side and falling normal force. The laws run on the
-        threads of the contact solver: no more cells exist at a time than those of the chunks being solved.
+    The profiles replace those of the wheelset, and those of a counterface that wears. Patches are in the
+    order of point, side and falling normal force. The laws run on the threads of the contact solver: no more
+    cells exist at a time than those of the chunks being solved.
     """
     right, left = worn_wheels(setup.wheelset, state.y, state.z)
     bodies = (
@@ -282,21 +231,9 @@ def accumulate(
 
 
 def patch_wear(passage: Passage, state: State, wheelset: Wheelset) -> PatchWear:
-    r"""Wear of each patch of a wheel that ran in its operating point alone.
+    r"""Wear of each of `m` patches of a wheel that ran in its operating point alone.
 
-    Parameters
-    ----------
-    passage : Passage
-        Of `m` patches, in this state.
-    state : State
-        The profiles the contact was solved with.
-    wheelset : Wheelset
-        Radius at the running circle.
-
-    Returns
-    -------
-    PatchWear
-        Neither weighted nor multiplied by an environment factor.
+    Neither weighted nor multiplied by an environment factor.
 
     Notes
     -----
@@ -321,7 +258,7 @@ def patch_wear(passage: Passage, state: State, wheelset: Wheelset) -> PatchWear:
 
 
 def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup) -> WearRate:
-    """Solve the contact of the acting points and return the wear rate.
+    """Solve the contact of the acting points and return the wear rate per metre run.
 
     Parameters
     ----------
@@ -337,7 +274,7 @@ def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup
     Returns
     -------
     WearRate
-        Per metre run; its solution holds the acting points only, numbered among themselves.
+        Its solution holds the acting points only, numbered among themselves.
     """
     acting = np.flatnonzero(weight > 0.0)
     points = select(points, acting)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from wearsim.campaign.choose import choice_of, row_choice, static_choice
 from wearsim.campaign.comparison import (
+    SET_TEXTS,
     comparison_attributes,
     comparison_laws,
     comparison_row,
@@ -65,24 +66,12 @@ _PATCH_VALUES = (
 
 @dataclass(frozen=True)
 class StepTaken:
-    """The step that led to a state; zeros for the initial state.
+    """The step that led to a state; zeros for the initial state."""
 
-    Parameters
-    ----------
-    length : float
-        Distance [m].
-    stability : float
-        Stability number S [-].
-    weight : (n,) array
-        Share of each operating point in the step [-].
-    rejected : int
-        Number of longer steps that exceeded the tolerance of the error.
-    """
-
-    length: float
-    stability: float
-    weight: np.ndarray
-    rejected: int = 0
+    length: float  # [m]
+    stability: float  # stability number S [-]
+    weight: np.ndarray  # (n,) share of each operating point [-]
+    rejected: int = 0  # longer steps that exceeded the tolerance of the error
 
 
 def no_step(count: int) -> StepTaken:
@@ -92,44 +81,17 @@ def no_step(count: int) -> StepTaken:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Contact of one state, and the wear rate and measures that follow from it.
+    """Contact of one state, and the wear rate and measures that follow from it."""
 
-    Parameters
-    ----------
-    collective : WearRate
-        Under the weights of the full collective; its solution has all operating points.
-    passage : Passage
-        One passage of each patch.
-    measures : mapping of arrays
-        Measures of the wheels, from `recorded_measures`.
-    """
-
-    collective: WearRate
+    collective: WearRate  # with the weights of the full collective; its solution has all operating points
     passage: Passage
-    measures: Mapping[str, np.ndarray]
+    measures: Mapping[str, np.ndarray]  # of the wheels, from `recorded_measures`
 
 
 def build_row(
     state: State, evaluation: Evaluation, taken: StepTaken, setup: CampaignSetup
 ) -> dict[str, np.ndarray]:
-    """Return all variables of one row.
-
-    Parameters
-    ----------
-    state : State
-        Both wheels.
-    evaluation : Evaluation
-        In that state.
-    taken : StepTaken
-        The step that led to the state.
-    setup : CampaignSetup
-        Operating points, wheelset and laws.
-
-    Returns
-    -------
-    dict of arrays
-        As `wearsim.results.ROW` names them [SI units].
-    """
+    """Return all variables of the row of a state, as `wearsim.results.ROW` names them [SI units]."""
     collective, measures, laws = evaluation.collective, evaluation.measures, comparison_laws(setup)
     wear = patch_wear(evaluation.passage, state, setup.wheelset)
     row = {
@@ -153,22 +115,13 @@ def build_row(
 
 
 def summarise(passage: Passage, wear: PatchWear, count: int) -> dict[str, np.ndarray]:
-    """Arrange patches in slots of the operating points.
-
-    Parameters
-    ----------
-    passage : Passage
-        Of `m` patches.
-    wear : PatchWear
-        Wear of each.
-    count : int
-        Number of operating points.
+    """Arrange the `m` patches of a passage, with their wear, in slots of `count` operating points.
 
     Returns
     -------
     dict of arrays
-        (count, PATCH_SLOTS), fill values without patch; `n_patch` (count,) counts all patches, of which the
-        most loaded are kept.
+        (count, PATCH_SLOTS, ...), fill values without patch; `n_patch` (count,) counts all patches, of which
+        the most loaded are kept.
     """
     contact = passage.contact
     values = {
@@ -202,28 +155,13 @@ def _rank(point: np.ndarray) -> np.ndarray:
 
 
 def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
-    """Return the measures of a state that its row holds or that have a limit, as `measures_of` does."""
-    diameter = () if setup.templates is None else ("wheel_diameter",)
-    return measures_of(state, setup, {*_MEASURES, *diameter, *(name for name, _ in setup.control.limits)})
+    """Measures of both wheels and the wheelset that the row of a state holds, or that have a limit.
 
-
-def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> dict[str, np.ndarray]:
-    """Measures of both wheels and the wheelset.
-
-    Parameters
-    ----------
-    state : State
-        Both wheels.
-    setup : CampaignSetup
-        Wheelset and counterface.
-    names : collection of str
-        Names of the measures.
-
-    Returns
-    -------
-    dict of arrays
-        By variable of the result file; fill values where a measure does not exist on a worn profile [SI].
+    By variable of the result file; fill values where a measure does not exist on a worn profile [SI].
     """
+    names = {*_MEASURES, *(name for name, _ in setup.control.limits)}
+    if setup.templates is not None:
+        names.add("wheel_diameter")
     wheelset = setup.wheelset
 
     def diameter(y: np.ndarray, z: np.ndarray) -> float:
@@ -241,14 +179,12 @@ def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> d
         for name, measure in per_wheel.items()
         if name in names
     }
-    if "max_wear_depth" in names:
-        values["max_wear_depth"] = state.wear_depth.max(axis=1)
+    values["max_wear_depth"] = state.wear_depth.max(axis=1)
     if "fatigue_damage" in names and state.fatigue_damage:
         values["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
-    if "equivalent_conicity" in names:
-        wheels = worn_wheels(wheelset, state.y, state.z)
-        conicity = _or_missing(equivalent_conicity, *wheels, setup.counterface.profile)
-        values["equivalent_conicity"] = np.asarray(conicity)
+    wheels = worn_wheels(wheelset, state.y, state.z)
+    conicity = _or_missing(equivalent_conicity, *wheels, setup.counterface.profile)
+    values["equivalent_conicity"] = np.asarray(conicity)
     return values
 
 
@@ -261,15 +197,7 @@ def _or_missing(measure: Callable[..., float | None], *arguments: object) -> flo
 
 
 def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
-    """Return the state of a row, bit by bit.
-
-    Parameters
-    ----------
-    row : mapping of arrays
-        Row of the result file.
-    index : int
-        Its step.
-    """
+    """Return the state that the row of step `index` holds, bit by bit."""
     return State(
         step=index,
         **{field: row[name] for name, field in _OF_STATE.items() if name != "distance"},
@@ -345,6 +273,8 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "poisson_ratio": models.poisson_ratio,
         "strips": 0 if auto else models.strips,
         "cells": 0 if auto else models.cells,
+        "cell_size": models.cell_size,
+        "most_cells": models.most_cells,
         "rotation_rule": rotation if isinstance(rotation, str) else "given",
         "roll_rule": "free" if conditions.free_roll else "given",
         "axle_torque": float(conditions.torque),
@@ -373,15 +303,12 @@ def _wear_attributes(wear: WearSettings) -> dict[str, str]:
     law = WEAR_LAWS[wear.law]
     if not law.wears:
         return {}
-    coefficients = coefficients_of(wear)
+    texts = {key: text(coefficients_of(wear)) for key, text in SET_TEXTS.items()}
+    about = ("source", "materials", "validity", "departures", "warnings")
     return {
-        "wear_coefficients": coefficients.name,
-        "wear_coefficients_source": coefficients.source,
-        "wear_coefficients_materials": coefficients.materials,
-        "wear_coefficients_validity": coefficients.validity,
-        "wear_coefficients_departures": " ".join(coefficients.departures),
-        "wear_coefficients_warnings": "; ".join(coefficients.uncertain),
-        "wear_law_numbers": ", ".join(coefficients.numbers),
+        "wear_coefficients": texts["coefficients"],
+        **{f"wear_coefficients_{key}": texts[key] for key in about},
+        "wear_law_numbers": texts["numbers"],
         "wear_form": wear.form,
         "seizure_cap": wear.seizure_cap if "seizure_cap" in law.parameters else "",
     }

@@ -264,6 +264,8 @@ def solve_contact(
         "tangential_model": models.tangential,
         "strips": models.strips,
         "cells": models.cells,
+        "cell_size": models.cell_size,
+        "most_cells": models.most_cells,
         "rotation_rule": conditions.rotation if isinstance(conditions.rotation, str) else "given",
     }
     return dataset
@@ -280,8 +282,9 @@ def _check_models(models: ContactModels) -> None:
     _check_name("tangential", models.tangential, TANGENTIAL_MODELS)
     if not 0.0 < models.youngs_modulus < np.inf:
         raise ContactError(f"youngs_modulus = {models.youngs_modulus:g} must be above 0 Pa and finite")
-    if fault := QUANTITIES["poisson_ratio"].fault(models.poisson_ratio):
-        raise ContactError(fault)
+    for name in ("poisson_ratio", "strips", "cells", "cell_size", "most_cells"):
+        if fault := QUANTITIES[name].fault(getattr(models, name)):
+            raise ContactError(fault)
     known = sorted({name for model in NORMAL_MODELS.values() for name in model.parameters} - {"cells"})
     for name, value in models.parameters:
         _check_name("name of a parameter", name, known)

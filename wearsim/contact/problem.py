@@ -146,7 +146,7 @@ class ContactModels:
         Names in `wearsim.NORMAL_MODELS` and `wearsim.TANGENTIAL_MODELS`.
     strips, cells : int
         Strips across a patch and cells along each strip, at least.
-    cell : float
+    cell_size : float
         Largest width of a strip and length of a cell [m].
     most_cells : int
         Strips across a patch, and cells along each, at most.
@@ -163,7 +163,7 @@ class ContactModels:
     tangential: str = "fastsim"
     strips: int = 30
     cells: int = 30
-    cell: float = 0.5e-3
+    cell_size: float = 0.5e-3
     most_cells: int = 120
     youngs_modulus: float = 210e9
     poisson_ratio: float = 0.3
@@ -172,7 +172,7 @@ class ContactModels:
     @property
     def resolution(self) -> Resolution:
         """How finely patches are cut."""
-        return Resolution(self.cell, self.strips, self.cells, self.most_cells)
+        return Resolution(self.cell_size, self.strips, self.cells, self.most_cells)
 
     @property
     def shear_modulus(self) -> float:

@@ -129,9 +129,9 @@ _SETTINGS = (
     "wheel_profile_right", "wheel_profile_left", "counterface_profile", "counterface_wear_factor",
     "redress_distance", "redress_depth", "counterface_area_rate", "wheel_radius", "half_span",
     "rotation_rule", "roll_rule", "contact_normal", "contact_tangential", "contact_parameters", "strips",
-    "cells", "axle_torque", "youngs_modulus", "poisson_ratio", "wheel_density", "wear_law", "wear_form",
-    "wear_coefficients", "seizure_cap", "integrator", "depth_cap", "first_depth", "stability_limit",
-    "error_tolerance", "smoothing_wavelength",
+    "cells", "cell_size", "most_cells", "axle_torque", "youngs_modulus", "poisson_ratio", "wheel_density",
+    "wear_law", "wear_form", "wear_coefficients", "seizure_cap", "integrator", "depth_cap", "first_depth",
+    "stability_limit", "error_tolerance", "smoothing_wavelength",
 )  # fmt: skip
 """Attributes of a result file, in order; texts and units are those of the quantity of that name."""
 

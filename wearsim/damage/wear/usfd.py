@@ -10,31 +10,12 @@ from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.wear.law import Form, WearLaw
+from wearsim.damage.wear.sliding import mean_of, patch_total, spread
 
 REGIMES = ("mild", "severe", "catastrophic")
 
 _PASCAL_PER_N_MM2 = 1e6
 _KG_M3_PER_UG_M_MM2 = 1e-3
-
-
-def regime(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
-    """Return which regime a wear index falls into, as a mask for each.
-
-    Parameters
-    ----------
-    index : (...) array
-        Wear index, frictional work per area and distance rolled [N/mm2].
-    coefficients : CoefficientSet
-        With `severe_limit` (first index of the severe regime) and `catastrophic_limit` (its last).
-
-    Returns
-    -------
-    (3, ...) bool array
-        In the order of `REGIMES`; exactly one is true.
-    """
-    severe = index >= coefficients["severe_limit"]
-    catastrophic = index > coefficients["catastrophic_limit"]
-    return np.stack([~severe, severe & ~catastrophic, catastrophic])
 
 
 def wear_rate(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
@@ -45,7 +26,8 @@ def wear_rate(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
     index : (...) array
         Wear index :math:`I_w = T\gamma/A` [N/mm2]; below 0 it wears nothing.
     coefficients : CoefficientSet
-        Slopes, level and limits as printed.
+        Slopes, level and limits as printed: `severe_limit` is the first index of the severe regime,
+        `catastrophic_limit` the last.
 
     Returns
     -------
@@ -106,25 +88,7 @@ def depth(
     form: Form = "local",
     density: float = 7850.0,
 ) -> FloatArray:
-    r"""Depth removed by one passage of each patch.
-
-    Parameters
-    ----------
-    fields : SurfaceFields
-        On the cells of `m` patches; `work_density` is the local wear index [Pa].
-    area : (m,) array
-        Of the patches; acts in the form "patch_mean" only [m2].
-    coefficients : CoefficientSet
-        Slopes, level and limits as printed.
-    form : {"local", "patch_mean"}
-        Whether the wear index is taken cell by cell or as its mean over the patch.
-    density : float
-        Of the worn body [kg/m3].
-
-    Returns
-    -------
-    (3, m, ny) array
-        Depth along the surface normal in each strip, by the regimes of `REGIMES` [m].
+    r"""Depth removed by one passage of each patch, see `WearLaw`; `work_density` is the local wear index.
 
     Notes
     -----
@@ -138,15 +102,12 @@ def depth(
     .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
     """
     if form == "local":
-        removed = _integral(fields.work_density / _PASCAL_PER_N_MM2, fields.cell_length, coefficients)
-        return removed * (_KG_M3_PER_UG_M_MM2 / density)
+        index = fields.work_density / _PASCAL_PER_N_MM2
+        return _integral(index, fields.cell_length, coefficients) * (_KG_M3_PER_UG_M_MM2 / density)
     strip_work = np.maximum(fields.strip_work, 0.0)
-    total = strip_work.sum(axis=1) * fields.strip_width
-    works = total > 0.0
-    mean_index = np.where(works, total / np.where(works, area, 1.0), 0.0) / _PASCAL_PER_N_MM2
-    share = strip_work / np.where(works, total, 1.0)[:, None]
+    mean_index = mean_of(patch_total(strip_work, fields), area) / _PASCAL_PER_N_MM2
     removed_area = wear_rate(mean_index, coefficients) * area * (_KG_M3_PER_UG_M_MM2 / density)
-    return removed_area[:, :, None] * share
+    return spread(removed_area, strip_work, fields)
 
 
 def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001
