@@ -153,8 +153,8 @@ def test_damage_of_patches_is_kept_on_the_profile(evolution):
     result = of.evaluate(state)
     setup, solution = of.setup, result.collective.solution
     for k, law in enumerate(setup.fatigue):
-        strips = result.comparison.patches[k].strip_damage
-        by_patch = (strips.sum(axis=1) * solution.fields.strip_width) * setup.points.weight[solution.point]
+        strips = result.passage.comparison.damage[k] / law.crack_width
+        by_patch = (strips.sum(axis=1) * solution.patch.width) * setup.points.weight[solution.point]
         assert by_patch.sum() > 0.0
         for wheel in (0, 1):
             ring = 2.0 * np.pi * (setup.wheelset.radius + state.z[wheel])

@@ -9,7 +9,7 @@ import pytest
 
 from wearsim.campaign.control import stability_rate
 from wearsim.campaign.counterface import new_counterface, redressed, wear_off_counterface, worn_counterface
-from wearsim.campaign.evaluate import Setup, accumulate
+from wearsim.campaign.evaluate import Setup, accumulate, passage_of
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import run_evolution
 from wearsim.campaign.state import CounterfaceRate, WearRate
@@ -30,6 +30,11 @@ GRID = "strips = 20\ncells = 16"
 
 def law_on(wheelset, counterface_wear=None):
     return Setup(wheelset, None, None, WEAR, counterface_wear=counterface_wear)
+
+
+def worn(solution, points, weight, state, setup):
+    """Wear rate of a contact solution."""
+    return accumulate(passage_of(solution, setup), points, weight, state, setup)
 
 
 @pytest.fixture
@@ -69,7 +74,7 @@ def mirror_image(wheelset, state):
 @pytest.mark.parametrize("settings", [ROLLER, RAIL], ids=["roller", "rail"])
 def test_strips_and_vertices_remove_the_same_area(mirror_image, solution, points, wheelset, settings):
     """Conservation of the transfer, 1e-12; what a rail loses is what is stated."""
-    result = accumulate(
+    result = worn(
         solution,
         points,
         points.weight,
@@ -93,14 +98,14 @@ def test_depth_of_the_roller_over_that_of_the_wheel(mirror_image, solution, poin
 
     A wheel meets its strip once in 2 pi r, a roller once in 2 pi s0.
     """
-    with_roller = accumulate(
+    with_roller = worn(
         solution,
         points,
         points.weight,
         mirror_image,
         law_on(wheelset, ROLLER),
     )
-    alone = accumulate(solution, points, points.weight, mirror_image, law_on(wheelset))
+    alone = worn(solution, points, points.weight, mirror_image, law_on(wheelset))
     ratio = FACTOR * (wheelset.radius + mirror_image.z) / RADIUS
     rollers, depth = with_roller.counterface, alone.depth
     assert alone.counterface is None
@@ -127,7 +132,7 @@ def test_an_undercut_head_wears_on_its_top(mirror_image, solution, points, wheel
     }  # fmt: skip
     undercut = replace(mirror_image, counterface=replace(rollers, **axes))
     plain, other = (
-        accumulate(solution, points, points.weight, state, law_on(wheelset, ROLLER))
+        worn(solution, points, points.weight, state, law_on(wheelset, ROLLER))
         for state in (mirror_image, undercut)
     )
     for name in ("depth", "damping", "stability"):
@@ -142,7 +147,7 @@ def test_a_step_takes_the_area_off_both(mirror_image, solution, points, wheelset
     """Polygons against the sum of depths, 1e-9; the error of the step is that of the deeper wear."""
 
     def rate_at(state):
-        return accumulate(solution, points, points.weight, state, law_on(wheelset, ROLLER))
+        return worn(solution, points, points.weight, state, law_on(wheelset, ROLLER))
 
     rate = rate_at(mirror_image)
     step_length = 10e-6 / rate.depth.max()

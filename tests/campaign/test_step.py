@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.campaign.evaluate import Setup, accumulate
+from wearsim.campaign.evaluate import Setup, accumulate, passage_of
 from wearsim.campaign.state import WearRate
 from wearsim.campaign.step import INTEGRATORS, StepRule, advance, remove
 from wearsim.damage.wear import WearSettings, passage_depth
@@ -13,12 +13,17 @@ from wearsim.profile.shape import polygon_area_between, vertex_lengths
 RULE = StepRule(radius=0.46, density=7850.0, smoothing_wavelength=2.5e-3, integrator="heun")
 
 
+def worn(solution, points, weight, state, setup):
+    """Wear rate of a contact solution."""
+    return accumulate(passage_of(solution, setup), points, weight, state, setup)
+
+
 @pytest.fixture
 def rate_at(solution, points, wheelset):
     """Wear rate of a contact that stays where it is while the profile wears."""
 
     def at(state):
-        return accumulate(solution, points, points.weight, state, Setup(wheelset, None, None, WearSettings()))
+        return worn(solution, points, points.weight, state, Setup(wheelset, None, None, WearSettings()))
 
     return at
 
@@ -88,7 +93,7 @@ def test_wheels_changed_over_wear_changed_over(rate_at, state, solution, points,
     mirrored = replace(solution, side=1 - solution.side)
 
     def mirrored_rate_at(s):
-        return accumulate(mirrored, points, points.weight, s, Setup(wheelset, None, None, WearSettings()))
+        return worn(mirrored, points, points.weight, s, Setup(wheelset, None, None, WearSettings()))
 
     here, there = state, state
     for _ in range(3):

@@ -12,11 +12,12 @@ RADIUS, SPAN, SPEED = 0.46, 0.75, 20.0
 
 def moved(kappa=0.0, angle=-0.09, wheel_y=-12e-3, radius=0.4608, height=0.3e-3, sine=0.0, **state):
     """Kinematics of one contact, with all that is not given at zero."""
-    named = dict.fromkeys(("shift", "yaw", "roll", "track_curvature"), 0.0) | state
+    names = ("shift", "yaw", "roll", "track_curvature", "approach", "overlap")
+    named = dict.fromkeys(names, 0.0) | state
     state = {name: np.atleast_1d(value) for name, value in named.items()}
     point = (np.array([value]) for value in (wheel_y, radius, sine, height, angle))
     return kinematics(
-        ContactPoint(*point, approach=state.get("approach"), overlap=state.get("overlap")),
+        ContactPoint(*point, approach=state["approach"], overlap=state["overlap"]),
         WheelsetPose(state["shift"], state["yaw"], state["roll"]),
         speed=np.array([SPEED]),
         half_span=SPAN,

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from wearsim.campaign.evaluate import ModelsByPoint, Setup, accumulate, setup_of, solve_contact
+from wearsim.campaign.comparison import ComparisonLaws
+from wearsim.campaign.evaluate import ModelsByPoint, Setup, accumulate, setup_of, solve_passage
 from wearsim.campaign.state import Choice, State
 from wearsim.campaign.vertices import lengths_of_sides, smooth_sides
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.problem import ContactModels, ContactSolution
-from wearsim.damage.wear import passage_depth
+from wearsim.contact.problem import ContactModels, ContactPatches
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints, select
 from wearsim.results import FILL_FLOAT
@@ -142,15 +142,15 @@ def sample_of(setup: CampaignSetup, state: State, count: int) -> Sample:
     return Sample(chosen, index, there[_nearest(there, own)])
 
 
-def _first_solution(setup: CampaignSetup, state: State) -> ContactSolution:
+def _first_solution(setup: CampaignSetup, state: State) -> ContactPatches:
     """Solve all operating points by the cheapest applicable models."""
     *models, reference = (replace(setup_of(setup), models=one) for one in candidates(setup.models))
     for one in models:
         try:
-            return solve_contact(state, setup.points, one)
+            return solve_passage(state, setup.points, one).contact
         except (ContactError, NumericalError):
             continue
-    return solve_contact(state, setup.points, reference)
+    return solve_passage(state, setup.points, reference).contact
 
 
 def _nearest(there: IntArray, values: IntArray) -> IntArray:
@@ -424,24 +424,23 @@ def judge(
         If the reference has no solution of a point.
     """
     classes = np.zeros(len(points.label), dtype=np.int64) if point_class is None else point_class
-    still = replace(setup, counterface_wear=None)
+    still = replace(setup, comparison=ComparisonLaws(), counterface_wear=None)
     count = int(classes.max()) + 1
     length = lengths_of_sides(state.y, state.z)
 
     def increment(
         models: ContactModels | ModelsByPoint, points: OperatingPoints, classes: IntArray
     ) -> _Increment:
-        solution = solve_contact(state, points, replace(setup, models=models))
-        passage = passage_depth(solution.fields, solution.area, setup.wear)
+        passage = solve_passage(state, points, replace(still, models=models))
         depth = np.zeros((count, *state.y.shape))
         work = np.zeros_like(state.y)
         for one in range(count):
             weight = np.where(classes == one, points.weight, 0.0)
-            rate = accumulate(solution, points, weight, state, still, passage=passage)
+            rate = accumulate(passage, points, weight, state, still)
             depth[one] = smooth_sides(state.y, state.z, rate.depth, smoothing_wavelength)
             work += rate.friction_work * length
         power = np.zeros(len(points.label))
-        np.add.at(power, solution.point, solution.power)
+        np.add.at(power, passage.contact.point, passage.contact.power)
         return _Increment(depth, work, power)
 
     truth = increment(reference, points, classes)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from wearsim.damage.fatigue import (
     WEAR_NUMBERS,
     FatigueDamage,
     FatigueSettings,
+    PatchLoads,
     passage_damage,
     patch_loads,
 )
@@ -81,9 +82,10 @@ class ComparisonLaws:
 class ComparisonPassage:
     """Depth and damage of one passage of each of `m` patches, by each of the comparison laws."""
 
-    depth: tuple[FloatArray, ...] = ()  # (n_regimes, m, ny) by wear law [m]
+    depth: tuple[tuple[FloatArray, ...], ...] = ()  # (m, ny) by wear law and its regimes [m]
     damage: tuple[FloatArray, ...] = ()  # (m, ny) by fatigue law at a place within the strip [-]
-    patches: tuple[FatigueDamage, ...] = ()  # index and damage of each patch by fatigue law
+    # (m, ...) index and damage of each patch by fatigue law, by the names of a row of the result file
+    patches: dict[str, FloatArray] = field(default_factory=dict)
 
 
 def comparison_laws(setup: CampaignSetup) -> ComparisonLaws:
@@ -97,15 +99,13 @@ def _set_name(settings: WearSettings) -> str:
 
 def comparison_passage(solution: ContactSolution, laws: ComparisonLaws) -> ComparisonPassage:
     """Evaluate the comparison laws on every patch of a contact solution."""
-    loads = patch_loads(solution) if laws.fatigue else None
-    patches = () if loads is None else tuple(passage_damage(loads, one) for one in laws.fatigue)
-    return ComparisonPassage(
-        depth=tuple(passage_depth(solution.fields, solution.area, one) for one in laws.wear),
-        damage=tuple(
-            one.strip_damage * law.crack_width for one, law in zip(patches, laws.fatigue, strict=True)
-        ),
-        patches=patches,
-    )
+    depth = tuple(tuple(passage_depth(solution.fields, solution.area, one)) for one in laws.wear)
+    if not laws.fatigue:
+        return ComparisonPassage(depth)
+    loads = patch_loads(solution)
+    by_law = [passage_damage(loads, one) for one in laws.fatigue]
+    damage = tuple(one.strip_damage * law.crack_width for one, law in zip(by_law, laws.fatigue, strict=True))
+    return ComparisonPassage(depth, damage, _patch_values(loads, by_law, laws))
 
 
 def start_comparison(state: State, laws: ComparisonLaws) -> State:
@@ -214,24 +214,21 @@ def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> 
     return row | {"magic_wear_rate": magic, "life_limited_by": limited}
 
 
-def patch_values(
-    solution: ContactSolution, passage: ComparisonPassage, laws: ComparisonLaws
-) -> Mapping[str, FloatArray]:
+def _patch_values(
+    loads: PatchLoads, damage: Sequence[FatigueDamage], laws: ComparisonLaws
+) -> dict[str, FloatArray]:
     """Return index and damage of each patch (m, ...) by the fatigue laws, for the slots of a row."""
-    if not passage.patches:
-        return {}
-    loads = patch_loads(solution)
     missing = np.full(loads.area.shape, FILL_FLOAT)
     quantities = [FATIGUE_LAWS[law.law].index_quantity for law in laws.fatigue]
 
     def index(quantity: str) -> FloatArray:
-        pairs = zip(passage.patches, quantities, strict=True)
+        pairs = zip(damage, quantities, strict=True)
         return np.stack([one.index if own == quantity else missing for one, own in pairs], axis=1)
 
     return {
-        "fatigue_damage_passage": np.stack([one.damage for one in passage.patches], axis=1),
+        "fatigue_damage_passage": np.stack([one.damage for one in damage], axis=1),
         **{name: index(name) for name in dict.fromkeys(one.index_quantity for one in FATIGUE_LAWS.values())},
-        "fatigue_index_y": np.stack([one.index_y for one in passage.patches], axis=1),
+        "fatigue_index_y": np.stack([one.index_y for one in damage], axis=1),
         "subsurface_fatigue_index": subsurface_index(loads.utilised_friction, loads.max_pressure),
         **{f"wear_number_{name}": number(loads) for name, number in WEAR_NUMBERS.items()},
     }

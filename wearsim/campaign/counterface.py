@@ -97,7 +97,7 @@ def with_counterface(
         at = np.flatnonzero(solution.side == side)
         top = _running_part(y, z)
         strip_edges = np.interp(solution.strip_edges_rail_y[at], y[top], arc[top])
-        width = solution.fields.strip_width[at][:, None]
+        width = solution.patch.width[at][:, None]
         passages = settings.passages(float((law[at] * width).sum()))
         edges = solution.strip_edges_wheel_y[at]
         rising_y = np.maximum.accumulate(state.y[side])  # as for the wheel

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wearsim.campaign import choose, control, step
-from wearsim.campaign.comparison import comparison_laws, comparison_passage, start_comparison
+from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
-from wearsim.campaign.evaluate import Setup, accumulate, rate, setup_of, solve_contact
+from wearsim.campaign.evaluate import Setup, accumulate, rate, setup_of, solve_passage
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import Evaluation, StepTaken, build_row, header_of, no_step, recorded_measures
 from wearsim.campaign.state import State, WearRate
-from wearsim.damage.wear import WEAR_LAWS, passage_depth
+from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import NumericalError
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
@@ -84,13 +84,9 @@ class WheelsetEvolution:
     def evaluate(self, state: State) -> Evaluation:
         """Solve the contact of a state for all operating points."""
         setup, points = self._setup(state), self.setup.points
-        solution = solve_contact(state, points, setup)
-        passage = passage_depth(solution.fields, solution.area, setup.wear)
-        comparison = comparison_passage(solution, setup.comparison)
-        collective = accumulate(
-            solution, points, points.weight, state, setup, passage=passage, comparison=comparison
-        )
-        return Evaluation(collective, passage, comparison, recorded_measures(state, self.setup))
+        passage = solve_passage(state, points, setup)
+        collective = accumulate(passage, points, points.weight, state, setup)
+        return Evaluation(collective, passage, recorded_measures(state, self.setup))
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
@@ -108,10 +104,7 @@ class WheelsetEvolution:
         def rate_for(weight: np.ndarray) -> WearRate:
             if np.array_equal(weight, points.weight):
                 return evaluation.collective
-            return accumulate(
-                evaluation.collective.solution, points, weight, state, here,
-                passage=evaluation.passage, comparison=evaluation.comparison,
-            )  # fmt: skip
+            return accumulate(evaluation.passage, points, weight, state, here)
 
         def depth_limit(now: WearRate, weight: np.ndarray) -> float:
             other = state.counterface or state

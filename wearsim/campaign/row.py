@@ -6,7 +6,6 @@ import math
 import platform
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,11 +13,9 @@ import numpy as np
 from wearsim.campaign.choose import choice_of, row_choice, static_choice
 from wearsim.campaign.comparison import (
     SET_TEXTS,
-    ComparisonPassage,
     comparison_attributes,
     comparison_laws,
     comparison_row,
-    patch_values,
     static_comparison,
 )
 from wearsim.campaign.counterface import (
@@ -27,9 +24,8 @@ from wearsim.campaign.counterface import (
     counterface_row,
     static_counterface,
 )
-from wearsim.campaign.evaluate import patch_wear
+from wearsim.campaign.evaluate import Passage, patch_wear
 from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
-from wearsim.contact.solve import ContactSolution
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
 from wearsim.profile import measures
@@ -88,8 +84,7 @@ class Evaluation:
     """Contact of one state, and the wear rate and measures that follow from it."""
 
     collective: WearRate  # with the weights of the full collective; its solution has all operating points
-    passage: np.ndarray  # (n_regimes, m, ny) depth per passage of each strip [m]
-    comparison: ComparisonPassage  # of each passage
+    passage: Passage
     measures: Mapping[str, np.ndarray]  # of the wheels, from `recorded_measures`
 
 
@@ -98,9 +93,7 @@ def build_row(
 ) -> dict[str, np.ndarray]:
     """Return all variables of the row of a state, as `wearsim.results.ROW` names them [SI units]."""
     collective, measures, laws = evaluation.collective, evaluation.measures, comparison_laws(setup)
-    solution = collective.solution
-    wear = patch_wear(solution, evaluation.passage, state, setup.wheelset)
-    by_law = patch_values(solution, evaluation.comparison, laws)
+    wear = patch_wear(evaluation.passage, state, setup.wheelset)
     row = {
         "step_length": np.asarray(taken.length),
         "stability_number": np.asarray(taken.stability),
@@ -110,7 +103,7 @@ def build_row(
         "friction_work": collective.friction_work,
         **{name: np.asarray(getattr(state, field)) for name, field in _OF_STATE.items()},
         **{name: measures[name] for name in _MEASURES},
-        **summarise(solution, wear, len(setup.points.label), by_law),
+        **summarise(evaluation.passage, wear, len(setup.points.label)),
         **row_choice(state.choice),
         **comparison_row(state, collective, laws),
         **counterface_row(state.counterface),
@@ -121,18 +114,8 @@ def build_row(
     return row
 
 
-def summarise(
-    solution: ContactSolution,
-    wear: PatchWear,
-    count: int,
-    further: Mapping[str, np.ndarray] = MappingProxyType({}),
-) -> dict[str, np.ndarray]:
-    """Arrange the `m` patches of a solution, with their wear, in slots of `count` operating points.
-
-    Parameters
-    ----------
-    further : mapping of (m, ...) arrays
-        More values of each patch.
+def summarise(passage: Passage, wear: PatchWear, count: int) -> dict[str, np.ndarray]:
+    """Arrange the `m` patches of a passage, with their wear, in slots of `count` operating points.
 
     Returns
     -------
@@ -140,32 +123,35 @@ def summarise(
         (count, PATCH_SLOTS, ...), fill values without patch; `n_patch` (count,) counts all patches, of which
         the most loaded are kept.
     """
-    fields = solution.fields
-    cell_area = fields.cell_length * fields.strip_width[:, None]
-    work = (fields.work_density * cell_area[:, None, :]).sum(axis=(1, 2))
+    contact = passage.contact
     values = {
-        **{name: getattr(solution, name) for name in _PATCH_VALUES},
-        "wear_index_mean": work / solution.area,
-        "wear_index_max": fields.work_density.max(axis=(1, 2), initial=0.0),
+        **{name: getattr(contact, name) for name in _PATCH_VALUES},
+        "wear_index_mean": passage.strip_work.sum(axis=1) * contact.patch.width / contact.area,
+        "wear_index_max": passage.work_density_max,
         "wear_area_rate": wear.area_rate,
         "wear_depth_rate_max": wear.depth_rate_max,
-        **further,
+        **passage.comparison.patches,
+        "side": contact.side,
+        "wear_regime": wear.regime,
+        "wear_regime_highest": wear.regime_highest,
     }
-    flags = {"side": solution.side, "wear_regime": wear.regime, "wear_regime_highest": wear.regime_highest}
+    point = contact.point
+    by_load = np.lexsort((-contact.normal_force, point))
+    kept = np.sort(by_load[_rank(point[by_load]) < PATCH_SLOTS])
+    place = point[kept], _rank(point[kept])
 
-    row = {
-        name: np.full((count, PATCH_SLOTS, *value.shape[1:]), FILL_FLOAT) for name, value in values.items()
-    }
-    row |= {name: np.full((count, PATCH_SLOTS), FILL_INT, dtype=np.int32) for name in flags}
-    row["n_patch"] = np.bincount(solution.point, minlength=count).astype(np.int32)
-    for point in range(count):
-        patches = np.flatnonzero(solution.point == point)
-        if patches.size > PATCH_SLOTS:
-            loaded = np.argsort(-solution.normal_force[patches], kind="stable")[:PATCH_SLOTS]
-            patches = patches[np.sort(loaded)]
-        for name, value in (*values.items(), *flags.items()):
-            row[name][point, : patches.size] = value[patches]
+    row: dict[str, np.ndarray] = {"n_patch": np.bincount(point, minlength=count).astype(np.int32)}
+    for name, value in values.items():
+        whole = np.issubdtype(value.dtype, np.integer)
+        fill, kind = (FILL_INT, np.int32) if whole else (FILL_FLOAT, np.float64)
+        row[name] = np.full((count, PATCH_SLOTS, *value.shape[1:]), fill, dtype=kind)
+        row[name][place] = value[kept]
     return row
+
+
+def _rank(point: np.ndarray) -> np.ndarray:
+    """Count for each of rising numbers how many of the same stand before it."""
+    return np.arange(point.size) - np.searchsorted(point, point)
 
 
 def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:

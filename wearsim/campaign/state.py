@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.solve import ContactSolution, Wheelset
+from wearsim.contact.problem import ContactPatches, Wheelset
 from wearsim.profile.shape import Profile
 
 
@@ -86,7 +86,7 @@ class WearRate:
     # (2, n) sum over the points of depth rate over interpenetration [1/m]; a step of length ds has
     # S = stability * ds
     stability: FloatArray
-    solution: ContactSolution
+    solution: ContactPatches
     # (2, n) the same sum averaged over the stretch of each vertex, rims of the patches included, for
     # semi-implicit steps [1/m]
     damping: FloatArray | None = None

@@ -20,6 +20,7 @@ References
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -28,6 +29,7 @@ from numpy.typing import NDArray
 
 from wearsim.contact.creepage import ContactPoint, Kinematics, kinematics, moved
 from wearsim.contact.equilibrium import balanced_rotation
+from wearsim.contact.gap import between_points
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface, gap
 from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
 from wearsim.contact.patch import FloatArray, IntArray, Resolution
@@ -151,17 +153,14 @@ def wheels_of(
 ) -> Wheels:
     """Kinematical problem of patches of one side under loads (n,) of its wheel [N]."""
     row, profile, here = normal.patch.row, side.gap.counterface, side.gap
-    grid, sign = profile.y, side.sign
+    sign = side.sign
 
     def at(table: FloatArray, y: FloatArray) -> FloatArray:
-        index = np.clip(np.searchsorted(grid, y, side="right") - 1, 0, grid.size - 2)
-        share = (y - grid[index]) / (grid[index + 1] - grid[index])
-        line = row.reshape((-1,) + (1,) * (y.ndim - 1))
-        return table[line, index] + share * (table[line, index + 1] - table[line, index])
+        return between_points(here, table, row, y)
 
     reference = normal.reference_point
     centre = normal.centre_y if reference is None else reference.y
-    counterface_z, apart = np.interp(centre, grid, profile.z), at(here.gap, centre)
+    counterface_z, apart = np.interp(centre, profile.y, profile.z), at(here.gap, centre)
     # The wheel goes straight down, the gap is measured along the roller's radius there.
     slope = task.curvature * at(here.x, centre) / (1.0 - task.curvature * (counterface_z - apart))
     motion = kinematics(
@@ -198,28 +197,42 @@ def wheels_of(
     )
 
 
-def joined(parts: list[Any], order: IntArray | None = None) -> Any:
-    """Put dataclasses of arrays behind one another along the first axis, in another order if one is given.
+def joined(parts: Sequence[Any], order: IntArray | None = None, *, name: str = "") -> Any:
+    """Put arrays behind one another along the first axis, and those in tuples, mappings and dataclasses.
 
-    Arrays of unlike strips or cells are padded with strips without length or width, and cells without load.
+    Parameters
+    ----------
+    parts : sequence
+        Of one kind, such as what `solve_each` returned.
+    order : (m,) int array, optional
+        Another order of the whole.
+    name : str
+        Of the arrays. Those of unlike strips or cells are padded with zeros: strips without length or width,
+        cells without load; those with "edge" in their name with their last value.
+
+    Returns
+    -------
+    array, tuple, dict or dataclass
+        As the parts.
     """
     first = parts[0]
     if first is None:
         return None
     if isinstance(first, np.ndarray):
-        whole = np.concatenate(parts) if len(parts) > 1 else first
+        whole = np.concatenate(_padded(name, parts)) if len(parts) > 1 else first
         return whole if order is None else whole[order]
-    return type(first)(
-        **{
-            f.name: joined(_padded(f.name, [getattr(part, f.name) for part in parts]), order)
-            for f in fields(first)
-        }
-    )
+    if isinstance(first, tuple):
+        return tuple(joined(each, order, name=name) for each in zip(*parts, strict=True))
+    if isinstance(first, dict):
+        return {key: joined([part[key] for part in parts], order, name=key) for key in first}
+    names = [f.name for f in fields(first)]
+    values = {name: joined([getattr(part, name) for part in parts], order, name=name) for name in names}
+    return type(first)(**values)
 
 
-def _padded(name: str, parts: list[Any]) -> list[Any]:
-    """Arrays of equal shape but for the first axis; edges of strips without width lie on the last one."""
-    if not isinstance(parts[0], np.ndarray) or len({part.shape[1:] for part in parts}) == 1:
+def _padded(name: str, parts: Sequence[FloatArray]) -> Sequence[FloatArray]:
+    """Arrays of equal shape but for the first axis."""
+    if len({part.shape[1:] for part in parts}) == 1:
         return parts
     size = np.max([part.shape[1:] for part in parts], axis=0)
     how: dict[str, Any] = {"mode": "constant"}

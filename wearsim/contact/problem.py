@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -230,8 +230,8 @@ class Counterface:
 
 
 @dataclass(frozen=True)
-class ContactSolution:
-    """All patches of a batch; the leading axis `m` of every array is the patch.
+class ContactPatches:
+    """All patches of a batch, without fields; the leading axis `m` of every array is the patch.
 
     `point` is the index of the operating point and `side` 0 for the right, 1 for the left wheel;
     patches are ordered by point, side and falling normal force. Angles, lateral creepage, spin, lateral
@@ -266,4 +266,15 @@ class ContactSolution:
     strip_edges_wheel_y: FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]
     strip_edges_rail_y: FloatArray  # (m, ny + 1) the same on the counterface's profile [m]
     patch: Patch
+
+
+@dataclass(frozen=True)
+class ContactSolution(ContactPatches):
+    """All patches of a batch, with the fields in their cells."""
+
     fields: SurfaceFields
+
+    def patches(self) -> ContactPatches:
+        """Return the same without the cells."""
+        kept = {field.name: getattr(self, field.name) for field in fields(ContactPatches)}
+        return ContactPatches(**{**kept, "patch": replace(self.patch, grid=None)})

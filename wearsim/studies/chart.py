@@ -14,7 +14,7 @@ import xarray as xr
 from wearsim import __version__
 from wearsim.campaign import choose
 from wearsim.campaign.choose import CLASSES, judge
-from wearsim.campaign.evaluate import setup_of, solve_contact
+from wearsim.campaign.evaluate import setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import State
 from wearsim.contact.normal import NORMAL_MODELS
@@ -142,7 +142,7 @@ def time_per_solution(
     best, spent, batch = np.inf, 0.0, points
     for repeat in range(_MOST_REPEATS):
         start = time.perf_counter()
-        solve_contact(state, batch, replace(setup_of(setup), models=models))
+        solve_passage(state, batch, replace(setup_of(setup), models=models))
         took = time.perf_counter() - start
         spent += took
         if repeat == 0 and took < _FAST:

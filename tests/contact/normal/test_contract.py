@@ -53,7 +53,7 @@ def rows_of(gap, rows):
     parts = {f.name: getattr(gap, f.name)[rows] for f in fields(gap) if f.name not in whole}
     pose = gap.bodies.pose
     pose = WheelsetPose(pose.shift[rows], pose.yaw[rows], pose.roll[rows])
-    return replace(gap, **parts, bodies=replace(gap.bodies, pose=pose))
+    return replace(gap, **parts, bodies=gap.bodies._replace(pose=pose))
 
 
 def flat(solution):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.wear.law import Form, WearLaw
-from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, spread
+from wearsim.damage.wear.sliding import mean_of, patch_total, spread
 
 REGIMES = ("mild", "severe", "catastrophic")
 
@@ -40,17 +43,41 @@ def wear_rate(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
     ----------
     .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
     """
-    mild = ~(index >= coefficients["severe_limit"])
-    catastrophic = index > coefficients["catastrophic_limit"]
-    level = coefficients["severe_level"]
-    beyond = index - coefficients["catastrophic_limit"]
-    return np.stack(
-        [
-            np.where(mild, coefficients["mild_slope"] * np.maximum(index, 0.0), 0.0),
-            np.where(mild | catastrophic, 0.0, level),
-            np.where(catastrophic, level + coefficients["catastrophic_slope"] * beyond, 0.0),
-        ]
-    )
+    index = np.asarray(index)
+    rate = _integral(index.reshape(1, 1, -1), np.ones((1, index.size)), coefficients)
+    return rate.reshape(len(REGIMES), *index.shape)
+
+
+class _Law(NamedTuple):
+    """Coefficients of the three branches, by the names of a set [N/mm2, ug/(m mm2)]."""
+
+    mild_slope: float
+    severe_limit: float
+    severe_level: float
+    catastrophic_limit: float
+    catastrophic_slope: float
+
+
+def _integral(index: FloatArray, cell_length: FloatArray, coefficients: CoefficientSet) -> FloatArray:
+    """Integral (3, m, ny) of K_w along strips, of wear indices (m, nx, ny) and cell lengths (m, ny)."""
+    law = _Law(*(float(coefficients[name]) for name in _Law._fields))
+    out = np.zeros((len(REGIMES), *cell_length.shape))
+    _sum_cells(plain(index), law, out)
+    return out * cell_length
+
+
+@kernel
+def _sum_cells(index: FloatArray, law: _Law, out: FloatArray) -> None:
+    """Add K_w of each cell to the sum of its strip in its regime; NaN is mild and stays NaN."""
+    for m in range(index.shape[0]):
+        for i in range(index.shape[1]):
+            for j in range(index.shape[2]):
+                value = index[m, i, j]
+                severe, catastrophic = value >= law.severe_limit, value > law.catastrophic_limit
+                beyond = law.severe_level + law.catastrophic_slope * (value - law.catastrophic_limit)
+                out[0, m, j] += 0.0 if severe or value <= 0.0 else law.mild_slope * value
+                out[1, m, j] += law.severe_level if severe and not catastrophic else 0.0
+                out[2, m, j] += beyond if catastrophic else 0.0
 
 
 def depth(
@@ -76,7 +103,7 @@ def depth(
     """
     if form == "local":
         index = fields.work_density / _PASCAL_PER_N_MM2
-        return along_strips(wear_rate(index, coefficients), fields) * (_KG_M3_PER_UG_M_MM2 / density)
+        return _integral(index, fields.cell_length, coefficients) * (_KG_M3_PER_UG_M_MM2 / density)
     strip_work = np.maximum(fields.strip_work, 0.0)
     mean_index = mean_of(patch_total(strip_work, fields), area) / _PASCAL_PER_N_MM2
     removed_area = wear_rate(mean_index, coefficients) * area * (_KG_M3_PER_UG_M_MM2 / density)

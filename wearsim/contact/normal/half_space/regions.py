@@ -124,7 +124,7 @@ def heights(gap: Gap, region: Region, shape: tuple[int, int], displacement: floa
     cosine = float(np.cos(region.angle))
     plane = plane_of(gap, region)
     if gap.bodies is not None:
-        pushed = replace(plane, vertical_displacement=plane.vertical_displacement + displacement)
+        pushed = plane._replace(vertical_displacement=plane.vertical_displacement + displacement)
         return HeightGrid(gap_surface(gap, pushed, x[None], s[None])[0], length, width, cosine)
     section = Section(gap, region.y, region.angle)
     y = section.lateral(s)
