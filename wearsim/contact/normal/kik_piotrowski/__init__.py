@@ -41,7 +41,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.contact.geometry import Gap
-from wearsim.contact.kernel import kernel, plain
+from wearsim.contact.kernel import bare_kernel, plain
 from wearsim.contact.normal.kik_piotrowski.strips import (
     PATCH,
     POSE,
@@ -96,8 +96,8 @@ def solve(
     patches = _records(PATCH, (load.size, MOST_PATCHES))
     balance(
         row, plain(load), *_displacement(start, row, vertical), vertical, rough, factor, effective_modulus,
-        gap.gap, gap.wheel_radius, gap.x, poses, ends, profile, wheel, max(round(_PITCH / spacing), 1), work,
-        count, fault, patches,
+        gap.gap, gap.gap.min(axis=1), gap.wheel_radius, gap.x, poses, ends, profile, wheel,
+        max(round(_PITCH / spacing), 1), work, count, fault, patches,
     )  # fmt: skip
     raise_first(fault)
     place = np.repeat(np.arange(load.size), count)
@@ -179,7 +179,7 @@ class _Cut(NamedTuple):
     slope: FloatArray
 
 
-@kernel
+@bare_kernel
 def _cut_strips(
     rows: IntArray, places: IntArray, counts: IntArray, patches: Records, kappa: float, profile: Profile,
     gaps: FloatArray, radii: FloatArray, alongs: FloatArray, ends: FloatArray, rough: bool, bodies: bool,

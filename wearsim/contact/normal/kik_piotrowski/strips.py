@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from wearsim.contact.gap import place_in, smooth_at
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import bare_kernel
 from wearsim.contact.patch import FloatArray
 
 Record: TypeAlias = Any  # one line of a numpy record array
@@ -87,7 +87,7 @@ SECTION = np.dtype(
 # gap at the rim, normal approach, s of both ends, sum of x_l^2 widths, deepest x_l^2, force, load scale,
 # vertical displacement; while the load is balanced: pressure slope, group of patches, and deepest basin.
 PATCH = np.dtype(
-    [("first", int), ("last", int), ("centre", float), ("base", float), ("angle", float), ("weight", float)]
+    [("first", int), ("last", int), ("centre", float), ("foot", float), ("angle", float), ("weight", float)]
     + [(name, float) for name in ("tilt", "rim", "approach", "left", "right", "volume", "deepest", "force")]
     + [("scale", float), ("displacement", float), ("slope", float), ("group", int), ("basin", int)]
 )
@@ -98,7 +98,7 @@ _SMOOTH = 0.01  # change of both ends, as multiples of circles', up to which the
 _STILL = 1e-8  # m, likewise: its square over a radius of 10 mm is 1e-14 m
 
 
-@kernel
+@bare_kernel
 def _on_the_wheel(y: float, z: float, gap: float, along: float, pose: Record, wheel: Wheel, at: Record) -> None:
     """Point of the wheel nearest to a place of the counterface, and the directions of its section there."""
     sy, cy, sr, cr = pose.sin_yaw, pose.cos_yaw, pose.sin_roll, pose.cos_roll
@@ -134,7 +134,7 @@ def _on_the_wheel(y: float, z: float, gap: float, along: float, pose: Record, wh
     at.ring = ring
 
 
-@kernel
+@bare_kernel
 def _end_of_strip(depth: float, circle: float, factor: float, at: Record, wheel: Wheel) -> float:
     """Where a section leaves the counterface when the wheel is pushed in by `depth`.
 
@@ -178,7 +178,7 @@ _TURN = np.pi * np.arange(1, _PAIRS + 1) / (2 * _PAIRS + 1)
 _COSINE, _WEIGHT = np.cos(_TURN), np.sin(_TURN) * np.pi / (2 * _PAIRS + 1)
 
 
-@kernel
+@bare_kernel
 def strip_half_length_squared(depth: float, radius: float, sigma: float) -> float:
     """Half chord, squared, of a circle of `radius` and one of curvature `sigma` overlapping by `depth`.
 
@@ -188,7 +188,7 @@ def strip_half_length_squared(depth: float, radius: float, sigma: float) -> floa
     return chord / (4.0 * (1.0 + (radius - depth) * sigma) ** 2)
 
 
-@kernel
+@bare_kernel
 def displacement_integral(half_squared: float, distance_squared: float) -> float:
     """Integral over x of sqrt(a^2 - x^2) / sqrt(x^2 + y^2): 2 sqrt(a^2 + y^2) (K - E), by the AGM."""
     total = half_squared + distance_squared
@@ -212,7 +212,7 @@ def displacement_integral(half_squared: float, distance_squared: float) -> float
     return integral
 
 
-@kernel
+@bare_kernel
 def share_at(grid: FloatArray, place: float, first: int, last: int) -> tuple[int, float]:
     """Grid cell between `first` and `last` that holds `place`, and the share of it before the place."""
     k = first
@@ -221,14 +221,14 @@ def share_at(grid: FloatArray, place: float, first: int, last: int) -> tuple[int
     return k, (place - grid[k]) / (grid[k + 1] - grid[k])
 
 
-@kernel
+@bare_kernel
 def between(values: FloatArray, k: int, share: float) -> float:
     """Value in a grid cell, linear."""
     value: float = values[k] + share * (values[k + 1] - values[k])
     return value
 
 
-@kernel
+@bare_kernel
 def _half_logarithm(value: float) -> float:
     """Return ln(value) / 2 for values from 1 to 1e10, to rounding; in a loop it takes vector instructions."""
     root = np.sqrt(np.sqrt(np.sqrt(np.sqrt(np.sqrt(np.sqrt(value))))))
@@ -241,7 +241,7 @@ def _half_logarithm(value: float) -> float:
     return half
 
 
-@kernel
+@bare_kernel
 def _exponential(value: float) -> float:
     """Return exp(value) for values from 0 to 12, to rounding; in a loop it takes vector instructions."""
     y = value / 32.0
@@ -252,7 +252,7 @@ def _exponential(value: float) -> float:
     return series
 
 
-@kernel
+@bare_kernel
 def skewed_displacement_integrals(
     half_squared: FloatArray, middle: FloatArray, touch_x: float, distance_squared: FloatArray,
     rising: FloatArray, reach: FloatArray, integral: FloatArray,
@@ -288,7 +288,7 @@ def skewed_displacement_integrals(
             integral[i] += _WEIGHT[k] * reach[i] * (np.sqrt(ahead) + np.sqrt(behind))
 
 
-@kernel
+@bare_kernel
 def find_outline(touch: float, row: Row, patch: Record) -> bool:
     """Whether the gap around `touch` is below the rim of the patch; fills in where, its centre and angle."""
     gap, profile, limit = row.gap, row.profile, patch.rim
@@ -314,7 +314,7 @@ def find_outline(touch: float, row: Row, patch: Record) -> bool:
     return True
 
 
-@kernel
+@bare_kernel
 def lay_strips(patch: Record, row: Row, skewed: bool, strips: Strips, sections: Records) -> None:
     """Cut a patch into strips in its contact plane, one at each grid point.
 
@@ -326,7 +326,7 @@ def lay_strips(patch: Record, row: Row, skewed: bool, strips: Strips, sections: 
     limit, centre = patch.rim, patch.centre
     cosine, sine = np.cos(patch.angle), np.sin(patch.angle)
     k, share = share_at(profile.y, centre, start, stop)
-    base = patch.base = between(profile.z, k, share)
+    base = patch.foot = between(profile.z, k, share)
     kappa = row.pose.kappa
     # Slices, because the compiler uses vector instructions only where no index can be negative.
     points = slice(start - 1, stop + 2)
@@ -367,7 +367,7 @@ def lay_strips(patch: Record, row: Row, skewed: bool, strips: Strips, sections: 
     patch.volume, patch.left, patch.right, patch.deepest = volume, left, right, deepest
 
 
-@kernel
+@bare_kernel
 def _find_ends(start: int, stop: int, limit: float, row: Row, sections: Records) -> None:
     """Ends of strips under a yawed wheel at every few grid points, as multiples of circles' linear in between."""
     profile, wheel, stride = row.profile, row.wheel, row.stride
@@ -406,11 +406,11 @@ def _find_ends(start: int, stop: int, limit: float, row: Row, sections: Records)
         i = min(i - i % stride + stride, stop)
 
 
-@kernel
+@bare_kernel
 def displacement_at(y: float, z: float, x: float, patch: Record, skewed: bool, strips: Strips) -> float:
     """Surface displacement at a point, over 1 / (pi E*) and the pressure slope, by the strips of a patch."""
     start, stop = patch.first, patch.last
-    origin = (y - patch.centre) * np.cos(patch.angle) + (z - patch.base) * np.sin(patch.angle)
+    origin = (y - patch.centre) * np.cos(patch.angle) + (z - patch.foot) * np.sin(patch.angle)
     points = slice(start, stop + 1)
     edges, widths, square = strips.edge[start : stop + 2], strips.width[points], strips.square[points]
     distances, integrals = strips.distance[points], strips.integral[points]

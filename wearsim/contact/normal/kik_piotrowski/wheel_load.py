@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import bare_kernel
 from wearsim.contact.normal.kik_piotrowski.strips import (
     Profile,
     Record,
@@ -50,7 +50,7 @@ class Work(NamedTuple):
     sums: FloatArray
 
 
-@kernel
+@bare_kernel
 def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
     """Find local minima of the gap below `highest`, and how they join; return their number.
 
@@ -108,7 +108,7 @@ _DEEPEST = 0.01  # m, of an approach
 _FAINT = 1e-4  # share of a basin in the condition of displacement that is left out
 
 
-@kernel
+@bare_kernel
 def _spread(approach: float, factor: float, number: int, basins: Records) -> None:
     """Rim and patch of each basin under an approach of the deepest."""
     low = basins[basins[0].order].height
@@ -133,7 +133,7 @@ def _spread(approach: float, factor: float, number: int, basins: Records) -> Non
                 one.share = other.share * max(share, 0.0) ** 3
 
 
-@kernel
+@bare_kernel
 def _slope_of(
     group: int, used: int, factor: float, number: int, row: Row, skewed: bool, work: Work
 ) -> float:
@@ -165,7 +165,7 @@ def _slope_of(
     return pushed / moved
 
 
-@kernel
+@bare_kernel
 def _partner(patch: Record, basins: Records) -> int:
     """Patch of the next deeper basin that has one; -1 for the deepest."""
     k = basins[patch.basin].parent
@@ -175,7 +175,7 @@ def _partner(patch: Record, basins: Records) -> int:
     return other
 
 
-@kernel
+@bare_kernel
 def _wheel_load(
     approach: float, factor: float, modulus: float, vertical: bool, number: int, row: Row, skewed: bool,
     work: Work,
@@ -251,7 +251,7 @@ def _wheel_load(
     return total, used
 
 
-@kernel
+@bare_kernel
 def _move_on(work: Work, used: int, gap: FloatArray, share: float) -> bool:
     """Carry patches on by `share` of how they changed since an earlier approach.
 
@@ -270,7 +270,7 @@ def _move_on(work: Work, used: int, gap: FloatArray, share: float) -> bool:
         one, old = work.patches[j], work.earlier[j]
         one.rim += share * (one.rim - old.rim)
         one.centre += share * (one.centre - old.centre)
-        one.base += share * (one.base - old.base)
+        one.foot += share * (one.foot - old.foot)
         one.angle += share * (one.angle - old.angle)
         one.approach += share * (one.approach - old.approach)
         one.left += share * (one.left - old.left)
@@ -281,7 +281,7 @@ def _move_on(work: Work, used: int, gap: FloatArray, share: float) -> bool:
     return True
 
 
-@kernel
+@bare_kernel
 def _find_approach(
     load: float, guess: float, factor: float, modulus: float, vertical: bool, number: int, row: Row,
     yawed: bool, rough: bool, work: Work,
@@ -326,17 +326,17 @@ def _find_approach(
     return approach, value, used
 
 
-@kernel
+@bare_kernel
 def balance(
     rows: IntArray, load: FloatArray, start: FloatArray, start_load: FloatArray, vertical: bool, rough: bool,
-    factor: float, modulus: float, gaps: FloatArray, radii: FloatArray, alongs: FloatArray, poses: Records,
-    ends: FloatArray, profile: Profile, wheel: Wheel, stride: int, work: Work, count: IntArray,
-    fault: IntArray, patches: Records,
+    factor: float, modulus: float, gaps: FloatArray, lowest: FloatArray, radii: FloatArray,
+    alongs: FloatArray, poses: Records, ends: FloatArray, profile: Profile, wheel: Wheel, stride: int,
+    work: Work, count: IntArray, fault: IntArray, patches: Records,
 ) -> None:  # fmt: skip
     """Find the approach of each row that carries its load.
 
     `start` (n,) holds the vertical displacement under the load `start_load`, or NaN. Rows with yaw get skewed
-    strips if the wheel has a surface. `patches` (n, most) are in the order of falling force.
+    strips if the wheel has a surface. `lowest` is the minimum of each gap. `patches` (n, most) are in the order of falling force.
     """
     for k in range(load.size):
         r = rows[k]
@@ -344,13 +344,12 @@ def balance(
             profile, wheel, k + 1, stride, gaps[r], radii[r], alongs[r], ends[0, k], ends[1, k], poses[r]
         )
         gap = row.gap
-        low = gap.min()
-        if low >= NO_WHEEL:
-            fault[k] = NO_CONTACT
+        if lowest[r] >= NO_WHEEL:
+            fault[r] = NO_CONTACT
             continue
-        number = find_basins(gap, low + 0.02, work.basins)
+        number = find_basins(gap, lowest[r] + 0.02, work.basins)
         if number == 0:
-            fault[k] = AT_EDGE
+            fault[r] = AT_EDGE
             continue
         low = work.basins[work.basins[0].order].height
         guess = (start[k] - low) * (load[k] / start_load[k]) ** (1.0 / _POWER)
@@ -359,18 +358,18 @@ def balance(
             load[k], guess, factor, modulus, vertical, number, row, yawed, rough, work
         )
         if used == 0 or not value > 0.0:
-            fault[k] = AT_EDGE
+            fault[r] = AT_EDGE
             continue
         # Pressures are scaled to the last digits of the load.
         scale = load[k] / value
         if abs(scale - 1.0) > 0.3:
-            fault[k] = NO_BALANCE
+            fault[r] = NO_BALANCE
             continue
         if used > patches.shape[1]:
-            fault[k] = TOO_MANY
+            fault[r] = TOO_MANY
             continue
         if used > 1 and not vertical:
-            fault[k] = NOT_SINGLE
+            fault[r] = NOT_SINGLE
             continue
         count[k] = used
         for rank in range(used):  # by falling normal force
@@ -384,7 +383,7 @@ def balance(
             if min(one.first - 2, gap.size - 3 - one.last) <= 0 or (
                 max(gap[one.first - 1], gap[one.last + 1]) >= NO_WHEEL
             ):
-                fault[k] = AT_EDGE
+                fault[r] = AT_EDGE
             one.force *= scale
             one.scale = scale
             one.displacement = low + approach
