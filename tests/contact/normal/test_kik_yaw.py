@@ -11,7 +11,8 @@ from wearsim.contact.gap import contact_plane, gap_surface
 from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.normal import kik_piotrowski
 from wearsim.contact.normal.kik_piotrowski.strips import displacement_integral, skewed_displacement_integrals
-from wearsim.contact.normal.kik_piotrowski.wheel_load import MOST_BASINS, find_basins
+from wearsim.contact.normal.kik_piotrowski.wheel_load import BASIN, MOST_BASINS, find_basins
+from wearsim.contact.patch import Resolution
 
 E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))
 
@@ -21,7 +22,7 @@ def patches(s1002, rail_60e1):
     """Function: gap and solution of one state."""
     wheel, ground = geometry.wheel_surface(s1002, 0.46), geometry.counterface_profile(rail_60e1)
 
-    def of(shift, yaw, kappa=0.0, strips=40):
+    def of(shift, yaw, kappa=0.0, strips=40, **options):
         gap = geometry.gap(
             wheel,
             ground,
@@ -32,11 +33,13 @@ def patches(s1002, rail_60e1):
         )
         return gap, kik_piotrowski.solve(
             gap,
+            np.zeros(1, np.int64),
             np.array([80e3]),
             vertical=True,
             effective_modulus=E_STAR,
-            strips=strips,
+            resolution=Resolution(1.0, strips, strips, strips),
             parameters={},
+            **options,
         )
 
     return of
@@ -148,13 +151,13 @@ def test_skewed_strips_carry_the_load(patches, yaw):
 def test_basins_join_as_the_flood_says(heights):
     """Flooding level by level with sets of points, the slow way."""
     gap = np.array([100.0, *map(float, heights), 100.0])
-    minima, saddle = np.empty((2, MOST_BASINS)), np.empty(MOST_BASINS)
-    order, parent = np.empty(MOST_BASINS, np.int64), np.empty(MOST_BASINS, np.int64)
-    actual = find_basins(gap, 99.0, minima, order, parent, saddle)
+    basins = np.zeros(MOST_BASINS, BASIN).view(np.recarray)
+    actual = find_basins(gap, 99.0, basins)
+    order = basins.order[:actual]
     place = [i for i in range(1, gap.size - 1) if gap[i] < gap[i - 1] and gap[i] <= gap[i + 1]]
     assert actual == len(place)
-    level = dict(zip(place, minima[1], strict=False))  # of the parabola through three points
-    assert minima[1, order[:actual]].tolist() == sorted(level.values())
+    level = dict(zip(place, basins.height[:actual], strict=True))  # of the parabola through three points
+    assert basins.height[order].tolist() == sorted(level.values())
     joins = {}
     lakes = []
     for i in np.argsort(gap):
@@ -166,6 +169,6 @@ def test_basins_join_as_the_flood_says(heights):
         lakes.append({i}.union(*touching))
     for k in range(actual):
         if k == order[0]:
-            assert parent[k] == -1
+            assert basins[k].parent == -1
         else:
-            assert (parent[k], saddle[k]) == joins[k]
+            assert (basins[k].parent, basins[k].saddle) == joins[k]
