@@ -104,9 +104,7 @@ def solve(
     patches = patches[np.arange(MOST_PATCHES) < count[:, None]]
     strips = resolution.strips_across(patches.right - patches.left)
     shape = (place.size, int(strips.max(initial=0)))
-    out = _Cut(
-        *np.empty((4, *shape)), np.empty((shape[0], shape[1] + 1)), *np.empty((2, place.size))
-    )
+    out = _Cut(*np.empty((4, *shape)), np.empty((shape[0], shape[1] + 1)), *np.empty((2, place.size)))
     _cut_strips(
         row[place], place, strips, patches, gap.curvature, profile, gap.gap, gap.wheel_radius, gap.x, ends,
         rough, wheel.y.size > 0, poses, out,
@@ -168,7 +166,7 @@ def _bodies(gap: Gap) -> tuple[Wheel, Records]:
 
 
 class _Cut(NamedTuple):
-    """Strips of equal width: centres, both ends, interpenetration; edges; centre and pressure slope of patches."""
+    """Strips of equal width: centres, both ends, depth; edges; centre and pressure slope of patches."""
 
     y: FloatArray
     lead: FloatArray
@@ -216,7 +214,9 @@ def _cut_strips(
             gradient = between(profile.slope, i, share) - opening
             depth = max((one.rim - between(gap, i, share)) / (cosine + gradient * sine), 0.0)
             bend = kappa / (1.0 - kappa * between(profile.z, i, share))
-            half = np.sqrt(strip_half_length_squared(depth, between(radius, i, share) / cosine, bend * cosine))
+            half = np.sqrt(
+                strip_half_length_squared(depth, between(radius, i, share) / cosine, bend * cosine)
+            )
             middle = between(along, i, share)
             lead, trail = half, half
             if skewed:

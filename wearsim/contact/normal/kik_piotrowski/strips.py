@@ -94,12 +94,16 @@ PATCH = np.dtype(
 
 _STEPS = 12  # of Newton's method, at most
 _DONE = 1e-4  # a last step, over the length: what it leaves is the half of its square, 5e-9
-_SMOOTH = 0.01  # change of both ends, as multiples of circles', up to which they are taken as linear in between
+_SMOOTH = (
+    0.01  # change of both ends, as multiples of circles', up to which they are taken as linear in between
+)
 _STILL = 1e-8  # m, likewise: its square over a radius of 10 mm is 1e-14 m
 
 
 @bare_kernel
-def _on_the_wheel(y: float, z: float, gap: float, along: float, pose: Record, wheel: Wheel, at: Record) -> None:
+def _on_the_wheel(
+    y: float, z: float, gap: float, along: float, pose: Record, wheel: Wheel, at: Record
+) -> None:
     """Point of the wheel nearest to a place of the counterface, and the directions of its section there."""
     sy, cy, sr, cr = pose.sin_yaw, pose.cos_yaw, pose.sin_roll, pose.cos_roll
     kappa = pose.kappa
@@ -332,7 +336,12 @@ def lay_strips(patch: Record, row: Row, skewed: bool, strips: Strips, sections: 
     points = slice(start - 1, stop + 2)
     y, z, tilt = profile.y[points], profile.z[points], profile.slope[points]
     opening, radius = row.gap[points], row.radius[points]
-    s, edges, widths, square = strips.s[points], strips.edge[points], strips.width[points], strips.square[points]
+    s, edges, widths, square = (
+        strips.s[points],
+        strips.edge[points],
+        strips.width[points],
+        strips.square[points],
+    )
     for i in range(y.size):
         s[i] = (y[i] - centre) * cosine + (z[i] - base) * sine
     for i in range(1, y.size - 1):
@@ -369,7 +378,7 @@ def lay_strips(patch: Record, row: Row, skewed: bool, strips: Strips, sections: 
 
 @bare_kernel
 def _find_ends(start: int, stop: int, limit: float, row: Row, sections: Records) -> None:
-    """Ends of strips under a yawed wheel at every few grid points, as multiples of circles' linear in between."""
+    """Find ends of strips under a yawed wheel, as multiples of circles': linear between sections."""
     profile, wheel, stride = row.profile, row.wheel, row.stride
     before, i = start, start
     while True:
@@ -428,7 +437,13 @@ def displacement_at(y: float, z: float, x: float, patch: Record, skewed: bool, s
             distances[i] = np.exp(2.0 * mean)
     if skewed:
         skewed_displacement_integrals(
-            square, strips.middle[points], x, distances, strips.rising[points], strips.reach[points], integrals
+            square,
+            strips.middle[points],
+            x,
+            distances,
+            strips.rising[points],
+            strips.reach[points],
+            integrals,
         )
     else:
         for i in range(square.size):

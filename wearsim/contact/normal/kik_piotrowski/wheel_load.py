@@ -27,11 +27,11 @@ from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_CONTACT, NOT_SI
 from wearsim.contact.patch import FloatArray, IntArray
 
 MOST_BASINS = 64
-# Place of the lowest point as a fractional grid position and its height; highest point between it and the one
-# before; basin that the flood joins it to, -1 for the deepest, and the height of the saddle. Under an approach:
-# height of the rim, how far it is separate from its parent (0 one patch or touching, 1 separate), share in the
-# condition of displacement, the basin whose patch it belongs to and that patch (-1: none). `order` holds the
-# basins by rising height.
+# Place of the lowest point as a fractional grid position and its height; highest point between it and the
+# one before; basin that the flood joins it to, -1 for the deepest, and the height of the saddle. Under an
+# approach: height of the rim, how far it is separate from its parent (0 one patch or touching, 1 separate),
+# share in the condition of displacement, the basin whose patch it belongs to and that patch (-1: none).
+# `order` holds the basins by rising height.
 BASIN = np.dtype(
     [(name, float) for name in ("place", "height", "before", "saddle", "rim", "apart", "share")]
     + [(name, int) for name in ("parent", "owner", "patch", "order")]
@@ -39,7 +39,7 @@ BASIN = np.dtype(
 
 
 class Work(NamedTuple):
-    """Of one wheel: strips and sections of the wheel at grid points, basins, patches now and before; for work."""
+    """Strips and sections of a wheel at grid points, basins, patches now and before; for work."""
 
     strips: Strips
     sections: Records
@@ -134,9 +134,7 @@ def _spread(approach: float, factor: float, number: int, basins: Records) -> Non
 
 
 @bare_kernel
-def _slope_of(
-    group: int, used: int, factor: float, number: int, row: Row, skewed: bool, work: Work
-) -> float:
+def _slope_of(group: int, used: int, factor: float, number: int, row: Row, skewed: bool, work: Work) -> float:
     """Find the common pressure slope of a group of patches, over pi E*: approach over displacement."""
     basins, patches, profile = work.basins, work.patches, row.profile
     # The deepest basin of the group leads; a rim lowered by a neighbour means less approach too.

@@ -43,7 +43,7 @@ import numpy as np
 from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import plain
 from wearsim.contact.normal.knothe_le_the.equations import Pairs, Work, influence_table
-from wearsim.contact.normal.knothe_le_the.strips import LOBES, PATCH, PLANE, SPAN, Loaded, Strips
+from wearsim.contact.normal.knothe_le_the.strips import LOBES, PATCH, PLANE, SPAN, STRIP
 from wearsim.contact.normal.knothe_le_the.wheel import Cut, cut_patches, solve_wheels
 from wearsim.contact.normal.model import (
     MOST_PATCHES,
@@ -153,10 +153,10 @@ def _work(most: int) -> Work:
 
     unknowns = 2 * most + 1
     return Work(
-        strips=Strips(*np.zeros((14, most)), np.zeros(most, np.int64)),
+        strips=records(most, STRIP),
         pairs=Pairs(square(most), square(most), square(most)),
-        before=Loaded(*np.empty((4, most))),
-        old=Loaded(*np.empty((4, most))),
+        before=records(most, STRIP),
+        old=records(most, STRIP),
         spans=records(LOBES, SPAN),
         fresh=records(LOBES, SPAN),
         planes=records(LOBES, PLANE),

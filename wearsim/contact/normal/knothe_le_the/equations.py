@@ -23,7 +23,7 @@ import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
 from wearsim.contact.kernel import bare_kernel
-from wearsim.contact.normal.knothe_le_the.strips import Loaded, Records, Row, Strips, bow_of, influence_share
+from wearsim.contact.normal.knothe_le_the.strips import Records, Row, bow_of, influence_share
 from wearsim.contact.patch import FloatArray, IntArray
 
 # Table over ln(shorter/longer) and ln(Y): start and steps per unit. Linear interpolation in these steps is
@@ -171,10 +171,10 @@ class Work(NamedTuple):
     `sums` (4, n) of the strips with pressure, `active` which these are.
     """
 
-    strips: Strips
+    strips: Records
     pairs: Pairs
-    before: Loaded
-    old: Loaded
+    before: Records
+    old: Records
     spans: Records
     fresh: Records
     planes: Records
@@ -195,15 +195,15 @@ class Work(NamedTuple):
 
 
 @bare_kernel
-def pair_up(strips: Strips, total: int, pairs: Pairs) -> None:
+def pair_up(strips: Records, total: int, pairs: Pairs) -> None:
     """Distances of all strips from each other, and the shares of their elastic influence."""
     i = 0
     while i < total:
         end = i
-        while end < total and strips.part[end] == strips.part[i]:
+        while end < total and strips[end].part == strips[i].part:
             end += 1
         # Strips of one part are alike.
-        width = strips.width[i]
+        width = strips[i].width
         before = np.log(0.5 * width)
         for k in range(end - i):
             after = before if k == 0 else np.log((k + 0.5) * width)
@@ -214,13 +214,13 @@ def pair_up(strips: Strips, total: int, pairs: Pairs) -> None:
             before = after
         for j in range(i, end):
             for k in range(end, total):
-                across, down = strips.y[j] - strips.y[k], strips.z[j] - strips.z[k]
+                across, down = strips[j].y - strips[k].y, strips[j].z - strips[k].z
                 distance = np.sqrt(across * across + down * down)
-                half = 0.25 * (strips.width[j] + strips.width[k])
-                share = influence_share(strips.angle[j] - strips.angle[k], distance) * 0.5 / half
+                half = 0.25 * (strips[j].width + strips[k].width)
+                share = influence_share(strips[j].angle - strips[k].angle, distance) * 0.5 / half
                 pairs.nearer[j, k] = pairs.nearer[k, j] = np.log(max(distance - half, 0.1 * half))
                 pairs.farther[j, k] = pairs.farther[k, j] = np.log(distance + half)
-                pairs.share[j, k], pairs.share[k, j] = share * strips.width[k], share * strips.width[j]
+                pairs.share[j, k], pairs.share[k, j] = share * strips[k].width, share * strips[j].width
         i = end
 
 
@@ -229,7 +229,7 @@ def influences(work: Work, total: int, table: FloatArray) -> None:
     """Both averages on every strip (row) per load of every strip (column)."""
     strips, pairs, logs, near, far = work.strips, work.pairs, work.logs, work.near, work.far
     for i in range(total):
-        logs[i] = 0.5 * np.log(strips.square[i])
+        logs[i] = 0.5 * np.log(strips[i].square)
     for i in range(total):
         a, b, _ = averages(table, 0.0, pairs.farther[i, i] - logs[i])
         near[i, i], far[i, i] = 2.0 * a, 2.0 * b
@@ -245,13 +245,13 @@ def influences(work: Work, total: int, table: FloatArray) -> None:
 
 
 @bare_kernel
-def inner_of(active: IntArray, part: IntArray, m: int, row: int) -> int:
+def inner_of(active: IntArray, strips: Records, m: int, row: int) -> int:
     """Row of the one neighbour of a strip at the rim, or -1."""
     i = active[row]
     inner = -1
-    if row + 1 < m and active[row + 1] == i + 1 and part[i + 1] == part[i]:
+    if row + 1 < m and active[row + 1] == i + 1 and strips[i + 1].part == strips[i].part:
         inner = row + 1
-    if row > 0 and active[row - 1] == i - 1 and part[i - 1] == part[i]:
+    if row > 0 and active[row - 1] == i - 1 and strips[i - 1].part == strips[i].part:
         inner = -1 if inner >= 0 else row - 1
     return inner
 
@@ -271,16 +271,16 @@ def residuals(
     logs, near, far = work.logs, work.sums[0], work.sums[1]
     near_self, far_self = work.sums[2], work.sums[3]
     for k in range(m):
-        logs[k] = 0.5 * np.log(strips.square[active[k]])
+        logs[k] = 0.5 * np.log(strips[active[k]].square)
         near[k] = far[k] = near_self[k] = far_self[k] = 0.0
     for k in range(m):
         i = active[k]
         a, b, _, _, b_own, b_other = averages_and_slopes(table, 0.0, pairs.farther[i, i] - logs[k])
-        p = strips.load[i]
+        p = strips[i].load
         near[k] += 2.0 * a * p
         far[k] += 2.0 * b * p
         if with_matrix:
-            by_q = 0.5 * p / strips.square[i] * per_q
+            by_q = 0.5 * p / strips[i].square * per_q
             matrix[k, k] = 2.0 * a * per_p
             matrix[m + k, k] = 2.0 * (b - a) * per_p
             matrix[k, m + k] = 4.0 * (b - a) * by_q
@@ -291,7 +291,7 @@ def residuals(
             ratio = logs[short] - log
             i, j = active[short], active[long]
             share, back = pairs.share[i, j], pairs.share[j, i]
-            own, other = strips.load[i], strips.load[j]
+            own, other = strips[i].load, strips[j].load
             if not with_matrix:
                 a, b, c = averages(table, ratio, pairs.farther[i, j] - log)
                 d, e, f = averages(table, ratio, pairs.nearer[i, j] - log)
@@ -317,29 +317,29 @@ def residuals(
             far_self[long] += back * c_long * own
             matrix[short, long], matrix[long, short] = share * a * per_p, back * a * per_p
             matrix[m + short, long], matrix[m + long, short] = share * b * per_p, back * c * per_p
-            own, other = 0.5 * own / strips.square[i] * per_q, 0.5 * other / strips.square[j] * per_q
+            own, other = 0.5 * own / strips[i].square * per_q, 0.5 * other / strips[j].square * per_q
             matrix[short, m + long], matrix[long, m + short] = share * c * other, back * b * own
             matrix[m + short, m + long], matrix[m + long, m + short] = share * both * other, back * both * own
     carried = 0.0
     for k in range(m):
         i = active[k]
-        q = strips.square[i]
-        low_bow = bow_of(0.25 * q, strips.radius[i], strips.sigma[i])
-        high_bow = bow_of(0.75 * q, strips.radius[i], strips.sigma[i])
-        right[k] = -(near[k] + strips.gap[i] + low_bow - displacement * strips.turn[i])
+        q = strips[i].square
+        low_bow = bow_of(0.25 * q, strips[i].radius, strips[i].sigma)
+        high_bow = bow_of(0.75 * q, strips[i].radius, strips[i].sigma)
+        right[k] = -(near[k] + strips[i].gap + low_bow - displacement * strips[i].turn)
         right[m + k] = -(far[k] - near[k] + high_bow - low_bow)
-        lift = 0.5 * np.pi * strips.width[i] * (strips.cosine[i] if row.vertical else 1.0) / row.load
-        carried += lift * strips.load[i]
+        lift = 0.5 * np.pi * strips[i].width * (strips[i].cosine if row.vertical else 1.0) / row.load
+        carried += lift * strips[i].load
         if with_matrix:
             matrix[k, m + k] += (0.5 * near_self[k] + low_bow) / q * per_q
             matrix[m + k, m + k] += (0.5 * far_self[k] + high_bow - low_bow) / q * per_q
-            matrix[k, n - 1] = -strips.turn[i] * per_displacement
+            matrix[k, n - 1] = -strips[i].turn * per_displacement
             matrix[m + k, n - 1] = matrix[n - 1, m + k] = 0.0
             matrix[n - 1, k] = lift * per_p
-        inner = inner_of(active, strips.part, m, k)
+        inner = inner_of(active, strips, m, k)
         if inner >= 0:
             j = active[inner]
-            p, other_p, other_q = strips.load[i] / per_p, strips.load[j] / per_p, strips.square[j] / per_q
+            p, other_p, other_q = strips[i].load / per_p, strips[j].load / per_p, strips[j].square / per_q
             q /= per_q
             right[m + k] = q * other_p - p * other_q
             if with_matrix:

@@ -13,8 +13,8 @@ from wearsim.contact.normal.knothe_le_the.equations import Work, in_the_middle
 from wearsim.contact.normal.knothe_le_the.strips import (
     MARGIN,
     Record,
+    Records,
     Row,
-    Strips,
     first_beyond,
     influence_share,
     planes_of,
@@ -41,62 +41,65 @@ def _covered(share: float) -> float:
 
 
 @bare_kernel
-def end_of(strips: Strips, first: int, step: int, count: int) -> float:
+def end_of(strips: Records, first: int, step: int, count: int) -> float:
     """Widths of a strip from the outer edge of strip `first` inwards to where the half-length is zero.
 
     A parabola through q of the strips behind the outermost one with pressure, which may lie in part outside.
     """
     k = 0
-    while k < count and strips.load[first + k * step] <= 0.0:
+    while k < count and strips[first + k * step].load <= 0.0:
         k += 1
     n = 0
-    while k + n < count and n < 4 and strips.load[first + (k + n) * step] > 0.0:
+    while k + n < count and n < 4 and strips[first + (k + n) * step].load > 0.0:
         n += 1
     if n < 3:
         return float(k)
-    one, two = strips.square[first + (k + 1) * step], strips.square[first + (k + 2) * step]
+    one, two = strips[first + (k + 1) * step].square, strips[first + (k + 2) * step].square
     rise, bend = two - one, 0.0
     if n > 3:
-        bend = min(0.5 * (strips.square[first + (k + 3) * step] - 2.0 * two + one), 0.0)
+        bend = min(0.5 * (strips[first + (k + 3) * step].square - 2.0 * two + one), 0.0)
     if rise <= 0.0:
-        return k + min(max(_covered(strips.square[first + k * step] / one), -0.5), 1.0)
+        return k + min(max(_covered(strips[first + k * step].square / one), -0.5), 1.0)
     tilt = rise - bend
     t = -2.0 * one / (tilt + np.sqrt(tilt * tilt - 4.0 * bend * one))
-    covered = _covered(strips.square[first + k * step] / one)
+    covered = _covered(strips[first + k * step].square / one)
     end: float = k + min(max(1.5 + t, covered, -0.5), 1.0)
     return end
 
 
 @bare_kernel
-def overlap(
-    k: int, displacement: float, row: Row, strips: Strips, total: int, table: FloatArray
-) -> float:
-    """How deep the moved surfaces would overlap at a grid point without pressure, over the displacement."""
+def overlap(k: int, displacement: float, row: Row, strips: Records, total: int, table: FloatArray) -> float:
+    """How deep the moved surfaces would overlap at a grid point without pressure, over the displacement.
+
+    Zero if they would not.
+    """
     away = (row.gap[k] - row.low - displacement) * np.cos(row.angle[k])
     if away > 0.0:
         return 0.0
     for j in range(total):
-        p = strips.load[j]
+        p = strips[j].load
         if p <= 0.0:
             continue
-        across, down = strips.y[j] - row.y[k], strips.z[j] - row.z[k]
+        across, down = strips[j].y - row.y[k], strips[j].z - row.z[k]
         distance = np.sqrt(across * across + down * down)
-        share = influence_share(strips.angle[j] - row.angle[k], distance)
+        share = influence_share(strips[j].angle - row.angle[k], distance)
         if share > 0.0:
-            half = 0.5 * strips.width[j]
+            half = 0.5 * strips[j].width
             if distance > 3.0 * half:
                 # The logarithm as a series: it is off by less than 1e-4 of the difference.
                 x = half / distance
-                middle = 0.5 * np.log(across * across + down * down) - strips.log[j]
+                middle = 0.5 * np.log(across * across + down * down) - strips[j].log
                 even, odd = x * x * (0.5 + 0.25 * x * x), x * (1.0 + x * x * (1.0 / 3.0 + 0.2 * x * x))
                 a = in_the_middle(table, middle + odd - even)
                 b = in_the_middle(table, middle - odd - even)
             else:
-                a = in_the_middle(table, np.log(distance + half) - strips.log[j])
+                a = in_the_middle(table, np.log(distance + half) - strips[j].log)
                 b = 0.0
                 if distance > half:
-                    b = in_the_middle(table, np.log(max(distance - half, 0.1 * half)) - strips.log[j])
+                    b = in_the_middle(table, np.log(max(distance - half, 0.1 * half)) - strips[j].log)
             away += share * (a - b) * p
+            if away > 0.0:
+                return 0.0
     depth: float = -away / displacement
     return depth
 
@@ -161,8 +164,8 @@ def refit(
     for k in range(parts):
         each = 0
         alive = False
-        while base + each < total and strips.part[base + each] == k:
-            alive = alive or strips.load[base + each] > 0.0
+        while base + each < total and strips[base + each].part == k:
+            alive = alive or strips[base + each].load > 0.0
             each += 1
         if not alive:  # parts without pressure leave
             again = True
@@ -171,7 +174,7 @@ def refit(
         fresh[kept] = spans[k]
         for side in range(2):
             first, step = (base, 1) if side == 0 else (base + each - 1, -1)
-            per = abs(strips.y[first + step] - strips.y[first])
+            per = abs(strips[first + step].y - strips[first].y)
             move = end_of(strips, first, step, each)
             # Outwards as long as the surfaces overlap, from three quarters of a strip on.
             edge = spans[k].ends[side] - 0.75 * step * per
@@ -195,19 +198,19 @@ def refit(
                 again = again or not (abs(move) < _SETTLED or settled)
         # Two humps with strips without pressure between them get strips of their own, once.
         left, right_end = base, base + each - 1
-        while strips.load[left] <= 0.0:
+        while strips[left].load <= 0.0:
             left += 1
-        while strips.load[right_end] <= 0.0:
+        while strips[right_end].load <= 0.0:
             right_end -= 1
         a = left
-        while a <= right_end and strips.load[a] > 0.0:
+        while a <= right_end and strips[a].load > 0.0:
             a += 1
         b = right_end
-        while b >= left and strips.load[b] > 0.0:
+        while b >= left and strips[b].load > 0.0:
             b -= 1
         if a <= b and may_split and kept + parts - k < spans.size:
-            stop = strips.y[a - 1] + 0.8 * (strips.y[a] - strips.y[a - 1])
-            go = strips.y[b + 1] - 0.8 * (strips.y[b + 1] - strips.y[b])
+            stop = strips[a - 1].y + 0.8 * (strips[a].y - strips[a - 1].y)
+            go = strips[b + 1].y - 0.8 * (strips[b + 1].y - strips[b].y)
             if go - stop > APART:
                 forget(fresh[kept])
                 fresh[kept + 1] = fresh[kept]
@@ -226,8 +229,8 @@ def rotated(parts: int, old_total: int, total: int, row: Row, work: Work) -> boo
     strips, planes = work.strips, work.planes
     planes_of(work.fresh, parts, work.old, old_total, row, work.share, planes)
     for j in range(total):
-        k = strips.part[j]
-        if planes[k].weight > 0.0 and abs(planes[k].tilt - strips.angle[j]) > _STILL:
+        k = strips[j].part
+        if planes[k].weight > 0.0 and abs(planes[k].tilt - strips[j].angle) > _STILL:
             return True
     return False
 

@@ -60,17 +60,17 @@ def factorise(matrix: FloatArray, n: int) -> bool:
 
 
 @bare_kernel
-def less_products(start: float, line: FloatArray, right: FloatArray, first: int, last: int) -> float:
-    """Take the products of two rows from `first` up to `last` off a number, in four sums side by side."""
+def less_products(start: float, line: FloatArray, right: FloatArray) -> float:
+    """Take the products of two rows off a number, in four sums side by side."""
     a, b, c, d = start, 0.0, 0.0, 0.0
-    k = first
-    while k + 4 <= last:
+    k = 0
+    while k + 4 <= line.size:
         a -= line[k] * right[k]
         b -= line[k + 1] * right[k + 1]
         c -= line[k + 2] * right[k + 2]
         d -= line[k + 3] * right[k + 3]
         k += 4
-    while k < last:
+    while k < line.size:
         a -= line[k] * right[k]
         k += 1
     rest: float = (a + b) + (c + d)
@@ -81,9 +81,9 @@ def less_products(start: float, line: FloatArray, right: FloatArray, first: int,
 def substitute(matrix: FloatArray, right: FloatArray, n: int) -> None:
     """Solve in place with what `factorise` made."""
     for i in range(1, n):
-        right[i] = less_products(right[i], matrix[i], right, 0, i)
+        right[i] = less_products(right[i], matrix[i, :i], right[:i])
     for i in range(n - 1, -1, -1):
-        right[i] = less_products(right[i], matrix[i], right, i + 1, n) * matrix[i, i]
+        right[i] = less_products(right[i], matrix[i, i + 1 : n], right[i + 1 : n]) * matrix[i, i]
 
 
 _SWEEPS = 40  # of lengths and pressures in turn, at most
@@ -102,12 +102,12 @@ def relax(
     for _ in range(_SWEEPS):
         influences(work, total, table)
         for i in range(total):
-            bow[i] = bow_of(0.25 * strips.square[i], strips.radius[i], strips.sigma[i])
+            bow[i] = bow_of(0.25 * strips[i].square, strips[i].radius, strips[i].sigma)
         done = False
         for turn in range(40):
-            m = 0
+            m = total - total  # numba would compile the kernels for a literal 0 once more
             for j in range(total):
-                if strips.load[j] > 0.0:
+                if strips[j].load > 0.0:
                     active[m] = j
                     m += 1
             if m == 0:
@@ -116,9 +116,9 @@ def relax(
                 i = active[k]
                 for column in range(m):
                     matrix[k, column] = near[i, active[column]]
-                matrix[k, m] = -strips.turn[i]
-                right[k] = -strips.gap[i] - bow[i]
-                matrix[m, k] = 0.5 * np.pi * strips.width[i] * (strips.cosine[i] if row.vertical else 1.0)
+                matrix[k, m] = -strips[i].turn
+                right[k] = -strips[i].gap - bow[i]
+                matrix[m, k] = 0.5 * np.pi * strips[i].width * (strips[i].cosine if row.vertical else 1.0)
             matrix[m, m] = 0.0
             right[m] = row.load
             if not factorise(matrix, m + 1):
@@ -129,33 +129,33 @@ def relax(
             changed = False
             worst, worst_row = 0.0, -1
             for k in range(m):
-                strips.load[active[k]] = right[k]
+                strips[active[k]].load = right[k]
                 if right[k] <= 0.0:
                     changed = True
                     if turn < 8:
-                        strips.load[active[k]] = 0.0
+                        strips[active[k]].load = 0.0
                     elif right[k] <= worst:
                         worst, worst_row = right[k], k
             if changed:
                 if turn >= 8:
                     for k in range(m):
-                        strips.load[active[k]] = max(right[k], 1e-12)
-                    strips.load[active[worst_row]] = 0.0
+                        strips[active[k]].load = max(right[k], 1e-12)
+                    strips[active[worst_row]].load = 0.0
                 continue
             worst, worst_row = -1e-9 * displacement, -1
             for i in range(total):
-                if strips.load[i] > 0.0:
+                if strips[i].load > 0.0:
                     continue
-                lifted = strips.gap[i] + bow[i] - displacement * strips.turn[i]
+                lifted = strips[i].gap + bow[i] - displacement * strips[i].turn
                 for k in range(m):
-                    lifted += near[i, active[k]] * strips.load[active[k]]
+                    lifted += near[i, active[k]] * strips[active[k]].load
                 if lifted < -1e-9 * displacement and turn < 4:
-                    strips.load[i] = 1e-12
+                    strips[i].load = 1e-12
                     changed = True
                 if lifted < worst:
                     worst, worst_row = lifted, i
             if turn >= 4 and worst_row >= 0:
-                strips.load[worst_row] = 1e-12
+                strips[worst_row].load = 1e-12
                 changed = True
             if not changed:
                 done = True
@@ -165,35 +165,35 @@ def relax(
         change = 0.0
         most = 0.0
         for k in range(m):
-            most = max(most, strips.square[active[k]])
+            most = max(most, strips[active[k]].square)
         for k in range(m):
             i = active[k]
             fall = 0.0
             for column in range(m):
-                fall += (near[i, active[column]] - far[i, active[column]]) * strips.load[active[column]]
-            q = max(4.0 * fall / (1.0 / strips.radius[i] + strips.sigma[i]), 0.0)
+                fall += (near[i, active[column]] - far[i, active[column]]) * strips[active[column]].load
+            q = max(4.0 * fall / (1.0 / strips[i].radius + strips[i].sigma), 0.0)
             bow[i] = q
         for k in range(m):
             i = active[k]
-            inner = inner_of(active, strips.part, m, k)
+            inner = inner_of(active, strips, m, k)
             q = bow[i]
             if inner >= 0:
                 j = active[inner]
-                q = min(bow[j] * strips.load[i] / strips.load[j], bow[j])
-            old = strips.square[i]
+                q = min(bow[j] * strips[i].load / strips[j].load, bow[j])
+            old = strips[i].square
             change = max(change, abs(q - old) / most)
-            strips.square[i] = min(max(q, 0.1 * old), 10.0 * old)
+            strips[i].square = min(max(q, 0.1 * old), 10.0 * old)
         # Lengths of strips without pressure, should they get some.
         for i in range(total):
-            if strips.load[i] <= 0.0:
-                lifted = strips.gap[i] - displacement * strips.turn[i]
+            if strips[i].load <= 0.0:
+                lifted = strips[i].gap - displacement * strips[i].turn
                 nearest, distance = 0, 1e9
                 for k in range(m):
-                    lifted += near[i, active[k]] * strips.load[active[k]]
+                    lifted += near[i, active[k]] * strips[active[k]].load
                     if pairs.farther[i, active[k]] < distance:
                         nearest, distance = active[k], pairs.farther[i, active[k]]
-                q = -4.0 * lifted / (1.0 / strips.radius[i] + strips.sigma[i])
-                strips.square[i] = min(max(q, 0.001 * strips.square[nearest]), strips.square[nearest])
+                q = -4.0 * lifted / (1.0 / strips[i].radius + strips[i].sigma)
+                strips[i].square = min(max(q, 0.001 * strips[nearest].square), strips[nearest].square)
         if change < tolerance:
             return displacement, True
     return displacement, True
@@ -213,15 +213,15 @@ def newton(
     barred[:] = 0.0  # a strip that came in and left again stays out
     last = 1.0
     for _ in range(_STEPS):
-        m = 0
+        m = total - total
         same = True
         most_p, most_q = 0.0, 0.0
         for j in range(total):
-            if strips.load[j] > 0.0:
+            if strips[j].load > 0.0:
                 active[m] = j
                 m += 1
                 same = same and made_for[m] == j
-                most_p, most_q = max(most_p, strips.load[j]), max(most_q, strips.square[j])
+                most_p, most_q = max(most_p, strips[j].load), max(most_q, strips[j].square)
         if m == 0:
             return displacement, False
         n = 2 * m + 1
@@ -260,11 +260,11 @@ def newton(
         left = False
         for k in range(m):
             j = active[k]
-            q = strips.square[j]
-            strips.square[j] = min(max(q + right[m + k] * scale[1], 0.25 * q), 4.0 * q)
-            strips.load[j] += right[k] * scale[0]
-            if not strips.load[j] > 0.0:
-                strips.load[j] = 0.0
+            q = strips[j].square
+            strips[j].square = min(max(q + right[m + k] * scale[1], 0.25 * q), 4.0 * q)
+            strips[j].load += right[k] * scale[0]
+            if not strips[j].load > 0.0:
+                strips[j].load = 0.0
                 left = True
                 barred[j] += 1.0
         if left or change > 0.03:
@@ -272,23 +272,23 @@ def newton(
         # Strips without pressure that overlap come in.
         entered, kept_out = False, False
         for i in range(total):
-            if strips.load[i] > 0.0:
+            if strips[i].load > 0.0:
                 continue
-            lifted = strips.gap[i] - displacement * strips.turn[i]
+            lifted = strips[i].gap - displacement * strips[i].turn
             nearest, distance = -1, 1e9
             for k in range(m):
                 j = active[k]
                 a = in_the_middle(table, pairs.farther[i, j] - work.logs[k])
                 b = in_the_middle(table, pairs.nearer[i, j] - work.logs[k])
-                lifted += pairs.share[i, j] * (a - b) * strips.load[j]
-                if pairs.farther[i, j] < distance and strips.load[j] > 0.0:
+                lifted += pairs.share[i, j] * (a - b) * strips[j].load
+                if pairs.farther[i, j] < distance and strips[j].load > 0.0:
                     nearest, distance = j, pairs.farther[i, j]
             if barred[i] > 1.0:
                 kept_out = kept_out or lifted < -_OVERLAP * displacement
             elif lifted < -1e-5 * displacement:
                 entered = True
-                strips.load[i] = 0.05 * strips.load[nearest]
-                strips.square[i] = 0.05 * strips.square[nearest]
+                strips[i].load = 0.05 * strips[nearest].load
+                strips[i].square = 0.05 * strips[nearest].square
         if not entered and change < tolerance:
             return displacement, not kept_out
     return displacement, False

@@ -15,7 +15,7 @@ import numpy as np
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import bare_kernel
 from wearsim.contact.normal.model import ADJACENT, ALIKE, CLEAR, FAR, NEAR, UNLIKE
-from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.patch import FloatArray
 
 LOBES = 6  # parts of the profile laid out with strips, at most
 
@@ -42,40 +42,14 @@ class Row(NamedTuple):
     vertical: bool
 
 
-class Strips(NamedTuple):
-    """Strips of a wheel.
-
-    Place s in the contact plane, gap, share of the displacement in it, radius of the wheel, curvature of the
-    counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin, logarithm of
-    the half-length; number of the part of the profile.
-    """
-
-    s: FloatArray
-    gap: FloatArray
-    turn: FloatArray
-    radius: FloatArray
-    sigma: FloatArray
-    load: FloatArray
-    square: FloatArray
-    y: FloatArray
-    z: FloatArray
-    width: FloatArray
-    cosine: FloatArray
-    angle: FloatArray
-    origin: FloatArray
-    log: FloatArray
-    part: IntArray
-
-
-class Loaded(NamedTuple):
-    """Strips with pressure of an earlier set."""
-
-    y: FloatArray
-    load: FloatArray
-    square: FloatArray
-    width: FloatArray
-
-
+# Strip: place s in its contact plane, gap, share of the displacement in it, radius of the wheel, curvature of the
+# counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin, logarithm of the
+# half-length; number of the part of the profile.
+STRIP = np.dtype(
+    [(name, float) for name in ("s", "gap", "turn", "radius", "sigma", "load", "square", "y", "z", "width")]
+    + [(name, float) for name in ("cosine", "angle", "origin", "log")]
+    + [("part", int)]
+)
 # Part of the profile: its ends, half-length squared per depth, gap where it ends and load per half-length
 # squared as first pressed in; number of strips; then places and what was missed there, of both ends: one too
 # far out, one too far in, the last one tried.
@@ -90,7 +64,10 @@ PLANE = np.dtype([(name, float) for name in ("middle", "tilt", "weight", "own")]
 # y from which it is seen, approach there, and how far across and along its centre lies from there.
 PATCH = np.dtype(
     [("first", int), ("last", int), ("nodes", int)]
-    + [(name, float) for name in ("force", "scale", "displacement", "angle", "origin", "start", "stop", "own")]
+    + [
+        (name, float)
+        for name in ("force", "scale", "displacement", "angle", "origin", "start", "stop", "own")
+    ]
     + [(name, float) for name in ("centre", "approach", "pressure", "left", "right")]
     + [(name, float) for name in ("point", "point_approach", "across", "along")]
 )
@@ -103,7 +80,7 @@ _FULL_NEXT, _NONE_NEXT, _FULL_AWAY, _NONE_AWAY = 0.349, 0.698, 0.2, 0.3
 
 @bare_kernel
 def cut_strips(
-    left: float, right: float, middle: float, delta: float, row: Row, strips: Strips, first: int, count: int
+    left: float, right: float, middle: float, delta: float, row: Row, strips: Records, first: int, count: int
 ) -> bool:
     """Lay strips of equal width between two places of a profile in the plane through `middle`.
 
@@ -159,20 +136,20 @@ def cut_strips(
             place = s_next + 1e-15
         if half % 2 == 1:
             j = first + half // 2
-            strips.s[j] = aim
-            strips.turn[j] = turn_here + share * (turn_next - turn_here)
+            strips[j].s = aim
+            strips[j].turn = turn_here + share * (turn_next - turn_here)
             ring = row.radius[i] + share * (row.radius[i + 1] - row.radius[i])
             z = row.z[i] + share * (row.z[i + 1] - row.z[i])
-            strips.radius[j] = ring / cosine
-            strips.sigma[j] = row.kappa / (1.0 - row.kappa * z) * cosine
-            strips.y[j] = row.y[i] + share * (row.y[i + 1] - row.y[i])
-            strips.z[j] = z
-            strips.width[j] = width
-            strips.cosine[j] = cosine
-            strips.angle[j] = delta
-            strips.origin[j] = middle
+            strips[j].radius = ring / cosine
+            strips[j].sigma = row.kappa / (1.0 - row.kappa * z) * cosine
+            strips[j].y = row.y[i] + share * (row.y[i + 1] - row.y[i])
+            strips[j].z = z
+            strips[j].width = width
+            strips[j].cosine = cosine
+            strips[j].angle = delta
+            strips[j].origin = middle
         elif half > 0:
-            strips.gap[first + half // 2 - 1] = total / width
+            strips[first + half // 2 - 1].gap = total / width
             total = 0.0
     return True
 
@@ -238,7 +215,7 @@ def distance_between(left: float, right: float, grid_y: FloatArray, grid_z: Floa
 
 @bare_kernel
 def planes_of(
-    spans: Records, parts: int, old: Loaded, total: int, row: Row, share: FloatArray, planes: Records
+    spans: Records, parts: int, old: Records, total: int, row: Row, share: FloatArray, planes: Records
 ) -> None:
     """Pressure-weighted place and angle of every part, the latter leaning towards those it belongs to.
 
@@ -247,11 +224,11 @@ def planes_of(
     for k in range(parts):
         weight, moment, tilt = 0.0, 0.0, 0.0
         for j in range(total):
-            if spans[k].ends[0] <= old.y[j] <= spans[k].ends[1]:
-                load = old.load[j] * old.width[j]
+            if spans[k].ends[0] <= old[j].y <= spans[k].ends[1]:
+                load = old[j].load * old[j].width
                 weight += load
-                moment += load * old.y[j]
-                tilt += load * value_at(old.y[j], row.y, row.angle)
+                moment += load * old[j].y
+                tilt += load * value_at(old[j].y, row.y, row.angle)
         planes[k].weight = weight
         planes[k].middle = moment / weight if weight > 0.0 else 0.0
         planes[k].own = tilt / weight if weight > 0.0 else 0.0
@@ -349,10 +326,14 @@ def _start(displacement: float, row: Row, table: FloatArray, spans: Records) -> 
         # Ends between grid points.
         left, right = row.y[start], row.y[stop]
         if row.gap[start - 1] < NO_WHEEL:
-            share = (row.low + 0.55 * displacement - row.gap[start]) / max(row.gap[start - 1] - row.gap[start], 1e-12)
+            share = (row.low + 0.55 * displacement - row.gap[start]) / max(
+                row.gap[start - 1] - row.gap[start], 1e-12
+            )
             left -= min(share, 1.0) * (row.y[start] - row.y[start - 1])
         if row.gap[stop + 1] < NO_WHEEL:
-            share = (row.low + 0.55 * displacement - row.gap[stop]) / max(row.gap[stop + 1] - row.gap[stop], 1e-12)
+            share = (row.low + 0.55 * displacement - row.gap[stop]) / max(
+                row.gap[stop + 1] - row.gap[stop], 1e-12
+            )
             right += min(share, 1.0) * (row.y[stop + 1] - row.y[stop])
         half = 0.5 * (right - left) / cosine
         across = reach * cosine / (half * half)
@@ -393,21 +374,21 @@ def _start(displacement: float, row: Row, table: FloatArray, spans: Records) -> 
 
 @bare_kernel
 def first_displacement(row: Row, guess: float, table: FloatArray, spans: Records) -> tuple[float, int]:
-    """Vertical displacement at which elliptic patches about carry the load, and their number."""
+    """Vertical displacement at which elliptic patches about carry the load, or a guess; and their number."""
     small, large = 0.0, 0.0
     displacement = guess if guess > 0.0 else 5e-5
     parts = 0
     for _ in range(40):
         value, parts = _start(displacement, row, table, spans)
-        if parts > 0 and abs(value / row.load - 1.0) < 0.02:
+        if parts > 0 and (guess > 0.0 or abs(value / row.load - 1.0) < 0.02):
             break
         if value < row.load:
             small = displacement
         else:
             large = displacement
-        guess = displacement * (row.load / value) ** (2.0 / 3.0) if value > 0.0 else 4.0 * displacement
-        guess = min(max(guess, 0.25 * displacement), 4.0 * displacement)
-        if large > 0.0 and not small < guess < large:
-            guess = 0.5 * (small + large)
-        displacement = guess
+        aim = displacement * (row.load / value) ** (2.0 / 3.0) if value > 0.0 else 4.0 * displacement
+        aim = min(max(aim, 0.25 * displacement), 4.0 * displacement)
+        if large > 0.0 and not small < aim < large:
+            aim = 0.5 * (small + large)
+        displacement = aim
     return displacement, parts

@@ -65,8 +65,9 @@ def solve_wheel(
     for k in range(spans.size):
         forget(spans[k])
     coarse = max(8, (3 * count) // 5)
-    most = strips.load.size
-    old_total, total = 0, 0
+    most = strips.size
+    none = int(np.int64(0))  # numba would compile the kernels for a literal 0 once more
+    old_total = total = none
     uncertain, may_split, splits = False, True, 0
     work.made_for[0] = 0
     for stage in range(_STAGES):
@@ -83,7 +84,7 @@ def solve_wheel(
             else:
                 k += 1
         planes_of(spans, parts, old, old_total, row, work.share, planes)
-        total = 0
+        total = none
         for k in range(parts):
             # Strips much narrower than long make Newton's method fail.
             each = coarse if stage == 0 else count
@@ -95,10 +96,12 @@ def solve_wheel(
                 spans[k].strips = each
             longest = 0.0
             for j in range(old_total):
-                if spans[k].ends[0] <= old.y[j] <= spans[k].ends[1]:
-                    longest = max(longest, old.square[j])
+                if spans[k].ends[0] <= old[j].y <= spans[k].ends[1]:
+                    longest = max(longest, old[j].square)
             if longest > 0.0:
-                each = min(each, max(8, int(100.0 * (spans[k].ends[1] - spans[k].ends[0]) / np.sqrt(longest))))
+                each = min(
+                    each, max(8, int(100.0 * (spans[k].ends[1] - spans[k].ends[0]) / np.sqrt(longest)))
+                )
             if total + each > most:
                 return NO_BALANCE, 0, 0.0
             a, b = spans[k].ends[0], spans[k].ends[1]
@@ -120,58 +123,58 @@ def solve_wheel(
             if not cut_strips(a, b, middle, delta, row, strips, total, each):
                 return AT_EDGE, 0, 0.0
             for j in range(total, total + each):
-                strips.part[j] = k
+                strips[j].part = k
                 if known:
                     # Linear between strips with pressure and the ends.
-                    y = strips.y[j]
+                    y = strips[j].y
                     i = first_beyond(old.y, old_total, y)
                     left, left_p, left_q = a + MARGIN * (b - a) / each, 0.0, 0.0
                     right_end, right_p, right_q = b - MARGIN * (b - a) / each, 0.0, 0.0
-                    if i > 0 and (old.y[i - 1] > left or y <= left):
-                        left, left_p, left_q = old.y[i - 1], old.load[i - 1], old.square[i - 1]
-                    if i < old_total and (old.y[i] < right_end or y >= right_end):
-                        right_end, right_p, right_q = old.y[i], old.load[i], old.square[i]
+                    if i > 0 and (old[i - 1].y > left or y <= left):
+                        left, left_p, left_q = old[i - 1].y, old[i - 1].load, old[i - 1].square
+                    if i < old_total and (old[i].y < right_end or y >= right_end):
+                        right_end, right_p, right_q = old[i].y, old[i].load, old[i].square
                     share = (y - left) / (right_end - left)
-                    strips.load[j] = left_p + share * (right_p - left_p)
-                    strips.square[j] = left_q + share * (right_q - left_q)
-                    if not (0.0 < share < 1.0 and strips.load[j] > 0.0 and strips.square[j] > 0.0):
-                        strips.load[j], strips.square[j] = 0.0, 0.0
+                    strips[j].load = left_p + share * (right_p - left_p)
+                    strips[j].square = left_q + share * (right_q - left_q)
+                    if not (0.0 < share < 1.0 and strips[j].load > 0.0 and strips[j].square > 0.0):
+                        strips[j].load, strips[j].square = 0.0, 0.0
                 else:
-                    depth = spans[k].rim - strips.gap[j] / strips.turn[j]
+                    depth = spans[k].rim - strips[j].gap / strips[j].turn
                     q = max(depth, 0.02 * spans[k].rim) * spans[k].per_depth
-                    strips.square[j], strips.load[j] = q, q * spans[k].per_square
+                    strips[j].square, strips[j].load = q, q * spans[k].per_square
             total += each
         pair_up(strips, total, work.pairs)
         for j in range(total):
-            strips.square[j] = max(strips.square[j], 1e-10)
+            strips[j].square = max(strips[j].square, 1e-10)
         if stage == 0 or uncertain or stage >= _HARD:
             displacement, done = relax(work, row, total, displacement, table, _CLOSE)
             if not done:
                 return NO_BALANCE, 0, 0.0
-        again, uncertain, kept, more = True, False, parts, 0
+        again, uncertain, kept, more = True, False, parts, none
         for tolerance in (_FIRST if stage == 1 else _ROUGH, _DONE):
             if stage > 0:
                 kept_displacement = displacement
                 for j in range(total):
-                    before.load[j], before.square[j] = strips.load[j], strips.square[j]
+                    before[j].load, before[j].square = strips[j].load, strips[j].square
                 displacement, done = newton(work, row, total, displacement, table, tolerance)
                 if not done:
                     for j in range(total):
-                        strips.load[j], strips.square[j] = before.load[j], before.square[j]
+                        strips[j].load, strips[j].square = before[j].load, before[j].square
                     work.made_for[0] = 0
                     displacement, done = relax(work, row, total, kept_displacement, table, 0.1 * tolerance)
                 if not done:
                     return NO_BALANCE, 0, 0.0
-            old_total = 0
+                if rough and stage > 0:
+                    return 0, total, displacement
+            old_total = none
             for j in range(total):
-                if strips.load[j] > 0.0:
-                    strips.log[j] = 0.5 * np.log(strips.square[j])
-                    old.y[old_total], old.load[old_total] = strips.y[j], strips.load[j]
-                    old.square[old_total], old.width[old_total] = strips.square[j], strips.width[j]
+                if strips[j].load > 0.0:
+                    strips[j].log = 0.5 * np.log(strips[j].square)
+                    old[old_total].y, old[old_total].load = strips[j].y, strips[j].load
+                    old[old_total].square, old[old_total].width = strips[j].square, strips[j].width
                     old_total += 1
-            kept, more, again = refit(
-                stage, displacement, count, parts, may_split, row, work, total, table
-            )
+            kept, more, again = refit(stage, displacement, count, parts, may_split, row, work, total, table)
             if not again:
                 again = rotated(kept, old_total, total, row, work)
             if again and stage < _STAGES - 1:
@@ -244,24 +247,22 @@ def solve_wheels(
             profile[0], profile[1], profile[2], profile[3], gaps[r], radii[r], alongs[r], lowest[r], kappa,
             load[k] / (np.pi * modulus), vertical,
         )  # fmt: skip
-        failed, total, displacement = solve_wheel(
-            row, count, start[k] - lowest[r], rough, table, hertz, work
-        )
+        failed, total, displacement = solve_wheel(row, count, start[k] - lowest[r], rough, table, hertz, work)
         fault[r] = failed
         if failed != 0:
             continue
         # Runs of strips with pressure are patches.
         runs, j, carried = 0, 0, 0.0
         while j < total:
-            if strips.load[j] <= 0.0:
+            if strips[j].load <= 0.0:
                 j += 1
                 continue
             first, force = j, 0.0
-            while j < total and strips.load[j] > 0.0 and strips.part[j] == strips.part[first]:
-                force += 0.5 * np.pi * np.pi * modulus * strips.load[j] * strips.width[j]
+            while j < total and strips[j].load > 0.0 and strips[j].part == strips[first].part:
+                force += 0.5 * np.pi * np.pi * modulus * strips[j].load * strips[j].width
                 j += 1
             if force > _SMALLEST * load[k]:
-                carried += force * (strips.cosine[first] if vertical else 1.0)
+                carried += force * (strips[first].cosine if vertical else 1.0)
                 place = runs
                 runs += 1
                 if runs > MOST_PATCHES:
@@ -283,24 +284,29 @@ def solve_wheels(
             x, f, c = nodes[0, k, rank], nodes[1, k, rank], nodes[2, k, rank]
             a, b = one.first, one.last
             n = b - a + 1
-            width = strips.width[a]
+            width = strips[a].width
             one.scale = load[k] / carried
             one.force *= one.scale
             one.displacement = displacement
-            one.angle, one.origin = strips.angle[a], strips.origin[a]
-            one.start = strips.s[a] + width * (end_of(strips, a, 1, n) - 0.5)
-            one.stop = strips.s[b] - width * (end_of(strips, b, -1, n) - 0.5)
+            one.angle, one.origin = strips[a].angle, strips[a].origin
+            for step in range(1, -2, -2):
+                edge = a if step > 0 else b
+                end = strips[edge].s + step * width * (end_of(strips, edge, step, n) - 0.5)
+                if step > 0:
+                    one.start = end
+                else:
+                    one.stop = end
             weighted, sum_load = 0.0, 0.0
             one.nodes = 1
             x[0], f[0] = one.start, 0.0
             for j in range(a, b + 1):
-                weighted += strips.load[j] * value_at(strips.y[j], row.y, row.angle)
-                sum_load += strips.load[j]
+                weighted += strips[j].load * value_at(strips[j].y, row.y, row.angle)
+                sum_load += strips[j].load
                 # The outermost strips may lie in part outside of the patch.
                 if n > 2 and j in (a, b):
                     continue
-                x[one.nodes], f[one.nodes] = strips.s[j], strips.square[j]
-                c[one.nodes] = strips.load[j] / strips.square[j]
+                x[one.nodes], f[one.nodes] = strips[j].s, strips[j].square
+                c[one.nodes] = strips[j].load / strips[j].square
                 one.nodes += 1
             x[one.nodes], f[one.nodes] = one.stop, 0.0
             c[0], c[one.nodes] = c[1], c[one.nodes - 1]
@@ -326,7 +332,6 @@ def cut_patches(
 ) -> None:  # fmt: skip
     """Cut patches, by row, into strips of equal width; what lies behind the strips of a patch is padding."""
     grid_y, grid_z = profile[0], profile[1]
-    first = 0
     for m in range(rows.size):
         one, strips = patches[m], counts[m]
         gap, along, low = gaps[rows[m]], alongs[rows[m]], lowest[rows[m]]
@@ -400,5 +405,4 @@ def cut_patches(
         one.approach = (one.displacement - (lowest_here - low)) * cosine
         one.left, one.right = out.edge[m, 0], out.edge[m, strips]
         if m + 1 == rows.size or rows[m + 1] != rows[m]:
-            share_points(first, m + 1, one.displacement, profile, along, share, patches)
-            first = m + 1
+            share_points(m - ranks[m], m + 1, one.displacement, profile, along, share, patches)
