@@ -17,26 +17,13 @@ one table for the shorter strip over the longer one holds both, and the derivati
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
-from wearsim.contact.kernel import kernel
-from wearsim.contact.normal.knothe_le_the.strips import (
-    ANGLE,
-    COSINE,
-    GAP,
-    LOAD,
-    RADIUS,
-    SIGMA,
-    SQUARE,
-    TURN,
-    WIDTH,
-    Y,
-    Z,
-    bow_of,
-    influence_share,
-)
+from wearsim.contact.kernel import bare_kernel
+from wearsim.contact.normal.knothe_le_the.strips import Records, Row, bow_of, influence_share
 from wearsim.contact.patch import FloatArray, IntArray
 
 # Table over ln(shorter/longer) and ln(Y): start and steps per unit. Linear interpolation in these steps is
@@ -103,7 +90,7 @@ def influence_table() -> FloatArray:
     return table
 
 
-@kernel
+@bare_kernel
 def averages(table: FloatArray, ratio: float, distance: float) -> tuple[float, float, float]:
     """N, M of the shorter and M of the longer strip at ln(shorter/longer) and ln(Y)."""
     x, y = (ratio - RATIO_START) * RATIO_STEPS, (distance - DISTANCE_START) * DISTANCE_STEPS
@@ -121,7 +108,7 @@ def averages(table: FloatArray, ratio: float, distance: float) -> tuple[float, f
     return a + x * (d - a), b + x * (e - b), c + x * (f - c)
 
 
-@kernel
+@bare_kernel
 def averages_and_slopes(
     table: FloatArray, ratio: float, distance: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -154,7 +141,7 @@ def averages_and_slopes(
     )
 
 
-@kernel
+@bare_kernel
 def in_the_middle(table: FloatArray, distance: float) -> float:
     """F in the middle of a strip, X = 0, at ln(Y): what a strip without length sees."""
     y = (distance - DISTANCE_START) * DISTANCE_STEPS
@@ -163,121 +150,158 @@ def in_the_middle(table: FloatArray, distance: float) -> float:
     return value
 
 
-# Layers of `pairs`: logarithms of the distance to the nearer and to the farther edge, the same for both of a
-# pair (of strips of unlike width the mean is taken), and the share of the elastic influence.
-NEARER, FARTHER, SHARE = range(3)
+class Pairs(NamedTuple):
+    """Logarithms of the distance of a strip to the nearer and to the farther edge of another.
+
+    The same for both of a pair (of strips of unlike width the mean is taken); and the share of the elastic
+    influence.
+    """
+
+    nearer: FloatArray
+    farther: FloatArray
+    share: FloatArray
 
 
-@kernel
-def pair_up(strips: FloatArray, lobe: IntArray, total: int, pairs: FloatArray) -> None:
+class Work(NamedTuple):
+    """Strips of a wheel, their equations, and what is kept of them from one set to the next.
+
+    `matrix` (2 n + 1, 2 n + 1) and `right` are Newton's, `made_for` how many and which strips its factors
+    were made for, `scale` what its unknowns are over, `taken` the last step, `barred` how often a strip lost
+    its pressure; `plain`, `near` and `far` (n, n) are those of given lengths, `bow` for work, `logs` and
+    `sums` (4, n) of the strips with pressure, `active` which these are.
+    """
+
+    strips: Records
+    pairs: Pairs
+    before: Records
+    old: Records
+    spans: Records
+    fresh: Records
+    planes: Records
+    share: FloatArray
+    active: IntArray
+    made_for: IntArray
+    scale: FloatArray
+    matrix: FloatArray
+    right: FloatArray
+    taken: FloatArray
+    barred: FloatArray
+    plain: FloatArray
+    near: FloatArray
+    far: FloatArray
+    bow: FloatArray
+    logs: FloatArray
+    sums: FloatArray
+
+
+@bare_kernel
+def pair_up(strips: Records, total: int, pairs: Pairs) -> None:
     """Distances of all strips from each other, and the shares of their elastic influence."""
     i = 0
     while i < total:
         end = i
-        while end < total and lobe[end] == lobe[i]:
+        while end < total and strips[end].part == strips[i].part:
             end += 1
         # Strips of one part are alike.
-        width = strips[WIDTH, i]
+        width = strips[i].width
         before = np.log(0.5 * width)
         for k in range(end - i):
             after = before if k == 0 else np.log((k + 0.5) * width)
             for j in range(i, end - k):
-                pairs[NEARER, j, j + k] = pairs[NEARER, j + k, j] = before
-                pairs[FARTHER, j, j + k] = pairs[FARTHER, j + k, j] = after
-                pairs[SHARE, j, j + k] = pairs[SHARE, j + k, j] = 1.0
+                pairs.nearer[j, j + k] = pairs.nearer[j + k, j] = before
+                pairs.farther[j, j + k] = pairs.farther[j + k, j] = after
+                pairs.share[j, j + k] = pairs.share[j + k, j] = 1.0
             before = after
         for j in range(i, end):
             for k in range(end, total):
-                across, down = strips[Y, j] - strips[Y, k], strips[Z, j] - strips[Z, k]
+                across, down = strips[j].y - strips[k].y, strips[j].z - strips[k].z
                 distance = np.sqrt(across * across + down * down)
-                half = 0.25 * (strips[WIDTH, j] + strips[WIDTH, k])
-                share = influence_share(strips[ANGLE, j] - strips[ANGLE, k], distance) * 0.5 / half
-                pairs[NEARER, j, k] = pairs[NEARER, k, j] = np.log(max(distance - half, 0.1 * half))
-                pairs[FARTHER, j, k] = pairs[FARTHER, k, j] = np.log(distance + half)
-                pairs[SHARE, j, k], pairs[SHARE, k, j] = share * strips[WIDTH, k], share * strips[WIDTH, j]
+                half = 0.25 * (strips[j].width + strips[k].width)
+                share = influence_share(strips[j].angle - strips[k].angle, distance) * 0.5 / half
+                pairs.nearer[j, k] = pairs.nearer[k, j] = np.log(max(distance - half, 0.1 * half))
+                pairs.farther[j, k] = pairs.farther[k, j] = np.log(distance + half)
+                pairs.share[j, k], pairs.share[k, j] = share * strips[k].width, share * strips[j].width
         i = end
 
 
-@kernel
-def influences(
-    strips: FloatArray, total: int, table: FloatArray, pairs: FloatArray, near: FloatArray, far: FloatArray
-) -> None:
+@bare_kernel
+def influences(work: Work, total: int, table: FloatArray) -> None:
     """Both averages on every strip (row) per load of every strip (column)."""
-    logs = np.empty(total)
+    strips, pairs, logs, near, far = work.strips, work.pairs, work.logs, work.near, work.far
     for i in range(total):
-        logs[i] = 0.5 * np.log(strips[SQUARE, i])
+        logs[i] = 0.5 * np.log(strips[i].square)
     for i in range(total):
-        a, b, _ = averages(table, 0.0, pairs[FARTHER, i, i] - logs[i])
+        a, b, _ = averages(table, 0.0, pairs.farther[i, i] - logs[i])
         near[i, i], far[i, i] = 2.0 * a, 2.0 * b
         for j in range(i + 1, total):
             short, long = (i, j) if logs[i] < logs[j] else (j, i)
             log = logs[long]
             ratio = logs[short] - log
-            a, b, c = averages(table, ratio, pairs[FARTHER, i, j] - log)
-            d, e, f = averages(table, ratio, pairs[NEARER, i, j] - log)
-            share, back = pairs[SHARE, short, long], pairs[SHARE, long, short]
+            a, b, c = averages(table, ratio, pairs.farther[i, j] - log)
+            d, e, f = averages(table, ratio, pairs.nearer[i, j] - log)
+            share, back = pairs.share[short, long], pairs.share[long, short]
             near[short, long], near[long, short] = share * (a - d), back * (a - d)
             far[short, long], far[long, short] = share * (b - e), back * (c - f)
 
 
-@kernel
-def inner_of(active: IntArray, lobe: IntArray, m: int, row: int) -> int:
+@bare_kernel
+def inner_of(active: IntArray, strips: Records, m: int, row: int) -> int:
     """Row of the one neighbour of a strip at the rim, or -1."""
     i = active[row]
     inner = -1
-    if row + 1 < m and active[row + 1] == i + 1 and lobe[i + 1] == lobe[i]:
+    if row + 1 < m and active[row + 1] == i + 1 and strips[i + 1].part == strips[i].part:
         inner = row + 1
-    if row > 0 and active[row - 1] == i - 1 and lobe[i - 1] == lobe[i]:
+    if row > 0 and active[row - 1] == i - 1 and strips[i - 1].part == strips[i].part:
         inner = -1 if inner >= 0 else row - 1
     return inner
 
 
-@kernel
+@bare_kernel
 def residuals(
-    strips: FloatArray, lobe: IntArray, displacement: float, load: float, vertical: bool, table: FloatArray,
-    pairs: FloatArray, active: IntArray, m: int, scale: FloatArray, with_matrix: bool, matrix: FloatArray,
-    right: FloatArray, work: FloatArray,
-) -> None:  # fmt: skip
+    work: Work, row: Row, displacement: float, table: FloatArray, m: int, with_matrix: bool
+) -> None:
     """Write what is left of the equations of the strips with pressure, and their Jacobian if asked for.
 
     Unknown are P and q of each and the displacement, over `scale`. A strip at the rim takes the ratio P/q
     from its neighbour: alone it could shrink to a point where the surfaces still overlap.
     """
     n = 2 * m + 1
-    per_p, per_q, per_displacement = scale[0], scale[1], scale[2]
-    logs, near, far, near_self, far_self = work[0], work[1], work[2], work[3], work[4]
-    for row in range(m):
-        logs[row] = 0.5 * np.log(strips[SQUARE, active[row]])
-        near[row] = far[row] = near_self[row] = far_self[row] = 0.0
-    for row in range(m):
-        i = active[row]
-        a, b, _, _, b_own, b_other = averages_and_slopes(table, 0.0, pairs[FARTHER, i, i] - logs[row])
-        p = strips[LOAD, i]
-        near[row] += 2.0 * a * p
-        far[row] += 2.0 * b * p
+    strips, pairs, active, matrix, right = work.strips, work.pairs, work.active, work.matrix, work.right
+    per_p, per_q, per_displacement = work.scale[0], work.scale[1], work.scale[2]
+    logs, near, far = work.logs, work.sums[0], work.sums[1]
+    near_self, far_self = work.sums[2], work.sums[3]
+    for k in range(m):
+        logs[k] = 0.5 * np.log(strips[active[k]].square)
+        near[k] = far[k] = near_self[k] = far_self[k] = 0.0
+    for k in range(m):
+        i = active[k]
+        a, b, _, _, b_own, b_other = averages_and_slopes(table, 0.0, pairs.farther[i, i] - logs[k])
+        p = strips[i].load
+        near[k] += 2.0 * a * p
+        far[k] += 2.0 * b * p
         if with_matrix:
-            by_q = 0.5 * p / strips[SQUARE, i] * per_q
-            matrix[row, row] = 2.0 * a * per_p
-            matrix[m + row, row] = 2.0 * (b - a) * per_p
-            matrix[row, m + row] = 4.0 * (b - a) * by_q
-            matrix[m + row, m + row] = 2.0 * (b_own + b_other - 2.0 * (b - a)) * by_q
-        for column in range(row + 1, m):
-            short, long = (row, column) if logs[row] < logs[column] else (column, row)
+            by_q = 0.5 * p / strips[i].square * per_q
+            matrix[k, k] = 2.0 * a * per_p
+            matrix[m + k, k] = 2.0 * (b - a) * per_p
+            matrix[k, m + k] = 4.0 * (b - a) * by_q
+            matrix[m + k, m + k] = 2.0 * (b_own + b_other - 2.0 * (b - a)) * by_q
+        for column in range(k + 1, m):
+            short, long = (k, column) if logs[k] < logs[column] else (column, k)
             log = logs[long]
             ratio = logs[short] - log
             i, j = active[short], active[long]
-            share, back = pairs[SHARE, i, j], pairs[SHARE, j, i]
-            own, other = strips[LOAD, i], strips[LOAD, j]
+            share, back = pairs.share[i, j], pairs.share[j, i]
+            own, other = strips[i].load, strips[j].load
             if not with_matrix:
-                a, b, c = averages(table, ratio, pairs[FARTHER, i, j] - log)
-                d, e, f = averages(table, ratio, pairs[NEARER, i, j] - log)
+                a, b, c = averages(table, ratio, pairs.farther[i, j] - log)
+                d, e, f = averages(table, ratio, pairs.nearer[i, j] - log)
                 near[short] += share * (a - d) * other
                 far[short] += share * (b - e) * other
                 near[long] += back * (a - d) * own
                 far[long] += back * (c - f) * own
                 continue
-            a, b, c, b_short, c_short, c_long = averages_and_slopes(table, ratio, pairs[FARTHER, i, j] - log)
-            d, e, f, e_short, f_short, f_long = averages_and_slopes(table, ratio, pairs[NEARER, i, j] - log)
+            a, b, c, b_short, c_short, c_long = averages_and_slopes(table, ratio, pairs.farther[i, j] - log)
+            d, e, f, e_short, f_short, f_long = averages_and_slopes(table, ratio, pairs.nearer[i, j] - log)
             a, b, c = a - d, b - e, c - f
             near[short] += share * a * other
             far[short] += share * b * other
@@ -293,35 +317,35 @@ def residuals(
             far_self[long] += back * c_long * own
             matrix[short, long], matrix[long, short] = share * a * per_p, back * a * per_p
             matrix[m + short, long], matrix[m + long, short] = share * b * per_p, back * c * per_p
-            own, other = 0.5 * own / strips[SQUARE, i] * per_q, 0.5 * other / strips[SQUARE, j] * per_q
+            own, other = 0.5 * own / strips[i].square * per_q, 0.5 * other / strips[j].square * per_q
             matrix[short, m + long], matrix[long, m + short] = share * c * other, back * b * own
             matrix[m + short, m + long], matrix[m + long, m + short] = share * both * other, back * both * own
     carried = 0.0
-    for row in range(m):
-        i = active[row]
-        q = strips[SQUARE, i]
-        low_bow = bow_of(0.25 * q, strips[RADIUS, i], strips[SIGMA, i])
-        high_bow = bow_of(0.75 * q, strips[RADIUS, i], strips[SIGMA, i])
-        right[row] = -(near[row] + strips[GAP, i] + low_bow - displacement * strips[TURN, i])
-        right[m + row] = -(far[row] - near[row] + high_bow - low_bow)
-        lift = 0.5 * np.pi * strips[WIDTH, i] * (strips[COSINE, i] if vertical else 1.0) / load
-        carried += lift * strips[LOAD, i]
+    for k in range(m):
+        i = active[k]
+        q = strips[i].square
+        low_bow = bow_of(0.25 * q, strips[i].radius, strips[i].sigma)
+        high_bow = bow_of(0.75 * q, strips[i].radius, strips[i].sigma)
+        right[k] = -(near[k] + strips[i].gap + low_bow - displacement * strips[i].turn)
+        right[m + k] = -(far[k] - near[k] + high_bow - low_bow)
+        lift = 0.5 * np.pi * strips[i].width * (strips[i].cosine if row.vertical else 1.0) / row.load
+        carried += lift * strips[i].load
         if with_matrix:
-            matrix[row, m + row] += (0.5 * near_self[row] + low_bow) / q * per_q
-            matrix[m + row, m + row] += (0.5 * far_self[row] + high_bow - low_bow) / q * per_q
-            matrix[row, n - 1] = -strips[TURN, i] * per_displacement
-            matrix[m + row, n - 1] = matrix[n - 1, m + row] = 0.0
-            matrix[n - 1, row] = lift * per_p
-        inner = inner_of(active, lobe, m, row)
+            matrix[k, m + k] += (0.5 * near_self[k] + low_bow) / q * per_q
+            matrix[m + k, m + k] += (0.5 * far_self[k] + high_bow - low_bow) / q * per_q
+            matrix[k, n - 1] = -strips[i].turn * per_displacement
+            matrix[m + k, n - 1] = matrix[n - 1, m + k] = 0.0
+            matrix[n - 1, k] = lift * per_p
+        inner = inner_of(active, strips, m, k)
         if inner >= 0:
             j = active[inner]
-            p, other_p, other_q = strips[LOAD, i] / per_p, strips[LOAD, j] / per_p, strips[SQUARE, j] / per_q
+            p, other_p, other_q = strips[i].load / per_p, strips[j].load / per_p, strips[j].square / per_q
             q /= per_q
-            right[m + row] = q * other_p - p * other_q
+            right[m + k] = q * other_p - p * other_q
             if with_matrix:
-                matrix[m + row, :n] = 0.0
-                matrix[m + row, row], matrix[m + row, inner] = other_q, -q
-                matrix[m + row, m + row], matrix[m + row, m + inner] = -other_p, p
+                matrix[m + k, :n] = 0.0
+                matrix[m + k, k], matrix[m + k, inner] = other_q, -q
+                matrix[m + k, m + k], matrix[m + k, m + inner] = -other_p, p
     right[n - 1] = 1.0 - carried
     if with_matrix:
         matrix[n - 1, n - 1] = 0.0
