@@ -8,7 +8,11 @@ of the surfaces, with :math:`\rho` the distance to the loaded point and 1/E* = (
        + \frac{\nu xy}{\rho^3}\tau_y,
 
 u_y likewise. The integrals over a rectangle are sums, with signs, of corner functions over its corners.
-On a uniform grid the displacements are a convolution, by Fourier transforms on a doubled grid.
+
+On a uniform grid of n cells in a row the displacements are a convolution. With n - 1 empty cells behind them
+it is a product of Fourier transforms of period 2 n - 1. Fields are split into even and odd parts about the
+middle of the grid, whose waves are cosines and sines, so that all numbers are real and half as many; the
+transforms are products of matrices, which on the grids of patches take less time than fast transforms.
 
 References
 ----------
@@ -18,70 +22,74 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy import fft
 
+from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray
 
-ComplexArray = NDArray[np.complex128]
 
-
-def _log_sum(one: FloatArray, other: FloatArray, distance: FloatArray) -> FloatArray:
+@kernel
+def _log_sum(one: float, other: float, distance: float) -> float:
     """ln(one + distance) without cancellation where `one` is negative; 0 where it has no value."""
-    size = np.abs(one) + distance
-    wide = np.log(np.where(size > 0.0, size, 1.0))
-    cross = np.log(np.where(other != 0.0, np.abs(other), 1.0))
-    return np.where(one >= 0.0, wide, 2.0 * cross - wide)
+    size = np.log(abs(one) + distance) if distance > 0.0 else 0.0
+    if one >= 0.0:
+        return float(size)
+    return float((2.0 * np.log(abs(other)) if other != 0.0 else 0.0) - size)
 
 
-def corner_functions(x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-    r"""Antiderivatives in x and y of :math:`x^2/\rho^3`, :math:`y^2/\rho^3` and :math:`xy/\rho^3`.
+@kernel
+def _corner_functions(x: FloatArray, y: FloatArray) -> FloatArray:
+    """Antiderivatives in x and y of x^2/rho^3, y^2/rho^3 and xy/rho^3 at the corners of a grid (3, kx, ky).
+
+    They are y ln(x + rho), x ln(y + rho) and -rho; on the axes, where a logarithm may be infinite, its factor
+    is zero and so is the product. ln(x + rho) = ln(y^2/(rho - x)) where x is negative.
+    """
+    out = np.empty((3, x.size, y.size))
+    for i in range(x.size):
+        for j in range(y.size):
+            distance = np.hypot(x[i], y[j])
+            out[0, i, j] = y[j] * _log_sum(x[i], y[j], distance)
+            out[1, i, j] = x[i] * _log_sum(y[j], x[i], distance)
+            out[2, i, j] = -distance
+    return out
+
+
+def cell_integrals(cell_length: float, cell_width: float, shape: tuple[int, int]) -> FloatArray:
+    r"""Integrals of :math:`x^2/\rho^3`, :math:`y^2/\rho^3` and :math:`xy/\rho^3` over the cells of a grid.
 
     Parameters
     ----------
-    x, y : arrays that broadcast
-        A corner, from the point of the displacement [m].
+    cell_length, cell_width : float
+        Size of the cells along x and y [m].
+    shape : (int, int)
+        nx, ny cells.
 
     Returns
     -------
-    along, across, mixed : array
-        y ln(x + rho), x ln(y + rho) and -rho [m]; the first two add up to the antiderivative of 1/rho. On
-        the axes, where the logarithm may be infinite, its factor is zero and so is the product.
-
-    Notes
-    -----
-    ln(x + rho) = ln(y^2 / (rho - x)) where x is negative: no digits are lost next to the axis.
+    (3, nx, ny) array
+        Over cell (i, j), centred i lengths and j widths from the origin [m]; the first two are even in both
+        directions and add up to the integral of 1/rho, the third is odd in both.
     """
-    at_x, at_y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
-    distance = np.hypot(at_x, at_y)
-    along: FloatArray = at_y * _log_sum(at_x, at_y, distance)
-    across: FloatArray = at_x * _log_sum(at_y, at_x, distance)
-    mixed: FloatArray = -distance
-    return along, across, mixed
-
-
-def _over_corners(corner: FloatArray) -> FloatArray:
-    """Sum over the corners of each cell between neighbouring edges, with their signs."""
-    along = corner[..., 1:, :] - corner[..., :-1, :]
-    return along[..., 1:] - along[..., :-1]
-
-
-def _edges(count: int, size: FloatArray, start: float) -> FloatArray:
-    """Edges of `count` cells, the first of which is centred on `start` sizes; (m, count + 1)."""
-    return size[..., None] * (np.arange(count + 1) - 0.5 + start)
+    nx, ny = shape
+    x: FloatArray = cell_length * (np.arange(nx + 1, dtype=np.float64) - 0.5)
+    y: FloatArray = cell_width * (np.arange(ny + 1, dtype=np.float64) - 0.5)
+    corner = _corner_functions(x, y)
+    along = corner[:, 1:] - corner[:, :-1]
+    integral: FloatArray = along[..., 1:] - along[..., :-1]
+    integral[2, 0] = integral[2, :, 0] = 0.0  # odd
+    return integral
 
 
 def normal_influence(
-    cell_length: ArrayLike, cell_width: ArrayLike, shape: tuple[int, int], effective_modulus: float
+    cell_length: float, cell_width: float, shape: tuple[int, int], effective_modulus: float
 ) -> FloatArray:
     """Displacements along the normal under unit pressure on the first cell of a grid (Boussinesq).
 
     Parameters
     ----------
-    cell_length, cell_width : float or (m,) array
+    cell_length, cell_width : float
         Size of the cells along and across [m].
     shape : (int, int)
         nx, ny cells.
@@ -90,127 +98,131 @@ def normal_influence(
 
     Returns
     -------
-    (..., nx, ny) array
+    (nx, ny) array
         At cell (i, j), |i| cells along and |j| across; even in both [m/Pa].
     """
-    nx, ny = shape
-    length, width = np.broadcast_arrays(np.asarray(cell_length, float), np.asarray(cell_width, float))
-    x, y = _edges(nx, length, 0.0), _edges(ny, width, 0.0)
-    along, across, _ = corner_functions(x[..., :, None], y[..., None, :])
-    return _over_corners(along + across) / (np.pi * effective_modulus)
+    along, across, _ = cell_integrals(cell_length, cell_width, shape)
+    table: FloatArray = (along + across) / (np.pi * effective_modulus)
+    return table
 
 
 def tangential_influence(
-    cell_length: ArrayLike,
-    cell_width: ArrayLike,
+    cell_length: float,
+    cell_width: float,
     shape: tuple[int, int],
     shear_modulus: float,
     poisson_ratio: float,
-    *,
-    ahead: float = 0.0,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Tangential displacements at, or ahead of, cell centres under unit shear on one cell (Cerruti).
+) -> FloatArray:
+    """Tangential displacements at cell centres under unit shear on the first cell of a grid (Cerruti).
 
     Parameters
     ----------
-    cell_length, cell_width : float or (m,) array
+    cell_length, cell_width : float
         Size of the cells along and across [m].
     shape : (int, int)
-        nx, ny cells.
+        nx, ny cells; x index from the leading end.
     shear_modulus : float
         G [Pa].
     poisson_ratio : float
         [-].
-    ahead : float
-        How many cells ahead of the centres (towards the leading end) the displacement is taken: 0, or 1
-        for the difference along the way of a particle.
 
     Returns
     -------
-    along, across, mixed : (..., 2 nx - 1, 2 ny - 1) array
-        u_x under tau_x, u_y under tau_y, and u_x under tau_y = u_y under tau_x [m/Pa]. Entry
-        (nx - 1 + i, ny - 1 + j) is for the cell i places behind and j across from the loaded one: x index
-        from the leading end, as in `PatchGrid`.
+    (3, nx, ny) array
+        u_x under tau_x, u_y under tau_y (both even in both directions), and u_x under tau_y = u_y under tau_x
+        (odd in both), at the cell i places behind and j across [m/Pa].
     """
-    nx, ny = shape
-    length, width = np.broadcast_arrays(np.asarray(cell_length, float), np.asarray(cell_width, float))
-    # In the direction of the index, which is backwards: only the mixed one changes sign.
-    x, y = _edges(2 * nx - 1, length, 1.0 - nx - ahead), _edges(2 * ny - 1, width, 1.0 - ny)
-    xx, yy, xy = (_over_corners(part) for part in corner_functions(x[..., :, None], y[..., None, :]))
+    xx, yy, xy = cell_integrals(cell_length, cell_width, shape)
     both = (1.0 - poisson_ratio) * (xx + yy)
-    scale = 1.0 / (np.pi * shear_modulus)
-    along: FloatArray = (both + poisson_ratio * xx) * scale
-    across: FloatArray = (both + poisson_ratio * yy) * scale
-    mixed: FloatArray = -poisson_ratio * xy * scale
-    return along, across, mixed
+    # In the direction of the index, which is backwards: only the mixed one changes sign.
+    table = np.stack((both + poisson_ratio * xx, both + poisson_ratio * yy, -poisson_ratio * xy))
+    table /= np.pi * shear_modulus
+    return table
 
 
-@dataclass(frozen=True)
-class GridInfluence:
-    """Influence of every cell of a grid on every other, as a product of Fourier transforms.
-
-    Parameters
-    ----------
-    spectrum : (..., mx, my // 2 + 1) complex array
-        Transform of the influence on the doubled grid.
-    shape : (int, int)
-        nx, ny cells.
-    doubled : (int, int)
-        mx, my: at least twice the cells less one, in numbers that transform fast.
-    """
-
-    spectrum: ComplexArray
-    shape: tuple[int, int]
-    doubled: tuple[int, int]
-
-    def __call__(self, traction: FloatArray) -> FloatArray:
-        """Displacement (..., nx, ny) at the cell centres under tractions (..., nx, ny) of the cells."""
-        product = transform(traction, self.doubled)
-        product *= self.spectrum
-        return back(product, self.shape, self.doubled)
+@lru_cache(maxsize=512)
+def wave_table(count: int) -> FloatArray:
+    """Cosines and sines (2, n, (n + 1) // 2) of n waves at the cells from the middle of a row on."""
+    place = np.arange((count + 1) // 2) + (0.5 if count % 2 == 0 else 0.0)
+    turn = (2.0 * np.pi / (2 * count - 1)) * np.outer(np.arange(count), place)
+    return np.stack((np.cos(turn), np.sin(turn)))
 
 
-def grid_influence(influence: FloatArray, shape: tuple[int, int]) -> GridInfluence:
-    """Transform the influence of one cell for use on a whole grid.
+def wave_weights(count: int) -> FloatArray:
+    """Weights (n,) of the waves of a row on the way back, which are part of `spectrum`."""
+    return np.where(np.arange(count) > 0, 2.0, 1.0) / (2 * count - 1)
+
+
+@lru_cache(maxsize=512)
+def _spectrum_table(count: int) -> FloatArray:
+    """Cosines and sines (2, n, n) that transform even and odd influences, with `wave_weights`."""
+    period = 2 * count - 1
+    number = np.arange(count)
+    turn = (2.0 * np.pi / period) * (np.outer(number, number) % period)
+    both_signs = np.where(number > 0, 2.0, 1.0)
+    return np.stack((np.cos(turn), np.sin(turn))) * (wave_weights(count)[:, None] * both_signs)
+
+
+def spectrum(influence: FloatArray, *, odd: tuple[bool, bool] = (False, False)) -> FloatArray:
+    """Transform of the influence of one cell, for the waves of `waves_of`.
 
     Parameters
     ----------
-    influence : (..., nx, ny) or (..., 2 nx - 1, 2 ny - 1) array
-        As from `normal_influence` (even in both directions) or `tangential_influence`.
-    shape : (int, int)
-        nx, ny cells.
+    influence : (nx, ny) array
+        At |i| cells along and |j| across.
+    odd : (bool, bool)
+        Whether it changes its sign with i and with j.
 
     Returns
     -------
-    GridInfluence
+    (nx, ny) array
+        Factors of the waves. An even influence keeps cosines cosines and sines sines; one that is odd in a
+        direction turns cosines into sines and sines into cosines with the opposite sign.
     """
-    nx, ny = shape
-    doubled = doubled_shape(shape)
-    table = np.zeros((*influence.shape[:-2], *doubled))
-    i, j = np.arange(1 - nx, nx), np.arange(1 - ny, ny)
-    even = influence.shape[-2:] == (nx, ny)
-    whole = influence[..., np.abs(i)[:, None], np.abs(j)] if even else influence
-    table[..., (i % doubled[0])[:, None], j % doubled[1]] = whole
-    return GridInfluence(transform(table, doubled), shape, doubled)
+    along, across = (
+        _spectrum_table(count)[int(turns)] for count, turns in zip(influence.shape, odd, strict=True)
+    )
+    factors: FloatArray = along @ influence @ across.T
+    return factors
 
 
-def doubled_shape(shape: tuple[int, int]) -> tuple[int, int]:
-    """Smallest grid that transforms fast and keeps the convolution of `shape` cells from wrapping round."""
-    along = int(fft.next_fast_len(2 * shape[0] - 1, real=False))
-    across = int(fft.next_fast_len(2 * shape[1] - 1, real=True))
-    return along, across
+@kernel
+def waves_of(field: FloatArray, along: FloatArray, across: FloatArray) -> FloatArray:
+    """Waves (2, 2, nx, ny) of a field (nx, ny); cosines, then sines in each direction; tables of both."""
+    nx, ny = field.shape
+    hx, hy = along.shape[2], across.shape[2]
+    part = np.empty((2, 2, hx, hy))  # even and odd across, then along
+    for i in range(hx):
+        front, rear = nx - hx + i, hx - 1 - i
+        for j in range(hy):
+            right, left = ny - hy + j, hy - 1 - j
+            size = (0.5 if front == rear else 1.0) * (0.5 if right == left else 1.0)
+            a, b = size * field[front, right], size * field[front, left]
+            c, d = size * field[rear, right], size * field[rear, left]
+            part[0, 0, i, j], part[0, 1, i, j] = a + b + c + d, a + b - c - d
+            part[1, 0, i, j], part[1, 1, i, j] = a - b + c - d, a - b - c + d
+    half, waves = np.empty((2 * hx, ny)), np.empty((2, 2, nx, ny))
+    for q in range(2):
+        np.dot(part[q].reshape(2 * hx, hy), across[q].T, half)
+        for p in range(2):
+            np.dot(along[p], half[p * hx : (p + 1) * hx], waves[p, q])
+    return waves
 
 
-def transform(field: FloatArray, doubled: tuple[int, int]) -> ComplexArray:
-    """Fourier transform of fields (..., nx, ny), filled up with zeros to the doubled grid."""
-    # First across, where only the rows of the field itself need it.
-    half = fft.rfft(field, doubled[1], axis=-1, workers=1)
-    whole: ComplexArray = fft.fft(half, doubled[0], axis=-2, workers=1, overwrite_x=True)
-    return whole
-
-
-def back(spectrum: ComplexArray, shape: tuple[int, int], doubled: tuple[int, int]) -> FloatArray:
-    """Fields (..., nx, ny) of transforms on the doubled grid, which are overwritten."""
-    half = fft.ifft(spectrum, axis=-2, workers=1, overwrite_x=True)[..., : shape[0], :]
-    field: FloatArray = fft.irfft(half, doubled[1], axis=-1, workers=1)[..., : shape[1]]
-    return field
+@kernel
+def field_of(waves: FloatArray, along: FloatArray, across: FloatArray, field: FloatArray) -> None:
+    """Field (nx, ny) with given waves; the way back of `waves_of` but for the weights of `spectrum`."""
+    nx, ny = field.shape
+    hx, hy = along.shape[2], across.shape[2]
+    half, part = np.empty((2 * hx, ny)), np.empty((2, 2, hx, hy))
+    for q in range(2):
+        for p in range(2):
+            np.dot(along[p].T, waves[p, q], half[p * hx : (p + 1) * hx])
+        np.dot(half, across[q], part[q].reshape(2 * hx, hy))
+    for i in range(hx):
+        front, rear = nx - hx + i, hx - 1 - i
+        for j in range(hy):
+            right, left = ny - hy + j, hy - 1 - j
+            a, b, c, d = part[0, 0, i, j], part[0, 1, i, j], part[1, 0, i, j], part[1, 1, i, j]
+            field[front, right], field[front, left] = a + b + c + d, a + b - c - d
+            field[rear, right], field[rear, left] = a - b + c - d, a - b - c + d

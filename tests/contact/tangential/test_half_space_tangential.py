@@ -43,11 +43,17 @@ def on_cells(a, b, load, nx, ny, margin=1.0):
     x, y = dx * (np.arange(nx) - 0.5 * (nx - 1)), dy * (np.arange(ny) - 0.5 * (ny - 1))
     pressure = np.sqrt(np.maximum(1.0 - (x[:, None] / a) ** 2 - (y / b) ** 2, 0.0))
     pressure *= load / (pressure.sum() * dx * dy)
-    grid = PatchGrid(np.array([margin * a]), np.array([-margin * a]), pressure[None])
-    return from_grid(np.array([0]), y[None], np.array([dy]), grid, np.zeros((1, ny)))
+    return of_cells(margin * a, dx, y, dy, pressure)
 
 
-def solved(patch, creepage, friction=FRICTION, cells=26, fields=True, **more):
+def of_cells(lead, dx, y, dy, pressure):
+    """Patch with given pressures, nx x ny of them."""
+    grid = PatchGrid(np.array([lead]), np.array([dx]), pressure[None])
+    count = np.array([y.size]), np.array([pressure.shape[0]])
+    return from_grid(np.array([0]), y[None], np.array([dy]), grid, *count)
+
+
+def solved(patch, creepage, friction=FRICTION, fields=True, **more):
     creepage = np.atleast_2d(np.asarray(creepage, dtype=float))
     return half_space.solve(
         patch,
@@ -55,7 +61,6 @@ def solved(patch, creepage, friction=FRICTION, cells=26, fields=True, **more):
         np.full(len(creepage), friction),
         shear_modulus=SHEAR_MODULUS,
         poisson_ratio=POISSON,
-        cells=cells,
         fields=fields,
         **more,
     )
@@ -132,8 +137,7 @@ def test_fields_of_wheel_and_rail(row):
 
     pressure, state = ours("p")[0], ours("state")[0]
     traction, slip = -ours("tau_x", "tau_s"), -ours("slip_x", "slip_s")
-    grid = PatchGrid(np.array([x[-1] + dx / 2]), np.array([x[0] - dx / 2]), pressure[None])
-    patch = from_grid(np.array([0]), y[None], np.array([dy]), grid, np.zeros((1, y.size)))
+    patch = of_cells(x[-1] + dx / 2, dx, y, dy, pressure)
     creepage = -np.array([row["xi"], row["eta"], row["spin"]])
     solution = solved(patch, creepage)
     cells = solution.cells[:, 0]
@@ -212,8 +216,11 @@ def test_cylinders_roll_as_carter_has_it(share, axis):
     errors, balance = [], []
     for cells in n:
         one = np.array([[a]])
-        strip = Patch(np.array([0]), 0.0 * one, np.array([100.0]), one, -one, np.array([[p0 / a]]), 0.0 * one)
-        result = solved(strip, creepage, cells=int(cells))
+        strip = Patch(
+            np.array([0]), 0.0 * one, np.array([100.0]), one, -one, np.array([[p0 / a]]), 0.0 * one,
+            np.array([1]), np.array([cells]),
+        )  # fmt: skip
+        result = solved(strip, creepage)
         x = a * (1.0 - (2.0 * np.arange(cells) + 1.0) / cells)
         traction, slip = result.cells[1 + axis, 0, :, 0], result.cells[3 + axis, 0, :, 0]
         force = result.force[0, axis] / 100.0
@@ -265,10 +272,10 @@ def test_large_spin_turns_with_the_largest_moment():
 
 def test_near_fastsim_with_the_same_signs(ellipse):
     """Same patch, strips without cells; FASTSIM is off by some per cent."""
-    strips = ellipse(A, B, LOAD, 20)
+    strips = replace(ellipse(A, B, LOAD, 20), cells=np.array([26]))
     for creepage in ([-1.6e-3, 0.0, -0.2], [5e-4, 8e-4, 0.0], [0.0, -1e-3, 0.1]):
         given = {
-            "shear_modulus": SHEAR_MODULUS, "poisson_ratio": POISSON, "cells": 26, "fields": False,
+            "shear_modulus": SHEAR_MODULUS, "poisson_ratio": POISSON, "fields": False,
         }  # fmt: skip
         arguments = strips, np.array([creepage]), np.array([FRICTION])
         here = half_space.solve(*arguments, **given).force[0, :2]
@@ -358,37 +365,47 @@ def test_resultants_alone_are_the_same(patch):
 
 
 def together(*patches):
-    """One batch of patches on equal numbers of cells."""
+    """One batch of patches, padded to the largest numbers of strips and cells."""
+    nx, ny = np.max([p.grid.pressure.shape[1:] for p in patches], axis=0)
+    padded = [np.pad(p.grid.pressure[0], [(0, nx - p.cells[0]), (0, ny - p.strips[0])]) for p in patches]
+    y = np.array([np.pad(p.y[0], (0, ny - p.strips[0])) for p in patches])
+
+    def column(name):
+        return np.concatenate([getattr(p, name) for p in patches])
+
     grid = PatchGrid(
-        *(
-            np.concatenate([getattr(p.grid, name) for p in patches])
-            for name in ("x_lead", "x_trail", "pressure")
-        )
+        *(np.concatenate([getattr(p.grid, n) for p in patches]) for n in ("x_lead", "cell_length")),
+        np.array(padded),
     )
-    names = ("y", "width", "x_lead", "x_trail", "pressure_slope", "interpenetration")
-    arrays = {name: np.concatenate([getattr(p, name) for p in patches]) for name in names}
-    return Patch(row=np.arange(len(patches)), grid=grid, **arrays)
+    return from_grid(np.arange(len(patches)), y, column("width"), grid, column("strips"), column("cells"))
 
 
 def test_batch_and_threads_keep_the_bits():
     sizes = [(6.5e-3, 5e-3), (4e-3, 7e-3), (6e-3, 2e-3), (3e-3, 3e-3)]
-    patches = [on_cells(a, b, LOAD, 26, 20, margin=1.1) for a, b in sizes]
+    counts = [(26, 20), (16, 28), (24, 8), (12, 12)]
+    patches = [
+        on_cells(a, b, LOAD, nx, ny, margin=1.1) for (a, b), (nx, ny) in zip(sizes, counts, strict=True)
+    ]
     creepage = np.array([[-1.6e-3, 0.0, -0.2], [0.0, 1e-3, 0.4], [3e-3, -1e-3, 0.1], [1e-5, 0.0, 0.0]])
     batch = solved(together(*patches), creepage)
     for threads in (1, 2):
         with ThreadPoolExecutor(threads) as pool:
             for m, alone in enumerate(pool.map(solved, patches, creepage)):
                 np.testing.assert_array_equal(alone.force[0], batch.force[m])
-                np.testing.assert_array_equal(alone.cells[:, 0], batch.cells[:, m])
+                nx, ny = counts[m]
+                np.testing.assert_array_equal(alone.cells[:, 0], batch.cells[:, m, :nx, :ny])
+                assert not batch.cells[:, m, nx:].any()
+                assert not batch.cells[:, m, :, ny:].any()
                 assert alone.slip_area[0] == batch.slip_area[m]
 
 
 def test_strips_and_their_own_grid_are_one_problem(ellipse):
     """The start differs, hence only within the tolerance."""
-    strips = ellipse(A, B, LOAD, 20, offset=0.1)
+    strips = replace(ellipse(A, B, LOAD, 20, offset=0.1), cells=np.array([26]))
     first = solved(strips, [-1.6e-3, 4e-4, -0.2])
-    grid = PatchGrid(first.x_lead[:, 0], first.x_trail[:, 0], first.cells[0])
-    cells = from_grid(strips.row, strips.y, strips.width, grid, strips.interpenetration)
+    cells = of_cells(
+        first.x_lead[0, 0], first.cell_length[0, 0], strips.y[0], strips.width[0], first.cells[0, 0]
+    )
     np.testing.assert_allclose(solved(cells, [-1.6e-3, 4e-4, -0.2]).force, first.force, rtol=1e-6)
 
 
@@ -479,9 +496,10 @@ from wearsim.contact.patch import Patch
 from wearsim.contact.tangential import half_space
 y = np.array([[-3e-3, -1e-3, 1e-3, 3e-3]])
 half = np.array([[2e-3, 5e-3, 6e-3, 3e-3]])
-patch = Patch(np.array([0]), y, np.array([2e-3]), half, -half, np.array([[2e11] * 4]), 0 * y)
+count = np.array([4])
+patch = Patch(np.array([0]), y, np.array([2e-3]), half, -half, np.array([[2e11] * 4]), 0 * y, count, count)
 r = half_space.solve(patch, np.array([[2e-3, -1e-3, 0.3]]), np.array([0.3]), shear_modulus=8e10,
-                     poisson_ratio=0.28, cells=4, fields=True)
+                     poisson_ratio=0.28, fields=True)
 print(json.dumps([r.force.tolist(), r.slip_area.tolist(), r.cells.ravel().tolist()]))
 """
 

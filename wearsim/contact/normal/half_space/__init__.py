@@ -19,30 +19,29 @@ References
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL, Gap
-from wearsim.contact.normal.half_space.lobes import gather, lobes_of, missed, place_grids
-from wearsim.contact.normal.half_space.pressure import (
-    MOST_ITERATIONS,
-    TOLERANCE,
-    GridPressure,
-    solve_pressure,
-)
+from wearsim.contact.normal.half_space.lobes import Lobe, angle_of, gather, lobes_of, missed, place_grids
+from wearsim.contact.normal.half_space.pressure import MOST_ITERATIONS, TOLERANCE, solve_pressure
 from wearsim.contact.normal.half_space.regions import (
     Region,
     Section,
     carried_over,
     coupling_of,
+    fits,
     heights,
     origin_x,
     overlaps,
     plane_of,
-    rotated,
+    scaled,
     touches_edge,
+    turned,
 )
 from wearsim.contact.normal.model import (
     AT_EDGE,
@@ -62,18 +61,17 @@ DEFAULTS = {
     "half_space_iterations": float(MOST_ITERATIONS),
 }
 
-_COARSE = (24, 32)
 _TRIALS = 20  # of the displacement
-_NEAR = 1e-3  # m, by which patches move from one state to the next at most
 _FITS = 25  # of grids to patches
-_STILL = 1e-5  # rad, a plane that stays in place
+_STILL = 2e-4  # rad by which a plane may turn without another fit
 _LAID = 4  # fits after which grids keep their borders if they hold their patches
 _GATHERED = 2  # fits after which it is settled which lobes share a grid, and in which share t
+_ALIKE = 1e-3  # change of these shares without which it is settled earlier
 
 
 @dataclass(frozen=True)
 class WheelPressure:
-    """Patches of one wheel on their grids, a state to start neighbours from.
+    """Patches of one wheel on their grids.
 
     Parameters
     ----------
@@ -83,8 +81,6 @@ class WheelPressure:
         On them [Pa].
     vertical_displacement : float
         From initial contact [m].
-    initial_contact : float
-        Lateral position of initial contact [m].
     iterations : tuple of int
         Of conjugate gradients in each step; the first ones on coarse grids unless a start was given.
     """
@@ -92,7 +88,6 @@ class WheelPressure:
     regions: tuple[Region, ...]
     pressure: tuple[FloatArray, ...]
     vertical_displacement: float
-    initial_contact: float
     iterations: tuple[int, ...]
 
 
@@ -111,15 +106,18 @@ def solve(
     """Patches and pressures of every row; contract in `normal.model`.
 
     Strips are rows of cells, of which 1.5 on each side are left free for the patch's edge; `patch.grid` has
-    the pressure of the cells. Own parameters: "half_space_tolerance", change of the pressures at which the
-    iteration stops, 3e-5 by default [-]; "half_space_iterations", its limit, 1000 by default.
+    the pressure of the cells. A rough solution is that of the search, on coarse grids. Own parameters:
+    "half_space_tolerance", change of the pressures at which the iteration stops, 3e-5 by default [-];
+    "half_space_iterations", its limit, 1000 by default.
     """
-    options: dict[str, Any] = {"vertical": vertical, "effective_modulus": effective_modulus}
-    shape = (resolution.cells, resolution.strips)
+    options: dict[str, Any] = {"vertical": vertical, "effective_modulus": effective_modulus, "rough": rough}
     states = [
-        solve_wheel(gap, here, weight, shape=shape, parameters=parameters, **options)
+        solve_wheel(
+            gap, here, weight, resolution=resolution, parameters=parameters,
+            start=None if start is None else _start_of(gap, here, start), **options,
+        )
         for here, weight in zip(row.tolist(), load.tolist(), strict=True)
-    ]
+    ]  # fmt: skip
     return _assembled(gap, row, states, vertical)
 
 
@@ -130,26 +128,23 @@ def solve_wheel(
     *,
     vertical: bool,
     effective_modulus: float,
-    shape: tuple[int, int],
+    resolution: Resolution,
     parameters: dict[str, float],
     start: WheelPressure | None = None,
+    rough: bool = False,
 ) -> WheelPressure:
     """Pressures of one wheel.
 
     Parameters
     ----------
-    gap, vertical, effective_modulus, parameters
+    gap, vertical, effective_modulus, resolution, parameters, rough
         As of `solve`.
-    shape : (int, int)
-        Cells along and strips across each patch.
     row : int
         Which row of the gap.
     load : float
         Of this row [N].
     start : WheelPressure, optional
-        Of a neighbouring state, on any grids: skips the search for patches. The result depends on it within
-        the tolerance, which is why `solve` never uses one. Where the start does not hold all overlaps, it
-        is not used.
+        Of the same row under a load nearby, or of a gap nearly the same: skips the search for patches.
 
     Returns
     -------
@@ -166,19 +161,26 @@ def solve_wheel(
         raise fault_of(NO_CONTACT, row)
     if not 0 < lowest < curve.size - 1 or max(curve[lowest - 1], curve[lowest + 1]) >= NO_WHEEL:
         raise fault_of(AT_EDGE, row)
-    task = _Task(gap, row, load, vertical, effective_modulus, {**DEFAULTS, **parameters})
-    if start is not None:
-        # Patches move along with the point of initial contact, unless it jumps to another lobe.
-        place = float(gap.counterface.y[lowest])
-        move = place - start.initial_contact
-        move = move if abs(move) < _NEAR else 0.0
-        moved = tuple(replace(region, row=row, y=region.y + move) for region in start.regions)
-        solution = _fit(task, replace(start, regions=moved, initial_contact=place, iterations=()), shape)
-        if not missed(
-            gap, solution.regions, solution.pressure, solution.vertical_displacement, effective_modulus
-        ):
-            return solution
-    return _fit(task, _search(task), shape)
+    task = _Task(gap, row, load, vertical, effective_modulus, resolution, {**DEFAULTS, **parameters})
+    if start is None:
+        state = task.searched()
+        return (
+            task.turned(state, list(map(partial(angle_of, gap), state.regions, state.pressure)))
+            if rough
+            else task.fitted(state)
+        )
+    ratio = (load / _carried(start, vertical)) ** (1.0 / 3.0)
+    regions = tuple(map(scaled, start.regions, [ratio] * len(start.regions), start.pressure))
+    moved = ratio**2 * start.vertical_displacement
+    return task.fitted(WheelPressure(regions, start.pressure, moved, ()))
+
+
+def _carried(state: WheelPressure, vertical: bool) -> float:
+    """Load of a wheel: vertical, or the normal force [N]."""
+    return sum(
+        float(pressure.sum() * np.prod(region.cell)) * (float(np.cos(region.angle)) if vertical else 1.0)
+        for region, pressure in zip(state.regions, state.pressure, strict=True)
+    )
 
 
 @dataclass(frozen=True)
@@ -190,95 +192,135 @@ class _Task:
     load: float
     vertical: bool
     modulus: float
+    resolution: Resolution
     parameters: dict[str, float]
 
-    def pressures(
+    def searched(self) -> WheelPressure:
+        """Pressures on coarse grids over the overlap of the rigid surfaces."""
+        level = (self.load / self.modulus) ** (2.0 / 3.0) * 1.5
+        counts: tuple[int, ...] = ()
+        for trial in range(_TRIALS):
+            regions = overlaps(self.gap, self.row, level)
+            alone = np.zeros((len(regions), len(regions)))
+            state = self.pressed(regions, alone, 0.0, None, 1e-3, counts)
+            counts = state.iterations
+            if 0.5 * level < state.vertical_displacement < level / 1.02:
+                return state
+            aim = 1.15 * min(max(state.vertical_displacement, 0.1 * level), 10.0 * level)
+            # Where surfaces conform, the plane turns with the level: half the way, not to go to and fro.
+            level = aim if trial < 2 else float(np.sqrt(level * aim))
+        raise fault_of(NO_CONVERGENCE, self.row)
+
+    def fitted(self, state: WheelPressure) -> WheelPressure:
+        """Fit grids to the patches of a state, and again to the patches on them, until they stay."""
+        gap, fine = self.gap, (self.resolution, self.parameters["half_space_tolerance"])
+        first, coupled, settled = fine, np.zeros((0, 0)), False
+        if state.iterations:  # of the search
+            first = _coarser(self.resolution), max(fine[1], 1e-3)
+        else:
+            coupled = np.zeros((1, 1)) if len(state.regions) == 1 else gather(gap, _lobes(gap, state))[1]
+            if len(coupled) == len(state.regions):
+                moved = state.vertical_displacement
+                state = self.pressed(state.regions, coupled, moved, state.pressure, fine[1], ())
+        for fit in range(_FITS):
+            resolution, tolerance = first if fit == 0 else fine
+            old = list(zip(state.regions, state.pressure, strict=True))
+            groups = [lobes_of(gap, region, pressure) for region, pressure in old]
+            if not settled:
+                outside = missed(
+                    gap, state.regions, state.pressure, state.vertical_displacement, self.modulus
+                )
+                before = coupled
+                groups, coupled = gather(gap, [*(lobe for group in groups for lobe in group), *outside])
+                same = coupled.shape == before.shape and np.abs(coupled - before).max() < _ALIKE
+                settled = fit >= _GATHERED or (same and not outside)
+            elif not all(groups):  # a grid without load
+                kept = [k for k, group in enumerate(groups) if group]
+                groups, coupled = [groups[k] for k in kept], coupled[np.ix_(kept, kept)]
+            regions = place_grids(gap, self.row, groups, coupled, resolution)
+            inside = [not touches_edge(*one) for one in old]
+            fitting = len(regions) == len(old) and all(inside)
+            laid = fit > _LAID and len(regions) == len(old)
+            fitting = fitting and (laid or all(map(partial(fits, gap), state.regions, regions)))
+            if settled and fitting and all(map(_still, state.regions, regions)):
+                return self.turned(state, [region.angle for region in regions])
+            if fit >= _LAID and len(regions) == len(old):
+                # Half the way and in the same borders, so as not to go to and fro.
+                regions = [
+                    turned(one, 0.5 * (one.angle + new.angle), None if held else new)
+                    for one, new, held in zip(state.regions, regions, inside, strict=True)
+                ]
+            start = tuple(carried_over(gap, old, region) for region in regions)
+            displacement = state.vertical_displacement
+            state = self.pressed(regions, coupled, displacement, start, tolerance, state.iterations)
+        raise fault_of(NO_CONVERGENCE, self.row)
+
+    def pressed(
         self,
-        regions: list[Region],
+        regions: Sequence[Region],
         coupled: FloatArray,
-        shape: tuple[int, int],
         displacement: float,
-        start: list[FloatArray] | None,
+        start: Sequence[FloatArray] | None,
         tolerance: float,
-    ) -> GridPressure:
-        """Pressures on grids; the displacement is in addition to that of the heights."""
-        grids = [heights(self.gap, region, shape, displacement) for region in regions]
-        load = self.load if self.vertical else self.load * grids[0].cosine
+        iterations: tuple[int, ...],
+    ) -> WheelPressure:
+        """Pressures on grids, with heights at some displacement, after steps that took some iterations."""
+        grids = [heights(self.gap, region, displacement) for region in regions]
         solution = solve_pressure(
             grids,
-            load,
+            self.load if self.vertical else self.load * grids[0].cosine,
             self.modulus,
-            coupling=coupling_of(self.gap, regions, coupled, shape, self.modulus),
+            coupling=coupling_of(self.gap, regions, coupled, self.modulus),
             start=start,
             tolerance=tolerance,
             limit=int(self.parameters["half_space_iterations"]),
         )
         if not solution.converged:
             raise fault_of(NO_CONVERGENCE, self.row)
-        return solution
+        displacement += solution.vertical_displacement
+        counts = (*iterations, solution.iterations)
+        return WheelPressure(tuple(regions), solution.pressure, displacement, counts)
+
+    def turned(self, state: WheelPressure, angle: Sequence[float]) -> WheelPressure:
+        """Put the planes of a state to angles nearby: heights stay to the second order, the load is kept."""
+        regions = tuple(map(turned, state.regions, angle))
+        share = self.load / _carried(replace(state, regions=regions), self.vertical)
+        return replace(state, regions=regions, pressure=tuple(share * field for field in state.pressure))
 
 
-def _search(task: _Task) -> WheelPressure:
-    """Pressures on coarse grids over the overlap of the rigid surfaces."""
-    level = (task.load / task.modulus) ** (2.0 / 3.0) * 1.5
-    counts = []
-    for trial in range(_TRIALS):
-        regions = overlaps(task.gap, task.row, level)
-        uncoupled = np.zeros((len(regions), len(regions)))
-        solution = task.pressures(regions, uncoupled, _COARSE, 0.0, None, 1e-3)
-        counts.append(solution.iterations)
-        if 0.5 * level < solution.vertical_displacement < level / 1.02:
-            initial_contact = float(task.gap.counterface.y[task.gap.gap[task.row].argmin()])
-            return WheelPressure(
-                tuple(regions),
-                solution.pressure,
-                solution.vertical_displacement,
-                initial_contact,
-                tuple(counts),
-            )
-        aim = 1.15 * min(max(solution.vertical_displacement, 0.1 * level), 10.0 * level)
-        # Where surfaces conform, the plane turns with the level: half the way, so as not to go to and fro.
-        level = aim if trial < 2 else float(np.sqrt(level * aim))
-    raise fault_of(NO_CONVERGENCE, task.row)
+def _lobes(gap: Gap, state: WheelPressure) -> list[Lobe]:
+    return [one for grid in zip(state.regions, state.pressure, strict=True) for one in lobes_of(gap, *grid)]
 
 
-def _fit(task: _Task, state: WheelPressure, shape: tuple[int, int]) -> WheelPressure:
-    """Fit grids to the patches of a state, and again to the patches on them, until they stay."""
-    gap, row = task.gap, task.row
-    tolerance = task.parameters["half_space_tolerance"]
-    counts, coupled, settled = list(state.iterations), np.zeros((0, 0)), 0
-    for fit in range(_FITS):
-        old = list(zip(state.regions, state.pressure, strict=True))
-        groups = [lobes_of(gap, region, pressure) for region, pressure in old]
-        if not settled:
-            outside = missed(gap, state.regions, state.pressure, state.vertical_displacement, task.modulus)
-            groups, coupled = gather(gap, [*(lobe for group in groups for lobe in group), *outside])
-            single = len(groups) == 1 and len(old) == 1 and not outside
-            settled = fit if fit >= _GATHERED or (fit > 0 and single) else 0
-        elif not all(groups):  # a grid without load
-            kept = [k for k, group in enumerate(groups) if group]
-            groups, coupled = [groups[k] for k in kept], coupled[np.ix_(kept, kept)]
-        regions = place_grids(gap, row, groups, coupled, shape)
-        if settled and len(regions) == len(old):
-            inside = [not touches_edge(*was) for was in old]
-            before = np.array([was.angle for was in state.regions])
-            off = np.array([new.angle for new in regions]) - before
-            if np.abs(off).max() < _STILL and all(inside) and fit > 1:
-                return state
-            if fit >= _LAID:  # half the way and in the same borders, so as not to go to and fro
-                regions = [
-                    rotated(was, float(before[k] + 0.5 * off[k]), None if inside[k] else regions[k])
-                    for k, was in enumerate(state.regions)
-                ]
-        start = [carried_over(gap, old, region, shape) for region in regions]
-        near = tolerance if fit > 0 else max(tolerance, 3e-4)
-        solution = task.pressures(regions, coupled, shape, state.vertical_displacement, start, near)
-        counts.append(solution.iterations)
-        displacement = state.vertical_displacement + solution.vertical_displacement
-        state = WheelPressure(
-            tuple(regions), solution.pressure, displacement, state.initial_contact, tuple(counts)
-        )
-    raise fault_of(NO_CONVERGENCE, row)
+def _coarser(resolution: Resolution) -> Resolution:
+    """Two thirds of the cells, where they only serve to place the final grids."""
+    strips, cells = (max(2 * count // 3, 8) for count in (resolution.strips, resolution.cells))
+    return Resolution(1.5 * resolution.cell, strips, cells, resolution.most)
+
+
+def _still(old: Region, new: Region) -> bool:
+    """Whether a plane turns by so little that what the turn does to the load counts nothing either."""
+    return abs(new.angle - old.angle) < _STILL * float(np.cos(old.angle))
+
+
+def _start_of(gap: Gap, row: int, start: NormalSolution) -> WheelPressure:
+    """Pressures of one wheel from the solution of a batch."""
+    patch, grid = start.patch, start.patch.grid
+    assert grid is not None
+    regions, pressure, displacement = [], [], 0.0
+    for m in np.flatnonzero(patch.row == row).tolist():
+        nx, ny = int(patch.cells[m]), int(patch.strips[m])
+        low, high = float(patch.y[m, 0]), float(patch.y[m, ny - 1])
+        half, lead = 0.5 * float(patch.width[m]), float(grid.x_lead[m])
+        region = Region(
+            row, float(start.centre_y[m]), float(start.contact_angle[m]),
+            lead - nx * float(grid.cell_length[m]), lead, low - half, high + half, nx, ny,
+        )  # fmt: skip
+        regions.append(region)
+        pressure.append(grid.pressure[m, :nx, :ny])
+        lowered = plane_of(gap, region).vertical_displacement[0]
+        displacement = float(start.vertical_displacement[m] - lowered)
+    return WheelPressure(tuple(regions), tuple(pressure), displacement, ())
 
 
 def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: bool) -> NormalSolution:
@@ -296,15 +338,24 @@ def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: b
             raise fault_of(NOT_SINGLE, int(here))
         lines.extend(sorted(patches, key=lambda line: -line.force))
 
+    cells, strips = np.array([line.pressure.shape for line in lines], dtype=np.int64).reshape(-1, 2).T
+    most = cells.max(initial=1), strips.max(initial=1)
+
     def column(name: str) -> FloatArray:
         return np.array([getattr(line, name) for line in lines])
 
-    grid = PatchGrid(column("x_lead"), column("cell_length"), column("pressure"))
-    count, cells, strips = grid.pressure.shape
-    patch = from_grid(
-        column("row").astype(np.int64), column("y"), column("width"), grid,
-        np.full(count, strips), np.full(count, cells),
-    )  # fmt: skip
+    def padded(name: str, *size: int, mode: Any = "constant") -> FloatArray:
+        values = [getattr(line, name) for line in lines]
+        return np.array(
+            [
+                np.pad(one, [(0, n - old) for n, old in zip(size, one.shape, strict=True)], mode)
+                for one in values
+            ]
+        ).reshape(-1, *size)
+
+    grid = PatchGrid(column("x_lead"), column("cell_length"), padded("pressure", *most))
+    y, edges = padded("y", most[1]), padded("edges", most[1] + 1, mode="edge")
+    patch = from_grid(column("row").astype(np.int64), y, column("width"), grid, strips, cells)
     return NormalSolution(
         patch=patch,
         centre_y=column("centre"),
@@ -312,7 +363,7 @@ def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: b
         approach=column("approach"),
         normal_force=column("force"),
         max_pressure=grid.pressure.max(axis=(1, 2)),
-        edge_y=column("edges"),
+        edge_y=edges,
         load_scale=np.ones(len(lines)),
         vertical_displacement=column("vertical_displacement"),
     )
@@ -338,15 +389,14 @@ class _Line:
 
 def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -> _Line:
     """Patch on one grid; lengths from its pressure-weighted centre and the contact line there."""
-    nx, ny = pressure.shape
-    length, width = region.cell((nx, ny))
+    length, width = region.cell
     curve, grid = gap.gap[region.row], gap.counterface
     section = Section(gap, region.y, region.angle)
-    s = region.s(ny)
+    s = region.s
     load = pressure.sum(axis=0)
     middle = float((load * s).sum() / load.sum())
     centre = float(section.lateral(np.array([middle]))[0])
-    edges = section.lateral(region.s_low + width * np.arange(ny + 1))
+    edges = section.lateral(np.append(s - 0.5 * width, s[-1] + 0.5 * width))
     loaded = np.flatnonzero(load)
     ends = edges[[loaded[0], loaded[-1] + 1]]
     first, last = int(np.searchsorted(grid.y, ends[0])) - 2, int(np.searchsorted(grid.y, ends[1])) + 2

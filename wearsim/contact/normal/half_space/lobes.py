@@ -22,10 +22,12 @@ import numpy as np
 from wearsim.contact.geometry import Gap
 from wearsim.contact.normal.half_space.regions import Region, Section, curvature_along, origin_x
 from wearsim.contact.normal.model import ADJACENT, ALIKE, CLEAR, FAR, NEAR, UNLIKE
-from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.patch import FloatArray, IntArray, Resolution
 
 MARGIN = 1.5  # empty cells between a patch and each border of its grid
 _NEXT = 1e-3  # m, next to a grid, where no other contact begins
+_PER_LOBE = 0.25  # of the fewest strips, for lobes narrower than others on the same grid
+_SLIGHT = 0.02  # of the force, below which a lobe needs no strips of its own
 _GROW = 0.2  # of the grid's size, where a patch reaches its border
 
 
@@ -73,13 +75,13 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
         of the strips, grow linearly with the distance from it.
     """
     nx, ny = pressure.shape
-    length, width = region.cell((nx, ny))
+    length, width = region.cell
     load = pressure.sum(axis=0) * (length * width)
     loaded = np.flatnonzero(load > 0.0)
     if loaded.size == 0:
         return []
     section = Section(gap, region.y, region.angle)
-    s, x = region.s(ny), region.x(nx)
+    s, x = region.s, region.x
     y = section.lateral(s)
     angle = np.interp(y, gap.counterface.y, gap.counterface.angle)
     origin = origin_x(gap, region)
@@ -114,6 +116,12 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
             )
         )
     return lobes
+
+
+def angle_of(gap: Gap, region: Region, pressure: FloatArray) -> float:
+    """Pressure-weighted contact angle of a grid [rad]."""
+    lobes = lobes_of(gap, region, pressure)
+    return _merged(lobes).angle if lobes else region.angle
 
 
 def _reach(value: FloatArray) -> FloatArray:
@@ -188,7 +196,7 @@ def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
 
 
 def place_grids(
-    gap: Gap, row: int, groups: list[list[Lobe]], coupled: FloatArray, shape: tuple[int, int]
+    gap: Gap, row: int, groups: list[list[Lobe]], coupled: FloatArray, resolution: Resolution
 ) -> list[Region]:
     """Place a grid around each group of lobes.
 
@@ -200,8 +208,9 @@ def place_grids(
         Which.
     groups, coupled
         As from `gather`.
-    shape : (int, int)
-        nx, ny cells of the grids.
+    resolution : Resolution
+        Cells of the grids; to those that the largest cell asks for `MARGIN` are added at each border. Every
+        lobe has a fourth of the fewest strips.
 
     Returns
     -------
@@ -219,7 +228,12 @@ def place_grids(
         )
         low = 0.5 * (merged[k - 1].right + lobe.left) if k > 0 else -np.inf
         high = 0.5 * (lobe.right + merged[k + 1].left) if k < count - 1 else np.inf
-        regions.append(_fitted(gap, row, lobe, float(lobe.angle + lean), low, high, shape))
+        share = min(
+            (one.right - one.left) / (lobe.right - lobe.left)
+            for one in groups[k]
+            if one.force >= _SLIGHT * lobe.force
+        )
+        regions.append(_fitted(gap, row, lobe, float(lobe.angle + lean), low, high, resolution, share))
     return regions
 
 
@@ -239,18 +253,23 @@ def _merged(lobes: list[Lobe]) -> Lobe:
 
 
 def _fitted(
-    gap: Gap, row: int, lobe: Lobe, angle: float, y_low: float, y_high: float, shape: tuple[int, int]
-) -> Region:
-    """Region that holds a lobe with the margin around it."""
+    gap: Gap, row: int, lobe: Lobe, angle: float, y_low: float, y_high: float,
+    resolution: Resolution, narrowest: float,
+) -> Region:  # fmt: skip
+    """Region that holds lobes with the margin around them; the narrowest is a share of their width."""
     s = Section(gap, lobe.centre, angle).across(np.array([lobe.left, lobe.right, y_low, y_high]))
-    width = float(s[1] - s[0]) / (shape[1] - 2.0 * MARGIN)
-    length = (lobe.x_high - lobe.x_low) / (shape[0] - 2.0 * MARGIN)
+    border = 2.0 * MARGIN * resolution.cell
+    ny = int(resolution.strips_across(s[1:2] - s[0] + border)[0])
+    ny = max(ny, min(int(_PER_LOBE * resolution.strips / narrowest), resolution.most))
+    nx = int(resolution.cells_along(np.array([lobe.x_high - lobe.x_low + border]))[0])
+    width = float(s[1] - s[0]) / (ny - 2.0 * MARGIN)
+    length = (lobe.x_high - lobe.x_low) / (nx - 2.0 * MARGIN)
     x = float(np.interp(lobe.centre, gap.counterface.y, gap.x[row]))
     low, high = float(s[0]) - MARGIN * width, float(s[1]) + MARGIN * width
     return Region(
         row, lobe.centre, angle, lobe.x_low - MARGIN * length - x, lobe.x_high + MARGIN * length - x,
         max(low, float(s[2])) if np.isfinite(y_low) else low,
-        min(high, float(s[3])) if np.isfinite(y_high) else high, y_low, y_high,
+        min(high, float(s[3])) if np.isfinite(y_high) else high, nx, ny, y_low, y_high,
     )  # fmt: skip
 
 
@@ -292,11 +311,11 @@ def missed(
     y, z, x = grid.y[places], grid.z[places], gap.x[regions[0].row, places]
     depth = (first + displacement - curve[places]) * np.cos(grid.angle[places])
     for region, field in zip(regions, pressure, strict=True):
-        length, width = region.cell((field.shape[0], field.shape[1]))
+        length, width = region.cell
         rows, columns = np.arange(0, field.shape[0], 6), np.arange(0, field.shape[1], 3)
         blocks = np.add.reduceat(np.add.reduceat(field, rows, axis=0), columns, axis=1) * (length * width)
-        along = _middle(region.x(field.shape[0]), rows) + origin_x(gap, region)
-        s = _middle(region.s(field.shape[1]), columns)
+        along = _middle(region.x, rows) + origin_x(gap, region)
+        s = _middle(region.s, columns)
         foot = np.interp(region.y, grid.y, grid.z)
         lateral = np.hypot(
             y[:, None] - region.y - s * np.cos(region.angle), z[:, None] - foot - s * np.sin(region.angle)

@@ -8,8 +8,8 @@ leave
 with the cell area A and the cosine c of the contact angle, so that N is vertical. The iteration of Polonsky
 and Keer [1]_: conjugate gradients on the cells that carry pressure, whose mean residual gives D; cells with
 tension leave, cells that overlap enter, the load is restored by scaling. Each iteration costs one product
-with the influence, n log n; what the few cells that enter or leave add is summed up cell by cell, and only
-where they are many takes a second product.
+with the influence; what the few cells that enter or leave add is summed up cell by cell, and only where they
+are many takes a second product.
 
 References
 ----------
@@ -18,19 +18,22 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from wearsim.contact.influence import grid_influence, normal_influence
+from wearsim.contact.influence import field_of, normal_influence, spectrum, wave_table, waves_of
 from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray
 
 TOLERANCE = 3e-5  # the maximum pressure then is within 1e-4 of its limit
 MOST_ITERATIONS = 1000
-_FEW = 64  # cells whose influence is summed up rather than transformed: less work on any grid
+NODES = 8  # of the interpolation of the influence of one grid on another, in each direction
+_FEW = 20  # cells whose influence is summed up rather than transformed: less work on any grid
 
 
 @dataclass(frozen=True)
@@ -75,8 +78,34 @@ class GridPressure:
     converged: bool
 
 
-Coupling = Callable[[list[FloatArray], list[FloatArray]], None]
-"""Adds to displacements (second) what pressures (first) of the other grids cause, in place."""
+_GRID = np.dtype(
+    [(name, np.int64) for name in ("first", "nx", "ny", "along", "across", "node_x", "node_y")]
+    + [(name, np.float64) for name in ("area", "cosine")]
+)
+"""A grid: first cell, cells, places of its tables (waves, interpolation), area of a cell, cosine."""
+
+
+class _Cells(NamedTuple):
+    """Cells of all grids behind one another, and their tables."""
+
+    grids: NDArray[np.void]  # of _GRID
+    height: FloatArray
+    area: FloatArray
+    cosine: FloatArray
+    influence: FloatArray  # of the first cell of each grid
+    factor: FloatArray  # its transform
+    tables: FloatArray
+    coupling: FloatArray  # (k 64, k 64) displacements at the nodes under forces on them, or empty
+
+
+@lru_cache(maxsize=512)
+def interpolation(count: int) -> FloatArray:
+    """Weights (n, NODES) of Chebyshev nodes at the cells of a row."""
+    nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+    places = (np.arange(count) + 0.5) * (2.0 / count) - 1.0
+    chebvander = np.polynomial.chebyshev.chebvander
+    table: FloatArray = chebvander(places, NODES - 1) @ np.linalg.inv(chebvander(nodes, NODES - 1))
+    return table
 
 
 def solve_pressure(
@@ -84,7 +113,7 @@ def solve_pressure(
     load: float,
     effective_modulus: float,
     *,
-    coupling: Coupling | None = None,
+    coupling: FloatArray | None = None,
     start: Sequence[FloatArray] | None = None,
     tolerance: float = TOLERANCE,
     limit: int = MOST_ITERATIONS,
@@ -99,8 +128,8 @@ def solve_pressure(
         N: the sum over all grids of force times `cosine` [N].
     effective_modulus : float
         E* [Pa].
-    coupling : callable, optional
-        Displacement of the grids by the pressures of each other; must be self-adjoint in the cell area.
+    coupling : (64 k, 64 k) array, optional
+        Displacement at the 8 x 8 nodes of each of k grids under forces on those of all; symmetric [m/N].
     start : sequence of (nx, ny) arrays, optional
         Pressures to start from, such as those of a neighbouring state; any load. The result depends on them
         within the tolerance.
@@ -113,85 +142,204 @@ def solve_pressure(
     -------
     GridPressure
     """
-    tables = [
-        normal_influence(grid.cell_length, grid.cell_width, grid.height.shape, effective_modulus)
-        for grid in grids
-    ]
-    influences = [grid_influence(table, (table.shape[0], table.shape[1])) for table in tables]
-    ends = np.cumsum([0] + [grid.height.size for grid in grids])
-    shapes = [grid.height.shape for grid in grids]
-    parts = [slice(a, b) for a, b in pairwise(ends)]
-    height = np.concatenate([grid.height.ravel() for grid in grids])
-    area, cosine = np.empty(height.size), np.empty(height.size)
-    for part, grid in zip(parts, grids, strict=True):
-        area[part], cosine[part] = grid.cell_length * grid.cell_width, grid.cosine
-
-    def deflection(pressure: FloatArray) -> FloatArray:
-        fields = [pressure[part].reshape(shape) for part, shape in zip(parts, shapes, strict=True)]
-        moved = [influence(field) for influence, field in zip(influences, fields, strict=True)]
-        if coupling is not None:
-            moved = [np.ascontiguousarray(field) for field in moved]
-            coupling(fields, moved)
-        return np.concatenate([field.ravel() for field in moved])
-
+    cells = _gathered(grids, effective_modulus, np.empty((0, 0)) if coupling is None else coupling)
+    pressure = np.zeros(cells.height.size)
     if start is None:
-        # Half the overlap of a first guess, as in virtual penetration.
-        depth = np.maximum(_overlap(height, area, cosine, load, effective_modulus) * cosine - height, 0.0)
-        pressure = np.sqrt(depth)
+        _first_guess(cells.height, cells.area, cells.cosine, float(load), effective_modulus, pressure)
     else:
-        pressure = np.concatenate([field.ravel() for field in start])
-    pressure *= load / (area * cosine * pressure).sum()
-    moved = deflection(pressure)
-    direction, residual = np.zeros_like(pressure), np.empty_like(pressure)
-    beyond = np.empty_like(pressure)
-    last, restart, displacement, count, converged = 1.0, True, 0.0, 0, False
-    while count < limit and not converged:
-        count += 1
-        displacement, norm = _residual(height, moved, pressure, area, cosine, residual)
-        _turn(residual, pressure, 0.0 if restart else norm / last, direction)
-        last = norm
-        image = deflection(direction)
-        step = _step(residual, direction, image, pressure, area, cosine)
-        others, restart, carried, change = _advance(step, residual, direction, pressure, area, cosine, beyond)
-        scale = load / carried
-        pressure *= scale
-        if others > (_FEW if len(grids) == 1 else 0):
-            moved = deflection(pressure)
-        else:
-            _follow(moved, step, image, scale, beyond, others, tables[0])
-        converged = (change / load + abs(scale - 1.0)) < tolerance and not restart
-    # The heights that the last pressures leave.
-    displacement, _ = _residual(height, moved, pressure, area, cosine, residual)
-    fields = tuple(pressure[part].reshape(shape) for part, shape in zip(parts, shapes, strict=True))
-    return GridPressure(fields, displacement, count, converged)
+        np.concatenate([field.ravel() for field in start], out=pressure)
+    result = _iterate(cells, float(load), tolerance, limit, pressure)
+    fields = tuple(
+        part.reshape(grid.height.shape)
+        for part, grid in zip(np.split(pressure, cells.grids["first"][1:]), grids, strict=True)
+    )
+    return GridPressure(fields, *result)
 
 
-def _overlap(height: FloatArray, area: FloatArray, cosine: FloatArray, load: float, modulus: float) -> float:
-    """Rough virtual penetration: the overlap region's size squared times its depth carries the load."""
-    depth = height / cosine
-    first = float(depth.min())
-    low, high = first, first + 16.0 * float((load / modulus) ** (2.0 / 3.0))
-    for _ in range(30):
+def _gathered(grids: Sequence[HeightGrid], modulus: float, coupling: FloatArray) -> _Cells:
+    """Put grids and what their influence takes behind one another."""
+    rows = np.zeros(len(grids), dtype=_GRID)
+    tables: list[FloatArray] = []
+    first = length = 0
+    for row, grid in zip(rows, grids, strict=True):
+        nx, ny = grid.height.shape
+        row["first"], row["nx"], row["ny"] = first, nx, ny
+        row["area"], row["cosine"] = grid.cell_length * grid.cell_width, grid.cosine
+        first += nx * ny
+        needed = {"along": wave_table(nx), "across": wave_table(ny)}
+        if coupling.size > 0:
+            needed |= {"node_x": interpolation(nx), "node_y": interpolation(ny)}
+        for name, table in needed.items():
+            row[name] = length
+            tables.append(table.ravel())
+            length += table.size
+    influences = [
+        normal_influence(grid.cell_length, grid.cell_width, grid.height.shape, modulus) for grid in grids
+    ]
+    sizes = [grid.height.size for grid in grids]
+    return _Cells(
+        rows,
+        np.concatenate([grid.height.ravel() for grid in grids]),
+        np.repeat(rows["area"], sizes),
+        np.repeat(rows["cosine"], sizes),
+        np.concatenate([table.ravel() for table in influences]),
+        np.concatenate([spectrum(table).ravel() for table in influences]),
+        np.concatenate(tables),
+        coupling,
+    )
+
+
+@kernel
+def _first_guess(
+    height: FloatArray,
+    area: FloatArray,
+    cosine: FloatArray,
+    load: float,
+    modulus: float,
+    pressure: FloatArray,
+) -> None:
+    """Virtual penetration, roughly: the overlap region's size squared times its depth carries the load."""
+    first = np.inf
+    for i in range(height.size):
+        first = min(first, height[i] / cosine[i])
+    low, high = first, first + 16.0 * (load / modulus) ** (2.0 / 3.0)
+    for _ in range(12):
         level = 0.5 * (low + high)
-        region = float(area[depth < level].sum())
+        region = 0.0
+        for i in range(height.size):
+            if height[i] < level * cosine[i]:
+                region += area[i]
         # N = pi/2 E* b delta for a circle; the region of half the approach is the contact itself
         if 2.0 * modulus * np.sqrt(region) * (level - first) < load:
             low = level
         else:
             high = level
-    return high
+    for i in range(height.size):
+        pressure[i] = np.sqrt(max(high * cosine[i] - height[i], 0.0))
+
+
+@kernel
+def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
+    """Displacements under pressures."""
+    force = np.empty(cells.coupling.shape[0])
+    for k in range(cells.grids.size):
+        grid = cells.grids[k]
+        nx, ny, first = grid["nx"], grid["ny"], grid["first"]
+        part = slice(first, first + nx * ny)
+        field, factor = pressure[part].reshape(nx, ny), cells.factor[part].reshape(nx, ny)
+        along, across = _wave_tables(cells, grid)
+        waves = waves_of(field, along, across)
+        for p in range(2):
+            for q in range(2):
+                waves[p, q] *= factor
+        field_of(waves, along, across, moved[part].reshape(nx, ny))
+        if force.size > 0:
+            along, across = _node_tables(cells, grid)
+            here = force[k * NODES * NODES : (k + 1) * NODES * NODES].reshape(NODES, NODES)
+            here[:] = grid["area"] * np.dot(along.T, np.dot(field, across))
+    if force.size > 0:
+        depth = np.dot(cells.coupling, force)
+        for k in range(cells.grids.size):
+            grid = cells.grids[k]
+            along, across = _node_tables(cells, grid)
+            here = depth[k * NODES * NODES : (k + 1) * NODES * NODES].reshape(NODES, NODES)
+            field = moved[grid["first"] : grid["first"] + grid["nx"] * grid["ny"]].reshape(
+                grid["nx"], grid["ny"]
+            )
+            field += np.dot(along, np.dot(here, across.T))
+
+
+@kernel
+def _wave_tables(cells: _Cells, grid: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
+    nx, ny = grid["nx"], grid["ny"]
+    hx, hy = (nx + 1) // 2, (ny + 1) // 2
+    along = cells.tables[grid["along"] : grid["along"] + 2 * nx * hx].reshape(2, nx, hx)
+    return along, cells.tables[grid["across"] : grid["across"] + 2 * ny * hy].reshape(2, ny, hy)
+
+
+@kernel
+def _node_tables(cells: _Cells, grid: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
+    along = cells.tables[grid["node_x"] : grid["node_x"] + grid["nx"] * NODES].reshape(grid["nx"], NODES)
+    return along, cells.tables[grid["node_y"] : grid["node_y"] + grid["ny"] * NODES].reshape(
+        grid["ny"], NODES
+    )
+
+
+@kernel
+def _iterate(
+    cells: _Cells, load: float, tolerance: float, limit: int, pressure: FloatArray
+) -> tuple[float, int, bool]:
+    """Conjugate gradients from `pressure`, which it scales to the load and brings to the solution."""
+    height, area, cosine = cells.height, cells.area, cells.cosine
+    size = height.size
+    residual, direction, beyond = np.empty(size), np.zeros(size), np.empty(size)
+    moved, image = np.empty(size), np.empty(size)
+    carried = 0.0
+    for i in range(size):
+        carried += area[i] * cosine[i] * pressure[i]
+    for i in range(size):
+        pressure[i] *= load / carried
+    _deflection(cells, pressure, moved)
+    last, restart, displacement, count, converged = 1.0, True, 0.0, 0, False
+    while count < limit and not converged:
+        count += 1
+        displacement, norm = _residual(cells, moved, pressure, residual)
+        share = 0.0 if restart else norm / last
+        for i in range(size):
+            direction[i] = residual[i] + share * direction[i] if pressure[i] > 0.0 else 0.0
+        last = norm
+        _deflection(cells, direction, image)
+        # Length of the step, at a constant mean displacement.
+        above, below, whole, weight, part = 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(size):
+            if pressure[i] > 0.0:
+                above += area[i] * residual[i] * direction[i]
+                below += area[i] * image[i] * direction[i]
+                whole += area[i] * cosine[i] * image[i]
+                weight += area[i] * cosine[i] * cosine[i]
+                part += area[i] * cosine[i] * direction[i]
+        below -= whole / weight * part
+        step = above / below if below > 0.0 else 0.0
+        # Move; `beyond` is what cells that leave or enter move otherwise than along the direction.
+        others, restart, carried, change = 0, False, 0.0, 0.0
+        for i in range(size):
+            old, new, extra = pressure[i], 0.0, 0.0
+            if old > 0.0:
+                new = old - step * direction[i]
+                if new <= 0.0:
+                    extra, new = -new, 0.0
+                    others += 1
+            elif residual[i] < 0.0:
+                new = extra = -step * residual[i]
+                restart = True
+                others += 1
+            pressure[i], beyond[i] = new, extra
+            carried += area[i] * cosine[i] * new
+            change += area[i] * cosine[i] * abs(new - old)
+        scale = load / carried
+        for i in range(size):
+            pressure[i] *= scale
+        if others > (_FEW if cells.grids.size == 1 else 0):
+            _deflection(cells, pressure, moved)
+        else:
+            for i in range(size):
+                moved[i] -= step * image[i]
+            if others > 0:
+                _add(beyond, cells.influence.reshape(cells.grids[0]["nx"], cells.grids[0]["ny"]), moved)
+            for i in range(size):
+                moved[i] *= scale
+        converged = (change / load + abs(scale - 1.0)) < tolerance and not restart
+    # The heights that the last pressures leave.
+    displacement, _ = _residual(cells, moved, pressure, residual)
+    return displacement, count, converged
 
 
 @kernel
 def _residual(
-    height: FloatArray,
-    moved: FloatArray,
-    pressure: FloatArray,
-    area: FloatArray,
-    cosine: FloatArray,
-    residual: FloatArray,
+    cells: _Cells, moved: FloatArray, pressure: FloatArray, residual: FloatArray
 ) -> tuple[float, float]:
     """Fill `residual` with the gap that is left; return the displacement and the square over loaded cells."""
+    height, area, cosine = cells.height, cells.area, cells.cosine
     above, below = 0.0, 0.0
     for i in range(height.size):
         if pressure[i] > 0.0:
@@ -208,93 +356,15 @@ def _residual(
 
 
 @kernel
-def _turn(residual: FloatArray, pressure: FloatArray, share: float, direction: FloatArray) -> None:
-    """Next conjugate direction, on loaded cells only."""
-    for i in range(residual.size):
-        direction[i] = residual[i] + share * direction[i] if pressure[i] > 0.0 else 0.0
-
-
-@kernel
-def _step(
-    residual: FloatArray,
-    direction: FloatArray,
-    image: FloatArray,
-    pressure: FloatArray,
-    area: FloatArray,
-    cosine: FloatArray,
-) -> float:
-    """Length of the step along the direction, at a constant mean displacement."""
-    above, below = 0.0, 0.0
-    for i in range(residual.size):
-        if pressure[i] > 0.0:
-            above += area[i] * cosine[i] * image[i]
-            below += area[i] * cosine[i] * cosine[i]
-    mean = above / below
-    above, below = 0.0, 0.0
-    for i in range(residual.size):
-        if pressure[i] > 0.0:
-            above += area[i] * residual[i] * direction[i]
-            below += area[i] * (image[i] - mean * cosine[i]) * direction[i]
-    return above / below if below > 0.0 else 0.0
-
-
-@kernel
-def _advance(
-    step: float,
-    residual: FloatArray,
-    direction: FloatArray,
-    pressure: FloatArray,
-    area: FloatArray,
-    cosine: FloatArray,
-    beyond: FloatArray,
-) -> tuple[int, bool, float, float]:
-    """Move the pressures.
-
-    Returns how many cells left or entered, whether any entered, the load carried and the change of it;
-    `beyond` is what such cells moved otherwise than along the direction, zero for all others.
-    """
-    others, entered, carried, change = 0, False, 0.0, 0.0
-    for i in range(residual.size):
-        old = pressure[i]
-        new, beyond[i] = 0.0, 0.0
-        if old > 0.0:
-            new = old - step * direction[i]
-            if new <= 0.0:
-                beyond[i] = -new
-                new, others = 0.0, others + 1
-        elif residual[i] < 0.0:
-            new, entered = -step * residual[i], True
-            beyond[i] = new
-            others += 1
-        pressure[i] = new
-        carried += area[i] * cosine[i] * new
-        change += area[i] * cosine[i] * abs(new - old)
-    return others, entered, carried, change
-
-
-@kernel
-def _follow(
-    moved: FloatArray,
-    step: float,
-    image: FloatArray,
-    scale: float,
-    beyond: FloatArray,
-    others: int,
-    table: FloatArray,
-) -> None:
-    """Displacement after a step; `table` is the influence on one grid of the cells that left or entered."""
-    for i in range(moved.size):
-        moved[i] -= step * image[i]
-    if others > 0:
-        nx, ny = table.shape
-        for k in range(beyond.size):
-            if beyond[k] != 0.0:
-                row, column = k // ny, k % ny
-                for i in range(nx):
-                    away = abs(i - row)
-                    for j in range(column):
-                        moved[i * ny + j] += beyond[k] * table[away, column - j]
-                    for j in range(column, ny):
-                        moved[i * ny + j] += beyond[k] * table[away, j - column]
-    for i in range(moved.size):
-        moved[i] *= scale
+def _add(pressure: FloatArray, influence: FloatArray, moved: FloatArray) -> None:
+    """Add the displacement under a few pressures on one grid."""
+    nx, ny = influence.shape
+    for k in range(pressure.size):
+        if pressure[k] != 0.0:
+            row, column = k // ny, k % ny
+            for i in range(nx):
+                away = abs(i - row)
+                for j in range(column):
+                    moved[i * ny + j] += pressure[k] * influence[away, column - j]
+                for j in range(column, ny):
+                    moved[i * ny + j] += pressure[k] * influence[away, j - column]

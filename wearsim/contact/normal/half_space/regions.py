@@ -10,11 +10,13 @@ import numpy as np
 
 from wearsim.contact.gap import ContactPlane, contact_plane, gap_surface
 from wearsim.contact.geometry import NO_WHEEL, Gap
-from wearsim.contact.normal.half_space.pressure import Coupling, HeightGrid
+from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid
 from wearsim.contact.normal.model import ALIKE
 from wearsim.contact.patch import FloatArray, IntArray
 
-_NODES = 8  # of the interpolation of the influence of one grid on another, in each direction
+_COARSE = 16, 32, 96  # cells of the search along, fewest and most across
+_COARSE_CELL = 1e-3  # m, across
+_FITTING = 0.25  # cells by which the borders of a grid may be off
 _GRAZING = 1.47  # rad to the contact plane, above which a profile is no longer its surface
 
 
@@ -30,6 +32,8 @@ class Region:
         Origin on the counterface's profile [m] and contact angle [rad].
     x_low, x_high, s_low, s_high : float
         Borders of the grid along and across [m].
+    nx, ny : int
+        Cells along and across.
     y_low, y_high : float
         Lateral positions the grid must not pass, because other grids begin there [m].
     """
@@ -41,22 +45,27 @@ class Region:
     x_high: float
     s_low: float
     s_high: float
+    nx: int
+    ny: int
     y_low: float = -np.inf
     y_high: float = np.inf
 
-    def cell(self, shape: tuple[int, int]) -> tuple[float, float]:
+    @property
+    def cell(self) -> tuple[float, float]:
         """Length and width of the cells [m]."""
-        return (self.x_high - self.x_low) / shape[0], (self.s_high - self.s_low) / shape[1]
+        return (self.x_high - self.x_low) / self.nx, (self.s_high - self.s_low) / self.ny
 
-    def x(self, count: int) -> FloatArray:
-        """Cell centres along, from the leading end (count,) [m]."""
-        share = (np.arange(count, dtype=np.float64) + 0.5) / count
-        return self.x_high - (self.x_high - self.x_low) * share
+    @property
+    def x(self) -> FloatArray:
+        """Cell centres along, from the leading end (nx,) [m]."""
+        x: FloatArray = self.x_high - self.cell[0] * (np.arange(self.nx, dtype=np.float64) + 0.5)
+        return x
 
-    def s(self, count: int) -> FloatArray:
-        """Cell centres across (count,) [m]."""
-        share = (np.arange(count, dtype=np.float64) + 0.5) / count
-        return self.s_low + (self.s_high - self.s_low) * share
+    @property
+    def s(self) -> FloatArray:
+        """Cell centres across (ny,) [m]."""
+        s: FloatArray = self.s_low + self.cell[1] * (np.arange(self.ny, dtype=np.float64) + 0.5)
+        return s
 
 
 class Section:
@@ -99,7 +108,7 @@ def origin_x(gap: Gap, region: Region) -> float:
     return float(np.interp(region.y, gap.counterface.y, gap.x[region.row]))
 
 
-def heights(gap: Gap, region: Region, shape: tuple[int, int], displacement: float) -> HeightGrid:
+def heights(gap: Gap, region: Region, displacement: float) -> HeightGrid:
     """Heights over the cells of a region.
 
     Parameters
@@ -109,8 +118,6 @@ def heights(gap: Gap, region: Region, shape: tuple[int, int], displacement: floa
         counterface at their lateral position.
     region : Region
         The grid's place.
-    shape : (int, int)
-        nx, ny cells.
     displacement : float
         How far the wheel is pushed down from initial contact [m].
 
@@ -119,8 +126,8 @@ def heights(gap: Gap, region: Region, shape: tuple[int, int], displacement: floa
     HeightGrid
         Large where nothing faces the plane.
     """
-    x, s = region.x(shape[0]), region.s(shape[1])
-    length, width = region.cell(shape)
+    x, s = region.x, region.s
+    length, width = region.cell
     cosine = float(np.cos(region.angle))
     plane = plane_of(gap, region)
     if gap.bodies is not None:
@@ -201,13 +208,28 @@ def _about(gap: Gap, row: int, piece: IntArray, limit: float) -> Region:
     # 1.15: circles are longer than parabolas, and yaw bends sections.
     half = 1.15 * np.sqrt(2.0 * depth / curvature_along(gap, row, grid.y[piece]))
     x = gap.x[row, piece] - float(np.interp(y, grid.y, gap.x[row]))
+    nx, fewest, most = _COARSE
+    ny = min(max(int((s[1] - s[0]) / _COARSE_CELL), fewest), most)
     return Region(
-        row, y, angle, float((x - half).min()), float((x + half).max()), float(s[0]), float(s[1]),
+        row, y, angle, float((x - half).min()), float((x + half).max()), float(s[0]), float(s[1]), nx, ny,
         float(grid.y[first]), float(grid.y[last]),
     )  # fmt: skip
 
 
-def rotated(region: Region, angle: float, wider: Region | None = None) -> Region:
+def scaled(region: Region, ratio: float, pressure: FloatArray) -> Region:
+    """Put the same grid around a patch that grows by a ratio about its pressure-weighted middle."""
+    x = float((pressure.sum(axis=1) * region.x).sum() / pressure.sum())
+    s = float((pressure.sum(axis=0) * region.s).sum() / pressure.sum())
+    return replace(
+        region,
+        x_low=x + ratio * (region.x_low - x),
+        x_high=x + ratio * (region.x_high - x),
+        s_low=s + ratio * (region.s_low - s),
+        s_high=s + ratio * (region.s_high - s),
+    )
+
+
+def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
     """Put the same grid into a plane of another angle, with room for another grid too if one is given."""
     if wider is None:
         return replace(region, angle=angle)
@@ -218,7 +240,20 @@ def rotated(region: Region, angle: float, wider: Region | None = None) -> Region
         x_high=max(region.x_high, wider.x_high),
         s_low=min(region.s_low, wider.s_low),
         s_high=max(region.s_high, wider.s_high),
+        nx=max(region.nx, wider.nx),
+        ny=max(region.ny, wider.ny),
     )
+
+
+def fits(gap: Gap, old: Region, new: Region) -> bool:
+    """Whether a grid has about the cells it should have, and its borders about where they should be."""
+    length, width = old.cell
+    x = origin_x(gap, new) - origin_x(gap, old)
+    s = (new.y - old.y) / float(np.cos(old.angle))
+    off_x = max(abs(new.x_low + x - old.x_low), abs(new.x_high + x - old.x_high))
+    off_s = max(abs(new.s_low + s - old.s_low), abs(new.s_high + s - old.s_high))
+    alike = abs(new.nx - old.nx) <= 0.05 * old.nx and abs(new.ny - old.ny) <= 0.1 * old.ny
+    return alike and off_x < _FITTING * length and off_s < _FITTING * width
 
 
 def touches_edge(region: Region, pressure: FloatArray) -> bool:
@@ -229,17 +264,15 @@ def touches_edge(region: Region, pressure: FloatArray) -> bool:
     return bool(along[0] or along[-1] or low or high)
 
 
-def carried_over(
-    gap: Gap, old: Sequence[tuple[Region, FloatArray]], region: Region, shape: tuple[int, int]
-) -> FloatArray:
+def carried_over(gap: Gap, old: Sequence[tuple[Region, FloatArray]], region: Region) -> FloatArray:
     """Pressures of other grids at the cells of a region, linear between their cells."""
-    pressure = np.zeros(shape)
-    y = Section(gap, region.y, region.angle).lateral(region.s(shape[1]))
-    x = region.x(shape[0]) + origin_x(gap, region)
+    pressure = np.zeros((region.nx, region.ny))
+    y = Section(gap, region.y, region.angle).lateral(region.s)
+    x = region.x + origin_x(gap, region)
     for before, field in old:
         s = Section(gap, before.y, before.angle).across(y)
-        along = _linear(x - origin_x(gap, before), before.x_high, before.x_low, field.shape[0])
-        across = _linear(s, before.s_low, before.s_high, field.shape[1])
+        along = _linear(x - origin_x(gap, before), before.x_high, before.x_low, before.nx)
+        across = _linear(s, before.s_low, before.s_high, before.ny)
         pressure += along @ field @ across.T
     return pressure
 
@@ -251,8 +284,8 @@ def _linear(place: FloatArray, start: float, stop: float, count: int) -> FloatAr
 
 
 def coupling_of(
-    gap: Gap, regions: list[Region], coupled: FloatArray, shape: tuple[int, int], effective_modulus: float
-) -> Coupling | None:
+    gap: Gap, regions: Sequence[Region], coupled: FloatArray, effective_modulus: float
+) -> FloatArray | None:
     """Influence of grids on each other, in the share in which they are coupled.
 
     Between grids that lie apart it is smooth: forces are passed on to 8 x 8 Chebyshev nodes of their grid,
@@ -263,32 +296,21 @@ def coupling_of(
     ----------
     gap : Gap
         n rows.
-    regions : list of Region
+    regions : sequence of Region
         k grids.
     coupled : (k, k) array
         From `gather`.
-    shape : (int, int)
-        nx, ny cells.
     effective_modulus : float
         E* [Pa].
 
     Returns
     -------
-    callable or None
-        For `solve_pressure`; none if no grid influences another.
+    (64 k, 64 k) array or None
+        For `solve_pressure`; none if no grid influences another [m/N].
     """
-    pairs = np.argwhere(coupled > 0.0)
-    if pairs.size == 0:
+    if not coupled.any():
         return None
-    nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
-    inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, _NODES - 1))
-
-    def weights(count: int) -> FloatArray:
-        places = (np.arange(count) + 0.5) * (2.0 / count) - 1.0
-        table: FloatArray = np.polynomial.chebyshev.chebvander(places, _NODES - 1) @ inverse
-        return table
-
-    along, across = weights(shape[0]), weights(shape[1])
+    nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
     points = []
     for region in regions:
         x = 0.5 * (region.x_high + region.x_low) - 0.5 * (region.x_high - region.x_low) * nodes
@@ -297,16 +319,11 @@ def coupling_of(
         z = np.interp(region.y, gap.counterface.y, gap.counterface.z)
         y_all = region.y + s_all * np.cos(region.angle)
         points.append(np.stack((x_all, y_all, z + s_all * np.sin(region.angle))).reshape(3, -1))
-    tables = {}
-    for j, k in pairs:
+    count = NODES * NODES
+    table = np.zeros((len(regions) * count, len(regions) * count))
+    for j, k in np.argwhere(coupled > 0.0):
         distance = np.sqrt(((points[j][:, :, None] - points[k][:, None, :]) ** 2).sum(axis=0))
         facing = coupled[j, k] * max(np.cos(regions[j].angle - regions[k].angle), 0.0)
-        tables[int(j), int(k)] = facing / (np.pi * effective_modulus * distance)
-    areas = [np.prod(region.cell(shape)) for region in regions]
-
-    def add(pressures: list[FloatArray], moved: list[FloatArray]) -> None:
-        forces = [areas[k] * (along.T @ field @ across).ravel() for k, field in enumerate(pressures)]
-        for (j, k), table in tables.items():
-            moved[j] += along @ (table @ forces[k]).reshape(_NODES, _NODES) @ across.T
-
-    return add
+        part = slice(j * count, (j + 1) * count), slice(k * count, (k + 1) * count)
+        table[part] = facing / (np.pi * effective_modulus * distance)
+    return table

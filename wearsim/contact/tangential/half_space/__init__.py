@@ -61,7 +61,7 @@ def solve(
     length, x = grid.cell_length, grid.x
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     out = np.zeros((5, count, nx, ny)) if fields else None
-    first = _first_guess(patch, shear_modulus, poisson_ratio)
+    first = _first_guess(patch, shear_modulus, poisson_ratio) if start is None else np.empty((0, count))
     for m in range(count):
         box = _box(grid.pressure[m])
         pressure = np.ascontiguousarray(grid.pressure[m][box])

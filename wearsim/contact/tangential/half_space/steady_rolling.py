@@ -19,126 +19,22 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.influence import (
-    ComplexArray,
-    back,
-    doubled_shape,
-    grid_influence,
+    field_of,
+    spectrum,
     tangential_influence,
-    transform,
+    wave_table,
+    wave_weights,
+    waves_of,
 )
-from wearsim.contact.kernel import leaf_kernel, plain
-from wearsim.contact.patch import FloatArray
-
-
-def least_residual(
-    product: Callable[[FloatArray], FloatArray], right: FloatArray, share: float, most: int
-) -> tuple[FloatArray, int]:
-    """Vector whose product comes close to a given one.
-
-    Parameters
-    ----------
-    product : callable
-        Product of the matrix with a vector (n,); it may return the same array each time.
-    right : (n,) array
-        What the product shall be; not all zero.
-    share : float
-        Part of the length of `right` that may be left.
-    most : int
-        Products before it is content with what it has.
-
-    Returns
-    -------
-    vector : (n,) array
-        Start is zero.
-    count : int
-        Products it took.
-    """
-    basis = np.empty((most + 1, right.size))
-    triangle = np.zeros((most, most))
-    rotation = np.zeros((3, most + 1))  # cosines, sines, what is left of the right-hand side
-    whole = _begin(right, basis, rotation)
-    count, left = 0, whole
-    while count < most and left > share * whole:
-        left = _orthogonalise(basis, count, product(basis[count]), triangle, rotation)
-        count += 1
-    vector = np.empty(right.size)
-    _combine(basis, count, triangle, rotation, vector)
-    return vector, count
-
-
-@leaf_kernel
-def _begin(right: FloatArray, basis: FloatArray, rotation: FloatArray) -> float:
-    """First vector of the basis; returns the length of the right-hand side."""
-    total = 0.0
-    for i in range(right.size):
-        total += right[i] * right[i]
-    length = np.sqrt(total)
-    for i in range(right.size):
-        basis[0, i] = right[i] / length
-    rotation[2, 0] = length
-    return float(length)
-
-
-@leaf_kernel
-def _orthogonalise(
-    basis: FloatArray, count: int, product: FloatArray, triangle: FloatArray, rotation: FloatArray
-) -> float:
-    """Next vector of the basis and column of the triangle; returns the length of the residual left."""
-    size = product.size
-    for k in range(count + 1):
-        value = 0.0
-        for i in range(size):
-            value += basis[k, i] * product[i]
-        triangle[k, count] = value
-        for i in range(size):
-            product[i] -= value * basis[k, i]
-    total = 0.0
-    for i in range(size):
-        total += product[i] * product[i]
-    length = np.sqrt(total)
-    if length > 0.0:
-        for i in range(size):
-            basis[count + 1, i] = product[i] / length
-    for k in range(count):
-        upper, lower = triangle[k, count], triangle[k + 1, count]
-        triangle[k, count] = rotation[0, k] * upper + rotation[1, k] * lower
-        triangle[k + 1, count] = rotation[0, k] * lower - rotation[1, k] * upper
-    upper = triangle[count, count]
-    whole = np.sqrt(upper * upper + length * length)
-    if whole > 0.0:
-        rotation[0, count], rotation[1, count] = upper / whole, length / whole
-    else:
-        rotation[0, count], rotation[1, count] = 1.0, 0.0
-    triangle[count, count] = whole
-    rotation[2, count + 1] = -rotation[1, count] * rotation[2, count]
-    rotation[2, count] *= rotation[0, count]
-    return float(abs(rotation[2, count + 1]))
-
-
-@leaf_kernel
-def _combine(
-    basis: FloatArray, count: int, triangle: FloatArray, rotation: FloatArray, out: FloatArray
-) -> None:
-    """Sum of the basis vectors with the weights that leave the least residual."""
-    for k in range(count - 1, -1, -1):
-        value = rotation[2, k]
-        for j in range(k + 1, count):
-            value -= triangle[k, j] * rotation[0, j]
-        # the cosines are no longer needed: their row takes the weights
-        rotation[0, k] = value / triangle[k, k] if triangle[k, k] != 0.0 else 0.0
-    for i in range(out.size):
-        out[i] = 0.0
-    for k in range(count):
-        for i in range(out.size):
-            out[i] += rotation[0, k] * basis[k, i]
-
+from wearsim.contact.kernel import kernel, plain
+from wearsim.contact.patch import FloatArray, IntArray
 
 TOLERANCE = 1e-6  # sum of the residuals of all cells over the sum of their tractions
 MOST_STEPS = 40
@@ -148,31 +44,30 @@ _LONGEST = 64  # cells of a stretch that are solved together: the work grows wit
 _SIDE = 0.28  # what neighbouring strips take from a strip's part; counted out, a fifth of the products less
 
 
-@dataclass(frozen=True)
-class SlipOperator:
+class SlipOperator(NamedTuple):
     """What tractions in the cells of a grid add to the slip there.
 
     Parameters
     ----------
-    shape : (int, int)
-        nx, ny cells; x index from the leading end.
-    doubled : (int, int)
-        mx, my cells of the grid of the transforms.
-    spectrum : (3, mx, my // 2 + 1) complex array
-        Transformed kernels: slip along x from traction along x, the same of y, and across [1/Pa].
-    strip : (2, k, k) array
-        Triangles of the matrix of k cells in a strip on their own, of x and y [1/Pa].
-    stiffest : float
-        Largest slip per traction of any wave [1/Pa].
+    along, across : (2, nx, (nx + 1) // 2), (2, ny, (ny + 1) // 2) array
+        Waves of both directions; x index from the leading end.
+    factor : (3, 2, nx, ny) array
+        Factors of the waves: slip along x from traction along x, the same of y, and across; of what is even
+        along x, and odd [1/Pa].
+    strip : (2, 2, k, k) array
+        Inverse triangles of the matrix of k cells in a strip on their own, of x and y: lower one without
+        unit, upper one [Pa].
+    reach : float
+        One over the largest slip per traction of any wave [Pa].
     own : float
-        Slip per traction of a cell on its own [1/Pa].
+        Slip per traction of a cell on its own, times `reach` [-].
     """
 
-    shape: tuple[int, int]
-    doubled: tuple[int, int]
-    spectrum: ComplexArray
+    along: FloatArray
+    across: FloatArray
+    factor: FloatArray
     strip: FloatArray
-    stiffest: float
+    reach: float
     own: float
 
 
@@ -222,22 +117,26 @@ def slip_operator(
         Of :math:`(u(x) - u(x + \Delta x)) / \Delta x`: material flows from the leading end downstream.
     """
     nx, ny = shape
-    influence = tangential_influence(cell_length, cell_width, (nx + 1, ny), shear_modulus, poisson_ratio)
-    kernels = np.stack([np.diff(part[:-1], axis=0) for part in influence]) / cell_length
-    spectrum = grid_influence(kernels, shape).spectrum
+    table = tangential_influence(cell_length, cell_width, (nx + 1, ny), shear_modulus, poisson_ratio)
+    table /= cell_length
+    ahead = np.concatenate((table[:, 1:2], table[:, :-2]), axis=1)
+    ahead[2, 0] *= -1.0
+    # Difference from cell to cell, its halves of both signs of the index: second and first differences.
+    bend, rise = table[:, :-1] - 0.5 * (ahead + table[:, 1:]), 0.5 * (table[:, 1:] - ahead)
+    factor = np.array(
+        [[spectrum(bend[c]), spectrum(rise[c], odd=(True, False))] for c in range(2)]
+        + [[spectrum(rise[2], odd=(False, True)), spectrum(bend[2], odd=(True, True))]]
+    )
     longest = np.arange(min(nx, _LONGEST))
-    ahead = longest[:, None] - longest + nx - 1
-    strip = np.ascontiguousarray(kernels[:2, :, ny - 1][:, ahead])
-    _split(strip)
-    own = float(0.5 * kernels[:2, nx - 1, ny - 1].sum())
-    return SlipOperator(shape, doubled_shape(shape), spectrum, strip, float(np.abs(spectrum[:2]).max()), own)
-
-
-def elastic_slip(operator: SlipOperator, traction: FloatArray) -> FloatArray:
-    """Slip (2, nx, ny) that tractions (2, nx, ny) [Pa] add to the rigid one [-]."""
-    wave = transform(traction, operator.doubled)
-    _multiply(operator.spectrum, wave)
-    return plain(back(wave, operator.shape, operator.doubled))
+    place = longest[:, None] - longest
+    matrix = bend[:2, :, 0][:, np.abs(place)] + np.sign(place) * rise[:2, :, 0][:, np.abs(place)]
+    strip = np.zeros((2, 2, longest.size, longest.size))
+    _split(matrix, strip)
+    reach = 1.0 / float(
+        (np.hypot(factor[:2, 0], factor[:2, 1]) / wave_weights(nx)[:, None] / wave_weights(ny)).max()
+    )
+    own = reach * 0.5 * float(bend[:2, 0, 0].sum())
+    return SlipOperator(wave_table(nx), wave_table(ny), factor, strip, reach, own)
 
 
 def solve(
@@ -269,85 +168,167 @@ def solve(
         The caller judges its residual: at most `TOLERANCE` unless the steps ran out.
     """
     bound = plain(bound)
-    marks, direction = np.empty(operator.shape), np.zeros((2, *operator.shape))
-    rest = np.empty((2, *operator.shape))
-    reach = 1.0 / operator.stiffest
-    traction = np.where(bound > 0.0, start, 0.0)
-    _cut_back(traction, bound)
-    slip = rigid_slip + elastic_slip(operator, traction)
-    products, before, steps = 1, np.inf, 0
+    marks, traction = np.empty(bound.shape), np.where(bound > 0.0, start, 0.0)
+    slip = np.empty(traction.shape)
+    error, steps, products = _newton(
+        operator, plain(rigid_slip), bound, TOLERANCE, most_steps, MOST_PRODUCTS, traction, slip, marks
+    )
+    slipping = (marks >= 0.0) & (marks <= 1.0)
+    slip = np.where(slipping | (bound <= 0.0), slip, 0.0)
+    return RollingSolution(traction, slip, slipping, error, steps, products)
+
+
+@kernel
+def _newton(
+    operator: SlipOperator,
+    rigid_slip: FloatArray,
+    bound: FloatArray,
+    tolerance: float,
+    most_steps: int,
+    most_products: int,
+    traction: FloatArray,
+    slip: FloatArray,
+    marks: FloatArray,
+) -> tuple[float, int, int]:
+    """Newton's method from `traction`; returns the residual, the steps and the convolutions."""
+    direction, rest = np.zeros(traction.shape), np.empty(traction.shape)
+    change, basis = np.empty(traction.shape), np.empty((most_products + 1, traction.size))
+    products, before, steps = 0, np.inf, 0
     while True:
-        error, size = _residual(traction, slip, bound, reach, marks, direction, rest)
-        error = error / size if size > 0.0 else 0.0 if error == 0.0 else np.inf
-        if error <= TOLERANCE or steps == most_steps or (not error < np.inf and steps > 0):
-            break
+        _cut_back(traction, bound)
+        _slip(operator, traction, slip)
+        slip += rigid_slip
+        products += 1
+        error, size = _residual(traction, slip, bound, operator.reach, marks, direction, rest)
+        error = error / size if size > 0.0 else (0.0 if error == 0.0 else np.inf)
+        if error <= tolerance or steps == most_steps or (not error < np.inf and steps > 0):
+            return error, steps, products
         # As exact as the outer iteration deserves (Eisenstat and Walker), no more than the last one needs.
         share = 0.2 if not before < np.inf else min(0.2, 0.5 * (error / before) ** 1.6)
-        share = max(share, 0.5 * TOLERANCE / error, 1e-4)
+        share = max(share, 0.5 * tolerance / error, 1e-4)
         before = error
-        change, count = _linear_step(operator, marks, direction, rest, reach, share)
-        traction = traction + change
-        _cut_back(traction, bound)
-        slip = rigid_slip + elastic_slip(operator, traction)
-        products += count + 1
+        products += _linear_step(operator, marks, direction, rest, share, basis, change)
+        traction += change
         steps += 1
-    slipping = (marks >= 0.0) & (marks <= 1.0)
-    return RollingSolution(
-        traction, np.where(slipping | (bound <= 0.0), slip, 0.0), slipping, float(error), steps, products
-    )
 
 
+@kernel
+def _slip(operator: SlipOperator, traction: FloatArray, slip: FloatArray) -> None:
+    """Slip (2, nx, ny) that tractions (2, nx, ny) [Pa] add to the rigid one [-]."""
+    factor, along, across = operator.factor, operator.along, operator.across
+    x, y = waves_of(traction[0], along, across), waves_of(traction[1], along, across)
+    for i in range(factor.shape[2]):
+        for j in range(factor.shape[3]):
+            e, o = factor[2, 0, i, j], factor[2, 1, i, j]
+            # Of each component by the other: from cosines across to sines and back.
+            x_cc, x_sc = -e * y[0, 1, i, j] + o * y[1, 1, i, j], -e * y[1, 1, i, j] - o * y[0, 1, i, j]
+            x_cs, x_ss = e * y[0, 0, i, j] - o * y[1, 0, i, j], e * y[1, 0, i, j] + o * y[0, 0, i, j]
+            y_cc, y_sc = -e * x[0, 1, i, j] + o * x[1, 1, i, j], -e * x[1, 1, i, j] - o * x[0, 1, i, j]
+            y_cs, y_ss = e * x[0, 0, i, j] - o * x[1, 0, i, j], e * x[1, 0, i, j] + o * x[0, 0, i, j]
+            e, o = factor[0, 0, i, j], factor[0, 1, i, j]
+            x_cc += e * x[0, 0, i, j] - o * x[1, 0, i, j]
+            x_sc += e * x[1, 0, i, j] + o * x[0, 0, i, j]
+            x_cs += e * x[0, 1, i, j] - o * x[1, 1, i, j]
+            x_ss += e * x[1, 1, i, j] + o * x[0, 1, i, j]
+            e, o = factor[1, 0, i, j], factor[1, 1, i, j]
+            y_cc += e * y[0, 0, i, j] - o * y[1, 0, i, j]
+            y_sc += e * y[1, 0, i, j] + o * y[0, 0, i, j]
+            y_cs += e * y[0, 1, i, j] - o * y[1, 1, i, j]
+            y_ss += e * y[1, 1, i, j] + o * y[0, 1, i, j]
+            x[0, 0, i, j], x[1, 0, i, j], x[0, 1, i, j], x[1, 1, i, j] = x_cc, x_sc, x_cs, x_ss
+            y[0, 0, i, j], y[1, 0, i, j], y[0, 1, i, j], y[1, 1, i, j] = y_cc, y_sc, y_cs, y_ss
+    field_of(x, along, across, slip[0])
+    field_of(y, along, across, slip[1])
+
+
+@kernel
 def _linear_step(
     operator: SlipOperator,
     marks: FloatArray,
     direction: FloatArray,
     rest: FloatArray,
-    reach: float,
     share: float,
-) -> tuple[FloatArray, int]:
-    """Newton's change of the tractions, exact to a share of the residual; and the convolutions it took."""
-    trial, product = np.empty(rest.shape), np.empty(rest.shape)
-    line = np.empty(operator.shape[0])
-    own = reach * operator.own
+    basis: FloatArray,
+    change: FloatArray,
+) -> int:
+    """Newton's change of the tractions, exact to a share of the residual; returns the convolutions it took.
 
-    def undone(vector: FloatArray) -> FloatArray:
-        given = vector.reshape(rest.shape)
-        _precondition(given, marks, direction, operator.strip, reach, own, line, trial)
-        return trial
+    Generalised minimal residuals, preconditioned on the right.
+    """
+    most, size, shape = basis.shape[0] - 1, rest.size, rest.shape
+    triangle, weight = np.zeros((most, most)), np.empty(most)
+    cosine, sine, left = np.empty(most), np.empty(most), np.empty(most + 1)
+    slip, stretches = np.empty(shape), _stretches(marks, operator.strip.shape[2])
+    flat = rest.reshape(size)
+    left[0] = whole = np.sqrt(np.dot(flat, flat))
+    for i in range(size):
+        basis[0, i] = -flat[i] / whole
+    count = 0
+    while count < most and abs(left[count]) > share * whole:
+        product = basis[count + 1]
+        _precondition(basis[count].reshape(shape), marks, direction, operator, stretches, change)
+        _slip(operator, change, slip)
+        _derivative(change, slip, marks, direction, operator.reach, product.reshape(shape))
+        for k in range(count + 1):
+            value = np.dot(basis[k], product)
+            triangle[k, count] = value
+            for i in range(size):
+                product[i] -= value * basis[k, i]
+        length = np.sqrt(np.dot(product, product))
+        if length > 0.0:
+            for i in range(size):
+                product[i] /= length
+        for k in range(count):
+            upper, lower = triangle[k, count], triangle[k + 1, count]
+            triangle[k, count] = cosine[k] * upper + sine[k] * lower
+            triangle[k + 1, count] = cosine[k] * lower - sine[k] * upper
+        upper = triangle[count, count]
+        total = np.sqrt(upper * upper + length * length)
+        cosine[count], sine[count] = (upper / total, length / total) if total > 0.0 else (1.0, 0.0)
+        triangle[count, count] = total
+        left[count + 1] = -sine[count] * left[count]
+        left[count] *= cosine[count]
+        count += 1
+    for k in range(count - 1, -1, -1):
+        value = left[k]
+        for j in range(k + 1, count):
+            value -= triangle[k, j] * weight[j]
+        weight[k] = value / triangle[k, k] if triangle[k, k] != 0.0 else 0.0
+    flat = slip.reshape(size)
+    flat[:] = 0.0
+    for k in range(count):
+        for i in range(size):
+            flat[i] += weight[k] * basis[k, i]
+    _precondition(slip, marks, direction, operator, stretches, change)
+    return count
 
-    def derivative(vector: FloatArray) -> FloatArray:
-        change = undone(vector)
-        _derivative(change, elastic_slip(operator, change), marks, direction, reach, product)
-        return product.reshape(-1)
 
-    weights, count = least_residual(derivative, -rest.reshape(-1), share, MOST_PRODUCTS)
-    return undone(weights), count
+@kernel
+def _split(matrix: FloatArray, inverse: FloatArray) -> None:
+    """Invert the triangles of both matrices in place; no pivots: their symmetric part is positive.
 
-
-@leaf_kernel
-def _multiply(spectrum: ComplexArray, wave: ComplexArray) -> None:
-    """Two components by the symmetric two by two matrix of each wave, in place."""
-    for i in range(wave.shape[1]):
-        for j in range(wave.shape[2]):
-            along, across = wave[0, i, j], wave[1, i, j]
-            wave[0, i, j] = spectrum[0, i, j] * along + spectrum[2, i, j] * across
-            wave[1, i, j] = spectrum[2, i, j] * along + spectrum[1, i, j] * across
-
-
-@leaf_kernel
-def _split(strip: FloatArray) -> None:
-    """Triangles of both matrices in place; no pivots: their symmetric part is positive."""
-    n = strip.shape[1]
+    Leading parts of the inverses are the inverses of the leading parts.
+    """
+    n = matrix.shape[1]
     for c in range(2):
+        upper, lower, whole = matrix[c], inverse[c, 0], inverse[c, 1]
+        for k in range(n):
+            lower[k, k] = whole[k, k] = 1.0
         for k in range(n):
             for i in range(k + 1, n):
-                factor = strip[c, i, k] / strip[c, k, k]
-                strip[c, i, k] = factor
-                for j in range(k + 1, n):
-                    strip[c, i, j] -= factor * strip[c, k, j]
+                factor = upper[i, k] / upper[k, k]
+                for j in range(n):
+                    upper[i, j] -= factor * upper[k, j]
+                    lower[i, j] -= factor * lower[k, j]
+        for k in range(n - 1, -1, -1):
+            for j in range(n):
+                whole[k, j] /= upper[k, k]
+            for i in range(k):
+                for j in range(n):
+                    whole[i, j] -= upper[i, k] * whole[k, j]
 
 
-@leaf_kernel
+@kernel
 def _cut_back(traction: FloatArray, bound: FloatArray) -> None:
     """Shorten tractions above the bound."""
     for i in range(bound.shape[0]):
@@ -358,7 +339,7 @@ def _cut_back(traction: FloatArray, bound: FloatArray) -> None:
                 traction[1, i, j] *= bound[i, j] / size
 
 
-@leaf_kernel
+@kernel
 def _residual(
     traction: FloatArray,
     slip: FloatArray,
@@ -396,7 +377,7 @@ def _residual(
     return error, size
 
 
-@leaf_kernel
+@kernel
 def _derivative(
     change: FloatArray,
     slip: FloatArray,
@@ -421,15 +402,31 @@ def _derivative(
                 out[1, i, j] = change[1, i, j] - mark * (v_y - along * d_y)
 
 
-@leaf_kernel
+@kernel
+def _stretches(marks: FloatArray, longest: int) -> IntArray:
+    """First cell, strip and number of cells (k, 3) of each stretch of stick."""
+    nx, ny = marks.shape
+    table, lines = np.empty((marks.size, 3), dtype=np.int64), 0
+    for j in range(ny):
+        count = 0
+        for i in range(nx):
+            if marks[i, j] == _STICK:
+                if count == 0:
+                    table[lines, 0], table[lines, 1] = i, j
+                count += 1
+                table[lines, 2] = count
+            if count == longest or (count > 0 and (marks[i, j] != _STICK or i == nx - 1)):
+                lines, count = lines + 1, 0
+    return table[:lines]
+
+
+@kernel
 def _precondition(
     given: FloatArray,
     marks: FloatArray,
     direction: FloatArray,
-    strip: FloatArray,
-    reach: float,
-    own: float,
-    line: FloatArray,
+    operator: SlipOperator,
+    stretches: IntArray,
     out: FloatArray,
 ) -> None:
     """Change of tractions with a given derivative, if stretches of stick and cells that slip were alone."""
@@ -442,33 +439,30 @@ def _precondition(
             elif mark != _STICK:
                 d_x, d_y = direction[0, i, j], direction[1, i, j]
                 along = d_x * given[0, i, j] + d_y * given[1, i, j]
-                soft = 1.0 / (1.0 - mark + mark * own)
+                soft = 1.0 / (1.0 - mark + mark * operator.own)
                 out[0, i, j] = along * d_x + soft * (given[0, i, j] - along * d_x)
                 out[1, i, j] = along * d_y + soft * (given[1, i, j] - along * d_y)
+    count = stretches.shape[0]
+    if count == 0:
+        return
+    line = np.zeros((count, operator.strip.shape[2]))
+    half, whole = np.empty_like(line), np.empty_like(line)
     for c in range(2):
-        for j in range(ny):
-            first = 0
-            while first < nx:
-                if marks[first, j] != _STICK:
-                    first += 1
-                    continue
-                count = 0
-                while count < _LONGEST and first + count < nx and marks[first + count, j] == _STICK:
-                    i = first + count
-                    value = given[c, i, j]
-                    if j > 0 and marks[i, j - 1] == _STICK:
-                        value -= _SIDE * given[c, i, j - 1]
-                    if j + 1 < ny and marks[i, j + 1] == _STICK:
-                        value -= _SIDE * given[c, i, j + 1]
-                    value /= reach
-                    for k in range(count):
-                        value -= strip[c, count, k] * line[k]
-                    line[count] = value
-                    count += 1
-                for i in range(count - 1, -1, -1):
-                    value = line[i]
-                    for k in range(i + 1, count):
-                        value -= strip[c, i, k] * line[k]
-                    line[i] = value / strip[c, i, i]
-                    out[c, first + i, j] = line[i]
-                first += count
+        for m in range(count):
+            first, j = stretches[m, 0], stretches[m, 1]
+            for k in range(stretches[m, 2]):
+                i = first + k
+                value = given[c, i, j]
+                if j > 0 and marks[i, j - 1] == _STICK:
+                    value -= _SIDE * given[c, i, j - 1]
+                if j + 1 < ny and marks[i, j + 1] == _STICK:
+                    value -= _SIDE * given[c, i, j + 1]
+                line[m, k] = value / operator.reach
+        np.dot(line, operator.strip[c, 0].T, half)
+        for m in range(count):
+            half[m, stretches[m, 2] :] = 0.0
+        np.dot(half, operator.strip[c, 1].T, whole)
+        for m in range(count):
+            first, j = stretches[m, 0], stretches[m, 1]
+            for k in range(stretches[m, 2]):
+                out[c, first + k, j] = whole[m, k]
