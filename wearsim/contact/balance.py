@@ -519,10 +519,15 @@ def _locked(wheels: Wheels, row: int, locked: NDArray[np.bool_]) -> ContactError
     return error
 
 
+def _torque_scale(task: Task, chunk: ContactConditions) -> FloatArray:
+    """Friction coefficient x wheel load x radius (n,), above 0 without friction, too [N m]."""
+    scale: FloatArray = np.maximum(chunk.friction, 1e-3) * chunk.wheel_load * task.wheelset.radius
+    return scale
+
+
 def _residual(task: Task, chunk: ContactConditions, forces: Forces, columns: list[int]) -> FloatArray:
     """Torque over what friction can carry, and vertical forces over the wheel load less 1, (n, k)."""
-    scale = np.maximum(chunk.friction, 1e-3) * chunk.wheel_load * task.wheelset.radius
-    torque = (forces.torque.sum(axis=1) - chunk.torque) / scale
+    torque = (forces.torque.sum(axis=1) - chunk.torque) / _torque_scale(task, chunk)
     vertical = forces.vertical / chunk.wheel_load[:, None] - 1.0
     return np.column_stack([torque, vertical])[:, columns]
 
@@ -537,24 +542,20 @@ def _slopes(
     columns: list[int],
 ) -> FloatArray:
     """Differences (n, k, k) of the residuals over those of the unknowns."""
-
-    def at(speed: FloatArray, load: FloatArray) -> FloatArray:
-        forces = forces_of(task, stretched(wheels, load), speed, model)
-        return _residual(task, chunk, forces, [0, 1, 2])
-
-    turn, grow = 1e-2, SIMILAR
-    still = at(speed, load)
+    turn, grow, every = 1e-2, SIMILAR, [0, 1, 2]
+    near = stretched(wheels, load)
+    before = forces_of(task, near, speed, model)
+    still = _residual(task, chunk, before, every)
     slope = np.zeros((speed.size, 3, 3))
-    slope[:, range(3), range(3)] = 1.0
+    slope[:, every, every] = 1.0
     if 0 in columns:
-        slope[:, :, 0] = (
-            at(speed - turn * _SPEED_UNIT * chunk.speed / task.wheelset.radius, load) - still
-        ) / turn
-    for number in set(columns) - {0}:
-        # The wheels act on each other through the torque alone.
-        heavier = load.copy()
-        heavier[:, number - 1] *= np.exp(grow)
-        slope[:, :, number] = (at(speed, heavier) - still) / grow
+        faster = speed - turn * _SPEED_UNIT * chunk.speed / task.wheelset.radius
+        slope[:, :, 0] = (_residual(task, chunk, forces_of(task, near, faster, model), every) - still) / turn
+    if columns[-1:] > [0]:  # both loads at once: the wheels act on each other through the torque alone
+        forces = forces_of(task, stretched(wheels, np.exp(grow) * load), speed, model)
+        after = _residual(task, chunk, forces, every)
+        slope[:, 0, 1:] = (forces.torque - before.torque) / (grow * _torque_scale(task, chunk)[:, None])
+        slope[:, [1, 2], [1, 2]] = (after - still)[:, 1:] / grow
     return slope[:, columns][:, :, columns]
 
 

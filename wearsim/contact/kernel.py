@@ -60,4 +60,6 @@ def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
 
 def plain(array: ArrayLike) -> NDArray[np.float64]:
     """Return the same numbers as the one kind of array kernels are compiled for: contiguous, writeable."""
+    if type(array) is np.ndarray and array.dtype == np.float64 and array.flags.carray:
+        return array
     return np.require(array, np.float64, ("C", "W"))

@@ -40,7 +40,7 @@ __all__ = [
     "solve_each",
 ]
 
-CHUNK = 64  # operating points per task, whatever the number of threads: same bits for any number of them
+CHUNK = 128  # operating points per task, whatever the number of threads: same bits for any number of them
 
 
 Result = TypeVar("Result")

@@ -87,8 +87,9 @@ def solve(
     count, strips = patch.y.shape
     out = np.zeros((5, count, patch.cells.max(initial=1), strips) if fields else (5, 0, 0, 0))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
-    factor = np.array([load_factor(cells) for cells in patch.cells.tolist()])
-    slope = patch.pressure_slope * factor[:, None]
+    numbers, of = np.unique(patch.cells, return_inverse=True)
+    factor = np.array([load_factor(cells) for cells in numbers.tolist()])
+    slope = patch.pressure_slope * factor[of][:, None]
     _march(
         plain(patch.y), plain(patch.width), plain(patch.x_lead), plain(patch.x_trail), plain(friction),
         plain(slope), plain(creepage), flexibility, plain(_mean_flexibility(creepage, flexibility)),
