@@ -315,7 +315,7 @@ def solve_wheels(
 
 
 class Cut(NamedTuple):
-    """Strips of equal width: centres, squared half-lengths' roots, middles, pressure slopes; edges on the profile."""
+    """Strips of equal width: centres, half-lengths, middles, pressure slopes; edges on the profile."""
 
     y: FloatArray
     half: FloatArray
