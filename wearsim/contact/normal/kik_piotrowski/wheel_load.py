@@ -333,8 +333,8 @@ def balance(
 ) -> None:  # fmt: skip
     """Find the approach of each row that carries its load.
 
-    `start` (n,) holds the vertical displacement under the load `start_load`, or NaN. Rows with yaw get skewed
-    strips if the wheel has a surface. `lowest` is the minimum of each gap. `patches` (n, most) are in the order
+    `start` (n,) holds the vertical displacement under the load `start_load`, or NaN; `lowest` the minimum of
+    each gap. Rows with yaw get skewed strips if the wheel has a surface. `patches` (n, most) are in the order
     of falling force.
     """
     for k in range(load.size):

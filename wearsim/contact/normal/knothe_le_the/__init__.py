@@ -173,7 +173,10 @@ def _work(most: int) -> Work:
         far=square(most),
         bow=np.empty(most),
         logs=np.empty(most),
-        sums=np.empty((4, most)),
+        base=np.empty(most),
+        terms=np.empty((6, most, most)),
+        expanded=np.zeros(most + 1, np.int64),
+        sums=np.empty((3, most)),
     )
 
 

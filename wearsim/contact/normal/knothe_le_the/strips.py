@@ -264,7 +264,8 @@ def blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: Fl
 @bare_kernel
 def share_points(
     first: int, stop: int, displacement: float,
-    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], along: FloatArray, share: FloatArray, patches: Records,
+    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], along: FloatArray, share: FloatArray,
+    patches: Records,
 ) -> None:  # fmt: skip
     """Creepage reference points of the patches of a wheel, one for those in a plane; `share` is for work."""
     y, z, count = profile[0], profile[1], stop - first
