@@ -284,7 +284,7 @@ def _find_approach(
     load: float, guess: float, factor: float, modulus: float, vertical: bool, number: int, row: Row,
     yawed: bool, rough: bool, work: Work,
 ) -> tuple[float, float, int]:  # fmt: skip
-    """Approach of a wheel that carries its load, the load of its patches as they are left, and their number."""
+    """Approach of a wheel under its load, the load of its patches as they are left, and their number."""
     # Hertz-like guess for a sphere of the wheel's radius; under yaw, strips without skew first: they cost
     # little and lead near the solution.
     skewed = yawed and not rough and guess > 0.0
@@ -333,8 +333,9 @@ def balance(
 ) -> None:  # fmt: skip
     """Find the approach of each row that carries its load.
 
-    `start` (n,) holds the vertical displacement under the load `start_load`, or NaN. Rows with yaw get skewed
-    strips if the wheel has a surface. `lowest` is the minimum of each gap. `patches` (n, most) are in the order of falling force.
+    `start` (n,) holds the vertical displacement under the load `start_load`, or NaN; `lowest` the minimum of
+    each gap. Rows with yaw get skewed strips if the wheel has a surface. `patches` (n, most) are in the order
+    of falling force.
     """
     for k in range(load.size):
         r = rows[k]

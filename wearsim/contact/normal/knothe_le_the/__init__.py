@@ -36,14 +36,13 @@ References
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import plain
 from wearsim.contact.normal.knothe_le_the.equations import Pairs, Work, influence_table
-from wearsim.contact.normal.knothe_le_the.strips import LOBES, PATCH, PLANE, SPAN, STRIP
+from wearsim.contact.normal.knothe_le_the.strips import LOBES, PATCH, PLANE, SPAN, STRIP, Records
 from wearsim.contact.normal.knothe_le_the.wheel import Cut, cut_patches, solve_wheels
 from wearsim.contact.normal.model import (
     MOST_PATCHES,
@@ -89,7 +88,7 @@ def solve(
     solved = int(min(max({**DEFAULTS, **parameters}["solved_strips"], _FEWEST), _MOST))
     rows, most = load.size, 4 * solved
     number, fault = np.zeros(rows, np.int64), np.zeros(gap.gap.shape[0], np.int64)
-    patches = np.zeros((rows, MOST_PATCHES), PATCH).view(np.recarray)
+    patches: Records = np.zeros((rows, MOST_PATCHES), PATCH).view(np.recarray)
     nodes = np.empty((3, rows, MOST_PATCHES, most + 2))
     surface, lowest = gap.counterface, gap.gap.min(axis=1)
     profile = (surface.y, surface.z, surface.slope, surface.angle)
@@ -109,7 +108,8 @@ def solve(
     width = patches.stop - patches.start
     strips = resolution.strips_across(width)
     shape = (place.size, int(strips.max(initial=0)))
-    out = Cut(*np.empty((4, *shape)), np.empty((shape[0], shape[1] + 1)))
+    y, half, middle, slope = np.empty((4, *shape))
+    out = Cut(y, half, middle, slope, np.empty((shape[0], shape[1] + 1)))
     cut_patches(
         of, place, rank, strips, patches, nodes, profile, gap.gap, lowest, gap.x, np.empty(most + 2),
         work.share, out,
@@ -145,7 +145,7 @@ def solve(
 def _work(most: int) -> Work:
     """Room for the strips of a wheel and their equations."""
 
-    def records(size: int, dtype: np.dtype[np.void]) -> np.recarray[Any, Any]:
+    def records(size: int, dtype: np.dtype[np.void]) -> Records:
         return np.zeros(size, dtype).view(np.recarray)
 
     def square(size: int) -> FloatArray:
@@ -173,7 +173,10 @@ def _work(most: int) -> Work:
         far=square(most),
         bow=np.empty(most),
         logs=np.empty(most),
-        sums=np.empty((4, most)),
+        base=np.empty(most),
+        terms=np.empty((6, most, most)),
+        expanded=np.zeros(most + 1, np.int64),
+        sums=np.empty((3, most)),
     )
 
 

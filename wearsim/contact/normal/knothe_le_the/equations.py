@@ -23,7 +23,7 @@ import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
 from wearsim.contact.kernel import bare_kernel
-from wearsim.contact.normal.knothe_le_the.strips import Records, Row, bow_of, influence_share
+from wearsim.contact.normal.knothe_le_the.strips import Record, Records, Row, bow_of, influence_share
 from wearsim.contact.patch import FloatArray, IntArray
 
 # Table over ln(shorter/longer) and ln(Y): start and steps per unit. Linear interpolation in these steps is
@@ -167,8 +167,9 @@ class Work(NamedTuple):
 
     `matrix` (2 n + 1, 2 n + 1) and `right` are Newton's, `made_for` how many and which strips its factors
     were made for, `scale` what its unknowns are over, `taken` the last step, `barred` how often a strip lost
-    its pressure; `plain`, `near` and `far` (n, n) are those of given lengths, `bow` for work, `logs` and
-    `sums` (4, n) of the strips with pressure, `active` which these are.
+    its pressure; `plain`, `near` and `far` (n, n) are those of given lengths. Of the strips with pressure,
+    `active` which these are, `logs` of the half-lengths, `terms` (6, n, n) the averages' expansion about the
+    logarithms `base` and `expanded` for how many and which; `bow` and `sums` (3, n) for work.
     """
 
     strips: Records
@@ -191,6 +192,9 @@ class Work(NamedTuple):
     far: FloatArray
     bow: FloatArray
     logs: FloatArray
+    base: FloatArray
+    terms: FloatArray
+    expanded: IntArray
     sums: FloatArray
 
 
@@ -257,95 +261,114 @@ def inner_of(active: IntArray, strips: Records, m: int, row: int) -> int:
 
 
 @bare_kernel
-def residuals(
-    work: Work, row: Row, displacement: float, table: FloatArray, m: int, with_matrix: bool
-) -> None:
-    """Write what is left of the equations of the strips with pressure, and their Jacobian if asked for.
+def expand(work: Work, table: FloatArray, m: int) -> None:
+    """Averages on the strips with pressure per load of each, with derivatives by logarithms of half-lengths.
 
-    Unknown are P and q of each and the displacement, over `scale`. A strip at the rim takes the ratio P/q
-    from its neighbour: alone it could shrink to a point where the surfaces still overlap.
+    M - N of a strip is the derivative of N by the logarithm of its own half-length.
     """
-    n = 2 * m + 1
-    strips, pairs, active, matrix, right = work.strips, work.pairs, work.active, work.matrix, work.right
-    per_p, per_q, per_displacement = work.scale[0], work.scale[1], work.scale[2]
-    logs, near, far = work.logs, work.sums[0], work.sums[1]
-    near_self, far_self = work.sums[2], work.sums[3]
+    pairs, active, logs, base, terms = work.pairs, work.active, work.logs, work.base, work.terms
     for k in range(m):
-        logs[k] = 0.5 * np.log(strips[active[k]].square)
-        near[k] = far[k] = near_self[k] = far_self[k] = 0.0
-    for k in range(m):
+        base[k] = logs[k]
         i = active[k]
         a, b, _, _, b_own, b_other = averages_and_slopes(table, 0.0, pairs.farther[i, i] - logs[k])
-        p = strips[i].load
-        near[k] += 2.0 * a * p
-        far[k] += 2.0 * b * p
-        if with_matrix:
-            by_q = 0.5 * p / strips[i].square * per_q
-            matrix[k, k] = 2.0 * a * per_p
-            matrix[m + k, k] = 2.0 * (b - a) * per_p
-            matrix[k, m + k] = 4.0 * (b - a) * by_q
-            matrix[m + k, m + k] = 2.0 * (b_own + b_other - 2.0 * (b - a)) * by_q
+        bend = b_own + b_other - 2.0 * (b - a)
+        terms[0, k, k] = 2.0 * a
+        terms[1, k, k] = terms[2, k, k] = 2.0 * (b - a)
+        terms[3, k, k] = terms[4, k, k] = terms[5, k, k] = bend
         for column in range(k + 1, m):
             short, long = (k, column) if logs[k] < logs[column] else (column, k)
             log = logs[long]
             ratio = logs[short] - log
             i, j = active[short], active[long]
-            share, back = pairs.share[i, j], pairs.share[j, i]
-            own, other = strips[i].load, strips[j].load
-            if not with_matrix:
-                a, b, c = averages(table, ratio, pairs.farther[i, j] - log)
-                d, e, f = averages(table, ratio, pairs.nearer[i, j] - log)
-                near[short] += share * (a - d) * other
-                far[short] += share * (b - e) * other
-                near[long] += back * (a - d) * own
-                far[long] += back * (c - f) * own
-                continue
             a, b, c, b_short, c_short, c_long = averages_and_slopes(table, ratio, pairs.farther[i, j] - log)
             d, e, f, e_short, f_short, f_long = averages_and_slopes(table, ratio, pairs.nearer[i, j] - log)
             a, b, c = a - d, b - e, c - f
-            near[short] += share * a * other
-            far[short] += share * b * other
-            near[long] += back * a * own
-            far[long] += back * c * own
-            # M - N of either strip is the derivative of N by the logarithm of its half-length.
             b, c = b - a, c - a
-            b_short, c_long = b_short - e_short - b, c_long - f_long - c
-            both = c_short - f_short - b
-            near_self[short] += share * b * other
-            near_self[long] += back * c * own
-            far_self[short] += share * b_short * other
-            far_self[long] += back * c_long * own
-            matrix[short, long], matrix[long, short] = share * a * per_p, back * a * per_p
-            matrix[m + short, long], matrix[m + long, short] = share * b * per_p, back * c * per_p
-            own, other = 0.5 * own / strips[i].square * per_q, 0.5 * other / strips[j].square * per_q
-            matrix[short, m + long], matrix[long, m + short] = share * c * other, back * b * own
-            matrix[m + short, m + long], matrix[m + long, m + short] = share * both * other, back * both * own
+            b_short, c_long, both = b_short - e_short - b, c_long - f_long - c, c_short - f_short - b
+            share, back = pairs.share[i, j], pairs.share[j, i]
+            terms[0, long, short], terms[0, short, long] = share * a, back * a
+            terms[1, long, short], terms[1, short, long] = share * b, back * c
+            terms[2, long, short], terms[2, short, long] = share * c, back * b
+            terms[3, long, short], terms[3, short, long] = share * b_short, back * c_long
+            terms[4, long, short], terms[4, short, long] = share * both, back * both
+            terms[5, long, short], terms[5, short, long] = share * c_long, back * b_short
+
+
+@bare_kernel
+def residuals(work: Work, row: Row, displacement: float, m: int) -> None:
+    """Write what is left of the equations of the strips with pressure, from what `expand` made nearby.
+
+    A strip at the rim takes the ratio P/q from its neighbour: alone it could shrink to a point where the
+    surfaces still overlap.
+    """
+    strips, active, right = work.strips, work.active, work.right
+    near, turn, moved = work.sums[0][:m], work.sums[1][:m], work.sums[2][:m]
+    for k in range(m):
+        near[k] = turn[k] = 0.0
+        moved[k] = work.logs[k] - work.base[k]
+    for j in range(m):
+        p, other = strips[active[j]].load, moved[j]
+        value, by_own, by_other = work.terms[0, j, :m], work.terms[1, j, :m], work.terms[2, j, :m]
+        bend, both, other_bend = work.terms[3, j, :m], work.terms[4, j, :m], work.terms[5, j, :m]
+        # In two loops, because the compiler uses vector instructions only for few arrays.
+        for k in range(near.size):
+            first = by_own[k] + 0.5 * bend[k] * moved[k] + both[k] * other
+            near[k] += p * (value[k] + first * moved[k] + (by_other[k] + 0.5 * other_bend[k] * other) * other)
+        for k in range(turn.size):
+            turn[k] += p * (by_own[k] + bend[k] * moved[k] + both[k] * other)
     carried = 0.0
     for k in range(m):
-        i = active[k]
-        q = strips[i].square
-        low_bow = bow_of(0.25 * q, strips[i].radius, strips[i].sigma)
-        high_bow = bow_of(0.75 * q, strips[i].radius, strips[i].sigma)
-        right[k] = -(near[k] + strips[i].gap + low_bow - displacement * strips[i].turn)
-        right[m + k] = -(far[k] - near[k] + high_bow - low_bow)
-        lift = 0.5 * np.pi * strips[i].width * (strips[i].cosine if row.vertical else 1.0) / row.load
-        carried += lift * strips[i].load
-        if with_matrix:
-            matrix[k, m + k] += (0.5 * near_self[k] + low_bow) / q * per_q
-            matrix[m + k, m + k] += (0.5 * far_self[k] + high_bow - low_bow) / q * per_q
-            matrix[k, n - 1] = -strips[i].turn * per_displacement
-            matrix[m + k, n - 1] = matrix[n - 1, m + k] = 0.0
-            matrix[n - 1, k] = lift * per_p
+        one = strips[active[k]]
+        low_bow = bow_of(0.25 * one.square, one.radius, one.sigma)
+        high_bow = bow_of(0.75 * one.square, one.radius, one.sigma)
+        right[k] = -(near[k] + one.gap + low_bow - displacement * one.turn)
+        right[m + k] = -(turn[k] + high_bow - low_bow)
+        carried += _lift(one, row) * one.load
         inner = inner_of(active, strips, m, k)
         if inner >= 0:
-            j = active[inner]
-            p, other_p, other_q = strips[i].load / per_p, strips[j].load / per_p, strips[j].square / per_q
-            q /= per_q
-            right[m + k] = q * other_p - p * other_q
-            if with_matrix:
-                matrix[m + k, :n] = 0.0
-                matrix[m + k, k], matrix[m + k, inner] = other_q, -q
-                matrix[m + k, m + k], matrix[m + k, m + inner] = -other_p, p
-    right[n - 1] = 1.0 - carried
-    if with_matrix:
-        matrix[n - 1, n - 1] = 0.0
+            other_one = strips[active[inner]]
+            right[m + k] = (one.square * other_one.load - one.load * other_one.square) / (
+                work.scale[0] * work.scale[1]
+            )
+    right[2 * m] = 1.0 - carried
+
+
+@bare_kernel
+def jacobian(work: Work, row: Row, m: int) -> None:
+    """Derive the equations by P and q of each strip and the displacement, over `scale`."""
+    n = 2 * m + 1
+    strips, active, matrix, terms = work.strips, work.active, work.matrix, work.terms
+    per_p, per_q, per_displacement = work.scale[0], work.scale[1], work.scale[2]
+    for k in range(m):
+        one = strips[active[k]]
+        q = one.square
+        low_bow, high_bow = bow_of(0.25 * q, one.radius, one.sigma), bow_of(0.75 * q, one.radius, one.sigma)
+        matrix[n - 1, k], matrix[n - 1, m + k] = _lift(one, row) * per_p, 0.0
+        inner = inner_of(active, strips, m, k)
+        turn, bend = 0.0, 0.0
+        for j in range(m):
+            other = strips[active[j]]
+            by_q = 0.5 * other.load / other.square * per_q
+            matrix[k, j] = terms[0, j, k] * per_p
+            matrix[k, m + j] = terms[2, j, k] * by_q
+            matrix[m + k, j] = terms[1, j, k] * per_p if inner < 0 else 0.0
+            matrix[m + k, m + j] = terms[4, j, k] * by_q if inner < 0 else 0.0
+            turn += terms[1, j, k] * other.load
+            bend += terms[3, j, k] * other.load
+        matrix[k, m + k] += (0.5 * turn + low_bow) / q * per_q
+        matrix[k, n - 1] = -one.turn * per_displacement
+        matrix[m + k, n - 1] = 0.0
+        if inner >= 0:
+            other = strips[active[inner]]
+            matrix[m + k, k], matrix[m + k, inner] = other.square / per_q, -q / per_q
+            matrix[m + k, m + k], matrix[m + k, m + inner] = -other.load / per_p, one.load / per_p
+        else:
+            matrix[m + k, m + k] += (0.5 * bend + high_bow - low_bow) / q * per_q
+    matrix[n - 1, n - 1] = 0.0
+
+
+@bare_kernel
+def _lift(strip: Record, row: Row) -> float:
+    """Load that a strip carries per P, over that of the wheel."""
+    lift: float = 0.5 * np.pi * strip.width * (strip.cosine if row.vertical else 1.0) / row.load
+    return lift

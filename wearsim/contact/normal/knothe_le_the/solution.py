@@ -10,9 +10,11 @@ import numpy as np
 from wearsim.contact.kernel import bare_kernel
 from wearsim.contact.normal.knothe_le_the.equations import (
     Work,
+    expand,
     in_the_middle,
     influences,
     inner_of,
+    jacobian,
     residuals,
 )
 from wearsim.contact.normal.knothe_le_the.strips import Row, bow_of
@@ -89,6 +91,7 @@ def substitute(matrix: FloatArray, right: FloatArray, n: int) -> None:
 _SWEEPS = 40  # of lengths and pressures in turn, at most
 _STEPS = 60  # of Newton's method, at most
 _OVERLAP = 1e-3  # of the displacement, of a strip that stays without pressure
+_NEAR = 0.05  # change of the logarithm of a half-length up to which averages are expanded to second order
 _GOOD = 0.4  # of the last step's change, up to which a Jacobian is kept
 
 
@@ -209,16 +212,19 @@ def newton(
     """
     strips, pairs, active, matrix, right = work.strips, work.pairs, work.active, work.matrix, work.right
     made_for, scale, taken, barred = work.made_for, work.scale, work.taken, work.barred
+    logs, base, expanded = work.logs, work.base, work.expanded
     taken[:] = 0.0
     barred[:] = 0.0  # a strip that came in and left again stays out
     last = 1.0
     for _ in range(_STEPS):
         m = total - total
-        same = True
+        same, moved = True, 0.0
         most_p, most_q = 0.0, 0.0
         for j in range(total):
             if strips[j].load > 0.0:
                 active[m] = j
+                logs[m] = 0.5 * np.log(strips[j].square)
+                moved = max(moved, abs(logs[m] - base[m]) if expanded[m + 1] == j else 1.0)
                 m += 1
                 same = same and made_for[m] == j
                 most_p, most_q = max(most_p, strips[j].load), max(most_q, strips[j].square)
@@ -229,9 +235,15 @@ def newton(
         if not same:
             taken[:n] = 0.0
             scale[0], scale[1], scale[2] = most_p, most_q, displacement
-        residuals(work, row, displacement, table, m, not same)
+        if not same or expanded[0] != m or moved > _NEAR:
+            expand(work, table, m)
+            expanded[0] = m
+            for k in range(m):
+                expanded[k + 1] = active[k]
+        residuals(work, row, displacement, m)
         if not same:
             made_for[0] = 0
+            jacobian(work, row, m)
             if not factorise(matrix, n):
                 return displacement, False
             made_for[0] = m
@@ -278,8 +290,8 @@ def newton(
             nearest, distance = -1, 1e9
             for k in range(m):
                 j = active[k]
-                a = in_the_middle(table, pairs.farther[i, j] - work.logs[k])
-                b = in_the_middle(table, pairs.nearer[i, j] - work.logs[k])
+                a = in_the_middle(table, pairs.farther[i, j] - logs[k])
+                b = in_the_middle(table, pairs.nearer[i, j] - logs[k])
                 lifted += pairs.share[i, j] * (a - b) * strips[j].load
                 if pairs.farther[i, j] < distance and strips[j].load > 0.0:
                     nearest, distance = j, pairs.farther[i, j]

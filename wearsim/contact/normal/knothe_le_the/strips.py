@@ -42,9 +42,9 @@ class Row(NamedTuple):
     vertical: bool
 
 
-# Strip: place s in its contact plane, gap, share of the displacement in it, radius of the wheel, curvature of the
-# counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin, logarithm of the
-# half-length; number of the part of the profile.
+# Strip: place s in its contact plane, gap, share of the displacement in it, radius of the wheel, curvature of
+# the counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin, logarithm of
+# the half-length; number of the part of the profile.
 STRIP = np.dtype(
     [(name, float) for name in ("s", "gap", "turn", "radius", "sigma", "load", "square", "y", "z", "width")]
     + [(name, float) for name in ("cosine", "angle", "origin", "log")]
@@ -59,9 +59,9 @@ SPAN = np.dtype(
 )
 # Plane of a part: place, angle, load, and the angle the part has for itself.
 PLANE = np.dtype([(name, float) for name in ("middle", "tilt", "weight", "own")])
-# Patch of the solution: strips it is from, force, load scale, displacement, angle and origin of its plane, s of
-# both ends, number of nodes, its angle for itself; centre y, approach, largest pressure and both ends y; place
-# y from which it is seen, approach there, and how far across and along its centre lies from there.
+# Patch of the solution: strips it is from, number of nodes, force, load scale, displacement, angle and origin
+# of its plane, s of both ends, its angle for itself; centre y, approach, largest pressure and both ends y;
+# creepage reference point y, approach there, and how far across and along its centre lies from there.
 PATCH = np.dtype(
     [("first", int), ("last", int), ("nodes", int)]
     + [
@@ -263,10 +263,11 @@ def blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: Fl
 
 @bare_kernel
 def share_points(
-    first: int, stop: int, displacement: float, profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    along: FloatArray, share: FloatArray, patches: Records,
+    first: int, stop: int, displacement: float,
+    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], along: FloatArray, share: FloatArray,
+    patches: Records,
 ) -> None:  # fmt: skip
-    """Creepage reference points of the patches of a wheel, one for those in one plane; `share` is for work."""
+    """Creepage reference points of the patches of a wheel, one for those in a plane; `share` is for work."""
     y, z, count = profile[0], profile[1], stop - first
     for j in range(count):
         for k in range(count):

@@ -145,6 +145,7 @@ def solve_wheel(
                     strips[j].square, strips[j].load = q, q * spans[k].per_square
             total += each
         pair_up(strips, total, work.pairs)
+        work.expanded[0] = 0
         for j in range(total):
             strips[j].square = max(strips[j].square, 1e-10)
         if stage == 0 or uncertain or stage >= _HARD:
@@ -315,7 +316,7 @@ def solve_wheels(
 
 
 class Cut(NamedTuple):
-    """Strips of equal width: centres, squared half-lengths' roots, middles, pressure slopes; edges on the profile."""
+    """Strips of equal width: centres, half-lengths, middles, pressure slopes; edges on the profile."""
 
     y: FloatArray
     half: FloatArray
