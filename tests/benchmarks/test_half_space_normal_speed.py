@@ -1,5 +1,7 @@
 """Times and iterations of the half-space's normal problem, printed beside their targets, never asserted."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from wearsim.contact import geometry
 from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.normal import half_space
 from wearsim.contact.normal.half_space.pressure import HeightGrid, solve_pressure
+from wearsim.contact.patch import Resolution
 from wearsim.contact.reference.hertzian import hertz
 from wearsim.profile import standard
 
@@ -20,7 +23,7 @@ def test_pressure_on_an_ellipse(show, best):
     ellipse = hertz(along, across, LOAD, E_STAR)
     a, b = float(ellipse.semi_axis_x), float(ellipse.semi_axis_y)
     sizes, times, counts = [], [], []
-    target = {(32, 64): "at most 7 ms", (64, 128): "at most 30 ms"}
+    target = {(32, 64): "at most 2 ms", (64, 128): "at most 15 ms"}
     for nx, ny in ((16, 32), (32, 64), (64, 128), (128, 256)):
         length, width = 2.0 * a / (nx - 3), 2.0 * b / (ny - 3)
         x, y = (np.arange(nx) - 0.5 * (nx - 1)) * length, (np.arange(ny) - 0.5 * (ny - 1)) * width
@@ -40,28 +43,30 @@ def test_pressure_on_an_ellipse(show, best):
 
 
 def test_wheel_on_rail(show, best):
-    """Search, planes and pressures of S1002 on 60E1 at cells of 0.5, 0.2 mm and 50 x 50; cold and warm."""
-    shift = 1e-3 * np.array([3.0, 3.1])
+    """Search, planes and pressures of S1002 on 60E1: cold, from a load 1 % away, and rough."""
+    shift, yaw = 1e-3 * np.array([[3.0, 3.0, -4.0, 0.0, 1.0, 6.0], [0.0, 10.0, 2.0, 0.0, 0.0, 10.0]])
     rings = geometry.wheel_surface(standard.wheel("S1002"), 0.46)
     ground = geometry.counterface_profile(standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75))
-    pose = WheelsetPose(shift, 0.0 * shift, 0.0 * shift)
+    pose = WheelsetPose(shift, yaw, 0.0 * shift)
     gap = geometry.gap(rings, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=0.0)
-    for name, strips, cells in (("0.5 mm", 20, 32), ("0.2 mm", 44, 76), ("50 x 50", 50, 50)):
-        arguments = {
-            "vertical": True,
-            "effective_modulus": E_STAR,
-            "strips": strips,
-            "parameters": {"cells": float(cells)},
-        }
-        before = half_space.solve_wheel(gap, 0, LOAD, **arguments)
-        cold = half_space.solve_wheel(gap, 1, LOAD, **arguments)
-        warm = half_space.solve_wheel(gap, 1, LOAD, start=before, **arguments)
-        times = [
-            best(lambda a=arguments: half_space.solve_wheel(gap, 1, LOAD, **a), 9),
-            best(lambda a=arguments, b=before: half_space.solve_wheel(gap, 1, LOAD, start=b, **a), 9),
-        ]
-        counts = ["+".join(map(str, state.iterations)) for state in (cold, warm)]
+    targets = {"30 x 30": " (at most 2.5, 0.8)"}
+    for name, resolution in (
+        ("30 x 30", Resolution(1.0, 30, 30, 120)),
+        ("0.5 mm, 30 at least", Resolution(0.5e-3, 30, 30, 120)),
+        ("0.2 mm", Resolution(0.2e-3, 8, 8, 240)),
+    ):
+        options = {"vertical": True, "effective_modulus": E_STAR, "resolution": resolution, "parameters": {}}
+        times, counts = [], []
+        for row in range(shift.size):
+            near = half_space.solve_wheel(gap, row, 0.99 * LOAD, **options)
+            ways = {"cold": {}, "warm": {"start": near}, "rough": {"rough": True}}
+            tasks = [
+                partial(half_space.solve_wheel, gap, row, LOAD, **options, **way) for way in ways.values()
+            ]
+            times.append([best(task, 9) for task in tasks])
+            counts.append([sum(task().iterations) for task in tasks])
+        cold, warm, rough = 1e3 * np.mean(times, axis=0)
         show(
-            f"wheel on rail, {name}: {1e3 * times[0]:.1f} ms ({counts[0]} iterations), "
-            f"from the state 0.1 mm away {1e3 * times[1]:.1f} ms ({counts[1]})"
+            f"wheel on rail, {name}: cold {cold:.2f} ms, load 1 % away {warm:.2f} ms{targets.get(name, '')}, "
+            f"rough {rough:.2f} ms; iterations {np.mean(counts, axis=0).round(1).tolist()}"
         )

@@ -31,8 +31,8 @@ def patch_of(cell):
     x, y = dx * (np.arange(nx) - 0.5 * (nx - 1)), dy * (np.arange(ny) - 0.5 * (ny - 1))
     pressure = np.sqrt(np.maximum(1.0 - (x[:, None] / A) ** 2 - (y / B) ** 2, 0.0))
     pressure *= LOAD / (pressure.sum() * dx * dy)
-    grid = PatchGrid(np.array([A]), np.array([-A]), pressure[None])
-    return from_grid(np.array([0]), y[None], np.array([dy]), grid, np.zeros((1, ny)))
+    grid = PatchGrid(np.array([A]), np.array([dx]), pressure[None])
+    return from_grid(np.array([0]), y[None], np.array([dy]), grid, np.array([ny]), np.array([nx]))
 
 
 def solved(patch, creepage, **more):
@@ -42,7 +42,6 @@ def solved(patch, creepage, **more):
         np.array([FRICTION]),
         shear_modulus=210e9 / 2.6,
         poisson_ratio=0.3,
-        cells=1,
         fields=True,
         **more,
     )

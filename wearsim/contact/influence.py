@@ -29,6 +29,8 @@ import numpy as np
 from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray
 
+_ONE_THREAD = 1 << 18  # multiplications of a product up to which OpenBLAS starts no threads
+
 
 @kernel
 def _log_sum(one: float, other: float, distance: float) -> float:
@@ -140,12 +142,30 @@ def tangential_influence(
     return table
 
 
+@kernel
+def multiply(one: FloatArray, other: FloatArray, out: FloatArray) -> None:
+    """Product of two contiguous matrices, in parts so small that BLAS leaves each to one thread."""
+    rows = max(_ONE_THREAD // (one.shape[1] * other.shape[1]), 1)
+    for first in range(0, one.shape[0], rows):
+        np.dot(one[first : first + rows], other, out[first : first + rows])
+
+
+@kernel
+def scalar_product(one: FloatArray, other: FloatArray) -> float:
+    """Scalar product, in parts so small that BLAS leaves each to one thread."""
+    total = 0.0
+    for first in range(0, one.size, 8192):
+        total += np.dot(one[first : first + 8192], other[first : first + 8192])
+    return total
+
+
 @lru_cache(maxsize=512)
 def wave_table(count: int) -> FloatArray:
-    """Cosines and sines (2, n, (n + 1) // 2) of n waves at the cells from the middle of a row on."""
+    """Cosines and sines (2, n, h) of n waves at the h cells from the middle on, and transposed, flat."""
     place = np.arange((count + 1) // 2) + (0.5 if count % 2 == 0 else 0.0)
     turn = (2.0 * np.pi / (2 * count - 1)) * np.outer(np.arange(count), place)
-    return np.stack((np.cos(turn), np.sin(turn)))
+    table = np.stack((np.cos(turn), np.sin(turn)))
+    return np.concatenate((table.ravel(), table.transpose(0, 2, 1).ravel()))
 
 
 def wave_weights(count: int) -> FloatArray:
@@ -155,12 +175,13 @@ def wave_weights(count: int) -> FloatArray:
 
 @lru_cache(maxsize=512)
 def _spectrum_table(count: int) -> FloatArray:
-    """Cosines and sines (2, n, n) that transform even and odd influences, with `wave_weights`."""
+    """Cosines and sines (4, n, n) that transform even and odd influences, weighted, and transposed."""
     period = 2 * count - 1
     number = np.arange(count)
     turn = (2.0 * np.pi / period) * (np.outer(number, number) % period)
     both_signs = np.where(number > 0, 2.0, 1.0)
-    return np.stack((np.cos(turn), np.sin(turn))) * (wave_weights(count)[:, None] * both_signs)
+    table = np.stack((np.cos(turn), np.sin(turn))) * (wave_weights(count)[:, None] * both_signs)
+    return np.concatenate((table, table.transpose(0, 2, 1)))
 
 
 def spectrum(influence: FloatArray, *, odd: tuple[bool, bool] = (False, False)) -> FloatArray:
@@ -179,10 +200,10 @@ def spectrum(influence: FloatArray, *, odd: tuple[bool, bool] = (False, False)) 
         Factors of the waves. An even influence keeps cosines cosines and sines sines; one that is odd in a
         direction turns cosines into sines and sines into cosines with the opposite sign.
     """
-    along, across = (
-        _spectrum_table(count)[int(turns)] for count, turns in zip(influence.shape, odd, strict=True)
-    )
-    factors: FloatArray = along @ influence @ across.T
+    (nx, ny), half = influence.shape, np.empty(influence.shape)
+    factors = np.empty(influence.shape)
+    multiply(_spectrum_table(nx)[int(odd[0])], influence, half)
+    multiply(half, _spectrum_table(ny)[2 + int(odd[1])], factors)
     return factors
 
 
@@ -190,7 +211,7 @@ def spectrum(influence: FloatArray, *, odd: tuple[bool, bool] = (False, False)) 
 def waves_of(field: FloatArray, along: FloatArray, across: FloatArray) -> FloatArray:
     """Waves (2, 2, nx, ny) of a field (nx, ny); cosines, then sines in each direction; tables of both."""
     nx, ny = field.shape
-    hx, hy = along.shape[2], across.shape[2]
+    hx, hy = (nx + 1) // 2, (ny + 1) // 2
     part = np.empty((2, 2, hx, hy))  # even and odd across, then along
     for i in range(hx):
         front, rear = nx - hx + i, hx - 1 - i
@@ -201,11 +222,12 @@ def waves_of(field: FloatArray, along: FloatArray, across: FloatArray) -> FloatA
             c, d = size * field[rear, right], size * field[rear, left]
             part[0, 0, i, j], part[0, 1, i, j] = a + b + c + d, a + b - c - d
             part[1, 0, i, j], part[1, 1, i, j] = a - b + c - d, a - b - c + d
+    of_x, of_y = along[: 2 * nx * hx].reshape(2, nx, hx), across[2 * ny * hy :].reshape(2, hy, ny)
     half, waves = np.empty((2 * hx, ny)), np.empty((2, 2, nx, ny))
     for q in range(2):
-        np.dot(part[q].reshape(2 * hx, hy), across[q].T, half)
+        multiply(part[q].reshape(2 * hx, hy), of_y[q], half)
         for p in range(2):
-            np.dot(along[p], half[p * hx : (p + 1) * hx], waves[p, q])
+            multiply(of_x[p], half[p * hx : (p + 1) * hx], waves[p, q])
     return waves
 
 
@@ -213,12 +235,13 @@ def waves_of(field: FloatArray, along: FloatArray, across: FloatArray) -> FloatA
 def field_of(waves: FloatArray, along: FloatArray, across: FloatArray, field: FloatArray) -> None:
     """Field (nx, ny) with given waves; the way back of `waves_of` but for the weights of `spectrum`."""
     nx, ny = field.shape
-    hx, hy = along.shape[2], across.shape[2]
+    hx, hy = (nx + 1) // 2, (ny + 1) // 2
+    of_x, of_y = along[2 * nx * hx :].reshape(2, hx, nx), across[: 2 * ny * hy].reshape(2, ny, hy)
     half, part = np.empty((2 * hx, ny)), np.empty((2, 2, hx, hy))
     for q in range(2):
         for p in range(2):
-            np.dot(along[p].T, waves[p, q], half[p * hx : (p + 1) * hx])
-        np.dot(half, across[q], part[q].reshape(2 * hx, hy))
+            multiply(of_x[p], waves[p, q], half[p * hx : (p + 1) * hx])
+        multiply(half, of_y[q], part[q].reshape(2 * hx, hy))
     for i in range(hx):
         front, rear = nx - hx + i, hx - 1 - i
         for j in range(hy):

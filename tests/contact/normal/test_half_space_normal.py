@@ -1,5 +1,9 @@
 """Pressure of half-spaces: closed forms, orders, symmetries, lobes and patches, refusals, warm start."""
 
+import json
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from itertools import pairwise
 
@@ -11,7 +15,7 @@ from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose
 from wearsim.contact.influence import field_of, normal_influence, spectrum, wave_table, waves_of
 from wearsim.contact.normal import half_space
 from wearsim.contact.normal.half_space.lobes import Lobe, gather
-from wearsim.contact.normal.half_space.pressure import HeightGrid, solve_pressure
+from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid, solve_pressure
 from wearsim.contact.patch import Resolution
 from wearsim.contact.reference.hertzian import hertz
 from wearsim.errors import ContactError, NumericalError
@@ -111,6 +115,42 @@ def test_two_grids_share_the_vertical_displacement():
         p.sum() * g.cell_length * g.cell_width for p, g in zip(result.pressure, (one, other), strict=True)
     ]
     np.testing.assert_allclose(loads, [LOAD, 20e3], rtol=1e-3)
+
+
+def test_coupled_grids_press_on_each_other_like_point_loads():
+    """Nodes that all lie 40 mm away: the displacement of both grows by half the load over pi E* d."""
+    grid, _, _ = paraboloid(1.0, 0.3, 32, 0.5 * LOAD)
+    count = NODES * NODES
+    coupling = np.kron(1.0 - np.eye(2), np.full((count, count), 1.0 / (np.pi * E_STAR * 40e-3)))
+    alone, both = (solve_pressure([grid, grid], LOAD, E_STAR, coupling=one) for one in (None, coupling))
+    more = 0.5 * LOAD / (np.pi * E_STAR * 40e-3)
+    assert both.vertical_displacement - alone.vertical_displacement == pytest.approx(more, rel=1e-3)
+    np.testing.assert_allclose(
+        both.pressure[0], alone.pressure[0], rtol=0.0, atol=1e-3 * alone.pressure[0].max()
+    )
+
+
+_FOUR_BY_FOUR = """
+import json, numpy as np
+from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid, solve_pressure
+x = 1e-3 * (np.arange(4) - 1.5)
+grids = [HeightGrid(a * x[:, None] ** 2 + x ** 2, 1e-3, 1e-3, c) for a, c in ((1.0, 1.0), (2.0, 0.9))]
+coupling = np.kron(1.0 - np.eye(2), np.full((NODES * NODES,) * 2, 1e-10))
+r = solve_pressure(grids, 5e3, 1.15e11, coupling=coupling)
+s = solve_pressure(grids[:1], 5e3, 1.15e11)
+print(json.dumps([p.tolist() for p in (*r.pressure, *s.pressure)] + [r.vertical_displacement, r.iterations]))
+"""
+
+
+def test_kernels_are_the_same_without_compilation(capsys):
+    """Compiled and interpreted kernels on 4 x 4 cells: two forms of one iteration."""
+    exec(_FOUR_BY_FOUR, {})
+    compiled_run = json.loads(capsys.readouterr().out)
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    command = [sys.executable, "-c", _FOUR_BY_FOUR]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    for compiled, interpreted in zip(compiled_run, json.loads(done.stdout), strict=True):
+        np.testing.assert_allclose(compiled, interpreted, rtol=1e-9, atol=1.0)
 
 
 def test_a_start_nearby_saves_iterations_and_leaves_the_answer():

@@ -26,7 +26,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.influence import field_of, normal_influence, spectrum, wave_table, waves_of
+from wearsim.contact.influence import (
+    field_of,
+    normal_influence,
+    scalar_product,
+    spectrum,
+    wave_table,
+    waves_of,
+)
 from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray
 
@@ -238,7 +245,9 @@ def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
             here = force[k * NODES * NODES : (k + 1) * NODES * NODES].reshape(NODES, NODES)
             here[:] = grid["area"] * np.dot(along.T, np.dot(field, across))
     if force.size > 0:
-        depth = np.dot(cells.coupling, force)
+        depth = np.empty(force.size)
+        for i in range(force.size):
+            depth[i] = scalar_product(cells.coupling[i], force)
         for k in range(cells.grids.size):
             grid = cells.grids[k]
             along, across = _node_tables(cells, grid)
@@ -251,10 +260,9 @@ def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
 
 @kernel
 def _wave_tables(cells: _Cells, grid: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
-    nx, ny = grid["nx"], grid["ny"]
-    hx, hy = (nx + 1) // 2, (ny + 1) // 2
-    along = cells.tables[grid["along"] : grid["along"] + 2 * nx * hx].reshape(2, nx, hx)
-    return along, cells.tables[grid["across"] : grid["across"] + 2 * ny * hy].reshape(2, ny, hy)
+    sizes = 4 * grid["nx"] * ((grid["nx"] + 1) // 2), 4 * grid["ny"] * ((grid["ny"] + 1) // 2)
+    along = cells.tables[grid["along"] : grid["along"] + sizes[0]]
+    return along, cells.tables[grid["across"] : grid["across"] + sizes[1]]
 
 
 @kernel

@@ -10,6 +10,8 @@ import numpy as np
 
 from wearsim.contact.gap import ContactPlane, contact_plane, gap_surface
 from wearsim.contact.geometry import NO_WHEEL, Gap
+from wearsim.contact.influence import multiply
+from wearsim.contact.kernel import plain
 from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid
 from wearsim.contact.normal.model import ALIKE
 from wearsim.contact.patch import FloatArray, IntArray
@@ -266,14 +268,17 @@ def touches_edge(region: Region, pressure: FloatArray) -> bool:
 
 def carried_over(gap: Gap, old: Sequence[tuple[Region, FloatArray]], region: Region) -> FloatArray:
     """Pressures of other grids at the cells of a region, linear between their cells."""
-    pressure = np.zeros((region.nx, region.ny))
+    pressure, part = np.zeros((region.nx, region.ny)), np.empty((region.nx, region.ny))
     y = Section(gap, region.y, region.angle).lateral(region.s)
     x = region.x + origin_x(gap, region)
     for before, field in old:
         s = Section(gap, before.y, before.angle).across(y)
         along = _linear(x - origin_x(gap, before), before.x_high, before.x_low, before.nx)
         across = _linear(s, before.s_low, before.s_high, before.ny)
-        pressure += along @ field @ across.T
+        half = np.empty((region.nx, before.ny))
+        multiply(along, plain(field), half)
+        multiply(half, plain(across.T), part)
+        pressure += part
     return pressure
 
 

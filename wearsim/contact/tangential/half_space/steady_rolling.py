@@ -27,6 +27,8 @@ from numpy.typing import NDArray
 
 from wearsim.contact.influence import (
     field_of,
+    multiply,
+    scalar_product,
     spectrum,
     tangential_influence,
     wave_table,
@@ -49,14 +51,14 @@ class SlipOperator(NamedTuple):
 
     Parameters
     ----------
-    along, across : (2, nx, (nx + 1) // 2), (2, ny, (ny + 1) // 2) array
-        Waves of both directions; x index from the leading end.
+    along, across : array
+        Waves of both directions, from `wave_table`; x index from the leading end.
     factor : (3, 2, nx, ny) array
         Factors of the waves: slip along x from traction along x, the same of y, and across; of what is even
         along x, and odd [1/Pa].
     strip : (2, 2, k, k) array
-        Inverse triangles of the matrix of k cells in a strip on their own, of x and y: lower one without
-        unit, upper one [Pa].
+        Inverse triangles, lower and upper one, transposed, of the matrix of k cells in a strip on their own,
+        of x and y [Pa].
     reach : float
         One over the largest slip per traction of any wave [Pa].
     own : float
@@ -136,6 +138,7 @@ def slip_operator(
         (np.hypot(factor[:2, 0], factor[:2, 1]) / wave_weights(nx)[:, None] / wave_weights(ny)).max()
     )
     own = reach * 0.5 * float(bend[:2, 0, 0].sum())
+    strip = np.ascontiguousarray(strip.transpose(0, 1, 3, 2))
     return SlipOperator(wave_table(nx), wave_table(ny), factor, strip, reach, own)
 
 
@@ -168,7 +171,7 @@ def solve(
         The caller judges its residual: at most `TOLERANCE` unless the steps ran out.
     """
     bound = plain(bound)
-    marks, traction = np.empty(bound.shape), np.where(bound > 0.0, start, 0.0)
+    marks, traction = np.empty(bound.shape), plain(np.where(bound > 0.0, start, 0.0))
     slip = np.empty(traction.shape)
     error, steps, products = _newton(
         operator, plain(rigid_slip), bound, TOLERANCE, most_steps, MOST_PRODUCTS, traction, slip, marks
@@ -260,7 +263,7 @@ def _linear_step(
     cosine, sine, left = np.empty(most), np.empty(most), np.empty(most + 1)
     slip, stretches = np.empty(shape), _stretches(marks, operator.strip.shape[2])
     flat = rest.reshape(size)
-    left[0] = whole = np.sqrt(np.dot(flat, flat))
+    left[0] = whole = np.sqrt(scalar_product(flat, flat))
     for i in range(size):
         basis[0, i] = -flat[i] / whole
     count = 0
@@ -270,11 +273,11 @@ def _linear_step(
         _slip(operator, change, slip)
         _derivative(change, slip, marks, direction, operator.reach, product.reshape(shape))
         for k in range(count + 1):
-            value = np.dot(basis[k], product)
+            value = scalar_product(basis[k], product)
             triangle[k, count] = value
             for i in range(size):
                 product[i] -= value * basis[k, i]
-        length = np.sqrt(np.dot(product, product))
+        length = np.sqrt(scalar_product(product, product))
         if length > 0.0:
             for i in range(size):
                 product[i] /= length
@@ -458,10 +461,10 @@ def _precondition(
                 if j + 1 < ny and marks[i, j + 1] == _STICK:
                     value -= _SIDE * given[c, i, j + 1]
                 line[m, k] = value / operator.reach
-        np.dot(line, operator.strip[c, 0].T, half)
+        multiply(line, operator.strip[c, 0], half)
         for m in range(count):
             half[m, stretches[m, 2] :] = 0.0
-        np.dot(half, operator.strip[c, 1].T, whole)
+        multiply(half, operator.strip[c, 1], whole)
         for m in range(count):
             first, j = stretches[m, 0], stretches[m, 1]
             for k in range(stretches[m, 2]):
