@@ -219,7 +219,7 @@ def joined(parts: Sequence[Any], order: IntArray | None = None, *, name: str = "
     if first is None:
         return None
     if isinstance(first, np.ndarray):
-        whole = np.concatenate(_padded(name, parts)) if len(parts) > 1 else first
+        whole = _stacked(name, parts) if len(parts) > 1 else first
         return whole if order is None else whole[order]
     if isinstance(first, tuple):
         return tuple(joined(each, order, name=name) for each in zip(*parts, strict=True))
@@ -230,22 +230,18 @@ def joined(parts: Sequence[Any], order: IntArray | None = None, *, name: str = "
     return type(first)(**values)
 
 
-def _padded(name: str, parts: Sequence[FloatArray]) -> Sequence[FloatArray]:
-    """Arrays of equal shape but for the first axis."""
+def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
+    """Arrays behind one another, padded to equal shape but for the first axis."""
     if len({part.shape[1:] for part in parts}) == 1:
-        return parts
-    size = np.max([part.shape[1:] for part in parts], axis=0)
-    how: dict[str, Any] = {"mode": "constant"}
-    if "edge" in name:
-        how = {"mode": "edge"}
-    elif name == "y":  # goes on in equal steps
-        how = {"mode": "reflect", "reflect_type": "odd"}
-    return [
-        np.pad(
-            part, [(0, 0), *((0, new - old) for old, new in zip(part.shape[1:], size, strict=True))], **how
-        )
-        for part in parts
-    ]
+        return np.concatenate(parts)
+    sizes = np.array([part.shape for part in parts])
+    whole = np.zeros((sizes[:, 0].sum(), *sizes[:, 1:].max(axis=0)), dtype=parts[0].dtype)
+    for part, end in zip(parts, np.cumsum(sizes[:, 0]), strict=True):
+        here = whole[end - len(part) : end]
+        if "edge" in name:
+            here[:] = part[:, -1:]
+        here[tuple(map(slice, part.shape))] = part
+    return whole
 
 
 def by_point(parts: list[Wheels]) -> tuple[Wheels, IntArray]:
@@ -660,7 +656,7 @@ def contact_where(contact: TangentialSolution, mask: NDArray[np.bool_]) -> Tange
 def _contact_joined(parts: list[TangentialSolution], order: IntArray) -> TangentialSolution:
     """Tangential solutions one behind the other, in another order."""
     by_patch = [np.moveaxis(part.cells, 0, 1) for part in parts if part.cells is not None]
-    cells = joined(_padded("cells", by_patch), order)
+    cells = joined(by_patch, order, name="cells")
     whole: TangentialSolution = joined([replace(part, cells=None) for part in parts], order)
     return replace(whole, cells=np.moveaxis(cells, 1, 0))
 
