@@ -260,7 +260,7 @@ def inner_of(active: IntArray, strips: Records, m: int, row: int) -> int:
     return inner
 
 
-_NEAR = 0.05  # change of the logarithm of a half-length up to which averages are expanded to second order
+_NEAR = 0.015  # change of the logarithm of a half-length up to which averages are expanded to second order
 
 
 @bare_kernel
