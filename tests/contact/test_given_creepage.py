@@ -22,7 +22,9 @@ def test_the_creepages_of_a_motion_give_its_forces(wheelset, counterface, points
         replace(conditions, creepage=given(moved)), wheelset, counterface(1.0), coarse, sides=(side,)
     )
     for name in ("creepage_x", "creepage_y", "spin", "force_x", "force_y", "spin_moment", "power"):
-        np.testing.assert_allclose(getattr(imposed, name), getattr(moved, name), rtol=2e-6, err_msg=name)
+        np.testing.assert_allclose(
+            getattr(imposed, name), getattr(moved, name), rtol=2e-6, atol=1e-5, err_msg=name
+        )
 
 
 def test_given_creepages_do_not_ask_the_rotation_rule(wheelset, counterface, points, coarse):

@@ -90,7 +90,7 @@ def test_half_space_rolling_names_what_it_needs():
         ContactError,
         match="half_space needs at least 8 strips and cells along them; take more",
     ):
-        solved(tangential="half_space", strips=7, cells=50)
+        solved(tangential="half_space", strips=7, cells=50, cell_size=1.0)
 
 
 def registered(monkeypatch, **changed):

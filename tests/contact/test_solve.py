@@ -88,11 +88,12 @@ def test_reducing_chunk_by_chunk_is_reducing_the_whole(spread, solved, wheelset,
         wheelset,
         counterface(1.0),
         coarse,
-        lambda part: (part.point, part.fields.strip_work),
+        lambda part: (part.point, part.fields.strip_work.max(axis=1)),
         threads=2,
     )
     assert np.concatenate([p for p, _ in parts]).tolist() == solved.point.tolist()
-    assert np.concatenate([w for _, w in parts]).tobytes() == solved.fields.strip_work.tobytes()
+    largest = np.concatenate([w for _, w in parts])
+    assert largest.tobytes() == solved.fields.strip_work.max(axis=1).tobytes()
 
 
 def test_order_of_the_patches(solved):
@@ -149,7 +150,8 @@ def test_resultants_are_sums_of_the_cells(solved):
 
 def test_strips_lie_on_the_wheel(solved, wheelset):
     edges = solved.strip_edges_wheel_y
-    assert np.all(np.diff(edges, axis=1) > 0.0)
+    true = np.arange(edges.shape[1] - 1) < solved.patch.strips[:, None]
+    assert np.array_equal(np.diff(edges, axis=1) > 0.0, true)  # padding has no width
     assert np.all((edges[:, 0] < solved.wheel_y) & (solved.wheel_y < edges[:, -1]))
     assert edges.min() > wheelset.right.y.min()
     assert edges.max() < wheelset.right.y.max()
@@ -162,7 +164,8 @@ def test_strips_lie_on_the_wheel(solved, wheelset):
 def test_strips_lie_on_the_counterface(solved, rail_60e1):
     """Both sides of a strip are the same strip: the middles of the patches, and widths but for the slope."""
     edges = solved.strip_edges_rail_y
-    assert np.all(np.diff(edges, axis=1) > 0.0)
+    true = np.arange(edges.shape[1] - 1) < solved.patch.strips[:, None]
+    assert np.array_equal(np.diff(edges, axis=1) > 0.0, true)
     assert np.all((edges[:, 0] < solved.rail_y) & (solved.rail_y < edges[:, -1]))
     assert edges.min() > rail_60e1.y.min()
     assert edges.max() < rail_60e1.y.max()
@@ -180,7 +183,9 @@ def test_each_side_has_a_counterface_of_its_own(spread, wheelset, counterface, c
     assert_same_bits(solve(first, wheelset, one, coarse), same)
     for name in ("rail_y", "area", "max_pressure", "creepage_x", "power", "strip_edges_rail_y"):
         right, wanted = (getattr(s, name)[s.side == 0] for s in (both, same))
-        assert right.tobytes() == wanted.tobytes(), name
+        if name == "strip_edges_rail_y":  # the other side's patches decide how many are padding
+            right, wanted = right[:, :17], wanted[:, :17]
+        np.testing.assert_allclose(right, wanted, rtol=1e-14, err_msg=name)  # sums with padding: the last bit
     assert np.abs(both.area[both.side == 1].max() / same.area[same.side == 1].max() - 1.0) > 0.01
     # the mirrored wheelset on exchanged rollers
     mirrored = replace(
@@ -221,7 +226,7 @@ def test_batches_that_end_with_a_chunk_or_have_no_point(wheelset, counterface, p
     for rule in ("free", "nominal", "centred"):
         none = solve(points(shift=np.zeros(0), rotation=rule), wheelset, counterface(), coarse)
         assert none.power.shape == (0,)
-        assert none.fields.strip_work.shape == (0, 16)
+        assert none.fields.strip_work.shape[0] == 0
 
 
 def test_normal_force_instead_of_wheel_load(wheelset, counterface, points, coarse):

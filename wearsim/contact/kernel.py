@@ -26,7 +26,7 @@ def kernel(function: _Function) -> _Function:
 
     One source function per kernel: two variants of one function would share a cache entry (numba #6845).
     The cache watches the kernel's own file only: after editing a kernel that is called from another file
-    (strip_half_length_squared, cell_of), touch the file of the caller.
+    (place_in, smooth_at), touch the file of the caller.
     """
     return _compiled(function, _OPTIONS)
 

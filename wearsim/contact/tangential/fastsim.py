@@ -56,7 +56,7 @@ def flexibilities(patch: Patch, shear_modulus: float, poisson_ratio: float) -> F
     """
     strip = patch.x_lead - patch.x_trail
     area = strip.sum(axis=1) * patch.width
-    ratio = strip.max(axis=1) / (patch.width * patch.strips)
+    ratio = strip.max(axis=1, initial=0.0) / (patch.width * patch.strips)
     a = np.sqrt(area / np.pi * ratio)
     c11, c22, c23, _ = coefficients(ratio, poisson_ratio)
     return np.array(

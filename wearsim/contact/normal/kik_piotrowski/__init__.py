@@ -104,25 +104,27 @@ def solve(
     patches = patches[np.arange(MOST_PATCHES) < count[:, None]]
     strips = resolution.strips_across(patches.right - patches.left)
     shape = (place.size, int(strips.max(initial=0)))
-    out = _Cut(*np.empty((4, *shape)), np.empty((shape[0], shape[1] + 1)), *np.empty((2, place.size)))
+    y, lead, trail, depth = np.empty((4, *shape))
+    centre, slope = np.empty((2, place.size))
+    out = _Cut(y, lead, trail, depth, np.empty((shape[0], shape[1] + 1)), centre, slope)
     _cut_strips(
         row[place], place, strips, patches, gap.curvature, profile, gap.gap, gap.wheel_radius, gap.x, ends,
         rough, wheel.y.size > 0, poses, out,
     )  # fmt: skip
     patch = Patch(
         row=row[place],
-        y=out.y,
+        y=y,
         width=(patches.right - patches.left) / strips,
-        x_lead=out.lead,
-        x_trail=out.trail,
-        pressure_slope=np.repeat(out.slope[:, None], shape[1], axis=1),
-        interpenetration=out.depth,
+        x_lead=lead,
+        x_trail=trail,
+        pressure_slope=np.repeat(slope[:, None], shape[1], axis=1),
+        interpenetration=depth,
         strips=strips,
-        cells=cells_of(resolution, out.lead, out.trail),
+        cells=cells_of(resolution, lead, trail),
     )
     return NormalSolution(
         patch=patch,
-        centre_y=out.centre,
+        centre_y=centre,
         contact_angle=patches.angle.copy(),
         approach=patches.approach.copy(),
         normal_force=patches.force.copy(),

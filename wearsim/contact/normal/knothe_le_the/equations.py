@@ -260,15 +260,22 @@ def inner_of(active: IntArray, strips: Records, m: int, row: int) -> int:
     return inner
 
 
+_NEAR = 0.015  # change of the logarithm of a half-length up to which averages are expanded to second order
+
+
 @bare_kernel
-def expand(work: Work, table: FloatArray, m: int) -> None:
+def expand(work: Work, table: FloatArray, m: int, whole: bool) -> None:
     """Averages on the strips with pressure per load of each, with derivatives by logarithms of half-lengths.
 
-    M - N of a strip is the derivative of N by the logarithm of its own half-length.
+    M - N of a strip is the derivative of N by the logarithm of its own half-length. All of them, or those of
+    strips that changed.
     """
-    pairs, active, logs, base, terms = work.pairs, work.active, work.logs, work.base, work.terms
+    pairs, active, logs, terms, changed = work.pairs, work.active, work.base, work.terms, work.sums[2]
     for k in range(m):
-        base[k] = logs[k]
+        changed[k] = 1.0 if whole or abs(work.logs[k] - logs[k]) > _NEAR else 0.0
+        if changed[k] > 0.0:
+            logs[k] = work.logs[k]
+    for k in range(m):
         i = active[k]
         a, b, _, _, b_own, b_other = averages_and_slopes(table, 0.0, pairs.farther[i, i] - logs[k])
         bend = b_own + b_other - 2.0 * (b - a)
@@ -276,6 +283,8 @@ def expand(work: Work, table: FloatArray, m: int) -> None:
         terms[1, k, k] = terms[2, k, k] = 2.0 * (b - a)
         terms[3, k, k] = terms[4, k, k] = terms[5, k, k] = bend
         for column in range(k + 1, m):
+            if changed[k] + changed[column] == 0.0:
+                continue
             short, long = (k, column) if logs[k] < logs[column] else (column, k)
             log = logs[long]
             ratio = logs[short] - log

@@ -91,7 +91,6 @@ def substitute(matrix: FloatArray, right: FloatArray, n: int) -> None:
 _SWEEPS = 40  # of lengths and pressures in turn, at most
 _STEPS = 60  # of Newton's method, at most
 _OVERLAP = 1e-3  # of the displacement, of a strip that stays without pressure
-_NEAR = 0.05  # change of the logarithm of a half-length up to which averages are expanded to second order
 _GOOD = 0.4  # of the last step's change, up to which a Jacobian is kept
 
 
@@ -212,21 +211,20 @@ def newton(
     """
     strips, pairs, active, matrix, right = work.strips, work.pairs, work.active, work.matrix, work.right
     made_for, scale, taken, barred = work.made_for, work.scale, work.taken, work.barred
-    logs, base, expanded = work.logs, work.base, work.expanded
+    logs, expanded = work.logs, work.expanded
     taken[:] = 0.0
     barred[:] = 0.0  # a strip that came in and left again stays out
     last = 1.0
     for _ in range(_STEPS):
         m = total - total
-        same, moved = True, 0.0
+        same, known = True, True
         most_p, most_q = 0.0, 0.0
         for j in range(total):
             if strips[j].load > 0.0:
                 active[m] = j
                 logs[m] = 0.5 * np.log(strips[j].square)
-                moved = max(moved, abs(logs[m] - base[m]) if expanded[m + 1] == j else 1.0)
                 m += 1
-                same = same and made_for[m] == j
+                same, known = same and made_for[m] == j, known and expanded[m] == j
                 most_p, most_q = max(most_p, strips[j].load), max(most_q, strips[j].square)
         if m == 0:
             return displacement, False
@@ -235,11 +233,10 @@ def newton(
         if not same:
             taken[:n] = 0.0
             scale[0], scale[1], scale[2] = most_p, most_q, displacement
-        if not same or expanded[0] != m or moved > _NEAR:
-            expand(work, table, m)
-            expanded[0] = m
-            for k in range(m):
-                expanded[k + 1] = active[k]
+        expand(work, table, m, not known or expanded[0] != m)
+        expanded[0] = m
+        for k in range(m):
+            expanded[k + 1] = active[k]
         residuals(work, row, displacement, m)
         if not same:
             made_for[0] = 0

@@ -47,159 +47,268 @@ _WIDEST = 0.65e-3  # m, of a strip: profiles change their radius within wide pat
 
 
 @bare_kernel
-def solve_wheel(
-    row: Row, count: int, guess: float, rough: bool, table: FloatArray, hertz: FloatArray, work: Work
-) -> tuple[int, int, float]:
-    """Find the strips of one wheel under its load; return a fault or 0, their number and the displacement."""
-    strips, old, before, spans, fresh = work.strips, work.old, work.before, work.spans, work.fresh
-    planes = work.planes
+def _is_inside(row: Row) -> bool:
+    """Whether the lowest gap lies within both profiles."""
     k = 0
     for i in range(row.gap.size):
         if row.gap[i] < row.gap[k]:
             k = i
-    if k < 3 or k > row.gap.size - 4 or row.gap[k - 1] >= NO_WHEEL or row.gap[k + 1] >= NO_WHEEL:
-        return AT_EDGE, 0, 0.0
-    displacement, parts = first_displacement(row, guess, hertz, spans)
-    if parts == 0:
-        return NO_BALANCE, 0, 0.0
-    for k in range(spans.size):
-        forget(spans[k])
-    coarse = max(8, (3 * count) // 5)
-    most = strips.size
-    none = int(np.int64(0))  # numba would compile the kernels for a literal 0 once more
-    old_total = total = none
-    uncertain, may_split, splits = False, True, 0
-    work.made_for[0] = 0
-    for stage in range(_STAGES):
-        # Parts that meet are one.
-        k = 0
-        while k + 1 < parts:
-            if spans[k + 1].ends[0] - spans[k].ends[1] < APART:
-                may_split = may_split and splits == 0
-                spans[k].ends[1] = max(spans[k + 1].ends[1], spans[k].ends[1])
-                forget(spans[k])
-                for other in range(k + 1, parts - 1):
-                    spans[other] = spans[other + 1]
-                parts -= 1
+    return 3 <= k <= row.gap.size - 4 and row.gap[k - 1] < NO_WHEEL and row.gap[k + 1] < NO_WHEEL
+
+
+@bare_kernel
+def _lay_parts(stage: int, count: int, parts: int, old_total: int, row: Row, work: Work) -> tuple[int, int]:
+    """Lay strips in every part, with the pressures of the set before; a fault or 0, and their number."""
+    strips, old, spans, planes = work.strips, work.old, work.spans, work.planes
+    total = old_total - old_total
+    for k in range(parts):
+        # Strips much narrower than long make Newton's method fail.
+        each = max(8, (3 * count) // 5) if stage == 0 else count
+        if stage > 0:
+            # As many as before if that is nearly right: else the ends might wander to and fro.
+            wished = (spans[k].ends[1] - spans[k].ends[0]) / _WIDEST
+            each = int(spans[k].strips) if abs(wished - spans[k].strips - 0.5) < 0.8 else int(wished)
+            each = max(count, min(2 * count, each))
+            spans[k].strips = each
+        longest = 0.0
+        for j in range(old_total):
+            if spans[k].ends[0] <= old[j].y <= spans[k].ends[1]:
+                longest = max(longest, old[j].square)
+        if longest > 0.0:
+            each = min(each, max(8, int(100.0 * (spans[k].ends[1] - spans[k].ends[0]) / np.sqrt(longest))))
+        if total + each > strips.size:
+            return NO_BALANCE, total
+        a, b = spans[k].ends[0], spans[k].ends[1]
+        # Middle and angle of the plane: of the pressures, at first of the depths.
+        weight, moment, tilt = 0.0, 0.0, 0.0
+        known = planes[k].weight > 0.0
+        middle, delta = planes[k].middle, planes[k].tilt
+        if not known:
+            i = max(first_beyond(row.y, row.y.size, a), 1)
+            while i < row.y.size - 1 and row.y[i] < b:
+                g = max(spans[k].rim - (row.gap[i] - row.low), 1e-12) * (row.y[i + 1] - row.y[i - 1])
+                weight += g
+                moment += g * row.y[i]
+                tilt += g * row.angle[i]
+                i += 1
+            if weight == 0.0:
+                return NO_BALANCE, total
+            middle, delta = moment / weight, tilt / weight
+        if not cut_strips(a, b, middle, delta, row, strips, total, each):
+            return AT_EDGE, total
+        for j in range(total, total + each):
+            strips[j].part = k
+            if known:
+                # Linear between strips with pressure and the ends.
+                y = strips[j].y
+                i = first_beyond(old.y, old_total, y)
+                left, left_p, left_q = a + MARGIN * (b - a) / each, 0.0, 0.0
+                right_end, right_p, right_q = b - MARGIN * (b - a) / each, 0.0, 0.0
+                if i > 0 and (old[i - 1].y > left or y <= left):
+                    left, left_p, left_q = old[i - 1].y, old[i - 1].load, old[i - 1].square
+                if i < old_total and (old[i].y < right_end or y >= right_end):
+                    right_end, right_p, right_q = old[i].y, old[i].load, old[i].square
+                share = (y - left) / (right_end - left)
+                strips[j].load = left_p + share * (right_p - left_p)
+                strips[j].square = left_q + share * (right_q - left_q)
+                if not (0.0 < share < 1.0 and strips[j].load > 0.0 and strips[j].square > 0.0):
+                    strips[j].load, strips[j].square = 0.0, 0.0
             else:
-                k += 1
-        planes_of(spans, parts, old, old_total, row, work.share, planes)
-        total = none
-        for k in range(parts):
-            # Strips much narrower than long make Newton's method fail.
-            each = coarse if stage == 0 else count
-            if stage > 0:
-                # As many as before if that is nearly right: else the ends might wander to and fro.
-                wished = (spans[k].ends[1] - spans[k].ends[0]) / _WIDEST
-                each = int(spans[k].strips) if abs(wished - spans[k].strips - 0.5) < 0.8 else int(wished)
-                each = max(count, min(2 * count, each))
-                spans[k].strips = each
-            longest = 0.0
-            for j in range(old_total):
-                if spans[k].ends[0] <= old[j].y <= spans[k].ends[1]:
-                    longest = max(longest, old[j].square)
-            if longest > 0.0:
-                each = min(
-                    each, max(8, int(100.0 * (spans[k].ends[1] - spans[k].ends[0]) / np.sqrt(longest)))
-                )
-            if total + each > most:
-                return NO_BALANCE, 0, 0.0
-            a, b = spans[k].ends[0], spans[k].ends[1]
-            # Middle and angle of the plane: of the pressures, at first of the depths.
-            weight, moment, tilt = 0.0, 0.0, 0.0
-            known = planes[k].weight > 0.0
-            middle, delta = planes[k].middle, planes[k].tilt
-            if not known:
-                i = max(first_beyond(row.y, row.y.size, a), 1)
-                while i < row.y.size - 1 and row.y[i] < b:
-                    g = max(spans[k].rim - (row.gap[i] - row.low), 1e-12) * (row.y[i + 1] - row.y[i - 1])
-                    weight += g
-                    moment += g * row.y[i]
-                    tilt += g * row.angle[i]
-                    i += 1
-                if weight == 0.0:
-                    return NO_BALANCE, 0, 0.0
-                middle, delta = moment / weight, tilt / weight
-            if not cut_strips(a, b, middle, delta, row, strips, total, each):
-                return AT_EDGE, 0, 0.0
-            for j in range(total, total + each):
-                strips[j].part = k
-                if known:
-                    # Linear between strips with pressure and the ends.
-                    y = strips[j].y
-                    i = first_beyond(old.y, old_total, y)
-                    left, left_p, left_q = a + MARGIN * (b - a) / each, 0.0, 0.0
-                    right_end, right_p, right_q = b - MARGIN * (b - a) / each, 0.0, 0.0
-                    if i > 0 and (old[i - 1].y > left or y <= left):
-                        left, left_p, left_q = old[i - 1].y, old[i - 1].load, old[i - 1].square
-                    if i < old_total and (old[i].y < right_end or y >= right_end):
-                        right_end, right_p, right_q = old[i].y, old[i].load, old[i].square
-                    share = (y - left) / (right_end - left)
-                    strips[j].load = left_p + share * (right_p - left_p)
-                    strips[j].square = left_q + share * (right_q - left_q)
-                    if not (0.0 < share < 1.0 and strips[j].load > 0.0 and strips[j].square > 0.0):
-                        strips[j].load, strips[j].square = 0.0, 0.0
-                else:
-                    depth = spans[k].rim - strips[j].gap / strips[j].turn
-                    q = max(depth, 0.02 * spans[k].rim) * spans[k].per_depth
-                    strips[j].square, strips[j].load = q, q * spans[k].per_square
-            total += each
-        pair_up(strips, total, work.pairs)
-        work.expanded[0] = 0
-        for j in range(total):
-            strips[j].square = max(strips[j].square, 1e-10)
-        if stage == 0 or uncertain or stage >= _HARD:
-            displacement, done = relax(work, row, total, displacement, table, _CLOSE)
-            if not done:
-                return NO_BALANCE, 0, 0.0
-        again, uncertain, kept, more = True, False, parts, none
-        for tolerance in (_FIRST if stage == 1 else _ROUGH, _DONE):
-            if stage > 0:
-                kept_displacement = displacement
-                for j in range(total):
-                    before[j].load, before[j].square = strips[j].load, strips[j].square
-                displacement, done = newton(work, row, total, displacement, table, tolerance)
-                if not done:
-                    for j in range(total):
-                        strips[j].load, strips[j].square = before[j].load, before[j].square
-                    work.made_for[0] = 0
-                    displacement, done = relax(work, row, total, kept_displacement, table, 0.1 * tolerance)
-                if not done:
-                    return NO_BALANCE, 0, 0.0
-                if rough and stage > 0:
-                    return 0, total, displacement
-            old_total = none
-            for j in range(total):
-                if strips[j].load > 0.0:
-                    strips[j].log = 0.5 * np.log(strips[j].square)
-                    old[old_total].y, old[old_total].load = strips[j].y, strips[j].load
-                    old[old_total].square, old[old_total].width = strips[j].square, strips[j].width
-                    old_total += 1
-            kept, more, again = refit(stage, displacement, count, parts, may_split, row, work, total, table)
-            if not again:
-                again = rotated(kept, old_total, total, row, work)
-            if again and stage < _STAGES - 1:
-                break
-        parts = kept
-        splits += more
-        uncertain = more > 0
-        for k in range(parts):
-            for side in range(2):
-                moved = abs(fresh[k].ends[side] - spans[k].ends[side]) / (fresh[k].ends[1] - fresh[k].ends[0])
-                uncertain = uncertain or (stage == 0 and moved * count > _FAR)
-            spans[k] = fresh[k]
-        if (stage == 1 or not again) and another_part(displacement, parts, row, work, total, table):
-            parts += 1
-            again = uncertain = True
-            for k in range(spans.size):
-                forget_ends(spans[k])
-        if not again:
-            break
-    return 0, total, displacement
+                depth = spans[k].rim - strips[j].gap / strips[j].turn
+                q = max(depth, 0.02 * spans[k].rim) * spans[k].per_depth
+                strips[j].square, strips[j].load = q, q * spans[k].per_square
+        total += each
+    return 0, total
 
 
 _SMALLEST = 5e-4  # of the load: patches below are left out
 _FINE = 160  # samples of the largest pressure
+
+
+@bare_kernel
+def _find_patches(
+    total: int, displacement: float, load: float, modulus: float, row: Row, strips: Records, patches: Records,
+    nodes: FloatArray,
+) -> tuple[int, int]:  # fmt: skip
+    """Find the patches of a wheel, by falling normal force; return a fault or 0, and their number."""
+    # Runs of strips with pressure are patches.
+    runs, j, carried = 0, 0, 0.0
+    while j < total:
+        if strips[j].load <= 0.0:
+            j += 1
+            continue
+        first, force = j, 0.0
+        while j < total and strips[j].load > 0.0 and strips[j].part == strips[first].part:
+            force += 0.5 * np.pi * np.pi * modulus * strips[j].load * strips[j].width
+            j += 1
+        if force > _SMALLEST * load:
+            carried += force * (strips[first].cosine if row.vertical else 1.0)
+            place = runs
+            runs += 1
+            if runs > MOST_PATCHES:
+                break
+            while place > 0 and patches[place - 1].force < force:
+                patches[place] = patches[place - 1]
+                place -= 1
+            one = patches[place]
+            one.force, one.first, one.last = force, first, j - 1
+    if runs > MOST_PATCHES:
+        return TOO_MANY, runs
+    if runs > 1 and not row.vertical:
+        return NOT_SINGLE, runs
+    for rank in range(runs):
+        one = patches[rank]
+        x, f, c = nodes[0, rank], nodes[1, rank], nodes[2, rank]
+        a, b = one.first, one.last
+        n = b - a + 1
+        width = strips[a].width
+        one.scale = load / carried
+        one.force *= one.scale
+        one.displacement = displacement
+        one.angle, one.origin = strips[a].angle, strips[a].origin
+        for step in range(1, -2, -2):
+            edge = a if step > 0 else b
+            end = strips[edge].s + step * width * (end_of(strips, edge, step, n) - 0.5)
+            if step > 0:
+                one.start = end
+            else:
+                one.stop = end
+        weighted, sum_load = 0.0, 0.0
+        one.nodes = 1
+        x[0], f[0] = one.start, 0.0
+        for j in range(a, b + 1):
+            weighted += strips[j].load * value_at(strips[j].y, row.y, row.angle)
+            sum_load += strips[j].load
+            # The outermost strips may lie in part outside of the patch.
+            if n > 2 and j in (a, b):
+                continue
+            x[one.nodes], f[one.nodes] = strips[j].s, strips[j].square
+            c[one.nodes] = strips[j].load / strips[j].square
+            one.nodes += 1
+        x[one.nodes], f[one.nodes] = one.stop, 0.0
+        c[0], c[one.nodes] = c[1], c[one.nodes - 1]
+        one.nodes += 1
+        one.own = weighted / sum_load
+    return 0, runs
+
+
+@bare_kernel
+def solve_wheels(
+    rows: IntArray, load: FloatArray, start: FloatArray, vertical: bool, rough: bool, modulus: float,
+    count: int, profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], gaps: FloatArray,
+    lowest: FloatArray, radii: FloatArray, alongs: FloatArray, kappa: float, table: FloatArray,
+    hertz: FloatArray, work: Work, number: IntArray, fault: IntArray, patches: Records, nodes: FloatArray,
+) -> None:  # fmt: skip
+    """Solve every row and find its patches, by falling normal force.
+
+    `nodes` (3, n, most, k) get place s, squared half-length and pressure slope between which the patch is
+    interpolated. `start` is a vertical displacement nearby, or NaN.
+    """
+    strips, old, before, spans, fresh = work.strips, work.old, work.before, work.spans, work.fresh
+    none = int(np.int64(0))  # numba would compile the kernels for a literal 0 once more
+    for n in range(load.size):
+        r = rows[n]
+        if lowest[r] >= NO_WHEEL:
+            fault[r] = NO_CONTACT
+            continue
+        row = Row(
+            profile[0], profile[1], profile[2], profile[3], gaps[r], radii[r], alongs[r], lowest[r], kappa,
+            load[n] / (np.pi * modulus), vertical,
+        )  # fmt: skip
+        if not _is_inside(row):
+            fault[r] = AT_EDGE
+            continue
+        displacement, parts = first_displacement(row, start[n] - row.low, hertz, spans)
+        if parts == 0:
+            fault[r] = NO_BALANCE
+            continue
+        for k in range(spans.size):
+            forget(spans[k])
+        old_total = total = failed = none
+        uncertain, may_split, splits = False, True, 0
+        work.made_for[0] = 0
+        for stage in range(_STAGES):
+            # Parts that meet are one.
+            k = 0
+            while k + 1 < parts:
+                if spans[k + 1].ends[0] - spans[k].ends[1] < APART:
+                    may_split = may_split and splits == 0
+                    spans[k].ends[1] = max(spans[k + 1].ends[1], spans[k].ends[1])
+                    forget(spans[k])
+                    for other in range(k + 1, parts - 1):
+                        spans[other] = spans[other + 1]
+                    parts -= 1
+                else:
+                    k += 1
+            planes_of(spans, parts, old, old_total, row, work.share, work.planes)
+            failed, total = _lay_parts(stage, count, parts, old_total, row, work)
+            if failed != 0:
+                break
+            pair_up(strips, total, work.pairs)
+            work.expanded[0] = 0
+            for j in range(total):
+                strips[j].square = max(strips[j].square, 1e-10)
+            if stage == 0 or uncertain or stage >= _HARD:
+                displacement, done = relax(work, row, total, displacement, table, _CLOSE)
+                if not done:
+                    failed = NO_BALANCE
+                    break
+            again, uncertain, kept, more = True, False, parts, none
+            for tolerance in (_FIRST if stage == 1 else _ROUGH, _DONE):
+                if stage > 0:
+                    kept_displacement = displacement
+                    for j in range(total):
+                        before[j].load, before[j].square = strips[j].load, strips[j].square
+                    displacement, done = newton(work, row, total, displacement, table, tolerance)
+                    if not done:
+                        for j in range(total):
+                            strips[j].load, strips[j].square = before[j].load, before[j].square
+                        work.made_for[0] = 0
+                        displacement, done = relax(
+                            work, row, total, kept_displacement, table, 0.1 * tolerance
+                        )
+                    if not done:
+                        failed = NO_BALANCE
+                    if rough or not done:
+                        break
+                old_total = none
+                for j in range(total):
+                    if strips[j].load > 0.0:
+                        strips[j].log = 0.5 * np.log(strips[j].square)
+                        old[old_total].y, old[old_total].load = strips[j].y, strips[j].load
+                        old[old_total].square, old[old_total].width = strips[j].square, strips[j].width
+                        old_total += 1
+                kept, more, again = refit(
+                    stage, displacement, count, parts, may_split, row, work, total, table
+                )
+                if not again:
+                    again = rotated(kept, old_total, total, row, work)
+                if again and stage < _STAGES - 1:
+                    break
+            if failed != 0 or (rough and stage > 0):
+                break
+            parts = kept
+            splits += more
+            uncertain = more > 0
+            for k in range(parts):
+                for side in range(2):
+                    moved = abs(fresh[k].ends[side] - spans[k].ends[side]) / (
+                        fresh[k].ends[1] - fresh[k].ends[0]
+                    )
+                    uncertain = uncertain or (stage == 0 and moved * count > _FAR)
+                spans[k] = fresh[k]
+            if (stage == 1 or not again) and another_part(displacement, parts, row, work, total, table):
+                parts += 1
+                again = uncertain = True
+                for k in range(spans.size):
+                    forget_ends(spans[k])
+            if not again:
+                break
+        if failed == 0:
+            failed, number[n] = _find_patches(
+                total, displacement, load[n], modulus, row, strips, patches[n], nodes[:, n]
+            )
+        fault[r] = failed
 
 
 @bare_kernel
@@ -224,95 +333,6 @@ def _between(
     rise = f[k + 1] - f[k]
     a, b = slope[k] * step - rise, rise - slope[k + 1] * step
     return f[k] + t * rise + t * u * (a * u + b * t), c[k] + t * (c[k + 1] - c[k])
-
-
-@bare_kernel
-def solve_wheels(
-    rows: IntArray, load: FloatArray, start: FloatArray, vertical: bool, rough: bool, modulus: float,
-    count: int, profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], gaps: FloatArray,
-    lowest: FloatArray, radii: FloatArray, alongs: FloatArray, kappa: float, table: FloatArray,
-    hertz: FloatArray, work: Work, number: IntArray, fault: IntArray, patches: Records, nodes: FloatArray,
-) -> None:  # fmt: skip
-    """Solve every row and find its patches, by falling normal force.
-
-    `nodes` (3, n, most, k) get place s, squared half-length and pressure slope between which the patch is
-    interpolated. `start` is a vertical displacement nearby, or NaN.
-    """
-    strips = work.strips
-    for k in range(load.size):
-        r = rows[k]
-        if lowest[r] >= NO_WHEEL:
-            fault[r] = NO_CONTACT
-            continue
-        row = Row(
-            profile[0], profile[1], profile[2], profile[3], gaps[r], radii[r], alongs[r], lowest[r], kappa,
-            load[k] / (np.pi * modulus), vertical,
-        )  # fmt: skip
-        failed, total, displacement = solve_wheel(row, count, start[k] - lowest[r], rough, table, hertz, work)
-        fault[r] = failed
-        if failed != 0:
-            continue
-        # Runs of strips with pressure are patches.
-        runs, j, carried = 0, 0, 0.0
-        while j < total:
-            if strips[j].load <= 0.0:
-                j += 1
-                continue
-            first, force = j, 0.0
-            while j < total and strips[j].load > 0.0 and strips[j].part == strips[first].part:
-                force += 0.5 * np.pi * np.pi * modulus * strips[j].load * strips[j].width
-                j += 1
-            if force > _SMALLEST * load[k]:
-                carried += force * (strips[first].cosine if vertical else 1.0)
-                place = runs
-                runs += 1
-                if runs > MOST_PATCHES:
-                    break
-                while place > 0 and patches[k, place - 1].force < force:
-                    patches[k, place] = patches[k, place - 1]
-                    place -= 1
-                one = patches[k, place]
-                one.force, one.first, one.last = force, first, j - 1
-        if runs > MOST_PATCHES:
-            fault[r] = TOO_MANY
-            continue
-        if runs > 1 and not vertical:
-            fault[r] = NOT_SINGLE
-            continue
-        number[k] = runs
-        for rank in range(runs):
-            one = patches[k, rank]
-            x, f, c = nodes[0, k, rank], nodes[1, k, rank], nodes[2, k, rank]
-            a, b = one.first, one.last
-            n = b - a + 1
-            width = strips[a].width
-            one.scale = load[k] / carried
-            one.force *= one.scale
-            one.displacement = displacement
-            one.angle, one.origin = strips[a].angle, strips[a].origin
-            for step in range(1, -2, -2):
-                edge = a if step > 0 else b
-                end = strips[edge].s + step * width * (end_of(strips, edge, step, n) - 0.5)
-                if step > 0:
-                    one.start = end
-                else:
-                    one.stop = end
-            weighted, sum_load = 0.0, 0.0
-            one.nodes = 1
-            x[0], f[0] = one.start, 0.0
-            for j in range(a, b + 1):
-                weighted += strips[j].load * value_at(strips[j].y, row.y, row.angle)
-                sum_load += strips[j].load
-                # The outermost strips may lie in part outside of the patch.
-                if n > 2 and j in (a, b):
-                    continue
-                x[one.nodes], f[one.nodes] = strips[j].s, strips[j].square
-                c[one.nodes] = strips[j].load / strips[j].square
-                one.nodes += 1
-            x[one.nodes], f[one.nodes] = one.stop, 0.0
-            c[0], c[one.nodes] = c[1], c[one.nodes - 1]
-            one.nodes += 1
-            one.own = weighted / sum_load
 
 
 class Cut(NamedTuple):
