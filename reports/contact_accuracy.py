@@ -156,7 +156,7 @@ def all_cases():
 def solve(cases, model):
     """Solve the right wheel of each case: its sums, or the message where a model is not applicable."""
     normal, tangential, cells = model
-    models = wearsim.ContactModels(normal, tangential, cells, cells)
+    models = wearsim.ContactModels(normal, tangential, cells, cells, most_cells=cells)
     sums = []
     groups = cases.groupby(["inclination", "counterface_curvature"], sort=False)
     for (inclination, curvature), group in groups:
