@@ -10,11 +10,11 @@ from itertools import product
 import numpy as np
 import pandas as pd
 from scipy import ndimage
-from writing import Figure, Table, options, save_svg, write_report
+from writing import Figure, Table, options, write_csv, write_report
 
 import wearsim
 from wearsim.errors import ContactError
-from wearsim.report.style import SERIES_COLOURS, grid, legend, style
+from wearsim.report.style import SERIES_COLOURS, grid, legend, save_svg, style
 
 TITLE = "Errors of the contact models against half-space solutions"
 RAIL = "60E1"
@@ -156,7 +156,7 @@ def all_cases():
 def solve(cases, model):
     """Solve the right wheel of each case: its sums, or the message where a model is not applicable."""
     normal, tangential, cells = model
-    models = wearsim.ContactModels(normal, tangential, cells, cells)
+    models = wearsim.ContactModels(normal, tangential, cells, cells, most_cells=cells)
     sums = []
     groups = cases.groupby(["inclination", "counterface_curvature"], sort=False)
     for (inclination, curvature), group in groups:
@@ -317,7 +317,7 @@ def main(arguments=None):
     chosen = options(__file__, __doc__, arguments, from_csv=True)
     values = chosen.out / "contact_accuracy.csv"
     if not chosen.from_csv:
-        compare(all_cases()).to_csv(values, index=False, float_format="%.6g", lineterminator="\n")
+        write_csv(compare(all_cases()), values)
     write(read_table(values), chosen.out)
 
 

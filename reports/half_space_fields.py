@@ -7,9 +7,11 @@ reads the fields of CONTACT in tests/data and writes half_space_fields.md and .s
 
 import matplotlib.pyplot as plt
 import numpy as np
-from writing import HERE, Figure, Table, output_folder, read_csv, save_svg, write_report
+import pandas as pd
+from writing import HERE, Figure, Table, options, write_report
 
 import wearsim
+from wearsim.report.style import save_svg
 
 DATA = HERE.parent / "tests" / "data"
 # Case: title, shift [m], yaw [rad], curvature of the counterface [1/m].
@@ -22,6 +24,7 @@ CASES = {
     "roller_half_metre": ("roller 0.5 m, 3 mm", 3e-3, 0.0, 2.0),
     "roller_two_lobes": ("roller 0.5 m, 0 mm", 0.0, 0.0, 2.0),
 }
+CONTACT = pd.read_csv(DATA / "contact_rolling_fields.csv", comment="#", index_col="case").loc[list(CASES)]
 NAMES = ("pressure [MPa]", "shear stress [MPa]", "slip [1/1000]")
 FRICTION, SPEED = 0.35, 20.0
 
@@ -65,12 +68,6 @@ def on_elements(field, x, y, new_x, new_y):
     return np.array([np.interp(new_x, x[::-1], column[::-1], 0.0, 0.0) for column in across.T]).T
 
 
-def cases():
-    """Rows of CONTACT's cases."""
-    rows = {row.pop("case"): row for row in read_csv(DATA / "contact_rolling_fields.csv")}
-    return {case: {name: float(value) for name, value in rows[case].items()} for case in CASES}
-
-
 def compared(row, case):
     """Fields of both on CONTACT's elements: places along, (5, nx, ny) of each; cells of the table."""
     data = np.load(DATA / f"contact_rolling_{case}.npz")
@@ -107,12 +104,12 @@ def sizes(fields):
 
 def main(arguments=None):
     """Write the report."""
-    out = output_folder(__file__, __doc__, arguments)
+    out = options(__file__, __doc__, arguments).out
     figure, grid = plt.subplots(
         3, len(CASES), figsize=(2.1 * len(CASES), 6.0), sharey="row", layout="constrained"
     )
     rows = []
-    for (case, row), column in zip(cases().items(), grid.T, strict=True):
+    for (case, row), column in zip(CONTACT.iterrows(), grid.T, strict=True):
         x, reference, computed, shown = compared(row, case)
         strip = int(reference[0].max(axis=0).argmax())
         for axes, theirs, our in zip(column, sizes(reference), sizes(computed), strict=True):

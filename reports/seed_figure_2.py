@@ -6,11 +6,12 @@ writes seed_figure_2.md, .csv and .svg.
 """
 
 import numpy as np
+import pandas as pd
 from initial_contact import initial_contact
-from writing import Figure, Table, output_folder, save_svg, write_csv, write_report
+from writing import Figure, Table, options, write_csv, write_report
 
 import wearsim
-from wearsim.report.style import COLOURS, grid, legend, style
+from wearsim.report.style import COLOURS, grid, legend, save_svg, style
 
 YAW = 60e-3
 SHIFT = 1e-3 * (-8.0 + 0.1 * np.arange(161))
@@ -95,23 +96,18 @@ def figure(contacts, jumps):
 
 def main(arguments=None):
     """Write the report."""
-    out = output_folder(__file__, __doc__, arguments)
+    out = options(__file__, __doc__, arguments).out
     contacts = {name: located(counterface, SHIFT) for name, counterface in COUNTERFACES.items()}
     jumps = {name: two_point_contacts(counterface, SHIFT) for name, counterface in COUNTERFACES.items()}
     save_svg(figure(contacts, jumps), out / "seed_figure_2.svg")
-    write_csv(
-        out / "seed_figure_2.csv",
-        [
-            {
-                "counterface": name,
-                "shift_mm": 1e3 * SHIFT[i],
-                **{column: factor * contact[value][i] for column, (value, factor) in COLUMNS.items()},
-            }
-            for name, contact in contacts.items()
-            for i in range(SHIFT.size)
-        ],
-        "%.6f",
-    )
+    tables = [
+        pd.DataFrame(
+            {"counterface": name, "shift_mm": 1e3 * SHIFT}
+            | {column: factor * contact[value] for column, (value, factor) in COLUMNS.items()}
+        )
+        for name, contact in contacts.items()
+    ]
+    write_csv(pd.concat(tables), out / "seed_figure_2.csv", "%.6f")
     both = [
         [name, f"{1e3 * at:.2f}"]
         + [f"{1e3 * before[n]:.1f} and {1e3 * after[n]:.1f}" for n in ("wheel_y", "x", "contact_angle")]

@@ -8,12 +8,11 @@ reads seed_tables_cases.csv and writes seed_tables.md, .csv (our values) and two
 import numpy as np
 import pandas as pd
 from initial_contact import initial_contact
-from writing import HERE, Figure, Table, output_folder, save_svg, write_csv, write_report
+from writing import HERE, Figure, Table, options, write_csv, write_report
 
 import wearsim
-from wearsim.contact.solve import solve
 from wearsim.report.figures import contact
-from wearsim.report.style import COLOURS, SERIES_COLOURS, grid, legend, style
+from wearsim.report.style import COLOURS, SERIES_COLOURS, grid, legend, save_svg, style
 from wearsim.studies.contact_state import contact_state
 
 WHEELSET = wearsim.wheelset("S1002", radius=0.46)
@@ -39,36 +38,21 @@ COLUMNS = {
     "spin_moment_Nm": ("spin_moment", 1.0),
     "power_W": ("power", 1.0),
 }
-# Sections of the report: how its creepages come about; column, heading, digits of each table
-SECTIONS = {
-    "Creepages": (
-        "motion",
-        (
-            ("creepage_x", "Longitudinal creepage [10⁻³]", 3),
-            ("spin_per_m", "Spin creepage [1/m]", 4),
-            ("contact_angle_mrad", "Contact angle [mrad]", 2),
-        ),
-    ),
-    "Normal contact": (
-        "centre",
-        (
-            ("area_mm2", "Area of the contact patch [mm²]", 1),
-            ("max_pressure_MPa", "Largest contact pressure [MPa]", 0),
-            ("length_mm", "Length of the contact patch in rolling direction [mm]", 2),
-            ("width_mm", "Width of the contact patch [mm]", 2),
-        ),
-    ),
-    "Tangential contact": (
-        "centre",
-        (
-            ("slip_share", "Share of the patch that slips", 3),
-            ("force_x_kN", "Longitudinal creep force [kN]", 2),
-            ("force_y_kN", "Lateral creep force [kN]", 2),
-            ("spin_moment_Nm", "Spin moment about the centre of the patch [N m]", 1),
-        ),
-    ),
-    "Frictional power": ("centre", (("power_W", "Frictional power of the patch [W]", 1),)),
-}
+# Tables of the report: section, how its creepages come about, column, heading, digits
+TABLES = (
+    ("Creepages", "motion", "creepage_x", "Longitudinal creepage [10⁻³]", 3),
+    ("Creepages", "motion", "spin_per_m", "Spin creepage [1/m]", 4),
+    ("Creepages", "motion", "contact_angle_mrad", "Contact angle [mrad]", 2),
+    ("Normal contact", "centre", "area_mm2", "Area of the contact patch [mm²]", 1),
+    ("Normal contact", "centre", "max_pressure_MPa", "Largest contact pressure [MPa]", 0),
+    ("Normal contact", "centre", "length_mm", "Length of the contact patch in rolling direction [mm]", 2),
+    ("Normal contact", "centre", "width_mm", "Width of the contact patch [mm]", 2),
+    ("Tangential contact", "centre", "slip_share", "Share of the patch that slips", 3),
+    ("Tangential contact", "centre", "force_x_kN", "Longitudinal creep force [kN]", 2),
+    ("Tangential contact", "centre", "force_y_kN", "Lateral creep force [kN]", 2),
+    ("Tangential contact", "centre", "spin_moment_Nm", "Spin moment about the centre of the patch [N m]", 1),
+    ("Frictional power", "centre", "power_W", "Frictional power of the patch [W]", 1),
+)
 # Conclusions of the paper over the curvature of the roller: +1 rises, -1 falls; of several patches of a wheel
 TRENDS = {
     "area": ("area of the contact patch", -1, "sum"),
@@ -158,9 +142,10 @@ def state(case):
     """Contact of a case on the first rail with creepages at the centre, for the figures."""
     given = conditions(1e-3 * case.shift_mm, [[case.creepage_x, 0.0, case.spin_per_m]])
     below = counterface(RAILS[0], 1e-3 * case.roller_radius_mm)
-    return contact_state(
-        given, WHEELSET, below, solve(given, WHEELSET, below, MODELS, sides=(0,), vertical=False)
+    contact = wearsim.solve_contact(
+        WHEELSET, below, given, MODELS, sides=["right"], load="normal_force", fields=True
     )
+    return contact_state(given, WHEELSET, below, contact)
 
 
 def trend(roller_radius):
@@ -259,23 +244,22 @@ def stress_figure(groups):
 def compared(paper, cases, ours):
     """Sections that compare all values."""
     blocks = []
-    for title, (source, tables) in SECTIONS.items():
-        blocks += [f"## {title}", *([MOTION] if source == "motion" else [])]
-        half_space = CASES.loc[source]
-        for column, heading, digits in tables:
-            factor = 1e3 if column == "creepage_x" else 1.0
-            three = [
-                factor * paper[column].to_numpy(),
-                factor * np.array([ours.loc[(rail, source), column] for rail in RAILS]),
-                factor * half_space[column].to_numpy(),
-            ]
-            blocks += [f"### {heading}", comparison(cases, *three, digits)]
-            if source == "centre" and paper[column].notna().any():
-                three = [ratios(values) for values in three]
-                rows = np.isfinite(three[1]).any(axis=0)
-                names = [name for name, row in zip(cases, rows, strict=True) if row]
-                three = [values[..., rows] for values in three]
-                blocks += ["Ratio of roller to rail:", comparison(names, *three, 3)]
+    for title, source, column, heading, digits in TABLES:
+        if f"## {title}" not in blocks:
+            blocks += [f"## {title}", *([MOTION] if source == "motion" else [])]
+        factor = 1e3 if column == "creepage_x" else 1.0
+        three = [
+            factor * paper[column].to_numpy(),
+            factor * np.array([ours.loc[(rail, source), column] for rail in RAILS]),
+            factor * CASES.loc[source, column].to_numpy(),
+        ]
+        blocks += [f"### {heading}", comparison(cases, *three, digits)]
+        if source == "centre" and paper[column].notna().any():
+            three = [ratios(values) for values in three]
+            rows = np.isfinite(three[1]).any(axis=0)
+            names = [name for name, row in zip(cases, rows, strict=True) if row]
+            three = [values[..., rows] for values in three]
+            blocks += ["Ratio of roller to rail:", comparison(names, *three, 3)]
     return blocks
 
 
@@ -307,6 +291,14 @@ def trends():
         for j in range(1, len(radii))
         if sign * (totals[j][name][i] - totals[j - 1][name][i]) <= 0.0
     ]
+    steps = [
+        [
+            TRENDS[name][0], f"{1e3 * TREND_SHIFTS[i]:g}", names[j - 1], names[j],
+            f"{100.0 * (totals[j][name][i] / totals[j - 1][name][i] - 1.0):+.1f} %",
+            f"{totals[j - 1]['patches'][i]}, {totals[j]['patches'][i]}",
+        ]
+        for name, i, j in exceptions
+    ]  # fmt: skip
     said = ", ".join(f"{words} {'rises' if sign > 0 else 'falls'}" for words, sign, _ in TRENDS.values())
     count = len(TRENDS) * TREND_SHIFTS.size * len(TREND_RADII)
     return [
@@ -315,20 +307,7 @@ def trends():
         f"{', '.join(f'{radius:g}' for radius in TREND_RADII)} m one after the other, at shifts from -6 to "
         "6 mm (right wheel, all its patches, creepages from the motion, vertical load): "
         f"{count} steps, {len(exceptions)} of them exceptions.",
-        Table(
-            ["quantity", "shift [mm]", "from", "to", "change", "patches before and after"],
-            [
-                [
-                    TRENDS[name][0],
-                    f"{1e3 * TREND_SHIFTS[i]:g}",
-                    names[j - 1],
-                    names[j],
-                    f"{100.0 * (totals[j][name][i] / totals[j - 1][name][i] - 1.0):+.1f} %",
-                    f"{totals[j - 1]['patches'][i]}, {totals[j]['patches'][i]}",
-                ]
-                for name, i, j in exceptions
-            ],
-        ),
+        Table(["quantity", "shift [mm]", "from", "to", "change", "patches before and after"], steps),
         "Where two patches merge into one between two radii, two flexibilities become one, and the creep "
         "forces jump.",
         f"Ratios of the smallest roller ({names[-1]}) to the rail:",
@@ -344,7 +323,7 @@ def trends():
 
 def main(arguments=None):
     """Write the report."""
-    out = output_folder(__file__, __doc__, arguments)
+    out = options(__file__, __doc__, arguments).out
     paper = CASES.loc["paper"]
     against = ["rail" if np.isnan(r) else f"roller {1e-3 * r:g} m" for r in paper.roller_radius_mm]
     cases = [f"{shift:g} mm, {what}" for shift, what in zip(paper.shift_mm, against, strict=True)]
@@ -355,9 +334,9 @@ def main(arguments=None):
         for case in paper.itertuples()
         for source, row in solved(rail, case).items()
     ]
-    ours = pd.DataFrame(rows).set_index(["rail", "source"]).sort_index()
-    columns = ["rail", "source", *CASES.columns]
-    write_csv(out / "seed_tables.csv", [{name: row.get(name, "") for name in columns} for row in rows])
+    table = pd.DataFrame(rows)
+    write_csv(table.reindex(columns=["rail", "source", *CASES.columns]), out / "seed_tables.csv")
+    ours = table.set_index(["rail", "source"]).sort_index()
     states = [state(case) for case in paper.itertuples()]
     groups = [states[:3], states[3:]]
     save_svg(patches_figure(groups), out / "seed_tables_patches.svg")

@@ -10,19 +10,19 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import NullFormatter
-from writing import Figure, Table, options, save_svg, write_report
+from writing import Figure, Table, options, write_csv, write_report
 
 import wearsim
 from wearsim.campaign.control import half_space_depth_limit, largest_step
 from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
-from wearsim.campaign.step import advance
+from wearsim.campaign.step import StepRule, advance
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import NumericalError, WearsimError
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.profile.smoothing import smoothing_spline
-from wearsim.report.style import SERIES_COLOURS, grid, legend, style
+from wearsim.report.style import SERIES_COLOURS, grid, legend, save_svg, style
 from wearsim.scene.campaign import ControlSettings
 
 TITLE = "Stability of wear steps"
@@ -57,21 +57,15 @@ class Case:
     integrator: str = "euler"
 
 
+SMOOTHED = "beyond the limit, smoothed"
 CASES = (
     Case("kik_piotrowski", "control on", 200e-6, 0.0, WAVELENGTH, "heun"),
     Case("kik_piotrowski", "beyond the limit, no smoothing", 200e-6, 4.0, 0.0),
-    Case("kik_piotrowski", "beyond the limit, smoothed", 200e-6, 4.0, WAVELENGTH),
-    Case(
-        "kik_piotrowski",
-        "beyond the limit, smoothed, semi-implicit",
-        200e-6,
-        4.0,
-        WAVELENGTH,
-        "semi_implicit",
-    ),
+    Case("kik_piotrowski", SMOOTHED, 200e-6, 4.0, WAVELENGTH),
+    Case("kik_piotrowski", f"{SMOOTHED}, semi-implicit", 200e-6, 4.0, WAVELENGTH, "semi_implicit"),
     Case("half_space", "control on", 80e-6, 0.0, WAVELENGTH, "heun"),
     Case("half_space", "beyond the limit, no smoothing", 80e-6, 8.0, 0.0),
-    Case("half_space", "beyond the limit, smoothed", 80e-6, 8.0, WAVELENGTH),
+    Case("half_space", SMOOTHED, 80e-6, 8.0, WAVELENGTH),
 )
 
 INTRODUCTION = f"""\
@@ -120,16 +114,8 @@ def wear_rate(state, models):
 
 def worn(state, now, length, smoothing, integrator, models):
     """State after one step of a length [m]."""
-    return advance(
-        state,
-        now,
-        length,
-        radius=WHEELSET.radius,
-        density=DENSITY,
-        smoothing_wavelength=smoothing,
-        integrator=integrator,
-        rate_at=lambda ahead: wear_rate(ahead, models),
-    )
+    rule = StepRule(WHEELSET.radius, DENSITY, smoothing, integrator)
+    return advance(state, now, length, rule, lambda ahead: wear_rate(ahead, models))
 
 
 def wear(case, depth=None, cells=CELLS):
@@ -137,7 +123,7 @@ def wear(case, depth=None, cells=CELLS):
 
     Returns largest wear depth and ripple after each step, the message of a breakdown, the final wear depth.
     """
-    models = wearsim.ContactModels(case.normal, strips=STRIPS, cells=cells)
+    models = wearsim.ContactModels(case.normal, strips=STRIPS, cells=cells, most_cells=cells)
     settings = ControlSettings(**CONTROL, smoothing_wavelength=case.smoothing, integrator=case.integrator)
     state = new_wheels(WHEEL.z + NOISE * np.random.default_rng(7).standard_normal(WHEEL.z.size))
     way, message = [(0.0, 0.0)], ""
@@ -171,7 +157,7 @@ def wave_after_one_step(normal, strips=STRIPS):
 
     `left` is the ratio of the RMS of second differences: shifts and tilts of the profile are no waviness.
     """
-    models = wearsim.ContactModels(normal, strips=strips, cells=20)
+    models = wearsim.ContactModels(normal, strips=strips, cells=20, most_cells=20)
     plain = new_wheels(WHEEL.z)
     rate_plain = wear_rate(plain, models)
     depth = rate_plain.depth[0]
@@ -285,7 +271,7 @@ def main(arguments=None):
     values = chosen.out / "wear_step_stability.csv"
     if not chosen.from_csv:
         wheels = {case: wear(case) for case in CASES}
-        table_of(wheels).to_csv(values, index=False, float_format="%.6g", lineterminator="\n")
+        write_csv(table_of(wheels), values)
         save_svg(draw(wheels), chosen.out / "wear_step_stability.svg")
     blocks = [
         INTRODUCTION,

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from contact_accuracy import ERRORS, WheelSums, errors_of, wheel_sums
 from wear_step_stability import one_step_section, read_table, wave_after_one_step
-from writing import HERE, Table, options, read_csv, write_report
+from writing import HERE, Table, options, write_csv, write_report
 
 import wearsim
 from wearsim.errors import ContactError
@@ -20,7 +20,8 @@ from wearsim.profile.shape import resample
 from wearsim.profile.smoothing import smoothed
 
 TITLE = "Where contact models fail, and which one to take"
-SITUATIONS = read_csv(HERE / "where_methods_fail_cases.csv")
+SITUATIONS = pd.read_csv(HERE / "where_methods_fail_cases.csv", dtype=str, keep_default_na=False)
+SITUATIONS = SITUATIONS.to_dict("records")
 GRID, REFERENCE_GRID = 50, 80
 RIGHT_WITHIN, WRONG_ABOVE = 0.1, 1.0  # borders of the largest error
 SECONDS = 20.0  # longest time of a solution
@@ -32,7 +33,7 @@ MIDDLE = -12.5e-3  # of the patch on the tread at a shift of 3 mm, on the wheel 
 OUTCOMES = ("right", "degraded", "wrong", "not applicable", "unproven", "unsound", "crashed")
 RIGHT, DEGRADED, WRONG, NOT_APPLICABLE, UNPROVEN, UNSOUND, CRASHED = OUTCOMES
 STILL = 1e-8  # share of friction times load times speed below which there is no power to speak of
-LOAD, BOUND, WORK = 1e-6, 1e-3, 1e-4  # relative tolerances on load, friction bound, strip work against power
+LOAD, BOUND, WORK = 2e-6, 1e-3, 1e-4  # relative tolerances on load, friction bound, strip work against power
 
 STATED = {
     ("hertz", "fastsim"): (0.35, 0.2, 0.15, 0.4, 0.7),
@@ -173,15 +174,15 @@ def solve(situation, normal, tangential, grid, problem=None):
     """
     wheelset, counterface, conditions = problem or problem_of(situation)
     material = {key: float(situation[key]) for key in ("youngs_modulus", "poisson_ratio") if situation[key]}
-    models = wearsim.ContactModels(
-        normal, tangential, int(situation["strips"] or grid), int(situation["cells"] or grid), **material
-    )
+    strips, cells = (int(situation[key] or grid) for key in ("strips", "cells"))
+    most = min(strips, cells)  # exactly so many: of both counts, none rises above the larger of itself and this
+    models = wearsim.ContactModels(normal, tangential, strips, cells, most_cells=most, **material)
     sums, outcome, start = None, "", time.perf_counter()
     try:
         contact = wearsim.solve_contact(
             wheelset, counterface, conditions, models, sides=("right",), fields=True
         )
-        message = "; ".join(violated_laws(contact, conditions))
+        message = "; ".join(violated_laws(contact, counterface, conditions))
         if message:
             outcome = UNSOUND
         else:
@@ -193,21 +194,34 @@ def solve(situation, normal, tangential, grid, problem=None):
     return Solution(sums, outcome, message, time.perf_counter() - start)
 
 
-def violated_laws(contact, conditions):
+def upwards(contact, counterface):
+    """Vertical part of normal and creep forces of patches [N]; off the top of a roller, rolling dips."""
+    profile, curvature = counterface.profile, counterface.curvature
+    height = np.interp(contact["rail_y"], profile.y, profile.z)
+    dip = np.arctan(curvature * contact["x"] / (1.0 - curvature * height))
+    sine, cosine = np.sin(contact["contact_angle"]), np.cos(contact["contact_angle"])
+    across = contact["normal_force"] * cosine - contact["force_y"] * sine
+    return across * np.cos(dip) - contact["force_x"] * np.sin(dip)
+
+
+def violated_laws(contact, counterface, conditions):
     """Return the laws any solution must obey, whatever the model, that this one of a wheel does not."""
     if not all(np.isfinite(v).all() for v in contact.variables.values() if v.dtype.kind == "f"):
         return ["numbers that are not finite"]
     friction, load = float(conditions.friction[0]), float(conditions.wheel_load[0])
     speed = float(conditions.speed[0])
     normal, power = contact["normal_force"], float(contact["power"].sum())
-    carried = float((normal * np.cos(contact["contact_angle"])).sum())
+    carried = float(upwards(contact, counterface).sum())
+    # Patches in one plane have the dip of a point between them.
+    apart = counterface.curvature * float(contact["x"].max() - contact["x"].min())
+    dip = apart * float(abs(contact["force_x"]).sum())
     creep_force = np.hypot(contact["force_x"], contact["force_y"])
     pairs = (("force_x", "creepage_x"), ("force_y", "creepage_y"), ("spin_moment", "spin"))
     gained = float((sum(contact[force] * contact[creepage] for force, creepage in pairs) * speed).max())
     work = float((contact["strip_work"] * contact["strip_width"]).sum()) * speed
     still = STILL * friction * load * speed
     laws = {
-        f"carries {carried:g} N of {load:g} N": abs(carried / load - 1.0) <= LOAD,
+        f"carries {carried:g} N of {load:g} N": abs(carried - load) <= LOAD * load + dip,
         "area or pressure not positive": (contact["area"] > 0.0).all() and (contact["pressure"] >= 0.0).all(),
         "creep force above friction coefficient times normal force": (
             creep_force <= friction * normal * (1.0 + BOUND)
@@ -347,7 +361,7 @@ def main(arguments=None):
         normals = sorted({normal for normal, _ in STATED})
         steps = pd.concat([wave_after_one_step(normal) for normal in normals])
         for name, values in (("", assess()), ("_steps", steps)):
-            values.to_csv(files[name], index=False, float_format="%.4g", lineterminator="\n")
+            write_csv(values, files[name], "%.4g")
     table, steps = map(read_table, files.values())
     messages, numbers = message_list(table)
     blocks = [

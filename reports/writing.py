@@ -1,15 +1,12 @@
 """How the scripts of this folder write their reports: report.md.j2 with tables and figures, CSV, SVG."""
 
 import argparse
-import csv
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import jinja2
-
-from wearsim.report.style import save_svg
+import pandas as pd
 
 HERE = Path(__file__).parent
 RULES = {"l": "---", "r": "---:", "c": ":---:"}
@@ -17,18 +14,9 @@ RULES = {"l": "---", "r": "---:", "c": ":---:"}
 
 @dataclass(frozen=True)
 class Table:
-    """Table of a report.
+    """Table of a report: titles of the columns, cells as they are written, caption above.
 
-    Parameters
-    ----------
-    head : sequence of str
-        Titles of the columns.
-    rows : sequence of sequences
-        Cells, written as they are.
-    align : str, optional
-        "l", "r" or "c" for each column; if not given, the first one stands left and the others right.
-    caption : str, optional
-        Above the table.
+    `align` is "l", "r" or "c" for each column; if not given, the first one stands left, the others right.
     """
 
     head: Sequence[str]
@@ -64,38 +52,17 @@ def options(
         "--out", metavar="DIR", type=Path, default=HERE, help="folder (default: this script's)"
     )
     if from_csv:
-        parser.add_argument(
-            "--from-csv", action="store_true", help="compute nothing: write from the CSV file"
-        )
+        text = "compute nothing: write from the CSV file"
+        parser.add_argument("--from-csv", action="store_true", help=text)
     chosen = parser.parse_args(arguments)
     chosen.out.mkdir(parents=True, exist_ok=True)
     return chosen
 
 
-def output_folder(script: str, description: str | None, arguments: Sequence[str] | None = None) -> Path:
-    """Folder of a script's option --out, made if it is not there; without the option the script's own."""
-    out: Path = options(script, description, arguments).out
-    return out
-
-
 def write_report(out: Path, script: str, title: str, blocks: Sequence[str | Table | Figure]) -> Path:
-    """Write a report in Markdown under the name of its script.
+    """Write a report in Markdown under the name of its script (`__file__`); returns the file.
 
-    Parameters
-    ----------
-    out : Path
-        Folder.
-    script : str
-        File of the script (`__file__`).
-    title : str
-        Heading.
-    blocks : sequence of str, Table or Figure
-        In the order of the report; text is Markdown: a paragraph, a heading, a list.
-
-    Returns
-    -------
-    Path
-        The file.
+    A block of text is Markdown: a paragraph, a heading, a list.
     """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(HERE), trim_blocks=True, lstrip_blocks=True,
@@ -108,36 +75,6 @@ def write_report(out: Path, script: str, title: str, blocks: Sequence[str | Tabl
     return path
 
 
-def write_csv(path: Path, rows: Sequence[Mapping[str, object]], number: str = "%.6g") -> Path:
-    """Write rows as CSV, floats in the given format, NaN as nothing; the first row names the columns."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
-        writer.writeheader()
-        for row in rows:
-            writer.writerow({name: _cell(value, number) for name, value in row.items()})
-    return path
-
-
-def _cell(value: object, number: str) -> object:
-    if isinstance(value, float):
-        return "" if math.isnan(value) else number % value
-    return value
-
-
-def read_csv(path: Path) -> list[dict[str, str]]:
-    """Rows of a CSV file, without lines that start with #."""
-    with path.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(line for line in file if not line.startswith("#")))
-
-
-__all__ = [
-    "HERE",
-    "Figure",
-    "Table",
-    "options",
-    "output_folder",
-    "read_csv",
-    "save_svg",
-    "write_csv",
-    "write_report",
-]
+def write_csv(table: pd.DataFrame, path: Path, number: str = "%.6g") -> None:
+    """Write a table without its index, floats in the given format, NaN as nothing."""
+    table.to_csv(path, index=False, float_format=number, lineterminator="\n")

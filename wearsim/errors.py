@@ -59,11 +59,11 @@ class ProfileError(WearsimError):
 class ContactError(WearsimError):
     """A contact problem without a solution: no contact, patch at the edge of a profile, unusable input.
 
-    `row` is the row of the batch it belongs to, where a model knows it.
+    `row` is the row of the batch it belongs to, where a model knows it; `side` its wheel, 0 right, 1 left.
     """
 
-    def __init__(self, message: str, row: int | None = None) -> None:
-        self.row = row
+    def __init__(self, message: str, row: int | None = None, side: int | None = None) -> None:
+        self.row, self.side = row, side
         super().__init__(message)
 
 

@@ -34,18 +34,10 @@ _BOUNDS = (("gt", "above"), ("ge", "at least"), ("lt", "below"), ("le", "at most
 
 
 def key_lines(text: str) -> Lines:
-    """Line of every key, table and list element of a TOML text.
+    """Line of every key, table and list element of a TOML text that `tomllib` accepts.
 
-    Parameters
-    ----------
-    text : str
-        A text that `tomllib` accepts.
-
-    Returns
-    -------
-    dict
-        Line, counted from 1, by path: keys as in the parsed data, list elements by index. A table
-        stands where its header or its first dotted key does.
+    Lines count from 1; paths are keys as in the parsed data, list elements by index. A table stands where its
+    header or its first dotted key does.
     """
     import tree_sitter_toml  # for faults only
     from tree_sitter import Language, Parser
@@ -91,20 +83,7 @@ class Table(BaseModel):
 
 
 def cross_check(message: str, key: str = "") -> PydanticCustomError:
-    """Error for the validator of a table: message and the key it refers to.
-
-    Parameters
-    ----------
-    message : str
-        What is wrong, and the fix.
-    key : str
-        Of the table; empty for the table itself.
-
-    Returns
-    -------
-    PydanticCustomError
-        To be raised.
-    """
+    """Error for the validator of a table: message with the fix, and the key it refers to, if it is one."""
     return PydanticCustomError("cross_check", "cross-check", {"message": message, "key": key})
 
 
@@ -142,14 +121,7 @@ def toml_of(text: str, file: str) -> dict[str, Any]:
 
 
 def read_toml(path: Path, model: type[_Model]) -> tuple[_Model | None, list[Fault]]:
-    """Read a TOML file into a model.
-
-    Parameters
-    ----------
-    path : Path
-        UTF-8 text of at most 2 MB.
-    model : type
-        Model of the whole file; lists are tuples in it.
+    """Read a TOML file, UTF-8 text of at most 2 MB, into a model of it, in which lists are tuples.
 
     Returns
     -------
@@ -165,11 +137,10 @@ def read_toml(path: Path, model: type[_Model]) -> tuple[_Model | None, list[Faul
     except SceneError as error:
         return None, list(error.faults)
     except ValidationError as error:
-        return None, validation_faults(error.errors(include_url=False), model, key_lines(text), file)
+        return None, validation_faults(error, model, key_lines(text), file)
 
 
 def _with_tuples(value: Any) -> Any:
-    """Return data with tuples in place of lists."""
     if isinstance(value, dict):
         return {key: _with_tuples(item) for key, item in value.items()}
     return tuple(map(_with_tuples, value)) if isinstance(value, list) else value
@@ -299,48 +270,24 @@ def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
     return Fault(f"not valid TOML: {reason}{place}; write one `key = value` per line", file, line)
 
 
-def validation_faults(
-    errors: Sequence[ErrorDetails], model: type[BaseModel], lines: Lines, file: str
-) -> list[Fault]:
-    """One fault, in one line, for each error of pydantic; in the order of the file.
-
-    Parameters
-    ----------
-    errors : sequence of dict
-        `ValidationError.errors()`.
-    model : type
-        The model that was filled.
-    lines : dict
-        From `key_lines`.
-    file : str
-        The scene file's name.
-    """
-    faults = [
-        Fault(_message(error, model), file, line_of(lines, (*error["loc"], *_key_of(error))))
-        for error in errors
-        if not _only_follows(error)
-    ]
+def validation_faults(error: ValidationError, model: type[BaseModel], lines: Lines, file: str) -> list[Fault]:
+    """One fault in one line for each error of pydantic when `model` was filled, in the order of the file."""
+    faults = []
+    for one in error.errors(include_url=False):
+        # a list may be too short only because entries with faults of their own do not count
+        if one["type"] != "too_short" or len(one["input"]) < one["ctx"]["min_length"]:
+            key = one.get("ctx", {}).get("key")  # that a cross-check refers to
+            line = line_of(lines, (*one["loc"], key) if key else one["loc"])
+            faults.append(Fault(_message(one, model), file, line))
     return sorted(faults, key=lambda fault: fault.line or 0)
 
 
-def _key_of(error: ErrorDetails) -> KeyPath:
-    """Key of a table that a cross-check refers to."""
-    key = error.get("ctx", {}).get("key")
-    return (key,) if key else ()
-
-
-def _only_follows(error: ErrorDetails) -> bool:
-    """Whether a list is too short only because entries with faults of their own do not count."""
-    return error["type"] == "too_short" and len(error["input"]) >= error["ctx"]["min_length"]
-
-
 def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
-    path, kind, value = error["loc"], error["type"], error["input"]
-    table, name = path[:-1], path[-1] if path else ""
-    info = _field(model, path)
-    limits = _limits(info, bool(path) and isinstance(path[-1], int))
+    path, kind, value, context = error["loc"], error["type"], error["input"], error.get("ctx", {})
+    table, name, label = path[:-1], path[-1] if path else "", _label(path)
+    info = _field(model, path) or FieldInfo()
     if kind == "cross_check":
-        return str(error["ctx"]["message"])
+        return str(context["message"])
     if kind == "missing" and isinstance(name, int):
         return f"{_label(table)} has {len(value) if isinstance(value, tuple) else name} entries, needs more"
     if kind == "missing":
@@ -348,57 +295,54 @@ def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
     if kind == "extra_forbidden":
         return _unknown(str(name), table, model, value)
     if kind in ("model_type", "model_attributes_type", "dict_type"):
-        return f"{_label(path)} = {shown(value)} must be a table; write its keys below {table_name(path)}"
+        return f"{label} = {shown(value)} must be a table; write its keys below {table_name(path)}"
     if kind in ("tuple_type", "list_type"):
-        if isinstance(value, Mapping) or (info is not None and _element(info.annotation) is not None):
+        if isinstance(value, Mapping) or _element(info.annotation) is not None:
             return f"[{_dotted(path)}] must be a list of tables; write [[{_dotted(path)}]]"
-        return f"{_label(path)} = {shown(value)} must be a list, such as [{shown(value)}]"
+        return f"{label} = {shown(value)} must be a list, such as [{shown(value)}]"
     if kind == "literal_error":
         choices = [str(choice) for choice in _choices(info)]
-        return f"{_label(path)} = {shown(value)} is not allowed; {suggestion(str(value), choices)}"
+        return f"{label} = {shown(value)} is not allowed; {suggestion(str(value), choices)}"
     if kind == "unknown_name":
-        return f"{_label(path)} = {shown(value)} is not known; {error['ctx']['hint']}"
+        return f"{label} = {shown(value)} is not known; {context['hint']}"
     if kind in ("too_short", "too_long"):
-        context = error["ctx"]
-        limit = context.get("min_length", context.get("max_length"))
-        least = "at least" if "min_length" in context else "at most"
-        return f"{_label(path)} has {context['actual_length']} entries, needs {least} {limit}"
+        limit = (
+            f"at least {context['min_length']}" if kind == "too_short" else f"at most {context['max_length']}"
+        )
+        return f"{label} has {context['actual_length']} entries, needs {limit}"
     if kind == "string_too_short":
-        return f"{_label(path)} is empty; give {_what(info)}"
-    unit = _extra(info, "unit")
+        return f"{label} is empty; give {_what(info)}"
+    allowed, limited = _range(info, entry=isinstance(name, int))
     if kind == "out_of_range":
-        allowed = str(error["ctx"]["allowed"])
+        allowed = str(context["allowed"])
     elif kind in ("string_type", "string_too_long"):
-        allowed = f"a text{_text_range(info)}"
+        longest = [item.max_length for item in info.metadata if hasattr(item, "max_length")]
+        allowed = f"a text of at most {longest[0]} characters" if longest else "a text"
     elif kind in ("int_type", "int_from_float"):
-        allowed = f"a whole number, {_range(limits, unit)}"
+        allowed = f"a whole number, {allowed}"
     elif kind in ("float_type", "finite_number"):
-        number = "a finite number" if kind == "finite_number" else "a number"
-        allowed = f"{number}, {_range(limits, unit)}"
-    else:
-        allowed = _range(limits, unit)
-        if not limits:
-            return f"{_label(path)} = {shown(value)}: {error['msg'][:1].lower()}{error['msg'][1:]}"
-    words = f"{_label(path)} = {shown(value)} must be {allowed.rstrip(', ')}"
-    return f"{words}; give {_what(info)}" if info is not None and info.description else words
+        allowed = f"a {'finite ' if kind == 'finite_number' else ''}number, {allowed}"
+    elif not limited:
+        return f"{label} = {shown(value)}: {error['msg'][:1].lower()}{error['msg'][1:]}"
+    words = f"{label} = {shown(value)} must be {allowed.rstrip(', ')}"
+    return f"{words}; give {info.description}" if info.description else words
 
 
-def _missing(path: KeyPath, info: FieldInfo | None) -> str:
-    inner = _element(info.annotation) if info is not None else None
-    if inner is not None and _is_list(info):
-        return f"[[{_dotted(path)}]] is missing; give at least one, with {_required(inner)}"
+def _missing(path: KeyPath, info: FieldInfo) -> str:
+    inner = _element(info.annotation)
     if inner is not None:
         keys = _required(inner)
+        if _is_list(info):
+            return f"[[{_dotted(path)}]] is missing; give at least one, with {keys}"
         return f"[{_dotted(path)}] is missing; give the table{f' with {keys}' if keys else ''}"
-    allowed = _range(_limits(info, False), _extra(info, "unit"))
-    if info is not None and not allowed:
-        allowed = f"one of {', '.join(map(str, _choices(info)))}" if _choices(info) else ""
+    allowed, choices = _range(info)[0], ", ".join(map(str, _choices(info)))
     words = f"key {path[-1]} is missing in {table_name(path[:-1])}; give {_what(info)}"
+    allowed = allowed or (f"one of {choices}" if choices else "")
     return f"{words}, {allowed}" if allowed else words
 
 
 def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -> str:
-    here = _model_at(model, table)
+    here = _element((_field(model, table) or FieldInfo()).annotation) if table else model
     what = f"unknown key {_key(name)} in {table_name(table)}"
     tables = value if isinstance(value, list) else [value]
     if not table and all(isinstance(one, Mapping) for one in tables):
@@ -408,13 +352,12 @@ def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -
     hint = getattr(here, "not_here", {}).get(name)
     if hint:
         return f"{what}: {hint}"
-    homes = [table_name(path) for path, other in _tables(model) if name in _names(other)]
+    homes = [table_name(path) for path, other in _tables(model) if name in _fields(other)]
     if homes:
         return f"{what}; it belongs to {' or '.join(homes)}"
-    near = nearest(name, _names(here))
-    if near:
-        return f"{what}; did you mean {near}?"
-    return f"{what}; known: {', '.join(_names(here))}"
+    names = list(_fields(here))
+    near = nearest(name, names)
+    return f"{what}; did you mean {near}?" if near else f"{what}; known: {', '.join(names)}"
 
 
 def _key(name: str) -> str:
@@ -434,27 +377,26 @@ def _label(path: KeyPath) -> str:
     return _key(path[-1])
 
 
-def _extra(info: FieldInfo | None, key: str) -> str:
-    extra = info.json_schema_extra if info is not None else None
-    return str(extra.get(key, "")) if isinstance(extra, dict) else ""
+def _what(info: FieldInfo) -> str:
+    return info.description or "a value"
 
 
-def _what(info: FieldInfo | None) -> str:
-    return info.description if info is not None and info.description else "a value"
-
-
-def _limits(info: FieldInfo | None, entry: bool) -> list[str]:
-    """Limits in words, of a key or of the entries of its list; the same that pydantic checks."""
-    metadata = list(info.metadata) if info is not None else []
-    if entry and info is not None:
+def _range(info: FieldInfo, *, entry: bool = False) -> tuple[str, bool]:
+    """Limits in words, as pydantic checks them, of a key or of the entries of its list; if it has any."""
+    metadata = list(info.metadata)
+    if entry:
         fields = get_args(_entry(info.annotation))[1:]
         metadata = [item for field in fields for item in getattr(field, "metadata", [])]
-    return [
+    limits = [
         f"{word} {limit:.10g}"
         for item in metadata
         for name, word in _BOUNDS
         if (limit := getattr(item, name, None)) is not None
     ]
+    extra = info.json_schema_extra
+    unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+    words = " and ".join(limits) or ("in" if unit else "")
+    return f"{words} {unit}".strip(), bool(limits)
 
 
 def _entry(annotation: Any) -> Any:
@@ -464,23 +406,9 @@ def _entry(annotation: Any) -> Any:
     return next((entry for item in get_args(annotation) if (entry := _entry(item)) is not None), None)
 
 
-def _range(limits: Sequence[str], unit: str) -> str:
-    words = " and ".join(limits)
-    if not words:
-        return f"in {unit}" if unit else ""
-    return f"{words} {unit}" if unit else words
-
-
-def _text_range(info: FieldInfo | None) -> str:
-    limit = next(
-        (item.max_length for item in (info.metadata if info else ()) if hasattr(item, "max_length")), None
-    )
-    return f" of at most {limit} characters" if limit else ""
-
-
-def _choices(info: FieldInfo | None) -> tuple[Any, ...]:
-    annotation = info.annotation if info is not None else None
-    options = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
+def _choices(info: FieldInfo) -> tuple[Any, ...]:
+    union = get_origin(info.annotation) in (Union, types.UnionType)
+    options = get_args(info.annotation) if union else (info.annotation,)
     return tuple(each for one in options if get_origin(one) is Literal for each in get_args(one))
 
 
@@ -493,17 +421,20 @@ def _element(annotation: Any) -> type[BaseModel] | None:
     return None
 
 
-def _is_list(info: FieldInfo | None) -> bool:
-    return info is not None and get_origin(info.annotation) is tuple
+def _is_list(info: FieldInfo) -> bool:
+    return get_origin(info.annotation) is tuple
 
 
-def _names(model: type[BaseModel]) -> list[str]:
-    return [info.alias or name for name, info in model.model_fields.items()]
+def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    """Fields of a table by the name of their key."""
+    return {info.alias or name: info for name, info in model.model_fields.items()}
 
 
 def _required(model: type[BaseModel]) -> str:
-    fields = [(info.alias or name, info) for name, info in model.model_fields.items() if info.is_required()]
-    return ", ".join(f"{name} (a list of tables)" if _is_list(info) else name for name, info in fields)
+    fields = {name: info for name, info in _fields(model).items() if info.is_required()}
+    return ", ".join(
+        f"{name} (a list of tables)" if _is_list(info) else name for name, info in fields.items()
+    )
 
 
 def _field(model: type[BaseModel], path: Sequence[str | int]) -> FieldInfo | None:
@@ -514,21 +445,15 @@ def _field(model: type[BaseModel], path: Sequence[str | int]) -> FieldInfo | Non
             continue  # an entry has the meaning and limits of its list
         if here is None:
             return None
-        fields = here.model_fields.items()
-        info = next((field for name, field in fields if item == (field.alias or name)), None)
+        info = _fields(here).get(item)
         here = _element(info.annotation) if info is not None else None
     return info
 
 
-def _model_at(model: type[BaseModel], path: Sequence[str | int]) -> type[BaseModel] | None:
-    info = _field(model, path)
-    return model if not path else _element(info.annotation) if info is not None else None
-
-
 def _tables(model: type[BaseModel], path: KeyPath = ()) -> Iterator[tuple[KeyPath, type[BaseModel]]]:
-    for name, info in model.model_fields.items():
+    for name, info in _fields(model).items():
         inner = _element(info.annotation)
         if inner is not None:
-            below: KeyPath = (*path, info.alias or name)
+            below: KeyPath = (*path, name)
             yield (*below, 0) if _is_list(info) else below, inner
             yield from _tables(inner, below)

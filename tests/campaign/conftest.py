@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.campaign.control import finished
+from wearsim.campaign.control import reached
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import State
 from wearsim.contact.patch import Patch, SurfaceFields
@@ -82,6 +82,8 @@ def solution_of(point, side, centre, half_width, peak_work, *, ny=40, nx=20, gap
         x_trail=np.broadcast_to(-half_length, (m, ny)).copy(),
         pressure_slope=np.full((m, ny), 1e11),
         interpenetration=np.broadcast_to(gap * (1.0 - local**2), (m, ny)).copy(),
+        strips=np.full(m, ny),
+        cells=np.full(m, nx),
     )
     names = (
         "rail_y x contact_angle length width approach normal_force creepage_x creepage_y spin force_x "
@@ -167,7 +169,7 @@ def all_states():
     def run(of):
         state, _ = of.start()
         states, rates = [state], []
-        while not finished(state, of.setup.control):
+        while not reached(state.distance, of.setup.control.distance):
             evaluation = of.evaluate(state)
             rates.append(evaluation.collective)
             state, _ = of.advance(state, evaluation)

@@ -165,14 +165,14 @@ def test_a_model_that_refuses_one_point_of_all_is_not_taken(twelve, monkeypatch)
     freely = choose.choice(tight, state)
     bridge = choose.candidates(tight.models)[choose.BRIDGES[0]].normal
     assert not any(one.message for one in freely.evidence)
-    solve = choose.solve_contact
+    solve = choose.solve_passage
 
     def refuse(state, points, setup):
         if setup.models.normal == bridge and len(points.label) == 12:
             raise ContactError("point 7: no contact for strips", row=7)
         return solve(state, points, setup)
 
-    monkeypatch.setattr(choose, "solve_contact", refuse)
+    monkeypatch.setattr(choose, "solve_passage", refuse)
     verdict = choose.choice(tight, state)
     taken = {choose.candidates(tight.models)[place].normal for place in verdict.choice.models}
     assert bridge not in taken
@@ -183,7 +183,7 @@ def test_a_model_that_refuses_one_point_of_all_is_not_taken(twelve, monkeypatch)
 
 def test_the_work_of_points_is_looked_for_with_the_first_model_that_answers(twelve, monkeypatch):
     state, _ = WheelsetEvolution(replace(twelve, tolerance=None)).start()
-    solve, asked = choose.solve_contact, []
+    solve, asked = choose.solve_passage, []
 
     def refuse(state, points, setup):
         asked.append(setup.models.normal)
@@ -191,7 +191,7 @@ def test_the_work_of_points_is_looked_for_with_the_first_model_that_answers(twel
             raise ContactError("conformal", row=0)
         return solve(state, points, setup)
 
-    monkeypatch.setattr(choose, "solve_contact", refuse)
+    monkeypatch.setattr(choose, "solve_passage", refuse)
     assert choose.sample_of(twelve, state, 2).index.size <= 8
     assert asked == ["kik_piotrowski", "knothe_le_the"]
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import run_evolution
 from wearsim.campaign.state import State, WearRate
-from wearsim.campaign.step import advance
+from wearsim.campaign.step import StepRule, advance
 from wearsim.damage.fatigue import FATIGUE_LAWS
 from wearsim.errors import ResultError
 from wearsim.profile.shape import vertex_lengths
@@ -64,7 +64,7 @@ def test_both_forms_of_a_law_stand_side_by_side(tmp_path, evolution):
         assert names[:3] == ["energy (patch mean): mild", "energy (patch mean): severe", "usfd: mild"]
         mean, local = data["comparison_wear_depth"].values[-1, :, 0], data["wear_depth"].values[-1]
         assert mean.max() > 0.0
-        assert abs(mean.max() / local.max() - 1.0) > 1e-3
+        assert abs(mean.max() / local.max() - 1.0) > 1e-4
         area = data["comparison_worn_area"].values[-1][:, :2].sum()
         table, numbers = wear_laws(data)[:2]
         assert [row[0].text for row in table.rows] == ["energy, active", "energy (patch mean)", "usfd"]
@@ -126,9 +126,9 @@ def test_damage_of_constant_rates_knows_no_steps(parts, depth):
         0, 0.0, y, z, nothing, np.zeros((2, 1, 40)), np.zeros(2), np.zeros(2), fatigue_damage=(nothing,)
     )
     rate = WearRate(worn[:, 0], worn, nothing, nothing, None, fatigue=(damage,))
-    options = {"radius": 0.46, "density": 7850.0, "smoothing_wavelength": 0.0, "integrator": "euler"}
+    rule = StepRule(0.46, 7850.0, smoothing_wavelength=0.0, integrator="euler", crack_depth=(depth,))
     for part in parts:
-        state = advance(state, rate, part, rate_at=lambda _: rate, crack_depth=(depth,), **options)
+        state = advance(state, rate, part, rule, lambda _: rate)
     expected = np.maximum((damage - worn[:, 0] / depth) * sum(parts), 0.0)
     np.testing.assert_allclose(state.fatigue_damage[0], expected, rtol=1e-9, atol=1e-18 * sum(parts))
 
@@ -153,8 +153,8 @@ def test_damage_of_patches_is_kept_on_the_profile(evolution):
     result = of.evaluate(state)
     setup, solution = of.setup, result.collective.solution
     for k, law in enumerate(setup.fatigue):
-        strips = result.comparison.patches[k].strip_damage
-        by_patch = (strips.sum(axis=1) * solution.fields.strip_width) * setup.points.weight[solution.point]
+        strips = result.passage.comparison.damage[k] / law.crack_width
+        by_patch = (strips.sum(axis=1) * solution.patch.width) * setup.points.weight[solution.point]
         assert by_patch.sum() > 0.0
         for wheel in (0, 1):
             ring = 2.0 * np.pi * (setup.wheelset.radius + state.z[wheel])

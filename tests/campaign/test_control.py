@@ -6,7 +6,6 @@ import pytest
 from wearsim.campaign.control import (
     choose,
     error_limit,
-    finished,
     half_space_depth_limit,
     largest_step,
     present_block,
@@ -67,17 +66,13 @@ def test_remaining_distance_ends_the_campaign(rate_of, state, made_points):
     weight, step, reason = choose(state, points, lambda w: rate_of(0.0), SETTINGS)
     assert (step, reason) == (pytest.approx(3e3, rel=1e-12), "remaining distance")
     np.testing.assert_array_equal(weight, points.weight)
-    assert not finished(state, SETTINGS)
-    assert finished(replace(state, distance=state.distance + step), SETTINGS)
+    assert not reached(state.distance, SETTINGS.distance)
+    assert reached(state.distance + step, SETTINGS.distance)
 
 
-def test_a_campaign_ends_within_the_rounding_of_its_distance(state):
-    """Loop of a run and settings of its steps ask the same function."""
+def test_a_campaign_ends_within_the_rounding_of_its_distance():
     for share, ends in ((1.0 - 1e-13, True), (1.0, True), (1.0 - 1e-11, False)):
-        distance = 300.0 * share
-        settings = replace(SETTINGS, distance=300.0)
-        assert reached(distance, 300.0) is ends
-        assert finished(replace(state, distance=distance), settings) is ends
+        assert reached(300.0 * share, 300.0) is ends
 
 
 def test_depth_cap_acts_after_smoothing(rate_of, state):
@@ -208,7 +203,7 @@ class TestProgramme:
         settings = replace(SETTINGS, distance=12e3)
         run = np.zeros(4)
         steps = 0
-        while not finished(state, settings):
+        while not reached(state.distance, settings.distance):
             weight, step, _ = choose(state, programme, lambda w: rate_of(8e-6 / 0.7e3), settings)
             run += weight * step
             state = replace(state, distance=state.distance + step)

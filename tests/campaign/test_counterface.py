@@ -9,11 +9,11 @@ import pytest
 
 from wearsim.campaign.control import stability_rate
 from wearsim.campaign.counterface import new_counterface, redressed, wear_off_counterface, worn_counterface
-from wearsim.campaign.evaluate import Setup, accumulate
+from wearsim.campaign.evaluate import Setup, accumulate, passage_of
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import run_evolution
 from wearsim.campaign.state import CounterfaceRate, WearRate
-from wearsim.campaign.step import advance, damped
+from wearsim.campaign.step import StepRule, advance, damped
 from wearsim.contact.solve import Counterface
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.profile.shape import polygon_area_between, vertex_lengths
@@ -30,6 +30,11 @@ GRID = "strips = 20\ncells = 16"
 
 def law_on(wheelset, counterface_wear=None):
     return Setup(wheelset, None, None, WEAR, counterface_wear=counterface_wear)
+
+
+def worn(solution, points, weight, state, setup):
+    """Wear rate of a contact solution."""
+    return accumulate(passage_of(solution, setup), points, weight, state, setup)
 
 
 @pytest.fixture
@@ -69,7 +74,7 @@ def mirror_image(wheelset, state):
 @pytest.mark.parametrize("settings", [ROLLER, RAIL], ids=["roller", "rail"])
 def test_strips_and_vertices_remove_the_same_area(mirror_image, solution, points, wheelset, settings):
     """Conservation of the transfer, 1e-12; what a rail loses is what is stated."""
-    result = accumulate(
+    result = worn(
         solution,
         points,
         points.weight,
@@ -93,14 +98,14 @@ def test_depth_of_the_roller_over_that_of_the_wheel(mirror_image, solution, poin
 
     A wheel meets its strip once in 2 pi r, a roller once in 2 pi s0.
     """
-    with_roller = accumulate(
+    with_roller = worn(
         solution,
         points,
         points.weight,
         mirror_image,
         law_on(wheelset, ROLLER),
     )
-    alone = accumulate(solution, points, points.weight, mirror_image, law_on(wheelset))
+    alone = worn(solution, points, points.weight, mirror_image, law_on(wheelset))
     ratio = FACTOR * (wheelset.radius + mirror_image.z) / RADIUS
     rollers, depth = with_roller.counterface, alone.depth
     assert alone.counterface is None
@@ -127,7 +132,7 @@ def test_an_undercut_head_wears_on_its_top(mirror_image, solution, points, wheel
     }  # fmt: skip
     undercut = replace(mirror_image, counterface=replace(rollers, **axes))
     plain, other = (
-        accumulate(solution, points, points.weight, state, law_on(wheelset, ROLLER))
+        worn(solution, points, points.weight, state, law_on(wheelset, ROLLER))
         for state in (mirror_image, undercut)
     )
     for name in ("depth", "damping", "stability"):
@@ -142,21 +147,12 @@ def test_a_step_takes_the_area_off_both(mirror_image, solution, points, wheelset
     """Polygons against the sum of depths, 1e-9; the error of the step is that of the deeper wear."""
 
     def rate_at(state):
-        return accumulate(solution, points, points.weight, state, law_on(wheelset, ROLLER))
+        return worn(solution, points, points.weight, state, law_on(wheelset, ROLLER))
 
     rate = rate_at(mirror_image)
     step_length = 10e-6 / rate.depth.max()
-    after = advance(
-        mirror_image,
-        rate,
-        step_length,
-        radius=0.46,
-        density=7850.0,
-        smoothing_wavelength=wavelength,
-        integrator=integrator,
-        rate_at=rate_at,
-        estimate=True,
-    )
+    rule = StepRule(0.46, 7850.0, wavelength, integrator, estimate=True)
+    after = advance(mirror_image, rate, step_length, rule, rate_at)
     before, rollers = mirror_image.counterface, after.counterface
     for side in (0, 1):
         polygon = polygon_area_between(before.y[side], -before.z[side], rollers.y[side], -rollers.z[side])
@@ -196,17 +192,8 @@ def test_two_bodies_share_a_gap(mirror_image, solution, integrator, order):
     for steps in (4, 8, 16):
         state = mirror_image
         for _ in range(steps):
-            state = advance(
-                state,
-                rate_at(state),
-                run / steps,
-                radius=0.46,
-                density=7850.0,
-                smoothing_wavelength=0.0,
-                integrator=integrator,
-                rate_at=rate_at,
-                estimate=True,
-            )
+            rule = StepRule(0.46, 7850.0, 0.0, integrator, estimate=True)
+            state = advance(state, rate_at(state), run / steps, rule, rate_at)
             assert state.step_error > 0.0
         off = (state.wear_depth - wheel * exact, state.counterface.depth - roller * exact)
         errors.append(max(np.abs(one).max() for one in off))

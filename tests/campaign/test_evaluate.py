@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wearsim.campaign import evaluate as rate_module
-from wearsim.campaign.evaluate import Setup, accumulate, patch_wear, rate, solve_contact
+from wearsim.campaign.evaluate import Setup, accumulate, passage_of, patch_wear, rate, solve_passage
 from wearsim.contact.solve import ContactModels, Counterface
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.operation.points import select
@@ -15,6 +15,11 @@ WEAR = WearSettings()
 
 def law_on(wheelset):
     return Setup(wheelset, None, None, WEAR)
+
+
+def worn(solution, points, weight, state, setup):
+    """Wear rate of a contact solution."""
+    return accumulate(passage_of(solution, setup), points, weight, state, setup)
 
 
 def swapped(solution):
@@ -28,7 +33,7 @@ def per_wheel(solution, amount, wheel):
 
 def test_strips_and_vertices_remove_the_same_volume(solution, points, state, wheelset):
     """Conservation of the transfer from the strips to the vertices, 1e-12, by wheel and regime."""
-    result = accumulate(solution, points, points.weight, state, law_on(wheelset))
+    result = worn(solution, points, points.weight, state, law_on(wheelset))
     depth = passage_depth(solution.fields, solution.area, WEAR)
     share = points.weight[solution.point] * points.environment[solution.point]
     strips = (depth * solution.fields.strip_width[:, None]).sum(axis=2) * share
@@ -43,7 +48,7 @@ def test_strips_and_vertices_remove_the_same_volume(solution, points, state, whe
 
 def test_friction_work_is_carried_without_the_environment(solution, points, state, wheelset):
     """Imposed, 1e-12: environment factors reduce wear, not the work that is done."""
-    result = accumulate(solution, points, points.weight, state, law_on(wheelset))
+    result = worn(solution, points, points.weight, state, law_on(wheelset))
     strips = (solution.fields.strip_work * solution.fields.strip_width[:, None]).sum(axis=1)
     strips = strips * points.weight[solution.point]
     ring = 2 * np.pi * (wheelset.radius + state.z)
@@ -57,7 +62,7 @@ def test_depth_at_the_centre_of_a_wide_patch(made_solution, made_points, state, 
     """Discretisation against the closed form: strips and vertices of 0.25 mm on a 14 mm patch, 0.5 %."""
     peak = 4e6
     solution = made_solution([0], [0], [10e-3], [7e-3], [peak], ny=56)
-    result = accumulate(solution, made_points([1.0]), np.ones(1), state, law_on(wheelset))
+    result = worn(solution, made_points([1.0]), np.ones(1), state, law_on(wheelset))
     at = int(np.argmin(np.abs(state.y[0] - 10e-3)))
     per_passage = 5.3e-3 * (peak / 1e6) * 2 * 6e-3 / 7850.0
     # a strip is as wide in the contact plane as on the profile only where that is level: cos of 1:20
@@ -69,27 +74,18 @@ def test_depth_at_the_centre_of_a_wide_patch(made_solution, made_points, state, 
 
 def test_wheels_changed_over_wear_changed_over(solution, points, state, wheelset):
     """Mirror symmetry: the left wheel is described in the axes of a right one, so only the index moves."""
-    straight = accumulate(solution, points, points.weight, state, law_on(wheelset))
-    mirrored = accumulate(swapped(solution), points, points.weight, state, law_on(wheelset))
+    straight = worn(solution, points, points.weight, state, law_on(wheelset))
+    mirrored = worn(swapped(solution), points, points.weight, state, law_on(wheelset))
     for name in ("depth", "regime_depth", "friction_work", "stability"):
         np.testing.assert_allclose(getattr(mirrored, name), getattr(straight, name)[::-1], rtol=1e-9)
 
 
 def test_rate_is_linear_in_the_weights(solution, points, state, wheelset):
-    whole = accumulate(solution, points, points.weight, state, law_on(wheelset))
-    parts = [
-        accumulate(solution, points, weight, state, law_on(wheelset)) for weight in np.diag(points.weight)
-    ]
+    whole = worn(solution, points, points.weight, state, law_on(wheelset))
+    parts = [worn(solution, points, weight, state, law_on(wheelset)) for weight in np.diag(points.weight)]
     for name in ("depth", "regime_depth", "friction_work", "stability"):
         total = sum(getattr(part, name) for part in parts)
         np.testing.assert_allclose(getattr(whole, name), total, rtol=1e-12, atol=1e-25)
-
-
-def test_known_passage_depth_gives_the_same_bits(solution, points, state, wheelset):
-    depth = passage_depth(solution.fields, solution.area, WEAR)
-    again = accumulate(solution, points, points.weight, state, law_on(wheelset), passage=depth)
-    first = accumulate(solution, points, points.weight, state, law_on(wheelset))
-    np.testing.assert_array_equal(again.regime_depth, first.regime_depth)
 
 
 def test_stability_is_depth_over_interpenetration(made_solution, made_points, state, wheelset):
@@ -97,7 +93,7 @@ def test_stability_is_depth_over_interpenetration(made_solution, made_points, st
     peak, gap = 4e6, 40e-6
     solution = made_solution([0], [1], [0.0], [6e-3], [peak], gap=gap)
     points = made_points([0.25], environment=[0.5])
-    result = accumulate(solution, points, points.weight, state, law_on(wheelset))
+    result = worn(solution, points, points.weight, state, law_on(wheelset))
     local = state.y[1] / 6e-3
     inside = np.abs(local) < 0.95
     ring = 2 * np.pi * (0.46 + state.z[1, inside])
@@ -113,13 +109,13 @@ def test_stability_is_depth_over_interpenetration(made_solution, made_points, st
 
 def test_models_without_interpenetration_have_no_stability_number(solution, points, state, wheelset):
     flat = replace(solution.patch, interpenetration=np.zeros_like(solution.patch.interpenetration))
-    result = accumulate(replace(solution, patch=flat), points, points.weight, state, law_on(wheelset))
+    result = worn(replace(solution, patch=flat), points, points.weight, state, law_on(wheelset))
     assert not result.stability.any()
 
 
 def test_no_friction_no_wear(made_solution, made_points, state, wheelset):
     solution = made_solution([0, 0], [0, 1], [0.0, 0.0], [6e-3, 6e-3], [0.0, 0.0])
-    result = accumulate(solution, made_points([1.0]), np.ones(1), state, law_on(wheelset))
+    result = worn(solution, made_points([1.0]), np.ones(1), state, law_on(wheelset))
     for name in ("depth", "regime_depth", "friction_work", "stability"):
         assert not getattr(result, name).any()
 
@@ -127,7 +123,7 @@ def test_no_friction_no_wear(made_solution, made_points, state, wheelset):
 def test_strip_within_one_vertex_cell(made_solution, made_points, state, wheelset):
     """A patch narrower than the vertex spacing still gives all its volume to the profile."""
     solution = made_solution([0], [0], [state.y[0, 200] + 0.02e-3], [0.04e-3], [4e6], ny=7)
-    result = accumulate(solution, made_points([1.0]), np.ones(1), state, law_on(wheelset))
+    result = worn(solution, made_points([1.0]), np.ones(1), state, law_on(wheelset))
     assert np.flatnonzero(result.depth[0]).tolist() == [200]
 
 
@@ -138,7 +134,7 @@ def test_wear_of_one_patch_is_the_closed_form(made_solution, state, wheelset):
     """
     peak, a, b = 4e6, 6e-3, 7e-3
     solution = made_solution([0], [1], [10e-3], [b], [peak], ny=60)
-    wear = patch_wear(solution, passage_depth(solution.fields, solution.area, WEAR), state, wheelset)
+    wear = patch_wear(passage_of(solution, law_on(wheelset)), state, wheelset)
     ring = 2 * np.pi * (0.46 + np.interp(10e-3, state.y[1], state.z[1]))
     per_index = 5.3e-3 * (peak / 1e6) / 7850.0
     # twice 3/8 pi a b: strips are 2 a sqrt(1 - t^2) long and 1 - t^2 is worn in each
@@ -153,9 +149,9 @@ def test_patches_wear_what_their_points_wear_on_the_profile(solution, points, st
     Strips take the radius at their own centre, vertices at theirs: half a spacing of 0.25 mm apart on a
     flank of 70 degrees is 0.35 mm of 460 mm, below 0.1 %.
     """
-    wear = patch_wear(solution, passage_depth(solution.fields, solution.area, WEAR), state, wheelset)
+    wear = patch_wear(passage_of(solution, law_on(wheelset)), state, wheelset)
     share = (points.weight * points.environment)[solution.point]
-    result = accumulate(solution, points, points.weight, state, law_on(wheelset))
+    result = worn(solution, points, points.weight, state, law_on(wheelset))
     for wheel in (0, 1):
         vertices = (result.depth[wheel] * vertex_lengths(state.y[wheel], state.z[wheel])).sum()
         patches = (wear.area_rate * share)[solution.side == wheel].sum()
@@ -170,24 +166,24 @@ def test_rate_solves_the_acting_points_with_the_worn_profiles(
 ):
     seen = []
 
-    def fake_solve(conditions, worn, counterface, models, *, threads):
-        seen.append((conditions, worn, threads))
-        return made_solution([0, 1], [0, 1], [0.0, 0.0], [5e-3, 5e-3], [4e6, 4e6])
+    def fake_solve(conditions, wheels, counterface, models, each, *, threads):
+        seen.append((conditions, wheels, threads))
+        return [each(made_solution([0, 1], [0, 1], [0.0, 0.0], [5e-3, 5e-3], [4e6, 4e6]))]
 
-    monkeypatch.setattr(rate_module, "solve", fake_solve)
+    monkeypatch.setattr(rate_module, "solve_each", fake_solve)
     state = replace(state, z=state.z - np.array([[1e-4], [2e-4]]))
     counterface = Counterface(profile=wheelset.right, curvature=0.0)
     weight = np.array([0.25, 0.0, 0.75])
     result = rate(state, points, weight, Setup(wheelset, counterface, ContactModels(), WEAR, threads=2))
-    conditions, worn, threads = seen[0]
+    conditions, wheels, threads = seen[0]
     np.testing.assert_array_equal(conditions.shift, points.conditions.shift[[0, 2]])
-    np.testing.assert_array_equal(worn.right.z, state.z[0])
-    np.testing.assert_array_equal(worn.left.z, state.z[1])
+    np.testing.assert_array_equal(wheels.right.z, state.z[0])
+    np.testing.assert_array_equal(wheels.left.z, state.z[1])
     assert threads == 2
     # point 2 acts through its weight and environment: 0.75 x 0.1 against 0.25 x 1
     ratio = result.depth[1].max() / result.depth[0].max()
     assert ratio == pytest.approx(0.3, rel=1e-3)  # the radii differ by 0.1 mm in 460
-    solve_contact(state, points, Setup(wheelset, counterface, ContactModels(), WEAR))
+    solve_passage(state, points, Setup(wheelset, counterface, ContactModels(), WEAR))
     assert seen[1][0].shift.size == 3
 
 
@@ -211,5 +207,5 @@ def test_transfer_of_200_patches(benchmark, made_solution, made_points, state, w
         ny=50,
     )
     points = made_points(np.full(m // 2, 2.0 / m))
-    depth = passage_depth(solution.fields, solution.area, WEAR)
-    benchmark(accumulate, solution, points, points.weight, state, law_on(wheelset), passage=depth)
+    passage = passage_of(solution, law_on(wheelset))
+    benchmark(accumulate, passage, points, points.weight, state, law_on(wheelset))

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.campaign.control import choose, error_limit, finished
+from wearsim.campaign.control import choose, error_limit, reached
 from wearsim.campaign.state import WearRate
-from wearsim.campaign.step import advance
+from wearsim.campaign.step import StepRule, advance
 from wearsim.profile.shape import polygon_area_between, vertex_lengths, vertex_normals
 from wearsim.scene.campaign import ControlSettings
 
@@ -81,16 +81,14 @@ SETTINGS = ControlSettings(
 
 def controlled(state, points, rate_at, settings):
     """Steps of a campaign with a rate of one's own, repeated where they fail the tolerance."""
-    options = {"radius": 0.46, "density": 7850.0, "smoothing_wavelength": 0.0, "rate_at": rate_at}
+    rule = StepRule(0.46, 7850.0, 0.0, settings.integrator, estimate=True)
     errors = []
-    while not finished(state, settings):
+    while not reached(state.distance, settings.distance):
         limit = error_limit(state.step_length, state.step_error, settings.error_tolerance)
         while True:
             rate = rate_at(state)
             choice = choose(state, points, lambda weight: rate, settings, length_limit=limit)  # noqa: B023
-            after = advance(
-                state, rate, choice.step_length, integrator=settings.integrator, estimate=True, **options
-            )
+            after = advance(state, rate, choice.step_length, rule, rate_at)
             if after.step_error <= settings.error_tolerance:
                 break
             limit = error_limit(choice.step_length, after.step_error, settings.error_tolerance)

@@ -1,16 +1,17 @@
 """Contact models that differ from operating point to operating point."""
 
 import re
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from wearsim.campaign import control
-from wearsim.campaign.comparison import comparison_laws, comparison_passage
-from wearsim.campaign.evaluate import ModelsByPoint, accumulate, rate, setup_of, solve_contact
+from wearsim.campaign.comparison import comparison_laws
+from wearsim.campaign.evaluate import ModelsByPoint, accumulate, passage_of, rate, setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.contact.solve import CHUNK, solve
 from wearsim.damage.wear import WEAR_LAWS, WearSettings
 from wearsim.errors import ContactError
 from wearsim.operation.points import select
@@ -50,7 +51,7 @@ def mixed(rig):
 
 
 def solved(rig, state, points, models):
-    return solve_contact(state, points, replace(setup_of(rig), models=models))
+    return solve_passage(state, points, replace(setup_of(rig), models=models))
 
 
 def test_the_same_models_for_all_have_the_bits_of_one(rig, state):
@@ -59,39 +60,58 @@ def test_the_same_models_for_all_have_the_bits_of_one(rig, state):
     count = len(rig.points.label)
     for place in (np.zeros(count, dtype=int), np.arange(count) % 2):
         again = solved(rig, state, rig.points, ModelsByPoint((rig.models, rig.models), place))
-        np.testing.assert_array_equal(again.point, one.point)
-        np.testing.assert_array_equal(again.power, one.power)
-        np.testing.assert_array_equal(again.fields.work_density, one.fields.work_density)
-        np.testing.assert_array_equal(again.strip_edges_wheel_y, one.strip_edges_wheel_y)
+        for name in ("point", "power", "strip_edges_wheel_y"):
+            np.testing.assert_array_equal(getattr(again.contact, name), getattr(one.contact, name))
+        for name in ("strip_work", "work_density_max", "depth"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(one, name))
 
 
 def test_patches_of_all_points_stand_in_their_order(rig, state, mixed):
-    whole = solved(rig, state, rig.points, mixed)
+    passage = solved(rig, state, rig.points, mixed)
+    whole = passage.contact
     assert np.all(np.diff(whole.point) >= 0)
     for k, one in enumerate(mixed.models):
         index = np.flatnonzero(mixed.place == k)
-        alone = solved(rig, state, select(rig.points, index), one)
+        apart = solved(rig, state, select(rig.points, index), one)
+        alone, strips = apart.contact, apart.strip_work.shape[1]
         there = np.isin(whole.point, index)
         np.testing.assert_array_equal(whole.power[there], alone.power)
         np.testing.assert_array_equal(whole.point[there], index[alone.point])
-        # strips without width and cells without load change neither load nor work; summed in another order
-        area = whole.fields.cell_length * whole.fields.strip_width[:, None]
-        load = (whole.fields.pressure.sum(axis=1) * area).sum(axis=1)[there]
-        own = alone.fields.cell_length * alone.fields.strip_width[:, None]
-        np.testing.assert_allclose(load, (alone.fields.pressure.sum(axis=1) * own).sum(axis=1), rtol=1e-12)
+        np.testing.assert_array_equal(whole.patch.width[there], alone.patch.width)
+        # strips without width do no work
+        np.testing.assert_array_equal(passage.strip_work[there][:, :strips], apart.strip_work)
+        assert not passage.strip_work[there][:, strips:].any()
+        assert not np.diff(whole.strip_edges_wheel_y[there][:, strips:]).any()
+
+
+def arrays_of(passage):
+    """All arrays of a passage, one after the other."""
+    values = vars(passage).values() if is_dataclass(passage) else passage
+    values = passage.values() if isinstance(passage, dict) else values
+    for value in values:
+        yield from [value] if isinstance(value, np.ndarray) else () if value is None else arrays_of(value)
+
+
+def test_laws_on_the_threads_have_the_bits_of_laws_on_the_whole_solution(rig, state):
+    """More than one chunk, wear and fatigue laws, any number of threads."""
+    points = select(rig.points, np.arange(CHUNK + 20) % len(rig.points.label))
+    further = tuple(WearSettings(law=law, coefficients=name) for law, name in list(COEFFICIENTS.items())[:2])
+    setup = replace(setup_of(rig), comparison=replace(comparison_laws(rig), wear=further))
+    one, two = (list(arrays_of(solve_passage(state, points, replace(setup, threads=k)))) for k in (1, 2))
+    whole = passage_of(solve(points.conditions, rig.wheelset, rig.counterface, rig.models), setup)
+    assert len(one) > 40
+    for a, b, c in zip(one, two, arrays_of(whole), strict=True):
+        assert a.tobytes() == b.tobytes() == c.tobytes()
 
 
 @pytest.mark.parametrize("law", sorted(COEFFICIENTS))
 def test_wear_and_fatigue_are_the_sums_of_those_solved_apart(rig, state, mixed, law):
     wear = WearSettings(law=law, coefficients=COEFFICIENTS[law], form=WEAR_LAWS[law].forms[0])
-    laws = comparison_laws(rig)
+    setup = replace(setup_of(rig), wear=wear)
 
     def accumulated(points, models):
-        solution = solved(rig, state, points, models)
-        comparison = comparison_passage(solution, laws)
-        return accumulate(
-            solution, points, points.weight, state, replace(setup_of(rig), wear=wear), comparison=comparison
-        )
+        own = replace(setup, models=models)
+        return accumulate(solve_passage(state, points, own), points, points.weight, state, own)
 
     whole = accumulated(rig.points, mixed)
     parts = [accumulated(select(rig.points, index), one) for one, index in mixed.groups()]
@@ -109,8 +129,7 @@ def test_points_without_weight_are_left_out(rig, state, mixed):
     weight = rig.points.weight.copy()
     weight[0] = 0.0
     result = rate(state, rig.points, weight, replace(setup_of(rig), models=mixed))
-    solution = solved(rig, state, rig.points, mixed)
-    whole = accumulate(solution, rig.points, weight, state, setup_of(rig))
+    whole = accumulate(solved(rig, state, rig.points, mixed), rig.points, weight, state, setup_of(rig))
     np.testing.assert_allclose(result.depth, whole.depth, rtol=1e-11, atol=1e-14 * whole.depth.max())
 
 

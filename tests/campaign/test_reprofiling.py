@@ -28,7 +28,7 @@ from wearsim.report.tables import reprofiled_wheels
 from wearsim.report.tables_damage import fatigue_laws, wear_laws
 from wearsim.report.tables_quality import quality
 from wearsim.results import layout_of, open_results, result_warnings
-from wearsim.results.checks import cracks_left, reprofiled_rows, reprofilings, seizure_shares, spans
+from wearsim.results.checks import cracks_left, regime_shares, reprofiled_rows, reprofilings, spans
 from wearsim.results.limits import limits_met
 from wearsim.scene import build, load_scene
 from wearsim.scene.campaign import ReprofilingRules
@@ -336,7 +336,7 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data
     assert first[-1].text != "no wear"
     seized = ended.copy()
     seized["regime_name"] = ("regime", ["seizure", *[*message][1:]])
-    assert seizure_shares(seized)[str(data.attrs["wear_law"])] == pytest.approx(
+    assert regime_shares(seized, "seizure")[str(data.attrs["wear_law"])] == pytest.approx(
         depth[0] / depth.sum(), rel=1e-12
     )
 

@@ -16,7 +16,7 @@ from wearsim.campaign.directory import locked, read_status
 from wearsim.campaign.record import write_atomically
 from wearsim.campaign.run import run_evolution
 from wearsim.errors import NumericalError, ResultError
-from wearsim.results import ROW, read_row, row_count
+from wearsim.results import ROW, open_results, row_count
 
 STEPS = 8
 PROGRAM = Path(__file__).with_name("synthetic_campaign.py")
@@ -178,7 +178,8 @@ def test_ctrl_c_leaves_whole_rows_and_a_status(tmp_path, synthetic, uninterrupte
     last = max([3, *output])
     assert last < STEPS
     assert row_count(tmp_path / "rig.nc") == last + 1
-    assert read_row(tmp_path / "rig.nc", last)["distance"] == last * 1000.0
+    with open_results(tmp_path / "rig.nc") as data:
+        assert data["distance"].values[last] == last * 1000.0
     status = read_status(tmp_path)["campaigns"]["rig"]
     assert (status["state"], status["step"]) == ("interrupted", last)
     path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
@@ -198,7 +199,8 @@ def test_ctrl_c_in_the_middle_of_writing_waits_for_the_end_of_the_row(
     with pytest.raises(KeyboardInterrupt):
         run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
     assert row_count(tmp_path / "rig.nc") == 2
-    assert read_row(tmp_path / "rig.nc", 1)["distance"] == 1000.0
+    with open_results(tmp_path / "rig.nc") as data:
+        assert data["distance"].values[1] == 1000.0
 
 
 def stopped(synthetic, directory, after=6):

@@ -1,5 +1,9 @@
+from types import SimpleNamespace
+
 import numpy as np
 
+from wearsim.campaign.comparison import ComparisonPassage
+from wearsim.campaign.evaluate import Passage
 from wearsim.campaign.row import summarise
 from wearsim.campaign.state import PatchWear
 from wearsim.results import FILL_FLOAT, PATCH_SLOTS
@@ -8,16 +12,11 @@ from wearsim.results import FILL_FLOAT, PATCH_SLOTS
 def test_of_more_patches_than_slots_the_most_loaded_are_kept():
     """Solutions with ten patches at one point do not occur on sound profiles, but must not break a file."""
 
-    class Fields:
-        cell_length = np.ones((10, 3))
-        strip_width = np.ones(10)
-        work_density = np.ones((10, 2, 3))
-
-    class Solution:
-        fields = Fields
+    class Contact:
         point = np.zeros(10, dtype=int)
         side = np.array([0, 1] * 5)
         normal_force = np.array([5.0, 1.0, 9.0, 8.0, 2.0, 7.0, 6.0, 4.0, 3.0, 10.0])
+        patch = SimpleNamespace(width=np.ones(10))
 
         def __getattr__(self, name):
             return np.arange(10.0) + 1.0
@@ -28,7 +27,8 @@ def test_of_more_patches_than_slots_the_most_loaded_are_kept():
         regime=np.zeros(10, dtype=int),
         regime_highest=np.arange(10),
     )
-    row = summarise(Solution(), wear, 2)
+    passage = Passage(Contact(), np.ones((10, 3)), np.ones(10), (), ComparisonPassage())
+    row = summarise(passage, wear, 2)
     assert list(row["n_patch"]) == [10, 0]
     np.testing.assert_array_equal(row["area"][0], [1, 3, 4, 6, 7, 8, 9, 10])  # all but the lightest two
     np.testing.assert_array_equal(row["wear_area_rate"][0], row["area"][0] - 1)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from wearsim import cli, open_results
-from wearsim.cli.progress import status_line
+from wearsim.cli.status import status_line
 from wearsim.profile.standard import shipped_path
 
 

@@ -8,7 +8,7 @@ import netCDF4
 import pytest
 
 from wearsim import cli
-from wearsim.cli.run import print_warnings
+from wearsim.cli.report import print_warnings
 from wearsim.profile.standard import shipped_path
 from wearsim.report import sections
 

@@ -59,7 +59,7 @@ def points():
     return _points
 
 
-def _ellipse(a, b, load, strips, offset=0.0):
+def _ellipse(a, b, load, strips, offset=0.0, cells=50):
     edges = np.linspace(-b, b, strips + 1)
     y = 0.5 * (edges[1:] + edges[:-1])
     half = a * np.sqrt(1.0 - (y / b) ** 2)
@@ -74,6 +74,8 @@ def _ellipse(a, b, load, strips, offset=0.0):
         x_trail=(skew - half)[None],
         pressure_slope=np.full((1, strips), slope),
         interpenetration=np.zeros((1, strips)),
+        strips=np.array([strips]),
+        cells=np.array([cells]),
     )
 
 

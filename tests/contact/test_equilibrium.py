@@ -96,7 +96,7 @@ def torque_of(solution, slower, faster):
 @pytest.mark.parametrize("torque", [0.0, 3e3, -8e3])
 @pytest.mark.parametrize("curvature", [0.0, 2.0])
 def test_free_rotation_balances_the_applied_torque(wheelset, counterface, points, coarse, torque, curvature):
-    """1e-8 of friction x load x radius over both wheels."""
+    """1e-5 of friction x load x radius: the wheels' approaches follow the speed, differences feel it."""
     state = {
         "shift": np.array([-4e-3, 0.0, 1.5e-3, 3.5e-3]),
         "yaw": np.array([2e-3, 0.0, -1e-3, 5e-3]),
@@ -106,7 +106,7 @@ def test_free_rotation_balances_the_applied_torque(wheelset, counterface, points
     free = solve(points(**state, rotation="free", torque=torque), wheelset, ground, coarse)
     slow, fast = (solve(points(**state, rotation=w), wheelset, ground, coarse) for w in (43.0, 44.0))
     balance = torque_of(free, slow, fast)
-    np.testing.assert_allclose(balance, -torque, atol=1e-8 * 0.35 * 80e3 * 0.46)
+    np.testing.assert_allclose(balance, -torque, atol=1e-5 * 0.35 * 80e3 * 0.46)
 
 
 def test_uniform_wear_of_the_tread_leaves_no_creepage(s1002, wheelset, counterface, points, coarse):
@@ -132,7 +132,8 @@ def test_one_side_of_a_free_wheelset_is_that_of_both(wheelset, counterface, poin
 
 def test_centred_rotation_has_no_longitudinal_creepage_at_zero_shift(wheelset, counterface, points, coarse):
     centred = solve(points(shift=np.array([0.0, 3e-3]), rotation="centred"), wheelset, counterface(), coarse)
-    np.testing.assert_allclose(centred.creepage_x[centred.point == 0], 0.0, atol=1e-15)
+    # The approach under the load at that speed, and at the nominal one it was found with.
+    np.testing.assert_allclose(centred.creepage_x[centred.point == 0], 0.0, atol=1e-12)
     assert centred.rotation_speed[0] == centred.rotation_speed[-1]  # no matter where the wheelset is
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wearsim.contact import geometry
-from wearsim.contact.gap import ContactPlane, contact_plane, gap_surface
+from wearsim.contact.gap import ContactPlane, between_points, contact_plane, gap_surface
 from wearsim.contact.geometry import Bodies, CounterfaceProfile, Gap, WheelsetPose, WheelSurface
 from wearsim.errors import ContactError
 
@@ -189,3 +189,16 @@ def test_rays_that_meet_nothing_have_no_gap_and_a_bare_curve_has_no_surface(s100
     assert (height[:, 0] < 1e-3).all()
     with pytest.raises(ContactError, match="curve without bodies"):
         surface_of(replace(gap, bodies=None))
+
+
+def test_curves_between_and_beyond_the_points_of_the_grid(s1002, rail_60e1):
+    """A straight line is kept, at rising and falling places, to rounding; 1e-15 of 0.1 m."""
+    gap = searched(s1002, rail_60e1, 0.0, 0.0)
+    grid = gap.counterface.y
+    line = np.ascontiguousarray(np.stack((3.0 * grid + 1e-3, 0.02 - grid)))
+    row = np.array([1, 0, 1])
+    y = np.array([[grid[0] - 1e-3, grid[7], 0.0], [3e-3, -20.03e-3, grid[-1]], [0.0, 1e-3, grid[-1] + 2e-3]])
+    expected = np.where(row[:, None] == 0, 3.0 * y + 1e-3, 0.02 - y)
+    np.testing.assert_allclose(between_points(gap, line, row, y), expected, rtol=0.0, atol=1e-15)
+    first = between_points(gap, line, row, y[:, 0])
+    np.testing.assert_array_equal(first, between_points(gap, line, row, y)[:, 0])

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
 
 from wearsim.contact import geometry
 from wearsim.contact.geometry import WheelsetPose
@@ -175,3 +176,27 @@ def test_worn_down_wheel_keeps_its_gap_when_its_height_is_free(s1002, rail_60e1)
     fresh, worn = gap_of(s1002, rail_60e1, 1e-3, 0.0, 1.0), gap_of(thin, rail_60e1, 1e-3, 0.0, 1.0)
     near = fresh.gap[0] < 1e-3
     np.testing.assert_allclose(worn.gap[0, near], fresh.gap[0, near] + 1e-3, atol=1e-12)
+
+
+@pytest.mark.parametrize("kappa", [0.0, 1.0, 2.0])
+@pytest.mark.parametrize(("yaw", "roll"), [(0.03, 0.0), (-0.1, -5e-3)])
+def test_normals_of_the_contact_line_meet_the_axle_of_the_counterface(s1002, rail_60e1, kappa, yaw, roll):
+    """Normals from rotation matrices; between two circles to second order of their distance."""
+    turn = Rotation.from_euler("ZX", [yaw, roll]).as_matrix()
+    rail = geometry.counterface_profile(rail_60e1)
+    pose = WheelsetPose(np.array([2e-3]), np.array([yaw]), np.array([roll]))
+    spacing, error = np.array([2e-4, 1e-4, 5e-5]), []
+    for one in spacing:
+        wheel = geometry.wheel_surface(s1002, RADIUS, one)
+        span = {"half_span": SPAN, "nominal_radius": RADIUS}
+        ours = geometry.gap(wheel, rail, pose, **span, curvature=kappa)
+        there = ours.gap[0] < 5e-3
+        y, radius, sine = (curve[0, there] for curve in (ours.wheel_y, ours.wheel_radius, ours.sin_theta))
+        slope, cosine = CubicSpline(wheel.y, wheel.radius)(y, 1), np.sqrt(1.0 - sine**2)
+        x, _, z = turn @ np.array([radius * sine, SPAN + y, radius * cosine])
+        normal = turn @ np.array([sine, -slope, cosine])
+        along = (1.0 - kappa * (z - RADIUS)) * normal[0] + kappa * x * normal[2]
+        error.append(np.abs(along / np.linalg.norm(normal, axis=0)).max())
+        np.testing.assert_allclose(ours.x[0, there], x, atol=0.3e-6 * (one / 1e-4) ** 2)
+    assert error[1] < 1e-5
+    assert np.polyfit(np.log(spacing), np.log(error), 1)[0] > 1.6

@@ -15,14 +15,16 @@ def given(solution):
 
 @pytest.mark.parametrize("side", [0, 1])
 def test_the_creepages_of_a_motion_give_its_forces(wheelset, counterface, points, coarse, side):
-    """Exactly the same numbers enter the tangential problem; left wheels keep the signs of the track axes."""
+    """To the tolerance of the wheel load, 1e-6; left wheels keep the signs of the track axes."""
     conditions = points(shift=np.array([-2e-3, 3e-3]), yaw=4e-3)
     moved = solve(conditions, wheelset, counterface(1.0), coarse, sides=(side,))
     imposed = solve(
         replace(conditions, creepage=given(moved)), wheelset, counterface(1.0), coarse, sides=(side,)
     )
     for name in ("creepage_x", "creepage_y", "spin", "force_x", "force_y", "spin_moment", "power"):
-        assert getattr(imposed, name).tolist() == getattr(moved, name).tolist(), name
+        np.testing.assert_allclose(
+            getattr(imposed, name), getattr(moved, name), rtol=2e-6, atol=1e-5, err_msg=name
+        )
 
 
 def test_given_creepages_do_not_ask_the_rotation_rule(wheelset, counterface, points, coarse):

@@ -65,29 +65,29 @@ def test_normal_contact(both):
 
 
 def test_normal_force(both):
-    """The reference balances the vertical part of the lateral creep force too, up to 4 % of the load."""
+    """Both balance the wheel load with normal and creep forces: what differs is the creep force, by 2 %."""
     reference, ours = both
     straight = reference.yaw == 0.0
-    np.testing.assert_allclose(ours.normal_force[straight], reference.normal_force[straight], rtol=0.01)
-    np.testing.assert_allclose(ours.normal_force, reference.normal_force, rtol=0.04)
+    np.testing.assert_allclose(ours.normal_force[straight], reference.normal_force[straight], rtol=3e-4)
+    np.testing.assert_allclose(ours.normal_force, reference.normal_force, rtol=1.5e-3)
 
 
 def test_creep_forces(both):
-    """As a share of friction x load: 3.5 % along, 0.5 % across without yaw, 8.5 % with it."""
+    """As a share of friction x load: 2.7 % along, 0.6 % across without yaw, 5.5 % with it."""
     reference, ours = both
     limit, straight = 0.35 * 80e3, reference.yaw == 0.0
-    assert abs(ours.force_x - reference.force_x).max() / limit < 0.035
+    assert abs(ours.force_x - reference.force_x).max() / limit < 0.028
     across = abs(ours.force_y - reference.force_y) / limit
-    assert across[straight].max() < 0.006
-    assert across.max() < 0.085
+    assert across[straight].max() < 0.0065
+    assert across.max() < 0.058
 
 
 def test_frictional_power(both):
-    """Within 12 % in partial slip, 7.5 % near full slip (half of it from the normal force above)."""
+    """Within 10.3 % in partial slip, 4 % near full slip."""
     reference, ours = both
     error, straight = ours.power / reference.power - 1.0, reference.yaw == 0.0
-    assert abs(error[straight]).max() < 0.12
-    assert abs(error[~straight]).max() < 0.075
+    assert abs(error[straight]).max() < 0.105
+    assert abs(error[~straight]).max() < 0.04
 
 
 @pytest.mark.parametrize(

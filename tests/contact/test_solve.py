@@ -88,11 +88,12 @@ def test_reducing_chunk_by_chunk_is_reducing_the_whole(spread, solved, wheelset,
         wheelset,
         counterface(1.0),
         coarse,
-        lambda part: (part.point, part.fields.strip_work),
+        lambda part: (part.point, part.fields.strip_work.max(axis=1)),
         threads=2,
     )
     assert np.concatenate([p for p, _ in parts]).tolist() == solved.point.tolist()
-    assert np.concatenate([w for _, w in parts]).tobytes() == solved.fields.strip_work.tobytes()
+    largest = np.concatenate([w for _, w in parts])
+    assert largest.tobytes() == solved.fields.strip_work.max(axis=1).tobytes()
 
 
 def test_order_of_the_patches(solved):
@@ -101,12 +102,23 @@ def test_order_of_the_patches(solved):
     assert np.array_equal(solved.patch.row, solved.point)
 
 
-def test_patches_of_a_wheel_carry_its_load(spread, solved):
-    """Vertical parts of the normal forces: imposed, 1e-12; and the cells carry each patch, 1e-12."""
-    wheel = 2 * solved.point + solved.side
-    vertical = np.bincount(wheel, weights=solved.normal_force * np.cos(solved.contact_angle))
-    # The angle of the pressure's centre is the patch's own plane, in which the force was balanced.
-    np.testing.assert_allclose(vertical, np.repeat(spread.wheel_load, 2), rtol=1e-12)
+def vertical_forces(solution, curvature, profile):
+    """Normal and creep forces of each wheel, upwards; on a roller off its top the rolling direction dips."""
+    height = np.interp(solution.rail_y, profile.y, profile.z)
+    dip = np.arctan(curvature * solution.x / (1.0 - curvature * height))
+    across = solution.normal_force * np.cos(solution.contact_angle)
+    across -= solution.force_y * np.sin(solution.contact_angle)
+    upwards = across * np.cos(dip) - solution.force_x * np.sin(dip)
+    return np.bincount(2 * solution.point + solution.side, weights=upwards)
+
+
+def test_patches_of_a_wheel_carry_its_load(spread, solved, counterface):
+    """Normal and creep forces together, and the cells carry each patch, 1e-12.
+
+    Tolerance of the balance 1e-6; height of the rail here instead of the wheel's point there: 1e-6, too.
+    """
+    vertical = vertical_forces(solved, 1.0, counterface(1.0).profile)
+    np.testing.assert_allclose(vertical, np.repeat(spread.wheel_load, 2), rtol=2e-6)
     area = solved.fields.cell_length * solved.fields.strip_width[:, None]
     carried = (solved.fields.pressure.sum(axis=1) * area).sum(axis=1)
     np.testing.assert_allclose(carried, solved.normal_force, rtol=1e-12)
@@ -138,7 +150,8 @@ def test_resultants_are_sums_of_the_cells(solved):
 
 def test_strips_lie_on_the_wheel(solved, wheelset):
     edges = solved.strip_edges_wheel_y
-    assert np.all(np.diff(edges, axis=1) > 0.0)
+    true = np.arange(edges.shape[1] - 1) < solved.patch.strips[:, None]
+    assert np.array_equal(np.diff(edges, axis=1) > 0.0, true)  # padding has no width
     assert np.all((edges[:, 0] < solved.wheel_y) & (solved.wheel_y < edges[:, -1]))
     assert edges.min() > wheelset.right.y.min()
     assert edges.max() < wheelset.right.y.max()
@@ -151,7 +164,8 @@ def test_strips_lie_on_the_wheel(solved, wheelset):
 def test_strips_lie_on_the_counterface(solved, rail_60e1):
     """Both sides of a strip are the same strip: the middles of the patches, and widths but for the slope."""
     edges = solved.strip_edges_rail_y
-    assert np.all(np.diff(edges, axis=1) > 0.0)
+    true = np.arange(edges.shape[1] - 1) < solved.patch.strips[:, None]
+    assert np.array_equal(np.diff(edges, axis=1) > 0.0, true)
     assert np.all((edges[:, 0] < solved.rail_y) & (solved.rail_y < edges[:, -1]))
     assert edges.min() > rail_60e1.y.min()
     assert edges.max() < rail_60e1.y.max()
@@ -169,7 +183,9 @@ def test_each_side_has_a_counterface_of_its_own(spread, wheelset, counterface, c
     assert_same_bits(solve(first, wheelset, one, coarse), same)
     for name in ("rail_y", "area", "max_pressure", "creepage_x", "power", "strip_edges_rail_y"):
         right, wanted = (getattr(s, name)[s.side == 0] for s in (both, same))
-        assert right.tobytes() == wanted.tobytes(), name
+        if name == "strip_edges_rail_y":  # the other side's patches decide how many are padding
+            right, wanted = right[:, :17], wanted[:, :17]
+        np.testing.assert_allclose(right, wanted, rtol=1e-14, err_msg=name)  # sums with padding: the last bit
     assert np.abs(both.area[both.side == 1].max() / same.area[same.side == 1].max() - 1.0) > 0.01
     # the mirrored wheelset on exchanged rollers
     mirrored = replace(
@@ -210,7 +226,7 @@ def test_batches_that_end_with_a_chunk_or_have_no_point(wheelset, counterface, p
     for rule in ("free", "nominal", "centred"):
         none = solve(points(shift=np.zeros(0), rotation=rule), wheelset, counterface(), coarse)
         assert none.power.shape == (0,)
-        assert none.fields.strip_work.shape == (0, 16)
+        assert none.fields.strip_work.shape[0] == 0
 
 
 def test_normal_force_instead_of_wheel_load(wheelset, counterface, points, coarse):
@@ -218,7 +234,7 @@ def test_normal_force_instead_of_wheel_load(wheelset, counterface, points, coars
     force = solve(points(shift=3e-3), wheelset, counterface(), coarse, sides=(0,), vertical=False)
     assert force.normal_force[0] == pytest.approx(80e3, rel=1e-12)
     load = solve(points(shift=3e-3), wheelset, counterface(), coarse, sides=(0,))
-    assert load.normal_force[0] * np.cos(load.contact_angle[0]) == pytest.approx(80e3, rel=1e-12)
+    assert vertical_forces(load, 0.0, counterface().profile) == pytest.approx([80e3], rel=1e-6)
 
 
 def test_two_patches_where_the_contact_jumps(wheelset, counterface, points, coarse):
@@ -228,7 +244,8 @@ def test_two_patches_where_the_contact_jumps(wheelset, counterface, points, coar
     )
     count = np.bincount(solution.point)
     assert count.max() == 2
-    assert np.all(np.bincount(solution.point, weights=solution.normal_force) >= 80e3)
+    vertical = vertical_forces(solution, 0.0, counterface().profile)
+    np.testing.assert_allclose(vertical[::2], 80e3, rtol=1e-6)
 
 
 def test_finer_grids_change_little(wheelset, counterface, points):
@@ -257,11 +274,11 @@ def test_any_point_in_range(
     wheelset, counterface, points, coarse, shift, yaw, load, curvature, friction, rule
 ):
     conditions = points(shift, yaw, load=load, friction=friction, rotation=rule)
-    solution = solve(conditions, wheelset, counterface(curvature), coarse)
+    ground = counterface(curvature)
+    solution = solve(conditions, wheelset, ground, coarse)
     for name, value in arrays(solution):
         assert np.isfinite(value).all(), name
-    vertical = np.bincount(solution.side, weights=solution.normal_force * np.cos(solution.contact_angle))
-    np.testing.assert_allclose(vertical, load, rtol=1e-12)
+    np.testing.assert_allclose(vertical_forces(solution, curvature, ground.profile), load, rtol=3e-6)
     shear = np.hypot(solution.fields.shear_x, solution.fields.shear_y)
     assert np.all(shear <= friction * solution.fields.pressure * (1.0 + 1e-12))
     assert solution.power.min() >= 0.0

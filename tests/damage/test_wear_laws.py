@@ -13,7 +13,6 @@ from wearsim.damage.wear import (
     default_settings,
     energy,
     passage_depth,
-    worn_volume,
 )
 from wearsim.damage.wear.law import FORMS
 from wearsim.errors import NumericalError, SceneError
@@ -210,12 +209,3 @@ def test_laws_take_a_few_patches_at_a_time(law, patches):
     assert (depth == np.concatenate([once] * 17, axis=1)[:, :50]).all()
     none = replace(fields, **{name: v[:0] for name, v in vars(fields).items()})
     assert passage_depth(none, area[:0], default_settings(law)).shape == (len(WEAR_LAWS[law].regimes), 0, 16)
-
-
-def test_worn_volume_is_the_area_under_the_depth(patches):
-    """1e-12, by regime and patch."""
-    fields, area = patches(80e6)
-    depth = passage_depth(fields, area, WearSettings())
-    volume = worn_volume(depth, fields.strip_width)
-    assert volume.shape == depth.shape[:2]
-    np.testing.assert_allclose(volume[1, 1], depth[1, 1].sum() * 0.3e-3, rtol=1e-12)

@@ -12,11 +12,12 @@ from wearsim.errors import ProfileError
 from wearsim.profile.limits import (
     LIMITED,
     DiameterRange,
+    LimitSet,
     judge,
     judge_wheelset,
     load_limits,
 )
-from wearsim.profile.measures import Measures, WheelsetMeasures, wheel_measures, wheelset_measures
+from wearsim.profile.measures import Measures, wheel_measures, wheelset_measures
 from wearsim.profile.standard import wheel
 
 NEW = wheel("S1002")
@@ -143,7 +144,9 @@ def test_without_a_diameter_what_is_told_holds_for_every_listed_one(values):
 def test_a_bound_that_some_diameters_lack_condemns_nothing_without_a_diameter():
     (first, *_) = [limit for limit in TSI.limits if limit.measure == "flange_thickness"]
     small = replace(first, least=None, diameters=DiameterRange(0.0, 0.84))
-    result = {each.bound: each for each in judge({"flange_thickness": 20e-3}, [first, small])}
+    result = {
+        each.bound: each for each in judge({"flange_thickness": 20e-3}, LimitSet("", "", (first, small)))
+    }
     assert result["min"].exceeded is None
     assert result["max"].exceeded is False
 
@@ -151,7 +154,7 @@ def test_a_bound_that_some_diameters_lack_condemns_nothing_without_a_diameter():
 def test_an_axle_with_a_wheel_of_unknown_size_is_judged_as_without_a_diameter():
     right = Measures({"wheel_diameter": 0.9}, {})
     axle = Measures({"back_to_back": 1.3575}, {})
-    (low, _) = judge_wheelset(WheelsetMeasures(right, Measures({}, {}), axle), TSI)["axle"]
+    (low, _) = judge_wheelset({"right": right, "left": Measures({}, {}), "axle": axle}, TSI)["axle"]
     assert low.exceeded is None
 
 
@@ -336,5 +339,5 @@ def test_diameter_ranges(range_, text, inside, outside):
 def test_measures_and_mappings_are_judged_alike():
     measured = wheel_measures(NEW, diameter=0.92)
     assert [each for each in judge(measured, TSI) if each.value is not None] == judge(measured.values, TSI)
-    assert judge(Measures({}, {}), TSI.limits) == []
+    assert judge(Measures({}, {}), TSI) == []
     assert set(measured.values) - {"back_to_back"} <= set(LIMITED)

@@ -158,14 +158,14 @@ def test_a_wheelset_whose_wheels_differ():
     left = wheel("S1002/e30.5")
     right = replace(S1002, z=S1002.z - 1e-3)
     result = wheelset_measures(right, left, diameters=(0.918, 0.919), back_to_back=1.36)
-    assert result.axle.values["front_to_front"] == pytest.approx(1.36 + 32.5e-3 + 30.5e-3, abs=0.2e-6)
-    assert result.axle.values["wheel_diameter_difference"] == pytest.approx(-1e-3, abs=1e-9)
-    assert result.left.values["flange_thickness"] == pytest.approx(30.5e-3, abs=0.1e-6)
-    assert "back_to_back" not in result.right.values
-    assert "front_to_front" not in result.left.missing
-    assert result.axle.missing == {}
+    assert result["axle"].values["front_to_front"] == pytest.approx(1.36 + 32.5e-3 + 30.5e-3, abs=0.2e-6)
+    assert result["axle"].values["wheel_diameter_difference"] == pytest.approx(-1e-3, abs=1e-9)
+    assert result["left"].values["flange_thickness"] == pytest.approx(30.5e-3, abs=0.1e-6)
+    assert "back_to_back" not in result["right"].values
+    assert "front_to_front" not in result["left"].missing
+    assert result["axle"].missing == {}
     bare = wheelset_measures(right, left)
-    assert set(bare.axle.missing) == {"back_to_back", "front_to_front", "wheel_diameter_difference"}
+    assert set(bare["axle"].missing) == {"back_to_back", "front_to_front", "wheel_diameter_difference"}
 
 
 def test_rails_and_odd_sizes_are_refused():

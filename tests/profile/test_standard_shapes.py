@@ -31,8 +31,8 @@ from wearsim.profile.standard import (
 )
 
 FILES = sorted(shipped_path("profiles").glob("*.toml"))
-RAILS = [path.stem for path in FILES if read_template(path).definition.kind == "rail"]
-WHEELS = [path.stem for path in FILES if read_template(path).definition.kind == "wheel"]
+RAILS = [path.stem for path in FILES if read_template(path).shape.kind == "rail"]
+WHEELS = [path.stem for path in FILES if read_template(path).shape.kind == "wheel"]
 # flat across its whole width: no flange to measure, and no origin to check
 WITHOUT_FLANGE = ["disc"]
 # (file, parameter, value): the ends of all ranges
@@ -40,7 +40,7 @@ EXTREMES = [
     pytest.param(path, parameter.form, value, id=f"{path.stem}/{parameter.form.replace('#', f'{value:g}')}")
     for path in FILES
     for parameter in read_template(path).parameters
-    for value in parameter.limits
+    for value in parameter.range or (min(parameter.values), max(parameter.values))
 ]
 
 
@@ -83,7 +83,7 @@ def test_every_file_tells_its_source_and_certainty(path):
     assert len(shape.source) > 20
     assert shape.certainty.startswith(("certain", "exact", "uncertain"))
     assert find_shipped(shape.name) == path
-    for alias in read_template(path).aliases:
+    for alias in read_template(path).shape.aliases:
         assert definition(alias, shape.kind) == shape
 
 

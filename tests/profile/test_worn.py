@@ -16,7 +16,7 @@ from wearsim.profile.shape import (
     vertex_normals,
 )
 from wearsim.profile.standard import rail, wheel
-from wearsim.profile.worn import WearZone, wear_between
+from wearsim.profile.worn import wear_between
 
 NEW = wheel("S1002")
 RAIL = rail("60E1", 1.0 / 40.0, 1.435, 0.750)
@@ -127,7 +127,7 @@ def test_zones_add_up_and_lie_where_they_say():
     wear = wear_between(NEW, after)
     assert list(wear.zone_areas) == ["flange", "root", "tread"]
     assert sum(wear.zone_areas.values()) == pytest.approx(wear.worn_area, rel=1e-12)
-    own = (WearZone("inside", 0.0), WearZone("outside", np.inf))
+    own = {"inside": 0.0, "outside": np.inf}
     step = replace(NEW, z=NEW.z - np.where((NEW.y > 5e-3) & (NEW.y < 50e-3), 1e-3, 0.0))
     areas = wear_between(NEW, step, zones=own).zone_areas
     assert abs(areas["inside"]) < 1e-3 * areas["outside"]

@@ -1,5 +1,6 @@
 import pytest
 
+from wearsim.campaign.run import run_scene
 from wearsim.report.html import write_report
 from wearsim.results import open_results
 
@@ -21,13 +22,39 @@ def run_directory(tmp_path_factory, write_campaign, drawing):
     return folder
 
 
+def loaded(path):
+    with open_results(path) as data:
+        return data.load()
+
+
 @pytest.fixture(scope="session")
 def rig(run_directory):
-    with open_results(run_directory / "rig.nc") as data:
-        return data.load()
+    return loaded(run_directory / "rig.nc")
 
 
 @pytest.fixture(scope="session")
 def field(run_directory):
-    with open_results(run_directory / "field.nc") as data:
-        return data.load()
+    return loaded(run_directory / "field.nc")
+
+
+@pytest.fixture(scope="session")
+def run_pair(tmp_path_factory, scene_text):
+    """Function that runs a rig over 14 km and a field over 30 km: folder of the scenes, both results."""
+
+    def run(shift_mm, rig, field):
+        """`rig` and `field` are what their scenes have besides a block or class of that (mean) shift."""
+        folder = tmp_path_factory.mktemp("pair")
+        block = {"name": "curve", "shift_mm": shift_mm, "yaw_mrad": 3, "distance_km": 2}
+        spread = {"shift_mean_mm": shift_mm - 1, "shift_std_mm": 1, "positions": 10, "share": 1}
+        running = {"rig": (block, 14, rig), "field": ({"name": "curve", "yaw_mrad": 2, **spread}, 30, field)}
+        for kind, (points, distance, more) in running.items():
+            campaign = f"distance_km = {distance}\npoint_spacing_mm = 0.5"
+            text = scene_text(points, kind=kind, campaign=campaign, **more)
+            (folder / f"{kind}.toml").write_text(text)
+        (folder / "compare.toml").write_text(
+            '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'
+        )
+        run_scene(folder / "compare.toml", folder / "out")
+        return folder, [loaded(folder / "out" / f"{kind}.nc") for kind in running]
+
+    return run

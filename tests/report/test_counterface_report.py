@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 
-from wearsim.campaign.run import run_scene
 from wearsim.cli import main
 from wearsim.quantities import QUANTITIES
 from wearsim.report import plates
@@ -13,42 +12,24 @@ from wearsim.report.figures import campaign
 from wearsim.report.html import write_report
 from wearsim.report.inspect import inspect, summary_text
 from wearsim.report.tables import counterface
-from wearsim.results import open_results
 
-BLOCK = {"name": "curve", "shift_mm": 4, "yaw_mrad": 3, "distance_km": 2}
-CLASS = {
-    "name": "curve",
-    "shift_mean_mm": 3,
-    "shift_std_mm": 1,
-    "yaw_mrad": 2,
-    "positions": 10,
-    "share": 1,
-}
 ROLLERS = "[counterface.wear]\nfactor = 0.5\nredress_every_km = 6"
 RAILS = "[counterface.wear]\narea_mm2_per_1000km = 3"
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory, scene_text):
-    made = tmp_path_factory.mktemp("counterface")
-    for kind, running, wear, distance in (("rig", BLOCK, ROLLERS, 14), ("field", CLASS, RAILS, 30)):
-        campaign = f"distance_km = {distance}\npoint_spacing_mm = 0.5"
-        text = scene_text(running, kind=kind, counterface=wear, campaign=campaign)
-        (made / f"{kind}.toml").write_text(text)
-    (made / "compare.toml").write_text(
-        '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'
-    )
-    run_scene(made / "compare.toml", made / "out")
-    return made
+def ran(run_pair):
+    return run_pair(4, {"counterface": ROLLERS}, {"counterface": RAILS})
 
 
 @pytest.fixture(scope="module")
-def pair(folder):
-    actual = []
-    for name in ("rig", "field"):
-        with open_results(folder / "out" / f"{name}.nc") as data:
-            actual.append(data.load())
-    return actual
+def folder(ran):
+    return ran[0]
+
+
+@pytest.fixture(scope="module")
+def pair(ran):
+    return ran[1]
 
 
 def test_report_states_what_the_counterface_lost(folder, pair):

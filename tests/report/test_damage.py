@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.run import run_scene
 from wearsim.damage.fatigue.agreement import agreement
 from wearsim.report import plates, tables_damage
 from wearsim.report.figures import campaign
 from wearsim.report.html import render, write_report
 from wearsim.report.inspect import inspect, summary_text
 from wearsim.report.sections import SECTIONS, Campaigns
-from wearsim.results import open_results
 from wearsim.scene import build, load_scene
 from wearsim.translation.translate import translate
 
@@ -26,35 +24,21 @@ branch = "rising"
 crack_depth_mm = 2
 """
 BLOCK = {"name": "curve", "shift_mm": 5, "yaw_mrad": 3, "distance_km": 2}
-CLASS = {
-    "name": "curve",
-    "shift_mean_mm": 4,
-    "shift_std_mm": 1,
-    "yaw_mrad": 2,
-    "positions": 10,
-    "share": 1,
-}
-COMPARE = '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory, scene_text):
-    made = tmp_path_factory.mktemp("laws")
-    for kind, running, distance in (("rig", BLOCK, 14), ("field", CLASS, 30)):
-        campaign = f"distance_km = {distance}\npoint_spacing_mm = 0.5"
-        (made / f"{kind}.toml").write_text(scene_text(running, kind=kind, campaign=campaign, more=LAWS))
-    (made / "compare.toml").write_text(COMPARE)
-    run_scene(made / "compare.toml", made / "out")
-    return made / "out"
+def ran(run_pair):
+    return run_pair(5, {"more": LAWS}, {"more": LAWS})
 
 
 @pytest.fixture(scope="module")
-def pair(folder):
-    actual = []
-    for name in ("rig", "field"):
-        with open_results(folder / f"{name}.nc") as data:
-            actual.append(data.load())
-    return actual
+def folder(ran):
+    return ran[0] / "out"
+
+
+@pytest.fixture(scope="module")
+def pair(ran):
+    return ran[1]
 
 
 @pytest.fixture(scope="module")

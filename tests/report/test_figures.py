@@ -60,7 +60,7 @@ def test_measure_lines_are_the_data(rig, name):
 
 
 def test_undefined_conicity_leaves_a_gap(rig):
-    line = figures.plot_conicity(rig).lines[0].get_ydata()
+    line = figures.plot_over_distance(rig, "equivalent_conicity").lines[0].get_ydata()
     assert np.isfinite(line[:4]).all()
     assert np.isnan(line[4:]).all()
 

@@ -9,7 +9,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import QuadMesh
 from matplotlib.quiver import Quiver
 
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
+from wearsim.contact.dataset import SIDES, solve_contact
+from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.errors import ResultError
 from wearsim.profile import standard
 from wearsim.report.figures import contact
@@ -29,9 +30,11 @@ def make():
         values = (shift, yaw, 0.0, 80e3, 20.0, friction, 0.0)
         conditions = ContactConditions(*(np.array([value]) for value in values), **options)
         counterface = Counterface(rail, kappa)
-        models = ContactModels(strips=grid[0], cells=grid[1])
-        solution = solve(conditions, wheelset, counterface, models, sides=sides)
-        return contact_state(conditions, wheelset, counterface, solution)
+        models = ContactModels(strips=grid[0], cells=grid[1], most_cells=max(grid), cell_size=1.0)
+        solved = solve_contact(
+            wheelset, counterface, conditions, models, sides=[SIDES[side] for side in sides], fields=True
+        )
+        return contact_state(conditions, wheelset, counterface, solved)
 
     return state
 

@@ -6,7 +6,7 @@ from wearsim.results.checks import (
     TREAD_WEAR_BAND,
     load_scaling,
     outside_warning,
-    seizure_shares,
+    regime_shares,
     seizure_warning,
     tread_wear,
     tread_wear_warning,
@@ -90,7 +90,7 @@ def test_scaled_loads_of_the_new_wheel_alone(make):
 
 def test_share_of_seizure_of_the_active_and_the_comparison_laws(make):
     data = make(rate=10e-12)
-    assert seizure_shares(data) == {}
+    assert regime_shares(data, "seizure") == {}
     data["regime_name"] = ("regime", ["mild", "seizure"])
     depth = data["wear_depth_by_regime"].values[-1]
     share = depth[:, 1].sum() / depth.sum()
@@ -101,7 +101,7 @@ def test_share_of_seizure_of_the_active_and_the_comparison_laws(make):
         comparison_regime_name=("comparison_regime", ["archard: mild", "archard: seizure", "energy: mild"]),
         comparison_worn_area=(("step", "wheel", "comparison_regime"), area),
     ).assign_attrs(wear_law="own")
-    assert seizure_shares(data) == pytest.approx({"own": share, "archard": 0.75}, rel=1e-12)
+    assert regime_shares(data, "seizure") == pytest.approx({"own": share, "archard": 0.75}, rel=1e-12)
     message = seizure_warning(data)
     assert "75 % of the wear by archard is seizure" in message
     assert message in result_warnings(data)

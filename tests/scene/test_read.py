@@ -284,24 +284,3 @@ def test_kinds_of_before_name_the_script_that_writes_their_report(kind, script, 
     (line,) = str(caught.value).splitlines()
     assert line.startswith(f'{path}:2: kind = "{kind}" is no scene any more: `python reports/{script}.py`')
     assert (Path(__file__).parents[2] / f"reports/{script}.py").is_file()
-
-
-@pytest.mark.parametrize(
-    ("key", "message"),
-    [
-        ("[contact]\nfriction = 0.3", "unknown key friction in [contact]; it belongs to [[operation.block]]"),
-        (
-            "[wheelset]\nprofile_right = 'S1002'",
-            "unknown key profile_right in [wheelset]: profile is that of the",
-        ),
-        (
-            "[wheelset]\nflange_back_mm = 1360",
-            "unknown key flange_back_mm in [wheelset]: the key has a new name",
-        ),
-    ],
-)
-def test_an_unknown_key_leads_to_the_right_one(folder, faults_of, key, message):
-    table, _ = key.split("\n")
-    text = Path("rig.toml").read_text()
-    text = text.replace(table, key) if table in text else f"{text}\n{key}\n"
-    assert any(message in fault for fault in faults_of(text))

@@ -21,7 +21,7 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 
 GRID, FINE = 40, 60
-ADVICE = ("check", "take", "give", "lower", "smooth", "raise")
+ADVICE = ("check", "take", "give", "lower", "smooth", "raise", "must be")
 
 KNOWN = {
     ("measured noise", "10 um", "kik_piotrowski"): "measured area 104 %, strip work 99 %, target 25 %, 50 %: "

@@ -8,7 +8,7 @@ import pytest
 from wearsim.campaign.control import half_space_depth_limit, largest_step
 from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
-from wearsim.campaign.step import advance
+from wearsim.campaign.step import StepRule, advance
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
@@ -57,8 +57,8 @@ def worn(smooth):
             now = rate_at(state)
             limit = half_space_depth_limit(now, points.weight, models, SPACING, smoothing)
             taken.append(largest_step(now, state, settings, limit)[0] if lengths is None else lengths[step])
-            options = {"smoothing_wavelength": smoothing, "integrator": integrator, "rate_at": rate_at}
-            state = advance(state, now, taken[-1], radius=0.46, density=7850.0, **options)
+            rule = StepRule(0.46, 7850.0, smoothing, integrator)
+            state = advance(state, now, taken[-1], rule, rate_at)
             heights.append(state.z[0])
         return np.array(heights), taken, state.wear_depth[0]
 

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from wearsim.contact.solve import (
-    ContactConditions,
-    ContactModels,
-    Counterface,
-    Wheelset,
-    solve,
-)
+from wearsim.contact.dataset import SIDES, solve_contact
+from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.errors import ContactError
 from wearsim.profile import standard
 from wearsim.quantities import QUANTITIES
@@ -42,8 +35,10 @@ def state(wheelset, rail):
             speed=20.0 * ones, friction=0.35 * ones, track_curvature=0.0 * ones, **options,
         )  # fmt: skip
         counterface = Counterface(rail, kappa)
-        solution = solve(conditions, wheelset, counterface, ContactModels(strips=24, cells=20), sides=sides)
-        return contact_state(conditions, wheelset, counterface, solution, point=1), solution
+        models = ContactModels(strips=24, cells=20)
+        named = [SIDES[side] for side in sides]
+        contact = solve_contact(wheelset, counterface, conditions, models, sides=named, fields=True)
+        return contact_state(conditions, wheelset, counterface, contact, point=1), contact
 
     return make
 
@@ -60,10 +55,10 @@ def test_every_variable_has_unit_and_meaning(state):
 
 
 def test_only_the_patches_of_the_point(state):
-    dataset, solution = state(5.1e-3)
-    own = solution.point == 1
+    dataset, contact = state(5.1e-3)
+    own = contact["point"].values == 1
     assert dataset.sizes["patch"] == own.sum() == 3
-    assert dataset["power"].values.tolist() == solution.power[own].tolist()
+    assert dataset["power"].values.tolist() == contact["power"].values[own].tolist()
     assert dataset["side"].values.tolist() == [0, 0, 1]
     assert float(dataset["shift"]) == 5.1e-3
     assert dataset.attrs["label"] == "rail"
@@ -72,7 +67,7 @@ def test_only_the_patches_of_the_point(state):
 def test_fields_carry_the_forces_of_their_patch(state):
     """Pressure to the load, shear to the creep forces: the models' own resultants, on their grid."""
     dataset, _ = state(3e-3, yaw=2e-3, kappa=1.0)
-    length = (dataset["x_lead"] - dataset["x_trail"]) / dataset.sizes["cell"]
+    length = (dataset["cells_lead"] - dataset["cells_trail"]) / dataset.sizes["cell"]
     area = length * dataset["strip_width"]
     for field, force in (("pressure", "normal_force"), ("shear_x", "force_x"), ("shear_y", "force_y")):
         total = (dataset[field] * area).sum(("cell", "strip"))
@@ -87,7 +82,7 @@ def test_slipping_cells_are_those_where_work_is_done(state):
     dataset, _ = state(3e-3, yaw=2e-3)
     slips = dataset["slipping"] == 1
     assert not ((dataset["work_density"] > 0.0) & ~slips).any()
-    area = (dataset["x_lead"] - dataset["x_trail"]) / dataset.sizes["cell"] * dataset["strip_width"]
+    area = (dataset["cells_lead"] - dataset["cells_trail"]) / dataset.sizes["cell"] * dataset["strip_width"]
     total = (area * slips).sum(("cell", "strip"))
     cell_row = (area * dataset.sizes["strip"]).max("strip")
     assert (abs(total - dataset["slip_area"]) <= 2.0 * cell_row).all()
@@ -132,14 +127,14 @@ def test_patches_lie_where_the_gap_is_less_than_the_approach(state):
 
 
 def test_roll_of_the_state_is_the_free_one(state):
-    dataset, solution = state(3e-3, free_roll=True)
-    assert float(dataset["roll"]) == solution.roll[solution.point == 1][0] != 0.0
+    dataset, contact = state(3e-3, free_roll=True)
+    assert float(dataset["roll"]) == contact["roll"].values[1] != 0.0
     assert dataset.attrs["free_roll"] == 1
 
 
 def test_a_point_that_was_not_solved_is_refused(state, wheelset, rail):
-    _, solution = state(1e-3)
-    none = replace(solution, point=solution.point + 5)
+    _, contact = state(1e-3)
+    none = contact.assign_coords(point=contact["point"] + 5)
     conditions = ContactConditions(*(np.zeros(1) for _ in range(7)))
     with pytest.raises(ContactError, match="point 1 is not in the solution"):
         contact_state(conditions, wheelset, Counterface(rail, 0.0), none, point=1)

@@ -38,7 +38,13 @@ def test_what_is_refined_in_the_field():
         "campaign.stability": 0.2,
         "campaign.error_tolerance_um": 0.25,
     }
-    assert result["grid"] == {"campaign.point_spacing_mm": 0.125, "contact.strips": 60, "contact.cells": 60}
+    assert result["grid"] == {
+        "campaign.point_spacing_mm": 0.125,
+        "contact.cell_mm": 0.25,
+        "contact.strips": 60,
+        "contact.cells": 60,
+        "contact.most_cells": 240,
+    }
     assert result["smoothing-half"] == {"campaign.smoothing_wavelength_mm": 1.25}
     assert result["smoothing-double"] == {"campaign.smoothing_wavelength_mm": 5.0}
     assert result["points"]["operation.class.1.positions"] == 2 * 15

@@ -10,15 +10,14 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from wearsim.campaign.evaluate import ModelsByPoint, Setup, accumulate, setup_of, solve_contact
+from wearsim.campaign.comparison import ComparisonLaws
+from wearsim.campaign.evaluate import ModelsByPoint, Setup, accumulate, setup_of, solve_passage
 from wearsim.campaign.state import Choice, State
-from wearsim.campaign.vertices import smooth_sides
+from wearsim.campaign.vertices import lengths_of_sides, smooth_sides
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.problem import ContactModels, ContactSolution
-from wearsim.damage.wear import passage_depth
+from wearsim.contact.problem import ContactModels, ContactPatches
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints, select
-from wearsim.profile.shape import vertex_lengths
 from wearsim.results import FILL_FLOAT
 
 if TYPE_CHECKING:
@@ -56,57 +55,28 @@ CHECKS = (0.25, 0.5, 0.75)
 
 @dataclass(frozen=True)
 class Sample:
-    """Sample of the operating points of a collective.
+    """Sample of the operating points of a collective."""
 
-    Parameters
-    ----------
-    points : OperatingPoints
-        The k points; their weights carry the work of all.
-    index : (k,) int array
-        Indices in the collective.
-    point_class : (n,) int array
-        Class of every point of the collective; each class has a point in the sample.
-    """
-
-    points: OperatingPoints
-    index: IntArray
-    point_class: IntArray
+    points: OperatingPoints  # the k points; their weights carry the work of all
+    index: IntArray  # (k,) in the collective
+    point_class: IntArray  # (n,) class of every point of the collective; each has a point in the sample
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Contact models that keep the tolerance of a campaign, and the evidence.
+    """Contact models that keep the tolerance of a campaign, and the evidence."""
 
-    Parameters
-    ----------
-    evidence : tuple of Evidence
-        Evidence on one candidate for all points, by rising cost; the last one keeps the tolerance.
-    choice : Choice
-        Models of the classes.
-    points : tuple of int
-        Number of operating points of each class.
-    cost : float
-        Mean relative cost of a solution by the choice.
-    """
-
+    # on one candidate for all points each, by rising cost; the last one keeps the tolerance
     evidence: tuple[Evidence[ContactModels], ...]
-    choice: Choice
-    points: tuple[int, ...]
-    cost: float
+    choice: Choice  # models of the classes
+    points: tuple[int, ...]  # number of operating points of each class
+    cost: float  # mean relative cost of a solution by the choice
 
 
 def sample_size(tolerance: float) -> int:
     """Return the number of operating points of each class solved with the reference.
 
-    Parameters
-    ----------
-    tolerance : float
-        Tolerance of the wear increment [-].
-
-    Returns
-    -------
-    int
-        Each stands for a share of the work of about the tolerance.
+    Each stands for a share of the work of about the tolerance of the wear increment [-].
     """
     return max(LEAST_SAMPLE, ceil(1.0 / (len(CLASSES) * tolerance)))
 
@@ -156,21 +126,9 @@ def sample(
 
 
 def sample_of(setup: CampaignSetup, state: State, count: int) -> Sample:
-    """Sample of the operating points of a campaign, by the frictional work of a fast model.
+    """Sample at most `count` operating points of each class, by the frictional work of a fast model.
 
-    Parameters
-    ----------
-    setup : CampaignSetup
-        Setup of the campaign.
-    state : State
-        Profiles of both wheels.
-    count : int
-        Largest number of operating points of each class.
-
-    Returns
-    -------
-    Sample
-        Classes without acting points join the next one, or the last one.
+    Classes without acting points join the next one, or the last one.
     """
     points = setup.points
     solution = _first_solution(setup, state)
@@ -184,15 +142,15 @@ def sample_of(setup: CampaignSetup, state: State, count: int) -> Sample:
     return Sample(chosen, index, there[_nearest(there, own)])
 
 
-def _first_solution(setup: CampaignSetup, state: State) -> ContactSolution:
+def _first_solution(setup: CampaignSetup, state: State) -> ContactPatches:
     """Solve all operating points by the cheapest applicable models."""
     *models, reference = (replace(setup_of(setup), models=one) for one in candidates(setup.models))
     for one in models:
         try:
-            return solve_contact(state, setup.points, one)
+            return solve_passage(state, setup.points, one).contact
         except (ContactError, NumericalError):
             continue
-    return solve_contact(state, setup.points, reference)
+    return solve_passage(state, setup.points, reference).contact
 
 
 def _nearest(there: IntArray, values: IntArray) -> IntArray:
@@ -202,18 +160,7 @@ def _nearest(there: IntArray, values: IntArray) -> IntArray:
 
 
 def candidates(base: ContactModels) -> tuple[ContactModels, ...]:
-    """Return the candidates of the choice, by rising cost.
-
-    Parameters
-    ----------
-    base : ContactModels
-        Material and parameters.
-
-    Returns
-    -------
-    tuple of ContactModels
-        Models of `COST_ORDER`; the last one is the reference.
-    """
+    """Return the models of `COST_ORDER` with material and parameters; the last one is the reference."""
     return tuple(
         replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid)
         for normal, tangential, grid, _ in COST_ORDER
@@ -222,15 +169,6 @@ def candidates(base: ContactModels) -> tuple[ContactModels, ...]:
 
 def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
     """Choose the cheapest contact models whose wear increment keeps the tolerance of a campaign.
-
-    Parameters
-    ----------
-    setup : CampaignSetup
-        Setup with a tolerance.
-    state : State
-        Profiles of both wheels.
-    threads : int
-        Threads of the contact solver; their number does not change the bits of the result.
 
     Returns
     -------
@@ -284,15 +222,7 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
 
 
 def models_of(base: ContactModels, chosen: Choice | None) -> ContactModels | ModelsByPoint:
-    """Return the contact models of the operating points: as given, or as chosen.
-
-    Parameters
-    ----------
-    base : ContactModels
-        Material and parameters; the models themselves where they are given.
-    chosen : Choice or None
-        None where the models are given.
-    """
+    """Return the contact models of the operating points: as chosen, or `base` where they are given."""
     if chosen is None:
         return base
     return ModelsByPoint(candidates(base), np.array(chosen.models)[chosen.point_class])
@@ -347,14 +277,7 @@ EDGES = (0.1, 0.3, 0.6)
 
 
 def point_classes(work: FloatArray, weight: FloatArray) -> IntArray:
-    """Sort operating points into classes by their share of the work.
-
-    Parameters
-    ----------
-    work : (n,) array
-        Frictional work of each point per distance [J/m].
-    weight : (n,) array
-        Shares of the distance.
+    """Sort operating points into classes by their share of the work, per distance (n,) [J/m].
 
     Returns
     -------
@@ -420,33 +343,19 @@ ModelsT = TypeVar("ModelsT", bound=ContactModels | ModelsByPoint)
 
 @dataclass(frozen=True)
 class Evidence(Generic[ModelsT]):
-    """Error of one combination of models on a sample of operating points.
+    """Error of one combination of models on a sample of operating points; inf where it is not applicable."""
 
-    Parameters
-    ----------
-    models : ContactModels or ModelsByPoint
-        Combination with its grid, or those of each point.
-    depth_error : float
-        Largest difference of the smoothed wear increment over the profiles of both wheels from that of
-        the reference, over its largest depth [-]; inf where the models are not applicable. On the sample, or
-        as estimated for the whole collective.
-    work_error : float
-        Integral of the absolute difference of the strip work over that of the reference's, on the sample [-].
-    power_error : float
-        Largest relative error of the frictional power of both wheels at a point of the sample [-].
-    difference : (c, 2, n) array
-        Contribution of each class of points to the difference of the increment, over the largest depth [-];
-        inf where the models are not applicable.
-    message : str
-        Why the models are not applicable; empty if they are.
-    """
-
-    models: ModelsT
+    models: ModelsT  # combination with its grid, or those of each point
+    # largest difference of the smoothed wear increment over the profiles of both wheels from that of the
+    # reference, over its largest depth, on the sample or as estimated for the whole collective [-]
     depth_error: float
+    # integral of the absolute difference of the strip work over that of the reference's, on the sample [-]
     work_error: float
-    power_error: float
+    power_error: float  # largest relative error of the power of both wheels at a point of the sample [-]
+    # (c, 2, n) contribution of each class of points to the difference of the increment, over the largest
+    # depth [-]
     difference: FloatArray
-    message: str = ""
+    message: str = ""  # why the models are not applicable; empty if they are
 
 
 @dataclass(frozen=True)
@@ -455,24 +364,14 @@ class Collective:
 
     The difference of a model on all points is estimated as its difference from a fast model on all points
     plus the difference of that fast model on the sample.
-
-    Parameters
-    ----------
-    points : OperatingPoints
-        All n points, monitoring points included.
-    point_class : (n,) int array
-        Class of each, numbered as in the sample.
-    bridges : tuple of ContactModels
-        Fast models, the best first; the first applicable one is used. The normal models of those before it
-        are excluded in all combinations.
-    cheap : tuple of ContactModels
-        Candidates solved at all points.
     """
 
-    points: OperatingPoints
-    point_class: IntArray
+    points: OperatingPoints  # all n points, monitoring points included
+    point_class: IntArray  # (n,) class of each, numbered as in the sample
+    # fast models, the best first; the first applicable one is used, the normal models of those before it are
+    # excluded in all combinations
     bridges: tuple[ContactModels, ...]
-    cheap: tuple[ContactModels, ...]
+    cheap: tuple[ContactModels, ...]  # candidates solved at all points
 
 
 @dataclass(frozen=True)
@@ -525,24 +424,23 @@ def judge(
         If the reference has no solution of a point.
     """
     classes = np.zeros(len(points.label), dtype=np.int64) if point_class is None else point_class
-    still = replace(setup, counterface_wear=None)
+    still = replace(setup, comparison=ComparisonLaws(), counterface_wear=None)
     count = int(classes.max()) + 1
-    length = np.stack([vertex_lengths(state.y[wheel], state.z[wheel]) for wheel in (0, 1)])
+    length = lengths_of_sides(state.y, state.z)
 
     def increment(
         models: ContactModels | ModelsByPoint, points: OperatingPoints, classes: IntArray
     ) -> _Increment:
-        solution = solve_contact(state, points, replace(setup, models=models))
-        passage = passage_depth(solution.fields, solution.area, setup.wear)
+        passage = solve_passage(state, points, replace(still, models=models))
         depth = np.zeros((count, *state.y.shape))
         work = np.zeros_like(state.y)
         for one in range(count):
             weight = np.where(classes == one, points.weight, 0.0)
-            rate = accumulate(solution, points, weight, state, still, passage=passage)
+            rate = accumulate(passage, points, weight, state, still)
             depth[one] = smooth_sides(state.y, state.z, rate.depth, smoothing_wavelength)
             work += rate.friction_work * length
         power = np.zeros(len(points.label))
-        np.add.at(power, solution.point, solution.power)
+        np.add.at(power, passage.contact.point, passage.contact.power)
         return _Increment(depth, work, power)
 
     truth = increment(reference, points, classes)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from wearsim.damage.fatigue import (
     WEAR_NUMBERS,
     FatigueDamage,
     FatigueSettings,
+    PatchLoads,
     passage_damage,
     patch_loads,
 )
@@ -35,32 +36,28 @@ if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
 _MPA = 1e6
-_ATTRIBUTES: Mapping[str, Callable[[CoefficientSet], str]] = {
+
+SET_TEXTS: Mapping[str, Callable[[CoefficientSet], str]] = {
+    "coefficients": lambda one: one.name,
+    "source": lambda one: one.source,
+    "warnings": lambda one: "; ".join(one.uncertain),
     "numbers": lambda one: ", ".join(one.numbers),
     "materials": lambda one: one.materials,
     "validity": lambda one: one.validity,
     "departures": lambda one: " ".join(one.departures),
 }
-"""Attributes of a result file on a coefficient set."""
+"""What a result file says of a coefficient set."""
+
+_VARIABLES = ("coefficients", "source", "warnings")  # of them; the others are attributes
 
 
 @dataclass(frozen=True)
 class ComparisonLaws:
-    """Settings of the comparison laws.
-
-    Parameters
-    ----------
-    wear : tuple of WearSettings
-        Wear laws.
-    fatigue : tuple of FatigueSettings
-        Fatigue laws.
-    active : WearSettings, optional
-        Active wear law, from whose name the others must differ.
-    """
+    """Settings of the comparison laws."""
 
     wear: tuple[WearSettings, ...] = ()
     fatigue: tuple[FatigueSettings, ...] = ()
-    active: WearSettings | None = None
+    active: WearSettings | None = None  # active wear law, from whose name the others must differ
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -83,21 +80,12 @@ class ComparisonLaws:
 
 @dataclass(frozen=True)
 class ComparisonPassage:
-    """Depth and damage of one passage of each of `m` patches by the comparison laws.
+    """Depth and damage of one passage of each of `m` patches, by each of the comparison laws."""
 
-    Parameters
-    ----------
-    depth : tuple of (n_regimes, m, ny) arrays
-        Depth by each wear law and its regimes [m].
-    damage : tuple of (m, ny) arrays
-        Damage by each fatigue law at a place within the strip [-].
-    patches : tuple of FatigueDamage
-        Index and damage of each patch by each fatigue law.
-    """
-
-    depth: tuple[FloatArray, ...] = ()
-    damage: tuple[FloatArray, ...] = ()
-    patches: tuple[FatigueDamage, ...] = ()
+    depth: tuple[tuple[FloatArray, ...], ...] = ()  # (m, ny) by wear law and its regimes [m]
+    damage: tuple[FloatArray, ...] = ()  # (m, ny) by fatigue law at a place within the strip [-]
+    # (m, ...) index and damage of each patch by fatigue law, by the names of a row of the result file
+    patches: dict[str, FloatArray] = field(default_factory=dict)
 
 
 def comparison_laws(setup: CampaignSetup) -> ComparisonLaws:
@@ -110,29 +98,14 @@ def _set_name(settings: WearSettings) -> str:
 
 
 def comparison_passage(solution: ContactSolution, laws: ComparisonLaws) -> ComparisonPassage:
-    """Evaluate the comparison laws on a contact solution.
-
-    Parameters
-    ----------
-    solution : ContactSolution
-        With `m` patches.
-    laws : ComparisonLaws
-        Settings of the laws.
-
-    Returns
-    -------
-    ComparisonPassage
-        Depth and damage of every patch.
-    """
-    loads = patch_loads(solution) if laws.fatigue else None
-    patches = () if loads is None else tuple(passage_damage(loads, one) for one in laws.fatigue)
-    return ComparisonPassage(
-        depth=tuple(passage_depth(solution.fields, solution.area, one) for one in laws.wear),
-        damage=tuple(
-            one.strip_damage * law.crack_width for one, law in zip(patches, laws.fatigue, strict=True)
-        ),
-        patches=patches,
-    )
+    """Evaluate the comparison laws on every patch of a contact solution."""
+    depth = tuple(tuple(passage_depth(solution.fields, solution.area, one)) for one in laws.wear)
+    if not laws.fatigue:
+        return ComparisonPassage(depth)
+    loads = patch_loads(solution)
+    by_law = [passage_damage(loads, one) for one in laws.fatigue]
+    damage = tuple(one.strip_damage * law.crack_width for one, law in zip(by_law, laws.fatigue, strict=True))
+    return ComparisonPassage(depth, damage, _patch_values(loads, by_law, laws))
 
 
 def start_comparison(state: State, laws: ComparisonLaws) -> State:
@@ -161,13 +134,16 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
         }
     if laws.fatigue:
         sets = [fatigue.coefficients_of(one) for one in laws.fatigue]
-        removed = [one.crack_depth is not None for one in laws.fatigue]
         static |= _names_of("fatigue", sets) | {
             "fatigue_name": tuple(one.law for one in laws.fatigue),
             "fatigue_form": tuple(_form(one) for one in laws.fatigue),
             "fatigue_crack_width": np.array([one.crack_width for one in laws.fatigue]),
-            "fatigue_wear_limit": _where(removed, [one.wear_limit for one in laws.fatigue]),
-            "fatigue_crack_depth": _where(removed, [one.crack_depth for one in laws.fatigue]),
+            "fatigue_wear_limit": np.array(
+                [FILL_FLOAT if one.crack_depth is None else one.wear_limit for one in laws.fatigue]
+            ),
+            "fatigue_crack_depth": np.array(
+                [FILL_FLOAT if one.crack_depth is None else one.crack_depth for one in laws.fatigue]
+            ),
             "fatigue_shear_yield": np.array(
                 [_MPA * one["shear_yield"] if "shear_yield" in one.values else FILL_FLOAT for one in sets]
             ),
@@ -178,14 +154,9 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
 def _names_of(group: str, sets: Sequence[CoefficientSet | None]) -> dict[str, tuple[str, ...]]:
     """Name, source and warnings of coefficient sets; empty for a law that has none."""
     return {
-        f"{group}_coefficients": tuple("" if one is None else one.name for one in sets),
-        f"{group}_source": tuple("" if one is None else one.source for one in sets),
-        f"{group}_warnings": tuple("" if one is None else "; ".join(one.uncertain) for one in sets),
+        f"{group}_{key}": tuple("" if one is None else SET_TEXTS[key](one) for one in sets)
+        for key in _VARIABLES
     }
-
-
-def _where(known: Sequence[bool], values: Sequence[float | None]) -> FloatArray:
-    return np.array([value if there else FILL_FLOAT for there, value in zip(known, values, strict=True)])
 
 
 def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
@@ -198,7 +169,8 @@ def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
         f"{group}_{key}": "\n".join("" if one is None else " ".join(text(one).split("\n")) for one in sets)
         for group, sets in groups.items()
         if sets
-        for key, text in _ATTRIBUTES.items()
+        for key, text in SET_TEXTS.items()
+        if key not in _VARIABLES
     }
 
 
@@ -218,21 +190,9 @@ def _form(settings: FatigueSettings) -> str:
 
 
 def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> dict[str, np.ndarray]:
-    """Return the variables of one row by the laws along the profile.
+    """Return the variables of one row by the laws along the profile, as `wearsim.results.GROUPS` names them.
 
-    Parameters
-    ----------
-    state : State
-        Both wheels.
-    collective : WearRate
-        In that state, with the weights of the full collective.
-    laws : ComparisonLaws
-        Settings of the laws.
-
-    Returns
-    -------
-    dict of arrays
-        By the names of `wearsim.results.GROUPS` [SI].
+    `collective` is the rate in that state with the weights of the full collective.
     """
     row: dict[str, np.ndarray] = {}
     if laws.wear:
@@ -254,34 +214,21 @@ def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> 
     return row | {"magic_wear_rate": magic, "life_limited_by": limited}
 
 
-def patch_values(
-    solution: ContactSolution, passage: ComparisonPassage, laws: ComparisonLaws
-) -> Mapping[str, FloatArray]:
-    """Return index and damage of each patch (m, ...) by the fatigue laws, for the slots of a row.
-
-    Parameters
-    ----------
-    solution : ContactSolution
-        With `m` patches.
-    passage : ComparisonPassage
-        Depth and damage of the patches.
-    laws : ComparisonLaws
-        Settings of the laws.
-    """
-    if not passage.patches:
-        return {}
-    loads = patch_loads(solution)
+def _patch_values(
+    loads: PatchLoads, damage: Sequence[FatigueDamage], laws: ComparisonLaws
+) -> dict[str, FloatArray]:
+    """Return index and damage of each patch (m, ...) by the fatigue laws, for the slots of a row."""
     missing = np.full(loads.area.shape, FILL_FLOAT)
     quantities = [FATIGUE_LAWS[law.law].index_quantity for law in laws.fatigue]
 
     def index(quantity: str) -> FloatArray:
-        pairs = zip(passage.patches, quantities, strict=True)
+        pairs = zip(damage, quantities, strict=True)
         return np.stack([one.index if own == quantity else missing for one, own in pairs], axis=1)
 
     return {
-        "fatigue_damage_passage": np.stack([one.damage for one in passage.patches], axis=1),
+        "fatigue_damage_passage": np.stack([one.damage for one in damage], axis=1),
         **{name: index(name) for name in dict.fromkeys(one.index_quantity for one in FATIGUE_LAWS.values())},
-        "fatigue_index_y": np.stack([one.index_y for one in passage.patches], axis=1),
+        "fatigue_index_y": np.stack([one.index_y for one in damage], axis=1),
         "subsurface_fatigue_index": subsurface_index(loads.utilised_friction, loads.max_pressure),
         **{f"wear_number_{name}": number(loads) for name, number in WEAR_NUMBERS.items()},
     }

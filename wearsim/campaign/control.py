@@ -32,21 +32,12 @@ DepthLimit = Callable[[WearRate, FloatArray], float]
 
 
 class StepChoice(NamedTuple):
-    """The next step.
+    """The next step."""
 
-    Parameters
-    ----------
-    weight : (n,) array
-        Share of the step each operating point acts for.
-    step_length : float
-        Distance to run [m].
-    reason : str
-        What limits it: "stability", "depth cap", "error", "max step", "block border", "whole loops",
-        "redressing" or "remaining distance".
-    """
-
-    weight: FloatArray
-    step_length: float
+    weight: FloatArray  # (n,) share of the step each operating point acts for
+    step_length: float  # distance to run [m]
+    # what limits it: "stability", "depth cap", "error", "max step", "block border", "whole loops",
+    # "redressing" or "remaining distance"
     reason: str
 
 
@@ -91,25 +82,10 @@ def half_space_depth_limit(
 
 
 def error_limit(step_length: float, step_error: float | None, tolerance: float) -> float:
-    r"""Length of the step whose error is expected to keep the tolerance.
+    r"""Length of the step whose error is expected to keep the tolerance, by a step taken or tried [m].
 
-    Parameters
-    ----------
-    step_length : float
-        Of a step taken or tried [m].
-    step_error : float or None
-        Its error estimate [m].
-    tolerance : float
-        Largest error of a step [m].
-
-    Returns
-    -------
-    float
-        :math:`0.9\,\Delta s \sqrt{\epsilon_{tol} / \epsilon}`, infinite without a limit [m].
-
-    Notes
-    -----
-    The estimate is the error of one step of first order, which grows with the square of the length.
+    :math:`0.9\,\Delta s \sqrt{\epsilon_{tol} / \epsilon}`, infinite without a limit: the estimate is the
+    error of one step of first order, which grows with the square of the length.
     """
     if not step_error or math.isinf(tolerance):
         return math.inf
@@ -124,34 +100,22 @@ def largest_step(
     length_limit: float = math.inf,
     counterface_wear: CounterfaceWear | None = None,
 ) -> tuple[float, str]:
-    """Longest step within stability, depth cap, error, longest step and distance.
+    """Longest step within stability, depth cap, error, longest step and distance, and its active limit.
 
     Parameters
     ----------
     rate : WearRate
         In this state, for the acting points.
-    state : State
-        Profiles and distance run.
-    settings : ControlSettings
-        The limits.
-    depth_limit : float
-        Further limit of the depth per step, such as `half_space_depth_limit` [m].
-    length_limit : float
-        Limit by the error, such as `error_limit` [m].
+    depth_limit, length_limit : float
+        Further limits of depth and length, such as `half_space_depth_limit` and `error_limit` [m].
     counterface_wear : CounterfaceWear, optional
         How the counterface wears, if it does.
-
-    Returns
-    -------
-    step_length : float
-        [m]
-    reason : str
-        Active limit, as in `StepChoice`.
     """
+    wave = settings.smoothing_wavelength
     steepest = stability_rate(rate)
-    wheels = _deepest(rate.regime_depth, state, settings.smoothing_wavelength)
+    wheels = _deepest(rate.regime_depth, state, wave)
     depth = None if rate.counterface is None else rate.counterface.depth
-    counterface = _deepest_of_counterface(depth, state, settings.smoothing_wavelength)
+    counterface = _deepest_of_counterface(depth, state, wave)
     deepest = max(wheels, counterface)
     depth_cap = min(settings.depth_cap, _first_cap(state, settings, deepest))
     limits = {
@@ -165,7 +129,6 @@ def largest_step(
         "error": length_limit,
     }
     if counterface_wear is not None:
-        wave = settings.smoothing_wavelength
         limits["redressing"] = distance_to_redressing(state, rate, counterface_wear, wave)
     if settings.integrator == "semi_implicit":
         longest = min(length for name, length in limits.items() if name != "depth cap")
@@ -202,25 +165,16 @@ def choose(
 
     Parameters
     ----------
-    state : State
-        State before the step.
     points : OperatingPoints
         Load collective; points with a block length form a programme that is repeated.
     rate_for_weights : callable
         Wear rate in this state as a function of weights (n,).
-    settings : ControlSettings
-        Limits of the step.
     depth_limit : callable, optional
         Further limit of the depth per step as a function of a rate and its weights [m].
     length_limit : float
         Limit by the error, such as `error_limit` [m].
     counterface_wear : CounterfaceWear, optional
         How the counterface wears, if it does; a step ends where rollers are redressed.
-
-    Returns
-    -------
-    StepChoice
-        Weights, length [m] and what limits it.
 
     Notes
     -----
@@ -288,9 +242,9 @@ def _damped_cap(
     rate: WearRate, state: State, settings: ControlSettings, cap: float, explicit: float, longest: float
 ) -> float:
     """Length at which a semi-implicit step reaches the cap: between that of an explicit one and `longest`."""
+    wave = settings.smoothing_wavelength
 
     def within(length: float) -> bool:
-        wave = settings.smoothing_wavelength
         other = _deepest_of_counterface(damped_counterface(rate, length), state, wave)
         return max(_deepest(damped(rate, length), state, wave), other) <= cap
 
@@ -303,40 +257,15 @@ def _damped_cap(
     return low
 
 
-def finished(state: State, settings: ControlSettings) -> bool:
-    """Whether the distance of a campaign is reached."""
-    return reached(state.distance, settings.distance)
-
-
 def reached(distance: float, target: float) -> bool:
-    """Whether a distance is reached within the rounding of its sum.
-
-    Parameters
-    ----------
-    distance : float
-        Sum of all steps [m].
-    target : float
-        Of the campaign [m].
-    """
+    """Whether the distance of a campaign is reached within the rounding of the sum of all steps [m]."""
     return target - distance <= _ROUNDING * target
 
 
 def present_block(distance: float, block_length: FloatArray) -> tuple[int, float]:
-    """Block of a repeated programme at a distance, and the distance to its end.
+    """Block of a repeated programme at a distance, and the distance to its end [m].
 
-    Parameters
-    ----------
-    distance : float
-        Distance run since the start [m].
-    block_length : (n,) array
-        Length of each block; 0 for points outside the programme [m].
-
-    Returns
-    -------
-    index : int
-        Index of the block; at a border of the next one.
-    rest : float
-        Distance to its end [m].
+    At a border it is the next block. Points outside the programme have a `block_length` of 0, (n,) [m].
     """
     ends = np.cumsum(block_length)
     loop = float(ends[-1])

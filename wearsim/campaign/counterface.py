@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wearsim.campaign.state import CounterfaceRate, CounterfaceState, State, WearRate
-from wearsim.campaign.vertices import sample, share_out, smooth_sides, stretches, worn_off
+from wearsim.campaign.vertices import (
+    lengths_of_sides,
+    sample,
+    share_out,
+    smooth_sides,
+    stretches,
+    worn_off_sides,
+)
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import Counterface
 from wearsim.profile.shape import arc_length, vertex_lengths
@@ -19,21 +26,15 @@ from wearsim.scene.campaign import CounterfaceWear
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
-# Share of the depth of redressing from which rollers are redressed: steps aim at the depth, and the change of
-# the rate within a step would otherwise take another step.
+# share of the depth of redressing from which rollers are redressed: steps aim at the depth, and the change of
+# the rate within a step would otherwise take another step
 _NEAR = 0.99
 
 _ROUNDING = 1e-9  # of the distance run, as a share of that between redressings
 
 
 def new_counterface(counterface: Counterface) -> CounterfaceState:
-    """Return the initial state of a counterface that wears.
-
-    Parameters
-    ----------
-    counterface : Counterface
-        New rails or rollers; both sides with the same number of points.
-    """
+    """Return the initial state of rails or rollers that wear, both with the same number of points."""
     y, z = (np.stack([getattr(one, axis) for one in counterface.profiles]) for axis in "yz")
     unworn, nothing = np.zeros_like(y), np.zeros(2)
     return CounterfaceState(y, z, unworn, nothing, unworn, nothing)
@@ -96,7 +97,7 @@ def with_counterface(
         at = np.flatnonzero(solution.side == side)
         top = _running_part(y, z)
         strip_edges = np.interp(solution.strip_edges_rail_y[at], y[top], arc[top])
-        width = solution.fields.strip_width[at][:, None]
+        width = solution.patch.width[at][:, None]
         passages = settings.passages(float((law[at] * width).sum()))
         edges = solution.strip_edges_wheel_y[at]
         rising_y = np.maximum.accumulate(state.y[side])  # as for the wheel
@@ -134,37 +135,15 @@ def damped_counterface(rate: WearRate, step_length: float) -> FloatArray | None:
 def wear_off_counterface(
     state: CounterfaceState, depth: FloatArray, smoothing_wavelength: float
 ) -> CounterfaceState:
-    """Remove a wear increment from rails or rollers.
+    """Remove a wear increment from rails or rollers: depth (2, k) at the vertices, before smoothing [m].
 
-    Parameters
-    ----------
-    state : CounterfaceState
-        Before.
-    depth : (2, k) array
-        At the vertices, before smoothing [m].
-    smoothing_wavelength : float
-        As for the wheels [m].
-
-    Returns
-    -------
-    CounterfaceState
-        After; the area between the polygons is the sum of depth times vertex length.
+    The area between the polygons is the sum of depth times vertex length.
     """
     increment = smooth_sides(state.y, state.z, depth, smoothing_wavelength)
-    moved = [
-        worn_off(y, -z, row, f"{side} counterface")  # wheels have z out of the material
-        for side, y, z, row in zip(("right", "left"), state.y, state.z, increment, strict=True)
-    ]
-    lengths = np.stack([vertex_lengths(y, z) for y, z in zip(state.y, state.z, strict=True)])
+    y, up = worn_off_sides(state.y, -state.z, increment, "counterface")  # wheels have z out of the material
+    area = (increment * lengths_of_sides(state.y, state.z)).sum(axis=1)
     worn = state.depth + increment
-    return replace(
-        state,
-        y=np.stack([y for y, _ in moved]),
-        z=np.stack([-z for _, z in moved]),
-        depth=worn,
-        worn_area=state.worn_area + (increment * lengths).sum(axis=1),
-        last_depth=worn,
-    )
+    return replace(state, y=y, z=-up, depth=worn, worn_area=state.worn_area + area, last_depth=worn)
 
 
 def without_step(state: CounterfaceState) -> CounterfaceState:
@@ -175,23 +154,9 @@ def without_step(state: CounterfaceState) -> CounterfaceState:
 def distance_to_redressing(
     state: State, rate: WearRate, settings: CounterfaceWear, wavelength: float
 ) -> float:
-    """Distance after which a roller reaches the depth of redressing.
+    """Distance after which a roller reaches the depth of redressing [m].
 
-    Parameters
-    ----------
-    state : State
-        With the counterface.
-    rate : WearRate
-        In that state.
-    settings : CounterfaceWear
-        Depth of redressing.
-    wavelength : float
-        Of the smoothing [m].
-
-    Returns
-    -------
-    float
-        At the present rate; infinite where no roller wears [m].
+    At the present rate, smoothed with a wavelength [m]; infinite where no roller wears.
     """
     rollers = state.counterface
     if rollers is None or rate.counterface is None or math.isinf(settings.redress_depth):
@@ -202,22 +167,7 @@ def distance_to_redressing(
 
 
 def redressed(state: State, new: Counterface, settings: CounterfaceWear) -> State:
-    """Redress both rollers to their new profile where it is due.
-
-    Parameters
-    ----------
-    state : State
-        At the end of a step.
-    new : Counterface
-        New rollers.
-    settings : CounterfaceWear
-        Distance and depth of redressing.
-
-    Returns
-    -------
-    State
-        Unchanged rollers both; otherwise with the bits of the new profiles.
-    """
+    """Redress both rollers to their new profile, bit by bit, where distance or depth make it due."""
     rollers = state.counterface
     if rollers is None:
         return state
@@ -259,13 +209,7 @@ def counterface_attributes(settings: CounterfaceWear | None) -> dict[str, float]
 
 
 def counterface_row(state: CounterfaceState | None) -> dict[str, np.ndarray]:
-    """Return the variables of one row that belong to a counterface that wears [SI units].
-
-    Parameters
-    ----------
-    state : CounterfaceState or None
-        None: no variables.
-    """
+    """Return the variables of one row on a counterface that wears [SI units]; none if it does not."""
     if state is None:
         return {}
     return {
@@ -281,13 +225,7 @@ def counterface_row(state: CounterfaceState | None) -> dict[str, np.ndarray]:
 
 
 def counterface_of(row: Mapping[str, np.ndarray]) -> CounterfaceState | None:
-    """Return the state of the counterface that a row holds, bit by bit; None if it does not wear.
-
-    Parameters
-    ----------
-    row : mapping of arrays
-        Row of the result file.
-    """
+    """Return the state of the counterface that a row holds, bit by bit; None if it does not wear."""
     if "counterface_profile_y" not in row:
         return None
     depth, count = row["counterface_wear_depth"], int(row["counterface_redressed_count"])

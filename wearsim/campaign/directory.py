@@ -28,18 +28,10 @@ _OURS = ("rig.nc", "field.nc", "translation.nc", "report.html", STATUS, SCENE_FO
 
 @dataclass(frozen=True)
 class SceneFiles:
-    """Files of a scene.
+    """Files of a scene."""
 
-    Parameters
-    ----------
-    main : str
-        Name of the scene file.
-    files : mapping of str to bytes
-        Content by relative name, `main` among them.
-    """
-
-    main: str
-    files: Mapping[str, bytes]
+    main: str  # name of the scene file
+    files: Mapping[str, bytes]  # content by relative name, `main` among them
 
     @property
     def hashes(self) -> dict[str, str]:
@@ -49,31 +41,16 @@ class SceneFiles:
 
 @dataclass(frozen=True)
 class Manifest:
-    """Campaign of a run directory.
+    """Campaign of a run directory."""
 
-    Parameters
-    ----------
-    main : str
-        Name of the scene file in the scene folder.
-    hashes : mapping of str to str
-        SHA-256 of each copied file.
-    command : str
-        Command line that started it.
-    """
-
-    main: str
-    hashes: Mapping[str, str]
-    command: str
+    main: str  # name of the scene file in the scene folder
+    hashes: Mapping[str, str]  # SHA-256 of each copied file
+    command: str  # command line that started it
 
 
 @contextmanager
 def locked(out: Path) -> Iterator[None]:
     """Hold the exclusive lock of a run directory, which is made if missing.
-
-    Parameters
-    ----------
-    out : Path
-        Run directory.
 
     Raises
     ------
@@ -98,13 +75,7 @@ def locked(out: Path) -> Iterator[None]:
 
 
 def require_own_directory(out: Path) -> None:
-    """Raise if `out` holds files with names of results but no campaign.
-
-    Parameters
-    ----------
-    out : Path
-        Intended run directory; need not exist.
-    """
+    """Raise if `out` holds files with names of results but no campaign; it need not exist."""
     with readable_errors(f"{out} cannot be read"):
         if is_claimed(out) or not out.is_dir():
             return
@@ -117,21 +88,12 @@ def require_own_directory(out: Path) -> None:
 
 
 def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
-    """Make `out` the run directory of a scene, unless it is already.
-
-    Parameters
-    ----------
-    out : Path
-        Locked run directory.
-    scene : SceneFiles
-        Scene to run.
-    command : str
-        Command line, for the history of the results.
+    """Make `out`, which is locked, the run directory of a scene started by a command line.
 
     Returns
     -------
     Manifest
-        Manifest of this start, or of an earlier one of the same scene.
+        Of this start, or of an earlier one of the same scene.
 
     Raises
     ------
@@ -159,17 +121,7 @@ def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
 
 
 def require_same_scene(out: Path, manifest: Manifest, scene: SceneFiles) -> None:
-    """Raise unless a run directory belongs to a scene.
-
-    Parameters
-    ----------
-    out : Path
-        Run directory.
-    manifest : Manifest
-        Its manifest.
-    scene : SceneFiles
-        Scene to run.
-    """
+    """Raise unless a run directory, by its manifest, belongs to a scene."""
     names = sorted({*manifest.hashes, *scene.hashes})
     differing = [name for name in names if manifest.hashes.get(name) != scene.hashes.get(name)]
     if manifest.main != scene.main:
@@ -185,23 +137,12 @@ def require_same_scene(out: Path, manifest: Manifest, scene: SceneFiles) -> None
 
 
 def is_claimed(out: Path) -> bool:
-    """Whether a directory is a run directory.
-
-    Parameters
-    ----------
-    out : Path
-        Need not exist.
-    """
+    """Whether a directory is a run directory; it need not exist."""
     return (out / SCENE_FOLDER / MANIFEST).is_file()
 
 
 def read_manifest(out: Path) -> Manifest:
     """Read the manifest of a run directory and check its copy of the scene.
-
-    Parameters
-    ----------
-    out : Path
-        Run directory.
 
     Raises
     ------
@@ -240,13 +181,7 @@ def read_manifest(out: Path) -> Manifest:
 
 
 def is_locked(out: Path) -> bool:
-    """Whether a process holds the lock of a run directory.
-
-    Parameters
-    ----------
-    out : Path
-        Need not exist.
-    """
+    """Whether a process holds the lock of a run directory, which need not exist."""
     if not (out / _LOCK).is_file():
         return False
     try:
@@ -257,17 +192,7 @@ def is_locked(out: Path) -> bool:
 
 
 def write_status(out: Path, name: str, status: Mapping[str, Any]) -> None:
-    """Write the status of a campaign into `status.json`, atomically.
-
-    Parameters
-    ----------
-    out : Path
-        Run directory.
-    name : str
-        Name of the campaign.
-    status : mapping
-        JSON values; wall times stand here only.
-    """
+    """Write the status of a campaign, JSON values, into `status.json`; wall times stand here only."""
     campaigns = dict(_stored_status(out).get("campaigns", {}))
     campaigns[name] = dict(status)
     now = datetime.now(UTC).isoformat(timespec="seconds")
@@ -276,18 +201,9 @@ def write_status(out: Path, name: str, status: Mapping[str, Any]) -> None:
 
 
 def read_status(out: Path) -> dict[str, Any]:
-    """Read the status of the campaigns of a run directory.
+    """Read `status.json` of a run directory, empty without the file.
 
-    Parameters
-    ----------
-    out : Path
-        Run directory.
-
-    Returns
-    -------
-    dict
-        Content of `status.json`, empty without the file; a running campaign whose process was killed is
-        "stopped".
+    A running campaign whose process was killed is "stopped".
     """
     status = _stored_status(out)
     running = [item for item in (status.get("campaigns") or {}).values() if item.get("state") == "running"]

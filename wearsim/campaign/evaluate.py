@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,8 +12,10 @@ from wearsim.campaign.comparison import ComparisonLaws, ComparisonPassage, compa
 from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import sample, share_out, stretches
+from wearsim.contact.balance import joined
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.solve import ContactModels, ContactSolution, Counterface, Wheelset, solve
+from wearsim.contact.problem import ContactPatches
+from wearsim.contact.solve import ContactModels, ContactSolution, Counterface, Wheelset, solve_each
 from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.errors import ContactError
 from wearsim.operation.points import OperatingPoints, select
@@ -26,23 +28,13 @@ if TYPE_CHECKING:
 # share of the largest interpenetration below which strips do not limit the step (spec 0.1)
 _RIM = 0.05
 
-_CELL_FIELDS = ("pressure", "shear_x", "shear_y", "slip_x", "slip_y", "work_density")
-
 
 @dataclass(frozen=True)
 class ModelsByPoint:
-    """Contact models of each operating point.
+    """Contact models of each operating point."""
 
-    Parameters
-    ----------
-    models : tuple of ContactModels
-        Combinations with their grids.
-    place : (n,) int array
-        Index in `models` of each point.
-    """
-
-    models: tuple[ContactModels, ...]
-    place: IntArray
+    models: tuple[ContactModels, ...]  # combinations with their grids
+    place: IntArray  # (n,) index in `models` of each point
 
     def at(self, index: IntArray) -> ModelsByPoint:
         """Return the models of the points at `index`."""
@@ -56,33 +48,15 @@ class ModelsByPoint:
 
 @dataclass(frozen=True)
 class Setup:
-    """Wheelset, counterface, models and laws: what a wear rate depends on besides state and operating points.
+    """What a wear rate depends on besides state and operating points."""
 
-    Parameters
-    ----------
-    wheelset : Wheelset
-        As new: names, radius and half span.
-    counterface : Counterface
-        As new: rail or roller.
-    models : ContactModels or ModelsByPoint
-        One combination for all points, or one for each.
-    wear : WearSettings
-        Active wear law: coefficients, form, density.
-    comparison : ComparisonLaws
-        Comparison laws.
-    counterface_wear : CounterfaceWear, optional
-        How the counterface wears, if it does.
-    threads : int
-        Threads of the contact solver; their number does not change the bits of the result.
-    """
-
-    wheelset: Wheelset
-    counterface: Counterface
-    models: ContactModels | ModelsByPoint
-    wear: WearSettings
+    wheelset: Wheelset  # as new: names, radius and half span
+    counterface: Counterface  # as new: rail or roller
+    models: ContactModels | ModelsByPoint  # one combination for all points, or one for each
+    wear: WearSettings  # active wear law: coefficients, form, density
     comparison: ComparisonLaws = field(default_factory=ComparisonLaws)
-    counterface_wear: CounterfaceWear | None = None
-    threads: int = 1
+    counterface_wear: CounterfaceWear | None = None  # how the counterface wears, if it does
+    threads: int = 1  # of the contact solver; their number does not change the bits of the result
 
 
 def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
@@ -98,55 +72,78 @@ def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
     )
 
 
-def solve_contact(state: State, points: OperatingPoints, setup: Setup) -> ContactSolution:
-    """Solve every operating point with the profiles of a state.
+@dataclass(frozen=True)
+class Passage:
+    """One passage of each of `m` patches over the wheel: contact, and what the laws make of its cells."""
 
-    Parameters
-    ----------
-    state : State
-        Its profiles replace those of the wheelset, and those of a counterface that wears.
-    points : OperatingPoints
-        All points, whatever their weight.
-    setup : Setup
-        Wheelset, counterface and models.
+    contact: ContactPatches
+    strip_work: FloatArray  # (m, ny) frictional work per area of each strip [J/m2]
+    work_density_max: FloatArray  # (m,) of all cells [Pa]
+    depth: tuple[FloatArray, ...]  # (m, ny) by the regimes of the active wear law, along the normal [m]
+    comparison: ComparisonPassage
 
-    Returns
-    -------
-    ContactSolution
-        Patches of both wheels at all points.
+
+def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
+    """Evaluate the laws of a setup on a contact solution."""
+    fields = solution.fields
+    return Passage(
+        solution.patches(),
+        fields.strip_work,
+        fields.work_density.max(axis=(1, 2), initial=0.0),
+        tuple(passage_depth(fields, solution.area, setup.wear)),
+        comparison_passage(solution, setup.comparison),
+    )
+
+
+def solve_passage(state: State, points: OperatingPoints, setup: Setup) -> Passage:
+    """Solve every operating point, whatever its weight, with the profiles of a state; evaluate the laws.
+
+    The profiles replace those of the wheelset, and those of a counterface that wears. Patches are in the
+    order of point, side and falling normal force. The laws run on the threads of the contact solver: no more
+    cells exist at a time than those of the chunks being solved.
     """
     right, left = worn_wheels(setup.wheelset, state.y, state.z)
     bodies = (
         replace(setup.wheelset, right=right, left=left),
         worn_counterface(setup.counterface, state.counterface),
     )
-    if isinstance(setup.models, ContactModels):
-        return solve(points.conditions, *bodies, setup.models, threads=setup.threads)
-    parts = []
-    for models, index in setup.models.groups():
+    models = setup.models
+    if isinstance(models, ContactModels):
+        models = ModelsByPoint((models,), np.zeros(len(points.label), dtype=np.int64))
+    parts: list[Passage] = []
+    for one, index in models.groups():
+        conditions = select(points, index).conditions
         try:
-            part = solve(select(points, index).conditions, *bodies, models, threads=setup.threads)
+            chunks = solve_each(
+                conditions, *bodies, one, partial(passage_of, setup=setup), threads=setup.threads
+            )
         except ContactError as error:
             raise numbered(error, index) from None
-        parts.append((part, index))
-    return join(parts)
+        parts += [_placed(chunk, index) for chunk in chunks]
+    order = np.argsort(np.concatenate([part.contact.point for part in parts]), kind="stable")
+    whole: Passage = joined(parts, None if len(models.models) == 1 else order)
+    return whole
+
+
+def _placed(passage: Passage, index: IntArray) -> Passage:
+    """Return a passage of the points at `index` with their numbers in the batch."""
+    contact = passage.contact
+    point = index[contact.point]
+    return replace(passage, contact=replace(contact, point=point, patch=replace(contact.patch, row=point)))
 
 
 def accumulate(
-    solution: ContactSolution,
+    passage: Passage,
     points: OperatingPoints,
     weight: FloatArray,
     state: State,
     setup: Setup,
-    *,
-    passage: FloatArray | None = None,
-    comparison: ComparisonPassage | None = None,
 ) -> WearRate:
     r"""Weigh the wear of all patches and carry it to the vertices of the wheel profiles.
 
     Parameters
     ----------
-    solution : ContactSolution
+    passage : Passage
         Of all `n` points in this state.
     points : OperatingPoints
         Environment factors.
@@ -156,10 +153,6 @@ def accumulate(
         The profiles the contact was solved with.
     setup : Setup
         Radius at the running circle, wear law, and wear of the counterface.
-    passage : (n_regimes, m, ny) array, optional
-        Depth per passage of `damage.wear.passage_depth`, if computed before [m].
-    comparison : ComparisonPassage, optional
-        Depth and damage of the same passages by the comparison laws.
 
     Returns
     -------
@@ -173,10 +166,7 @@ def accumulate(
     area each strip removes is shared out over the stretches of arc length the vertices stand for, in
     proportion to the overlap: the sum over the vertices is the sum over the strips.
     """
-    comparison = ComparisonPassage() if comparison is None else comparison
-    if passage is None:
-        passage = passage_depth(solution.fields, solution.area, setup.wear)
-    strip_work = solution.fields.strip_work
+    solution, comparison, strip_work = passage.contact, passage.comparison, passage.strip_work
     gap = solution.patch.interpenetration
     rim = _RIM * gap.max(axis=1, keepdims=True, initial=0.0)
     load_bearing = gap > rim
@@ -184,7 +174,7 @@ def accumulate(
     floor[floor == 0.0] = np.inf
     active = weight[solution.point] > 0.0
 
-    n_regimes, n = passage.shape[0], state.y.shape[1]
+    n_regimes, n = len(passage.depth), state.y.shape[1]
     ends = np.cumsum([len(by_law) for by_law in comparison.depth], dtype=np.int64)
     wear_rows = int(ends[-1]) if ends.size else 0
     further = np.zeros((2, wear_rows + len(comparison.damage), n))
@@ -202,12 +192,12 @@ def accumulate(
         rising_y = np.maximum.accumulate(state.y[wheel])
         strip_edges = np.interp(solution.strip_edges_wheel_y[at], rising_y, arc)
 
-        law_depth = passage[:, at] * share
-        width = solution.fields.strip_width[at][:, None]
+        law_depth = np.stack([regime[at] * share for regime in passage.depth])
+        width = solution.patch.width[at][:, None]
         over_gap = law_depth.sum(axis=0) / floor[at]
         often = weight[point][:, None]
         further_rows = [
-            *(regime * share for by_law in comparison.depth for regime in by_law[:, at]),
+            *(regime[at] * share for by_law in comparison.depth for regime in by_law),
             *(damage[at] * often for damage in comparison.damage),
         ]
         carried = np.stack([*law_depth, strip_work[at] * often, over_gap, *further_rows]) * width
@@ -235,35 +225,22 @@ def accumulate(
     if setup.counterface_wear is None:
         return result
     every = (weight * points.environment)[solution.point]
-    law = np.where(active, every, 0.0)[:, None] * passage.sum(axis=0)
+    law = np.where(active, every, 0.0)[:, None] * np.sum(passage.depth, axis=0)
     over_gap = np.stack([law / floor, np.where(load_bearing, law / floor, 0.0)])
     return with_counterface(result, law, over_gap, state, setup.wheelset.radius, setup.counterface_wear)
 
 
-def patch_wear(solution: ContactSolution, passage: FloatArray, state: State, wheelset: Wheelset) -> PatchWear:
-    r"""Wear of each patch of a wheel that ran in its operating point alone.
+def patch_wear(passage: Passage, state: State, wheelset: Wheelset) -> PatchWear:
+    r"""Wear of each of `m` patches of a wheel that ran in its operating point alone.
 
-    Parameters
-    ----------
-    solution : ContactSolution
-        Of `m` patches, in this state.
-    passage : (n_regimes, m, ny) array
-        Depth per passage of `damage.wear.passage_depth` [m].
-    state : State
-        The profiles the contact was solved with.
-    wheelset : Wheelset
-        Radius at the running circle.
-
-    Returns
-    -------
-    PatchWear
-        Neither weighted nor multiplied by an environment factor.
+    Neither weighted nor multiplied by an environment factor.
 
     Notes
     -----
     Depth per metre is the depth per passage over :math:`2 \pi r(y)` with :math:`r = r_0 + z` at the centre
     of the strip (spec 1.0); the area is the sum over the strips of depth times width.
     """
+    solution, depth = passage.contact, np.stack(passage.depth)
     centre = 0.5 * (solution.strip_edges_wheel_y[:, 1:] + solution.strip_edges_wheel_y[:, :-1])
     height = np.empty_like(centre)
     for wheel in (0, 1):
@@ -271,17 +248,17 @@ def patch_wear(solution: ContactSolution, passage: FloatArray, state: State, whe
         # a worn flank may overhang by rounding
         rising_y = np.maximum.accumulate(state.y[wheel])
         height[at] = np.interp(centre[at], rising_y, state.z[wheel])
-    depth_rate = passage.sum(axis=0) / (2.0 * np.pi * (wheelset.radius + height))
+    depth_rate = depth.sum(axis=0) / (2.0 * np.pi * (wheelset.radius + height))
     return PatchWear(
-        area_rate=depth_rate.sum(axis=1) * solution.fields.strip_width,
+        area_rate=depth_rate.sum(axis=1) * solution.patch.width,
         depth_rate_max=depth_rate.max(axis=1, initial=0.0),
-        regime=patch_regime(passage),
-        regime_highest=highest_regime(passage),
+        regime=patch_regime(depth),
+        regime_highest=highest_regime(depth),
     )
 
 
 def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup) -> WearRate:
-    """Solve the contact of the acting points and return the wear rate.
+    """Solve the contact of the acting points and return the wear rate per metre run.
 
     Parameters
     ----------
@@ -297,15 +274,13 @@ def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup
     Returns
     -------
     WearRate
-        Per metre run; its solution holds the acting points only, numbered among themselves.
+        Its solution holds the acting points only, numbered among themselves.
     """
     acting = np.flatnonzero(weight > 0.0)
     points = select(points, acting)
     if isinstance(setup.models, ModelsByPoint):
         setup = replace(setup, models=setup.models.at(acting))
-    solution = solve_contact(state, points, setup)
-    comparison = comparison_passage(solution, setup.comparison)
-    return accumulate(solution, points, weight[acting], state, setup, comparison=comparison)
+    return accumulate(solve_passage(state, points, setup), points, weight[acting], state, setup)
 
 
 def numbered(error: ContactError, index: IntArray) -> ContactError:
@@ -314,75 +289,3 @@ def numbered(error: ContactError, index: IntArray) -> ContactError:
         return error
     row = int(index[error.row])
     return type(error)(str(error).replace(f"point {error.row}, ", f"point {row}, ", 1), row=row)
-
-
-def join(parts: Sequence[tuple[ContactSolution, IntArray]]) -> ContactSolution:
-    """Join solutions of different operating points.
-
-    Parameters
-    ----------
-    parts : sequence of (ContactSolution, (k,) int array)
-        Each solution numbers its points among themselves; the array gives their places in the batch.
-
-    Returns
-    -------
-    ContactSolution
-        Ordered by point, side and falling normal force. All have the largest number of strips and cells:
-        missing ones are added at the field side and the trailing end, without width, pressure and slip. The
-        patches have no grid of a half-space model.
-    """
-    ((solution, index), *others) = parts
-    if not others and np.array_equal(index, np.arange(index.size)):
-        return solution
-    strips = max(one.patch.y.shape[1] for one, _ in parts)
-    cells = max(one.fields.pressure.shape[1] for one, _ in parts)
-    padded = [_padded(one, strips, cells) for one, _ in parts]
-    point = np.concatenate([index[one.point] for one, index in parts])
-    order = np.argsort(point, kind="stable")
-    whole: ContactSolution = _stacked(padded, order)
-    return replace(whole, point=point[order], patch=replace(whole.patch, row=point[order]))
-
-
-def _padded(solution: ContactSolution, strips: int, cells: int) -> ContactSolution:
-    """Add strips without width and cells without load."""
-    patch, fields_ = solution.patch, solution.fields
-    more = strips - patch.y.shape[1]
-    further = cells - fields_.pressure.shape[1]
-    centre = patch.y[:, -1:] + patch.width[:, None] * np.arange(1, more + 1)
-
-    cells_and_strips = [(0, 0), (0, further), (0, more)]
-
-    def same(value: FloatArray) -> FloatArray:
-        return np.pad(value, [(0, 0), (0, more)], mode="edge")
-
-    return replace(
-        solution,
-        strip_edges_wheel_y=same(solution.strip_edges_wheel_y),
-        strip_edges_rail_y=same(solution.strip_edges_rail_y),
-        patch=replace(
-            patch,
-            y=np.concatenate([patch.y, centre], axis=1),
-            x_lead=same(patch.x_lead),
-            x_trail=np.concatenate([patch.x_trail, np.repeat(patch.x_lead[:, -1:], more, axis=1)], axis=1),
-            pressure_slope=np.pad(patch.pressure_slope, [(0, 0), (0, more)]),
-            interpenetration=np.pad(patch.interpenetration, [(0, 0), (0, more)]),
-            grid=None,
-        ),
-        fields=replace(
-            fields_,
-            **{name: np.pad(getattr(fields_, name), cells_and_strips) for name in _CELL_FIELDS},
-            x_lead=same(fields_.x_lead),
-            cell_length=same(fields_.cell_length),
-        ),
-    )
-
-
-def _stacked(parts: Sequence[Any], order: IntArray) -> Any:
-    """Concatenate dataclasses of arrays along the first axis, in another order."""
-    first = parts[0]
-    if first is None:
-        return None
-    if isinstance(first, np.ndarray):
-        return np.concatenate(parts)[order]
-    joined = {f.name: _stacked([getattr(part, f.name) for part in parts], order) for f in fields(first)}
-    return type(first)(**joined)

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wearsim.campaign import choose, control, step
-from wearsim.campaign.comparison import comparison_laws, comparison_passage, start_comparison
+from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
-from wearsim.campaign.evaluate import Setup, accumulate, rate, setup_of, solve_contact
+from wearsim.campaign.evaluate import Setup, accumulate, rate, setup_of, solve_passage
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import Evaluation, StepTaken, build_row, header_of, no_step, recorded_measures
 from wearsim.campaign.state import State, WearRate
-from wearsim.damage.wear import WEAR_LAWS, passage_depth
+from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import NumericalError
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
@@ -26,27 +26,16 @@ if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
 
-_ATTEMPTS = 30
-"""Largest number of attempts at one step."""
+_ATTEMPTS = 30  # at one step
 
 
 @dataclass(frozen=True)
 class WheelsetEvolution:
-    """A wheelset wearing under a load collective.
-
-    Parameters
-    ----------
-    setup : CampaignSetup
-        Setup from the scene.
-    command : str
-        Command line, for the history attribute.
-    threads : int
-        Threads of the contact solver; their number does not change the bits of the result.
-    """
+    """A wheelset wearing under a load collective."""
 
     setup: CampaignSetup
-    command: str = ""
-    threads: int = 1
+    command: str = ""  # command line, for the history attribute
+    threads: int = 1  # of the contact solver; their number does not change the bits of the result
 
     @property
     def target(self) -> float:
@@ -72,16 +61,10 @@ class WheelsetEvolution:
         """Return the new wheelset."""
         right, left = self.setup.wheelset.right, self.setup.wheelset.left
         y, z = np.stack([right.y, left.y]), np.stack([right.z, left.z])
-        state = State(
-            step=0,
-            distance=0.0,
-            y=y,
-            z=z,
-            wear_depth=np.zeros_like(y),
-            regime_depth=np.zeros((2, len(WEAR_LAWS[self.setup.wear.law].regimes), y.shape[1])),
-            worn_area=np.zeros(2),
-            worn_mass=np.zeros(2),
-        )
+        regimes = WEAR_LAWS[self.setup.wear.law].regimes
+        nothing, unworn = np.zeros(2), np.zeros_like(y)
+        regime_depth = np.zeros((2, len(regimes), y.shape[1]))
+        state = State(0, 0.0, y, z, unworn, regime_depth, worn_area=nothing, worn_mass=nothing)
         state = start_comparison(state, comparison_laws(self.setup))
         if self.setup.counterface_wear is not None:
             state = replace(state, counterface=new_counterface(self.setup.counterface))
@@ -101,13 +84,9 @@ class WheelsetEvolution:
     def evaluate(self, state: State) -> Evaluation:
         """Solve the contact of a state for all operating points."""
         setup, points = self._setup(state), self.setup.points
-        solution = solve_contact(state, points, setup)
-        passage = passage_depth(solution.fields, solution.area, setup.wear)
-        comparison = comparison_passage(solution, setup.comparison)
-        collective = accumulate(
-            solution, points, points.weight, state, setup, passage=passage, comparison=comparison
-        )
-        return Evaluation(collective, passage, comparison, recorded_measures(state, self.setup))
+        passage = solve_passage(state, points, setup)
+        collective = accumulate(passage, points, points.weight, state, setup)
+        return Evaluation(collective, passage, recorded_measures(state, self.setup))
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
@@ -125,15 +104,7 @@ class WheelsetEvolution:
         def rate_for(weight: np.ndarray) -> WearRate:
             if np.array_equal(weight, points.weight):
                 return evaluation.collective
-            return accumulate(
-                evaluation.collective.solution,
-                points,
-                weight,
-                state,
-                here,
-                passage=evaluation.passage,
-                comparison=evaluation.comparison,
-            )
+            return accumulate(evaluation.passage, points, weight, state, here)
 
         def depth_limit(now: WearRate, weight: np.ndarray) -> float:
             other = state.counterface or state
@@ -142,34 +113,22 @@ class WheelsetEvolution:
             return control.half_space_depth_limit(now, weight, setup.models, spacing, wave)
 
         tolerance = setup.control.error_tolerance
+        rule = step.StepRule(
+            setup.wheelset.radius, setup.wear.density, wave, setup.control.integrator,
+            estimate=tolerance < math.inf, crack_depth=here.comparison.crack_depth,
+        )  # fmt: skip
         limit = control.error_limit(state.step_length, state.step_error, tolerance)
         for rejected in range(_ATTEMPTS):
             choice = control.choose(
-                state,
-                points,
-                rate_for,
-                ahead_of,
-                depth_limit=depth_limit,
-                length_limit=limit,
+                state, points, rate_for, ahead_of, depth_limit=depth_limit, length_limit=limit,
                 counterface_wear=setup.counterface_wear,
-            )
+            )  # fmt: skip
             now = rate_for(choice.weight)
-            after = step.advance(
-                state,
-                now,
-                choice.step_length,
-                radius=setup.wheelset.radius,
-                density=setup.wear.density,
-                smoothing_wavelength=wave,
-                integrator=setup.control.integrator,
-                rate_at=partial(rate, points=points, weight=choice.weight, setup=here),
-                crack_depth=here.comparison.crack_depth,
-                estimate=tolerance < math.inf,
-            )
+            rate_at = partial(rate, points=points, weight=choice.weight, setup=here)
+            after = step.advance(state, now, choice.step_length, rule, rate_at)
             if after.step_error is None or after.step_error <= tolerance:
                 stability = control.stability_rate(now) * choice.step_length
-                after = replace(after, choice=state.choice, reprofiled=state.reprofiled)
-                if setup.counterface_wear is not None and not control.finished(after, setup.control):
+                if setup.counterface_wear is not None and not control.reached(after.distance, self.target):
                     after = redressed(after, setup.counterface, setup.counterface_wear)
                 passed = [share * setup.control.distance for share in choose.CHECKS]
                 if any(state.distance < place <= after.distance for place in passed):

@@ -70,38 +70,18 @@ def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> Non
 
 @dataclass(frozen=True)
 class Records:
-    """The records of one campaign.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the records.
-    campaign : str
-        Digest of the campaign.
-    names : tuple of str
-        Variables of a row.
-    """
+    """The records of one campaign."""
 
     folder: Path
-    campaign: str
-    names: tuple[str, ...] = ROW
+    campaign: str  # digest of all its input
+    names: tuple[str, ...] = ROW  # variables of a row
 
     def path(self, index: int) -> Path:
         """Return the file of step `index`."""
         return self.folder / f"{index:08d}.npz"
 
     def write(self, index: int, row: Mapping[str, np.ndarray], source: str) -> None:
-        """Write the record of step `index`.
-
-        Parameters
-        ----------
-        index : int
-            Step.
-        row : mapping of arrays
-            Row of the result file, which holds the full state.
-        source : str
-            Program versions behind it.
-        """
+        """Write the record of step `index`: its row, which holds the full state, and the program versions."""
         arrays = {name: np.asarray(row[name]) for name in self.names}
         layout = {name: (value.dtype.str, value.shape) for name, value in arrays.items()}
         payload = b"".join(arrays[name].tobytes() for name in layout)
@@ -116,17 +96,9 @@ class Records:
         write_atomically(self.path(index), buffer.getvalue())
 
     def read(self, index: int) -> tuple[dict[str, np.ndarray], str] | None:
-        """Read the record of step `index`; None if it is missing, damaged or of another campaign.
+        """Row of step `index` and the program versions behind it.
 
-        Parameters
-        ----------
-        index : int
-            Step.
-
-        Returns
-        -------
-        tuple of dict and str
-            Row of the result file, and the program versions behind it.
+        None if the record is missing, damaged or of another campaign.
         """
         record = self._load(index)
         if record is None:
@@ -143,13 +115,7 @@ class Records:
         return (arrays, str(label["source"])) if set(arrays) == set(self.names) else None
 
     def row(self, index: int) -> dict[str, np.ndarray]:
-        """Read the row of a step whose record must exist.
-
-        Parameters
-        ----------
-        index : int
-            Step.
-        """
+        """Read the row of a step whose record must exist."""
         record = self.read(index)
         if record is None:
             raise ResultError(
@@ -173,13 +139,7 @@ class Records:
         return count
 
     def sources(self, count: int) -> str:
-        """Return the program versions behind the first `count` records, in order of first use.
-
-        Parameters
-        ----------
-        count : int
-            Number of records.
-        """
+        """Return the program versions behind the first `count` records, in order of first use."""
         first_use: dict[str, int] = {}
         for index in range(count):
             record = self.read(index)
@@ -212,19 +172,7 @@ APPEND_AT_MOST = 16
 
 
 class Writer:
-    """Records and result file of one campaign.
-
-    Parameters
-    ----------
-    header : Header
-        Static part of the result file.
-    directory : Path
-        Run directory.
-    name : str
-        Name of the campaign; the file is `<name>.nc`, the records are in `.<name>.records`.
-    digest : str
-        Hash of all input.
-    """
+    """Records and result file of one campaign: `<name>.nc` and `.<name>.records`; `digest` of all input."""
 
     def __init__(self, header: Header, directory: Path, name: str, digest: str) -> None:
         self.header = header
@@ -334,29 +282,25 @@ class Writer:
         self._appended = time.monotonic()
         return False
 
-    def finish(self) -> str:
-        """Write and verify the complete file, mark it finished, remove the records.
-
-        Returns
-        -------
-        str
-            Reason of the end.
-        """
-        count = self._count
-        given = self.header.attributes
-        limits = limits_of(given)
+    def limit_met(self, row: Mapping[str, np.ndarray]) -> str | None:
+        """Name the limit met by a row that ends the campaign, None if there is none."""
         laws = self.header.static.get("fatigue_name", ())
-        met = first_met(self.records.row(count - 1), ending_limits(given), laws)
+        return first_met(row, ending_limits(self.header.attributes), laws)
+
+    def finish(self) -> str:
+        """Write and verify the complete file, mark it finished, remove the records; return why it ended."""
+        count, given = self._count, self.header.attributes
+        laws = self.header.static.get("fatigue_name", ())
+        met = self.limit_met(self.records.row(count - 1))
         ended = f"limit of {QUANTITIES[met].meaning} met" if met else "distance reached"
         attributes = {
             **given,
-            **met_attributes((read() for read in self._readers()), limits, laws),
+            **met_attributes((read() for read in self._readers()), limits_of(given), laws),
             "source": self.records.sources(count),
             "finished": ended,
         }
-        header = replace(self.header, attributes=attributes)
         # written anew: smaller, and independent of readers of the appended file
-        self._rebuild(header)
+        self._rebuild(replace(self.header, attributes=attributes))
         if verify(self.path, self._readers()) != count:
             raise ResultError(
                 f"{self.path} does not read back as it was written; its steps are safe, "

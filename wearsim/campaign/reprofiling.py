@@ -34,19 +34,8 @@ _NO_CRACK = 1e-9  # a crack that is left by rounding [m]
 def reprofiling_due(state: State, setup: CampaignSetup, measures: Mapping[str, np.ndarray]) -> bool:
     """Whether the wheels are reprofiled before the next step.
 
-    Parameters
-    ----------
-    state : State
-        Both wheels.
-    setup : CampaignSetup
-        With the rules.
-    measures : mapping of arrays
-        Measures of the state, from `row.recorded_measures`.
-
-    Returns
-    -------
-    bool
-        True at a given distance or where a limit is met; never right after a reprofiling.
+    At a given distance or where a limit is met by the measures of the state, from `row.recorded_measures`;
+    never right after a reprofiling.
     """
     rules = setup.control.reprofiling
     if rules is None or state.reprofiled == state.step > 0:
@@ -60,13 +49,6 @@ def reprofiling_due(state: State, setup: CampaignSetup, measures: Mapping[str, n
 
 def reprofile(state: State, setup: CampaignSetup) -> State:
     """Reprofile both wheels to their templates and one diameter, with the least loss of diameter.
-
-    Parameters
-    ----------
-    state : State
-        Worn wheels.
-    setup : CampaignSetup
-        Templates and least depth of cut.
 
     Returns
     -------
@@ -139,15 +121,7 @@ def _damage_left(
 
 
 def to_next_reprofiling(state: State, control: ControlSettings) -> ControlSettings:
-    """Return the settings with which steps end at the next given reprofiling.
-
-    Parameters
-    ----------
-    state : State
-        Distance run.
-    control : ControlSettings
-        Of the campaign.
-    """
+    """Return the settings with which steps end at the next given reprofiling."""
     places = () if control.reprofiling is None else control.reprofiling.places
     ahead = [place for place in places if place > state.distance * (1.0 + _SAME_PLACE)]
     return replace(control, distance=min([control.distance, *ahead]))

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wearsim.campaign.choose import choice_of, row_choice, static_choice
 from wearsim.campaign.comparison import (
-    ComparisonPassage,
+    SET_TEXTS,
     comparison_attributes,
     comparison_laws,
     comparison_row,
-    patch_values,
     static_comparison,
 )
 from wearsim.campaign.counterface import (
@@ -26,9 +24,8 @@ from wearsim.campaign.counterface import (
     counterface_row,
     static_counterface,
 )
-from wearsim.campaign.evaluate import patch_wear
+from wearsim.campaign.evaluate import Passage, patch_wear
 from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
-from wearsim.contact.solve import ContactSolution
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
 from wearsim.profile import measures
@@ -69,24 +66,12 @@ _PATCH_VALUES = (
 
 @dataclass(frozen=True)
 class StepTaken:
-    """The step that led to a state; zeros for the initial state.
+    """The step that led to a state; zeros for the initial state."""
 
-    Parameters
-    ----------
-    length : float
-        Distance [m].
-    stability : float
-        Stability number S [-].
-    weight : (n,) array
-        Share of each operating point in the step [-].
-    rejected : int
-        Number of longer steps that exceeded the tolerance of the error.
-    """
-
-    length: float
-    stability: float
-    weight: np.ndarray
-    rejected: int = 0
+    length: float  # [m]
+    stability: float  # stability number S [-]
+    weight: np.ndarray  # (n,) share of each operating point [-]
+    rejected: int = 0  # longer steps that exceeded the tolerance of the error
 
 
 def no_step(count: int) -> StepTaken:
@@ -96,51 +81,19 @@ def no_step(count: int) -> StepTaken:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Contact of one state, and the wear rate and measures that follow from it.
+    """Contact of one state, and the wear rate and measures that follow from it."""
 
-    Parameters
-    ----------
-    collective : WearRate
-        Under the weights of the full collective; its solution has all operating points.
-    passage : (n_regimes, m, ny) array
-        Depth per passage of each strip [m].
-    comparison : ComparisonPassage
-        Depth and damage of each passage by the comparison laws.
-    measures : mapping of arrays
-        Measures of the wheels, from `recorded_measures`.
-    """
-
-    collective: WearRate
-    passage: np.ndarray
-    comparison: ComparisonPassage
-    measures: Mapping[str, np.ndarray]
+    collective: WearRate  # with the weights of the full collective; its solution has all operating points
+    passage: Passage
+    measures: Mapping[str, np.ndarray]  # of the wheels, from `recorded_measures`
 
 
 def build_row(
     state: State, evaluation: Evaluation, taken: StepTaken, setup: CampaignSetup
 ) -> dict[str, np.ndarray]:
-    """Return all variables of one row.
-
-    Parameters
-    ----------
-    state : State
-        Both wheels.
-    evaluation : Evaluation
-        In that state.
-    taken : StepTaken
-        The step that led to the state.
-    setup : CampaignSetup
-        Operating points, wheelset and laws.
-
-    Returns
-    -------
-    dict of arrays
-        As `wearsim.results.ROW` names them [SI units].
-    """
+    """Return all variables of the row of a state, as `wearsim.results.ROW` names them [SI units]."""
     collective, measures, laws = evaluation.collective, evaluation.measures, comparison_laws(setup)
-    solution = collective.solution
-    wear = patch_wear(solution, evaluation.passage, state, setup.wheelset)
-    by_law = patch_values(solution, evaluation.comparison, laws)
+    wear = patch_wear(evaluation.passage, state, setup.wheelset)
     row = {
         "step_length": np.asarray(taken.length),
         "stability_number": np.asarray(taken.stability),
@@ -150,7 +103,7 @@ def build_row(
         "friction_work": collective.friction_work,
         **{name: np.asarray(getattr(state, field)) for name, field in _OF_STATE.items()},
         **{name: measures[name] for name in _MEASURES},
-        **summarise(solution, wear, len(setup.points.label), by_law),
+        **summarise(evaluation.passage, wear, len(setup.points.label)),
         **row_choice(state.choice),
         **comparison_row(state, collective, laws),
         **counterface_row(state.counterface),
@@ -161,84 +114,54 @@ def build_row(
     return row
 
 
-def summarise(
-    solution: ContactSolution,
-    wear: PatchWear,
-    count: int,
-    further: Mapping[str, np.ndarray] = MappingProxyType({}),
-) -> dict[str, np.ndarray]:
-    """Arrange the patches of a solution in slots of the operating points.
-
-    Parameters
-    ----------
-    solution : ContactSolution
-        With `m` patches.
-    wear : PatchWear
-        Wear of each.
-    count : int
-        Number of operating points.
-    further : mapping of (m, ...) arrays
-        More values of each patch.
+def summarise(passage: Passage, wear: PatchWear, count: int) -> dict[str, np.ndarray]:
+    """Arrange the `m` patches of a passage, with their wear, in slots of `count` operating points.
 
     Returns
     -------
     dict of arrays
-        (count, PATCH_SLOTS), fill values without patch; `n_patch` (count,) counts all patches, of which the
-        most loaded are kept.
+        (count, PATCH_SLOTS, ...), fill values without patch; `n_patch` (count,) counts all patches, of which
+        the most loaded are kept.
     """
-    fields = solution.fields
-    cell_area = fields.cell_length * fields.strip_width[:, None]
-    work = (fields.work_density * cell_area[:, None, :]).sum(axis=(1, 2))
+    contact = passage.contact
     values = {
-        **{name: getattr(solution, name) for name in _PATCH_VALUES},
-        "wear_index_mean": work / solution.area,
-        "wear_index_max": fields.work_density.max(axis=(1, 2), initial=0.0),
+        **{name: getattr(contact, name) for name in _PATCH_VALUES},
+        "wear_index_mean": passage.strip_work.sum(axis=1) * contact.patch.width / contact.area,
+        "wear_index_max": passage.work_density_max,
         "wear_area_rate": wear.area_rate,
         "wear_depth_rate_max": wear.depth_rate_max,
-        **further,
+        **passage.comparison.patches,
+        "side": contact.side,
+        "wear_regime": wear.regime,
+        "wear_regime_highest": wear.regime_highest,
     }
-    flags = {"side": solution.side, "wear_regime": wear.regime, "wear_regime_highest": wear.regime_highest}
+    point = contact.point
+    by_load = np.lexsort((-contact.normal_force, point))
+    kept = np.sort(by_load[_rank(point[by_load]) < PATCH_SLOTS])
+    place = point[kept], _rank(point[kept])
 
-    row = {
-        name: np.full((count, PATCH_SLOTS, *value.shape[1:]), FILL_FLOAT) for name, value in values.items()
-    }
-    for name in flags:
-        row[name] = np.full((count, PATCH_SLOTS), FILL_INT, dtype=np.int32)
-    row["n_patch"] = np.bincount(solution.point, minlength=count).astype(np.int32)
-    for point in range(count):
-        patches = np.flatnonzero(solution.point == point)
-        if patches.size > PATCH_SLOTS:
-            loaded = np.argsort(-solution.normal_force[patches], kind="stable")[:PATCH_SLOTS]
-            patches = patches[np.sort(loaded)]
-        slots = slice(0, patches.size)
-        for name, value in (*values.items(), *flags.items()):
-            row[name][point, slots] = value[patches]
+    row: dict[str, np.ndarray] = {"n_patch": np.bincount(point, minlength=count).astype(np.int32)}
+    for name, value in values.items():
+        whole = np.issubdtype(value.dtype, np.integer)
+        fill, kind = (FILL_INT, np.int32) if whole else (FILL_FLOAT, np.float64)
+        row[name] = np.full((count, PATCH_SLOTS, *value.shape[1:]), fill, dtype=kind)
+        row[name][place] = value[kept]
     return row
 
 
+def _rank(point: np.ndarray) -> np.ndarray:
+    """Count for each of rising numbers how many of the same stand before it."""
+    return np.arange(point.size) - np.searchsorted(point, point)
+
+
 def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
-    """Return the measures of a state that its row holds or that have a limit, as `measures_of` does."""
-    diameter = () if setup.templates is None else ("wheel_diameter",)
-    return measures_of(state, setup, {*_MEASURES, *diameter, *(name for name, _ in setup.control.limits)})
+    """Measures of both wheels and the wheelset that the row of a state holds, or that have a limit.
 
-
-def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> dict[str, np.ndarray]:
-    """Measures of both wheels and the wheelset.
-
-    Parameters
-    ----------
-    state : State
-        Both wheels.
-    setup : CampaignSetup
-        Wheelset and counterface.
-    names : collection of str
-        Names of the measures.
-
-    Returns
-    -------
-    dict of arrays
-        By variable of the result file; fill values where a measure does not exist on a worn profile [SI].
+    By variable of the result file; fill values where a measure does not exist on a worn profile [SI].
     """
+    names = {*_MEASURES, *(name for name, _ in setup.control.limits)}
+    if setup.templates is not None:
+        names.add("wheel_diameter")
     wheelset = setup.wheelset
 
     def diameter(y: np.ndarray, z: np.ndarray) -> float:
@@ -256,14 +179,12 @@ def measures_of(state: State, setup: CampaignSetup, names: Collection[str]) -> d
         for name, measure in per_wheel.items()
         if name in names
     }
-    if "max_wear_depth" in names:
-        values["max_wear_depth"] = state.wear_depth.max(axis=1)
+    values["max_wear_depth"] = state.wear_depth.max(axis=1)
     if "fatigue_damage" in names and state.fatigue_damage:
         values["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
-    if "equivalent_conicity" in names:
-        wheels = worn_wheels(wheelset, state.y, state.z)
-        conicity = _or_missing(equivalent_conicity, *wheels, setup.counterface.profile)
-        values["equivalent_conicity"] = np.asarray(conicity)
+    wheels = worn_wheels(wheelset, state.y, state.z)
+    conicity = _or_missing(equivalent_conicity, *wheels, setup.counterface.profile)
+    values["equivalent_conicity"] = np.asarray(conicity)
     return values
 
 
@@ -276,15 +197,7 @@ def _or_missing(measure: Callable[..., float | None], *arguments: object) -> flo
 
 
 def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
-    """Return the state of a row, bit by bit.
-
-    Parameters
-    ----------
-    row : mapping of arrays
-        Row of the result file.
-    index : int
-        Its step.
-    """
+    """Return the state that the row of step `index` holds, bit by bit."""
     return State(
         step=index,
         **{field: row[name] for name, field in _OF_STATE.items() if name != "distance"},
@@ -360,6 +273,8 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "poisson_ratio": models.poisson_ratio,
         "strips": 0 if auto else models.strips,
         "cells": 0 if auto else models.cells,
+        "cell_size": models.cell_size,
+        "most_cells": models.most_cells,
         "rotation_rule": rotation if isinstance(rotation, str) else "given",
         "roll_rule": "free" if conditions.free_roll else "given",
         "axle_torque": float(conditions.torque),
@@ -388,15 +303,12 @@ def _wear_attributes(wear: WearSettings) -> dict[str, str]:
     law = WEAR_LAWS[wear.law]
     if not law.wears:
         return {}
-    coefficients = coefficients_of(wear)
+    texts = {key: text(coefficients_of(wear)) for key, text in SET_TEXTS.items()}
+    about = ("source", "materials", "validity", "departures", "warnings")
     return {
-        "wear_coefficients": coefficients.name,
-        "wear_coefficients_source": coefficients.source,
-        "wear_coefficients_materials": coefficients.materials,
-        "wear_coefficients_validity": coefficients.validity,
-        "wear_coefficients_departures": " ".join(coefficients.departures),
-        "wear_coefficients_warnings": "; ".join(coefficients.uncertain),
-        "wear_law_numbers": ", ".join(coefficients.numbers),
+        "wear_coefficients": texts["coefficients"],
+        **{f"wear_coefficients_{key}": texts[key] for key in about},
+        "wear_law_numbers": texts["numbers"],
         "wear_form": wear.form,
         "seizure_cap": wear.seizure_cap if "seizure_cap" in law.parameters else "",
     }

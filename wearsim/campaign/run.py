@@ -34,7 +34,6 @@ from wearsim.campaign.row import StepTaken, state_of
 from wearsim.campaign.state import State
 from wearsim.errors import Fault, NumericalError, ResultError, SceneError, WearsimError
 from wearsim.results import check_row
-from wearsim.results.limits import ending_limits, first_met
 from wearsim.scene import CampaignScene, CompareScene, build, files_to_copy, load_campaign
 from wearsim.scene.overrides import Override
 
@@ -172,24 +171,7 @@ def _run_claimed(
 def run_evolution(
     evolution: WheelsetEvolution, directory: Path, name: str, observer: Observer | None = None
 ) -> Path:
-    """Run a campaign to its end, from its last step in `directory`.
-
-    Parameters
-    ----------
-    evolution : WheelsetEvolution
-        Wheelset and setup.
-    directory : Path
-        Where `<name>.nc` is written; the caller holds its lock.
-    name : str
-        Name of the campaign.
-    observer : callable, optional
-        Called with an `Event` at each step.
-
-    Returns
-    -------
-    Path
-        The finished, verified result file.
-    """
+    """Run a campaign to its end, from its last step in a locked directory, and return its verified file."""
     writer = Writer(evolution.header, directory, name, evolution.digest)
     progress = Progress(name, evolution.target, directory, observer)
     try:
@@ -214,22 +196,18 @@ def run_evolution(
 def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress) -> None:
     done = writer.recover()
     taken: StepTaken | None
-    limits = ending_limits(writer.header.attributes)
-    laws = writer.header.static.get("fatigue_name", ())
     if done:
         last = writer.records.row(done - 1)
-        if first_met(last, limits, laws):
+        if writer.limit_met(last):
             return
         state, taken = state_of(last, done - 1), None
-        progress.start("resumed", state)
     else:
         state, taken = evolution.start()
-        progress.start("started", state)
+    progress.report("resumed" if done else "started", state)
     if writer.rebuilt:
         progress.report("rebuilt")
-    target = evolution.target
     while True:
-        ended = reached(state.distance, target)
+        ended = reached(state.distance, evolution.target)
         if taken is None and ended:
             return
         evaluation = evolution.evaluate(state)
@@ -238,10 +216,10 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress) -> N
             check_row(writer.header, row)
             with _uninterrupted():
                 deferred = writer.write(state.step, row)
-                progress.step(state, taken.length)
+                progress.report("step", state, step_length=taken.length)
             if deferred:
                 progress.report("deferred")
-            if ended or first_met(row, limits, laws):
+            if ended or writer.limit_met(row):
                 return
         before = state
         state, taken = evolution.advance(before, evaluation)
@@ -284,40 +262,21 @@ Kind = Literal["started", "resumed", "step", "deferred", "rebuilt", "finished", 
 class Event:
     """Progress of a campaign, for an observer.
 
-    Parameters
-    ----------
-    kind : str
-        "started", "resumed", "step", "deferred" (a reader holds the file; the rows follow), "rebuilt" (the
-        result file was damaged and written anew from the records), "finished", or "complete" (finished
-        before).
-    name : str
-        Name of the campaign: rig or field.
-    step : int
-        Finished wear steps.
-    distance, target : float
-        Distance run and to run [m].
-    worst_depth : float
-        Largest wear depth on either wheel [m].
-    step_length : float
-        Length of the last step [m].
-    elapsed : float
-        Wall time of this session [s].
-    time_left : float or None
-        Estimated from the pace of this session [s]; None before its first step.
-    ended : str
-        Reason of the end: "distance reached" or "limit of ... met".
+    `kind` is "started", "resumed", "step", "deferred" (a reader holds the file; the rows follow), "rebuilt"
+    (the result file was damaged and written anew from the records), "finished", or "complete" (finished
+    before).
     """
 
     kind: Kind
-    name: str
-    step: int = 0
-    distance: float = 0.0
-    target: float = 0.0
-    worst_depth: float = 0.0
-    step_length: float = 0.0
-    elapsed: float = 0.0
-    time_left: float | None = None
-    ended: str = ""
+    name: str  # of the campaign: rig or field
+    step: int = 0  # finished wear steps
+    distance: float = 0.0  # run [m]
+    target: float = 0.0  # distance to run [m]
+    worst_depth: float = 0.0  # largest wear depth on either wheel [m]
+    step_length: float = 0.0  # of the last step [m]
+    elapsed: float = 0.0  # wall time of this session [s]
+    time_left: float | None = None  # from the pace of this session [s]; None before its first step
+    ended: str = ""  # reason of the end: "distance reached" or "limit of ... met"
 
 
 Observer = Callable[[Event], None]
@@ -333,18 +292,14 @@ class Progress:
         self._began = time.monotonic()
         self._from = 0.0
 
-    def start(self, kind: Literal["started", "resumed"], state: State) -> None:
-        """Report that the campaign starts from a state."""
-        self._from = state.distance
-        self.report(kind, **_standing(state))
-
-    def step(self, state: State, step_length: float) -> None:
-        """Report the step of a length [m] that led to a state, after writing it."""
-        self.report("step", **_standing(state), step_length=step_length)
-
-    def report(self, kind: Kind, **changes: Any) -> None:
-        """Report an event; other fields of `Event` keep their values."""
+    def report(self, kind: Kind, state: State | None = None, **changes: Any) -> None:
+        """Report an event, in a state; other fields of `Event` keep their values."""
+        if state is not None:
+            worst = float(state.wear_depth.max())
+            changes |= {"step": state.step, "distance": state.distance, "worst_depth": worst}
         event = replace(self._event, kind=kind, **changes)
+        if kind in ("started", "resumed"):
+            self._from = event.distance
         elapsed, run = time.monotonic() - self._began, event.distance - self._from
         left = elapsed / run * max(event.target - event.distance, 0.0) if run > 0.0 else None
         self._event = replace(event, elapsed=elapsed, time_left=left)
@@ -361,7 +316,3 @@ class Progress:
         status = asdict(self._event)
         del status["kind"], status["name"]
         write_status(self._directory, self._event.name, {"state": state, **status, "message": message})
-
-
-def _standing(state: State) -> dict[str, Any]:
-    return {"step": state.step, "distance": state.distance, "worst_depth": float(state.wear_depth.max())}

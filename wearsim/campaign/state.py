@@ -1,4 +1,7 @@
-"""State of a campaign between wear steps, and the wear rate of one state."""
+"""State of a campaign between wear steps, and the wear rate of one state.
+
+Fields have the wheels (0 = right, 1 = left) first, `n` vertices of a wheel or `k` of a counterface last.
+"""
 
 from __future__ import annotations
 
@@ -8,218 +11,108 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.solve import ContactSolution, Wheelset
+from wearsim.contact.problem import ContactPatches, Wheelset
 from wearsim.profile.shape import Profile
 
 
 @dataclass(frozen=True)
 class CounterfaceState:
-    """Worn rails or rollers; first axis 0 = right, 1 = left, both in the axes of a right side.
+    """Worn rails or rollers, both in the axes of a right side."""
 
-    Parameters
-    ----------
-    y, z : (2, k) array
-        Profiles, z positive down [m].
-    depth : (2, k) array
-        Wear depth at each material point since the start or the last redressing, along the normal [m].
-    worn_area : (2,) array
-        Area of the cross-section worn off since the start, without what redressing removes [m2].
-    last_depth : (2, k) array
-        `depth` at the end of the last step, before a redressing that followed it [m].
-    redressed_depth : (2,) array
-        Sum over all redressings of the largest depth: the least loss of radius [m].
-    redressed_count : int
-        Number of redressings of both rollers to their new profile.
-    redressed_at : float
-        Distance of the last redressing [m].
-    """
-
-    y: FloatArray
-    z: FloatArray
-    depth: FloatArray
-    worn_area: FloatArray
-    last_depth: FloatArray
-    redressed_depth: FloatArray
-    redressed_count: int = 0
-    redressed_at: float = 0.0
+    y: FloatArray  # (2, k) profiles [m]
+    z: FloatArray  # (2, k), positive down [m]
+    depth: FloatArray  # (2, k) along the normal, since the start or the last redressing [m]
+    worn_area: FloatArray  # (2,) of the cross-section, since the start, without what redressing removes [m2]
+    last_depth: FloatArray  # (2, k) `depth` at the end of the last step, before a redressing after it [m]
+    redressed_depth: (
+        FloatArray  # (2,) sum of the largest depths of all redressings: the least loss of radius [m]
+    )
+    redressed_count: int = 0  # redressings of both rollers to their new profile
+    redressed_at: float = 0.0  # distance of the last one [m]
 
 
 @dataclass(frozen=True)
 class CounterfaceRate:
-    """Wear rate of rails or rollers.
+    """Wear rate of rails or rollers."""
 
-    Parameters
-    ----------
-    depth : (2, k) array
-        Depth per metre at each vertex, before smoothing [m/m].
-    stability, damping : (2, k) array
-        As in `WearRate`, for the depth removed from wheel and counterface together [1/m].
-    """
-
-    depth: FloatArray
-    stability: FloatArray
-    damping: FloatArray
+    depth: FloatArray  # (2, k) before smoothing [m/m]
+    stability: FloatArray  # (2, k) as in `WearRate`, for the depth of wheel and counterface together [1/m]
+    damping: FloatArray  # (2, k) likewise [1/m]
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Contact models chosen for the classes of operating points.
+    """Contact models chosen for the classes of operating points."""
 
-    Parameters
-    ----------
-    models : tuple of int
-        Index in `campaign.choose.candidates` of the models of each class.
-    point_class : (n,) int array
-        Class of each operating point.
-    error : float
-        Error of the wear increment when they were chosen [-].
-    candidate_error : tuple of (float or None)
-        The same for each candidate at all points; None where it was not tried or failed at a point [-].
-    """
-
-    models: tuple[int, ...]
-    point_class: IntArray
-    error: float
+    models: tuple[int, ...]  # of each class, index in `campaign.choose.candidates`
+    point_class: IntArray  # of each operating point
+    error: float  # of the wear increment when they were chosen [-]
+    # the same of each candidate at all points; None where it was not tried or failed at a point [-]
     candidate_error: tuple[float | None, ...]
 
 
 @dataclass(frozen=True)
 class State:
-    """The state of a campaign; wheel axis 0 = right, 1 = left.
+    """State of a campaign; one value for each comparison or fatigue law in a tuple."""
 
-    Parameters
-    ----------
-    step : int
-        Number of finished wear steps.
-    distance : float
-        Distance run [m].
-    y, z : (2, n) array
-        Wheel profiles [m].
-    wear_depth : (2, n) array
-        Wear depth at each material point, along the normal [m].
-    regime_depth : (2, n_regimes, n) array
-        Wear depth by regime [m].
-    worn_area : (2,) array
-        Area of the cross-section removed, integral of the law over distance [m2].
-    worn_mass : (2,) array
-        Mass removed from the whole circumference [kg].
-    step_length : float
-        Length of the last step [m]; 0 at the start.
-    step_error : float or None
-        Largest estimated error of the depth of that step [m]; None where it was not estimated.
-    choice : Choice or None
-        Contact models of `model = "auto"`; None where they are given.
-    comparison_depth : tuple of (2, n) arrays
-        Wear depth by each comparison law [m].
-    comparison_area : (2, regimes of all of them) array
-        Area of the cross-section removed by their regimes, law after law [m2].
-    fatigue_damage : tuple of (2, n) arrays
-        Fatigue damage at each material point, for each fatigue law [-].
-    counterface : CounterfaceState, optional
-        Rails or rollers, if they wear.
-    reprofiled : int
-        Step of the last reprofiling of the wheels, 0 before the first. Depths count from it, fatigue damage
-        is what it left plus what was added since; area and mass are those of all wear, without reprofiling.
-    """
-
-    step: int
-    distance: float
-    y: FloatArray
+    step: int  # finished wear steps
+    distance: float  # run [m]
+    y: FloatArray  # (2, n) profiles [m]
     z: FloatArray
-    wear_depth: FloatArray
-    regime_depth: FloatArray
-    worn_area: FloatArray
-    worn_mass: FloatArray
-    step_length: float = 0.0
-    step_error: float | None = None
-    choice: Choice | None = None
-    comparison_depth: tuple[FloatArray, ...] = ()
+    wear_depth: FloatArray  # (2, n) at each material point, along the normal [m]
+    regime_depth: FloatArray  # (2, n_regimes, n) by regime [m]
+    worn_area: FloatArray  # (2,) removed from the cross-section, integral of the law over distance [m2]
+    worn_mass: FloatArray  # (2,) removed from the whole circumference [kg]
+    step_length: float = 0.0  # of the last step [m]
+    step_error: float | None = None  # largest estimated error of its depth [m]; None: not estimated
+    choice: Choice | None = None  # contact models of `model = "auto"`; None where they are given
+    comparison_depth: tuple[FloatArray, ...] = ()  # (2, n) [m]
+    # (2, regimes of all comparison laws), law after law [m2]
     comparison_area: FloatArray = field(default_factory=lambda: np.zeros((2, 0)))
-    fatigue_damage: tuple[FloatArray, ...] = ()
-    counterface: CounterfaceState | None = None
+    fatigue_damage: tuple[FloatArray, ...] = ()  # (2, n) at each material point [-]
+    counterface: CounterfaceState | None = None  # rails or rollers, if they wear
+    # Step of the last reprofiling of the wheels, 0 before the first. Depths count from it, fatigue damage is
+    # what it left plus what was added since; area and mass are those of all wear, without reprofiling.
     reprofiled: int = 0
 
 
 @dataclass(frozen=True)
 class WearRate:
-    """Wear and fatigue damage per metre run in one state.
+    """Wear and fatigue damage per metre run in one state, at the vertices, before smoothing."""
 
-    Parameters
-    ----------
-    depth : (2, n) array
-        Depth per metre at each profile vertex, before smoothing [m/m].
-    regime_depth : (2, n_regimes, n) array
-        Depth per metre by regime [m/m].
-    friction_work : (2, n) array
-        Frictional work per area and metre run [J/m3].
-    stability : (2, n) array
-        Sum over the points of depth rate over interpenetration [1/m]; a step of length ds has
-        S = stability * ds.
-    solution : ContactSolution
-        Contact solution it follows from.
-    damping : (2, n) array or None
-        The same sum averaged over the stretch of each vertex, rims of the patches included, for semi-implicit
-        steps [1/m].
-    comparison : tuple of (2, n_regimes, n) arrays
-        Depth per metre by each comparison law and its regimes [m/m].
-    fatigue : tuple of (2, n) arrays
-        Fatigue damage per metre, without removal by wear, for each fatigue law [1/m].
-    counterface : CounterfaceRate, optional
-        Rate of the counterface, if it wears; stability and damping then count the depth of both bodies.
-    """
-
-    depth: FloatArray
-    regime_depth: FloatArray
-    friction_work: FloatArray
+    depth: FloatArray  # (2, n) [m/m]
+    regime_depth: FloatArray  # (2, n_regimes, n) [m/m]
+    friction_work: FloatArray  # (2, n) per area [J/m3]
+    # (2, n) sum over the points of depth rate over interpenetration [1/m]; a step of length ds has
+    # S = stability * ds
     stability: FloatArray
-    solution: ContactSolution
+    solution: ContactPatches
+    # (2, n) the same sum averaged over the stretch of each vertex, rims of the patches included, for
+    # semi-implicit steps [1/m]
     damping: FloatArray | None = None
-    comparison: tuple[FloatArray, ...] = ()
-    fatigue: tuple[FloatArray, ...] = ()
+    comparison: tuple[FloatArray, ...] = ()  # (2, n_regimes, n) by each comparison law [m/m]
+    fatigue: tuple[FloatArray, ...] = ()  # (2, n) by each fatigue law, without removal by wear [1/m]
+    # of the counterface, if it wears; stability and damping then count the depth of both bodies
     counterface: CounterfaceRate | None = None
 
 
 class Increment(NamedTuple):
-    """Depth and damage of one step at the vertices, before smoothing and removal.
+    """Depth and damage of one step at the vertices, before smoothing and removal."""
 
-    Parameters
-    ----------
-    regime_depth : (2, n_regimes, n) array
-        Depth by regime of the active law [m].
-    comparison : tuple of (2, n_regimes, n) arrays
-        Depth by each comparison law and its regimes [m].
-    fatigue : tuple of (2, n) arrays
-        Damage by each fatigue law [-].
-    counterface : (2, k) array, optional
-        Depth of the counterface, if it wears [m].
-    """
-
-    regime_depth: FloatArray
-    comparison: tuple[FloatArray, ...] = ()
-    fatigue: tuple[FloatArray, ...] = ()
-    counterface: FloatArray | None = None
+    regime_depth: FloatArray  # (2, n_regimes, n) [m]
+    comparison: tuple[FloatArray, ...]  # (2, n_regimes, n) by each comparison law [m]
+    fatigue: tuple[FloatArray, ...]  # (2, n) by each fatigue law [-]
+    counterface: FloatArray | None  # (2, k) if it wears [m]
 
 
 @dataclass(frozen=True)
 class PatchWear:
-    """Wear of each of `m` contact patches, without weight and environment factor.
+    """Wear of each of `m` contact patches, without weight and environment factor."""
 
-    Parameters
-    ----------
-    area_rate : (m,) array
-        Worn area of the wheel's cross-section per metre run [m2/m].
-    depth_rate_max : (m,) array
-        Largest wear depth per metre run, before smoothing [m/m].
-    regime : (m,) int array
-        Regime that removes most, -1 without wear.
-    regime_highest : (m,) int array
-        Last regime, in the order of the law, in which a strip of the patch wears; -1 without wear.
-    """
-
-    area_rate: FloatArray
-    depth_rate_max: FloatArray
-    regime: IntArray
-    regime_highest: IntArray
+    area_rate: FloatArray  # (m,) of the wheel's cross-section [m2/m]
+    depth_rate_max: FloatArray  # (m,) before smoothing [m/m]
+    regime: IntArray  # (m,) that removes most, -1 without wear
+    regime_highest: IntArray  # (m,) last in the order of the law in which a strip wears, -1 without wear
 
 
 def worn_wheels(wheelset: Wheelset, y: FloatArray, z: FloatArray) -> tuple[Profile, Profile]:

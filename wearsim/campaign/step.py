@@ -2,41 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from wearsim.campaign.counterface import damped_counterface, wear_off_counterface
 from wearsim.campaign.state import CounterfaceState, Increment, State, WearRate
-from wearsim.campaign.vertices import smooth_sides, worn_off
+from wearsim.campaign.vertices import lengths_of_sides, smooth_sides, worn_off_sides
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue.balance import damage_after
-from wearsim.profile.shape import vertex_lengths
 
 RateAt = Callable[[State], WearRate]
 
 
-def damped(rate: WearRate, step_length: float) -> FloatArray:
-    r"""Depth of a semi-implicit step, :math:`\sum d / (1 + \sum d/g)` over the operating points.
+@dataclass(frozen=True)
+class StepRule:
+    """What a wear step depends on besides state, rate and length.
 
     Parameters
     ----------
-    rate : WearRate
-        At the beginning of the step.
-    step_length : float
-        [m]
+    radius, density : float
+        Of the wheels at the running circle [m], and of their material [kg/m3].
+    smoothing_wavelength : float
+        Wavelength whose amplitude in the increment is halved; 0 = no smoothing [m].
+    integrator : str
+        Name in `INTEGRATORS`.
+    estimate : bool
+        Whether to estimate the error also where it takes another contact solution.
+    crack_depth : tuple of float
+        Depth of a crack of damage 1 for each fatigue law; infinite where wear removes no damage [m].
+    """
 
-    Returns
-    -------
-    (2, n_regimes, n) array
-        Depth by regime [m].
+    radius: float
+    density: float
+    smoothing_wavelength: float
+    integrator: str
+    estimate: bool = False
+    crack_depth: tuple[float, ...] = ()
+
+
+def damped(rate: WearRate, step_length: float) -> FloatArray:
+    r"""Depth by regime (2, n_regimes, n) of a semi-implicit step of a length [m].
 
     Notes
     -----
-    Spec 3.2 (b). Depth and sum of depth over interpenetration are averaged over the stretch of each vertex
-    in the same way, so that the strips of the patches leave no pattern on the profile.
+    :math:`\sum d / (1 + \sum d/g)` over the operating points (spec 3.2 (b)). Depth and sum of depth over
+    interpenetration are averaged over the stretch of each vertex in the same way, so that the strips of the
+    patches leave no pattern on the profile.
     """
     depth: FloatArray = rate.regime_depth * step_length / _divisor(rate, step_length)
     return depth
@@ -95,24 +109,16 @@ def _mean_of_rates(
 
 def _stretched(before: State | CounterfaceState, after: State | CounterfaceState) -> FloatArray:
     """Lengths the vertices stand for, (2, n), after over before [-]."""
-    return np.stack(
-        [vertex_lengths(after.y[w], after.z[w]) / vertex_lengths(before.y[w], before.z[w]) for w in (0, 1)]
-    )
+    return lengths_of_sides(after.y, after.z) / lengths_of_sides(before.y, before.z)
 
 
 class Integrator(NamedTuple):
-    """Rule of a wear step.
+    """Rule of a wear step."""
 
-    Parameters
-    ----------
-    increment : callable
-        Increment of first order, from the rate at the beginning and the length of the step [m].
-    second_order : bool
-        Whether the step is that of Heun's rule, at the mean of the rates at the beginning and at the end of
-        the increment of first order. Otherwise Heun's rule estimates the error only.
-    """
-
+    # of first order, from the rate at the beginning and the length of the step [m]
     increment: Callable[[WearRate, float], Increment]
+    # whether the step is that of Heun's rule, at the mean of the rates at the beginning and at the end of the
+    # increment of first order; otherwise Heun's rule estimates the error only
     second_order: bool
 
 
@@ -129,43 +135,17 @@ any length.
 """
 
 
-def advance(
-    state: State,
-    rate: WearRate,
-    step_length: float,
-    *,
-    radius: float,
-    density: float,
-    smoothing_wavelength: float,
-    integrator: str,
-    rate_at: RateAt,
-    estimate: bool = False,
-    crack_depth: Sequence[float] = (),
-) -> State:
+def advance(state: State, rate: WearRate, step_length: float, rule: StepRule, rate_at: RateAt) -> State:
     """Wear both wheels, and a counterface that wears, over a distance.
 
     Parameters
     ----------
-    state : State
-        At the beginning of the step.
     rate : WearRate
-        In that state, for the acting points.
+        At the beginning of the step, for the acting points.
     step_length : float
         Distance to run [m].
-    radius : float
-        Of the wheels at the running circle [m].
-    density : float
-        Of the wheels [kg/m3].
-    smoothing_wavelength : float
-        Wavelength whose amplitude in the increment is halved; 0 = no smoothing [m].
-    integrator : str
-        Name in `INTEGRATORS`.
     rate_at : callable
         Wear rate of the same points as a function of the state.
-    estimate : bool
-        Whether to estimate the error also where it takes another contact solution.
-    crack_depth : sequence of float
-        Depth of a crack of damage 1 for each fatigue law; infinite where wear removes no damage [m].
 
     Returns
     -------
@@ -180,49 +160,30 @@ def advance(
     """
 
     def wear_off(increment: Increment) -> State:
-        worn = remove(state, increment.regime_depth, step_length, radius, density, smoothing_wavelength)
+        worn = remove(state, increment.regime_depth, step_length, rule)
         if state.counterface is not None and increment.counterface is not None:
-            other = wear_off_counterface(state.counterface, increment.counterface, smoothing_wavelength)
+            wave = rule.smoothing_wavelength
+            other = wear_off_counterface(state.counterface, increment.counterface, wave)
             worn = replace(worn, counterface=other)
-        return _with_comparison_laws(state, worn, increment, smoothing_wavelength, crack_depth)
+        return _with_comparison_laws(state, worn, increment, rule)
 
-    rule = INTEGRATORS[integrator]
-    first = wear_off(rule.increment(rate, step_length))
-    if not (estimate or rule.second_order):
+    integrator = INTEGRATORS[rule.integrator]
+    first = wear_off(integrator.increment(rate, step_length))
+    if not (rule.estimate or integrator.second_order):
         return first
     second = wear_off(_mean_of_rates(state, rate, step_length, first, rate_at(first)))
-    after, companion = (second, first) if rule.second_order else (first, second)
+    after, companion = (second, first) if integrator.second_order else (first, second)
     error = float(np.abs(after.wear_depth - companion.wear_depth).max())
     if after.counterface is not None and companion.counterface is not None:
         error = max(error, float(np.abs(after.counterface.depth - companion.counterface.depth).max()))
     return replace(after, step_error=error)
 
 
-def remove(
-    state: State,
-    regime_depth: FloatArray,
-    step_length: float,
-    radius: float,
-    density: float,
-    smoothing_wavelength: float,
-) -> State:
+def remove(state: State, regime_depth: FloatArray, step_length: float, rule: StepRule) -> State:
     r"""Remove a wear increment from the profiles of the wheels.
 
-    Parameters
-    ----------
-    state : State
-        State before.
-    regime_depth : (2, n_regimes, n) array
-        Depth by regime at the vertices, before smoothing [m].
-    step_length : float
-        Distance of the increment [m].
-    radius, density, smoothing_wavelength : float
-        As for `advance`.
-
-    Returns
-    -------
-    State
-        State after; the area between the polygons is the sum of depth times vertex length.
+    The depth by regime (2, n_regimes, n) at the vertices, before smoothing [m], is that of `step_length` [m].
+    The area between the polygons is the sum of depth times vertex length.
 
     Notes
     -----
@@ -230,48 +191,38 @@ def remove(
     rings of radius :math:`r(y) = r_0 + z` before the step:
     :math:`\rho \sum 2 \pi r_j d_j l_j`.
     """
-    y, z = np.empty_like(state.y), np.empty_like(state.z)
-    depth = smooth_sides(state.y, state.z, regime_depth, smoothing_wavelength)
-    area, mass = state.worn_area.copy(), state.worn_mass.copy()
-    for wheel in (0, 1):
-        old_y, old_z = state.y[wheel], state.z[wheel]
-        length = vertex_lengths(old_y, old_z)
-        total = depth[wheel].sum(axis=0)
-        y[wheel], z[wheel] = worn_off(old_y, old_z, total, f"{('right', 'left')[wheel]} wheel")
-        area[wheel] += (total * length).sum()
-        mass[wheel] += density * 2.0 * np.pi * ((radius + old_z) * total * length).sum()
-    return State(
+    depth = smooth_sides(state.y, state.z, regime_depth, rule.smoothing_wavelength)
+    total, length = depth.sum(axis=1), lengths_of_sides(state.y, state.z)
+    y, z = worn_off_sides(state.y, state.z, total, "wheel")
+    mass = rule.density * 2.0 * np.pi * ((rule.radius + state.z) * total * length).sum(axis=1)
+    return replace(
+        state,
         step=state.step + 1,
         distance=state.distance + step_length,
         y=y,
         z=z,
-        wear_depth=state.wear_depth + depth.sum(axis=1),
+        wear_depth=state.wear_depth + total,
         regime_depth=state.regime_depth + depth,
-        worn_area=area,
-        worn_mass=mass,
+        worn_area=state.worn_area + (total * length).sum(axis=1),
+        worn_mass=state.worn_mass + mass,
         step_length=step_length,
+        step_error=None,
     )
 
 
-def _with_comparison_laws(
-    before: State,
-    worn: State,
-    increment: Increment,
-    smoothing_wavelength: float,
-    crack_depth: Sequence[float],
-) -> State:
+def _with_comparison_laws(before: State, worn: State, increment: Increment, rule: StepRule) -> State:
     """Add the smoothed depths of the comparison laws and the fatigue damage that wear leaves."""
-    length = np.stack([vertex_lengths(before.y[w], before.z[w]) for w in (0, 1)])
+    length = lengths_of_sides(before.y, before.z)
     depths: list[FloatArray] = []
     areas: list[FloatArray] = []
     for by_regime, depth in zip(increment.comparison, before.comparison_depth, strict=True):
-        smoothed = smooth_sides(before.y, before.z, by_regime, smoothing_wavelength)
+        smoothed = smooth_sides(before.y, before.z, by_regime, rule.smoothing_wavelength)
         depths.append(depth + smoothed.sum(axis=1))
         areas.append((smoothed * length[:, None]).sum(axis=2))
     taken = worn.wear_depth - before.wear_depth
     damage = tuple(
         damage_after(old, added, taken, depth)
-        for old, added, depth in zip(before.fatigue_damage, increment.fatigue, crack_depth, strict=True)
+        for old, added, depth in zip(before.fatigue_damage, increment.fatigue, rule.crack_depth, strict=True)
     )
     area = before.comparison_area + np.concatenate(areas, axis=1) if areas else before.comparison_area
     return replace(worn, comparison_depth=tuple(depths), comparison_area=area, fatigue_damage=damage)

@@ -51,26 +51,14 @@ def sample(strip_edges: FloatArray, arc: FloatArray, value: FloatArray, out: Flo
 
 
 def worn_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tuple[FloatArray, FloatArray]:
-    """Move the vertices of a profile along their normals by the area of a wear increment.
+    """Move the vertices (n,) of a profile, z out of the material, along their normals by a smooth depth [m].
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Vertices, z out of the material [m].
-    depth : (n,) array
-        Smoothed depth of the law at the vertices [m].
-    body : str
-        Name of the body, for the message.
-
-    Returns
-    -------
-    y, z : (n,) array
-        Vertices after removal [m].
+    The area between the polygons is the sum of depth times vertex length.
 
     Raises
     ------
     NumericalError
-        When the depth is too large for the curvature of the profile.
+        When the depth is too large for the curvature of the profile; it names the body.
     """
     distance = offset_distance(y, z, depth)
     normal_y, normal_z = vertex_normals(y, z)
@@ -121,23 +109,22 @@ def smooth(arc: FloatArray, depth: FloatArray, length: FloatArray, wavelength: f
     return result
 
 
+def lengths_of_sides(y: FloatArray, z: FloatArray) -> FloatArray:
+    """Length of profile each vertex of the profiles (2, n) of both sides stands for [m]."""
+    return np.stack([vertex_lengths(y[side], z[side]) for side in (0, 1)])
+
+
+def worn_off_sides(
+    y: FloatArray, z: FloatArray, depth: FloatArray, body: str
+) -> tuple[FloatArray, FloatArray]:
+    """Move the vertices (2, n) of the profiles of both sides, see `worn_off` [m]."""
+    moved = [worn_off(y[k], z[k], depth[k], f"{side} {body}") for k, side in enumerate(("right", "left"))]
+    new_y, new_z = zip(*moved, strict=True)
+    return np.stack(new_y), np.stack(new_z)
+
+
 def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float) -> FloatArray:
-    """Smooth a wear increment along the profiles of both sides.
-
-    Parameters
-    ----------
-    y, z : (2, n) array
-        Profiles of the right and left body [m].
-    depth : (2, ..., n) array
-        At their vertices, not negative [m].
-    wavelength : float
-        As for `smooth` [m].
-
-    Returns
-    -------
-    (2, ..., n) array
-        Smoothed depth [m].
-    """
+    """Smooth a wear increment (2, ..., n) along the profiles (2, n) of both sides, see `smooth` [m]."""
     return np.stack([
         smooth(arc_length(y[side], z[side]), depth[side], vertex_lengths(y[side], z[side]), wavelength)
         for side in (0, 1)

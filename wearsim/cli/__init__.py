@@ -7,7 +7,7 @@ import importlib
 import os
 import shlex
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from wearsim import __version__
@@ -16,14 +16,7 @@ COMMANDS = (
     "contact", "profile", "check", "run", "sweep", "resume", "status", "inspect", "translate", "report",
     "chart", "schema",
 )  # fmt: skip
-"""Modules of this package, in the order of the help; each has `add_parser` and `execute`."""
-
-_EXAMPLES = """\
-examples:
-  wearsim check workflows/rig_vs_field.toml
-  wearsim run workflows/rig_vs_field.toml --out out
-  wearsim COMMAND --help
-"""
+"""Modules of this package in the order of the help, with `SUMMARY`, `EXAMPLES`, `add_flags` and `execute`."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -34,61 +27,11 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}; see `{self.prog} --help`\n")
 
 
-Commands = Any
-"""What `add_subparsers` returns: a command adds its parser to it."""
+def print_json(value: Any, **options: Any) -> None:
+    """Print JSON for people and programs; options are those of `json.dumps`."""
+    import json
 
-
-def add_command(commands: Commands, name: str, summary: str, example: str) -> argparse.ArgumentParser:
-    """Add the parser of one command.
-
-    Parameters
-    ----------
-    commands : object
-        From `add_subparsers`.
-    name, summary : str
-        Of the command.
-    example : str
-        Command lines to show at the end of its help.
-
-    Returns
-    -------
-    argparse.ArgumentParser
-        For its arguments.
-    """
-    parser: argparse.ArgumentParser = commands.add_parser(
-        name,
-        help=summary,
-        description=summary[:1].upper() + summary[1:] + ".",
-        epilog="example:\n" + "\n".join(f"  {line}" for line in example.splitlines()),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
-    return parser
-
-
-class _Renamed(argparse.Action):
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        parser.error(f"{self.option_strings[0]} has a new name; write {self.metavar}")
-
-
-def add_renamed(parser: argparse.ArgumentParser, flags: Mapping[str, str]) -> None:
-    """Add flags of earlier versions, as old: new, that are errors naming the new flag."""
-    for old, new in flags.items():
-        parser.add_argument(
-            old, metavar=new, nargs="?", action=_Renamed, default=argparse.SUPPRESS, help=argparse.SUPPRESS
-        )
-
-
-def whole(low: int, high: int, text: str) -> int:
-    """Whole number of a flag; raises what argparse prints."""
-    try:
-        number = int(text)
-    except ValueError:
-        number = low - 1
-    if not low <= number <= high:
-        raise argparse.ArgumentTypeError(f"{text} must be a whole number, at least {low} and at most {high}")
-    return number
+    print(json.dumps(value, indent=2, ensure_ascii=False, **options))
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -96,7 +39,8 @@ def build_parser() -> argparse.ArgumentParser:
     parser = Parser(
         prog="wearsim",
         description="Wear of railway wheels on a roller rig and in the field, and the factors between them.",
-        epilog=_EXAMPLES,
+        epilog="examples:\n  wearsim check workflows/rig_vs_field.toml\n"
+        "  wearsim run workflows/rig_vs_field.toml --out out\n  wearsim COMMAND --help\n",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
@@ -104,17 +48,24 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--debug", action="store_true", help="show the traceback of an internal error")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name in COMMANDS:
-        importlib.import_module(f"wearsim.cli.{name}").add_parser(commands)
+        module = importlib.import_module(f"wearsim.cli.{name}")
+        command = commands.add_parser(
+            name,
+            help=module.SUMMARY,
+            description=module.SUMMARY[:1].upper() + module.SUMMARY[1:] + ".",
+            epilog="example:\n" + "\n".join(f"  {line}" for line in module.EXAMPLES.splitlines()),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+        )
+        command.add_argument(
+            "--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS
+        )
+        module.add_flags(command)
     return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line.
-
-    Parameters
-    ----------
-    argv : sequence of str, optional
-        Arguments without the program's name; by default those of the process.
+    """Run the command line: its arguments without the program's name, by default those of the process.
 
     Returns
     -------
@@ -145,10 +96,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if arguments.debug:
             raise
         message = " ".join(str(error).split())
-        print(
-            f"wearsim: internal error, {type(error).__name__}: {message}; this is a fault of wearsim, "
-            f"add --debug to see where",
-            file=sys.stderr,
-        )
+        fault = f"internal error, {type(error).__name__}: {message}; this is a fault of wearsim"
+        print(f"wearsim: {fault}, add --debug to see where", file=sys.stderr)
         return 3
     return code

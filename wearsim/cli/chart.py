@@ -6,17 +6,14 @@ import argparse
 import math
 from typing import Any
 
-from wearsim.cli import Commands, add_command, whole
+from wearsim.cli.flags import whole
+
+SUMMARY = "time every combination of contact models here and compare its wear with a half-space solution"
+EXAMPLES = "wearsim chart --out reports\nwearsim chart my_scene.toml --grids 20,40 --json"
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "chart",
-        "time every combination of contact models here and compare its wear with a half-space solution",
-        "wearsim chart --out reports\nwearsim chart my_scene.toml --grids 20,40 --json",
-    )
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument(
         "scene", metavar="SCENE", nargs="?", default="workflows/rig_vs_field.toml",
         help="scene file of a campaign or comparison (default workflows/rig_vs_field.toml)",
@@ -88,21 +85,15 @@ def _json(dataset: Any) -> dict[str, Any]:
     """JSON value, SI units; null where there is no solution."""
 
     def plain(value: Any) -> Any:
-        value = value.item() if hasattr(value, "item") else value
         return None if isinstance(value, float) and not math.isfinite(value) else value
 
+    of_model = ("normal", "tangential", "grid", "can_update_profile", "time", "worst_depth_error", "pareto")
+    of_scene = ("scene", "depth_error", "work_error", "power_error", "refusal")
     models = []
     for k in range(dataset.sizes["model"]):
         one = dataset.isel(model=k)
-        names = ("normal", "tangential", "grid", "can_update_profile", "time", "worst_depth_error", "pareto")
-        entry = {name: plain(one[name]) for name in names}
-        entry["scenes"] = [
-            {"scene": str(scene)}
-            | {
-                name: plain(one[name][row])
-                for name in ("depth_error", "work_error", "power_error", "refusal")
-            }
-            for row, scene in enumerate(dataset["scene"].values)
-        ]
+        scenes = zip(*(one[name].values.tolist() for name in of_scene), strict=True)
+        entry = {name: plain(one[name].item()) for name in of_model}
+        entry["scenes"] = [dict(zip(of_scene, map(plain, values), strict=True)) for values in scenes]
         models.append(entry)
     return {"reference": dataset.attrs["reference"], "models": models}

@@ -5,18 +5,15 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from wearsim.cli import Commands, add_command
-from wearsim.cli.overrides import add_override_flags, load_overridden
+from wearsim.cli import print_json
+from wearsim.cli.flags import add_override_flags, load_overridden
+
+SUMMARY = "show all faults of a scene file, or what it would run"
+EXAMPLES = "wearsim check workflows/rig_vs_field.toml\nwearsim check rig.toml --json"
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "check",
-        "show all faults of a scene file, or what it would run",
-        "wearsim check workflows/rig_vs_field.toml\nwearsim check rig.toml --json",
-    )
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument("--json", action="store_true", help="print JSON, with every value that would act")
     add_override_flags(parser)
@@ -24,8 +21,6 @@ def add_parser(commands: Commands) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Check the scene and print what it would run."""
-    import json
-
     from wearsim.scene import SweepScene
     from wearsim.scene.initial_contact import check_contact
     from wearsim.studies.plan import plan, plan_text
@@ -45,8 +40,7 @@ def execute(arguments: argparse.Namespace) -> int:
         value, texts = {"campaigns": plans}, [plan_text(item) for item in plans]
     kind = scene.scene.kind
     if arguments.json:
-        value = {"scene": str(scene.origin.path), "kind": kind, **value}
-        print(json.dumps(value, indent=2, ensure_ascii=False))
+        print_json({"scene": str(scene.origin.path), "kind": kind, **value})
     else:
         print("\n\n".join([f"{scene.origin.path}: no faults ({kind})", *texts]))
     return 0

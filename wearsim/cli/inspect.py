@@ -5,17 +5,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from wearsim.cli import Commands, add_command
+from wearsim.cli import print_json
+
+SUMMARY = "summarise a result file, as text, JSON or figures"
+EXAMPLES = "wearsim inspect out/rig.nc\nwearsim inspect out/rig.nc --plot figures"
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "inspect",
-        "summarise a result file, as text, JSON or figures",
-        "wearsim inspect out/rig.nc\nwearsim inspect out/rig.nc --plot figures",
-    )
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("file", metavar="FILE", help="result file (netCDF)")
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("--plot", metavar="DIR", help="write the figures of the report into this folder")
@@ -23,8 +20,6 @@ def add_parser(commands: Commands) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the summary; write the figures on request."""
-    import json
-
     from wearsim.report.inspect import inspect, summary_text, write_figures
 
     path = Path(arguments.file)
@@ -33,7 +28,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         if arguments.plot:
             summary = {**summary, "figures": [str(figure) for figure in figures]}
-        print(json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False))
+        print_json(summary, allow_nan=False)
         return 0
     print(summary_text(summary))
     for figure in figures:

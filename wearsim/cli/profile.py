@@ -5,9 +5,13 @@ from __future__ import annotations
 import argparse
 import re
 
-from wearsim.cli import Commands, add_command, add_renamed
+from wearsim.cli.flags import add_renamed
 
-_EXAMPLES = """\
+SUMMARY = (
+    "measure a wheel or rail profile, standard or from a file: Sh, Sd, qR, limits, conicity, wear; "
+    "convert and draw it; or measure a whole folder"
+)
+EXAMPLES = """\
 wearsim profile S1002
 wearsim profile S1002/h30 --rail 60E2 --inclination 1:20
 wearsim profile profiles/measured/wheel_worn_right.whl --against S1002 --plot worn.png
@@ -75,39 +79,18 @@ _FLAGS = {
             "FORMAT",
             "write the profile (aligned, if --align is stated) as two-column, miniprof, simpack",
         ),
-        (
-            "out",
-            "FILE",
-            "file of --convert (default: the name with the extension of the format, in this folder)",
-        ),
+        ("out", "FILE", "file of --convert (default: the name with the format's extension, in this folder)"),
         ("overwrite", "", "replace existing files of --out and --csv"),
-        (
-            "csv",
-            "FILE",
-            "points, or depth along the profile with --against, or the table of --fleet; - for stdout",
-        ),
+        ("csv", "FILE", "points, depth along the profile (--against) or table (--fleet); - for stdout"),
         ("json", "", "print JSON, SI units"),
         ("plot", "FILE", "draw it: .png, .svg or .pdf"),
         ("fleet", "DIR", "every profile file of a folder as one table"),
     ),
 }
 
-_RENAMED = {
-    "--flange-back-mm": "--back-to-back-mm",
-    "--tape-mm": "--running-circle-mm",
-    "--turn-to": "--reprofile-to",
-}
 
-
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "profile",
-        "measure a wheel or rail profile, standard or from a file: Sh, Sd, qR, limits, conicity, wear; "
-        "convert and draw it; or measure a whole folder",
-        _EXAMPLES,
-    )
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser._negative_number_matcher = re.compile(r"-\.?\d")
     parser.add_argument(
         "name", metavar="NAME|FILE", nargs="?", help="standard shape (S1002, S1002/h30, 60E1, ...) or file"
@@ -119,11 +102,13 @@ def add_parser(commands: Commands) -> None:
                 group.add_argument(f"--{name}", metavar=placeholder, help=meaning)
             else:
                 group.add_argument(f"--{name}", action="store_true", help=meaning)
-    add_renamed(parser, _RENAMED)
+    renamed = {"tape-mm": "running-circle-mm", "flange-back-mm": "back-to-back-mm", "turn-to": "reprofile-to"}
+    add_renamed(parser, {f"--{old}": f"--{new}" for old, new in renamed.items()})
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Measure and print; write what is asked for."""
-    from wearsim.cli.profile_run import measure_fleet, measure_one
+    from wearsim.cli.profile_fleet import measure_fleet
+    from wearsim.cli.profile_run import measure_one
 
     return measure_one(arguments) if arguments.fleet is None else measure_fleet(arguments)

@@ -1,19 +1,19 @@
-"""`wearsim profile` on one profile and on a folder: measured, printed, written."""
+"""`wearsim profile` on one profile: measured, printed, written."""
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from argparse import Namespace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from wearsim.cli import print_json
 from wearsim.errors import ProfileError, ResultError
 from wearsim.profile.files import WRITTEN_FORMATS, is_file, read_profile, write_profile
 from wearsim.profile.inspection import Inspection, inspect_profile, reprofiled_wheels, tables
-from wearsim.profile.inspection.fleet import fleet_rows, profile_files
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.inspection.request import Request, flag_of
 from wearsim.profile.placement import RUNNING_CIRCLE
@@ -40,17 +40,15 @@ def measure_one(arguments: Namespace) -> int:
     request.raise_any()
     assert given is not None
     inspection = inspect_profile(given, at, limits, left=left, against=against)
-    wheels = None
-    if template is not None:
-        reference = template
-        wheels = request.take(lambda: reprofiled_wheels(inspection, reference), "--reprofile-to")
+    reprofile = partial(reprofiled_wheels, inspection)
+    wheels = request.take(partial(reprofile, template), "--reprofile-to") if template is not None else None
     request.raise_any()
     written = _write(request, inspection, target)
     if request.json:
         value = tables.as_json(inspection) | ({"files": written} if written else {})
         if template is not None and wheels is not None:
             value["reprofiled"] = tables.reprofiled_json(template, wheels)
-        print(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
+        print_json(value, allow_nan=False)
         return 0
     if request.csv == "-":
         sys.stdout.write(tables.points_csv(inspection))
@@ -88,7 +86,7 @@ def _write(request: Request, inspection: Inspection, target: Path | None) -> lis
     """Write the converted profile, the table and the figure; returns what was written."""
     written = [] if target is None else [_convert(request, inspection, target)]
     if request.csv not in (None, "-"):
-        _save(Path(request.csv), tables.points_csv(inspection))
+        save(Path(request.csv), tables.points_csv(inspection))
         written.append(request.csv)
     if request.plot is not None:
         from wearsim.profile.inspection.datasets import profile_dataset
@@ -117,7 +115,7 @@ def _convert(request: Request, inspection: Inspection, target: Path) -> str:
     return f"{target} ({format}, {len(profile.y)} points, {changed}read back with the same bits)"
 
 
-def _save(path: Path, text: str) -> None:
+def save(path: Path, text: str) -> None:
     """Write a file that is complete or not there."""
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
@@ -126,55 +124,3 @@ def _save(path: Path, text: str) -> None:
     except OSError as error:
         part.unlink(missing_ok=True)
         raise ResultError(f"{path}: cannot be written ({error.strerror}); choose another folder") from error
-
-
-def measure_fleet(arguments: Namespace) -> int:
-    """Measure a folder and print its table; the exit code is 2 if nothing could be measured."""
-    request = Request(arguments)
-    request.raise_any()
-    folder = Path(request.fleet)
-    against = request.read("against", request.kind)
-    kind = request.kind or (against.kind if against is not None else "wheel")
-    request.check_kind(kind, folder.name or str(folder))
-    at, limits = request.common(kind)
-    listed = request.take(lambda: profile_files(folder, every="format" in request.statements))
-    if listed is not None and not listed[0]:
-        request.faults.append(
-            f"--fleet = {folder} holds no profile files (.whl, .ban, .prw, .csv, ...); give another folder, "
-            "or the format of all its files with --format"
-        )
-    request.raise_any()
-    assert at is not None and listed is not None  # noqa: PT018 - both follow from the line above
-    files, skipped = listed
-    rows = []
-    for row in fleet_rows(files, at, limits, kind=request.kind, against=against):
-        rows.append(row)
-        if sys.stderr.isatty():
-            end = "" if len(rows) < len(files) else "\r" + " " * 40 + "\r"
-            print(f"\r{len(rows)} of {len(files)} files", end=end, file=sys.stderr, flush=True)
-    if request.csv not in (None, "-"):
-        _save(Path(request.csv), tables.fleet_csv(rows))
-        print(f"wrote {request.csv}", file=sys.stderr)
-    if request.json:
-        value = {"wheels": [tables.fleet_json(row) for row in rows]}
-        print(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
-    elif request.csv == "-":
-        sys.stdout.write(tables.fleet_csv(rows))
-    else:
-        print(tables.fleet_text(rows))
-    measured = [row for row in rows if row.measured]
-    if request.plot is not None and measured:
-        from wearsim.profile.inspection.datasets import fleet_dataset
-        from wearsim.report.figures.fleet import write_fleet
-
-        pages, drawn = write_fleet(fleet_dataset(rows, against, limits), Path(request.plot))
-        of_all = f" of {len(measured)} measured" if drawn < len(measured) else ""
-        print(f"wrote {', '.join(map(str, pages))}: {drawn}{of_all} profiles drawn", file=sys.stderr)
-    faulty, alone = len(rows) - len(measured), sum(1 for row in measured if row.fault)
-    summary = [f"{len(rows)} files: {len(measured)} measured, {faulty} with faults"]
-    summary += [f"{alone} not compared"] if alone else []
-    if skipped:
-        names = ", ".join(skipped[:3]) + (", ..." if len(skipped) > 3 else "")
-        summary.append(f"{len(skipped)} other files or folders left out ({names})")
-    print("; ".join(summary), file=sys.stderr)
-    return 0 if measured else 2

@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
     from wearsim.campaign.run import Event, Observer
@@ -19,10 +19,7 @@ PLAIN_INTERVAL = 10.0
 def observer(stream: TextIO | None = None) -> Iterator[Observer]:
     """Give the observer for a campaign run from the command line.
 
-    Parameters
-    ----------
-    stream : text stream, optional
-        Where to write; standard error by default, so that standard output stays for results.
+    It writes to standard error by default, so that standard output stays for results.
     """
     stream = sys.stderr if stream is None else stream
     if stream.isatty():
@@ -33,15 +30,7 @@ def observer(stream: TextIO | None = None) -> Iterator[Observer]:
 
 
 class PlainLines:
-    """Writes a line for each start and end, and for steps not more often than the interval.
-
-    Parameters
-    ----------
-    stream : text stream
-        Where to write.
-    interval : float
-        Between lines on steps [s].
-    """
+    """Writes a line for each start and end, and for steps not more often than the interval [s]."""
 
     def __init__(self, stream: TextIO, interval: float = PLAIN_INTERVAL) -> None:
         self._stream = stream
@@ -55,22 +44,15 @@ class PlainLines:
             if time.monotonic() - self._last < self._interval:
                 return
             self._last = time.monotonic()
-        if event.kind == "deferred":
-            if self._deferred_shown:
-                return
-            self._deferred_shown = True
+        if event.kind == "deferred" and self._deferred_shown:
+            return
+        self._deferred_shown |= event.kind == "deferred"
         self._stream.write(line(event) + "\n")
         self._stream.flush()
 
 
 def line(event: Event) -> str:
-    """Put an event into one line.
-
-    Parameters
-    ----------
-    event : Event
-        Of a running campaign.
-    """
+    """Put an event of a running campaign into one line."""
     if event.kind == "started":
         return f"{event.name}: started, {_km(event.target)} to run"
     if event.kind == "resumed":
@@ -82,38 +64,22 @@ def line(event: Event) -> str:
             f"{event.name}: another program holds {event.name}.nc open; "
             f"the campaign goes on, the file follows when it is free"
         )
+    state = f"worst depth {1e3 * event.worst_depth:.3f} mm, step {event.step}"
+    why = "" if event.ended in ("", "distance reached") else f": {event.ended}"
     if event.kind == "complete":
-        return f"{event.name}: finished before, {_state(event)}{_why(event)}"
+        return f"{event.name}: finished before, {_km(event.distance)}, {state}{why}"
     if event.kind == "finished":
-        return f"{event.name}: finished, {_state(event)}, in {duration(event.elapsed)}{_why(event)}"
+        return f"{event.name}: finished, {_km(event.distance)}, {state}, in {duration(event.elapsed)}{why}"
     left = "" if event.time_left is None else f", {duration(event.time_left)} left"
-    return (
-        f"{event.name}: {_km(event.distance)} of {_km(event.target)}, {_state(event, distance=False)}{left}"
-    )
+    return f"{event.name}: {_km(event.distance)} of {_km(event.target)}, {state}{left}"
 
 
 def duration(seconds: float) -> str:
-    """Write a time as people say it.
-
-    Parameters
-    ----------
-    seconds : float
-        Time [s].
-    """
+    """Write a time [s] as people say it."""
     if seconds < 90.0:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60.0)
     return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"
-
-
-def _state(event: Event, distance: bool = True) -> str:
-    text = [_km(event.distance)] if distance else []
-    text += [f"worst depth {1e3 * event.worst_depth:.3f} mm", f"step {event.step}"]
-    return ", ".join(text)
-
-
-def _why(event: Event) -> str:
-    return "" if event.ended in ("", "distance reached") else f": {event.ended}"
 
 
 def _km(distance: float) -> str:
@@ -142,30 +108,3 @@ def _live(stream: TextIO) -> Iterator[Observer]:
                 deferred.add(event.name)
 
         yield show
-
-
-def status_line(name: str, item: dict[str, Any]) -> str:
-    """One line on one campaign.
-
-    Parameters
-    ----------
-    name : str
-        Of the campaign.
-    item : dict
-        Its entry in `status.json`.
-    """
-    distance, target = float(item.get("distance", 0.0)), float(item.get("target", 0.0))
-    percent = f" ({100.0 * distance / target:.0f} %)" if target > 0 else ""
-    text = (
-        f"{name}: {item.get('state', 'unknown')}, step {item.get('step', 0)}, "
-        f"{distance / 1e3:.6g} of {target / 1e3:.6g} km{percent}, "
-        f"deepest wear {1e3 * float(item.get('worst_depth', 0.0)):.4g} mm"
-    )
-    left = item.get("time_left")
-    if item.get("state") == "running" and left is not None:
-        text += f", about {duration(float(left))} left"
-    if item.get("ended") not in (None, "", "distance reached"):
-        text += f": {item['ended']}"
-    if item.get("message"):
-        text += f"; {item['message']}"
-    return text

@@ -1,18 +1,18 @@
-"""`wearsim report`: the HTML report of a run directory."""
+"""`wearsim report`: the HTML report of a run directory; warnings on its results."""
 
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 
-from wearsim.cli import Commands, add_command
+SUMMARY = "write the self-contained HTML report of a run directory"
+EXAMPLES = "wearsim report out"
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands, "report", "write the self-contained HTML report of a run directory", "wearsim report out"
-    )
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("directory", metavar="DIR", help="run directory, finished or not")
 
 
@@ -22,3 +22,14 @@ def execute(arguments: argparse.Namespace) -> int:
 
     print(write_report(Path(arguments.directory)))
     return 0
+
+
+def print_warnings(results: Sequence[Path]) -> None:
+    """Print the warnings on the results of campaigns, which are rig.nc and field.nc, to standard error."""
+    from wearsim.results import open_results, result_warnings
+
+    for path in results:
+        if path.stem in ("rig", "field"):
+            with open_results(path) as result:
+                for line in result_warnings(result):
+                    print(f"warning: {path.stem}: {line}", file=sys.stderr)

@@ -5,25 +5,21 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from wearsim.cli import Commands, add_command
+from wearsim.cli.progress import observer
+from wearsim.cli.report import print_warnings
+
+SUMMARY = "continue an interrupted run directory; a finished one is left as it is"
+EXAMPLES = "wearsim resume out"
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "resume",
-        "continue an interrupted run directory; a finished one is left as it is",
-        "wearsim resume out",
-    )
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("directory", metavar="DIR", help="run directory")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Continue from the last finished step and write the report."""
     from wearsim.campaign.run import resume
-    from wearsim.cli.progress import observer
-    from wearsim.cli.run import print_warnings
     from wearsim.report.html import write_report
 
     out = Path(arguments.directory)

@@ -9,22 +9,23 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearsim.cli import Commands, add_command
-from wearsim.cli.overrides import add_override_flags, load_overridden
+from wearsim.cli.flags import add_override_flags, load_overridden
+from wearsim.cli.progress import observer
+from wearsim.cli.report import print_warnings
 
 if TYPE_CHECKING:
     from wearsim.scene.overrides import Override
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "run",
-        "run the campaign or comparison of a scene file and write its report",
-        "wearsim run workflows/rig_vs_field.toml --out out\n"
-        "wearsim run workflows/rig.toml --smoothing half --set campaign.stability=0.2 --out half",
-    )
+SUMMARY = "run the campaign or comparison of a scene file and write its report"
+EXAMPLES = (
+    "wearsim run workflows/rig_vs_field.toml --out out\n"
+    "wearsim run workflows/rig.toml --smoothing half --set campaign.stability=0.2 --out half"
+)
+
+
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
     parser.add_argument(
         "--out", metavar="DIR", help="run directory (default: the scene file's name without .toml)"
@@ -75,8 +76,6 @@ def _kilometres(text: str) -> float | str:
 def execute(arguments: argparse.Namespace) -> int:
     """Run the scene; a directory in which it runs already is continued."""
     from wearsim.campaign.run import run_scene
-    from wearsim.cli import sweep
-    from wearsim.cli.progress import observer
     from wearsim.errors import Fault, SceneError
     from wearsim.report.html import write_report
     from wearsim.scene import SweepScene
@@ -84,14 +83,16 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.scene.overrides import at_its_source
 
     scene, overrides = load_overridden(arguments)
-    given = Path(arguments.out) if arguments.out else None
+    out = Path(arguments.out or Path(arguments.scene).stem)
     if isinstance(scene, SweepScene):
         if arguments.converge or arguments.against:
             flag = "--converge" if arguments.converge else "--against"
             message = f"{flag} is for campaigns; this scene is of kind {scene.scene.kind}"
             raise SceneError([Fault(message, str(scene.origin.path))])
-        return sweep.run(scene, given, arguments.command_line)
-    out = given or Path(Path(arguments.scene).stem)
+        from wearsim.cli.sweep_run import run_all
+        from wearsim.studies.sweep import sweep_of
+
+        return run_all(sweep_of(scene), out, None, arguments.command_line, False)
     for warning in check_contact(scene):
         print(f"warning: {at_its_source(warning)}", file=sys.stderr)
     with observer() as observe:
@@ -106,39 +107,16 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _converge(arguments: argparse.Namespace, out: Path, overrides: Sequence[Override]) -> None:
-    from wearsim.cli.progress import observer
     from wearsim.report.tables_quality import markdown, read_convergence
     from wearsim.studies.converge import converge
 
-    short = arguments.converge not in (None, "all")
+    distance = None if arguments.converge in (None, "all") else 1e3 * arguments.converge
+    against = tuple(dict.fromkeys(arguments.against))
     with observer() as observe:
         converge(
-            arguments.scene,
-            out,
-            overrides=overrides,
-            distance=1e3 * arguments.converge if short else None,
-            refine=bool(arguments.converge),
-            against=tuple(dict.fromkeys(arguments.against)),
-            command=arguments.command_line,
-            observer=observe,
-        )
+            arguments.scene, out, overrides=overrides, distance=distance, refine=bool(arguments.converge),
+            against=against, command=arguments.command_line, observer=observe,
+        )  # fmt: skip
     text = markdown(read_convergence(out))
     (out / "convergence.md").write_text(text, encoding="utf-8")
     print(text)
-
-
-def print_warnings(results: Sequence[Path]) -> None:
-    """Print the warnings on the results of campaigns to standard error.
-
-    Parameters
-    ----------
-    results : sequence of Path
-        Files of a finished run; others than rig.nc and field.nc hold no campaign.
-    """
-    from wearsim.results import open_results, result_warnings
-
-    for path in results:
-        if path.stem in ("rig", "field"):
-            with open_results(path) as result:
-                for line in result_warnings(result):
-                    print(f"warning: {path.stem}: {line}", file=sys.stderr)

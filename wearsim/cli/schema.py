@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import argparse
 
-from wearsim.cli import Commands, add_command
+SUMMARY = "print the JSON schema of scene files, for editors"
+EXAMPLES = "wearsim schema > scene.schema.json"
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "schema",
-        "print the JSON schema of scene files, for editors",
-        "wearsim schema > scene.schema.json",
-    )
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("--json", action="store_true", help="accepted for uniformity; the schema is JSON")
 
 

@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
-from wearsim.cli import Commands, add_command
-from wearsim.cli.progress import status_line
+from wearsim.cli import print_json
+from wearsim.cli.progress import duration
+
+SUMMARY = "show how far the campaigns of a run directory or a sweep are"
+EXAMPLES = "wearsim status out"
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "status",
-        "show how far the campaigns of a run directory or a sweep are",
-        "wearsim status out",
-    )
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("directory", metavar="DIR", help="run directory, or that of a sweep")
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the status."""
-    import json
-
     from wearsim.campaign.directory import read_manifest, read_status
 
     out = Path(arguments.directory)
@@ -33,7 +29,7 @@ def execute(arguments: argparse.Namespace) -> int:
     read_manifest(out)  # a clear fault where there is no campaign
     status = read_status(out)
     if arguments.json:
-        print(json.dumps(status, indent=2))
+        print_json(status)
         return 0
     campaigns = status.get("campaigns") or {}
     if not campaigns:
@@ -46,36 +42,42 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _sweep(out: Path, as_json: bool) -> int:
-    import json
-    from dataclasses import asdict
-
     from wearsim.campaign.directory import read_status
-    from wearsim.studies.sweep import outcomes_of, read_plan
+    from wearsim.cli.sweep_run import with_fault
+    from wearsim.studies.sweep import counted, outcomes_of, read_plan
 
-    if not as_json:
-        print("\n".join(_lines(out)))
-        return 0
-    plan = read_plan(out)
+    plan, outcomes = read_plan(out), outcomes_of(out)
     cases = [
-        {**entry, **asdict(outcome), **read_status(out / entry["directory"])}
-        for entry, outcome in zip(plan["cases"], outcomes_of(out), strict=True)
+        {**entry, "state": outcome.state, "fault": outcome.fault, **read_status(out / entry["directory"])}
+        for entry, outcome in zip(plan["cases"], outcomes, strict=True)
     ]
+    if as_json:
+        print_json({"title": plan["title"], "cases": cases})
+        return 0
     for case in cases:
-        del case["number"], case["exit_code"]
-    print(json.dumps({"title": plan["title"], "cases": cases}, indent=2, ensure_ascii=False))
+        number, campaigns = case["case"], case.get("campaigns") or {}
+        for name, item in campaigns.items():
+            print(status_line(f"case {number}, {name}", item))
+        if not campaigns or (case["fault"] and not any(item.get("message") for item in campaigns.values())):
+            print(with_fault(f"case {number}: {case['state']}", case["fault"]))
+    print(counted(outcomes))
     return 0
 
 
-def _lines(out: Path) -> list[str]:
-    from wearsim.campaign.directory import read_status
-    from wearsim.cli.sweep import with_fault
-    from wearsim.studies.sweep import counted, outcomes_of, read_plan
-
-    lines = []
-    outcomes = outcomes_of(out)
-    for entry, outcome in zip(read_plan(out)["cases"], outcomes, strict=True):
-        campaigns = read_status(out / entry["directory"]).get("campaigns") or {}
-        lines += [status_line(f"case {outcome.number}, {name}", item) for name, item in campaigns.items()]
-        if not campaigns or (outcome.fault and not any(item.get("message") for item in campaigns.values())):
-            lines.append(with_fault(f"case {outcome.number}: {outcome.state}", outcome.fault))
-    return [*lines, counted(outcomes)]
+def status_line(name: str, item: dict[str, Any]) -> str:
+    """Line on one campaign from its entry in `status.json`."""
+    distance, target = float(item.get("distance", 0.0)), float(item.get("target", 0.0))
+    percent = f" ({100.0 * distance / target:.0f} %)" if target > 0 else ""
+    text = (
+        f"{name}: {item.get('state', 'unknown')}, step {item.get('step', 0)}, "
+        f"{distance / 1e3:.6g} of {target / 1e3:.6g} km{percent}, "
+        f"deepest wear {1e3 * float(item.get('worst_depth', 0.0)):.4g} mm"
+    )
+    left = item.get("time_left")
+    if item.get("state") == "running" and left is not None:
+        text += f", about {duration(float(left))} left"
+    if item.get("ended") not in (None, "", "distance reached"):
+        text += f": {item['ended']}"
+    if item.get("message"):
+        text += f"; {item['message']}"
+    return text

@@ -5,20 +5,18 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from wearsim.cli import Commands, add_command
+from wearsim.cli import print_json
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "translate",
-        "compare a rig result with a field result: factors at equal distance and equal depth",
-        "wearsim translate out/rig.nc out/field.nc --out translation.nc",
-    )
+SUMMARY = "compare a rig result with a field result: factors at equal distance and equal depth"
+EXAMPLES = "wearsim translate out/rig.nc out/field.nc --out translation.nc"
+
+
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags."""
     parser.add_argument("rig", metavar="RIG", help="result file of the rig")
     parser.add_argument("field", metavar="FIELD", help="result file of the field")
     parser.add_argument(
@@ -29,7 +27,6 @@ def add_parser(commands: Commands) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the factors where both campaigns end; write all of them on request."""
-    import json
     import sys
 
     from wearsim.results import open_results
@@ -45,14 +42,9 @@ def execute(arguments: argparse.Namespace) -> int:
         if arguments.out:
             write(factors, arguments.out)
     if arguments.json:
-        records = [
-            {
-                key: None if value != value else value for key, value in row.items()
-            }  # NaN is not equal to itself
-            for part in (rows, points)
-            for row in part.to_dict(orient="records")
-        ]
-        print(json.dumps(records, indent=2, ensure_ascii=False, allow_nan=False))
+        records = [row for part in (rows, points) for row in part.to_dict(orient="records")]
+        known = [{k: v if v == v else None for k, v in row.items()} for row in records]  # NaN equals nothing
+        print_json(known, allow_nan=False)
     else:
         print(_text(rows, index=False))
         for state in dict.fromkeys(points["state"]):

@@ -12,14 +12,13 @@ profile at the centre. The counterface turns with :math:`\omega = (0, \kappa V, 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
+from wearsim.contact.geometry import WheelsetPose
+from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.patch import FloatArray
-
-if TYPE_CHECKING:
-    from wearsim.contact.geometry import WheelsetPose
 
 
 @dataclass(frozen=True)
@@ -32,11 +31,14 @@ class Kinematics:
         Longitudinal, lateral creepage and spin [-, -, 1/m], and the same per rotation speed [s/rad].
     x : (m,) array
         Longitudinal position of the contact, from the middle of the axle [m].
+    down : (m, 3) array
+        Parts straight down of the contact frame's directions: rolling, across, normal into the counterface.
     """
 
     at_rest: FloatArray
     per_speed: FloatArray
     x: FloatArray
+    down: FloatArray
 
     def creepage(self, rotation_speed: FloatArray) -> FloatArray:
         """Creepages (m, 3) for (m,) rotation speeds [rad/s]."""
@@ -63,11 +65,10 @@ def moved(motion: Kinematics, along: FloatArray, across: FloatArray) -> Kinemati
         longitudinal, lateral, spin = value.T
         return np.stack((longitudinal - spin * across, lateral + spin * along, spin), axis=1)
 
-    return Kinematics(at(motion.at_rest), at(motion.per_speed), motion.x + along)
+    return Kinematics(at(motion.at_rest), at(motion.per_speed), motion.x + along, motion.down)
 
 
-@dataclass(frozen=True)
-class ContactPoint:
+class ContactPoint(NamedTuple):
     """Creepage reference points on wheel and counterface.
 
     Parameters
@@ -80,9 +81,9 @@ class ContactPoint:
         Height on the counterface's profile [m].
     contact_angle : (m,) array
         About e_x, z down [rad].
-    approach, overlap : (m,) array, optional
+    approach, overlap : (m,) array
         Rigid approach of the patch along the normal, and how far the wheel's point overlaps the counterface,
-        along the counterface's radius [m]; none: the wheel's point itself is taken.
+        along the counterface's radius [m]; with zeros the wheel's point itself is taken.
     """
 
     wheel_y: FloatArray
@@ -90,8 +91,8 @@ class ContactPoint:
     sin_theta: FloatArray
     counterface_z: FloatArray
     contact_angle: FloatArray
-    approach: FloatArray | None = None
-    overlap: FloatArray | None = None
+    approach: FloatArray
+    overlap: FloatArray
 
 
 def kinematics(
@@ -133,38 +134,48 @@ def kinematics(
     ----------
     .. [1] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226.
     """
-    wheel_radius, sin_theta = point.wheel_radius, point.sin_theta
-    yaw, roll, approach, overlap = pose.yaw, pose.roll, point.approach, point.overlap
-    sy, cy, sr, cr = np.sin(yaw), np.cos(yaw), np.sin(roll), np.cos(roll)
-    zero, one = np.zeros_like(yaw), np.ones_like(yaw)
-    # Columns of Rz(yaw) Rx(roll).
-    forward = np.stack((cy, sy, zero), axis=1)
-    axle = np.stack((-sy * cr, cy * cr, sr), axis=1)
-    down = np.stack((sy * sr, -cy * sr, cr), axis=1)
-    cosine = np.sqrt(1.0 - sin_theta**2)
-    arm = (
-        (wheel_radius * sin_theta)[:, None] * forward
-        + (half_span + point.wheel_y)[:, None] * axle
-        + (wheel_radius * cosine)[:, None] * down
-    )
-    x, y, z = arm[:, 0], pose.shift + arm[:, 1], arm[:, 2] - nominal_radius
-    along = np.stack((1.0 - curvature * z, zero, curvature * x), axis=1)
-    e_x = along / np.linalg.norm(along, axis=1)[:, None]
-    e_y = np.stack((zero, one, zero), axis=1)
-    e_d = np.stack((-e_x[:, 2], zero, e_x[:, 0]), axis=1)
-    angle = point.contact_angle
-    sine, cosine = np.sin(angle)[:, None], np.cos(angle)[:, None]
-    e_s = cosine * e_y + sine * e_d
-    e_n = -sine * e_y + cosine * e_d
-    if approach is not None and overlap is not None:
-        arm = arm + approach[:, None] * e_n - overlap[:, None] * e_d
-    wheel = np.cross(axle, arm)  # surface velocity of the wheel per rotation speed
-    rolling = -(speed * (1.0 - curvature * point.counterface_z))[:, None] * e_x
-    counterface = rolling + (speed * track_curvature)[:, None] * np.stack((y, -x, zero), axis=1)
-    spinning = np.stack((zero, curvature * speed, -speed * track_curvature), axis=1)
+    point, pose = ContactPoint(*map(plain, point)), WheelsetPose(*map(plain, pose))
+    count = point.wheel_y.size
+    at_rest, per_speed, down = np.empty((3, count, 3))
+    result = Kinematics(at_rest, per_speed, np.empty(count), down)
+    _fill(
+        point, pose, plain(speed), plain(track_curvature), float(half_span), float(nominal_radius),
+        float(curvature), result.at_rest, result.per_speed, result.x, result.down,
+    )  # fmt: skip
+    return result
 
-    def frame(velocity: FloatArray, spin: FloatArray) -> FloatArray:
-        parts = [(velocity * e).sum(axis=1) for e in (e_x, e_s)] + [(spin * e_n).sum(axis=1)]
-        return np.stack(parts, axis=1) / speed[:, None]
 
-    return Kinematics(frame(-counterface, -spinning), frame(wheel, axle), x)
+@kernel
+def _fill(
+    point: ContactPoint, pose: WheelsetPose, speed: FloatArray, track_curvature: FloatArray,
+    half_span: float, nominal_radius: float, kappa: float, at_rest: FloatArray, per_speed: FloatArray,
+    along: FloatArray, down: FloatArray,
+) -> None:  # fmt: skip
+    """Creepage at rest and per rotation speed, longitudinal position and frame of each point."""
+    for m in range(along.size):
+        sy, cy = np.sin(pose.yaw[m]), np.cos(pose.yaw[m])
+        sr, cr = np.sin(pose.roll[m]), np.cos(pose.roll[m])
+        sine, r, a = point.sin_theta[m], point.wheel_radius[m], half_span + point.wheel_y[m]
+        f, d = r * sine, r * np.sqrt(1.0 - sine * sine)
+        # From the middle of the axle to the wheel's point; (8) is Rz(yaw) Rx(roll).
+        x, y, z = cy * f - sy * cr * a + sy * sr * d, sy * f + cy * cr * a - cy * sr * d, sr * a + cr * d
+        # The frame: e_x = (u, 0, w), e_d = (-w, 0, u).
+        u, w = 1.0 - kappa * (z - nominal_radius), kappa * x
+        length = np.sqrt(u * u + w * w)
+        u, w = u / length, w / length
+        si, co = np.sin(point.contact_angle[m]), np.cos(point.contact_angle[m])
+        down[m] = w, si * u, co * u
+        v, turn = speed[m], track_curvature[m]
+        # Counterface: rolling, and the turn of the track.
+        c_x, c_y = turn * (pose.shift[m] + y), -turn * x
+        at_rest[m, 0] = 1.0 - kappa * point.counterface_z[m] - c_x * u
+        at_rest[m, 1] = c_x * si * w - c_y * co
+        at_rest[m, 2] = kappa * si + turn * co * u
+        # Wheel: axle x arm, in the plane the approach deeper.
+        along[m] = x
+        approach, overlap = point.approach[m], point.overlap[m]
+        x, y, z = x - w * (co * approach - overlap), y - si * approach, z + u * (co * approach - overlap)
+        w_x, w_y, w_z = cy * cr * z - sr * y, sr * x + sy * cr * z, -sy * cr * y - cy * cr * x
+        per_speed[m, 0] = (w_x * u + w_z * w) / v
+        per_speed[m, 1] = (si * (w_z * u - w_x * w) + w_y * co) / v
+        per_speed[m, 2] = (sy * cr * w * co - cy * cr * si + sr * u * co) / v

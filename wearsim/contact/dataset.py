@@ -264,6 +264,8 @@ def solve_contact(
         "tangential_model": models.tangential,
         "strips": models.strips,
         "cells": models.cells,
+        "cell_size": models.cell_size,
+        "most_cells": models.most_cells,
         "rotation_rule": conditions.rotation if isinstance(conditions.rotation, str) else "given",
     }
     return dataset
@@ -280,8 +282,9 @@ def _check_models(models: ContactModels) -> None:
     _check_name("tangential", models.tangential, TANGENTIAL_MODELS)
     if not 0.0 < models.youngs_modulus < np.inf:
         raise ContactError(f"youngs_modulus = {models.youngs_modulus:g} must be above 0 Pa and finite")
-    if fault := QUANTITIES["poisson_ratio"].fault(models.poisson_ratio):
-        raise ContactError(fault)
+    for name in ("poisson_ratio", "strips", "cells", "cell_size", "most_cells"):
+        if fault := QUANTITIES[name].fault(getattr(models, name)):
+            raise ContactError(fault)
     known = sorted({name for model in NORMAL_MODELS.values() for name in model.parameters} - {"cells"})
     for name, value in models.parameters:
         _check_name("name of a parameter", name, known)
@@ -323,7 +326,7 @@ def patch_columns(solution: ContactSolution, fields: bool) -> Columns:
         "x_lead": (strip, patch.x_lead),
         "x_trail": (strip, patch.x_trail),
         "cells_lead": (strip, cells.x_lead),
-        "cells_trail": (strip, cells.x_lead - patch.cells[:, None] * cells.cell_length),
+        "cells_trail": (strip, cells.x_lead - cells.pressure.shape[1] * cells.cell_length),
         "strip_work": (strip, cells.strip_work),
         **{name: (cell, getattr(cells, name)) for name in _CELLS},
     }
@@ -331,7 +334,10 @@ def patch_columns(solution: ContactSolution, fields: bool) -> Columns:
         columns |= {
             "cell_pressure": (("patch", "grid_cell", "strip"), patch.grid.pressure),
             "grid_lead": (("patch",), patch.grid.x_lead),
-            "grid_trail": (("patch",), patch.grid.x_lead - patch.cells * patch.grid.cell_length),
+            "grid_trail": (
+                ("patch",),
+                patch.grid.x_lead - patch.grid.pressure.shape[1] * patch.grid.cell_length,
+            ),
         }
     return columns
 

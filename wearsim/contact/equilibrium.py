@@ -121,7 +121,7 @@ def resting_roll(
 
 RULES = ("free", "centred", "nominal")
 
-_TOLERANCE = 1e-9  # torque, relative to friction coefficient x wheel load x radius
+_TOLERANCE = 1e-3  # torque, over friction coefficient x wheel load x radius: a bracket to begin with
 
 
 def rotation_without_creepage(motion: Kinematics, row: IntArray, rows: int) -> FloatArray:
@@ -147,20 +147,29 @@ def rotation_without_creepage(motion: Kinematics, row: IntArray, rows: int) -> F
 
 
 def balanced_rotation(
-    torque: Callable[[FloatArray], FloatArray], nominal: FloatArray, applied: float, scale: FloatArray
+    torque: Callable[[FloatArray], FloatArray],
+    first: FloatArray,
+    nominal: FloatArray,
+    applied: float,
+    scale: FloatArray,
+    done: NDArray[np.bool_],
 ) -> FloatArray:
-    """Rotation speed at which the creep forces of both wheels balance the applied torque.
+    """Rotation speed near which the creep forces of both wheels balance the applied torque.
 
     Parameters
     ----------
     torque : callable
         Torque of the creep forces about the axle [N m] for (n,) rotation speeds [rad/s]; falls with them.
+    first : (n,) array
+        First guess [rad/s].
     nominal : (n,) array
-        V / r0 with its sign: the first guess [rad/s].
+        V / r0 with its sign [rad/s].
     applied : float
         Applied torque in the rolling direction [N m].
     scale : (n,) array
         Friction coefficient x wheel load x radius: what one wheel can carry at most, about [N m].
+    done : (n,) bool array
+        Rows that keep the first guess.
 
     Returns
     -------
@@ -183,11 +192,11 @@ def balanced_rotation(
         )
     speed, solved = falling_root(
         lambda speed: torque(speed) - applied,
-        nominal,
+        first,
         np.abs(nominal) * 2e-3,
         goal=np.maximum(scale, 1e-300) * _TOLERANCE,
         narrow=1e-14 * np.abs(nominal),
-        done=nothing,
+        done=nothing | done,
     )
     if not solved.all():
         raise NumericalError(

@@ -8,12 +8,12 @@ are smooth.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from wearsim.contact.geometry import NO_WHEEL, Gap
-from wearsim.contact.kernel import kernel
+from wearsim.contact.geometry import NO_WHEEL, Bodies, CounterfaceProfile, Gap
+from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError
 
@@ -22,8 +22,7 @@ _DONE = 1e-14  # m, a step that changes nothing any more
 _FLATTEST = 0.05  # cosine between ray and surface normal below which a ray only grazes
 
 
-@dataclass(frozen=True)
-class ContactPlane:
+class ContactPlane(NamedTuple):
     """Planes through points of the counterface, along the rolling direction there.
 
     Parameters
@@ -47,6 +46,42 @@ class ContactPlane:
     vertical_displacement: FloatArray
 
 
+def between_points(gap: Gap, curve: FloatArray, row: IntArray, y: FloatArray) -> FloatArray:
+    """Interpolate one of the curves of a gap.
+
+    Parameters
+    ----------
+    gap : Gap
+        n rows.
+    curve : (n, g) array
+        Such as its `wheel_y`.
+    row : (m,) int array
+        Row of each patch.
+    y : (m, ...) array
+        Lateral positions of each; quickest where they rise [m].
+
+    Returns
+    -------
+    (m, ...) array
+        Linear between the points of the grid, and beyond its ends.
+    """
+    places = plain(y).reshape(row.size, int(np.prod(y.shape[1:])))
+    out = np.empty_like(places)
+    _interpolate(gap.counterface.y, curve, row, places, out)
+    return out.reshape(y.shape)
+
+
+@kernel
+def _interpolate(grid: FloatArray, curve: FloatArray, row: IntArray, y: FloatArray, out: FloatArray) -> None:
+    """Fill `out` (m, k) with the rows of `curve` at positions (m, k)."""
+    for m in range(row.size):
+        k = 0
+        for j in range(y.shape[1]):
+            k = place_in(grid, min(max(y[m, j], grid[0]), grid[-1]), k)
+            share = (y[m, j] - grid[k]) / (grid[k + 1] - grid[k])
+            out[m, j] = curve[row[m], k] + share * (curve[row[m], k + 1] - curve[row[m], k])
+
+
 def contact_plane(gap: Gap, row: IntArray, y: FloatArray, angle: FloatArray) -> ContactPlane:
     """Plane on the contact line, with the wheel lowered to its initial contact.
 
@@ -67,10 +102,7 @@ def contact_plane(gap: Gap, row: IntArray, y: FloatArray, angle: FloatArray) -> 
         With x on the contact line x(y) and the displacement of initial contact: the lowest value of the row's
         gap, which is measured along the roller's radius, over the cosine of that radius from straight down.
     """
-    grid = gap.counterface.y
-    index = np.clip(np.searchsorted(grid, y, side="right") - 1, 0, grid.size - 2)
-    share = (y - grid[index]) / (grid[index + 1] - grid[index])
-    x = gap.x[row, index] + share * (gap.x[row, index + 1] - gap.x[row, index])
+    x = between_points(gap, gap.x, row, y)
     lowest = gap.gap[row].argmin(axis=1)
     low = gap.gap[row, lowest]
     _, cosine, _ = roller_angle(gap.x[row, lowest], gap.counterface.z[lowest] - low, gap.curvature)
@@ -102,19 +134,12 @@ def gap_surface(gap: Gap, plane: ContactPlane, x: FloatArray, s: FloatArray) -> 
     ContactError
         If the gap has no bodies, because it was not made by `geometry.gap`.
     """
-    bodies = gap.bodies
-    if bodies is None:
+    if gap.bodies is None:
         raise ContactError(
             "this gap is a curve without bodies; make it with geometry.gap to have its surface"
         )
-    count = plane.row.size
-    out = np.empty((count, x.shape[1], s.shape[1]))
-    _fill(
-        plane.row, plane.y, plane.x, plane.angle, plane.vertical_displacement, x, s, bodies.wheel.y,
-        bodies.wheel.radius, bodies.wheel.slope, gap.counterface.y, gap.counterface.z, gap.counterface.slope,
-        bodies.pose.shift, bodies.pose.yaw, bodies.pose.roll, bodies.half_span, bodies.nominal_radius,
-        gap.curvature, np.empty((2, s.shape[1])), out,
-    )  # fmt: skip
+    out = np.empty((plane.row.size, x.shape[1], s.shape[1]))
+    _fill(plane, gap.bodies, gap.counterface, gap.curvature, x, s, np.empty((2, s.shape[1])), out)
     return out
 
 
@@ -167,28 +192,28 @@ def roller_angle(x: float, z: float, kappa: float) -> tuple[float, float, float]
 
 @kernel
 def _fill(
-    rows: IntArray, plane_y: FloatArray, plane_x: FloatArray, plane_angle: FloatArray,
-    displacement: FloatArray, x_grid: FloatArray, s_grid: FloatArray, ring_y: FloatArray,
-    ring_radius: FloatArray, ring_slope: FloatArray, grid_y: FloatArray, grid_z: FloatArray,
-    grid_slope: FloatArray, shifts: FloatArray, yaws: FloatArray, rolls: FloatArray, half_span: float,
-    nominal_radius: float, kappa: float, guess: FloatArray, out: FloatArray,
+    plane: ContactPlane, bodies: Bodies, counterface: CounterfaceProfile, kappa: float, x_grid: FloatArray,
+    s_grid: FloatArray, guess: FloatArray, out: FloatArray,
 ) -> None:  # fmt: skip
     """Cut the rays of every plane; from the middle outwards, each starting from its neighbour's solution."""
+    wheel, pose, half_span, nominal_radius = bodies
+    grid_y, grid_z, grid_slope, _ = counterface
     lengths, widths = out.shape[1], out.shape[2]
-    for m in range(rows.size):
-        row = rows[m]
-        sy, cy = np.sin(yaws[row]), np.cos(yaws[row])
-        sr, cr = np.sin(rolls[row]), np.cos(rolls[row])
+    for m in range(plane.row.size):
+        row = plane.row[m]
+        sy, cy = np.sin(pose.yaw[row]), np.cos(pose.yaw[row])
+        sr, cr = np.sin(pose.roll[row]), np.cos(pose.roll[row])
         # The plane: its origin on the counterface, below the wheel's point.
-        here = place_in(grid_y, plane_y[m], 0)
+        here = place_in(grid_y, plane.y[m], 0)
         if here < 0:
             out[m] = NO_WHEEL
             continue
-        top, _ = smooth_at(grid_y, grid_z, grid_slope, here, plane_y[m])
-        sine, cosine, reach = roller_angle(plane_x[m], top, kappa)
+        top, _ = smooth_at(grid_y, grid_z, grid_slope, here, plane.y[m])
+        sine, cosine, reach = roller_angle(plane.x[m], top, kappa)
         origin_x = (1.0 - kappa * top) * reach
         origin_z = top * cosine + kappa * reach * reach / (1.0 + cosine)
-        sd, cd = np.sin(plane_angle[m]), np.cos(plane_angle[m])
+        axle = nominal_radius - plane.vertical_displacement[m]
+        sd, cd = np.sin(plane.angle[m]), np.cos(plane.angle[m])
         s_x, s_y, s_z = -sd * sine, cd, sd * cosine
         n_x, n_y, n_z = -cd * sine, -sd, cd * cosine
         # Components of the normal along the wheelset's axes: forward, axle, down.
@@ -212,7 +237,7 @@ def _fill(
                     start_w, start_c = guess[0, j], guess[1, j]
                 x, s = x_grid[m, i], s_grid[m, j]
                 p_x = origin_x + x * cosine + s * s_x
-                p_y = plane_y[m] + s * s_y
+                p_y = plane.y[m] + s * s_y
                 p_z = origin_z + x * sine + s * s_z
                 # On the counterface.
                 n = start_c
@@ -235,17 +260,17 @@ def _fill(
                         break
                 below = n
                 # On the wheel.
-                q_x, q_y, q_z = p_x, p_y - shifts[row] + half_span, p_z + nominal_radius - displacement[m]
+                q_x, q_y, q_z = p_x, p_y - pose.shift[row] + half_span, p_z + axle
                 f = cy * q_x + sy * q_y
                 a = -sy * cr * q_x + cy * cr * q_y + sr * q_z - half_span
                 d = sy * sr * q_x - cy * sr * q_y + cr * q_z
                 n = start_w
                 on_wheel = False
                 for _ in range(_STEPS):
-                    ring = place_in(ring_y, a + n * n_a, ring)
+                    ring = place_in(wheel.y, a + n * n_a, ring)
                     if ring < 0:
                         break
-                    radius, slope = smooth_at(ring_y, ring_radius, ring_slope, ring, a + n * n_a)
+                    radius, slope = smooth_at(wheel.y, wheel.radius, wheel.slope, ring, a + n * n_a)
                     forward, down = f + n * n_f, d + n * n_d
                     length = np.sqrt(forward * forward + down * down)
                     fall = (forward * n_f + down * n_d) / length - slope * n_a

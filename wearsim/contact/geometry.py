@@ -10,6 +10,7 @@ points form the wheel's contact line, and the gap is the distance of it from the
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -25,8 +26,7 @@ _NEAREST_AXIS = 0.9  # share of a roller's radius below its top, beyond which th
 NO_WHEEL = 1.0  # gap [m] at lateral positions where there is no wheel above the counterface
 
 
-@dataclass(frozen=True)
-class WheelSurface:
+class WheelSurface(NamedTuple):
     """Surface of a wheel: circles about its axle, from the flange tip to the field side.
 
     Parameters
@@ -44,8 +44,7 @@ class WheelSurface:
     slope: FloatArray
 
 
-@dataclass(frozen=True)
-class CounterfaceProfile:
+class CounterfaceProfile(NamedTuple):
     """Profile of a rail or roller on a grid of equal steps of arc length.
 
     Parameters
@@ -64,8 +63,7 @@ class CounterfaceProfile:
     angle: FloatArray
 
 
-@dataclass(frozen=True)
-class WheelsetPose:
+class WheelsetPose(NamedTuple):
     """Pose of a wheelset in the axes of one wheel, one row each; a left wheel is mirrored first.
 
     Parameters
@@ -79,8 +77,7 @@ class WheelsetPose:
     roll: FloatArray
 
 
-@dataclass(frozen=True)
-class Bodies:
+class Bodies(NamedTuple):
     """The wheel of a gap and its pose, for the gap away from the contact line.
 
     Parameters
@@ -136,13 +133,10 @@ class Gap:
         """Gap of some rows."""
         if row.size == self.gap.shape[0]:
             return self
-        curves = {
-            name: getattr(self, name)[row] for name in ("gap", "wheel_y", "sin_theta", "wheel_radius", "x")
-        }
+        curves = {name: getattr(self, name)[row] for name in _Nearest._fields}
         bodies = self.bodies
         if bodies is not None:
-            pose = bodies.pose
-            bodies = replace(bodies, pose=WheelsetPose(pose.shift[row], pose.yaw[row], pose.roll[row]))
+            bodies = bodies._replace(pose=WheelsetPose(*(one[row] for one in bodies.pose)))
         return replace(self, bodies=bodies, **curves)
 
 
@@ -243,104 +237,111 @@ def gap(
         Where several parts of the wheel hide each other, that of the lowest one. A roller smaller than its
         profile is deep ends before its axle.
     """
-    rows, points = pose.shift.size, counterface.y.size
-    shape = (rows, points)
     # An integer or an array that may not be written would compile another variant of each kernel.
     curvature = float(curvature)
     pose = WheelsetPose(plain(pose.shift), plain(pose.yaw), plain(pose.roll))
-    result = Gap(
-        counterface=counterface,
-        curvature=curvature,
-        gap=np.empty(shape),
-        wheel_y=np.zeros(shape),
-        sin_theta=np.zeros(shape),
-        wheel_radius=np.full(shape, nominal_radius),
-        x=np.zeros(shape),
-        bodies=Bodies(wheel, pose, half_span, nominal_radius),
-    )
-    height, offset, lever, along = (np.empty(wheel.y.size) for _ in range(4))
-    _raster(
-        wheel.y, wheel.radius, wheel.slope, counterface.y, counterface.z, pose.shift, pose.yaw, pose.roll,
-        half_span, nominal_radius, curvature, offset, height, lever, along, result.gap, result.wheel_y,
-        result.sin_theta, result.wheel_radius, result.x,
-    )  # fmt: skip
-    result.gap[:, curvature * counterface.z > _NEAREST_AXIS] = NO_WHEEL
-    return result
+    bodies = Bodies(wheel, pose, float(half_span), float(nominal_radius))
+    nearest = _Nearest(*np.empty((5, pose.shift.size, counterface.y.size)))
+    line = _ContactLine(*np.empty((4, wheel.y.size)))
+    _search(bodies, counterface, curvature, line, np.empty(counterface.y.size, dtype=np.int64), nearest)
+    nearest.gap[:, curvature * counterface.z > _NEAREST_AXIS] = NO_WHEEL
+    return Gap(counterface, curvature, *nearest, bodies)
+
+
+class _ContactLine(NamedTuple):
+    """Points (k,) of the circles of a wheel that are nearest to the counterface, in the unrolled plane."""
+
+    y: FloatArray
+    height: FloatArray
+    sin_theta: FloatArray
+    x: FloatArray
+
+
+class _Nearest(NamedTuple):
+    """The arrays (n, g) of a `Gap`."""
+
+    gap: FloatArray
+    wheel_y: FloatArray
+    sin_theta: FloatArray
+    wheel_radius: FloatArray
+    x: FloatArray
 
 
 @kernel
-def _envelope(
-    ring_y: FloatArray, ring_radius: FloatArray, offset: FloatArray, height: FloatArray, lever: FloatArray,
-    along: FloatArray, grid_y: FloatArray, grid_z: FloatArray, gap_out: FloatArray, wheel_y_out: FloatArray,
-    sin_theta_out: FloatArray, radius_out: FloatArray, x_out: FloatArray,
-) -> None:  # fmt: skip
-    """Lowest part of the wheel's contact line over each grid point."""
-    points = grid_y.size
-    gap_out[:] = NO_WHEEL
+def _search(
+    bodies: Bodies,
+    counterface: CounterfaceProfile,
+    kappa: float,
+    line: _ContactLine,
+    circle: IntArray,
+    nearest: _Nearest,
+) -> None:
+    """Contact line of each pose, the lowest part of it over each grid point, and the wheel there."""
+    y, radius, sine, x = bodies.wheel.y, bodies.wheel.radius, line.sin_theta, line.x
+    for row in range(bodies.pose.shift.size):
+        _contact_line(bodies, row, kappa, line)
+        _envelope(line, counterface, nearest.gap[row], circle)
+        for i in range(circle.size):
+            k = circle[i]
+            if k < 0:
+                nearest.wheel_y[row, i] = nearest.sin_theta[row, i] = nearest.x[row, i] = 0.0
+                nearest.wheel_radius[row, i] = bodies.nominal_radius
+                continue
+            step = line.y[k + 1] - line.y[k]
+            share = (counterface.y[i] - line.y[k]) / step if step != 0.0 else 0.0
+            nearest.wheel_y[row, i] = y[k] + share * (y[k + 1] - y[k])
+            nearest.wheel_radius[row, i] = radius[k] + share * (radius[k + 1] - radius[k])
+            nearest.sin_theta[row, i] = sine[k] + share * (sine[k + 1] - sine[k])
+            nearest.x[row, i] = x[k] + share * (x[k + 1] - x[k])
+
+
+@kernel
+def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) -> None:
+    """Where the wheel's normal has no component along the counterface, circle by circle.
+
+    The normals of a circle meet in a point of the wheel's axle; the one sought meets the counterface's axle,
+    too. That is linear in sine and cosine of the angle about the axle: p sine + q cosine = w.
+    """
+    wheel, pose, half_span, nominal_radius = bodies
+    shift = pose.shift[row]
+    sy, cy = np.sin(pose.yaw[row]), np.cos(pose.yaw[row])
+    sr, cr = np.sin(pose.roll[row]), np.cos(pose.roll[row])
+    for k in range(wheel.y.size):
+        r, t, b = wheel.radius[k], wheel.slope[k], half_span + wheel.y[k]
+        # From the counterface's axle to the point of the wheel's, times kappa.
+        ahead, above = -kappa * sy * cr * (b + r * t), 1.0 + kappa * (nominal_radius - sr * (b + r * t))
+        p, q, w = above * cy, above * sy * sr + ahead * cr, t * (ahead * sr - above * sy * cr)
+        square = p * p + q * q
+        root = np.sqrt(max(square - w * w, 0.0))
+        sine, cosine = (p * w - q * root) / square, (q * w + p * root) / square
+        x = cy * r * sine - sy * cr * b + sy * sr * r * cosine
+        z = sr * b + cr * r * cosine - nominal_radius
+        line.y[k] = shift + sy * r * sine + cy * cr * b - cy * sr * r * cosine - half_span
+        line.height[k] = (2.0 * z - kappa * z * z - kappa * x * x) / (
+            1.0 + np.sqrt((kappa * x) ** 2 + (1.0 - kappa * z) ** 2)
+        )
+        line.sin_theta[k] = sine
+        line.x[k] = x
+
+
+@kernel
+def _envelope(line: _ContactLine, counterface: CounterfaceProfile, gap: FloatArray, circle: IntArray) -> None:
+    """Smallest gap over each grid point, and the first of the two circles around it; -1 without wheel."""
+    points = counterface.y.size
+    gap[:] = NO_WHEEL
+    circle[:] = -1
     first = 0
-    for k in range(ring_y.size - 1):
-        left, right = offset[k], offset[k + 1]
+    for k in range(line.y.size - 1):
+        left, right = line.y[k], line.y[k + 1]
         low, high = min(left, right), max(left, right)
-        while first < points and grid_y[first] < low:
+        while first < points and counterface.y[first] < low:
             first += 1
-        while first > 0 and grid_y[first - 1] >= low:
+        while first > 0 and counterface.y[first - 1] >= low:
             first -= 1
         i = first
-        while i < points and grid_y[i] <= high:
-            share = (grid_y[i] - left) / (right - left) if right != left else 0.0
-            distance = grid_z[i] - (height[k] + share * (height[k + 1] - height[k]))
-            if distance < gap_out[i]:
-                gap_out[i] = distance
-                wheel_y_out[i] = ring_y[k] + share * (ring_y[k + 1] - ring_y[k])
-                sin_theta_out[i] = lever[k] + share * (lever[k + 1] - lever[k])
-                radius_out[i] = ring_radius[k] + share * (ring_radius[k + 1] - ring_radius[k])
-                x_out[i] = along[k] + share * (along[k + 1] - along[k])
+        while i < points and counterface.y[i] <= high:
+            share = (counterface.y[i] - left) / (right - left) if right != left else 0.0
+            distance = counterface.z[i] - (line.height[k] + share * (line.height[k + 1] - line.height[k]))
+            if distance < gap[i]:
+                gap[i], circle[i] = distance, k
             i += 1
-
-
-@kernel
-def _raster(
-    ring_y: FloatArray, ring_radius: FloatArray, ring_slope: FloatArray, grid_y: FloatArray,
-    grid_z: FloatArray, shift: FloatArray, yaw: FloatArray, roll: FloatArray, half_span: float,
-    nominal_radius: float, kappa: float, offset: FloatArray, height: FloatArray, lever: FloatArray,
-    along: FloatArray, gap_out: FloatArray, wheel_y_out: FloatArray, sin_theta_out: FloatArray,
-    radius_out: FloatArray, x_out: FloatArray,
-) -> None:  # fmt: skip
-    """Contact line of the yawed wheel in the unrolled plane, then its upper envelope on the grid."""
-    for row in range(shift.size):
-        sy, cy = np.sin(yaw[row]), np.cos(yaw[row])
-        sr, cr = np.sin(roll[row]), np.cos(roll[row])
-        for k in range(ring_y.size):
-            r, t, b = ring_radius[k], ring_slope[k], half_span + ring_y[k]
-            # Small-angle root of (1 - kappa z) n_x + kappa x n_z = 0, then Newton in sin(theta).
-            sine = (kappa * sy * b - sy * cr * t - sy * sr) / (1.0 + kappa * r)
-            for _ in range(3):
-                sine = min(max(sine, -0.9), 0.9)
-                cosine = np.sqrt(1.0 - sine * sine)
-                x = cy * r * sine - sy * cr * b + sy * sr * r * cosine
-                z = sr * b + cr * r * cosine - nominal_radius
-                n_x = cy * sine + sy * cr * t + sy * sr * cosine
-                n_z = cr * cosine - sr * t
-                fall = -sine / cosine
-                function = (1.0 - kappa * z) * n_x + kappa * x * n_z
-                derivative = (
-                    -kappa * cr * r * fall * n_x
-                    + (1.0 - kappa * z) * (cy + sy * sr * fall)
-                    + kappa * (cy * r + sy * sr * r * fall) * n_z
-                    + kappa * x * cr * fall
-                )
-                sine -= function / derivative
-            sine = min(max(sine, -0.9), 0.9)
-            cosine = np.sqrt(1.0 - sine * sine)
-            x = cy * r * sine - sy * cr * b + sy * sr * r * cosine
-            z = sr * b + cr * r * cosine - nominal_radius
-            offset[k] = shift[row] + sy * r * sine + cy * cr * b - cy * sr * r * cosine - half_span
-            height[k] = (2.0 * z - kappa * z * z - kappa * x * x) / (
-                1.0 + np.sqrt((kappa * x) ** 2 + (1.0 - kappa * z) ** 2)
-            )
-            lever[k] = sine
-            along[k] = x
-        _envelope(
-            ring_y, ring_radius, offset, height, lever, along, grid_y, grid_z, gap_out[row], wheel_y_out[row],
-            sin_theta_out[row], radius_out[row], x_out[row],
-        )  # fmt: skip

@@ -26,9 +26,18 @@ def kernel(function: _Function) -> _Function:
 
     One source function per kernel: two variants of one function would share a cache entry (numba #6845).
     The cache watches the kernel's own file only: after editing a kernel that is called from another file
-    (strip_half_length_squared, cell_of), touch the file of the caller.
+    (place_in, smooth_at), touch the file of the caller.
     """
     return _compiled(function, _OPTIONS)
+
+
+def bare_kernel(function: _Function) -> _Function:
+    """Compile as `kernel` does, without counting references to arrays: for kernels that allocate none.
+
+    Counting takes an atomic operation per array and call: with named tuples of twenty arrays it costs more
+    than a loop over a hundred strips. Numba refuses to compile one that allocates.
+    """
+    return _compiled(function, {**_OPTIONS, "_nrt": False})
 
 
 def leaf_kernel(function: _Function) -> _Function:
@@ -51,4 +60,6 @@ def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
 
 def plain(array: ArrayLike) -> NDArray[np.float64]:
     """Return the same numbers as the one kind of array kernels are compiled for: contiguous, writeable."""
+    if type(array) is np.ndarray and array.dtype == np.float64 and array.flags.carray:
+        return array
     return np.require(array, np.float64, ("C", "W"))

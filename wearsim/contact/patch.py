@@ -123,7 +123,7 @@ class Patch:
     def length(self) -> FloatArray:
         """Extent of each patch in the rolling direction (m,) [m]."""
         if self.grid is None:
-            longest: FloatArray = (self.x_lead - self.x_trail).max(axis=1)
+            longest: FloatArray = (self.x_lead - self.x_trail).max(axis=1, initial=0.0)
             return longest
         return _extent(self.grid.pressure.max(axis=2) > 0.0) * self.grid.cell_length
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -146,7 +146,7 @@ class ContactModels:
         Names in `wearsim.NORMAL_MODELS` and `wearsim.TANGENTIAL_MODELS`.
     strips, cells : int
         Strips across a patch and cells along each strip, at least.
-    cell : float
+    cell_size : float
         Largest width of a strip and length of a cell [m].
     most_cells : int
         Strips across a patch, and cells along each, at most.
@@ -163,7 +163,7 @@ class ContactModels:
     tangential: str = "fastsim"
     strips: int = 30
     cells: int = 30
-    cell: float = 0.5e-3
+    cell_size: float = 0.5e-3
     most_cells: int = 120
     youngs_modulus: float = 210e9
     poisson_ratio: float = 0.3
@@ -172,7 +172,7 @@ class ContactModels:
     @property
     def resolution(self) -> Resolution:
         """How finely patches are cut."""
-        return Resolution(self.cell, self.strips, self.cells, self.most_cells)
+        return Resolution(self.cell_size, self.strips, self.cells, self.most_cells)
 
     @property
     def shear_modulus(self) -> float:
@@ -230,8 +230,8 @@ class Counterface:
 
 
 @dataclass(frozen=True)
-class ContactSolution:
-    """All patches of a batch; the leading axis `m` of every array is the patch.
+class ContactPatches:
+    """All patches of a batch, without fields; the leading axis `m` of every array is the patch.
 
     `point` is the index of the operating point and `side` 0 for the right, 1 for the left wheel;
     patches are ordered by point, side and falling normal force. Angles, lateral creepage, spin, lateral
@@ -266,4 +266,15 @@ class ContactSolution:
     strip_edges_wheel_y: FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]
     strip_edges_rail_y: FloatArray  # (m, ny + 1) the same on the counterface's profile [m]
     patch: Patch
+
+
+@dataclass(frozen=True)
+class ContactSolution(ContactPatches):
+    """All patches of a batch, with the fields in their cells."""
+
     fields: SurfaceFields
+
+    def patches(self) -> ContactPatches:
+        """Return the same without the cells."""
+        kept = {field.name: getattr(self, field.name) for field in fields(ContactPatches)}
+        return ContactPatches(**{**kept, "patch": replace(self.patch, grid=None)})

@@ -4,20 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields, replace
-from typing import Any, TypeVar
+from dataclasses import fields, replace
+from typing import TypeVar
 
 import numpy as np
 
 from wearsim.contact import geometry
-from wearsim.contact.creepage import ContactPoint, Kinematics, kinematics, moved
-from wearsim.contact.equilibrium import balanced_rotation, resting_roll, rotation_without_creepage
-from wearsim.contact.geometry import CounterfaceProfile, WheelsetPose, WheelSurface
+from wearsim.contact.balance import (
+    Equilibrium,
+    Task,
+    Wheels,
+    contact_where,
+    equilibrium,
+    joined,
+    normal_of,
+    patches_where,
+    side_of,
+)
+from wearsim.contact.equilibrium import resting_roll, rotation_without_creepage
+from wearsim.contact.geometry import CounterfaceProfile
 from wearsim.contact.kernel import kernel
-from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
-from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
+from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
-from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution
+from wearsim.contact.tangential import TangentialSolution
 from wearsim.errors import ContactError
 
 __all__ = [
@@ -31,7 +40,7 @@ __all__ = [
     "solve_each",
 ]
 
-CHUNK = 64  # operating points per task, whatever the number of threads: same bits for any number of them
+CHUNK = 128  # operating points per task, whatever the number of threads: same bits for any number of them
 
 
 Result = TypeVar("Result")
@@ -88,7 +97,7 @@ def solve(
         vertical=vertical,
         threads=threads,
     )
-    return parts[0] if len(parts) == 1 else _join(parts)
+    return parts[0] if len(parts) == 1 else joined(parts)
 
 
 def solve_each(
@@ -113,7 +122,7 @@ def solve_each(
         What `each` returned, in the order of the points.
     """
     count = conditions.shift.size
-    task = _Task(
+    task = Task(
         wheels=tuple(geometry.wheel_surface(one, wheelset.radius) for one in (wheelset.right, wheelset.left)),
         counterfaces=_counterface_profiles(counterface),
         wheelset=wheelset,
@@ -134,19 +143,6 @@ def solve_each(
     return [part(start) for start in starts]
 
 
-@dataclass(frozen=True)
-class _Task:
-    """Everything but the operating points; pairs are for the right and the left side."""
-
-    wheels: tuple[WheelSurface, ...]
-    counterfaces: tuple[CounterfaceProfile, ...]
-    wheelset: Wheelset
-    curvature: float
-    models: ContactModels
-    sides: tuple[int, ...]
-    vertical: bool
-
-
 def _counterface_profiles(counterface: Counterface) -> tuple[CounterfaceProfile, CounterfaceProfile]:
     right = geometry.counterface_profile(counterface.profile)
     return right, right if counterface.left is None else geometry.counterface_profile(counterface.left)
@@ -161,217 +157,93 @@ def _part(conditions: ContactConditions, part: slice) -> ContactConditions:
     return replace(conditions, **changed)
 
 
-def _join(parts: list[Any], order: IntArray | None = None) -> Any:
-    """Put dataclasses of arrays behind one another along the first axis, in another order if one is given."""
-    first = parts[0]
-    if first is None:
-        return None
-    if isinstance(first, np.ndarray):
-        whole = np.concatenate(parts) if len(parts) > 1 else first
-        return whole if order is None else whole[order]
-    joined = {
-        f.name: _join(_padded(f.name, [getattr(part, f.name) for part in parts]), order)
-        for f in fields(first)
-    }
-    return type(first)(**joined)
-
-
-def _padded(name: str, parts: list[Any]) -> list[Any]:
-    """Arrays of equal shape but for the first axis: strips without length or width, cells without load."""
-    if not isinstance(parts[0], np.ndarray) or len({part.shape[1:] for part in parts}) == 1:
-        return parts
-    size = np.max([part.shape[1:] for part in parts], axis=0)
-    mode: Any = "edge" if "edge" in name else "constant"
-    return [
-        np.pad(part, [(0, 0), *((0, new - old) for old, new in zip(part.shape[1:], size, strict=True))], mode)
-        for part in parts
-    ]
-
-
-@dataclass(frozen=True)
-class _Wheels:
-    """Normal contact and kinematics of patches in the axes of a right wheel; `sign` is -1 for left ones."""
-
-    sign: FloatArray
-    normal: NormalSolution
-    kinematics: Kinematics
-    friction: FloatArray
-    speed: FloatArray
-    wheel_y: FloatArray
-    edges_wheel_y: FloatArray
-
-
-def _placed(
-    error: ContactError, chunk: ContactConditions, start: int, side: int | None, hint: str = ""
-) -> ContactError:
+def _placed(error: ContactError, chunk: ContactConditions, start: int) -> ContactError:
     """Return the same error with its operating point."""
-    row = error.row or 0
+    row, side = error.row or 0, error.side
     wheel = "" if side is None else "left wheel" if side else "right wheel"
     shift, yaw = 1e3 * chunk.shift[row], 1e3 * chunk.yaw[row]
     place = f"shift {shift:g} mm, yaw {yaw:g} mrad"
     place = f"{wheel}, {place}" if wheel else place
     if start > 0 or chunk.shift.size > 1:  # a single point needs no number
         place = f"point {start + row}, {place}"
-    return type(error)(f"{place}: {error}{hint}", row=start + row)
+    return type(error)(f"{place}: {error}", row=start + row)
 
 
-def _solve_side(task: _Task, side: int, chunk: ContactConditions, start: int) -> _Wheels:
-    """Geometrical, normal and kinematical problem of one side; a left wheel is mirrored to the right."""
-    profile, models = task.counterfaces[side], task.models
-    sign = -1.0 if side else 1.0
-    pose = WheelsetPose(sign * chunk.shift, sign * chunk.yaw, sign * chunk.roll)
-    span = {
-        "half_span": task.wheelset.half_span,
-        "nominal_radius": task.wheelset.radius,
-        "curvature": task.curvature,
-    }
-    gap = geometry.gap(task.wheels[side], profile, pose, **span)
-    try:
-        normal = NORMAL_MODELS[models.normal](
-            gap,
-            np.arange(chunk.shift.size),
-            chunk.wheel_load,
-            vertical=task.vertical,
-            effective_modulus=models.effective_modulus,
-            resolution=models.resolution,
-            parameters=dict(models.parameters),
-        )
-    except ContactError as error:
-        raise _placed(error, chunk, start, side) from None
-    row = normal.patch.row
-    grid = profile.y
-
-    def at(table: FloatArray, y: FloatArray) -> FloatArray:
-        index = np.clip(np.searchsorted(grid, y, side="right") - 1, 0, grid.size - 2)
-        share = (y - grid[index]) / (grid[index + 1] - grid[index])
-        line = row.reshape((-1,) + (1,) * (y.ndim - 1))
-        return table[line, index] + share * (table[line, index + 1] - table[line, index])
-
-    reference = normal.reference_point
-    centre = normal.centre_y if reference is None else reference.y
-    counterface_z, apart = np.interp(centre, grid, profile.z), at(gap.gap, centre)
-    # The wheel goes straight down, the gap is measured along the roller's radius there.
-    slope = task.curvature * at(gap.x, centre) / (1.0 - task.curvature * (counterface_z - apart))
-    motion = kinematics(
-        ContactPoint(
-            wheel_y=at(gap.wheel_y, centre),
-            wheel_radius=at(gap.wheel_radius, centre),
-            sin_theta=at(gap.sin_theta, centre),
-            counterface_z=counterface_z,
-            contact_angle=normal.contact_angle,
-            approach=normal.approach if reference is None else reference.approach,
-            overlap=normal.vertical_displacement / np.sqrt(1.0 + slope**2) - apart,
-        ),
-        WheelsetPose(pose.shift[row], pose.yaw[row], pose.roll[row]),
-        speed=chunk.speed[row],
-        track_curvature=sign * chunk.track_curvature[row],
-        **span,
-    )
-    if reference is not None:
-        motion = moved(motion, reference.along, reference.across)
-    if chunk.creepage is not None:
-        shared = np.flatnonzero(np.diff(row) == 0)
-        if shared.size > 0:
-            several = ContactError("several patches close", row=int(row[shared[0]]))
-            raise _placed(several, chunk, start, side, ": given creepages belong to one; leave them out")
-        given = chunk.creepage[row] * np.array([1.0, sign, sign])
-        motion = replace(motion, at_rest=given, per_speed=np.zeros_like(given))
-    return _Wheels(
-        sign=np.full(row.size, sign),
-        normal=normal,
-        kinematics=motion,
-        friction=chunk.friction[row],
-        speed=chunk.speed[row],
-        wheel_y=at(gap.wheel_y, normal.centre_y),
-        edges_wheel_y=at(gap.wheel_y, normal.edge_y),
-    )
-
-
-def _solve_chunk(task: _Task, chunk: ContactConditions, start: int) -> ContactSolution:
+def _solve_chunk(task: Task, chunk: ContactConditions, start: int) -> ContactSolution:
     """All four problems for one chunk."""
-    models, radius, sides = task.models, task.wheelset.radius, task.sides
     balance = isinstance(chunk.rotation, str) and chunk.rotation == "free" and chunk.creepage is None
-    needed = (0, 1) if balance else sides
-    if chunk.free_roll:
-        chunk = replace(chunk, roll=_free_roll(task, chunk, start))
-    solved = {side: _solve_side(task, side, chunk, start) for side in needed}
-    both = _by_point([solved[side] for side in needed])
-
-    def tangential(part: _Wheels, speed: FloatArray, fields: bool) -> TangentialSolution:
-        return TANGENTIAL_MODELS[models.tangential](
-            part.normal.patch,
-            part.kinematics.creepage(speed[part.normal.patch.row]),
-            part.friction,
-            shear_modulus=models.shear_modulus,
-            poisson_ratio=models.poisson_ratio,
-            fields=fields,
-        )
-
-    def torque(speed: FloatArray) -> FloatArray:
-        """Torque of the creep forces about the axle, by virtual work: V F . d(creepage)/d(speed)."""
-        total = np.zeros_like(speed)
-        work = (tangential(both, speed, False).force * both.kinematics.per_speed).sum(axis=1) * both.speed
-        np.add.at(total, both.normal.patch.row, work)
-        return total
-
-    nominal = -chunk.speed / radius
-    if chunk.creepage is not None:
-        speed = nominal
-    elif not isinstance(chunk.rotation, str):
-        speed = -np.asarray(chunk.rotation, dtype=float)
-    elif chunk.rotation == "nominal":
-        speed = nominal
-    elif chunk.rotation == "centred":
-        still = np.zeros_like(chunk.shift)
-        central = replace(chunk, shift=still, yaw=still, roll=still, track_curvature=still)
-        middle = _solve_side(task, sides[0], central, start)
-        speed = rotation_without_creepage(middle.kinematics, middle.normal.patch.row, chunk.shift.size)
-    else:
-        most = chunk.friction * chunk.wheel_load * radius
-        try:
-            speed = balanced_rotation(torque, nominal, chunk.torque, most)
-        except ContactError as error:
-            raise _placed(error, chunk, start, None) from None
-    asked = both if needed == sides else _by_point([solved[side] for side in sides])
+    numbers = (0, 1) if balance else task.sides
     try:
-        contact = tangential(asked, speed, True)
+        sides = [side_of(task, number, chunk) for number in numbers]
+        speed = None if balance else _rotation_speed(task, chunk)
+        if not chunk.free_roll:
+            solved = equilibrium(task, chunk, sides, speed)
+        else:
+            solved, chunk = _at_rest(task, chunk, numbers, speed)
     except ContactError as error:
         if error.row is None:  # the grid: a fault of no point
             raise
-        raise _placed(error, chunk, start, None) from None
-    return _finish(asked, contact, chunk.roll, speed, start)
+        raise _placed(error, chunk, start) from None
+    wheels, contact = solved.wheels, solved.contact
+    if numbers != task.sides:
+        wanted = np.isin(wheels.sign < 0.0, np.array(task.sides) == 1)
+        wheels, contact = patches_where(wheels, wanted), contact_where(contact, wanted)
+    return _finish(wheels, contact, chunk.roll, solved.speed, start)
 
 
-def _free_roll(task: _Task, chunk: ContactConditions, start: int) -> FloatArray:
-    """Roll of the wheelset that rests on both wheels."""
+def _rotation_speed(task: Task, chunk: ContactConditions) -> FloatArray:
+    """Rotation speed (n,) that does not follow from the torque, negative when rolling forwards [rad/s]."""
+    if not isinstance(chunk.rotation, str) and chunk.creepage is None:
+        return -np.asarray(chunk.rotation, dtype=float)
+    nominal: FloatArray = -chunk.speed / task.wheelset.radius
+    if chunk.creepage is None and chunk.rotation == "centred":
+        still = np.zeros_like(chunk.shift)
+        central = replace(chunk, shift=still, yaw=still, roll=still, track_curvature=still)
+        wheels = equilibrium(task, central, [side_of(task, task.sides[0], central)], nominal).wheels
+        return rotation_without_creepage(wheels.kinematics, wheels.normal.patch.row, still.size)
+    return nominal
+
+
+_MOST_ROLLS = 12
+_STILL_ROLL = 1e-9  # rad, change of the roll that changes nothing any more
+
+
+def _at_rest(
+    task: Task, chunk: ContactConditions, numbers: tuple[int, ...], speed: FloatArray | None
+) -> tuple[Equilibrium, ContactConditions]:
+    """Equilibrium of a wheelset that rests on both wheels, and the conditions with its roll."""
     rows = np.arange(chunk.shift.size)
+    load = np.repeat(chunk.wheel_load[:, None], 2, axis=1)
+    moving = np.ones(rows.size, bool)
 
     def displacements(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
         tilted = replace(chunk, roll=angle, creepage=None)
-        sides = [_solve_side(task, side, tilted, start).normal for side in (0, 1)]
-        right, left = (one.vertical_displacement[np.searchsorted(one.patch.row, rows)] for one in sides)
+        normals = [
+            normal_of(task, side_of(task, side, tilted), rows, load[:, side].copy()) for side in (0, 1)
+        ]
+        right, left = (one.vertical_displacement[np.searchsorted(one.patch.row, rows)] for one in normals)
         return right, left
 
-    angle, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span)
-    if not solved.all():
-        error = ContactError(
-            "no roll of the wheelset lets both wheels carry their loads", int(np.argmin(solved))
-        )
-        raise _placed(error, chunk, start, None, "; check shift, gauge and profiles, or give the roll")
-    return angle
-
-
-def _by_point(parts: list[_Wheels]) -> _Wheels:
-    """Patches of one or both sides, ordered by point, side and falling normal force."""
-    row = np.concatenate([part.normal.patch.row for part in parts])
-    right_first = np.concatenate([-part.sign for part in parts])
-    force = np.concatenate([part.normal.normal_force for part in parts])
-    joined: _Wheels = _join(parts, np.lexsort((-force, right_first, row)))
-    return joined
+    for _ in range(_MOST_ROLLS):
+        angle, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span)
+        if not solved.all():
+            raise ContactError(
+                "no roll of the wheelset lets both wheels carry their loads; "
+                "check shift, gauge and profiles, or give the roll",
+                int(np.argmin(solved)),
+            )
+        moving &= np.abs(angle - chunk.roll) > _STILL_ROLL
+        # A row at rest keeps its roll, so that it does not depend on its neighbours in the batch.
+        chunk = replace(chunk, roll=np.where(moving, angle, chunk.roll))
+        balanced = equilibrium(task, chunk, [side_of(task, number, chunk) for number in numbers], speed)
+        if not moving.any():
+            break
+        load = np.where(moving[:, None], balanced.load, load)
+    return balanced, chunk
 
 
 def _finish(
-    solved: _Wheels, contact: TangentialSolution, roll: FloatArray, speed: FloatArray, start: int
+    solved: Wheels, contact: TangentialSolution, roll: FloatArray, speed: FloatArray, start: int
 ) -> ContactSolution:
     """Resultants, power and fields of all patches, mirrored back for left wheels."""
     normal, sign = solved.normal, solved.sign

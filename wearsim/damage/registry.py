@@ -46,23 +46,16 @@ class Registry(dict[str, Record]):
 
 
 def discover(kind: str, package: str, path: Iterable[str], record: type[Record]) -> Registry[Record]:
-    """Collect the records of all modules of a package.
+    """Collect every `record` at the top of a module of a package, modules in alphabetical order.
 
     Parameters
     ----------
     kind : str
         What a record is called in messages.
-    package : str
-        Name of the package.
-    path : iterable of str
-        Its folders, `__path__`.
+    package, path : str and iterable of str
+        Name and `__path__` of the package.
     record : type
-        Class of the records: every instance at the top of a module is registered.
-
-    Returns
-    -------
-    Registry
-        Modules in alphabetical order, records as they stand in their module.
+        Class of the records.
     """
     names = sorted(module.name for module in pkgutil.iter_modules(path))
     modules = [importlib.import_module(f"{package}.{name}") for name in names]

@@ -66,22 +66,14 @@ def with_monitors(
     friction: float,
     yaw: float = 0.0,
 ) -> OperatingPoints:
-    """Append points of weight 0 to a load collective.
+    """Append monitoring points at the shifts (k,) [m] to a load collective.
 
     Parameters
     ----------
     points : OperatingPoints
         Of `n` points.
-    shift : (k,) array
-        Lateral shifts [m].
-    wheel_load : float
-        Vertical load of each wheel [N].
-    speed : float
-        [m/s]
-    friction : float
-        Coulomb coefficient [-].
-    yaw : float
-        [rad]
+    shift, wheel_load, speed, friction, yaw
+        As in `ContactConditions`.
 
     Returns
     -------
@@ -97,8 +89,8 @@ def with_monitors(
     def appended(values: FloatArray, value: float) -> FloatArray:
         return np.concatenate([values, np.full(shift.size, value)])
 
-    values = {"yaw": yaw, "roll": 0.0, "wheel_load": wheel_load, "speed": speed, "friction": friction}
-    values["track_curvature"] = 0.0
+    values = {"yaw": yaw, "wheel_load": wheel_load, "speed": speed, "friction": friction}
+    values |= {"roll": 0.0, "track_curvature": 0.0}
     new: dict[str, Any] = {name: appended(getattr(old, name), value) for name, value in values.items()}
     return OperatingPoints(
         conditions=replace(old, shift=np.concatenate([old.shift, shift]), **new),
@@ -145,21 +137,16 @@ class Block:
     track_curvature: ClassVar[float] = 0.0
 
 
-def programme(
-    blocks: Sequence[Block], *, rotation: str = "free", torque: float = 0.0, free_roll: bool = False
-) -> OperatingPoints:
+def programme(blocks: Sequence[Block], **rules: Any) -> OperatingPoints:
     """Operating points of a programme whose blocks are repeated until the distance of the campaign is run.
 
     Parameters
     ----------
     blocks : sequence of Block
         In the order in which they are run, at least one.
-    rotation : str
-        Rule of the wheels' rotation speed.
-    torque : float
-        On the axle [N m].
-    free_roll : bool
-        Whether the wheelset rests on both wheels; its roll is then the first guess only.
+    **rules
+        `rotation`, `torque` and `free_roll` of `ContactConditions`; by default free, without torque, the
+        roll as given.
 
     Returns
     -------
@@ -169,33 +156,23 @@ def programme(
     distance = np.array([block.distance for block in blocks], dtype=np.float64)
     if distance.size == 0 or not np.all(distance > 0):
         raise ValueError("a programme needs blocks, each with a distance above 0")
-    return _points_of(
-        blocks,
-        np.ones(distance.size, dtype=np.int64),
-        shift=np.array([block.shift for block in blocks], dtype=np.float64),
-        weight=distance / distance.sum(),
-        block_length=distance,
-        label=tuple(block.name for block in blocks),
-        rules={"rotation": rotation, "torque": torque, "free_roll": free_roll},
-    )
+    shift = np.array([block.shift for block in blocks], dtype=np.float64)
+    conditions, environment = _conditions(blocks, 1, shift, rules)
+    label = tuple(block.name for block in blocks)
+    return OperatingPoints(conditions, distance / distance.sum(), environment, distance, label)
 
 
-def _points_of(
-    runs: Sequence[Block | TrackClass],
-    count: IntArray,
-    *,
-    rules: dict[str, Any],
-    shift: FloatArray,
-    **own: Any,
-) -> OperatingPoints:
-    """Return the operating points of blocks or classes, `count` of each."""
-
-    def each(name: str) -> Any:
-        return np.repeat(np.array([getattr(run, name) for run in runs], dtype=np.float64), count)
-
-    names = ("yaw", "roll", "wheel_load", "speed", "friction", "track_curvature")
-    conditions = ContactConditions(shift=shift, **{name: each(name) for name in names}, **rules)
-    return OperatingPoints(conditions, environment=each("environment"), **own)
+def _conditions(
+    runs: Sequence[Block | TrackClass], count: int | list[int], shift: FloatArray, rules: dict[str, Any]
+) -> tuple[ContactConditions, FloatArray]:
+    """Conditions and environment factors of blocks or classes, `count` points of each."""
+    names = ("environment", "yaw", "roll", "wheel_load", "speed", "friction", "track_curvature")
+    each: dict[str, Any] = {
+        name: np.repeat(np.array([getattr(run, name) for run in runs], dtype=np.float64), count)
+        for name in names
+    }
+    environment = each.pop("environment")
+    return ContactConditions(shift=shift, **each, **rules), environment
 
 
 @dataclass(frozen=True)
@@ -204,26 +181,16 @@ class TrackClass:
 
     Parameters
     ----------
-    name : str
-        For tables and figures.
     shift_mean, shift_std : float
         Mean and standard deviation of the wheelset's lateral shift, positive to the right [m].
-    wheel_load : float
-        Vertical load of each wheel [N].
-    speed : float
-        [m/s]
-    friction : float
-        Coulomb coefficient [-].
     share : float
         Share of the distance; all shares are normalised to the sum 1.
     track_curvature : float
         1/R, positive to the right [1/m].
     positions : int
         Number of lateral positions; 1 where `shift_std` is 0.
-    yaw, roll : float
-        [rad]
-    environment : float
-        Factor on the wear depth [-].
+    name, wheel_load, speed, friction, yaw, roll, environment
+        As in `Block`; the speed is that of the vehicle.
     """
 
     name: str
@@ -274,21 +241,15 @@ def normal_positions(mean: float, std: float, count: int) -> tuple[FloatArray, F
     return mean + std * reduced, weight / weight.sum()
 
 
-def collective(
-    classes: Sequence[TrackClass], *, rotation: str = "free", torque: float = 0.0, free_roll: bool = False
-) -> OperatingPoints:
+def collective(classes: Sequence[TrackClass], **rules: Any) -> OperatingPoints:
     """Stationary load collective of all classes and their lateral positions.
 
     Parameters
     ----------
     classes : sequence of TrackClass
         At least one.
-    rotation : str
-        Rule of the wheels' rotation speed.
-    torque : float
-        On the axle [N m].
-    free_roll : bool
-        Whether the wheelset rests on both wheels; its roll is then the first guess only.
+    **rules
+        As in `programme`.
 
     Returns
     -------
@@ -302,17 +263,9 @@ def collective(
     count = [position.size for position, _ in spread]
     share = np.array([item.share for item in classes], dtype=np.float64)
     share = share / share.sum()
-
-    return _points_of(
-        classes,
-        np.array(count),
-        shift=np.concatenate([position for position, _ in spread]),
-        weight=np.concatenate([part * weight for part, (_, weight) in zip(share, spread, strict=True)]),
-        block_length=np.zeros(sum(count)),
-        label=tuple(
-            f"{item.name} {1e3 * shift:+.2f} mm"
-            for item, (position, _) in zip(classes, spread, strict=True)
-            for shift in position
-        ),
-        rules={"rotation": rotation, "torque": torque, "free_roll": free_roll},
-    )
+    weight = np.concatenate([part * weight for part, (_, weight) in zip(share, spread, strict=True)])
+    shift = np.concatenate([position for position, _ in spread])
+    names = np.repeat([item.name for item in classes], count)
+    label = tuple(f"{name} {1e3 * place:+.2f} mm" for name, place in zip(names, shift, strict=True))
+    conditions, environment = _conditions(classes, count, shift, rules)
+    return OperatingPoints(conditions, weight, environment, np.zeros(shift.size), label)

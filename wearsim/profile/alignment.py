@@ -14,21 +14,14 @@ from numpy.typing import NDArray
 from wearsim.errors import ProfileError, suggestion
 from wearsim.profile.shape import FloatArray, Profile, extremum, resample, vertex_lengths
 
-BACK_FROM = 8e-3
-"""Depth below the flange tip from which the flange back is used [m]."""
-
-TIP_HALF_WIDTH = 3e-3
-"""Half the width around the tip, top or running circle over which a parabola takes out the noise [m]."""
-
+_BACK_FROM = 8e-3  # depth below the flange tip from which the flange back is used [m]
+# half the width around the tip, top or running circle over which a parabola takes out the noise [m]
+_TIP_HALF_WIDTH = 3e-3
 _EITHER_SIDE = 0.5e-3  # how far points must reach on both sides of it [m]
 _TIP_ROUNDS = 20
 _TIP_CLOSE = 1e-9  # change of the tip's place at which it is settled [m]
-STEEPEST = math.radians(80.0)
-"""Slope from which a piece of the reference is flange back [rad]."""
-
-FEWEST = 5
-"""Points a rule needs on whatever it holds."""
-
+_STEEPEST = math.radians(80.0)  # slope from which a piece of the reference is flange back
+_FEWEST = 5  # points a rule needs on whatever it holds
 _SPACING = 0.1e-3  # of the reference's points [m]: chords bulge by 0.1 um on 12 mm
 _CLOSE = 1e-10  # change of the shift at which the fit is settled [m]
 _SETTLED = 1e-7  # change that is accepted where single points come and go at a border of a zone [m]
@@ -38,18 +31,11 @@ _ROUNDS, _FIRST_ROUNDS = 200, 30  # steps at most
 _ARM = 50e-3  # what makes an angle comparable to a shift [m]
 
 
-@dataclass(frozen=True)
-class FitZone:
-    """Where a best fit holds the measured profile to the reference, in the axes of the reference.
+class FitZone(NamedTuple):
+    """Where a best fit holds the measured profile to the reference, in whose axes it is.
 
-    Parameters
-    ----------
-    name : str
-        What it is called.
-    y, z : (float, float)
-        Ranges [m]; infinite where nothing limits them.
-    needed : bool
-        Whether a profile without points there is an error.
+    Ranges of y and z [m] are infinite where nothing limits them. A profile without points on a zone that is
+    needed is an error.
     """
 
     name: str
@@ -67,19 +53,11 @@ WHEEL_ZONES = (
 _EVERYWHERE = (FitZone("the whole profile", (-math.inf, math.inf)),)
 
 
-def default_zones(reference: Profile) -> tuple[FitZone, ...]:
-    """Zones of a best fit where none are given.
+def _default_zones(reference: Profile) -> tuple[FitZone, ...]:
+    """Zones of a best fit where none are given, wearsim's own choice.
 
-    Parameters
-    ----------
-    reference : Profile
-        Wheel, or rail wherever its origin is.
-
-    Returns
-    -------
-    tuple of FitZone
-        `WHEEL_ZONES`; of a rail the field side of the head from 5 mm below the top, and the gauge side
-        from 15 mm below the top if it is measured. Where these lie is wearsim's own choice.
+    `WHEEL_ZONES`; of a rail, wherever its origin is, the field side of the head from 5 mm below the top, and
+    the gauge side from 15 mm below the top if it is measured.
     """
     if reference.kind == "wheel":
         return WHEEL_ZONES
@@ -93,40 +71,19 @@ def default_zones(reference: Profile) -> tuple[FitZone, ...]:
 
 @dataclass(frozen=True)
 class Move:
-    """How a profile is moved by an alignment.
+    """How a profile is moved by an alignment."""
 
-    Parameters
-    ----------
-    dy, dz : float
-        Shift, after the rotation [m].
-    angle : float
-        Rotation about the origin of the measured profile; turns y towards z [rad].
-    rms : float or None
-        Root mean square of the normal distances left on the zones used [m]; None for rules that hold
-        single points.
-    note : str
-        What was held, in one sentence.
-    """
-
-    dy: float = 0.0
+    dy: float = 0.0  # shift, after the rotation [m]
     dz: float = 0.0
-    angle: float = 0.0
-    rms: float | None = None
-    note: str = ""
+    angle: float = 0.0  # rotation about the origin of the measured profile; turns y towards z [rad]
+    rms: float | None = None  # of the normal distances left on the zones of a best fit [m]
+    note: str = ""  # what was held, in one sentence
 
 
 def prolonged(reference: Profile) -> Profile:
-    """Prolong the straight sides of a reference where it ends steeply.
+    """Prolong the straight sides of a reference: drawings end where they have just begun.
 
-    Parameters
-    ----------
-    reference : Profile
-        Drawings end where the flange back, or the side of the rail head, has just begun.
-
-    Returns
-    -------
-    Profile
-        With 30 mm more of the flange back, 15 mm more of either side of a rail head, or as it was.
+    30 mm more of the flange back, 15 mm more of either side of a rail head, where they are steep.
     """
     y, z = reference.y, reference.z
     more, ends = (30e-3, (0,)) if reference.kind == "wheel" else (15e-3, (0, -1))
@@ -135,7 +92,7 @@ def prolonged(reference: Profile) -> Profile:
         dy, dz = float(y[end] - y[inner]), float(z[end] - z[inner])
         step = math.hypot(dy, dz)
         # a wheel's back goes down to smaller z, a rail's sides to larger z
-        if (-dz if reference.kind == "wheel" else dz) < step * math.sin(STEEPEST):
+        if (-dz if reference.kind == "wheel" else dz) < step * math.sin(_STEEPEST):
             continue
         at = 0 if end == 0 else len(y)
         y = np.insert(y, at, y[end] + more * dy / step)
@@ -143,29 +100,13 @@ def prolonged(reference: Profile) -> Profile:
     return replace(reference, y=y, z=z)
 
 
-def best_fit(
-    profile: Profile, reference: Profile, zones: tuple[FitZone, ...], *, rotation: bool = False
+def _best_fit(
+    profile: Profile, reference: Profile, *, rotation: bool = False, zones: tuple[FitZone, ...] | None = None
 ) -> Move:
     """Least squares of the normal distances to the reference on its unworn zones.
 
-    Parameters
-    ----------
-    profile, reference : Profile
-        Of one kind.
-    zones : tuple of FitZone
-        In the axes of the reference; each that is needed must hold 5 measured points.
-    rotation : bool
-        Whether the profile may also be rotated, as gauges tilt.
-
-    Returns
-    -------
-    Move
-        From the measured position.
-
-    Raises
-    ------
-    ProfileError
-        A zone is not measured, or the zones do not hold all directions.
+    With `rotation` the profile may also be rotated, as gauges tilt. Raises `ProfileError` if a zone that is
+    needed holds fewer than 5 measured points, or the zones do not hold all directions.
 
     Notes
     -----
@@ -180,6 +121,7 @@ def best_fit(
     .. [1] A. E. Beaton, J. W. Tukey, Technometrics 16 (1974) 147-185, doi:10.1080/00401706.1974.10489171.
     .. [2] P. J. Huber, Ann. Math. Statist. 35 (1964) 73-101, doi:10.1214/aoms/1177703732.
     """
+    zones = zones or _default_zones(reference)
     search = _Nearest(prolonged(resample(reference, _SPACING)))
     points, length = np.column_stack((profile.y, profile.z)), vertex_lengths(profile.y, profile.z)
     centre = points.mean(axis=0)
@@ -229,9 +171,9 @@ def _check_measured(
     """Raise for a profile without enough points on a zone that is needed, at first or as the fit goes on."""
     for zone, members in zip(zones, inside, strict=True):
         count = int(np.count_nonzero(members))
-        if zone.needed and count < FEWEST:
+        if zone.needed and count < _FEWEST:
             if first:
-                raise ProfileError(f"{count} points lie on {zone.name} of {name}, {FEWEST} are needed")
+                raise ProfileError(f"{count} points lie on {zone.name} of {name}, {_FEWEST} are needed")
             raise ProfileError(
                 f"the fit runs away from {zone.name} of {name}: too little of the zones is measured, or they "
                 "are worn; give zones that are neither"
@@ -339,19 +281,12 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
 
     Parameters
     ----------
-    profile : Profile
-        As measured.
-    reference : Profile
-        New shape, or an earlier measurement, in whose axes the profile is moved.
+    profile, reference : Profile
+        As measured; new shape or earlier measurement, in whose axes the profile is moved.
     rule : str
         Key of `ALIGNMENTS`.
     **options
         Of best_fit: `rotation` (bool) and `zones` (tuple of FitZone).
-
-    Returns
-    -------
-    Alignment
-        With the moved profile.
 
     Raises
     ------
@@ -392,31 +327,31 @@ def _works(rule: str, profile: Profile, reference: Profile) -> bool:
     return True
 
 
-def _parabola(profile: Profile, index: int, at: float) -> tuple[float, float, float] | None:
-    """Curvature/2, slope and height at y = `at` of the run of points around `index`, None if too short."""
-    # within `TIP_HALF_WIDTH`: other parts of the profile at the same y, such as a rail's foot, are none of it
+def _parabola(profile: Profile, index: int, at: float, fault: str) -> tuple[float, float, float]:
+    """Curvature/2, slope and height at y = `at` of the run of points around `index`, a fault if too short."""
+    # other parts of the profile at the same y, such as a rail's foot, are none of it
     sides = profile.y - at
-    far = np.flatnonzero(np.abs(sides) > TIP_HALF_WIDTH)
+    far = np.flatnonzero(np.abs(sides) > _TIP_HALF_WIDTH)
     first = int(np.max(far[far < index], initial=-1)) + 1
     last = int(np.min(far[far > index], initial=len(sides)))
     sides, z = sides[first:last], profile.z[first:last]
-    if len(sides) < FEWEST or sides.min() > -_EITHER_SIDE or sides.max() < _EITHER_SIDE:
-        return None
-    x = sides / TIP_HALF_WIDTH
+    if len(sides) < _FEWEST or sides.min() > -_EITHER_SIDE or sides.max() < _EITHER_SIDE:
+        raise ProfileError(fault)
+    x = sides / _TIP_HALF_WIDTH
     bend, slope, height = np.linalg.lstsq(np.vander(x, 3), z, rcond=None)[0]
-    return float(bend) / TIP_HALF_WIDTH**2, float(slope) / TIP_HALF_WIDTH, float(height)
+    return float(bend) / _TIP_HALF_WIDTH**2, float(slope) / _TIP_HALF_WIDTH, float(height)
 
 
 def _tip(profile: Profile) -> tuple[float, float]:
     """Flange tip without its noise [m]."""
     top = int(np.argmax(profile.z))
     at, height = float(profile.y[top]), float(profile.z[top])
+    fault = "there are no points on both sides of the flange tip"
     for _ in range(_TIP_ROUNDS):
-        fit = _parabola(profile, top, at)
-        if fit is None or fit[0] >= 0.0:
-            raise ProfileError("there are no points on both sides of the flange tip")
-        bend, slope, height = fit
-        offset = float(np.clip(-0.5 * slope / bend, -0.5 * TIP_HALF_WIDTH, 0.5 * TIP_HALF_WIDTH))
+        bend, slope, height = _parabola(profile, top, at, fault)
+        if bend >= 0.0:
+            raise ProfileError(fault)
+        offset = float(np.clip(-0.5 * slope / bend, -0.5 * _TIP_HALF_WIDTH, 0.5 * _TIP_HALF_WIDTH))
         at, height = at + offset, height + (slope + bend * offset) * offset
         if abs(offset) < _TIP_CLOSE:
             break
@@ -427,22 +362,17 @@ def _running_circle_level(profile: Profile, dy: float) -> float:
     """Height of the tread 70 mm from the flange back once the profile is shifted by dy [m]."""
     tip = int(np.argmax(profile.z))
     index = tip + int(np.argmin(np.abs(profile.y[tip:] + dy)))
-    fit = _parabola(profile, index, -dy)
-    if fit is None:
-        raise ProfileError("there is no tread on both sides of the running circle")
-    return fit[2]
+    return _parabola(profile, index, -dy, "there is no tread on both sides of the running circle")[2]
 
 
 def _top_level(profile: Profile) -> float:
     """Height of the top of a rail head [m]."""
     top = int(np.argmin(profile.z))
-    fit = _parabola(profile, top, float(profile.y[top]))
-    if fit is None:
-        raise ProfileError("there are no points on both sides of the top")
-    bend, slope, height = fit
+    fault = "there are no points on both sides of the top"
+    bend, slope, height = _parabola(profile, top, float(profile.y[top]), fault)
     if bend <= 0.0:
         return height
-    offset = float(np.clip(-0.5 * slope / bend, -TIP_HALF_WIDTH, TIP_HALF_WIDTH))
+    offset = float(np.clip(-0.5 * slope / bend, -_TIP_HALF_WIDTH, _TIP_HALF_WIDTH))
     return height + (slope + bend * offset) * offset
 
 
@@ -478,7 +408,7 @@ def _back_shift(profile: Profile, reference: Profile) -> tuple[float, str]:
     end = int(np.argmax(ref.z)) + 1
     ref_y, ref_depth = ref.y[:end][::-1], ref_tip_z - ref.z[:end][::-1]
     down, out = np.diff(ref_depth), np.abs(np.diff(ref_y))
-    back = np.flatnonzero((ref_depth[1:] >= BACK_FROM) & (down >= math.tan(STEEPEST) * out))
+    back = np.flatnonzero((ref_depth[1:] >= _BACK_FROM) & (down >= math.tan(_STEEPEST) * out))
     if len(back) == 0:
         raise ProfileError(f"{reference.name} has no steep flange back")
     # the lowest stretch that is steep throughout
@@ -489,10 +419,10 @@ def _back_shift(profile: Profile, reference: Profile) -> tuple[float, str]:
     depth, y = tip_z - profile.z[:top], profile.y[:top]
     use = (depth >= shallow) & (depth <= deep)
     count = int(np.count_nonzero(use))
-    if count < FEWEST:
+    if count < _FEWEST:
         raise ProfileError(
             f"the flange back is not measured: {count} points lie {shallow * 1e3:.3g} mm or more below the "
-            f"flange tip behind it, {FEWEST} are needed"
+            f"flange tip behind it, {_FEWEST} are needed"
         )
     dy = float(np.median(np.interp(depth[use], ref_depth[part], ref_y[part]) - y[use]))
     return dy, (
@@ -506,13 +436,6 @@ def _by_top(profile: Profile, reference: Profile) -> Move:
     return Move(dz=dz, note=f"z of the top as on {reference.name}; y as measured")
 
 
-def _by_best_fit(
-    profile: Profile, reference: Profile, *, rotation: bool = False, zones: tuple[FitZone, ...] | None = None
-) -> Move:
-    zones = zones or default_zones(reference)
-    return best_fit(profile, reference, zones, rotation=rotation)
-
-
 _WHEEL, _BOTH = ("wheel",), ("wheel", "rail")
 ALIGNMENTS: Mapping[str, AlignmentRule] = MappingProxyType(
     {
@@ -521,7 +444,7 @@ ALIGNMENTS: Mapping[str, AlignmentRule] = MappingProxyType(
         "back_and_tip": AlignmentRule(_by_back_and_tip, _WHEEL),
         "flange_tip": AlignmentRule(_by_flange_tip, _WHEEL),
         "running_circle": AlignmentRule(_by_running_circle, _WHEEL),
-        "best_fit": AlignmentRule(_by_best_fit, _BOTH),
+        "best_fit": AlignmentRule(_best_fit, _BOTH),
         "top": AlignmentRule(_by_top, ("rail",)),
     }
 )

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from wearsim.profile.shape import FloatArray, arc_length
+from wearsim.profile.shape import FloatArray, Kind, arc_length
 
-Kind = Literal["wheel", "rail"]
 PointFault = tuple[str, int | None]
 """Message and index of the point; None: the profile as a whole."""
 
@@ -29,22 +29,10 @@ _CIRCLE_LIMIT = 0.015  # |z| at the running circle of a worn wheel measured from
 def points_faults(
     kind: Kind, y: FloatArray, z: FloatArray, units: str = "state the right units"
 ) -> list[PointFault]:
-    """All faults of the points of a profile.
+    """All faults of the points y, z (n,) [m] of a wheel or rail profile: message and index of the point.
 
-    Parameters
-    ----------
-    kind : {"wheel", "rail"}
-        What they should be.
-    y, z : (n,) array
-        Points [m].
-    units : str
-        Fix if another unit would fit.
-
-    Returns
-    -------
-    list of (str, int or None)
-        Message and index of the point (None: the profile as a whole); empty if there is none. Later
-        checks need the earlier ones passed: number and finiteness, size, order, orientation and origin.
+    The index is None for the profile as a whole. Later checks need the earlier ones passed: number and
+    finiteness, size, order, orientation and origin. `units` is the fix if another unit would fit.
     """
     faults = shape_faults(kind, y, z, units)
     return faults or (list(_wheel_faults(y, z)) if kind == "wheel" else head_faults(y, z))
@@ -64,22 +52,7 @@ class _List(NamedTuple):
 def shape_faults(
     kind: Kind, y: FloatArray, z: FloatArray, units: str = "state the right units"
 ) -> list[PointFault]:
-    """Faults that do not depend on orientation and origin.
-
-    Parameters
-    ----------
-    kind : {"wheel", "rail"}
-        What the points should be.
-    y, z : (n,) array
-        Points [m].
-    units : str
-        Fix if another unit would fit.
-
-    Returns
-    -------
-    list of (str, int or None)
-        As `points_faults`: number, finiteness, size and order.
-    """
+    """Faults that do not depend on orientation and origin, as of `points_faults`."""
     if y.ndim != 1 or y.shape != z.shape:
         return [(f"y and z must be two lists of equal length, not of shapes {y.shape} and {z.shape}", None)]
     faults: list[PointFault] = []
@@ -159,11 +132,17 @@ def _repeated(points: _List) -> Iterator[PointFault]:
             )
 
 
+def turns(y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
+    """Return the points at which a list turns back by more than 154 degrees."""
+    dy, dz = np.diff(y), np.diff(z)
+    step = np.hypot(dy, dz)
+    return np.flatnonzero(dy[1:] * dy[:-1] + dz[1:] * dz[:-1] < -0.9 * step[1:] * step[:-1]) + 1
+
+
 def _turning_back(points: _List) -> Iterator[PointFault]:
     """Points that do not follow each other along the profile."""
-    y, z, step = points.y, points.z, points.step
-    dy, dz = np.diff(y), np.diff(z)
-    back = np.flatnonzero(dy[1:] * dy[:-1] + dz[1:] * dz[:-1] < -0.9 * step[1:] * step[:-1]) + 1
+    y, z = points.y, points.z
+    back = turns(y, z)
     if 0 < len(back) < max(6, len(y) // 10):
         for j in back:
             yield f"the points turn back at point {j + 1}; put them in order", int(j)
@@ -213,18 +192,7 @@ def _wheel_faults(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
 
 
 def head_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
-    """Orientation of a rail head; its origin is set by the gauge later.
-
-    Parameters
-    ----------
-    y, z : (n,) array
-        Points [m].
-
-    Returns
-    -------
-    list of (str, int or None)
-        As `points_faults`.
-    """
+    """Faults of the orientation of a rail head, as of `points_faults`; the gauge sets its origin later."""
     middle = 0.5 * (float(y.min()) + float(y.max()))
     crown = float(np.median(z[np.abs(y - middle) < 0.2 * np.ptp(y)]))
     if not crown < 0.5 * (float(z[0]) + float(z[-1])):

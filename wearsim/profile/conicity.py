@@ -22,23 +22,14 @@ _BATCH = 512  # shifts that are evaluated together, for the memory
 _PHASES = 400  # midpoints of the integral over half a wavelength
 _WIDEST = 30e-3  # shift up to which climbing is looked for [m]
 
-CLIMBING_ANGLE = math.radians(60.0)
-"""Contact angle from which on a wheel climbs its flange [rad]."""
+_CLIMBING_ANGLE = math.radians(60.0)  # contact angle from which on a wheel climbs its flange
 
 
-def facing(profile: Profile) -> tuple[FloatArray, FloatArray]:
-    """Part of a profile that can be in contact from above or below, as z over rising y.
+def _facing(profile: Profile) -> tuple[FloatArray, FloatArray]:
+    """Part of a profile that can be in contact from above or below, as z over rising y [m].
 
-    Parameters
-    ----------
-    profile : Profile
-        Wheel or rail.
-
-    Returns
-    -------
-    y, z : (k,) array
-        From the extreme point (flange tip, rail top) outwards; what lies behind an overhang is left out,
-        and so is the back of the flange [m].
+    From the extreme point (flange tip, rail top) outwards; what lies behind an overhang is left out, and so
+    is the back of the flange.
     """
     y, z = profile.y, profile.z
     top = int(np.argmax(z)) if profile.kind == "wheel" else int(np.argmin(z))
@@ -61,8 +52,8 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
     # shifts that differ by whole grid steps share one evaluation of the wheel, all calls share the splines
     from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
 
-    rail_y, rail_z = facing(rail)
-    wheel_y, wheel_z = facing(wheel)
+    rail_y, rail_z = _facing(rail)
+    wheel_y, wheel_z = _facing(wheel)
     grid = np.arange(rail_y[0], rail_y[-1], _GRID)
     rail_spline = CubicSpline(rail_y, rail_z)
     rail_height = rail_spline(grid)
@@ -211,10 +202,8 @@ def equivalent_conicity(
 
     Parameters
     ----------
-    wheel_right, wheel_left : Profile
-        Both in the axes of a right wheel; equal radius at z = 0.
-    rail : Profile
-        Placed in the track (its half_span is that of the wheelset), both sides alike.
+    wheel_right, wheel_left, rail : Profile
+        As of `rolling_radius_difference`.
     amplitude : float
         Half of the lateral way between the turning points [m].
 
@@ -303,20 +292,11 @@ def _centre(
 
 
 def flange_clearance(wheel: Profile, rail: Profile) -> float | None:
-    r"""Lateral shift at which a rigid wheel begins to climb its flange.
+    r"""Lateral shift towards the rail at which a rigid wheel begins to climb its flange [m].
 
-    Parameters
-    ----------
-    wheel : Profile
-        In the axes of a right wheel.
-    rail : Profile
-        Placed in the track, so that gauge and back-to-back distance are in it.
-
-    Returns
-    -------
-    float or None
-        Shift towards the rail, 0 for a wheel that climbs without any, inf if it does not within 30 mm
-        [m]; None for a wheel whose flange is nowhere as steep as 60 degrees.
+    The rail is placed in the track, so that gauge and back-to-back distance are in it. 0 for a wheel that
+    climbs without any shift, inf if it does not within 30 mm; None for a wheel whose flange is nowhere as
+    steep as 60 degrees.
 
     Notes
     -----
@@ -329,8 +309,8 @@ def flange_clearance(wheel: Profile, rail: Profile) -> float | None:
     """
     from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
 
-    (wheel_y, wheel_z), (rail_y, rail_z) = facing(wheel), facing(rail)
-    steep = math.tan(CLIMBING_ANGLE)
+    (wheel_y, wheel_z), (rail_y, rail_z) = _facing(wheel), _facing(rail)
+    steep = math.tan(_CLIMBING_ANGLE)
     flank = wheel_y < 0.0
     if not np.any(np.diff(wheel_z[flank]) <= -steep * np.diff(wheel_y[flank])):
         return None
@@ -356,32 +336,18 @@ _REACH, _STEP = 8e-3, 0.1e-3  # shifts drawn, and their distance [m]
 
 @dataclass(frozen=True)
 class Running:
-    """Running behaviour of a pair of wheels on a pair of rails.
-
-    Parameters
-    ----------
-    wheel, left, rail : str
-        Names; `left` is empty if both wheels are alike.
-    shift, difference : (n,) array
-        Lateral shift and rolling radius of the right minus that of the left wheel, as far as both stay on
-        their profiles [m].
-    at : tuple of (float, float or None)
-        Shift and difference at the amplitudes, to either side if the wheels differ; None beyond the profiles
-        [m].
-    conicity : tuple of (float, float or None, str)
-        Amplitude [m], equivalent conicity [-], and why there is none.
-    track : str
-        Rail, inclination, gauge and back-to-back distance in words.
-    """
+    """Running behaviour of a pair of wheels on a pair of rails."""
 
     wheel: str
-    left: str
+    left: str  # empty if both wheels are alike
     rail: str
+    # lateral shift (n,), as far as both stay on their profiles, and right minus left rolling radius (n,) [m]
     shift: FloatArray = field(repr=False)
     difference: FloatArray = field(repr=False)
+    # shift and difference at the amplitudes, to either side if the wheels differ; None: beyond the profiles
     at: tuple[tuple[float, float | None], ...]
-    conicity: tuple[tuple[float, float | None, str], ...]
-    track: str
+    conicity: tuple[tuple[float, float | None, str], ...]  # amplitude [m], conicity [-], why there is none
+    track: str  # rail, inclination, gauge and back-to-back distance in words
 
     @property
     def judged_conicity(self) -> float | None:
@@ -397,25 +363,11 @@ def running(
     diameter_difference: float = 0.0,
     amplitudes: tuple[float, ...] = AMPLITUDES,
 ) -> Running:
-    """Compute rolling radius difference and equivalent conicity.
+    """Compute rolling radius difference and equivalent conicity of wheels on a rail placed in the track.
 
-    Parameters
-    ----------
-    right, left : Profile
-        Wheels in the axes of a right wheel; None: the left one is like the right one.
-    rail : Profile
-        Placed in the track.
-    track : str
-        The track in words.
-    diameter_difference : float
-        Diameter of the right minus that of the left wheel at their running circles, as they are now [m].
-    amplitudes : tuple of float
-        Of the conicity, and shifts at which the radius difference is listed [m].
-
-    Returns
-    -------
-    Running
-        Wheels that differ have equal radii at their running circles but for the difference stated.
+    Without a left wheel both are alike; wheels that differ have equal radii at their running circles but for
+    the stated right minus left difference of the diameters there [m]. `amplitudes` [m] are those of the
+    conicity, and shifts at which the radius difference is listed; `track` is the track in words.
     """
     differ = left is not None or diameter_difference != 0.0
     other = right if left is None else left
@@ -424,28 +376,23 @@ def running(
         other = replace(other, z=other.z - 0.5 * diameter_difference)
     shifts = sorted(sign * each for sign in ((-1.0, 1.0) if differ else (1.0,)) for each in amplitudes)
 
-    def difference_at(shift: float) -> float | None:
-        try:
-            return float(rolling_radius_difference(right, other, rail, np.array([shift]))[0])
-        except ProfileError:
-            return None  # beyond the profiles
+    differences = _radius_difference(right, other, rail)(np.array(shifts))
+    at = zip(shifts, differences, strict=True)
 
     def conicity(amplitude: float) -> tuple[float, float | None, str]:
         try:
             value = equivalent_conicity(right, other, rail, amplitude=amplitude)
         except ProfileError:
             return amplitude, None, "a contact lies beyond the end of a profile"
-        why = (
-            "" if value is not None else ("undefined: the wheelset is not led to and fro over this amplitude")
-        )
-        return amplitude, value, why
+        undefined = "undefined: the wheelset is not led to and fro over this amplitude"
+        return amplitude, value, undefined if value is None else ""
 
     return Running(
         right.name,
         other.name if differ else "",
         rail.name,
         *_curve(right, other, rail),
-        tuple((shift, difference_at(shift)) for shift in shifts),
+        tuple((shift, None if np.isnan(value) else float(value)) for shift, value in at),
         tuple(map(conicity, amplitudes)),
         track,
     )

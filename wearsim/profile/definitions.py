@@ -21,15 +21,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from wearsim.errors import Fault, ProfileError
+from wearsim.errors import ProfileError
 from wearsim.profile.segments import Arc, Polynomial, Segment, Spline, rail_head
-from wearsim.profile.shape import FloatArray
+from wearsim.profile.shape import FloatArray, Kind
 from wearsim.toml_faults import Table, cross_check, read_toml
 
 STEP_TOLERANCE = 0.2e-6
@@ -196,17 +196,12 @@ class Parameter(Table):
             raise cross_check(f"{form}: radii must be a list of {len(self.values)} numbers", "tangent_arc")
         return self
 
-    @property
-    def limits(self) -> Pair:
-        """Smallest and largest value."""
-        return self.range if self.range and not self.values else (min(self.values), max(self.values))
-
     def range_text(self) -> str:
         """Return the allowed values in words."""
         unit = f" {self.unit}" if self.unit else ""
-        if self.values:
+        if self.values or self.range is None:
             return f"one of {', '.join(f'{v:g}' for v in self.values)}{unit}"
-        return f"in {self.limits[0]:g} .. {self.limits[1]:g}{unit}"
+        return f"in {self.range[0]:g} .. {self.range[1]:g}{unit}"
 
     def parse(self, text: str) -> float | None:
         """Return the value written in `text`, None if it is not of this form."""
@@ -216,9 +211,9 @@ class Parameter(Table):
 
     def allows(self, value: float) -> bool:
         """Whether there is a shape of this value."""
-        if self.values:
+        if self.values or self.range is None:
             return value in self.values
-        return math.isfinite(value) and self.limits[0] <= value <= self.limits[1]
+        return self.range[0] <= value <= self.range[1]
 
 
 class _Head(Table):
@@ -236,11 +231,11 @@ class _Base(Table):
     parameters: tuple[str, ...]
 
 
-class _ShapeFile(Table):
+class ShapeFile(Table):
     """File of a standard shape."""
 
     name: Text = Field(description="its short name")
-    kind: Literal["wheel", "rail"] = Field(description="what it is")
+    kind: Kind = Field(description="what it is")
     title: Text = ""
     source: Text = Field(description="where the numbers come from")
     certainty: Text = Field(description="how sure they are")
@@ -261,53 +256,25 @@ class _ShapeFile(Table):
 
 @dataclass(frozen=True)
 class Definition:
-    """A standard shape as a chain of segments with rising y.
+    """A standard shape as a chain of segments with rising y, from the flange back or the gauge side; in mm.
 
-    Parameters
-    ----------
-    name, title : str
-        Short name and the standard's designation.
-    kind : {"wheel", "rail"}
-        A rail is upright, y from its symmetry axis, unless `inclined_gauge_y` is given.
-    segments : tuple of Segment
-        From the flange back (wheel) or the gauge side (rail) to the field side.
-    source, certainty : str
-        Where the numbers come from, and how sure they are.
-    allowances : tuple of Allowance
-        Junctions that are not smooth, with the reason.
-    inclined_gauge_y : float, optional
-        Of a rail that is defined as it stands in the track: y of its gauge point [mm].
+    A rail is upright, y from its symmetry axis, unless `inclined_gauge_y` is given.
     """
 
     name: str
-    title: str
-    kind: Literal["wheel", "rail"]
+    title: str  # the standard's designation
+    kind: Kind
     segments: tuple[Segment, ...]
-    source: str
-    certainty: str
-    allowances: tuple[Allowance, ...] = ()
-    inclined_gauge_y: float | None = None
+    source: str  # where the numbers come from
+    certainty: str  # how sure they are
+    allowances: tuple[Allowance, ...] = ()  # junctions that are not smooth, with the reason
+    inclined_gauge_y: float | None = None  # of a rail defined as it stands in the track: y of its gauge point
 
 
 def evaluate(definition: Definition, y: FloatArray) -> FloatArray:
-    """Exact profile height of a definition.
+    """Exact height z (n,) [m] of a definition at lateral positions y (n,) [m]; a rail is not placed.
 
-    Parameters
-    ----------
-    definition : Definition
-        Standard shape (a rail as it is defined, not placed).
-    y : (n,) array
-        Lateral positions [m]; at a junction the segment on the field side counts.
-
-    Returns
-    -------
-    (n,) array
-        z in the axes of `Profile` [m].
-
-    Raises
-    ------
-    ProfileError
-        A position is outside the definition.
+    At a junction the segment on the field side counts. Raises `ProfileError` outside the definition.
     """
     y_mm = np.asarray(y, dtype=np.float64) * 1e3
     starts = np.array([piece.start for piece in definition.segments])
@@ -323,17 +290,9 @@ def evaluate(definition: Definition, y: FloatArray) -> FloatArray:
 
 
 def junctions(definition: Definition) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Misclosure of a definition at the junctions of its segments.
+    """Misclosure of a definition at its n - 1 junctions: place [m], jump of z [m] and of the angle [rad].
 
-    Parameters
-    ----------
-    definition : Definition
-        Standard shape.
-
-    Returns
-    -------
-    y, step, kink : (n - 1,) array
-        Place [m], jump of z [m] and of the tangent angle [rad], field side minus flange or gauge side.
+    Jumps are field side minus flange or gauge side.
     """
     pairs = list(pairwise(definition.segments))
     y = np.array([right.start for _, right in pairs])
@@ -346,19 +305,7 @@ def junctions(definition: Definition) -> tuple[FloatArray, FloatArray, FloatArra
 
 
 def junction_faults(definition: Definition) -> list[str]:
-    """Junctions of a definition that are neither smooth nor allowed.
-
-    Parameters
-    ----------
-    definition : Definition
-        Standard shape.
-
-    Returns
-    -------
-    list of str
-        One message per junction; empty if z is continuous within `STEP_TOLERANCE` and the tangent
-        within `KINK_TOLERANCE`, or within what an allowance says.
-    """
+    """One message for each junction that is neither smooth within the tolerances nor allowed."""
     faults = []
     chain = definition.segments
     for left, right in pairwise(chain):
@@ -382,24 +329,9 @@ def junction_faults(definition: Definition) -> list[str]:
 
 
 def sample(definition: Definition, spacing: float) -> tuple[FloatArray, FloatArray]:
-    """Points on a definition at even arc length within each segment, all junctions included.
+    """Points y, z [m] on a definition at even arc length within each segment, all junctions included.
 
-    Parameters
-    ----------
-    definition : Definition
-        Standard shape.
-    spacing : float
-        Distance of the points [m].
-
-    Returns
-    -------
-    y, z : (n,) array
-        Points [m].
-
-    Raises
-    ------
-    ProfileError
-        The spacing is not within 0.001 .. 2 mm.
+    Raises `ProfileError` for a spacing [m] that is not within 0.001 .. 2 mm.
     """
     if not 1e-6 <= spacing <= 2e-3:
         raise ProfileError(
@@ -411,51 +343,19 @@ def sample(definition: Definition, spacing: float) -> tuple[FloatArray, FloatArr
     return y_m, evaluate(definition, y_m)
 
 
-@dataclass(frozen=True)
-class Template:
-    """What a file says, before values of the parameters are chosen.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    definition : Definition
-        Name, source and the like, without segments.
-    aliases : tuple of str
-        Other names of the shape.
-    pieces : tuple
-        Segments, some of them yet to be constructed.
-    parameters : tuple of Parameter
-        What can be varied.
-    """
+class Template(NamedTuple):
+    """A file before values of its parameters are chosen: some pieces are yet to be constructed."""
 
     path: Path
-    definition: Definition
-    aliases: tuple[str, ...]
-    pieces: tuple[Segment | TangentArc, ...]
-    parameters: tuple[Parameter, ...]
+    shape: ShapeFile
+    pieces: tuple[Segment | TangentArc, ...]  # with those of the base
+    parameters: tuple[Parameter, ...]  # with those of the base
 
 
 @lru_cache(maxsize=64)
 def read_template(path: Path) -> Template:
-    """Read a file of a standard shape.
-
-    Parameters
-    ----------
-    path : Path
-        TOML file, see the head of this module.
-
-    Returns
-    -------
-    Template
-        To be built with `build`.
-
-    Raises
-    ------
-    ProfileError
-        All faults of the file, ``file:line: message``.
-    """
-    shape, faults = read_toml(path, _ShapeFile)
+    """Read a file of a standard shape, see the head of this module; all faults as ``file:line: message``."""
+    shape, faults = read_toml(path, ShapeFile)
     if shape is None:
         raise ProfileError("\n".join(map(str, faults)))
     pieces: list[Segment | TangentArc] = []
@@ -467,14 +367,10 @@ def read_template(path: Path) -> Template:
             pieces = [piece for piece in base.pieces if piece.zone in zones]
             parameters = [p for p in base.parameters if p.form in forms]
             if len(pieces) < len(zones) or len(parameters) < len(forms):
-                raise ProfileError(f"base: {base.definition.name} does not have all of {[*zones, *forms]}")
+                raise ProfileError(f"base: {base.shape.name} does not have all of {[*zones, *forms]}")
         if (head := shape.head) is not None:
             pieces += rail_head(head.radii, head.junction_widths, head.side, head.side_depth)
     except ProfileError as error:
-        raise ProfileError(str(Fault(str(error), str(path)))) from error
+        raise ProfileError(f"{path}: {error}") from error
     pieces += [each.piece() for each in shape.segment]
-    definition = Definition(
-        shape.name, shape.title or shape.name, shape.kind, (), shape.source, shape.certainty, shape.allow,
-        shape.inclined_gauge_y,
-    )  # fmt: skip
-    return Template(path, definition, shape.aliases, tuple(pieces), (*parameters, *shape.parameter))
+    return Template(path, shape, tuple(pieces), (*parameters, *shape.parameter))

@@ -9,7 +9,7 @@ number, `from` and `up_to` include it), and where it differs its own `source` an
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -17,7 +17,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from wearsim.errors import Fault, ProfileError, suggestion
-from wearsim.profile.measures import Measures, WheelsetMeasures
+from wearsim.profile.measures import Measures
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import Table, cross_check, key_lines, line_of, read_toml
@@ -41,15 +41,7 @@ _BOUNDS: tuple[Literal["min", "max"], ...] = ("min", "max")
 
 @dataclass(frozen=True)
 class DiameterRange:
-    """Wheel diameters a limit holds for.
-
-    Parameters
-    ----------
-    low, high : float
-        Ends, 0 and inf where there is none [m].
-    low_belongs, high_belongs : bool
-        Whether the end itself is within.
-    """
+    """Wheel diameters a limit holds for [m], 0 and inf where there is no end; an end itself may be within."""
 
     low: float = 0.0
     high: float = math.inf
@@ -74,19 +66,7 @@ class DiameterRange:
 
 @dataclass(frozen=True)
 class Limit:
-    """One limit.
-
-    Parameters
-    ----------
-    measure : str
-        Name in `wearsim.quantities`.
-    least, most : float or None
-        In SI units; None: no such bound.
-    diameters : DiameterRange
-        What it holds for.
-    source, certainty : str
-        Where it comes from and how sure it is.
-    """
+    """One limit of a measure (name in `wearsim.quantities`), SI units; None: no such bound."""
 
     measure: str
     least: float | None
@@ -98,15 +78,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class LimitSet:
-    """Limits of one file.
-
-    Parameters
-    ----------
-    name, title : str
-        Name and title of the file.
-    limits : tuple of Limit
-        In the order of the file.
-    """
+    """Limits of one file, in its order, with its name and title."""
 
     name: str
     title: str
@@ -130,22 +102,22 @@ class _Diameters(Table):
         lower, upper = (self.above, self.at_least), (self.up_to, self.below)
         if lower == upper == (None, None) or None not in lower or None not in upper:
             raise cross_check(f"{form}, with one lower or one upper end or both")
-        low, high = self.ends
-        if low >= high:
-            raise cross_check(f"diameter_mm: {low:g} must be below {high:g}")
+        range = self.range
+        if range.low >= range.high:
+            raise cross_check(f"diameter_mm: {range.low * 1e3:g} must be below {range.high * 1e3:g}")
         return self
 
     @property
-    def ends(self) -> tuple[float, float]:
-        """Smallest and largest diameter [mm]."""
+    def range(self) -> DiameterRange:
+        """In SI units."""
         low = self.at_least if self.above is None else self.above
         high = self.below if self.up_to is None else self.up_to
-        return 0.0 if low is None else low, math.inf if high is None else high
-
-    def range(self) -> DiameterRange:
-        """Return it in SI units."""
-        low, high = self.ends
-        return DiameterRange(low / 1e3, high / 1e3, self.above is None, self.below is None)
+        return DiameterRange(
+            0.0 if low is None else low / 1e3,
+            math.inf if high is None else high / 1e3,
+            self.above is None,
+            self.below is None,
+        )
 
 
 class _LimitTable(Table):
@@ -187,7 +159,7 @@ class _LimitTable(Table):
         """Return it in SI units, with source and certainty of the file where it has none."""
         factor = 1e3 if self._unit else 1.0
         least, most = (None if each is None else each / factor for each in self.bounds)
-        diameters = DiameterRange() if self.diameter_mm is None else self.diameter_mm.range()
+        diameters = DiameterRange() if self.diameter_mm is None else self.diameter_mm.range
         return Limit(self.measure, least, most, diameters, self.source.strip() or source,
                      self.certainty.strip() or certainty)  # fmt: skip
 
@@ -202,22 +174,9 @@ class _LimitsFile(Table):
 
 
 def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
-    """Limits by the name of a shipped set or from a file of the same form.
+    """Limits by the name of a shipped set, such as "TSI", or from a file, see the head of this module.
 
-    Parameters
-    ----------
-    name_or_path : str or Path
-        "TSI", or a path to a TOML file, see the head of this module.
-
-    Returns
-    -------
-    LimitSet
-        In SI units.
-
-    Raises
-    ------
-    ProfileError
-        All faults of the file, ``file:line: message``; or there is no such set.
+    Raises `ProfileError` with all faults of the file, ``file:line: message``, or if there is no such set.
     """
     path = Path(name_or_path)
     if not path.is_file() and not path.suffix and len(path.parts) == 1:
@@ -248,74 +207,38 @@ def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
 
 @dataclass(frozen=True)
 class Judgement:
-    """One measure against one bound.
+    """One measure against one bound, SI units."""
 
-    Parameters
-    ----------
-    measure : str
-        Name in `wearsim.quantities`.
-    value : float or None
-        Measured, SI; None: not measured.
-    bound : {"min", "max"}
-        Which.
-    limit : float or None
-        Its value, SI; None: it depends on a diameter that is not known, or there is none for it.
-    margin : float or None
-        What is left, negative beyond the limit.
-    exceeded : bool or None
-        Whether the value is beyond; None: open, see `reason`.
-    condition : str
-        Diameters it holds for, such as "D > 840 mm"; empty: all.
-    source, certainty : str
-        Of the limit.
-    reason : str
-        Why it is open; empty otherwise.
-    """
-
-    measure: str
-    value: float | None
+    measure: str  # name in `wearsim.quantities`
+    value: float | None  # None: not measured
     bound: Literal["min", "max"]
-    limit: float | None
-    margin: float | None
-    exceeded: bool | None
-    condition: str
+    limit: float | None  # None: it depends on a diameter that is not known, or there is none for it
+    margin: float | None  # what is left, negative beyond the limit
+    exceeded: bool | None  # None: open, see `reason`
+    condition: str  # diameters the limit holds for, such as "D > 840 mm"; empty: all
     source: str
     certainty: str
-    reason: str = ""
+    reason: str = ""  # why it is open
 
 
 def judge(
     measures: Measures | Mapping[str, float],
-    limits: LimitSet | Sequence[Limit],
+    limits: LimitSet,
     *,
     diameter: float | None = None,
 ) -> list[Judgement]:
-    """Compare measures with limits.
+    """Compare measures (SI, by name) with limits, each bound of what is measured or was tried.
 
-    Parameters
-    ----------
-    measures : Measures or mapping of str to float
-        SI, by name.
-    limits : LimitSet or sequence of Limit
-        From `load_limits`.
-    diameter : float, optional
-        Wheel diameter that chooses among the limits; `wheel_diameter` of the measures if not given [m].
-
-    Returns
-    -------
-    list of Judgement
-        In the order of the limits, one for each bound of each measure that is measured or was tried.
-        Without a diameter, a value beyond the limits of all diameters is exceeded (with the margin to the
-        most lenient one), one within all of them is within (to the strictest one); anything else stays
-        open.
+    The wheel diameter [m] chooses among the limits; `wheel_diameter` of the measures if not given. Without a
+    diameter, a value beyond the limits of all diameters is exceeded (with the margin to the most lenient
+    one), one within all of them is within (to the strictest one); anything else stays open.
     """
     values = measures.values if isinstance(measures, Measures) else measures
     missing = measures.missing if isinstance(measures, Measures) else {}
-    all_limits = limits.limits if isinstance(limits, LimitSet) else tuple(limits)
     diameter = values.get("wheel_diameter") if diameter is None else diameter
     result: list[Judgement] = []
     groups: dict[tuple[str, str], list[Limit]] = {}
-    for limit in all_limits:
+    for limit in limits.limits:
         groups.setdefault((limit.measure, limit.source), []).append(limit)
     for (measure, source), group in groups.items():
         if measure not in values and measure not in missing:
@@ -328,51 +251,30 @@ def judge(
     return result
 
 
-def judge_wheelset(
-    wheelset: WheelsetMeasures, limits: LimitSet | Sequence[Limit], *, diameter: float | None = None
-) -> dict[str, list[Judgement]]:
-    """Compare the measures of a wheelset with limits.
+def judge_wheelset(wheelset: Mapping[str, Measures], limits: LimitSet) -> dict[str, list[Judgement]]:
+    """Compare the measures of "right", "left" and "axle", or of one wheel, with limits, see `judge`.
 
-    Parameters
-    ----------
-    wheelset : WheelsetMeasures
-        Of both wheels.
-    limits : LimitSet or sequence of Limit
-        From `load_limits`.
-    diameter : float, optional
-        That chooses among the limits; if not given that of each wheel, of the axle the smaller one, if both
-        are known [m].
-
-    Returns
-    -------
-    dict of str to list of Judgement
-        "right", "left" and "axle".
+    Of an axle the diameter of the smaller wheel chooses among the limits, if both are known: a wheel of
+    unknown size may be the smaller one.
     """
-    known = [
-        m.values["wheel_diameter"] for m in (wheelset.right, wheelset.left) if "wheel_diameter" in m.values
+    diameters = [
+        each.values["wheel_diameter"] for each in wheelset.values() if "wheel_diameter" in each.values
     ]
-    smaller = min(known) if len(known) == 2 else None  # a wheel of unknown size may be the smaller one
-    of_axle = diameter if diameter is not None else smaller
+    smaller = min(diameters) if len(diameters) == 2 else None
     return {
-        "right": judge(wheelset.right, limits, diameter=diameter),
-        "left": judge(wheelset.left, limits, diameter=diameter),
-        "axle": judge(wheelset.axle, limits, diameter=of_axle),
+        body: judge(each, limits, diameter=smaller if body == "axle" else None)
+        for body, each in wheelset.items()
     }
 
 
 def _judged(blank: Judgement, group: list[Limit], diameter: float | None) -> list[Judgement]:
     """Judgements on one bound by the limits of one source."""
-
-    def with_bound(limits: list[Limit]) -> list[tuple[Limit, float]]:
-        numbers = [(each, each.least if blank.bound == "min" else each.most) for each in limits]
-        return [(each, number) for each, number in numbers if number is not None]
-
+    numbers = [(each, each.least if blank.bound == "min" else each.most) for each in group]
+    bounded = [(each, number) for each, number in numbers if number is not None]
     if diameter is None:
-        always = [limit for limit in group if not limit.diameters.text]
-        ranges = [limit for limit in group if limit.diameters.text]
-        by_all = _by_all(blank, with_bound(ranges), len(ranges))
-        return [_by_number(blank, *pair) for pair in with_bound(always)] + by_all
-    bounded = with_bound(group)
+        always = [_by_number(blank, *pair) for pair in bounded if not pair[0].diameters.text]
+        ranged = [pair for pair in bounded if pair[0].diameters.text]
+        return always + _by_all(blank, ranged, sum(bool(limit.diameters.text) for limit in group))
     chosen = [pair for pair in bounded if diameter in pair[0].diameters]
     if bounded and not chosen:
         reason = blank.reason or f"no limit is given for a wheel diameter of {diameter * 1e3:.6g} mm"

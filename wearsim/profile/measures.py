@@ -34,17 +34,9 @@ def _tread_side(y: FloatArray, z: FloatArray) -> int:
 
 
 def running_circle_level(y: FloatArray, z: FloatArray) -> float:
-    """Height of a wheel profile at its running circle.
+    """Height z of a wheel profile y, z (n,) [m] at its running circle, y = 0 [m].
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Wheel profile [m].
-
-    Returns
-    -------
-    float
-        z at y = 0 [m]; the rolling radius there is that at z = 0 plus this.
+    The rolling radius there is that at z = 0 plus this.
     """
     tip = _tread_side(y, z)
     before = tip + int(np.flatnonzero(y[tip:] <= 0.0)[-1])
@@ -52,17 +44,9 @@ def running_circle_level(y: FloatArray, z: FloatArray) -> float:
 
 
 def flange_height(y: FloatArray, z: FloatArray) -> float:
-    """Flange height Sh: from the running circle to the flange tip.
+    """Flange height Sh [m] of a wheel profile y, z (n,) [m]: from the running circle to the flange tip.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Wheel profile [m].
-
-    Returns
-    -------
-    float
-        Sh [m]; 28 mm for a new S1002.
+    28 mm for a new S1002.
     """
     tip = _tread_side(y, z)
     return extremum(y, z, tip)[1] - running_circle_level(y, z)
@@ -83,46 +67,19 @@ def _flank_at_level(y: FloatArray, z: FloatArray, level: float) -> float:
 def flange_thickness(
     y: FloatArray, z: FloatArray, *, level: float = 10e-3, flange_back: float = 70e-3
 ) -> float:
-    """Flange thickness Sd at a height above the running circle, from the nominal flange back.
+    """Flange thickness Sd of a wheel profile y, z (n,), from the nominal flange back, all in m.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Wheel profile [m].
-    level : float
-        Height above the running circle [m].
-    flange_back : float
-        Distance of the running circle from the flange back [m].
-
-    Returns
-    -------
-    float
-        Sd [m]; 32.5 mm for a new S1002.
+    At a height `level` above the running circle, which lies at `flange_back` from the flange back; 32.5 mm
+    for a new S1002.
     """
     return flange_back + _flank_at_level(y, z, level)
 
 
 def flange_gradient(y: FloatArray, z: FloatArray, *, level: float = 10e-3, below_tip: float = 2e-3) -> float:
-    """Flange gradient qR: lateral distance of two points of the active flank.
+    """Flange gradient qR of a wheel profile y, z (n,): lateral distance of two points of its flank, all in m.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Wheel profile [m].
-    level : float
-        Height of the lower point above the running circle [m].
-    below_tip : float
-        Depth of the upper point below the flange tip [m].
-
-    Returns
-    -------
-    float
-        qR [m]; 10.794 mm for a new S1002, falling as the flank gets steeper.
-
-    Raises
-    ------
-    ProfileError
-        The flank has no point at one of the two heights.
+    From the height `level` above the running circle to the depth `below_tip` below the flange tip; 10.794 mm
+    for a new S1002, falling as the flank gets steeper. Raises `ProfileError` for a flank without one of them.
     """
     tip = _tread_side(y, z)
     upper = extremum(y, z, tip)[1] - below_tip
@@ -135,24 +92,10 @@ def flange_gradient(y: FloatArray, z: FloatArray, *, level: float = 10e-3, below
 
 
 def hollowing(y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float = 60e-3) -> float:
-    """Hollow wear: the largest rise of the radius towards the field side of the tread.
+    """Hollow wear of a wheel profile y, z (n,): largest rise of the radius to the field side, all in m.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Wheel profile [m].
-    start, end : float
-        Range of the tread [m].
-
-    Returns
-    -------
-    float
-        Maximum of z(y2) - z(y1) over y1 < y2 within the tread; 0 for a new S1002 [m].
-
-    Raises
-    ------
-    ProfileError
-        No point lies in the range of the tread.
+    Maximum of z(y2) - z(y1) over y1 < y2 within the tread from `start` to `end`; 0 for a new S1002. Raises
+    `ProfileError` if no point lies there.
     """
     tread = z[(y >= start) & (y <= end)]
     if len(tread) == 0:
@@ -162,21 +105,11 @@ def hollowing(y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float
 
 @dataclass(frozen=True)
 class GaugeDistances:
-    """Where a gauge measures a flange.
+    """Where a gauge measures a flange, with the usual distances [m]."""
 
-    Parameters
-    ----------
-    below_tip : float
-        Depth of the upper point of qR below the flange tip [m].
-    level : float
-        Height of Sd and of the lower point of qR above the running circle [m].
-    flange_back : float
-        Distance of the running circle from the flange back [m].
-    """
-
-    below_tip: float = 2e-3
-    level: float = 10e-3
-    flange_back: float = RUNNING_CIRCLE
+    below_tip: float = 2e-3  # depth of the upper point of qR below the flange tip
+    level: float = 10e-3  # height of Sd and of the lower point of qR above the running circle
+    flange_back: float = RUNNING_CIRCLE  # distance of the running circle from it
 
     def __post_init__(self) -> None:
         for each in fields(self):
@@ -190,35 +123,10 @@ def _check(name: str, value: float) -> None:
 
 @dataclass(frozen=True)
 class Measures:
-    """Gauge values by their names in `wearsim.quantities`.
-
-    Parameters
-    ----------
-    values : mapping of str to float
-        What could be measured [m].
-    missing : mapping of str to str
-        Why the others could not.
-    """
+    """Gauge values [m] by their names in `wearsim.quantities`, and why the others could not be measured."""
 
     values: Mapping[str, float]
     missing: Mapping[str, str]
-
-
-@dataclass(frozen=True)
-class WheelsetMeasures:
-    """Gauge values of both wheels of an axle and of the axle.
-
-    Parameters
-    ----------
-    right, left : Measures
-        Of the wheels alone.
-    axle : Measures
-        wheel_diameter_difference (right minus left), back_to_back, front_to_front.
-    """
-
-    right: Measures
-    left: Measures
-    axle: Measures
 
 
 def wheel_measures(
@@ -228,24 +136,18 @@ def wheel_measures(
     diameter: float | None = None,
     back_to_back: float | None = None,
 ) -> Measures:
-    """Gauge values of one wheel.
+    """Gauge values of one wheel; what cannot be measured is missing with the reason.
 
     Parameters
     ----------
     profile : Profile
         Wheel with the flange back at y = -70 mm, see `wearsim.profile.alignment`.
     distances : GaugeDistances, optional
-        Where the gauge measures; 2, 10 and 70 mm if not given.
+        Where the gauge measures.
     diameter : float, optional
         At the running circle as it is now, which is not in the profile [m].
     back_to_back : float, optional
         Back-to-back distance of the wheelset; its wheels are then taken to be alike [m].
-
-    Returns
-    -------
-    Measures
-        flange_height, flange_thickness, flange_gradient, hollowing, rim_width, back_to_back, front_to_front
-        and wheel_diameter. What cannot be measured is missing with the reason.
 
     Raises
     ------
@@ -257,18 +159,18 @@ def wheel_measures(
     at = distances or GaugeDistances()
     y, z = profile.y, profile.z
     gauge: dict[str, Callable[[], float]] = {
-        "flange_height": lambda: flange_height(*_with_tip(y, z)),
-        "flange_thickness": lambda: flange_thickness(
-            *_flanged(y, z), level=at.level, flange_back=at.flange_back
-        ),
-        "flange_gradient": lambda: flange_gradient(*_with_tip(y, z), level=at.level, below_tip=at.below_tip),
+        "flange_height": lambda: flange_height(y, z),
+        "flange_thickness": lambda: flange_thickness(y, z, level=at.level, flange_back=at.flange_back),
+        "flange_gradient": lambda: flange_gradient(y, z, level=at.level, below_tip=at.below_tip),
         "hollowing": lambda: _whole_hollowing(y, z),
-        "rim_width": lambda: _rim_width(*_flanged(y, z), at.flange_back),
+        "rim_width": lambda: _rim_width(y, z, at.flange_back),
     }
     values: dict[str, float] = {}
     missing: dict[str, str] = {}
     for name, measure in gauge.items():
         try:
+            if name != "hollowing":
+                _check_flange(y, z, tip=name in ("flange_height", "flange_gradient"))
             values[name] = float(measure())
         except ProfileError as error:
             missing[name] = str(error)
@@ -288,8 +190,8 @@ def wheelset_measures(
     *,
     diameters: tuple[float | None, float | None] = (None, None),
     back_to_back: float | None = None,
-) -> WheelsetMeasures:
-    """Gauge values of a wheelset whose wheels differ.
+) -> dict[str, Measures]:
+    """Gauge values of "right", "left" and "axle" of a wheelset whose wheels differ.
 
     Parameters
     ----------
@@ -304,8 +206,9 @@ def wheelset_measures(
 
     Returns
     -------
-    WheelsetMeasures
-        Front-to-front is AR + Sd of the right + Sd of the left wheel, at the level of Sd.
+    dict of str to Measures
+        Of the axle wheel_diameter_difference (right minus left), back_to_back and front_to_front, which is
+        AR + Sd of the right + Sd of the left wheel, at the level of Sd.
     """
     wheels = []
     for profile, diameter in zip((right, left), diameters, strict=True):
@@ -318,7 +221,7 @@ def wheelset_measures(
         axle = Measures(axle.values, {**axle.missing, difference: "the diameters of both wheels are needed"})
     else:
         axle = Measures({**axle.values, difference: diameters[0] - diameters[1]}, axle.missing)
-    return WheelsetMeasures(wheels[0], wheels[1], axle)
+    return {"right": wheels[0], "left": wheels[1], "axle": axle}
 
 
 _OF_AXLE = ("back_to_back", "front_to_front")
@@ -337,24 +240,17 @@ def _axle(right: Mapping[str, float], left: Mapping[str, float], back_to_back: f
     return Measures(values, {})
 
 
-def _flanged(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Pass on a profile with a flange."""
+def _check_flange(y: FloatArray, z: FloatArray, *, tip: bool) -> None:
+    """Raise for a profile without flange, or without points on both sides of a tip that is needed."""
     height = flange_height(y, z)
     if height < _LEAST_FLANGE:
         raise ProfileError(
             f"there is no flange: the highest point lies {height * 1e3:.2f} mm above the running circle"
         )
-    return y, z
-
-
-def _with_tip(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Pass on a profile with a flange that has points on both sides of its tip."""
-    _flanged(y, z)
-    if int(np.argmax(z)) == 0:
+    if tip and int(np.argmax(z)) == 0:
         raise ProfileError(
             f"the profile begins at its highest point (y = {y[0] * 1e3:.4g} mm): no flange tip is measured"
         )
-    return y, z
 
 
 def _whole_hollowing(y: FloatArray, z: FloatArray) -> float:

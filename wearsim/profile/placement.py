@@ -46,15 +46,7 @@ def slope_of(text: str) -> float:
 
 @dataclass(frozen=True)
 class Placement:
-    """Tilt about the rail's origin followed by a shift.
-
-    Parameters
-    ----------
-    tilt : float
-        Angle by which the top leans towards the track centre [rad].
-    shift_y, shift_z : float
-        Added after the tilt [m].
-    """
+    """Tilt of the top towards the track centre [rad] about the rail's origin, followed by a shift [m]."""
 
     tilt: float
     shift_y: float
@@ -67,7 +59,7 @@ class Placement:
 
 
 def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, half_span: float) -> Placement:
-    """Placement of a right rail head in the track.
+    """Placement that brings the top of a right rail head to z = 0 and its gauge point to gauge/2 - half_span.
 
     Parameters
     ----------
@@ -75,15 +67,8 @@ def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, ha
         Rail head from the gauge side to the field side, z down [m].
     inclination : float
         Tangent of the tilt towards the track centre, such as 1/40; 0 leaves the head as it is [-].
-    gauge : float
-        Distance of the gauge points of both rails [m].
-    half_span : float
-        From the track centre to the origin of the wheel profile [m].
-
-    Returns
-    -------
-    Placement
-        Brings the highest point to z = 0 and the gauge point to y = gauge/2 - half_span.
+    gauge, half_span : float
+        Between the gauge points of both rails; from the track centre to the wheel profile's origin [m].
 
     Raises
     ------
@@ -122,18 +107,9 @@ def _innermost(y: FloatArray, z: FloatArray) -> float:
 
 
 def head_lean(y: FloatArray, z: FloatArray) -> float | None:
-    """Lean of a rail head: the tilt at which its halves are mirror images of each other.
+    """Lean of a rail head y, z (n,) [m]: tangent of the tilt at which its halves are mirror images [-].
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Rail head from the gauge side to the field side, z down [m].
-
-    Returns
-    -------
-    float or None
-        Tangent of the lean towards the track centre [-]; None for a head that is worn or measured so that
-        no tilt makes its halves alike.
+    Positive towards the track centre; None for a head worn or measured so that no tilt makes them alike.
     """
     near = np.flatnonzero(z - float(z.min()) < 2.0 * _SIDE_DEPTH)
     near = near[:: 1 + len(near) // _HEAD_POINTS]
@@ -142,7 +118,7 @@ def head_lean(y: FloatArray, z: FloatArray) -> float | None:
     lean, off = 0.0, math.inf
     for _ in range(4):  # ever finer, down to 1e-6
         tried = np.linspace(low, high, count)
-        apart = [_halves_apart(y, z, float(each)) for each in tried]
+        apart = [halves_apart(y, z, float(each), 0.45, 100) for each in tried]
         best = int(np.argmin(apart))
         lean, off = float(tried[best]), apart[best]
         step = (high - low) / (count - 1)
@@ -160,51 +136,29 @@ def lean_words(lean: float) -> str:
 
 
 def tilt_to_add(lean: float | None, inclination: float) -> float:
-    """Tilt that brings a measured rail to its inclination in the track.
+    """Tilt that brings a measured rail of some lean, see `head_lean`, to the stated inclination [-].
 
-    Parameters
-    ----------
-    lean : float or None
-        See `head_lean` [-].
-    inclination : float
-        Stated [-].
-
-    Returns
-    -------
-    float
-        The inclination; 0 if the head leans towards the track centre already, for it stands as measured [-].
+    0 if the head leans towards the track centre already, for it stands as measured.
     """
     return 0.0 if lean is not None and lean > UPRIGHT else inclination
 
 
-def _halves_apart(y: FloatArray, z: FloatArray, lean: float) -> float:
-    """Largest difference in z of the halves of a head set upright [m]."""
+def halves_apart(y: FloatArray, z: FloatArray, lean: float, share: float, count: int) -> float:
+    """Largest difference in z [m] of the halves of a head set upright, within a share of its width."""
     y, z = Placement(-math.atan(lean), 0.0, 0.0).apply(y, z)
     head = z - float(z.min()) < _SIDE_DEPTH
     y, z = y[head], z[head]
     left, right = float(y.min()), float(y.max())
-    axis, at = 0.5 * (left + right), np.linspace(0.0, 0.45 * (right - left), 100)
+    axis, at = 0.5 * (left + right), np.linspace(0.0, share * (right - left), count)
     order = np.argsort(y, kind="stable")
     y, z = y[order], z[order]
     return float(np.max(np.abs(np.interp(axis - at, y, z) - np.interp(axis + at, y, z))))
 
 
 def place_rail(profile: Profile, inclination: float, gauge: float, half_span: float) -> Profile:
-    """Incline a rail head and place it in the track.
+    """Incline a rail head, wherever its origin is, and place it in the track, see `placement`.
 
-    Parameters
-    ----------
-    profile : Profile
-        Rail head, wherever its origin is.
-    inclination : float
-        Further tilt towards the track centre; 0 if the points are inclined already [-].
-    gauge, half_span : float
-        As in `placement` [m].
-
-    Returns
-    -------
-    Profile
-        z = 0 at the highest point, gauge point at y = gauge/2 - half_span.
+    The inclination is a further tilt: 0 if the points are inclined already [-].
     """
     y, z = placement(profile.y, profile.z, inclination, gauge, half_span).apply(profile.y, profile.z)
     return replace(profile, y=y, z=z)

@@ -15,31 +15,16 @@ _AT_ONCE = 256  # heights of a polygon are looked for at so many places at once
 
 @dataclass(frozen=True)
 class Reprofiling:
-    """A wheel after reprofiling.
+    """A wheel after reprofiling."""
 
-    Parameters
-    ----------
-    profile : Profile
-        The template where it was cut, in the axes of the worn profile.
-    depth : float
-        How far the template was moved inwards from where its running circle is at z = 0 [m]. In the axes of
-        the new wheel that is all the radius the wheel has lost, by wear and on the lathe.
-    radius_loss : float
-        Loss of radius at the running circle on the lathe, from the worn to the reprofiled wheel [m].
-    place : float
-        y where the lathe takes least: nothing but `slack` [m].
-    slack : float
-        Radius taken off beyond what the wheel by itself needs: 0, or what its partner costs it [m].
-    start, end : float
-        y between which the template was held against the worn profile [m].
-    """
-
-    profile: Profile = field(repr=False)
+    profile: Profile = field(repr=False)  # the template where it was cut, in the axes of the worn profile
+    # how far the template was moved inwards from where its running circle is at z = 0 [m]; in the axes of the
+    # new wheel that is all the radius the wheel has lost, by wear and on the lathe
     depth: float
-    radius_loss: float
-    place: float
-    slack: float
-    start: float
+    radius_loss: float  # at the running circle on the lathe, from the worn to the reprofiled wheel [m]
+    place: float  # y where the lathe takes least: nothing but `slack` [m]
+    slack: float  # radius taken off beyond what the wheel needs: 0, or what its partner costs it [m]
+    start: float  # y from which the template was held against the worn profile [m]
     end: float
 
 
@@ -48,10 +33,9 @@ def reprofile(worn: Profile, template: Profile) -> Reprofiling:
 
     Parameters
     ----------
-    worn : Profile
-        Worn wheel, y from the same origin as the template's.
-    template : Profile
-        What the wheel gets, with its own flange thickness; running circle at z = 0.
+    worn, template : Profile
+        Wheels, y from the same origin; the template with its own flange thickness and its running circle at
+        z = 0.
 
     Returns
     -------
@@ -103,26 +87,15 @@ def reprofile(worn: Profile, template: Profile) -> Reprofiling:
 def reprofile_axle(
     right: Profile, left: Profile, templates: tuple[Profile, Profile], radii: tuple[float, float] = (0.0, 0.0)
 ) -> tuple[Reprofiling, Reprofiling]:
-    """Reprofile both wheels of an axle to one diameter: the smaller one of those each could have.
+    """Reprofile both worn wheels of an axle to one diameter: the smaller one of those each could have.
 
-    Parameters
-    ----------
-    right, left : Profile
-        Worn wheels.
-    templates : (Profile, Profile)
-        What they get.
-    radii : (float, float)
-        Radius of either wheel at z = 0 of its worn profile; equal ones need not be given [m].
-
-    Returns
-    -------
-    (Reprofiling, Reprofiling)
-        Right and left wheel.
+    Right comes before left in the wheels, their templates, and their radii at z = 0 of the worn profiles [m];
+    equal ones need not be given.
     """
     alone = (reprofile(right, templates[0]), reprofile(left, templates[1]))
     left_in_new = [radius - one.depth for radius, one in zip(radii, alone, strict=True)]
-    common = min(left_in_new)
-    return (_deeper(alone[0], left_in_new[0] - common), _deeper(alone[1], left_in_new[1] - common))
+    first, second = (each - min(left_in_new) for each in left_in_new)
+    return _deeper(alone[0], first), _deeper(alone[1], second)
 
 
 def _deeper(reprofiling: Reprofiling, more: float) -> Reprofiling:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
 
 from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray
@@ -16,15 +17,7 @@ from wearsim.profile.shape import FloatArray
 
 @dataclass(frozen=True)
 class Segment(ABC):
-    """One piece of a definition, z as a function of y.
-
-    Parameters
-    ----------
-    zone : str
-        Its letter or name in the standard.
-    start, end : float
-        Lateral range, start < end [mm].
-    """
+    """One piece of a definition, z over y from `start` to `end` [mm]; `zone` is its name in the standard."""
 
     zone: str
     start: float
@@ -59,17 +52,7 @@ class Segment(ABC):
 
 @dataclass(frozen=True)
 class Arc(Segment):
-    """Arc of a circle, z = centre_z + branch * sqrt(radius^2 - (y - centre_y)^2).
-
-    Parameters
-    ----------
-    centre : tuple of float
-        (y, z) [mm].
-    radius : float
-        Above 0 [mm].
-    branch : int
-        Sign of the root.
-    """
+    """Arc of a circle, z = centre_z + branch * sqrt(radius^2 - (y - centre_y)^2), lengths in mm."""
 
     centre: tuple[float, float]
     radius: float
@@ -106,34 +89,19 @@ class Arc(Segment):
 
 @dataclass(frozen=True)
 class Polynomial(Segment):
-    """Polynomial, z = sum of c_k (y - origin)^k; of two coefficients: a straight line.
-
-    Parameters
-    ----------
-    coefficients : tuple of float
-        c_k [mm^(1-k)].
-    origin : float
-        Lateral position from which y counts in the powers [mm].
-    """
+    """Polynomial, z = sum of c_k (y - origin)^k, c_k in mm^(1-k); of two coefficients: a straight line."""
 
     coefficients: tuple[float, ...]
     origin: float = 0.0
 
     def height(self, y: FloatArray) -> FloatArray:
         """Return z [mm] at y [mm]."""
-        at = y - self.origin
-        z = np.zeros_like(at)
-        for c in reversed(self.coefficients):  # Horner: zone C of S1002 cancels terms of 4e3 to 5
-            z = z * at + c
-        return z
+        # Horner: zone C of S1002 cancels terms of 4e3 to 5
+        return np.asarray(polyval(y - self.origin, self.coefficients))
 
     def angle(self, y: FloatArray) -> FloatArray:
         """Return the tangent angle [rad] at y [mm]."""
-        at = y - self.origin
-        slope = np.zeros_like(at)
-        for k in range(len(self.coefficients) - 1, 0, -1):
-            slope = slope * at + k * self.coefficients[k]
-        return np.arctan(slope)
+        return np.arctan(polyval(y - self.origin, polyder(self.coefficients)))
 
     def moved(self, dy: float, dz: float) -> Polynomial:
         """Return the same curve further to the field side by dy and higher in z by dz [mm]."""
@@ -149,37 +117,14 @@ class Polynomial(Segment):
 
 
 def line(zone: str, start: tuple[float, float], end: tuple[float, float]) -> Polynomial:
-    """Straight line from point to point.
-
-    Parameters
-    ----------
-    zone : str
-        Its name.
-    start, end : tuple of float
-        Points (y, z), start before end [mm].
-
-    Returns
-    -------
-    Polynomial
-        z(y) with y counted from the start.
-    """
+    """Straight line from point to point (y, z), start before end [mm]."""
     slope = (end[1] - start[1]) / (end[0] - start[0])
     return Polynomial(zone, start[0], end[0], (start[1], slope), start[0])
 
 
 @dataclass(frozen=True)
 class Spline(Segment):
-    """Clamped cubic spline through a table of equal steps.
-
-    Parameters
-    ----------
-    knots : tuple of float
-        Lateral positions of the table, rising [mm].
-    heights : tuple of float
-        z at the knots [mm].
-    end_slopes : tuple of float
-        dz/dy at the first and at the last knot [-].
-    """
+    """Clamped cubic spline through a table of equal steps: knots and heights [mm], dz/dy at both ends."""
 
     knots: tuple[float, ...]
     heights: tuple[float, ...]
@@ -229,28 +174,10 @@ def height_at(piece: Segment, y: float) -> float:
 
 
 def tangent_arc(zone: str, before: Segment, after: Segment, radius: float, branch: int) -> Arc:
-    r"""Arc of given radius that is tangent to the arcs or lines before and after it.
+    r"""Arc of given radius [mm] that is tangent to the arcs or lines before and after it.
 
-    Parameters
-    ----------
-    zone : str
-        Its name.
-    before, after : Arc or straight Polynomial
-        Neighbours; only the far end of each counts, the near ends are computed here.
-    radius : float
-        Of the new arc [mm].
-    branch : int
-        1 for a cap (z = centre + root), -1 for a bowl.
-
-    Returns
-    -------
-    Arc
-        From the point of tangency with `before` to that with `after`.
-
-    Raises
-    ------
-    ProfileError
-        There is no such arc, or more than one.
+    Only the far end of each neighbour counts; `branch` is 1 for a cap (z = centre + root), -1 for a bowl.
+    Raises `ProfileError` where there is no such arc, or more than one.
 
     Notes
     -----
@@ -336,28 +263,11 @@ def _touch(piece: Segment, centre: _Point, bend: float) -> float | None:
 def rail_head(
     radii: Sequence[float], junction_widths: Sequence[float], side: float, side_depth: float
 ) -> tuple[Segment, ...]:
-    """Rail head of tangent arcs from radii, junction widths and the slope of the sides.
+    """Rail head of tangent arcs, from the left side to the right one, symmetric; lengths in mm.
 
-    Parameters
-    ----------
-    radii : sequence of float
-        From the crown to the corner; the first arc is centred on the axis [mm].
-    junction_widths : sequence of float
-        Width of the head at the end of each arc but the last [mm].
-    side : float
-        dz/dy of the straight sides [-].
-    side_depth : float
-        Depth below the top down to which the sides are followed [mm].
-
-    Returns
-    -------
-    tuple of Segment
-        From the left side to the right one, symmetric.
-
-    Raises
-    ------
-    ProfileError
-        An arc has no end, or the sides begin below `side_depth`.
+    `radii` from the crown, whose arc is centred on the axis, to the corner; the width of the head at the
+    end of each arc but the last; dz/dy of the straight sides, which are followed down to `side_depth` below
+    the top. Raises `ProfileError` for an arc without end, or sides that begin below `side_depth`.
 
     Notes
     -----
@@ -389,32 +299,11 @@ def rail_head(
 def part_moved(
     chain: Sequence[Segment], start: float, end: float, by: float, join_zone: str, join_end: float
 ) -> tuple[Segment, ...]:
-    """Move a part of a shape towards the flange back, as thinner flanges are made.
+    """Shape with a part moved towards the flange back, as thinner flanges are made; lengths in mm.
 
-    Parameters
-    ----------
-    chain : sequence of Segment
-        The whole shape.
-    start : float
-        Where the part begins, on a cap: the cap stays, and the moved one meets it half way [mm].
-    end : float
-        Where the part ends [mm].
-    by : float
-        Below 0 [mm].
-    join_zone : str
-        Name of the straight line from the end of the moved part to the unmoved shape.
-    join_end : float
-        y where it meets the unmoved shape [mm].
-
-    Returns
-    -------
-    tuple of Segment
-        The shape that results.
-
-    Raises
-    ------
-    ProfileError
-        The part does not begin on a cap at the tip, or `by` is not below 0.
+    The part begins at `start` on a cap: the cap stays, and the moved one meets it half way. From the end of
+    the part, moved `by` (below 0), a straight line `join_zone` leads to the unmoved shape at `join_end`.
+    Raises `ProfileError` if the part does not begin on a cap at the tip, or `by` is not below 0.
     """
     stays, rest = _split(chain, start)
     part, rest = _split(rest, end)

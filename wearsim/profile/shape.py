@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from wearsim.errors import NumericalError, ProfileError
 
 FloatArray = NDArray[np.float64]
+Kind = Literal["wheel", "rail"]
 
 
 @dataclass(frozen=True)
@@ -34,25 +35,14 @@ class Profile:
     """
 
     name: str
-    kind: Literal["wheel", "rail"]
+    kind: Kind
     y: FloatArray = field(repr=False)
     z: FloatArray = field(repr=False)
     source: str = ""
 
 
 def arc_length(y: FloatArray, z: FloatArray) -> FloatArray:
-    """Length of the polygon from its first vertex to each vertex.
-
-    Parameters
-    ----------
-    y, z : (n,) array
-        Vertices [m].
-
-    Returns
-    -------
-    (n,) array
-        Arc length, 0 at the first vertex [m].
-    """
+    """Length of the polygon from its first vertex to each vertex (n,) [m]."""
     return np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(y), np.diff(z)))))
 
 
@@ -62,15 +52,9 @@ def resample(profile: Profile, spacing: float) -> Profile:
     Parameters
     ----------
     profile : Profile
-        At least two points, none repeated.
+        At least two points, none repeated. Both ends and corners of more than 20 degrees stay points.
     spacing : float
         Distance of the points [m]; the nearest one that divides the length is taken.
-
-    Returns
-    -------
-    Profile
-        The same ends and the same order; corners of more than 20 degrees stay points, and the
-        distance is even between them.
 
     Raises
     ------
@@ -115,20 +99,8 @@ def _linear(at: FloatArray, s: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def corners(y: FloatArray, z: FloatArray) -> list[int]:
-    """Vertices that turn by more than 20 degrees and three times as much as any vertex near them.
+    """Inner vertices that turn by more than 20 degrees and three times as much as any vertex near them.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Vertices [m].
-
-    Returns
-    -------
-    list of int
-        Inner vertices in rising order.
-
-    Notes
-    -----
     The second condition, on the three vertices on either side, keeps the noise of finely measured profiles
     from being taken for corners.
     """
@@ -153,17 +125,10 @@ def _chords(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def vertex_normals(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the unit normals into the material of a wheel, along which its points move when worn.
+    """Return the unit normals (n,) into the material of a wheel, along which its points move when worn.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Wheel profile from the flange back to the field side, z radially outward [m].
-
-    Returns
-    -------
-    ny, nz : (n,) array
-        Perpendicular to the chord between the two neighbours [-]; (0, -1) on a cylindrical tread.
+    Perpendicular to the chord between the two neighbours of y, z (n,), from the flange back to the field
+    side; (0, -1) on a cylindrical tread.
     """
     dy, dz = _chords(y, z)
     length = np.hypot(dy, dz)
@@ -171,17 +136,9 @@ def vertex_normals(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 def vertex_lengths(y: FloatArray, z: FloatArray) -> FloatArray:
-    """Length of profile that belongs to each vertex: half the chord between its neighbours.
+    """Length of profile that belongs to each vertex: half the chord |P[j+1] - P[j-1]| between its neighbours.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Vertices [m].
-
-    Returns
-    -------
-    (n,) array
-        Half |P[j+1] - P[j-1]|; at the ends half the only edge [m].
+    At the ends half the only edge, all in m.
     """
     return 0.5 * np.hypot(*_chords(y, z))
 
@@ -191,10 +148,8 @@ def polygon_area_between(y0: FloatArray, z0: FloatArray, y1: FloatArray, z1: Flo
 
     Parameters
     ----------
-    y0, z0 : (n,) array
-        Vertices before, from the flange back to the field side [m].
-    y1, z1 : (n,) array
-        The same vertices after [m].
+    y0, z0, y1, z1 : (n,) array
+        Vertices before and after, from the flange back to the field side [m].
 
     Returns
     -------
@@ -265,20 +220,10 @@ def offset_distance(y: FloatArray, z: FloatArray, depth: FloatArray) -> FloatArr
 
 
 def extremum(y: FloatArray, z: FloatArray, index: int) -> tuple[float, float]:
-    """Place and value of a smooth extremum of z near a vertex.
+    """Place and value y, z [m] of a smooth extremum of z near the vertex where z is largest or smallest.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Vertices [m].
-    index : int
-        The vertex where z is largest or smallest.
-
-    Returns
-    -------
-    y, z : float
-        Vertex of the parabola through the point and its neighbours, or the point itself where there is
-        no such parabola (ends, plateaus, vertical edges) [m].
+    Vertex of the parabola through the point and its neighbours, or the point itself where there is no such
+    parabola (ends, plateaus, vertical edges).
     """
     if 0 < index < len(y) - 1:
         left, right = y[index] - y[index - 1], y[index + 1] - y[index]
@@ -293,22 +238,10 @@ def extremum(y: FloatArray, z: FloatArray, index: int) -> tuple[float, float]:
 
 
 def crossing(position: FloatArray, value: FloatArray, index: int, level: float) -> float:
-    """Position at which `value` passes `level` between two vertices.
+    """Position [m] at which `value` passes `level` between the vertices `index` and `index` + 1.
 
-    Parameters
-    ----------
-    position, value : (n,) array
-        Two coordinates of the vertices [m].
-    index : int
-        The vertex before the crossing.
-    level : float
-        Value looked for [m].
-
-    Returns
-    -------
-    float
-        By the cubic through the two vertices on each side where value is monotonic there, else by the
-        straight line; never beyond the two vertices [m].
+    By the cubic through the two vertices on each side where value is monotonic there, else by the straight
+    line; never beyond the two vertices.
     """
     around = slice(max(index - 1, 0), index + 3)
     x, p = value[around], position[around]

@@ -161,16 +161,8 @@ def _corners(points: FloatArray, s: FloatArray) -> list[int]:
             continue
         near = slice(low[j], high[j])
         # the lines on both sides meet where the corner is, the noise of its own vertex left out
-        meeting = np.linalg.lstsq(
-            np.array([[-before[1, j], before[0, j]], [-after[1, j], after[0, j]]]),
-            np.array(
-                [
-                    before[0, j] * before[3, j] - before[1, j] * before[2, j],
-                    after[0, j] * after[3, j] - after[1, j] * after[2, j],
-                ]
-            ),
-            rcond=None,
-        )[0]
+        dy, dz, y, z = np.column_stack((before[:, j], after[:, j]))
+        meeting = np.linalg.lstsq(np.column_stack((-dz, dy)), dy * z - dz * y, rcond=None)[0]
         places.append(int(low[j] + np.argmin(np.hypot(*(points[:, near] - meeting[:, None])))))
     return sorted(set(places))
 

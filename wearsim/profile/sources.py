@@ -3,34 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal, Unpack
+from typing import Unpack
 
 from wearsim.errors import ProfileError
 from wearsim.profile import standard
 from wearsim.profile.files import load_profile
 from wearsim.profile.files.axes import Statements
 from wearsim.profile.placement import BACK_TO_BACK, GAUGE, INCLINATION, RUNNING_CIRCLE
-from wearsim.profile.shape import Profile
+from wearsim.profile.shape import Kind, Profile
 from wearsim.quantities import QUANTITIES
 
 
 def half_span(back_to_back: float) -> float:
-    """Distance from the track centre to the origin of the wheel profile.
+    """Half of the back-to-back distance [m] plus the 70 mm to the running circle: y of the wheel's origin.
 
-    Parameters
-    ----------
-    back_to_back : float
-        Distance between the inner wheel faces [m].
-
-    Returns
-    -------
-    float
-        Half of it plus the 70 mm to the running circle [m].
-
-    Raises
-    ------
-    ProfileError
-        The distance is out of its range.
+    Raises `ProfileError` for a distance out of its range.
     """
     if fault := QUANTITIES["back_to_back"].fault(back_to_back):
         raise ProfileError(fault)
@@ -90,7 +77,7 @@ def standard_profile(
 
 def read_profile(
     path: str | Path,
-    kind: Literal["wheel", "rail"],
+    kind: Kind,
     *,
     inclination: float = INCLINATION,
     gauge: float = GAUGE,

@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
 
-from wearsim.errors import Fault, ProfileError, suggestion
+from wearsim.errors import ProfileError, suggestion
 from wearsim.profile.definitions import (
     Definition,
     Parameter,
@@ -19,27 +18,18 @@ from wearsim.profile.definitions import (
     read_template,
     sample,
 )
-from wearsim.profile.placement import Placement, placement
+from wearsim.profile.placement import placement
 from wearsim.profile.segments import Arc, Polynomial, Segment, height_at, part_moved, tangent_arc
-from wearsim.profile.shape import Profile
+from wearsim.profile.shape import Kind, Profile
 
 # Fine enough for the gauge point and the top of the densest arcs to be exact to 0.001 um.
 _PLACEMENT_SPACING = 0.02e-3
 
 
 def shipped_path(*parts: str) -> Path:
-    """Path of a file or folder that comes with the package.
+    """Path of a file or folder that comes with the package, such as ("profiles", "S1002.toml").
 
-    Parameters
-    ----------
-    *parts : str
-        Path below the shipped files, such as ("profiles", "S1002.toml").
-
-    Returns
-    -------
-    Path
-        In `wearsim/shipped` of an installed wheel, else in the checkout around the package; it need
-        not exist.
+    In `wearsim/shipped` of an installed wheel, else in the checkout around the package; it need not exist.
     """
     package = Path(__file__).resolve().parents[1]
     installed = package / "shipped"
@@ -47,22 +37,9 @@ def shipped_path(*parts: str) -> Path:
 
 
 def find_shipped(name: str) -> Path:
-    """File of a shipped profile by its name.
+    """File of a shipped profile by its name, with or without parameters.
 
-    Parameters
-    ----------
-    name : str
-        Of the shape, with or without parameters.
-
-    Returns
-    -------
-    Path
-        The existing file.
-
-    Raises
-    ------
-    ProfileError
-        There is no such shape; the message lists what there is and the nearest name.
+    Raises `ProfileError` for an unknown name; the message lists what there is and the nearest name.
     """
     template = _split(name)[0]
     if template is None:
@@ -82,28 +59,17 @@ def _templates(folder: Path) -> dict[str, Template]:
     named: dict[str, Template] = {}
     for path in sorted(folder.glob("*.toml")):
         template = read_template(path)
-        for name in (template.definition.name, *template.aliases):
+        for name in (template.shape.name, *template.shape.aliases):
             if name in named:
                 raise ProfileError(f"{path}: the name {name!r} is that of {named[name].path.name} already")
             named[name] = template
     return named
 
 
-def shipped_names(kind: Literal["wheel", "rail"]) -> list[str]:
-    """Names of the shipped shapes.
-
-    Parameters
-    ----------
-    kind : {"wheel", "rail"}
-        Which.
-
-    Returns
-    -------
-    list of str
-        Sorted, other names included, without parameters.
-    """
+def shipped_names(kind: Kind) -> list[str]:
+    """Sorted names of the shipped shapes of a kind, other names included, without parameters."""
     named = _templates(shipped_path("profiles"))
-    return sorted(name for name, template in named.items() if template.definition.kind == kind)
+    return sorted(name for name, template in named.items() if template.shape.kind == kind)
 
 
 def _split(designation: str) -> tuple[Template, list[str]] | tuple[None, list[str]]:
@@ -118,64 +84,21 @@ def _split(designation: str) -> tuple[Template, list[str]] | tuple[None, list[st
 
 
 def is_designation(text: str) -> bool:
-    """Whether a text begins with the name of a shipped shape, so that it is no path.
-
-    Parameters
-    ----------
-    text : str
-        Such as "S1002" or "S1002/h30/e30.5"; the parameters may be wrong.
-
-    Returns
-    -------
-    bool
-        Whether `wheel` or `rail` should be asked for it.
-    """
+    """Whether a text begins with the name of a shipped shape, so that it is no path."""
     return designation_kind(text) is not None
 
 
-def designation_kind(text: str) -> Literal["wheel", "rail"] | None:
-    """Kind of the shipped shape whose name a text begins with.
-
-    Parameters
-    ----------
-    text : str
-        Such as "S1002/h30" or "60E1".
-
-    Returns
-    -------
-    {"wheel", "rail"} or None
-        None if no shipped shape has that name.
-    """
+def designation_kind(text: str) -> Kind | None:
+    """Kind of the shipped shape whose name a text such as "S1002/h30" begins with, None if there is none."""
     template = _split(text)[0]
-    return None if template is None else template.definition.kind
+    return None if template is None else template.shape.kind
 
 
-def parse_parameters(
+def _parse_parameters(
     written: Sequence[str], parameters: Sequence[Parameter], designation: str
 ) -> dict[str, float]:
-    """Values of the parameters of a designation.
-
-    Parameters
-    ----------
-    written : sequence of str
-        Such as ("h30", "e30.5", "6.7%"), in any order.
-    parameters : sequence of Parameter
-        What the shape has.
-    designation : str
-        The whole, for messages.
-
-    Returns
-    -------
-    dict
-        Value by form of all parameters.
-
-    Raises
-    ------
-    ProfileError
-        Something is not a parameter of the shape, is given twice or out of range; one line for all.
-    """
-    values = {p.form: p.default for p in parameters}
-    given: set[str] = set()
+    """Value by form of all parameters, from texts such as ("h30", "6.7%"); all faults in one line."""
+    given: dict[str, float] = {}
     wrong = []
     for text in written:
         match = next(((p, v) for p in parameters if (v := p.parse(text)) is not None), None)
@@ -188,41 +111,19 @@ def parse_parameters(
             wrong.append(f"{parameter.name} is given twice")
         elif not parameter.allows(value):
             wrong.append(f"{parameter.name} = {value:g} must be {parameter.range_text()}")
-        given.add(parameter.form)
-        values[parameter.form] = value
+        given[parameter.form] = value
     if wrong:
         raise ProfileError(f"{designation}: {'; '.join(wrong)}")
-    return values
-
-
-def canonical_suffix(values: Mapping[str, float], parameters: Sequence[Parameter]) -> str:
-    """Write the values that are not the default, such as "/h30/e30.5", in the order of the file."""
-    changed = [p.form.replace("#", f"{values[p.form]:g}") for p in parameters if values[p.form] != p.default]
-    return "".join(f"/{text}" for text in changed)
+    return {p.form: p.default for p in parameters} | given
 
 
 def build(template: Template, values: Mapping[str, float]) -> Definition:
-    """Shape of a file for values of its parameters.
+    """Shape of a file for values of its parameters (by form), junctions checked.
 
-    Parameters
-    ----------
-    template : Template
-        From a file.
-    values : mapping
-        Value by form of all its parameters.
-
-    Returns
-    -------
-    Definition
-        Junctions checked.
-
-    Raises
-    ------
-    ProfileError
-        With the file and the zones that do not fit together.
+    Raises `ProfileError` with the file and the zones that do not fit together.
     """
-    pieces = list(template.pieces)
-    allowances = template.definition.allowances
+    about, pieces = template.shape, list(template.pieces)
+    title, allowances = about.title or about.name, about.allow
     changed = [p for p in template.parameters if values[p.form] != p.default]
     try:
         for parameter in changed:
@@ -233,17 +134,16 @@ def build(template: Template, values: Mapping[str, float]) -> Definition:
             if parameter.move is not None:
                 by, move = values[parameter.form] - parameter.default, parameter.move
                 chain = part_moved(chain, move.start, move.end, by, move.join_zone, move.join_to)
-        about = template.definition
-        suffix = canonical_suffix(values, template.parameters)
-        title = f"{about.title}; but {suffix[1:].replace('/', ', ')}" if suffix else about.title
-        definition = replace(
-            about, name=about.name + suffix, title=title, segments=tuple(chain), allowances=allowances
+        written = [p.form.replace("#", f"{values[p.form]:g}") for p in changed]
+        name = "/".join((about.name, *written))
+        title = f"{title}; but {', '.join(written)}" if written else title
+        definition = Definition(
+            name, title, about.kind, chain, about.source, about.certainty, allowances, about.inclined_gauge_y
         )
-        faults = junction_faults(definition)
-        if faults:
+        if faults := junction_faults(definition):
             raise ProfileError("; ".join(faults))
     except ProfileError as error:
-        raise ProfileError(str(Fault(str(error), str(template.path)))) from error
+        raise ProfileError(f"{template.path}: {error}") from error
     return definition
 
 
@@ -296,39 +196,23 @@ def _constructed(pieces: list[Segment | TangentArc]) -> tuple[Segment, ...]:
     return done
 
 
-def definition(name: str, kind: Literal["wheel", "rail"]) -> Definition:
-    """Definition of a shipped shape.
+def definition(name: str, kind: Kind) -> Definition:
+    """Definition of a shipped shape; its name holds the parameters that differ from the file.
 
-    Parameters
-    ----------
-    name : str
-        Such as "S1002" or "60E1". Parameters follow in any order behind slashes, as in the designation of
-        EN 13715: "S1002/h30/e30.5/10%" has a flange height of 30 mm, a flange thickness of 30.5 mm and an
-        outer slope of 10 %; what is left out keeps the value of the file ("S1002": 28, 32.5 and 6.7, which
-        stands for 1:15). "cone/1:16" is a conical tread. Blanks around the slashes do not matter.
-    kind : {"wheel", "rail"}
-        What is expected.
-
-    Returns
-    -------
-    Definition
-        Lengths in mm; its name holds the parameters that differ from the file.
-
-    Raises
-    ------
-    ProfileError
-        There is no such shape or it is of the other kind, or a parameter is out of its range.
+    A name such as "S1002" or "60E1". Parameters follow in any order behind slashes, as in the designation of
+    EN 13715: "S1002/h30/e30.5/10%" has a flange height of 30 mm, a flange thickness of 30.5 mm and an outer
+    slope of 10 %; what is left out keeps the value of the file ("S1002": 28, 32.5 and 6.7, which stands for
+    1:15). "cone/1:16" is a conical tread. Blanks around the slashes do not matter. Raises `ProfileError` if
+    there is no such shape of the kind that is expected, or a parameter is out of its range.
     """
     template, written = _split(name)
     if template is None:
-        names = shipped_names(kind)
-        raise ProfileError(
-            _unknown(f"{name!r} is neither a file nor a shipped {kind} profile", written[0], names)
-        )
-    if template.definition.kind != kind:
-        message = f"{name!r} is a {template.definition.kind} profile, a {kind} is needed"
+        message = f"{name!r} is neither a file nor a shipped {kind} profile"
+        raise ProfileError(_unknown(message, written[0], shipped_names(kind)))
+    if template.shape.kind != kind:
+        message = f"{name!r} is a {template.shape.kind} profile, a {kind} is needed"
         raise ProfileError(_unknown(message, written[0] if written else name, shipped_names(kind)))
-    values = parse_parameters(written, template.parameters, repr(name))
+    values = _parse_parameters(written, template.parameters, repr(name))
     return _built(template.path, tuple(values.items()))
 
 
@@ -338,24 +222,13 @@ def _built(path: Path, values: tuple[tuple[str, float], ...]) -> Definition:
 
 
 def read_definition(path: Path) -> Definition:
-    """Read a standard shape with the default values of its parameters.
-
-    Parameters
-    ----------
-    path : Path
-        TOML file, see the head of this module.
-
-    Returns
-    -------
-    Definition
-        Lengths in mm, as in the file; junctions checked.
-    """
+    """Read a standard shape (TOML) with the default values of its parameters; junctions checked."""
     template = read_template(path)
     return build(template, {p.form: p.default for p in template.parameters})
 
 
 def wheel(name: str, spacing: float = 0.25e-3) -> Profile:
-    """Return a standard wheel profile, new.
+    """Return a standard wheel profile, new, from the flange back to the end of the rim chamfer.
 
     Parameters
     ----------
@@ -363,11 +236,6 @@ def wheel(name: str, spacing: float = 0.25e-3) -> Profile:
         Such as "S1002" or "S1002/h30/e30.5", see `definition`.
     spacing : float
         Distance of the points along the profile [m]; junctions of the definition are points.
-
-    Returns
-    -------
-    Profile
-        From the flange back to the end of the rim chamfer.
     """
     shape = definition(name, "wheel")
     y, z = sample(shape, spacing)
@@ -375,7 +243,7 @@ def wheel(name: str, spacing: float = 0.25e-3) -> Profile:
 
 
 def rail(name: str, inclination: float, gauge: float, half_span: float, spacing: float = 0.25e-3) -> Profile:
-    """Return a standard rail head, inclined and placed in the track.
+    """Return a standard rail head, inclined and placed in the track, from the gauge to the field side.
 
     Parameters
     ----------
@@ -384,24 +252,17 @@ def rail(name: str, inclination: float, gauge: float, half_span: float, spacing:
     inclination : float
         Tangent of the tilt towards the track centre, 1/40 for 1:40; 0 is upright [-]. A rail that is
         defined as it stands in the track (EN15302_rail_A) is not tilted, whatever is given here.
-    gauge : float
-        Distance of the gauge points of both rails [m].
-    half_span : float
-        From the track centre to the origin of the wheel profile [m].
+    gauge, half_span : float
+        See `wearsim.profile.placement.place_rail`; z = 0 at the highest point, gauge point at
+        y = gauge/2 - half_span. Where the definition names the gauge point itself, that point counts [m].
     spacing : float
-        Distance of the points along the profile [m]; junctions of the definition are points.
-
-    Returns
-    -------
-    Profile
-        From the gauge side to the field side; z = 0 at the highest point, gauge point at
-        y = gauge/2 - half_span. Where the definition names the gauge point itself, that point counts.
+        As of `wheel` [m].
     """
     shape = definition(name, "rail")
-    as_defined = shape.inclined_gauge_y is not None
+    gauge_y = shape.inclined_gauge_y
     fine = sample(shape, _PLACEMENT_SPACING)
-    where: Placement = placement(*fine, 0.0 if as_defined else inclination, gauge, half_span)
-    if shape.inclined_gauge_y is not None:
-        where = replace(where, shift_y=0.5 * gauge - half_span - 1e-3 * shape.inclined_gauge_y)
+    where = placement(*fine, inclination if gauge_y is None else 0.0, gauge, half_span)
+    if gauge_y is not None:
+        where = replace(where, shift_y=0.5 * gauge - half_span - 1e-3 * gauge_y)
     y, z = where.apply(*sample(shape, spacing))
     return Profile(shape.name, "rail", y, z, shape.source)

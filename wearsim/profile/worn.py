@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -21,65 +22,30 @@ _FINEST = 0.01e-3  # spacing of the points [m]: what follows grows with its squa
 _ROWS = 256  # points of the old profile whose normals are cut with the new one at once
 
 
-@dataclass(frozen=True)
-class WearZone:
-    """A part of a profile.
-
-    Parameters
-    ----------
-    name : str
-        What it is called.
-    end : float
-        y of its border to the next zone, outward of the flange tip or gauge side; inf for the last [m].
-    """
-
-    name: str
-    end: float
-
-
-WHEEL_ZONES = (WearZone("flange", -38e-3), WearZone("root", -26e-3), WearZone("tread", np.inf))
-"""Zones of a wheel: flange with its straight flank, root (fillet of S1002 and EPS), tread. Own borders."""
+WHEEL_ZONES = {"flange": -38e-3, "root": -26e-3, "tread": math.inf}
+"""Zones of a wheel and the y of their ends [m]: flange with its straight flank, root (fillet of S1002 and
+EPS), tread. Own borders."""
 
 
 @dataclass(frozen=True)
 class WearBetween:
-    """What was worn off a profile.
+    """What was worn off a profile, over m points of the part that is compared."""
 
-    Parameters
-    ----------
-    s : (m,) array
-        Arc length of the profile before, from its first point; only the part that is compared [m].
-    y, z : (m,) array
-        Points of the profile before [m].
-    depth : (m,) array
-        Along the normal of the profile before; positive where material was removed [m].
-    worn_area : float
-        Area between both profiles, removed less added [m2].
-    max_depth, max_depth_y : float
-        Largest depth and the y where it is [m].
-    zone_areas : mapping of str to float
-        Share of each zone in the worn area [m2].
-    compared_length, length : float
-        Arc length that is compared, and that of the profile before [m].
-    note : str
-        What was compared, in one sentence.
-    """
-
-    s: FloatArray = field(repr=False)
-    y: FloatArray = field(repr=False)
+    s: FloatArray = field(repr=False)  # (m,) arc length of the profile before, from its first point [m]
+    y: FloatArray = field(repr=False)  # (m,) points of the profile before [m]
     z: FloatArray = field(repr=False)
-    depth: FloatArray = field(repr=False)
-    worn_area: float
-    max_depth: float
-    max_depth_y: float
-    zone_areas: Mapping[str, float]
-    compared_length: float
-    length: float
-    note: str
+    depth: FloatArray = field(repr=False)  # (m,) along its normal, positive where material was removed [m]
+    worn_area: float  # between both profiles, removed less added [m2]
+    max_depth: float  # [m]
+    max_depth_y: float  # where it is [m]
+    zone_areas: Mapping[str, float]  # share of each zone in the worn area [m2]
+    compared_length: float  # arc length [m]
+    length: float  # of the profile before [m]
+    note: str  # what was compared, in one sentence
 
 
 def wear_between(
-    before: Profile, after: Profile, *, spacing: float = 0.1e-3, zones: tuple[WearZone, ...] | None = None
+    before: Profile, after: Profile, *, spacing: float = 0.1e-3, zones: Mapping[str, float] | None = None
 ) -> WearBetween:
     r"""Wear depth and worn area between two profiles that are aligned already.
 
@@ -87,16 +53,12 @@ def wear_between(
     ----------
     before, after : Profile
         Of one kind and in the same axes, see `wearsim.profile.alignment`; their points need not
-        correspond.
+        correspond. Only the part both have is compared.
     spacing : float
         Distance of the points at which depth is given [m].
-    zones : tuple of WearZone, optional
-        From the flange back (gauge side) outwards; `WHEEL_ZONES`, for rails `rail_zones`.
-
-    Returns
-    -------
-    WearBetween
-        Of the part both profiles have.
+    zones : mapping of str to float, optional
+        Zones from the flange back (gauge side) outwards with the y [m] of their ends, inf for the last;
+        `WHEEL_ZONES`, for rails `_rail_zones`.
 
     Raises
     ------
@@ -139,7 +101,7 @@ def wear_between(
     swept = _areas(old, new, part, depth, place, ny, nz)
     if before.kind == "rail":
         swept = -swept
-    zones = zones or (WHEEL_ZONES if before.kind == "wheel" else rail_zones(before))
+    zones = zones or (WHEEL_ZONES if before.kind == "wheel" else _rail_zones(before))
     which = _zone_of(old, part, zones)
     deepest = first + int(np.argmax(depth[part]))
     compared, length = float(s[last] - s[first]), float(s[-1])
@@ -151,9 +113,7 @@ def wear_between(
         worn_area=float(np.sum(swept)),
         max_depth=float(depth[deepest]),
         max_depth_y=float(old.y[deepest]),
-        zone_areas=MappingProxyType(
-            {zone.name: float(np.sum(swept[which == k])) for k, zone in enumerate(zones)}
-        ),
+        zone_areas=MappingProxyType({name: float(np.sum(swept[which == k])) for k, name in enumerate(zones)}),
         compared_length=compared,
         length=length,
         note=(
@@ -163,48 +123,20 @@ def wear_between(
     )
 
 
-def rail_zones(rail: Profile) -> tuple[WearZone, ...]:
-    """Zones of a rail head: 10 mm at either side, and the top between them. Own borders.
-
-    Parameters
-    ----------
-    rail : Profile
-        Wherever its origin is.
-
-    Returns
-    -------
-    tuple of WearZone
-        Gauge corner, top, field side.
-    """
-    return (
-        WearZone("gauge corner", float(rail.y.min()) + 10e-3),
-        WearZone("top", float(rail.y.max()) - 10e-3),
-        WearZone("field side", np.inf),
-    )
+def _rail_zones(rail: Profile) -> dict[str, float]:
+    """Gauge corner, top and field side of a rail head: 10 mm at either side, the top between. Own borders."""
+    first, last = float(rail.y.min()) + 10e-3, float(rail.y.max()) - 10e-3
+    return {"gauge corner": first, "top": last, "field side": math.inf}
 
 
 def cut_along_normals(
     old: Profile, new: Profile, ny: FloatArray, nz: FloatArray, reach: float = LARGEST_DEPTH
 ) -> tuple[FloatArray, FloatArray]:
-    """Depth at which each normal of a profile cuts another one, and where.
+    """Depth at which each unit normal (n,) into the material of a profile cuts another one, and where.
 
-    Parameters
-    ----------
-    old : Profile
-        At whose points the normals stand.
-    new : Profile
-        What they cut.
-    ny, nz : (n,) array
-        Unit normals at the points of `old`, into the material.
-    reach : float
-        How far they are followed to either side [m].
-
-    Returns
-    -------
-    depth : (n,) array
-        Positive where `new` lies within the material; NaN where it is not met [m].
-    place : (n,) array
-        Edge number plus fraction on the polygon of `new`; NaN where it is not met.
+    Normals are followed to either side over `reach` [m]. The depth (n,) [m] is positive where `new` lies
+    within the material; the place (n,) is edge number plus fraction on the polygon of `new`; both are NaN
+    where it is not met.
     """
     dy, dz = np.diff(new.y), np.diff(new.z)
     depth, place = np.full(len(old.y), np.nan), np.full(len(old.y), np.nan)
@@ -253,8 +185,8 @@ def _areas(
     return swept + np.where(np.ceil(at[1:]) - np.floor(at[:-1]) > 1.0, bulge, 0.0)
 
 
-def _zone_of(old: Profile, part: slice, zones: tuple[WearZone, ...]) -> NDArray[np.intp]:
+def _zone_of(old: Profile, part: slice, zones: Mapping[str, float]) -> NDArray[np.intp]:
     """Zone number of each edge of the compared part; what lies before the tip is of the first zone."""
     middle = 0.5 * (old.y[part][1:] + old.y[part][:-1])
     reach = np.maximum.accumulate(middle)
-    return np.searchsorted([zone.end for zone in zones], reach, side="left")
+    return np.searchsorted(list(zones.values()), reach, side="left")

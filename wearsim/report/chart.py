@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import csv
+from collections.abc import Hashable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wearsim.errors import ResultError
+from wearsim.profile.standard import shipped_path
 from wearsim.report.html import environment
-from wearsim.report.style import SERIES_COLOURS, grid, legend, save_svg, style
+from wearsim.report.style import SERIES_COLOURS, grid, label_axes, legend, save_svg, style, writing
 
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _PEERS = "chart_peers.csv"
@@ -42,7 +44,7 @@ def write_chart(dataset: xr.Dataset, out: Path, stem: str, command: str) -> Path
     ResultError
         If the folder cannot be written to.
     """
-    try:
+    with writing(f"{out}:", "choose another --out"):
         out.mkdir(parents=True, exist_ok=True)
         figure, caption = chart_figure(dataset)
         save_svg(figure, out / f"{stem}.svg")
@@ -53,28 +55,11 @@ def write_chart(dataset: xr.Dataset, out: Path, stem: str, command: str) -> Path
         table.to_csv(out / f"{stem}.csv", index=False, float_format="%.6g", lineterminator="\n")
         path = out / f"{stem}.md"
         path.write_text(markdown(dataset, command, (f"{stem}.svg", caption)), encoding="utf-8")
-    except OSError as error:
-        raise ResultError(f"{out}: cannot be written ({error.strerror}); choose another --out") from error
     return path
 
 
 def markdown(dataset: xr.Dataset, command: str, picture: tuple[str, str]) -> str:
-    """Write the report.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        From `wearsim.studies.chart.speed_and_accuracy`.
-    command : str
-        Command line that writes the report.
-    picture : (str, str)
-        File name and caption of the figure.
-
-    Returns
-    -------
-    str
-        Markdown.
-    """
+    """Write the report as Markdown; `picture` are file name and caption of the figure."""
     names = ("depth_error", "work_error", "power_error")
     models = [
         {name: dataset[name].values[..., k] for name in names}
@@ -103,53 +88,33 @@ def _per_cent(value: float) -> str:
     return f"{100.0 * value:.2g}" if value < 1.0 else f"{100.0 * value:.0f}"
 
 
-def peers() -> list[dict[str, str]]:
-    """Read the combinations of CONTACT that are drawn with ours.
-
-    Returns
-    -------
-    list of dict
-        Columns of `workflows/chart_peers.csv`.
-    """
-    from wearsim.profile.standard import shipped_path
-
-    lines = shipped_path("workflows", _PEERS).read_text(encoding="utf-8").splitlines()
-    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+def peers() -> list[dict[Hashable, Any]]:
+    """Read the combinations of CONTACT that are drawn with ours: columns of `workflows/chart_peers.csv`."""
+    path = shipped_path("workflows", _PEERS)
+    return pd.read_csv(path, comment="#", dtype=str, keep_default_na=False).to_dict("records")
 
 
 def chart_figure(dataset: xr.Dataset) -> tuple[Figure, str]:
-    """Draw time against the errors of depth and of power.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        From `wearsim.studies.chart.speed_and_accuracy`.
-
-    Returns
-    -------
-    figure : Figure
-    caption : str
-        What it shows.
-    """
+    """Draw time against the errors of depth and of power; returns the figure and its caption."""
+    worst_depth = dataset["worst_depth_error"].values
     with style():
-        figure, axes = grid(1, 2, height=3.6, width=10.5)
-        _scatter(dataset, axes[0, 0], dataset["worst_depth_error"].values, "Error of wear depth [%]")
+        figure, ((depth, power),) = grid(1, 2, height=3.6, width=10.5)
+        _scatter(dataset, depth, worst_depth, "Error of wear depth [%]")
         front = [k for k in _order(dataset) if dataset["pareto_depth"].values[k]]
-        axes[0, 0].plot(
-            1e3 * dataset["time"].values[front], _shown(dataset["worst_depth_error"].values[front]),
+        depth.plot(
+            1e3 * dataset["time"].values[front], _shown(worst_depth[front]),
             color="#555555", linewidth=0.8, drawstyle="steps-post", zorder=1, label="front of time and depth",
         )  # fmt: skip
-        _scatter(dataset, axes[0, 1], dataset["power_error"].values.max(axis=0), "Error of power [%]")
+        _scatter(dataset, power, dataset["power_error"].values.max(axis=0), "Error of power [%]")
         for row in peers():
             if row["power_error"]:
-                axes[0, 1].plot(
-                    1e3 * float(row["time"]), _shown(np.array([float(row["power_error"])])), marker="*",
-                    markersize=8, markerfacecolor="none", color="#888888", linestyle="none",
-                    label="CONTACT, another machine",
+                place = 1e3 * float(row["time"]), float(_shown(float(row["power_error"])))
+                power.plot(
+                    *place, marker="*", markersize=8, markerfacecolor="none", color="#888888",
+                    linestyle="none", label="CONTACT, another machine",
                 )  # fmt: skip
-                name = f"{row['normal']}, {row['tangential']}, {row['cell_mm']} mm"
-                axes[0, 1].annotate(
-                    name, (1e3 * float(row["time"]), _shown(np.array([float(row["power_error"])]))[0]),
+                power.annotate(
+                    f"{row['normal']}, {row['tangential']}, {row['cell_mm']} mm", place,
                     textcoords="offset points", xytext=(5, 4), fontsize=7, color="#666666",
                 )  # fmt: skip
         legend(figure, columns=4)
@@ -164,13 +129,12 @@ def chart_figure(dataset: xr.Dataset) -> tuple[Figure, str]:
 _SMALLEST = 0.1  # end of the error axis [%]
 
 
-def _shown(error: np.ndarray) -> np.ndarray:
+def _shown(error: Any) -> Any:
     return np.maximum(100.0 * error, _SMALLEST)
 
 
 def _scatter(dataset: xr.Dataset, ax: Axes, error: np.ndarray, label: str) -> None:
-    normals = sorted(set(dataset["normal"].values.tolist()))
-    tangentials = sorted(set(dataset["tangential"].values.tolist()))
+    normals, tangentials = (sorted(set(dataset[name].values.tolist())) for name in ("normal", "tangential"))
     finest = float(dataset["grid"].values.max())
     for k in range(dataset.sizes["model"]):
         one = dataset.isel(model=k)
@@ -178,7 +142,7 @@ def _scatter(dataset: xr.Dataset, ax: Axes, error: np.ndarray, label: str) -> No
             continue
         normal, tangential = one["normal"].item(), one["tangential"].item()
         ax.plot(
-            1e3 * float(one["time"]), _shown(error[k : k + 1]), linestyle="none",
+            1e3 * float(one["time"]), _shown(error[k]), linestyle="none",
             color=SERIES_COLOURS[normals.index(normal) % len(SERIES_COLOURS)],
             marker=_MARKERS[tangentials.index(tangential) % len(_MARKERS)],
             markersize=3.0 + 4.0 * float(one["grid"]) / finest, label=f"{normal} + {tangential}",
@@ -186,5 +150,4 @@ def _scatter(dataset: xr.Dataset, ax: Axes, error: np.ndarray, label: str) -> No
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_ylim(bottom=_SMALLEST)
-    ax.set_xlabel("Time per solution [ms]")
-    ax.set_ylabel(label)
+    label_axes(ax, "Time per solution [ms]", label)

@@ -13,8 +13,8 @@ from wearsim.campaign.directory import read_status
 from wearsim.errors import ResultError
 from wearsim.report.plates import Plate
 from wearsim.report.sections import SECTIONS, Block, Campaigns, summary_line
-from wearsim.report.style import capital, role_of, to_svg, write_text
-from wearsim.report.tables import Table, role_title
+from wearsim.report.style import capital, role_of, role_title, to_svg, write_text
+from wearsim.report.tables import Table
 from wearsim.report.tables_quality import read_convergence
 from wearsim.results import open_results
 from wearsim.translation.translate import translate
@@ -39,18 +39,18 @@ def write_report(directory: str | Path) -> Path:
         No result file in the directory, or one that cannot be read.
     """
     directory = Path(directory)
-    paths = [directory / f"{name}.nc" for name in ("rig", "field") if (directory / f"{name}.nc").exists()]
     failures = {
         name: str(item.get("message") or "no reason is stored")
         for name, item in (read_status(directory).get("campaigns") or {}).items()
         if item.get("state") == "failed"
     }
-    if not paths:
-        raise ResultError(f"{directory}: there is no rig.nc or field.nc; {_advice(directory, failures)}")
     datasets = []
-    for path in paths:
-        with open_results(path) as data:
-            datasets.append(data.load())
+    for path in (directory / "rig.nc", directory / "field.nc"):
+        if path.exists():
+            with open_results(path) as data:
+                datasets.append(data.load())
+    if not datasets:
+        raise ResultError(f"{directory}: there is no rig.nc or field.nc; {_advice(directory, failures)}")
     text = render(datasets, read_convergence(directory), failures)
     return write_text(text, directory / "report.html")
 
@@ -58,8 +58,8 @@ def write_report(directory: str | Path) -> Path:
 def _advice(directory: Path, failures: Mapping[str, str]) -> str:
     """Say what to do with a directory without results."""
     if (directory / "sweep.json").is_file():
-        cases = sorted(path.parent for path in directory.glob("case_*/*.nc"))
-        example = cases[0] if cases else directory / "case_0001"
+        cases = (path.parent for path in directory.glob("case_*/*.nc"))
+        example = min(cases, default=directory / "case_0001")
         table = directory / "sweep.csv"
         whose = f", whose table is {table}" if table.is_file() else ""
         return (
@@ -73,7 +73,7 @@ def _advice(directory: Path, failures: Mapping[str, str]) -> str:
 def render(
     datasets: list[xr.Dataset], convergence: Sequence[Table] = (), failures: Mapping[str, str] | None = None
 ) -> str:
-    """Make the text of a report.
+    """Make the HTML page of a report.
 
     Parameters
     ----------
@@ -83,23 +83,15 @@ def render(
         Results of `wearsim run --converge`.
     failures : mapping of str to str, optional
         Why campaigns failed, by role.
-
-    Returns
-    -------
-    str
-        The HTML page.
     """
     factors = translate(datasets[0], datasets[1]) if len(datasets) == 2 else None
-    failures = failures or {}
-    return (
-        environment()
-        .get_template("report.html.j2")
-        .render(
-            title=" against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets),
-            campaigns=[(role_of(data), role_title(data), summary_line(data)) for data in datasets],
-            failures=[f"{capital(role)}: the campaign failed: {text}" for role, text in failures.items()],
-            sections=_contents(Campaigns(datasets, factors, convergence)),
-        )
+    lines = [f"{capital(role)}: the campaign failed: {text}" for role, text in (failures or {}).items()]
+    template = environment().get_template("report.html.j2")
+    return template.render(
+        title=" against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets),
+        campaigns=[(role_of(data), role_title(data), summary_line(data)) for data in datasets],
+        failures=lines,
+        sections=_contents(Campaigns(datasets, factors, convergence)),
     )
 
 

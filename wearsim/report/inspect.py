@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.report import tables_damage
 from wearsim.report.html import environment
 from wearsim.report.plates import COUNTERFACE_MEASURES, wears
 from wearsim.report.sections import Campaigns, all_figures
-from wearsim.report.style import role_of, save_svg, with_unit
-from wearsim.report.tables import UNDEFINED, limit_text, number
+from wearsim.report.style import plain, role_of, save_svg, with_unit, writing
+from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.tables_quality import classes
 from wearsim.results import open_results, result_warnings
 from wearsim.results.checks import (
@@ -28,10 +27,11 @@ from wearsim.results.checks import (
 )
 from wearsim.results.limits import limits_met
 
-_MEASURES = (
-    "max_wear_depth", "worn_area", "worn_mass", "flange_height", "flange_thickness", "flange_gradient",
-    "hollowing",
-)  # fmt: skip
+_ALONG = {
+    "comparison": {"max_wear_depth": "comparison_wear_depth"},
+    "fatigue": {name: name for name in ("fatigue_damage", "fatigue_damage_rate")},
+}
+"""Variables along the profile of which the largest value is listed, by the laws' group and its name there."""
 _CONTACT = ("area", "max_pressure", "power", "spin")
 _SETTINGS = (
     "wear_law", "wear_coefficients", "wear_form", "contact_normal", "contact_tangential",
@@ -77,11 +77,10 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
             *filter(None, [closing_reprofiling(dataset)]),
         ],
         "settings": {key: _plain(dataset.attrs[key]) for key in _SETTINGS if key in dataset.attrs},
-        "new": {name: _plain(dataset[name].values[0]) for name in _MEASURES},
-        "worn": {name: _plain(dataset[name].values[end]) for name in _MEASURES},
     }
     for state, row in (("new", 0), ("worn", end)):
-        content[state]["equivalent_conicity"] = _plain(dataset["equivalent_conicity"].values[row])
+        names = (*MEASURES, "equivalent_conicity")
+        content[state] = {name: _plain(dataset[name].values[row]) for name in names}
     content["contact"] = {name: _plain(_ends(np.abs(dataset[name].values[end]))) for name in _CONTACT}
     depth = depth_by_regime(dataset).sum(axis=0)
     share = depth / depth.sum() if depth.sum() > 0.0 else np.full(depth.shape, np.nan)
@@ -114,22 +113,18 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
 
 def _damage(dataset: xr.Dataset) -> dict[str, Any]:
     """Wear by the comparison laws and damage by the fatigue laws, lists are (right, left)."""
-    damage_by: dict[str, Any] = {}
     end = last_worn_row(dataset)
-    if "comparison_name" in dataset:
-        depth = dataset["comparison_wear_depth"].values[end].max(axis=2)
-        damage_by["comparison"] = {
-            str(name): {"max_wear_depth": _plain(depth[:, k])}
-            for k, name in enumerate(dataset["comparison_name"].values)
-        }
-    if "fatigue_name" in dataset:
-        damage, rate = (dataset[f"fatigue_damage{what}"].values[end].max(axis=2) for what in ("", "_rate"))
-        damage_by["fatigue"] = {
-            str(name): {"fatigue_damage": _plain(damage[:, k]), "fatigue_damage_rate": _plain(rate[:, k])}
-            for k, name in enumerate(dataset["fatigue_name"].values)
-        }
+    damage_by: dict[str, Any] = {}
+    for group, variables in _ALONG.items():
+        if f"{group}_name" in dataset:
+            largest = {name: dataset[of].values[end].max(axis=2) for name, of in variables.items()}
+            damage_by[group] = {
+                str(law): {name: _plain(values[:, k]) for name, values in largest.items()}
+                for k, law in enumerate(dataset[f"{group}_name"].values)
+            }
+    if "fatigue" in damage_by:
         damage_by["fatigue_index"] = {
-            str(name): _index(dataset, end, k) for k, name in enumerate(dataset["fatigue_name"].values)
+            law: _index(dataset, k, law) for k, law in enumerate(damage_by["fatigue"])
         }
         life = tables_damage.life(dataset)
         if life is not None:
@@ -137,35 +132,19 @@ def _damage(dataset: xr.Dataset) -> dict[str, Any]:
     return damage_by
 
 
-def _index(dataset: xr.Dataset, row: int, law: int) -> dict[str, Any]:
+def _index(dataset: xr.Dataset, k: int, law: str) -> dict[str, Any]:
     """Largest index of a law with its place and operating point, lists are (right, left)."""
-    indexes = tables_damage.largest(dataset, row, law)
-    return {
-        tables_damage.quantity_of(str(dataset["fatigue_name"].values[law])): [
-            None if one is None else one.value for one in indexes
-        ],
-        "fatigue_index_y": [None if one is None else one.y for one in indexes],
-        "operating_point_name": [None if one is None else one.point for one in indexes],
-    }
+    indexes = tables_damage.largest(dataset, last_worn_row(dataset), k)
+    keys = (tables_damage.quantity_of(law), "fatigue_index_y", "operating_point_name")
+    return {key: [None if one is None else one[i] for one in indexes] for i, key in enumerate(keys)}
 
 
 def summary_text(content: dict[str, Any]) -> str:
-    """Write a summary for a terminal, in the units people read.
-
-    Parameters
-    ----------
-    content : dict
-        From `inspect`.
-
-    Returns
-    -------
-    str
-        Several lines.
-    """
+    """Write a summary from `inspect` for a terminal, in the units people read."""
     damage = _damage_rows(content.get("damage", {}))
     template = environment(autoescape=False).get_template("summary.txt.j2")
     text = template.render(
-        c=content, measures=_MEASURES, damage=damage, title=_title, text=_text, texts=_texts, span=_span,
+        c=content, measures=MEASURES, damage=damage, title=_title, text=_text, texts=_texts, span=_span,
         limit_text=limit_text, diameter=lambda value: UNDEFINED if value is None else f"{1e3 * value:.2f}",
         width=max((len(text) for text, ends in damage if ends), default=0),
     )  # fmt: skip
@@ -198,33 +177,16 @@ def _texts(name: str, ends: list[float | None]) -> list[str]:
 
 
 def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
-    """Write the figures of the report for one result file, as SVG.
-
-    Parameters
-    ----------
-    path : path
-        Result file.
-    directory : path
-        Folder for the figures; made if it is not there.
-
-    Returns
-    -------
-    list of Path
-        The files.
-    """
+    """Write the figures of the report for one result file as SVG to a folder, made if it is not there."""
     directory = Path(directory)
     with open_results(path) as data:
         dataset = data.load()
-    try:
+    with writing(f"{directory}: figures"):
         directory.mkdir(parents=True, exist_ok=True)
         return [
             save_svg(plate.figure, directory / f"{Path(path).stem}_{plate.name}.svg")
             for plate in all_figures(Campaigns([dataset]))
         ]
-    except OSError as fault:
-        raise ResultError(
-            f"{directory}: figures cannot be written ({fault.strerror}); choose another folder"
-        ) from fault
 
 
 def _plain(value: Any) -> Any:
@@ -248,7 +210,7 @@ def _title(name: str) -> str:
 def _text(name: str, value: float | None) -> str:
     if value is None:
         return UNDEFINED
-    return number(value * QUANTITIES[name].shown_factor).text.replace("\N{MINUS SIGN}", "-")
+    return plain(value * QUANTITIES[name].shown_factor).replace("\N{MINUS SIGN}", "-")
 
 
 def _span(name: str, ends: list[float | None]) -> str:

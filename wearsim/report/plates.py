@@ -14,9 +14,8 @@ from matplotlib.figure import Figure
 
 from wearsim.report.figures import campaign, translation
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import COLOURS, panels, plain, role_of, shown
+from wearsim.report.style import COLOURS, panels, plain, role_of, role_title, shown, values_of
 from wearsim.results.checks import last_worn_row, reprofiled_rows
-from wearsim.translation.axes import at_distances
 
 _FACTOR_POINTS = (
     "area", "max_pressure", "spin", "creepage_x", "force_x", "force_y", "power", "wear_area_rate",
@@ -80,7 +79,7 @@ def worn_range(datasets: Datasets, wheel: int, name: str = "profile_y") -> tuple
 
 
 def _run(dataset: xr.Dataset) -> str:
-    return f"{plain(shown('distance', dataset['distance'].values[-1]))} km"
+    return f"{plain(values_of(dataset, 'distance', -1))} km"
 
 
 def _by_wheel(
@@ -97,23 +96,24 @@ def _by_wheel(
         plot(data, ax, wheel=wheel).set_xlim(
             worn_range([one for one, *_ in rows] if alike else [data], wheel)
         )
-        ax.set_title(f"{role_of(data).capitalize()}, {WHEELS[wheel]} wheel{more}")
+        ax.set_title(f"{role_title(data)}, {WHEELS[wheel]} wheel{more}")
 
     return panels(len(rows), 2, draw, height=1.8, gap=0.3, sharey=sharey, key_columns=key_columns)
 
 
 def _by_campaign(
-    datasets: Datasets, names: Sequence[str], plot: Callable[[xr.Dataset, str, Axes], object], **options: Any
+    datasets: Datasets, plot: Callable[..., object], names: Sequence[str] | None = None, **options: Any
 ) -> Figure:
-    """Draw one row per quantity and one column per campaign: their distances may differ a hundredfold."""
+    """Draw one column per campaign (distances may differ a hundredfold) and one row per quantity, if any."""
 
     def draw(ax: Axes, row: int, column: int) -> None:
-        plot(datasets[column], names[row], ax)
+        quantity = (names[row],) if names else ()
+        plot(datasets[column], *quantity, ax)
         if not row:
-            ax.set_title(role_of(datasets[column]).capitalize())
+            ax.set_title(role_title(datasets[column]))
 
     usual: dict[str, Any] = {"height": 1.75, "gap": 0.3, "between": 0.2, "sharey": "row", "sharex": "col"}
-    return panels(len(names), len(datasets), draw, **usual | options)
+    return panels(len(names or "1"), len(datasets), draw, **usual | options)
 
 
 def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Plate:
@@ -157,11 +157,7 @@ def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Plate:
 def _difference(datasets: Datasets, distances: list[float | None], ax: Axes, wheel: int) -> None:
     """Draw the wear depth of the rig minus that of the field, on the rig's points."""
     rig, field = (
-        at_distances(
-            np.asarray(data["distance"].values),
-            np.asarray(data["wear_depth"].values),
-            np.array([data["distance"].values[-1] if distance is None else distance]),
-        )[0, wheel]
+        campaign.along(data, "wear_depth", distance)[wheel]
         for data, distance in zip(datasets, distances, strict=True)
     )
     arc = [data["arc_length"].values for data in datasets]
@@ -192,18 +188,17 @@ def wear_depth(datasets: Datasets) -> Plate:
 
 def wear_over_distance(datasets: Datasets) -> Plate:
     """Largest depth and worn area over the distance."""
-    figure = _by_campaign(datasets, ("max_wear_depth", "worn_area"), campaign.plot_over_distance)
+    names = ("max_wear_depth", "worn_area")
     text = "Largest wear depth and worn area of each wheel over the distance run."
-    return Plate("wear_over_distance", figure, f"{text} {environment_note(datasets)}")
+    text += f" {environment_note(datasets)}"
+    return Plate("wear_over_distance", _by_campaign(datasets, campaign.plot_over_distance, names), text)
 
 
 def wear_by_regime(datasets: Datasets) -> Plate:
     """Wear depth stacked by regime, one panel per campaign and wheel."""
-    return Plate(
-        "wear_by_regime",
-        _by_wheel([(data, campaign.plot_wear_by_regime, "") for data in datasets], alike=True),
-        "Wear depth at the end of each campaign by the wear regime behind it; the sum is the whole depth.",
-    )
+    figure = _by_wheel([(data, campaign.plot_wear_by_regime, "") for data in datasets], alike=True)
+    text = "Wear depth at the end of each campaign by the wear regime behind it; the sum is the whole depth."
+    return Plate("wear_by_regime", figure, text)
 
 
 def counterface_wear(datasets: Datasets) -> Plate | None:
@@ -218,24 +213,22 @@ def counterface_wear(datasets: Datasets) -> Plate | None:
         depth = data["counterface_wear_depth"].values[rows, side].max(axis=0)
         y = shown("counterface_y", data["counterface_profile_y"].values[0, side])
         campaign.plot_counterface_depth(data, ax, side=side).set_xlim(_range([y], [depth], 1.0))
-        ax.set_title(f"{role_of(data).capitalize()}, {data['counterface_name'].values[side]}")
+        ax.set_title(f"{role_title(data)}, {data['counterface_name'].values[side]}")
 
     figure = panels(len(worn), 2, draw, height=1.8, gap=0.3, sharey="row")
     rollers, rails = ([data for data in worn if rolls(data) == which] for which in (True, False))
-    since = "since it was new; faint lines are what it had"
-    if rollers:
-        since = "since it was new or last redressed; faint lines are what it had when it was redressed, or"
+    redressed = " or last redressed", " when it was redressed, or"
+    since, earlier = redressed if rollers else ("", "")
     notes = [
-        f"Wear depth of the counterface along its profile, {since} a quarter, half and three quarters of the "
-        "way."
+        f"Wear depth of the counterface along its profile, since it was new{since}; faint lines are what it "
+        f"had{earlier} a quarter, half and three quarters of the way."
     ]
     if rollers:
         notes.append(environment_note(rollers))
     if rails:
         notes.append(
-            f"Rails ({', '.join(role_of(data) for data in rails)}) lose the area that is stated, where the "
-            "contacts wear: the amount is as given and contains no environment factor, its place is from the "
-            "contacts."
+            f"Rails ({', '.join(map(role_of, rails))}) lose the area that is stated, where the contacts "
+            "wear: the amount is as given and contains no environment factor, its place is from the contacts."
         )
     return Plate("counterface_wear", figure, " ".join(notes))
 
@@ -246,7 +239,7 @@ def counterface_over_distance(datasets: Datasets) -> Plate | None:
     if not worn:
         return None
     plot = campaign.plot_counterface_over_distance
-    figure = _by_campaign(worn, COUNTERFACE_MEASURES[:2], plot, gap=0.6, sharey=False)
+    figure = _by_campaign(worn, plot, COUNTERFACE_MEASURES[:2], gap=0.6, sharey=False)
     text = "Largest wear depth and worn area of the counterface over the distance run"
     if any(map(rolls, worn)):
         text += "; the depth falls to 0 where rollers are redressed to their new profile"
@@ -261,9 +254,9 @@ def wear_laws(datasets: Datasets) -> Plate | None:
     figure = _by_wheel([(data, campaign.plot_wear_laws, "") for data in compared], key_columns=6)
     text = (
         "Wear depth at the end of each campaign by the active law and by the comparison laws, on the same "
-        "contacts: the profile wears by the active law alone."
+        f"contacts: the profile wears by the active law alone. {environment_note(compared)}"
     )
-    return Plate("wear_laws", figure, f"{text} {environment_note(compared)}")
+    return Plate("wear_laws", figure, text)
 
 
 def measures(datasets: Datasets) -> Plate:
@@ -272,12 +265,12 @@ def measures(datasets: Datasets) -> Plate:
     text = (
         "Flange height Sh, flange thickness Sd, flange gradient qR and tread hollowing over the distance run."
     )
-    return Plate("measures", _by_campaign(datasets, names, campaign.plot_over_distance), text)
+    return Plate("measures", _by_campaign(datasets, campaign.plot_over_distance, names), text)
 
 
 def conicity(datasets: Datasets) -> Plate:
     """Equivalent conicity over the distance."""
-    figure = _by_campaign(datasets, ("equivalent_conicity",), campaign.plot_over_distance)
+    figure = _by_campaign(datasets, campaign.plot_over_distance, ["equivalent_conicity"])
     text = "Equivalent conicity at 3 mm amplitude over the distance run; a gap where it is undefined."
     return Plate("conicity", figure, text)
 
@@ -286,26 +279,23 @@ def contact(datasets: Datasets) -> Plate:
     """Contact positions and pressures over the shift by campaign, new and worn."""
 
     def plot(data: xr.Dataset, name: str, ax: Axes) -> None:
-        campaign.plot_contact(data, name, ax, new=True)
-        campaign.plot_contact(data, name, ax)
+        for new in (True, False):
+            campaign.plot_contact(data, name, ax, new=new)
 
     names = ("wheel_y", "max_pressure", "area", "power")
-    # the legend explains the marks once; the colours are those of the titles
-    figure = _by_campaign(datasets, names, plot, sharex=True, keys=(0, slice(1)))
-    text = (
+    return Plate(
+        "contact",
+        # the legend explains the marks once; the colours are those of the titles
+        _by_campaign(datasets, plot, names, sharex=True, keys=(0, slice(1))),
         "Position on the wheel, largest pressure, area and frictional power of every contact patch over the "
         "lateral shift: hollow marks the new wheel, full ones the end of the campaign; monitoring points "
-        "included."
+        "included.",
     )
-    return Plate("contact", figure, text)
 
 
 def shakedown(datasets: Datasets) -> Plate:
     """Shakedown map of the campaigns, which have fatigue laws."""
-    figure = _by_campaign(
-        datasets, ("",), lambda data, _, ax: campaign.plot_shakedown(data, ax), height=3.2, gap=0.6,
-        sharey=True, key_columns=3,
-    )  # fmt: skip
+    figure = _by_campaign(datasets, campaign.plot_shakedown, height=3.2, gap=0.6, sharey=True, key_columns=3)
     figure.subplots_adjust(top=0.78)
     shear = "; ".join(f"{role_of(data)}: {campaign.shear_yield_text(data)}" for data in datasets)
     text = (
@@ -329,13 +319,11 @@ def fatigue_damage(datasets: Datasets) -> Plate:
 
 def fatigue_cycles(datasets: Datasets) -> Plate:
     """Damage of each load cycle by every fatigue law."""
-    figure = _by_campaign(
-        datasets, ("",), lambda data, _, ax: campaign.plot_passage_damage(data, ax), height=2.4, sharey=True
-    )
     text = (
         "Agreement of the fatigue laws: damage of each load cycle (passage of a contact patch, both wheels, "
         "worn profiles) over the largest of its law. Where marks of all laws coincide, they agree."
     )
+    figure = _by_campaign(datasets, campaign.plot_passage_damage, height=2.4, sharey=True)
     return Plate("fatigue_cycles", figure, text)
 
 
@@ -369,16 +357,13 @@ def factors_wear(datasets: Datasets, factors: xr.Dataset) -> Plate:
 
 def factors_contact(_: Datasets, factors: xr.Dataset) -> Plate:
     """Factors of the contact of the collectives over distance and over worn depth."""
-    series = {
-        f"{name}_collective": str(factors[f"{name}_collective"].attrs["long_name"])
-        for name in _FACTOR_COLLECTIVE
-    }
-    series = {name: text.removesuffix(", collective mean") for name, text in series.items()}
+    names = [f"{name}_collective" for name in _FACTOR_COLLECTIVE]
+    texts = [str(factors[name].attrs["long_name"]).removesuffix(", collective mean") for name in names]
     text = (
         "Contact factors rig over field, mean magnitudes over the load collectives and both wheels. The "
         "environment factor does not enter here."
     )
-    return Plate("factors_contact", _factor_curves(factors, series), text)
+    return Plate("factors_contact", _factor_curves(factors, dict(zip(names, texts, strict=True))), text)
 
 
 def _factor_curves(factors: xr.Dataset, series: dict[str, str]) -> Figure:
@@ -395,9 +380,10 @@ def equivalent_distance(datasets: Datasets, factors: xr.Dataset) -> Plate:
     """Field distance that wears as much as the rig."""
     figure = panels(1, 1, lambda ax, *_: translation.plot_equivalent_distance(factors, ax), height=2.4)
     text = (
-        "Field distance that wears both wheels as much as the rig did; it ends where the field campaign does."
+        "Field distance that wears both wheels as much as the rig did; it ends where the field campaign "
+        f"does. {environment_note(datasets)}"
     )
-    return Plate("equivalent_distance", figure, f"{text} {environment_note(datasets)}")
+    return Plate("equivalent_distance", figure, text)
 
 
 def factor_along_profile(datasets: Datasets, factors: xr.Dataset) -> Plate:
@@ -422,10 +408,9 @@ def factors_at_points(_: Datasets, factors: xr.Dataset) -> Plate | None:
         return None
 
     def draw(ax: Axes, row: int, column: int) -> None:
+        name = _FACTOR_POINTS[3 * row + column]
         for progress in (0, -1):
-            translation.plot_factor_at_points(
-                factors, _FACTOR_POINTS[3 * row + column], ax, progress=progress
-            )
+            translation.plot_factor_at_points(factors, name, ax, progress=progress)
         translation.mark_one(ax)
 
     figure = panels(3, 3, draw, outer=True, height=1.8, gap=0.5, between=0.6, sharex=True)
@@ -443,7 +428,7 @@ def steps(datasets: Datasets) -> Plate:
     names = ["step_length", "stability_number"]
     if any(bool(data["step_error"].notnull().any()) for data in datasets):
         names.append("step_error")
-    figure = _by_campaign(datasets, names, campaign.plot_steps, height=1.6, gap=0.85, sharey=False)
+    figure = _by_campaign(datasets, campaign.plot_steps, names, height=1.6, gap=0.85, sharey=False)
     text = (
         "Length of each wear step, its stability number S and the estimated error of its depth, with the "
         "limits the campaign set. The estimate is the difference between rules of first and second order."

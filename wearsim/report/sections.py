@@ -13,25 +13,25 @@ import xarray as xr
 
 from wearsim.report import plates, tables, tables_damage, tables_quality, tables_translation
 from wearsim.report.plates import Plate
-from wearsim.report.style import capital, plain, role_of, shown
-from wearsim.report.tables import Table, role_title
+from wearsim.report.style import capital, plain, role_of, role_title, shown, values_of
+from wearsim.report.tables import Table
 from wearsim.results import result_warnings
 from wearsim.results.checks import closing_reprofiling, last_worn_row, wear_steps
 from wearsim.translation.translate import content_hash, table
 
-_PROVENANCE = (
-    ("title", "Title"),
-    ("history", "Command"),
-    ("source", "Versions"),
-    ("input_hashes", "Input files"),
-    ("wear_coefficients", "Wear coefficients"),
-    ("wear_coefficients_source", "Source of the coefficients"),
-    ("wear_coefficients_materials", "Materials of the coefficients"),
-    ("wear_coefficients_validity", "Validity of the coefficients"),
-    ("wear_coefficients_departures", "Departures from the source"),
-    ("wear_coefficients_warnings", "Uncertain coefficients"),
-    ("finished", "Finished"),
-)
+_PROVENANCE = {
+    "title": "Title",
+    "history": "Command",
+    "source": "Versions",
+    "input_hashes": "Input files",
+    "wear_coefficients": "Wear coefficients",
+    "wear_coefficients_source": "Source of the coefficients",
+    "wear_coefficients_materials": "Materials of the coefficients",
+    "wear_coefficients_validity": "Validity of the coefficients",
+    "wear_coefficients_departures": "Departures from the source",
+    "wear_coefficients_warnings": "Uncertain coefficients",
+    "finished": "Finished",
+}
 
 
 @dataclass(frozen=True)
@@ -44,26 +44,11 @@ class Block:
 
 @dataclass(frozen=True)
 class Campaigns:
-    """What a report is about.
-
-    Parameters
-    ----------
-    datasets : list of Dataset
-        One result, or rig and field in this order.
-    factors : Dataset, optional
-        Of the two, from `wearsim.translation`.
-    convergence : sequence of Table
-        From `tables_quality.read_convergence`.
-    """
+    """What a report is about: one result or rig and field, their factors, tables of `read_convergence`."""
 
     datasets: list[xr.Dataset]
     factors: xr.Dataset | None = None
     convergence: Sequence[Table] = ()
-
-    @property
-    def with_fatigue(self) -> list[xr.Dataset]:
-        """Campaigns with fatigue laws."""
-        return [data for data in self.datasets if "fatigue_name" in data]
 
     def each(self, make: Callable[[xr.Dataset], Iterable[Table]]) -> Iterator[Table]:
         """Tables of each campaign, with its role in name and caption."""
@@ -93,7 +78,7 @@ def figures(
 
 def summary_line(dataset: xr.Dataset) -> str:
     """Distance, wear steps and depth of a campaign."""
-    run = shown("distance", dataset["distance"].values[-1])
+    run = values_of(dataset, "distance", -1)
     depth = shown("max_wear_depth", dataset["max_wear_depth"].values[last_worn_row(dataset)].max())
     return f"{plain(run)} km in {wear_steps(dataset)} wear steps, {plain(depth, 3)} mm deep"
 
@@ -109,7 +94,7 @@ def warnings(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> list
         if closing := closing_reprofiling(data):
             lines.append(f"{role}: {closing}")
         if "finished" not in data.attrs:
-            run = shown("distance", data["distance"].values[-1])
+            run = values_of(data, "distance", -1)
             lines.append(f"{role}: the campaign is unfinished, these are the first {plain(run)} km.")
     if translation is None:
         return lines
@@ -148,10 +133,6 @@ def _settings(c: Campaigns) -> Content:
     yield from map(tables.operating_points, c.datasets)
 
 
-def _profiles(c: Campaigns) -> Content:
-    yield from figures(c, plates.profiles, factors=True)
-
-
 def _wear(c: Campaigns) -> Content:
     yield from figures(
         c, plates.wear_depth, plates.wear_over_distance, plates.wear_by_regime, plates.counterface_wear,
@@ -163,8 +144,7 @@ def _wear(c: Campaigns) -> Content:
 
 def _factors_of(c: Campaigns, group: str) -> Content:
     if c.factors is not None:
-        for one in tables_translation.damage_factors(c.factors, group):
-            yield one.of("translation", "Rig over field")
+        yield from tables_translation.damage_factors(c.factors, group)
 
 
 def _measures(c: Campaigns) -> Content:
@@ -173,17 +153,14 @@ def _measures(c: Campaigns) -> Content:
     yield from figures(c, plates.measures, plates.conicity)
 
 
-def _contact(c: Campaigns) -> Content:
-    yield from figures(c, plates.contact)
-
-
 def _fatigue(c: Campaigns) -> Content:
-    if not c.with_fatigue:
+    campaigns = Campaigns([data for data in c.datasets if "fatigue_name" in data])
+    if not campaigns.datasets:
         return
     yield from c.each(tables_damage.fatigue_tables)
     yield from _factors_of(c, "fatigue")
     draw = (plates.shakedown, plates.fatigue_damage, plates.fatigue_cycles, plates.balance)
-    yield from figures(Campaigns(c.with_fatigue), *draw)
+    yield from figures(campaigns, *draw)
 
 
 def _factors(c: Campaigns) -> Content:
@@ -218,7 +195,7 @@ def _quality(c: Campaigns) -> Content:
 def _provenance(c: Campaigns) -> Content:
     for data in c.datasets:
         attrs = data.attrs
-        rows = [(text, str(attrs[key])) for key, text in _PROVENANCE if str(attrs.get(key, ""))]
+        rows = [(text, str(attrs[key])) for key, text in _PROVENANCE.items() if str(attrs.get(key, ""))]
         rows.append(("SHA-256 of the result values", content_hash(data)))
         scene = str(attrs.get("scene_text", ""))
         yield Block(
@@ -229,10 +206,10 @@ def _provenance(c: Campaigns) -> Content:
 SECTIONS = (
     Section("verdict", "Verdict", _verdict),
     Section("settings", "Settings", _settings),
-    Section("profiles", "Profiles", _profiles),
+    Section("profiles", "Profiles", lambda c: figures(c, plates.profiles, factors=True)),
     Section("wear", "Wear", _wear),
     Section("measures", "Wheel measures", _measures),
-    Section("contact", "Contact", _contact),
+    Section("contact", "Contact", lambda c: figures(c, plates.contact)),
     Section("fatigue", "Rolling contact fatigue", _fatigue),
     Section("factors", "Factors from rig to field", _factors),
     Section("regimes", "Wear regimes", _regimes),

@@ -5,7 +5,8 @@ from __future__ import annotations
 import io
 import re
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -72,7 +73,7 @@ def grid(
     edges: tuple[float, float, float, float] = (0.95, 0.15, 0.5, 0.6),
     **options: Any,
 ) -> tuple[Figure, np.ndarray]:
-    """Make a figure with rows x columns axes and room for a legend above them.
+    """Make a figure and its (rows, columns) array of axes, with room for a legend above them.
 
     Margins are fixed: fitting them to the labels takes more time than all of the drawing.
 
@@ -80,21 +81,14 @@ def grid(
     ----------
     rows, columns : int
         Number of axes.
-    height : float
-        Mean height of the axes [inch].
-    width : float
-        Width of the figure [inch].
+    height, width : float
+        Mean height of the axes, width of the figure [inch].
     gap, between : float
         Between columns and between rows [inch].
     edges : tuple of float
         Left, right, below and above the axes [inch].
     **options
         For `Figure.subplots`.
-
-    Returns
-    -------
-    figure : Figure
-    axes : (rows, columns) array of Axes
     """
     left, right, bottom, top = edges
     total = bottom + top + rows * height + (rows - 1) * between
@@ -142,15 +136,9 @@ def panels(
     outer : bool
         Whether only the first column has labels of the vertical axes; so if they share it, too.
     keys : index of the array of axes
-        Panels the legend is made from, all if not given.
-    key_columns : int
-        Columns of the legend.
+        Panels the legend is made from, all if not given; it has `key_columns` columns.
     **options
         For `grid`. With `sharex` only the lowest row has labels of the horizontal axes.
-
-    Returns
-    -------
-    Figure
     """
     with style():
         figure, axes = grid(rows, columns, **options)
@@ -172,11 +160,10 @@ def panels(
 
 def own_axes(ax: Axes | None) -> Axes:
     """Return the axes given, or those of a new figure."""
-    if ax is not None:
-        return ax
-    with style():
-        axes: Axes = grid(width=6.4, height=3.2)[1][0, 0]
-        return axes
+    if ax is None:
+        with style():
+            ax = grid(width=6.4, height=3.2)[1][0, 0]
+    return ax
 
 
 def role_of(dataset: xr.Dataset) -> str:
@@ -185,9 +172,19 @@ def role_of(dataset: xr.Dataset) -> str:
     return kind if kind in ("rig", "field") else "rail"
 
 
+def role_title(dataset: xr.Dataset) -> str:
+    """Heading of what belongs to a campaign."""
+    return role_of(dataset).capitalize()
+
+
 def shown(name: str, values: Any) -> np.ndarray:
     """Values in the unit people read."""
     return np.asarray(values, dtype=np.float64) * QUANTITIES[name].shown_factor
+
+
+def values_of(dataset: xr.Dataset, name: str, *at: Any) -> np.ndarray:
+    """Values of a variable, at an index if one is given, in the unit people read."""
+    return shown(name, dataset[name].values[at])
 
 
 def with_unit(text: str, name: str) -> str:
@@ -238,19 +235,10 @@ def capital(text: str) -> str:
 
 
 def to_svg(figure: Figure, name: str) -> str:
-    """Draw a figure as SVG text to be put into a page.
+    """Draw a figure as one `<svg>` element to be put into a page.
 
-    Parameters
-    ----------
-    figure : Figure
-        Finished figure.
-    name : str
-        Unique on the page; keeps the ids of several figures apart.
-
-    Returns
-    -------
-    str
-        One `<svg>` element without links, dates or anything else that changes from run to run.
+    It has no links, dates or anything else that changes from run to run. The name, unique on the page, keeps
+    the ids of several figures apart.
     """
     buffer = io.StringIO()
     with style():
@@ -261,47 +249,42 @@ def to_svg(figure: Figure, name: str) -> str:
     text = re.sub(r'\bid="([^"]+)"', rf'id="{name}-\1"', text)
     text = re.sub(r'(xlink:href="#|url\(#)', rf"\1{name}-", text)
     # the page sets the width; the view box keeps the shape
-    text = re.sub(r'^<svg ([^>]*?)\bwidth="[^"]*"', r"<svg \1", text, count=1)
-    text = re.sub(r'^<svg ([^>]*?)\bheight="[^"]*"', r"<svg \1", text, count=1)
+    for side in ("width", "height"):
+        text = re.sub(rf'^<svg ([^>]*?)\b{side}="[^"]*"', r"<svg \1", text, count=1)
     return text.strip()
 
 
-def save_svg(figure: Figure, path: Path) -> Path:
-    """Write a figure as a file of its own.
+@contextmanager
+def writing(what: Path | str, advice: str = "choose another folder") -> Iterator[None]:
+    """Raise a ResultError with reason and advice where the operating system cannot write."""
+    try:
+        yield
+    except OSError as error:
+        raise ResultError(f"{what} cannot be written ({error.strerror}); {advice}") from error
 
-    Returns
-    -------
-    Path
-        `path`.
-    """
-    path.write_text(
-        '<?xml version="1.0" encoding="utf-8"?>\n' + to_svg(figure, path.stem) + "\n", encoding="utf-8"
-    )
+
+def save_svg(figure: Figure, path: Path) -> Path:
+    """Write a figure as a file of its own; returns its path."""
+    text = f'<?xml version="1.0" encoding="utf-8"?>\n{to_svg(figure, path.stem)}\n'
+    path.write_text(text, encoding="utf-8")
     return path
 
 
 def write_figure(figure: Figure, path: Path) -> Path:
     """Write a figure as .png, .svg or .pdf by the suffix of `path`; raise ResultError if that fails."""
     kind = path.suffix[1:].lower()
-    try:
+    with writing(f"{path}:"), style():
         if kind == "svg":
             return save_svg(figure, path)
-        with style():
-            metadata = {"CreationDate": None} if kind == "pdf" else {"Software": None}
-            figure.savefig(path, format=kind, dpi=150, metadata=metadata)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be written ({error.strerror}); choose another folder") from error
+        metadata = {"CreationDate": None} if kind == "pdf" else {"Software": None}
+        figure.savefig(path, format=kind, dpi=150, metadata=metadata)
     return path
 
 
 def write_text(text: str, path: Path) -> Path:
     """Write a file as a whole or not at all; raise ResultError if that fails."""
     part = path.with_name(f".{path.name}.part")
-    try:
+    with writing(f"{path}:", "make the directory writable"):
         part.write_text(text, encoding="utf-8")
         part.replace(path)
-    except OSError as fault:
-        raise ResultError(
-            f"{path}: cannot be written ({fault.strerror}); make the directory writable"
-        ) from fault
     return path

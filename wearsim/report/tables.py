@@ -11,11 +11,16 @@ import xarray as xr
 
 from wearsim.quantities import QUANTITIES
 from wearsim.report.plates import COUNTERFACE_MEASURES, environment_text, rolls, wears
-from wearsim.report.style import capital, plain, role_of, shown, with_unit
+from wearsim.report.style import capital, label, plain, role_of, role_title, shown, values_of, with_unit
 from wearsim.results.checks import cracks_left, last_worn_row, reprofilings
 from wearsim.results.limits import LIMITED, LimitMet, limits_met
 
 UNDEFINED = "undefined"
+MEASURES = (
+    "max_wear_depth", "worn_area", "worn_mass", "flange_height", "flange_thickness", "flange_gradient",
+    "hollowing",
+)  # fmt: skip
+"""Measures of each wheel."""
 
 
 @dataclass(frozen=True)
@@ -42,18 +47,14 @@ class Table:
     ----------
     name : str
         Unique in the report, with the role of its campaign where it is of one.
-    caption : str
-        What it holds.
-    head : sequence of str
-        Of all columns.
+    caption, head : str, sequence of str
+        What it holds, as a whole and in each column.
     rows : list of list of Cell
         As many cells as the head.
     look : {"laws", "points", "regimes", "text", "numbers"}
         How it looks: "text" without columns of numbers, "numbers" with nothing but those.
-    fold : str
-        Title it is folded under, "" if it is not.
-    unfolded : bool
-        Whether the fold is open.
+    fold, unfolded : str, bool
+        Title it is folded under, "" if it is not; whether the fold is open.
     shaded : set of int
         Rows that stand out.
     title : str
@@ -83,15 +84,23 @@ class Table:
         return replace(self, name=f"{self.name}-{role}", caption=f"{heading}: {self.caption}")
 
 
-def number(value: Any, digits: int = 4) -> Cell:
-    """Cell of a number with some significant digits, "undefined" where there is none."""
+def cell(value: Any, digits: int = 4) -> Cell:
+    """Cell of words, a whole number or another with some digits; a dash for None."""
+    if isinstance(value, Cell):
+        return value
+    if value is None:
+        return NONE
+    if isinstance(value, str):
+        return Cell(value)
+    if isinstance(value, int | np.integer):
+        return Cell(str(value), float(value))
     text = plain(value, digits)
     return Cell(text) if text == UNDEFINED else Cell(text, float(value))
 
 
-def count(value: Any) -> Cell:
-    """Cell of a whole number."""
-    return Cell(str(int(value)), float(value))
+def cells(*values: Any, digits: int = 4) -> list[Cell]:
+    """Cells of a row."""
+    return [cell(value, digits) for value in values]
 
 
 def given(value: Any) -> Cell:
@@ -101,14 +110,9 @@ def given(value: Any) -> Cell:
     return Cell(text, value) if np.isfinite(value) else Cell(UNDEFINED)
 
 
-def span(values: np.ndarray, digits: int = 4) -> Cell:
-    """Cell of the smallest and the largest of some numbers."""
-    return Cell(f"{number(values.min(), digits).text} to {number(values.max(), digits).text}")
-
-
-def role_title(dataset: xr.Dataset) -> str:
-    """Heading of the column of a campaign."""
-    return role_of(dataset).capitalize()
+def span(values: np.ndarray, digits: int = 4) -> str:
+    """Write the smallest and the largest of some numbers."""
+    return f"{plain(values.min(), digits)} to {plain(values.max(), digits)}"
 
 
 def operating_points(dataset: xr.Dataset) -> Table:
@@ -117,21 +121,19 @@ def operating_points(dataset: xr.Dataset) -> Table:
         "shift", "yaw", "roll", "wheel_load", "speed", "friction", "track_curvature",
         "environment", "weight", "block_length",
     ]  # fmt: skip
-    head = ["Operating point", *(with_unit(str(dataset[name].attrs["long_name"]), name) for name in names)]
-    columns = [shown(name, dataset[name].values) for name in names]
-    labels = dataset["operating_point_name"].values
-    rows = [[Cell(str(text)), *(given(column[k]) for column in columns)] for k, text in enumerate(labels)]
-    fold = f"{role_title(dataset)}: all {len(rows)} operating points"
-    return Table("", "", head, rows, "numbers", fold)
+    columns = [map(given, values_of(dataset, name)) for name in names]
+    rows = [cells(*row) for row in zip(dataset["operating_point_name"].values, *columns, strict=True)]
+    head = ["Operating point", *(label(dataset, name) for name in names)]
+    return Table("", "", head, rows, "numbers", f"{role_title(dataset)}: all {len(rows)} operating points")
 
 
 _SETTINGS = (
     "wheel_profile_right", "wheel_profile_left", "counterface_profile", "counterface_wear_factor",
     "redress_distance", "redress_depth", "counterface_area_rate", "wheel_radius", "half_span",
     "rotation_rule", "roll_rule", "contact_normal", "contact_tangential", "contact_parameters", "strips",
-    "cells", "axle_torque", "youngs_modulus", "poisson_ratio", "wheel_density", "wear_law", "wear_form",
-    "wear_coefficients", "seizure_cap", "integrator", "depth_cap", "first_depth", "stability_limit",
-    "error_tolerance", "smoothing_wavelength",
+    "cells", "cell_size", "most_cells", "axle_torque", "youngs_modulus", "poisson_ratio", "wheel_density",
+    "wear_law", "wear_form", "wear_coefficients", "seizure_cap", "integrator", "depth_cap", "first_depth",
+    "stability_limit", "error_tolerance", "smoothing_wavelength",
 )  # fmt: skip
 """Attributes of a result file, in order; texts and units are those of the quantity of that name."""
 
@@ -152,18 +154,11 @@ _SETTING_TEXTS = {
 def settings(datasets: list[xr.Dataset]) -> Table:
     """Show what was computed, a column per campaign; rows that differ are shaded."""
     roller = [float(data.attrs.get("counterface_curvature", 0.0)) for data in datasets]
-    rows = [
-        [
-            Cell("Counterface"),
-            *(Cell(f"roller, radius {1e3 / k:.4g} mm") if k else Cell("rail") for k in roller),
-        ]
-    ]
+    rows = [cells("Counterface", *(f"roller, radius {1e3 / k:.4g} mm" if k else "rail" for k in roller))]
     for name in ("shift", "yaw", "wheel_load", "speed", "friction", "track_curvature"):
-        text = with_unit(str(datasets[0][name].attrs["long_name"]), name)
-        ranges = [_range(name, data[name].values[data["weight"].values > 0.0]) for data in datasets]
-        rows.append([Cell(text), *ranges])
-    environment = [Cell(environment_text(data)) for data in datasets]
-    rows.append([Cell("Environment factor on the wear depth"), *environment])
+        ranges = (_range(name, data[name].values[data["weight"].values > 0.0]) for data in datasets)
+        rows.append(cells(label(datasets[0], name), *ranges))
+    rows.append(cells("Environment factor on the wear depth", *map(environment_text, datasets)))
     for key in _SETTINGS:
         values = [data.attrs.get(key) for data in datasets]
         if any(value is not None for value in values):
@@ -171,23 +166,23 @@ def settings(datasets: list[xr.Dataset]) -> Table:
             text = _SETTING_TEXTS.get(key, quantity.meaning if quantity else key.replace("_", " "))
             text = with_unit(text, quantity.name) if quantity else capital(text)
             factor = quantity.shown_factor if quantity else 1.0
-            rows.append([Cell(text), *(_setting(value, factor) for value in values)])
+            rows.append(cells(text, *(_setting(value, factor) for value in values)))
     differ = frozenset(k for k, row in enumerate(rows) if len({cell.text for cell in row[1:]}) > 1)
     caption = f"What was computed{'; shaded rows differ' if len(datasets) > 1 else ''}."
     return Table("settings", caption, ["Setting", *map(role_title, datasets)], rows, "text", shaded=differ)
 
 
-def _setting(value: Any, factor: float) -> Cell:
-    if value is None:
-        return Cell("not given")
-    return Cell(value) if isinstance(value, str) else given(float(value) * factor)
+def _setting(value: Any, factor: float) -> Cell | str:
+    if value is None or isinstance(value, str):
+        return "not given" if value is None else value
+    return given(float(value) * factor)
 
 
-def _range(name: str, values: np.ndarray) -> Cell:
+def _range(name: str, values: np.ndarray) -> Cell | str:
     if values.size == 0:
-        return Cell("none")
+        return "none"
     low, high = shown(name, [values.min(), values.max()])
-    return given(low) if low == high else Cell(f"{given(low).text} to {given(high).text}")
+    return given(low) if low == high else f"{given(low).text} to {given(high).text}"
 
 
 def limits(datasets: list[xr.Dataset]) -> list[Table]:
@@ -197,8 +192,7 @@ def limits(datasets: list[xr.Dataset]) -> list[Table]:
     for name in LIMITED:
         if any(name in campaign for campaign in met):
             values = sorted({campaign[name].limit for campaign in met if name in campaign})
-            cells = [_where_met(campaign.get(name)) for campaign in met]
-            rows.append([Cell(limit_text(name, values)), *cells])
+            rows.append(cells(limit_text(name, values), *(_where_met(one.get(name)) for one in met)))
     caption = "Limits and the distance at which each is met, linear between two wear steps."
     head = ["Limit", *map(role_title, datasets)]
     return [Table("limits", caption, head, rows, "numbers")] if rows else []
@@ -228,24 +222,23 @@ def _where_met(limit: LimitMet | None) -> Cell:
 def reprofiled_wheels(datasets: list[xr.Dataset]) -> list[Table]:
     """Diameter before, after and lost by each reprofiling of the wheels, for campaigns that have any."""
 
-    def cells(before: float | None, after: float | None) -> list[Cell]:
+    def diameters(before: float | None, after: float | None) -> list[Cell]:
         if before is None or after is None:
-            return [Cell(UNDEFINED)] * 3
-        return [number(1e3 * value, 6) for value in (before, after)] + [number(1e3 * (before - after))]
+            return cells(*[UNDEFINED] * 3)
+        return cells(cell(1e3 * before, 6), cell(1e3 * after, 6), 1e3 * (before - after))
 
     text = "Reprofilings of the wheels: diameter at the running circle [mm]. Wear depth counts from the last."
     caption = " ".join([text, *filter(None, map(cracks_left, datasets))])
-    head = [
-        "Distance [km]",
-        *(text for side in ("right", "left") for text in (f"{side}, before", "after", "lost")),
-    ]
+    columns = (text for side in ("right", "left") for text in (f"{side}, before", "after", "lost"))
+    head = ["Distance [km]", *columns]
     tables = []
     for data in datasets:
         rows = [
-            [number(shown("distance", one.distance)), *cells(one.before[0], one.after[0]),
-             *cells(one.before[1], one.after[1])]
+            cells(shown("distance", one.distance))
+            + diameters(one.before[0], one.after[0])
+            + diameters(one.before[1], one.after[1])
             for one in reprofilings(data)
-        ]  # fmt: skip
+        ]
         tables += [Table(f"reprofilings-{role_of(data)}", caption, head, rows, "numbers")] if rows else []
     return tables
 
@@ -256,7 +249,7 @@ def counterface(dataset: xr.Dataset) -> list[Table]:
         return []
     times = int(dataset["counterface_redressed_count"].values[-1])
     rows = [
-        [Cell(with_unit(QUANTITIES[name].meaning, name)), *map(number, shown(name, dataset[name].values[-1]))]
+        cells(with_unit(QUANTITIES[name].meaning, name), *values_of(dataset, name, -1))
         for name in COUNTERFACE_MEASURES[: 3 if times else 2]
     ]
     caption = "wear of the counterface at the end of the campaign"
@@ -269,18 +262,10 @@ def counterface(dataset: xr.Dataset) -> list[Table]:
 
 def state(dataset: xr.Dataset, caption: str) -> Table:
     """Measures of one campaign, new, worn and their change, by wheel where they differ."""
-    rows: list[list[Cell]] = []
-    names = (
-        "max_wear_depth", "worn_area", "worn_mass", "flange_height", "flange_thickness", "flange_gradient",
-        "hollowing", "equivalent_conicity",
-    )  # fmt: skip
-    for name in names:
-        values = shown(name, dataset[name].values[[0, last_worn_row(dataset)]])
-        text = with_unit(str(dataset[name].attrs["long_name"]), name)
-        columns = (
-            [("", values)] if values.ndim == 1 else [(", right", values[:, 0]), (", left", values[:, 1])]
-        )
-        rows += [
-            [Cell(text + suffix), number(v[0]), number(v[1]), number(v[1] - v[0])] for suffix, v in columns
-        ]
+    rows = []
+    for name in (*MEASURES, "equivalent_conicity"):
+        new, worn = shown(name, dataset[name].values[[0, last_worn_row(dataset)]])
+        sides = (", right", ", left") if new.ndim else ("",)
+        for side, start, end in zip(sides, np.atleast_1d(new), np.atleast_1d(worn), strict=True):
+            rows.append(cells(label(dataset, name) + side, start, end, end - start))
     return Table("verdict", caption, ["Quantity", "New", "Worn", "Change"], rows, "numbers")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,8 +13,8 @@ from wearsim.damage.fatigue.agreement import Agreement, agreement
 from wearsim.damage.fatigue.balance import LIMITED_BY, balance
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import capital, shown, with_unit
-from wearsim.report.tables import NONE, Cell, Table, number
+from wearsim.report.style import capital, shown, values_of, with_unit
+from wearsim.report.tables import Cell, Table, cell, cells
 from wearsim.results.checks import (
     closing_reprofiling,
     depth_by_regime,
@@ -24,25 +24,12 @@ from wearsim.results.checks import (
 )
 
 SUBSURFACE = "subsurface_fatigue_index"
-_WIDTHS = (0.5, 2.0)
-"""Shares of the width of a place for which the first crack is shown, too."""
 _HOLDS = ("materials", "validity", "departures")
 """What a result file says of the coefficient set of a law, besides its numbers."""
 
 
 def wear_laws(dataset: xr.Dataset) -> list[Table]:
-    """Worn area, deepest depth and share of each regime by the active law and the comparison laws.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-
-    Returns
-    -------
-    list of Table
-        What the laws wear, and where their numbers come from.
-    """
+    """Compare the active law and the comparison laws, and say where their numbers come from."""
     row = last_worn_row(dataset)  # depth begins anew at a reprofiling, area goes on
     depth = [dataset["wear_depth"].values[row]]
     by_regime = depth_by_regime(dataset)
@@ -63,18 +50,14 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
             area.append(dataset["comparison_worn_area"].values[-1][:, here])
             regime_names.append([pairs[i][1] for i in here])
             origin.append(_origin(dataset, "comparison", k))
-    active = (float(area[0].sum()), float(depth[0].max()))
     rows = []
-    for k, name in enumerate(names):
-        worn, deepest = area[k].sum(axis=1), depth[k].max(axis=1)
-        rows.append([
-            Cell(name),
-            *(number(value, 4) for value in shown("worn_area", worn)),
-            _ratio(float(worn.sum()), active[0]),
-            *(number(value, 4) for value in shown("wear_depth", deepest)),
-            _ratio(float(deepest.max()), active[1]),
-            Cell(_shares(regime_names[k], area[k].sum(axis=0))),
-        ])  # fmt: skip
+    for name, worn, deep, regimes in zip(names, area, depth, regime_names, strict=True):
+        right_left, deepest = worn.sum(axis=1), deep.max(axis=1)
+        rows.append(cells(
+            name, *shown("worn_area", right_left), _ratio(right_left.sum(), area[0].sum()),
+            *shown("wear_depth", deepest), _ratio(deepest.max(), depth[0].max()),
+            _shares(regimes, worn.sum(axis=0)),
+        ))  # fmt: skip
     head = [
         "Wear law", "Worn area, right [mm²]", "left [mm²]", "over active", "Deepest, right [mm]",
         "left [mm]", "over active", "Share of the worn area by regime",
@@ -88,33 +71,19 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
 
 
 def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
-    """Largest damage and damage rate of each fatigue law, and where on the wheels.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign with fatigue laws.
-
-    Returns
-    -------
-    list of Table
-        What the laws give, and where their numbers come from.
-    """
+    """Largest damage and damage rate of each fatigue law and where, and where their numbers come from."""
     rows = []
     end = last_worn_row(dataset)
     y = dataset["profile_y"].values[new_row(dataset, end)]
     names = [str(name) for name in dataset["fatigue_name"].values]
     for k, name in enumerate(names):
-        damage = dataset["fatigue_damage"].values[end, :, k]
-        rate = dataset["fatigue_damage_rate"].values[end, :, k]
-        cells = [Cell(name)]
+        row: list[Any] = [name]
         for wheel in (0, 1):
-            largest = float(damage[wheel].max())
-            place = number(1e3 * y[wheel, int(damage[wheel].argmax())], 3) if largest > 0.0 else NONE
-            cells += [
-                number(largest, 3), place, number(shown("fatigue_damage_rate", rate[wheel].max()), 3)
-            ]  # fmt: skip
-        rows.append([*cells, number(1e3 * dataset["fatigue_crack_width"].values[k], 3)])
+            damage = dataset["fatigue_damage"].values[end, wheel, k]
+            rate = dataset["fatigue_damage_rate"].values[end, wheel, k].max()
+            place = 1e3 * y[wheel, damage.argmax()] if damage.max() > 0.0 else None
+            row += [damage.max(), place, shown("fatigue_damage_rate", rate)]
+        rows.append(cells(*row, 1e3 * dataset["fatigue_crack_width"].values[k], digits=3))
     what = ("largest damage", "at y [mm]", "largest rate at the end, before removal [1/1000 km]")
     head = [
         "Fatigue law", *(f"{side.capitalize()}: {text}" for side in WHEELS for text in what),
@@ -148,20 +117,22 @@ def _validity(dataset: xr.Dataset, group: str) -> list[list[str]]:
 
 def _sources(group: str, laws: list[str], origin: list[list[str]], validity: list[list[str]]) -> list[Table]:
     """Tables on where the numbers of laws come from and what they hold for."""
-    what = f"{group.capitalize()} law"
     text = "Where the numbers of the laws come from"
-    origin = [[form.replace("_", " "), *others] for form, *others in origin]
+    tables = (
+        ("numbers", f"{text}.", ("Form", "Coefficients", "Source", "Uncertain coefficients"),
+         [[form.replace("_", " "), *others] for form, *others in origin]),
+        ("validity", f"{text}: the materials they were measured on, what they hold for, and where our "
+         "law departs from its source.", ("Materials", "Holds for", "Departures from the source"), validity),
+    )  # fmt: skip
     return [
-        Table(f"{group}-law-{name}", caption, [what, *head], [
-            [Cell(law), *(Cell(one or "–") for one in texts)] for law, texts in zip(laws, rows, strict=True)
-        ])
-        for name, caption, head, rows in (
-            ("numbers", f"{text}.", ("Form", "Coefficients", "Source", "Uncertain coefficients"), origin),
-            ("validity", f"{text}: the materials they were measured on, what they hold for, and where our "
-             "law departs from its source.",
-             ("Materials", "Holds for", "Departures from the source"), validity),
+        Table(
+            f"{group}-law-{name}",
+            caption,
+            [f"{group.capitalize()} law", *head],
+            [cells(law, *(text or None for text in texts)) for law, texts in zip(laws, rows, strict=True)],
         )
-    ]  # fmt: skip
+        for name, caption, head, rows in tables
+    ]
 
 
 def life(dataset: xr.Dataset) -> Table | None:
@@ -178,30 +149,23 @@ def life(dataset: xr.Dataset) -> Table | None:
         steels.append(_steel(dataset, k))
         for wheel, side in enumerate(WHEELS):
             rate = dataset["fatigue_damage_rate"].values[end, wheel, k]
-            result = balance(rate, wear[wheel], crack_depth=crack, wear_limit=limit)
-            ends = {
-                "wear": (float(result.wear_distance.min()), int(result.wear_distance.argmin())),
-                "cracks": (float(result.crack_distance.min()), int(result.crack_distance.argmin())),
-            }
-            first = min(ends, key=lambda what: ends[what][0])
-            other = [
-                balance(part * rate, wear[wheel], crack_depth=crack, wear_limit=limit).crack_distance.min()
-                for part in _WIDTHS
-            ]
+            half, result, double = (
+                balance(part * rate, wear[wheel], crack_depth=crack, wear_limit=limit)
+                for part in (0.5, 1.0, 2.0)  # of the width of a place
+            )
+            distances = {"wear": result.wear_distance, "cracks": result.crack_distance}
+            first = min(distances, key=lambda what: distances[what].min())
+            ends = np.isfinite(distances[first].min())
             acts = (rate > 0.0) | (wear[wheel] > 0.0)
             grown = (result.limited_by == LIMITED_BY.index("cracks")) & acts
-            rows.append([
-                Cell(f"{name}, {side} wheel"),
-                number(1e3 * crack, 3),
-                number(1e3 * limit, 3),
-                _distance(ends["cracks"][0]),
-                *(_distance(float(distance)) for distance in other),
-                _distance(ends["wear"][0]),
-                Cell(first if np.isfinite(ends[first][0]) else "nothing"),
-                number(1e3 * y[wheel, ends[first][1]], 3) if np.isfinite(ends[first][0]) else NONE,
-                number(100.0 * grown.sum() / acts.sum(), 3) if acts.any() else NONE,
-                number(shown("magic_wear_rate", result.magic_wear_rate.max()), 3),
-            ])  # fmt: skip
+            rows.append(cells(
+                f"{name}, {side} wheel", 1e3 * crack, 1e3 * limit, _distance(result.crack_distance),
+                _distance(half.crack_distance), _distance(double.crack_distance),
+                _distance(result.wear_distance), first if ends else "nothing",
+                1e3 * y[wheel, distances[first].argmin()] if ends else None,
+                100.0 * grown.sum() / acts.sum() if acts.any() else None,
+                shown("magic_wear_rate", result.magic_wear_rate.max()), digits=3,
+            ))  # fmt: skip
     if not rows:
         return None
     head = [
@@ -240,9 +204,7 @@ def cycles(dataset: xr.Dataset) -> Agreement:
 def overlaps(dataset: xr.Dataset) -> Table:
     """Compare each pair of laws: the common part of their damage over the load cycles."""
     common = cycles(dataset)
-    rows = [
-        [Cell(law), *(number(value, 3) for value in common.overlap[k])] for k, law in enumerate(common.laws)
-    ]
+    rows = [cells(law, *shares, digits=3) for law, shares in zip(common.laws, common.overlap, strict=True)]
     text = (
         "Agreement of the fatigue laws: common part of their distributions of damage over the load cycles of "
         "the worn wheels, weighted with the shares of the collective; 1 where they are the same, 0 where no "
@@ -257,9 +219,9 @@ def wear_numbers(dataset: xr.Dataset) -> Table:
     side = dataset["side"].values[end]
     rows = []
     for name in ("wear_number_without_spin", "wear_number_with_spin"):
-        values = shown(name, dataset[name].values[end])
-        largest = (number(values[side == wheel].max(initial=0.0)) for wheel in (0, 1))
-        rows.append([Cell(capital(str(dataset[name].attrs["long_name"]))), *largest])
+        values = values_of(dataset, name, end)
+        largest = (values[side == wheel].max(initial=0.0) for wheel in (0, 1))
+        rows.append(cells(capital(str(dataset[name].attrs["long_name"])), *largest))
     text = "Largest wear number of any contact patch at the end, monitoring points included."
     return Table("wear-numbers", text, ["Wear number", "Right wheel [N]", "Left wheel [N]"], rows)
 
@@ -274,11 +236,12 @@ def fatigue_tables(dataset: xr.Dataset) -> list[Table]:
 
 
 def _ratio(value: float, active: float) -> Cell:
-    return number(value / active, 3) if active > 0.0 else Cell("active law wears nothing")
+    return cell(value / active if active > 0.0 else "active law wears nothing", 3)
 
 
-def _distance(value: float) -> Cell:
-    return number(shown("distance", value), 4) if np.isfinite(value) else Cell("never")
+def _distance(distances: np.ndarray) -> Cell:
+    nearest = distances.min()
+    return cell(shown("distance", nearest) if np.isfinite(nearest) else "never")
 
 
 def _shares(names: list[str], area: np.ndarray) -> str:
@@ -287,31 +250,12 @@ def _shares(names: list[str], area: np.ndarray) -> str:
     return ", ".join(f"{name} {part:.1%}" for name, part in zip(names, area / area.sum(), strict=True))
 
 
-@dataclass(frozen=True)
-class LargestIndex:
-    """Largest index of the patches of one wheel in one state.
-
-    Parameters
-    ----------
-    value : float
-        In the unit of its quantity.
-    y : float
-        Lateral position on the wheel profile; of the index below the surface that of the patch [m].
-    point : str
-        Label of the operating point.
-    """
-
-    value: float
-    y: float
-    point: str
-
-
 def quantity_of(law: str) -> str:
     """Return the quantity a law judges by, as `wearsim.quantities` names it."""
     return FATIGUE_LAWS[law].index_quantity if law in FATIGUE_LAWS else SUBSURFACE
 
 
-def largest(dataset: xr.Dataset, row: int, law: int | None) -> tuple[LargestIndex | None, ...]:
+def largest(dataset: xr.Dataset, row: int, law: int | None) -> list[tuple[float, float, str] | None]:
     """Find the largest index of each wheel among all patches of a state, monitoring points included.
 
     Parameters
@@ -325,31 +269,30 @@ def largest(dataset: xr.Dataset, row: int, law: int | None) -> tuple[LargestInde
 
     Returns
     -------
-    tuple
-        Right and left; None where no patch carries load.
+    list
+        Of the right and the left wheel: index in the unit of its quantity; lateral position on the wheel
+        profile, of the index below the surface that of the patch [m]; label of the operating point. None
+        where no patch carries load.
     """
     if law is None:
         index, y = dataset[SUBSURFACE].values[row], dataset["wheel_y"].values[row]
     else:
         name = quantity_of(str(dataset["fatigue_name"].values[law]))
         index, y = dataset[name].values[row, ..., law], dataset["fatigue_index_y"].values[row, ..., law]
-    side = dataset["side"].values[row]
-    indexes: list[LargestIndex | None] = []
+    indexes: list[tuple[float, float, str] | None] = []
     for wheel in range(len(WHEELS)):
-        here = np.where((side == wheel) & np.isfinite(index), index, -np.inf)
+        here = np.where((dataset["side"].values[row] == wheel) & np.isfinite(index), index, -np.inf)
         at = np.unravel_index(int(here.argmax()), here.shape)
-        point = str(dataset["operating_point_name"].values[at[0]])
-        if dataset["weight"].values[at[0]] == 0.0:
-            point += " (monitored)"
-        known = np.isfinite(here[at])
-        indexes.append(LargestIndex(float(here[at]), float(y[at]), point) if known else None)
-    return tuple(indexes)
+        monitored = dataset["weight"].values[at[0]] == 0.0
+        point = f"{dataset['operating_point_name'].values[at[0]]}{' (monitored)' if monitored else ''}"
+        indexes.append((float(here[at]), float(y[at]), point) if np.isfinite(here[at]) else None)
+    return indexes
 
 
-def _limit(numbers: str) -> Cell:
+def _limit(numbers: str) -> float:
     """Index above which a law sees damage: 0, or the first break point of its damage function."""
     start = re.search(r"\bstart = ([^ ,]+)", numbers)
-    return number(float(start[1]) if start else 0.0)
+    return float(start[1]) if start else 0.0
 
 
 def fatigue_index(dataset: xr.Dataset) -> list[Table]:
@@ -359,18 +302,13 @@ def fatigue_index(dataset: xr.Dataset) -> list[Table]:
     rows = []
     for law, name in [*laws, (None, "below the surface")]:
         entry = QUANTITIES[quantity_of(name)]
-        limit = Cell("the steel's own") if law is None else _limit(numbers[law] if law < len(numbers) else "")
-        states = [largest(dataset, row, law) for row in (0, last_worn_row(dataset))]
+        limit = "the steel's own" if law is None else cell(_limit("".join(numbers[law : law + 1])))
+        states = [largest(dataset, at, law) for at in (0, last_worn_row(dataset))]
         for wheel, side in enumerate(WHEELS):
-            row = [Cell(f"{name}, {side} wheel: {entry.meaning}{with_unit('', entry.name)}"), limit]
-            for state in states:
-                one = state[wheel]
-                if one is None:
-                    row += [NONE] * 3
-                else:
-                    value = number(shown(entry.name, one.value), 3)
-                    row += [value, number(shown("wheel_y", one.y), 3), Cell(one.point)]
-            rows.append(row)
+            row: list[Any] = [f"{name}, {side} wheel: {entry.meaning}{with_unit('', entry.name)}", limit]
+            for one in (state[wheel] for state in states):
+                row += [None] * 3 if one is None else [shown(entry.name, one[0]), 1e3 * one[1], one[2]]
+            rows.append(cells(*row, digits=3))
     head = [
         "Fatigue law and wheel", "Damage above",
         *(f"{state}: {what}" for state in ("New", "End") for what in ("largest index", "at y [mm]", "point")),

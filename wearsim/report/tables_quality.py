@@ -12,8 +12,8 @@ import xarray as xr
 from wearsim.errors import ResultError
 from wearsim.profile.shape import polygon_area_between
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import capital, shown
-from wearsim.report.tables import NONE, UNDEFINED, Cell, Table, count, number, role_title, span
+from wearsim.report.style import capital, plain, role_title, shown, values_of
+from wearsim.report.tables import UNDEFINED, Cell, Table, cell, cells, span
 from wearsim.results.checks import (
     LOAD_TOLERANCE,
     load_scaling,
@@ -49,21 +49,20 @@ def quality(datasets: list[xr.Dataset]) -> Table:
     """List the checks of the computation, a column per campaign."""
     columns = [_checks(data) for data in datasets]
     names = dict.fromkeys(text for column in columns for text in column)
-    rows = [[Cell(text), *(column.get(text, NONE) for column in columns)] for text in names]
+    rows = [cells(text, *(column.get(text) for column in columns)) for text in names]
     return Table("quality", "", ["Check", *map(role_title, datasets)], rows, "numbers")
 
 
-def _checks(dataset: xr.Dataset) -> dict[str, Cell]:
+def _checks(dataset: xr.Dataset) -> dict[str, Cell | str | float]:
     steps = wear_steps(dataset)
-    rows = {"Wear steps": count(steps)}
+    rows: dict[str, Any] = {"Wear steps": steps}
     if steps:
-        depth = dataset["wear_depth"].values
-        rows["Largest stability number S"] = number(dataset["stability_number"].values[1:].max())
-        rows["Largest depth in one step [µm]"] = number(1e6 * np.diff(depth, axis=0).max())
+        rows["Largest stability number S"] = dataset["stability_number"].values[1:].max()
+        rows["Largest depth in one step [µm]"] = 1e6 * np.diff(dataset["wear_depth"].values, axis=0).max()
         error = shown("step_error", dataset["step_error"].values[1:])
         if np.isfinite(error).any():
-            rows["Largest estimated error of one step [µm]"] = number(np.nanmax(error), 2)
-        rows["Steps repeated because of their error"] = count(dataset["rejected_steps"].values.sum())
+            rows["Largest estimated error of one step [µm]"] = cell(np.nanmax(error), 2)
+        rows["Steps repeated because of their error"] = int(dataset["rejected_steps"].values.sum())
         length = np.delete(dataset["step_length"].values, [0, *reprofiled_rows(dataset)])
         rows["Shortest and longest step [km]"] = span(shown("distance", length))
     for wheel, side in enumerate(WHEELS):
@@ -71,13 +70,13 @@ def _checks(dataset: xr.Dataset) -> dict[str, Cell]:
         y, z = (dataset[f"profile_{c}"].values[:, wheel] for c in "yz")
         polygon = sum(polygon_area_between(y[a], z[a], y[b], z[b]) for a, b in spans(dataset))
         text = f"Worn area by the law against the profiles, {side} wheel [relative difference]"
-        rows[text] = number(abs(polygon - law) / law, 2) if law > 0.0 else Cell("no wear")
+        rows[text] = cell(abs(polygon - law) / law, 2) if law > 0.0 else "no wear"
     scaling = load_scaling(dataset)
     text = f"Distance run with normal forces scaled to the wheel load by more than {LOAD_TOLERANCE:.0%} [%]"
-    rows[text] = number(100.0 * scaling.distance_share, 2) if scaling else Cell("none")
+    rows[text] = cell(100.0 * scaling.distance_share, 2) if scaling else "none"
     tread = tread_wear(dataset)
     if tread is not None:
-        rows["Largest wear depth on the tread per 100 000 km [mm]"] = number(1e3 * tread, 3)
+        rows["Largest wear depth on the tread per 100 000 km [mm]"] = cell(1e3 * tread, 3)
     balance = dataset["power_balance"].values
     balance = balance[np.isfinite(balance)]
     if balance.size:
@@ -90,15 +89,13 @@ def chosen(dataset: xr.Dataset) -> list[Table]:
     if "contact_candidate" not in dataset:
         return []
     steps = looked_at(dataset)
-    places = [f"{number(value, 4).text} km" for value in shown("distance", dataset["distance"].values[steps])]
+    places = [f"{plain(value)} km" for value in values_of(dataset, "distance", steps)]
     rows = []
     for step, place in zip(steps, places, strict=True):
-        error = number(100.0 * float(dataset["contact_models_error"].values[step]), 2)
+        error = cell(100.0 * float(dataset["contact_models_error"].values[step]), 2)
         for one in classes(dataset, step):
-            rows.append([
-                Cell(f"{place}, {one['class']}"), count(one["points"]), Cell(one["models"]),
-                count(one["rank"]), number(one["cost"], 3), error,
-            ])  # fmt: skip
+            at = f"{place}, {one['class']}"
+            rows.append(cells(at, one["points"], one["models"], one["rank"], cell(one["cost"], 3), error))
     tolerance = 100.0 * float(dataset.attrs["contact_tolerance"])
     models = Table(
         "choice",
@@ -108,8 +105,8 @@ def chosen(dataset: xr.Dataset) -> list[Table]:
         ["From, class", "Points", "Contact models", "Rank", "Cost", "Depth error [%]"],
         rows,
     )
-    errors = dataset["contact_candidate_error"].values[steps]
-    tried = np.flatnonzero(np.isfinite(errors).any(axis=0))
+    errors = 100.0 * dataset["contact_candidate_error"].values[steps]
+    names, costs = (dataset[f"contact_candidate{part}"].values for part in ("", "_cost"))
     evidence = Table(
         "candidates",
         "error of the wear increment if one combination solved all points, against half-space solutions of "
@@ -117,13 +114,9 @@ def chosen(dataset: xr.Dataset) -> list[Table]:
         "units of the cheapest one's time per solution",
         ["Contact models", "Rank", "Cost", *(f"Depth error at {place} [%]" for place in places)],
         [
-            [
-                Cell(str(dataset["contact_candidate"].values[k])),
-                count(k + 1),
-                number(float(dataset["contact_candidate_cost"].values[k]), 3),
-                *(number(100.0 * error, 2) if np.isfinite(error) else NONE for error in errors[:, k]),
-            ]
-            for k in tried
+            cells(names[k], k + 1, cell(costs[k], 3))
+            + cells(*(error if np.isfinite(error) else None for error in errors[:, k]), digits=2)
+            for k in np.flatnonzero(np.isfinite(errors).any(axis=0))
         ],
     )
     return [models, evidence]
@@ -188,49 +181,45 @@ def _convergence(table: dict[str, Any], role: str) -> Table:
     given = table["given"][role]
     columns = [column for column in COLUMNS if column[0] in given["end"]]
     head = ("computed with", "wear steps", *(title for _, title, _ in columns), ANYWHERE)
-    moved = [
+    moved = (
         _largest([None if value is None else factor * value for value in given["moved"][name]])
         for name, _, factor in columns
-    ]
-    rows = [[Cell("what wear changed, as given"), count(given["steps"]), *map(_plain, moved), Cell("")]]
+    )
+    rows = [cells("what wear changed, as given", given["steps"], *moved, "")]
     for row in table["rows"]:
         if "ends" not in row:
-            empty = [Cell("")] * (len(columns) + 1)
-            rows.append([Cell(row["text"]), Cell(row.get("reason", row.get("told")) or "not run"), *empty])
+            reason = row.get("reason", row.get("told")) or "not run"
+            rows.append(cells(row["text"], reason, *[""] * (len(columns) + 1)))
             continue
         end = row["ends"][role]
-        cells = [_difference(given, end, name, factor) for name, _, factor in columns]
-        rows.append([Cell(row["text"]), count(end["steps"]), *cells, _anywhere(given, end)])
+        differences = (_difference(given, end, name, factor) for name, _, factor in columns)
+        rows.append(cells(row["text"], end["steps"], *differences, _anywhere(given, end)))
     short = ", shortened for this comparison" if table["shortened"] else ""
     title = f"{_TITLE}{role}: {given['distance'] / 1e3:.6g} km{short}"
     return Table(f"convergence-{role}", CAPTION, head, rows, "numbers", title=title)
 
 
 def _difference(given: dict[str, Any], end: dict[str, Any], name: str, factor: float) -> Cell:
-    differences: list[float | None] = []
-    shares: list[float] = []
-    for a, b, moved in zip(given["end"][name], end["end"][name], given["moved"][name], strict=True):
-        differences.append(None if a is None or b is None else factor * (b - a))
-        if a is not None and b is not None and moved:
-            shares.append(abs((b - a) / moved))
-    cell = _plain(_largest(differences))
-    if cell.value is None or not shares:
-        return cell
-    return Cell(f"{cell.text} ({percent(max(shares))})", cell.value)
+    """Largest difference of a measure, with the largest share of what wear changed."""
+    sides = zip(given["end"][name], end["end"][name], given["moved"][name], strict=True)
+    known = [(a, b, moved) for a, b, moved in sides if a is not None and b is not None]
+    shares = [abs((b - a) / moved) for a, b, moved in known if moved]
+    return _with_share(_largest([factor * (b - a) for a, b, _ in known]), shares)
 
 
 def _anywhere(given: dict[str, Any], end: dict[str, Any]) -> Cell:
     """Largest difference of the depth at one place, with its share of the largest depth as given."""
     difference, deepest = end["profile_difference"], given["end"]["max_wear_depth"]
-    cell = number(1e6 * max(difference), 3)
     shares = [a / b for a, b in zip(difference, deepest, strict=True) if b]
-    return Cell(f"{cell.text} ({percent(max(shares))})", cell.value) if shares else cell
+    return _with_share(cell(1e6 * max(difference), 3), shares)
 
 
-def _largest(values: list[float | None]) -> float | None:
+def _with_share(difference: Cell, shares: list[float]) -> Cell:
+    if difference.value is None or not shares:
+        return difference
+    return Cell(f"{difference.text} ({percent(max(shares))})", difference.value)
+
+
+def _largest(values: list[float | None]) -> Cell:
     known = [value for value in values if value is not None]
-    return max(known, key=abs) if known else None
-
-
-def _plain(value: float | None) -> Cell:
-    return Cell(UNDEFINED) if value is None else number(value, 3)
+    return cell(max(known, key=abs) if known else UNDEFINED, 3)

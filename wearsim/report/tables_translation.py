@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -11,8 +12,8 @@ import xarray as xr
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import BASES
-from wearsim.report.style import capital, plain, shown, with_unit
-from wearsim.report.tables import UNDEFINED, Cell, Table, given, number
+from wearsim.report.style import capital, plain, shown, values_of, with_unit
+from wearsim.report.tables import UNDEFINED, Cell, Table, cell, cells, given
 from wearsim.translation.factors import POINT_QUANTITIES
 from wearsim.translation.translate import point_table
 
@@ -22,47 +23,36 @@ _REASONS = {
     "missing": "a value is missing on one side",
     "beyond_range": "a campaign ends before",
 }
-
-
-@dataclass(frozen=True)
-class VerdictRow:
-    """One quantity of the verdict: cells are rig, field, ratio at equal distance, at equal worn depth."""
-
-    quantity: str
-    unit: str
-    variable: str
-    cells: list[Cell]
-    note: str
+_EQUAL = {"distance_run": "distance", "max_wear_depth": "worn depth"}
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The table of factors where both campaigns end: rows by group, what is equal in each half."""
+    """The table of factors where both campaigns end: what is equal in each half, rows by group.
+
+    A row is quantity, unit, name of the variable, cells (rig, field, ratio at equal distance, then at equal
+    worn depth) and a note.
+    """
 
     caption: str
     ends: list[str]
-    groups: dict[str, list[VerdictRow]]
+    groups: dict[str, list[tuple[str, str, str, list[Cell], str]]]
 
     macro = "verdict"
 
 
 def verdict(table: pd.DataFrame, translation: xr.Dataset, environment: str) -> Verdict:
     """Verdict from `wearsim.translation.translate.table`, with a note on the environment factors."""
-    groups: dict[str, list[VerdictRow]] = {}
+    groups: dict[str, list[tuple[str, str, str, list[Cell], str]]] = {}
     for variable, both in table.groupby("variable", sort=False):
         name = str(variable)
-        cells: list[Cell] = []
-        notes: list[str] = []
+        row: list[Cell] = []
+        notes = list(dict.fromkeys(_REASONS[s] for s in both["status"] if s != "defined"))
         for _, entry in both.iterrows():
-            defined = entry["status"] == "defined"
-            factor = number(entry["factor"], 3) if defined else Cell(UNDEFINED)
-            cells += [number(entry["rig"]), number(entry["field"]), factor]
-            if not defined:
-                notes.append(_REASONS[entry["status"]])
-        if name == "distance_run":
-            notes.append("equal by definition at equal distance")
-        if name == "max_wear_depth":
-            notes.append("equal by definition at equal worn depth")
+            factor = cell(entry["factor"] if entry["status"] == "defined" else UNDEFINED, 3)
+            row += cells(entry["rig"], entry["field"], factor)
+        if name in _EQUAL:
+            notes.append(f"equal by definition at equal {_EQUAL[name]}")
         group = (
             "Contact and wear law, mean magnitude over the load collective and both wheels"
             if name.endswith("_collective")
@@ -70,10 +60,10 @@ def verdict(table: pd.DataFrame, translation: xr.Dataset, environment: str) -> V
             if name.endswith("_change") or name == "equivalent_conicity"
             else "Wear, both wheels"
         )
-        quantity = capital(str(both["quantity"].iloc[0]).removesuffix(", collective mean"))
-        unit = str(both["unit"].iloc[0])
-        row = VerdictRow(quantity, "" if unit == "1" else unit, name, cells, "; ".join(dict.fromkeys(notes)))
-        groups.setdefault(group, []).append(row)
+        first = both.iloc[0]
+        quantity = capital(first["quantity"].removesuffix(", collective mean"))
+        unit = "–" if first["unit"] in ("", "1") else first["unit"]
+        groups.setdefault(group, []).append((quantity, unit, name, row, "; ".join(notes) or "–"))
     caption = (
         "Rig against field at the end of the range both campaigns cover. The ratio is rig over field. "
         f"{environment}"
@@ -98,67 +88,56 @@ def patch_rules() -> str:
 
 def verdict_sentences(table: pd.DataFrame, translation: xr.Dataset) -> list[str]:
     """Say in words what the factors say."""
-    rows = table.set_index(["basis", "variable"])
-
-    def entry(basis: str, variable: str) -> pd.Series:
-        row = rows.loc[(basis, variable)]
-        assert isinstance(row, pd.Series)  # the index is unique
-        return row
-
-    def say(value: float) -> str:
-        return plain(value, 3)
-
-    distance = entry("equal distance", "distance_run")
-    depth, area = (entry("equal distance", name) for name in ("max_wear_depth", "worn_area"))
-    sentences = []
-    if depth["status"] == "defined" and area["status"] == "defined":
-        sentences.append(
+    rows = {(row["basis"], row["variable"]): row for row in table.to_dict("records")}
+    distance, depth, area = (
+        rows["equal distance", name] for name in ("distance_run", "max_wear_depth", "worn_area")
+    )
+    say = partial(plain, digits=3)
+    if depth["status"] == area["status"] == "defined":
+        sentences = [
             f"After {say(distance['rig'])} km each, the rig has worn {say(depth['factor'])} times as deep "
             f"as the field ({say(depth['rig'])} against {say(depth['field'])} mm) "
             f"and {say(area['factor'])} times the area."
-        )
+        ]
     else:
-        sentences.append("At equal distance no wear factor is defined: one campaign shows no wear.")
-    run = entry("equal worn depth", "distance_run")
+        sentences = ["At equal distance no wear factor is defined: one campaign shows no wear."]
+    run, common = (rows["equal worn depth", name] for name in ("distance_run", "max_wear_depth"))
     if run["status"] == "defined" and run["rig"] > 0.0:
-        common = entry("equal worn depth", "max_wear_depth")["rig"]
         sentences.append(
-            f"{say(common)} mm of wear take {say(run['rig'])} km on the rig and {say(run['field'])} km "
-            f"in the field: there, 1 km on the rig stands for {say(run['field'] / run['rig'])} km."
+            f"{say(common['rig'])} mm of wear take {say(run['rig'])} km on the rig and "
+            f"{say(run['field'])} km in the field: there, 1 km on the rig stands for "
+            f"{say(run['field'] / run['rig'])} km."
         )
     factor = translation["max_wear_depth_factor"].values[0, :, -1]
     factor = factor[np.isfinite(factor)]
     if factor.size > 1:
-        low, high = float(factor.min()), float(factor.max())
-        if high > 1.05 * low:
-            sentences.append(
-                f"The depth factor at equal distance runs from {say(low)} to {say(high)}: use the curves "
-                "below, not one number."
-            )
-        else:
-            sentences.append(
-                f"The depth factor at equal distance stays within {say(low)} to {say(high)} here."
-            )
+        low, high = factor.min(), factor.max()
+        sentences.append(
+            f"The depth factor at equal distance runs from {say(low)} to {say(high)}: use the curves "
+            "below, not one number."
+            if high > 1.05 * low
+            else f"The depth factor at equal distance stays within {say(low)} to {say(high)} here."
+        )
     return sentences
 
 
 def factors_at_points(translation: xr.Dataset) -> list[Table]:
     """Factors at equal operating points, a table for each state."""
-    table = point_table(translation)
     caption = (
         "Rig over field; rotation rule and axle torque are alike too. Worn area and wear depth per distance "
         "are those of the wear law, without environment factor."
     )
     tables = []
-    for state, rows in table.groupby("state", sort=False):
-        quantities = [capital(str(name)) for name in dict.fromkeys(rows["quantity"])]
-        parts = zip(*(rows[name] for name in ("point", "wheel", "shift")), strict=True)
-        factors = rows["factor"].to_numpy().reshape(-1, len(quantities))
+    for name, rows in point_table(translation).groupby("state", sort=False):
+        quantities = [capital(name) for name in dict.fromkeys(rows["quantity"])]
+        each = len(quantities)
+        places = rows[["point", "wheel", "shift"]].iloc[::each].itertuples(index=False)
+        factors = rows["factor"].to_numpy().reshape(-1, each)
         lines = [
-            [Cell(point), Cell(wheel), given(shift), *(number(value, 3) for value in values)]
-            for (point, wheel, shift), values in zip(list(parts)[:: len(quantities)], factors, strict=True)
+            cells(point, wheel, given(shift), *values, digits=3)
+            for (point, wheel, shift), values in zip(places, factors, strict=True)
         ]
-        where = str(state) if state == "new wheels" else f"end of {state!s}"
+        where = "new wheels" if name == "new wheels" else f"end of {name!s}"
         fold = f"Factors at equal operating points, {where}"
         head = ["Operating point", "Wheel", "Shift [mm]", *quantities]
         tables.append(Table("", caption, head, lines, "points", fold))
@@ -170,15 +149,15 @@ def regimes(translation: xr.Dataset) -> list[Table]:
     if "regime_point" not in translation:
         return []
     names = str(translation["regime_point"].attrs["flag_meanings"]).split()
-    shift = shown("shift", translation["shift"].values)
+    shift = values_of(translation, "shift")
     places = [(i, w) for i in np.argsort(shift, kind="stable") for w in range(len(WHEELS))]
     tables = []
     for progress, title in ((0, "new wheels"), (-1, "end of the common distance")):
         regime = translation["regime_point"].values[0, progress].astype(int)
         differs = translation["regime_point_differs"].values[0, progress] == 1
         rows = [
-            [Cell(str(translation["rig_label"].values[i])), Cell(WHEELS[w]), given(shift[i]),
-             *(Cell(names[regime[c, i, w] + 1]) for c in (0, 1)), Cell("differs" if differs[i, w] else "–")]
+            cells(translation["rig_label"].values[i], WHEELS[w], given(shift[i]),
+                  *(names[regime[c, i, w] + 1] for c in (0, 1)), "differs" if differs[i, w] else None)
             for i, w in places
         ]  # fmt: skip
         shaded = frozenset(k for k, place in enumerate(places) if differs[place])
@@ -197,10 +176,10 @@ def regime_bands(translation: xr.Dataset, rig: xr.Dataset) -> list[str]:
     for b, basis in enumerate(translation["basis_name"].values):
         for wheel, side in enumerate(WHEELS):
             differs = translation["regime_profile_differs"].values[b, -1, wheel] == 1
-            y = shown("profile_y", rig["profile_y"].values[0, wheel])
+            y = values_of(rig, "profile_y", 0, wheel)
             edges = np.flatnonzero(np.diff(np.concatenate(([0], differs.astype(int), [0]))))
             bands = [
-                f"{number(min(y[i], y[j - 1]), 3).text} to {number(max(y[i], y[j - 1]), 3).text} mm"
+                f"{plain(min(y[i], y[j - 1]), 3)} to {plain(max(y[i], y[j - 1]), 3)} mm"
                 for i, j in zip(edges[::2], edges[1::2], strict=True)
             ]
             where = "differs at " + ", ".join(bands) if bands else "is the same wherever both wear"
@@ -216,15 +195,14 @@ def damage_factors(translation: xr.Dataset, group: str) -> list[Table]:
     rows = []
     for k, law in enumerate(translation[f"{group}_name"].values):
         for name in names:
-            text = str(translation[name].attrs["long_name"])
-            row = [Cell(f"{law}: {text}{with_unit('', name)}")]
-            for basis in (0, 1):
-                row += [number(v, 3) for v in shown(name, translation[name].values[basis, -1, :, k, 2])]
-                row.append(number(translation[f"{name}_factor"].values[basis, -1, k, 2], 3))
-            rows.append(row)
+            text = f"{law}: {translation[name].attrs['long_name']}{with_unit('', name)}"
+            values = shown(name, translation[name].values[:, -1, :, k, 2])
+            factors = translation[f"{name}_factor"].values[:, -1, k, 2:]
+            rows.append(cells(text, *np.hstack((values, factors)).ravel(), digits=3))
     ends = [f"{basis}: {what}" for basis in BASES for what in ("rig", "field", "ratio")]
     text = (
         "Damage by the laws of both campaigns where the range they share ends, both wheels. Factors over the "
         "whole range are in translation.nc."
     )
-    return [Table(f"{group}-factors", text, ["Law and quantity", *ends], rows)]
+    table = Table(f"{group}-factors", text, ["Law and quantity", *ends], rows)
+    return [table.of("translation", "Rig over field")]

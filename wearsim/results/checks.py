@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,21 +33,12 @@ OUTSIDE_SHARE = 0.01
 """Share of the worn area outside the rows of a wear table that deserves a word."""
 
 
-@dataclass(frozen=True)
-class Reprofiling:
-    """One reprofiling of both wheels.
+class Reprofiling(NamedTuple):
+    """One reprofiling of both wheels, with their diameters at the running circle [m]."""
 
-    Parameters
-    ----------
-    distance : float
-        Where it was [m].
-    before, after : tuple of float or None
-        Diameter of right and left wheel at the running circle [m].
-    """
-
-    distance: float
-    before: tuple[float | None, float | None]
-    after: tuple[float | None, float | None]
+    distance: float  # [m]
+    before: tuple[float | None, ...]  # right and left wheel
+    after: tuple[float | None, ...]
 
 
 def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
@@ -60,17 +50,11 @@ def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
 
 
 def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
-    """Reprofilings of the wheels.
+    """Return the reprofilings of the wheels in order; none where wheels are not reprofiled."""
 
-    Returns
-    -------
-    tuple of Reprofiling
-        In order; none where wheels are not reprofiled.
-    """
-
-    def diameters(row: int) -> tuple[float | None, float | None]:
-        right, left = (float(value) for value in dataset["wheel_diameter"].values[row])
-        return (right if np.isfinite(right) else None, left if np.isfinite(left) else None)
+    def diameters(row: int) -> tuple[float | None, ...]:
+        values = dataset["wheel_diameter"].values[row]
+        return tuple(float(value) if np.isfinite(value) else None for value in values)
 
     return tuple(
         Reprofiling(float(dataset["distance"].values[row]), diameters(row - 1), diameters(row))
@@ -98,16 +82,9 @@ def wear_steps(dataset: xr.Dataset) -> int:
 def new_row(dataset: xr.Dataset, row: int) -> int:
     """Return the row of the wheels as they were new, or came from the lathe, before a row.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        From `results.open_results`.
-    row : int
-        Any; depth and damage in it stand at the points of that profile.
+    Depth and damage in `row` stand at the points of that profile.
     """
-    if "last_reprofiling" not in dataset:
-        return 0
-    return int(dataset["last_reprofiling"].values[row])
+    return int(dataset["last_reprofiling"].values[row]) if "last_reprofiling" in dataset else 0
 
 
 def closing_reprofiling(dataset: xr.Dataset) -> str:
@@ -120,21 +97,18 @@ def closing_reprofiling(dataset: xr.Dataset) -> str:
 def damage_left(dataset: xr.Dataset) -> dict[str, tuple[float, float]]:
     """Damage that the lathe left, of laws that state the depth of their cracks.
 
-    Returns
-    -------
-    dict of str to (float, float)
-        By law the largest damage of wheels as they come from the lathe [-] and the depth of a crack of
-        damage 1 [m]; empty without reprofilings.
+    By law the largest damage of wheels as they come from the lathe [-] and the depth of a crack of damage 1
+    [m]; empty without reprofilings.
     """
     rows = reprofiled_rows(dataset)
     if not rows or "fatigue_name" not in dataset:
         return {}
+    damage = dataset["fatigue_damage"].values[rows].max(axis=(0, 1, 3))
+    cracks = dataset["fatigue_crack_depth"].values
     return {
-        str(law): (float(dataset["fatigue_damage"].values[rows, :, k].max()), float(crack))
-        for k, (law, crack) in enumerate(
-            zip(dataset["fatigue_name"].values, dataset["fatigue_crack_depth"].values, strict=True)
-        )
-        if np.isfinite(crack)
+        str(law): (float(damage[k]), float(cracks[k]))
+        for k, law in enumerate(dataset["fatigue_name"].values)
+        if np.isfinite(cracks[k])
     }
 
 
@@ -145,8 +119,9 @@ def cracks_left(dataset: xr.Dataset) -> str:
     left, lines = damage_left(dataset), []
     for law in dataset["fatigue_name"].values:
         if law not in left:
-            why = "which states no depth of its cracks"
-            lines.append(f"The lathe is assumed to take all damage of {law}, {why}.")
+            lines.append(
+                f"The lathe is assumed to take all damage of {law}, which states no depth of its cracks."
+            )
             continue
         damage, crack = left[law]
         kept = f"left at most {damage:.3g} of it" if damage > 0.0 else "left none"
@@ -156,24 +131,18 @@ def cracks_left(dataset: xr.Dataset) -> str:
 
 
 def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:
-    """Wear depth by regime, summed along the profile and over all spans between reprofilings.
+    """Sum of the wear depth by regime along the profile and over all spans, (2, n_regimes) [m].
 
-    Returns
-    -------
-    (2, n_regimes) array
-        [m]; only the shares mean something: the points of a profile are equally apart.
+    Only the shares mean something: the points of a profile are equally apart.
     """
     rows = [last for _, last in spans(dataset)]
     return np.asarray(dataset["wear_depth_by_regime"].values[rows].sum(axis=(0, 3)))
 
 
 def tread_wear(dataset: xr.Dataset) -> float | None:
-    """Largest wear depth on the tread of both wheels, per 100 000 km.
+    """Return the largest wear depth on the tread of both wheels, per 100 000 km [m].
 
-    Returns
-    -------
-    float or None
-        In proportion to the distance run [m]; None before the first step.
+    In proportion to the distance run; None before the first step.
     """
     run = float(dataset["distance"].values[-1])
     if run <= 0.0:
@@ -194,11 +163,7 @@ def tread_wear(dataset: xr.Dataset) -> float | None:
 
 
 def tread_wear_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of a field campaign whose tread wear is not of the size seen in service.
-
-    One line; None within `TREAD_WEAR_BAND`, for other campaigns than those in the field, before the
-    first step and for the law that wears nothing.
-    """
+    """Warn of a field campaign whose law wears the tread, but not at the rate seen in service."""
     law = WEAR_LAWS.get(dataset.attrs.get("wear_law", ""))
     if dataset.attrs.get("scene_kind") != "field" or (law is not None and not law.wears):
         return None
@@ -214,42 +179,21 @@ def tread_wear_warning(dataset: xr.Dataset) -> str | None:
     )
 
 
-@dataclass(frozen=True)
-class LoadScaling:
-    """Where pressures and forces were scaled to the wheel load by more than `LOAD_TOLERANCE`.
+class LoadScaling(NamedTuple):
+    """Where pressures and forces were scaled to the wheel load by more than `LOAD_TOLERANCE`."""
 
-    Parameters
-    ----------
-    points : int
-        Number of operating points with a weight that were ever scaled.
-    active_points : int
-        Number of operating points with a weight.
-    states : int
-        Number of stored states in which one of them was.
-    all_states : int
-        Number of stored states.
-    distance_share : float
-        Share of the distance that was run in such a point, from such a state on [-].
-    largest : float
-        The factor that is farthest from 1 [-].
-    """
-
-    points: int
-    active_points: int
-    states: int
+    points: int  # operating points with a weight that were ever scaled
+    active_points: int  # operating points with a weight
+    states: int  # stored states in which one of them was
     all_states: int
-    distance_share: float
-    largest: float
+    distance_share: float  # of the distance that was run in such a point, from such a state on [-]
+    largest: float  # factor, the one that is farthest from 1 [-]
 
 
 def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
-    """Where the normal forces were scaled, among operating points that wear.
+    """Where the normal forces were scaled, among operating points that wear; None where they were not.
 
-    Returns
-    -------
-    LoadScaling or None
-        None where no factor deviates by more than `LOAD_TOLERANCE`. The distance of a step counts for the
-        state it starts from.
+    The distance of a step counts for the state it starts from.
     """
     counts = dataset["weight"].values > 0.0
     scale = dataset["load_scale"].values[:, counts]
@@ -272,10 +216,7 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
 
 
 def load_scale_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of pressures and forces that were scaled to the wheel load.
-
-    One line; None where no factor deviates by more than `LOAD_TOLERANCE`.
-    """
+    """Warn of pressures and forces that were scaled to the wheel load."""
     scaling = load_scaling(dataset)
     if scaling is None:
         return None
@@ -288,31 +229,10 @@ def load_scale_warning(dataset: xr.Dataset) -> str | None:
     )
 
 
-def seizure_shares(dataset: xr.Dataset) -> dict[str, float]:
-    """Share of the worn area that each law with a regime of seizure takes off in it, both wheels.
-
-    Returns
-    -------
-    dict of str to float
-        By law, active and comparison laws; empty where no law has that regime, or nothing is worn by it.
-    """
-    return regime_shares(dataset, "seizure")
-
-
 def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
     """Share of the worn area that each law with a regime of that name takes off in it, both wheels.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-    sought : str
-        Name of the regime.
-
-    Returns
-    -------
-    dict of str to float
-        By law, active and comparison laws; empty where no law has that regime, or nothing is worn by it.
+    By law, active and comparison laws; empty where no law has that regime, or nothing is worn by it.
     """
     shares = {}
     names = [str(name) for name in dataset["regime_name"].values]
@@ -330,25 +250,19 @@ def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
 
 
 def seizure_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of wear by seizure, which the pressures of elastic contact models trigger.
-
-    One line; None where no law takes off more than `SEIZURE_SHARE` by seizure.
-    """
-    shares = {law: share for law, share in seizure_shares(dataset).items() if share > SEIZURE_SHARE}
-    if not shares:
+    """Warn of wear by seizure, which the pressures of elastic contact models trigger."""
+    shares = regime_shares(dataset, "seizure")
+    parts = [f"{_percent(part)} of the wear by {law}" for law, part in shares.items() if part > SEIZURE_SHARE]
+    if not parts:
         return None
-    parts = ", ".join(f"{_percent(share)} of the wear by {law}" for law, share in shares.items())
     return (
-        f"{parts} is seizure, at pressures that elastic contact models exceed where steel would yield: "
-        "seizure_cap in [wear] keeps it out"
+        f"{', '.join(parts)} is seizure, at pressures that elastic contact models exceed where steel would "
+        f"yield: seizure_cap in [wear] keeps it out"
     )
 
 
 def outside_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of wear in regimes in which a law goes beyond its data, such as the rows of a wear table.
-
-    One line; None where no more than `OUTSIDE_SHARE` is worn in any such regime.
-    """
+    """Warn of wear in regimes in which a law goes beyond its data, such as the rows of a wear table."""
     for name, law in WEAR_LAWS.items():
         shares = {text: regime_shares(dataset, regime).get(name, 0.0) for regime, text in law.outside}
         parts = [
@@ -363,10 +277,7 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
 
 
 def cracks_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of cracks deeper than the lathe has cut.
-
-    One line; None where reprofiled wheels are sound, or no depth of cracks is stated.
-    """
+    """Warn of cracks deeper than the lathe has cut."""
     parts = [
         f"of {law}, up to {1e3 * damage * crack:.2g} mm deep"
         for law, (damage, crack) in damage_left(dataset).items()
@@ -381,31 +292,13 @@ def cracks_warning(dataset: xr.Dataset) -> str | None:
 
 
 def result_warnings(dataset: xr.Dataset) -> list[str]:
-    """All warnings of this module for one result, one line each.
-
-    Returns
-    -------
-    list of str
-        Empty where there is nothing to say.
-    """
-    lines = (
-        tread_wear_warning(dataset),
-        load_scale_warning(dataset),
-        seizure_warning(dataset),
-        outside_warning(dataset),
-        cracks_warning(dataset),
-    )
-    return [line for line in lines if line is not None]
+    """Return all warnings of this module for one result, one line each."""
+    checks = (tread_wear_warning, load_scale_warning, seizure_warning, outside_warning, cracks_warning)
+    return [line for check in checks if (line := check(dataset)) is not None]
 
 
 def percent(share: float) -> str:
-    """Write a share with two digits, or to the whole per cent above that, never with an exponent.
-
-    Parameters
-    ----------
-    share : float
-        1 is 100 % [-].
-    """
+    """Write a share [-] with two digits, or to the whole per cent above that, never with an exponent."""
     value = 100.0 * share
     if 0.0 < abs(value) < 1e-3:
         return "less than 0.001 %"

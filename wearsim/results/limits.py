@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,15 +34,7 @@ REPROFILED_AT = "reprofiling_limits"
 
 
 def attributes_of(limits: Mapping[str, float], end: bool) -> dict[str, float | int]:
-    """Return the global attributes that state the limits of a campaign.
-
-    Parameters
-    ----------
-    limits : mapping of str to float
-        Limit by measure [SI].
-    end : bool
-        Whether the campaign ends at the first that is met.
-    """
+    """Return the global attributes that state limits by measure [SI], and that the first met is the end."""
     return {**{_ATTRIBUTE + name: value for name, value in limits.items()}, **({END: 1} if end else {})}
 
 
@@ -65,14 +56,8 @@ def first_met(
 ) -> str | None:
     """Name the first limit that a row has met on either wheel, None if it has met none.
 
-    Parameters
-    ----------
-    row : mapping of arrays
-        Of the result file; missing values meet no limit.
-    limits : mapping of str to float
-        From `limits_of`.
-    laws : sequence of str
-        The fatigue laws of the row's damage; those that count no cycles meet no limit.
+    Missing values meet no limit, nor does the damage of those of the row's fatigue `laws` that count no
+    cycles.
     """
     for name, limit in limits.items():
         values = _worst(name, row[name], laws)
@@ -100,24 +85,12 @@ def met_at(
     return float(run[at - 1] + (run[at] - run[at - 1]) * over[at - 1] / (over[at - 1] - over[at]))
 
 
-@dataclass(frozen=True)
-class LimitMet:
-    """A limit and where it was met.
-
-    Parameters
-    ----------
-    name : str
-        Of the measure.
-    limit : float
-        [SI]
-    distance : tuple of float or None
-        Where the right and the left wheel met it, or the wheelset, if the measure is one of both [m]; None
-        where it was not met.
-    """
+class LimitMet(NamedTuple):
+    """A limit of a measure [SI], and where the right and the left wheel, or the wheelset, met it [m]."""
 
     name: str
     limit: float
-    distance: tuple[float | None, ...]
+    distance: tuple[float | None, ...]  # None where it was not met
 
 
 def limits_met(dataset: xr.Dataset) -> tuple[LimitMet, ...]:

@@ -33,9 +33,6 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = {
 }
 """Variables that only results of some scenes have: all of a group, or none. The first one decides."""
 
-STATIC = tuple(name for name, quantity in LAYOUT.items() if "step" not in quantity.dimensions)
-"""Names of the variables that are written once."""
-
 ROW = tuple(name for name, quantity in LAYOUT.items() if "step" in quantity.dimensions)
 """Names of the variables of one row."""
 
@@ -47,13 +44,7 @@ LABELS = (*COORDINATES, *(next(iter(group)) for group in GROUPS.values()))
 
 
 def layout_of(names: Container[str]) -> dict[str, Quantity]:
-    """Return all variables of a result file that has those called `names`.
-
-    Parameters
-    ----------
-    names : container of str
-        Variables of the file, or of its static part.
-    """
+    """Return all variables of a result file that has those called `names`, or has them in its static part."""
     layout = dict(LAYOUT)
     for group in GROUPS.values():
         if next(iter(group)) in names:
@@ -68,27 +59,16 @@ def row_names(names: Container[str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Header:
-    """All of a result file that does not change from step to step.
+    """All of a result file that does not change from step to step."""
 
-    Parameters
-    ----------
-    static : mapping
-        The variables named in `STATIC`: arrays [SI units], or sequences of str.
-    attributes : mapping
-        Global attributes, str or number; empty ones are not written.
-    """
-
-    static: Mapping[str, Any]
-    attributes: Mapping[str, str | int | float]
+    static: Mapping[str, Any]  # variables without the dimension `step`: arrays [SI], or sequences of str
+    attributes: Mapping[str, str | int | float]  # global ones; empty ones are not written
 
     @property
     def sizes(self) -> dict[str, int]:
         """Lengths of all fixed dimensions."""
-        sizes = {"patch": PATCH_SLOTS}
-        for name, quantity in layout_of(self.static).items():
-            if "step" not in quantity.dimensions:
-                sizes[quantity.dimensions[0]] = len(self.static[name])
-        return sizes
+        static = {n: q.dimensions for n, q in layout_of(self.static).items() if "step" not in q.dimensions}
+        return {"patch": PATCH_SLOTS} | {dims[0]: len(self.static[name]) for name, dims in static.items()}
 
 
 Row = Mapping[str, np.ndarray]
@@ -96,17 +76,8 @@ Row = Mapping[str, np.ndarray]
 
 
 def check_row(header: Header, row: Row) -> None:
-    """Raise unless `row` has exactly the variables of the schema, in shape and free of NaN.
-
-    Parameters
-    ----------
-    header : Header
-        Of the file the row is for.
-    row : mapping of arrays
-        See `Row`.
-    """
-    sizes, layout = header.sizes, layout_of(header.static)
-    names = row_names(header.static)
+    """Raise unless `row` has exactly the variables of the file, in shape and free of NaN."""
+    sizes, layout, names = header.sizes, layout_of(header.static), row_names(header.static)
     if set(row) != set(names):
         wrong = ", ".join(sorted(set(row) ^ set(names)))
         raise ResultError(f"a result row must have exactly the variables of the schema; check {wrong}")
@@ -163,13 +134,7 @@ RENAMED: Mapping[str, str] = {
 
 
 def renamed(dataset: xr.Dataset) -> xr.Dataset:
-    """Give a dataset of an older result or translation file the present names; others stay as they are.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        As it was opened.
-    """
+    """Give a dataset of an older result or translation file the present names; others stay as they are."""
     names = {str(name) for name in (*dataset.variables, *dataset.dims)}
     new = {old: present for old, present in RENAMED.items() if old in names}
     if not new:

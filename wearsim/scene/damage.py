@@ -17,7 +17,7 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from wearsim.damage import fatigue, wear
-from wearsim.damage.coefficients import COEFFICIENT_SETS, CoefficientSet
+from wearsim.damage.coefficients import COEFFICIENT_SETS, CoefficientSet, coefficient_set
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.damage.fatigue.wlrm import own_function
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, energy
@@ -169,13 +169,11 @@ class FatigueSection(Section):
     damage_function: DamageFunctionSection | None = None
 
 
-def table_of(section: WearSection) -> tuple[WearTable | None, PathFaults]:
-    """Return the table of [wear.table]; None if there is none, or it has faults."""
-    return (None, []) if section.table is None else wear_table(section.table, "wear.table")
+def wear_settings(section: WearSection, table: WearTable | None = None) -> tuple[WearSettings, ...]:
+    """Return the settings of the active wear law, then of the comparison laws, in SI units.
 
-
-def wear_settings(section: WearSection, table: WearTable | None = None) -> WearSettings:
-    """Return the settings of the active wear law, in SI units.
+    A comparison law without form takes that of the active law where it has it, one without set its own, or
+    that of the active law where it is the same law.
 
     Parameters
     ----------
@@ -184,51 +182,34 @@ def wear_settings(section: WearSection, table: WearTable | None = None) -> WearS
     table : WearTable, optional
         Of `table_file`, if it names one.
     """
-    return _settings(section, section.law, table or table_of(section)[0])
-
-
-def comparison_settings(section: WearSection, table: WearTable | None = None) -> tuple[WearSettings, ...]:
-    """Return the settings of the comparison laws, each with its own set and form.
-
-    An entry without form takes that of the active law where it has it, one without set the law's own, or
-    that of the active law where it is the same law.
-
-    Parameters
-    ----------
-    section, table
-        As for `wear_settings`.
-
-    Returns
-    -------
-    tuple of WearSettings
-        In the order of `also_evaluate`.
-    """
-    table = table or table_of(section)[0]
-    return tuple(_settings(section, entry.law, table, entry) for entry in section.also_evaluate)
+    if table is None and section.table is not None:
+        table = wear_table(section.table, "wear.table")[0]
+    entries = [(section.law, None), *((entry.law, entry) for entry in section.also_evaluate)]
+    return tuple(_settings(section, law, table, entry) for law, entry in entries)
 
 
 def _settings(
-    section: WearSection, law: str, table: WearTable | None, entry: ComparisonLawSection | None = None
+    section: WearSection, law: str, table: WearTable | None, entry: ComparisonLawSection | None
 ) -> WearSettings:
     record, active = WEAR_LAWS[law], law == section.law
     coefficients: str | CoefficientSet | None = record.coefficients
-    if active and section.coefficients is not None:
-        coefficients = section.coefficients
     constant = section.energy_coefficient_mm3_kJ
-    if active and constant is not None and "energy_coefficient" in record.parameters:
-        coefficients = energy.constant(1e-12 * constant, "energy_coefficient_mm3_kJ as given in the scene")
-    if entry is not None and entry.coefficients is not None:
-        coefficients = entry.coefficients
     if "table" in record.parameters:
         coefficients = table
+    elif entry is not None and entry.coefficients is not None:
+        coefficients = entry.coefficients
+    elif active and constant is not None and "energy_coefficient" in record.parameters:
+        coefficients = energy.constant(1e-12 * constant, "energy_coefficient_mm3_kJ as given in the scene")
+    elif active and section.coefficients is not None:
+        coefficients = section.coefficients
     form = section.form if active or section.form in record.forms else None
     if entry is not None and entry.form is not None:
         form = entry.form
     hardness = section.hardness_GPa if "hardness" in record.parameters else None
     return WearSettings(
         law=law,
-        coefficients=coefficients if coefficients is not None else "",
-        form=form if form is not None else record.forms[0],
+        coefficients=coefficients or "",
+        form=form or record.forms[0],
         density=section.density_kg_m3,
         hardness=None if hardness is None else 1e9 * hardness,
         seizure_cap=section.seizure_cap if "seizure_cap" in record.parameters else "none",
@@ -236,13 +217,7 @@ def _settings(
 
 
 def fatigue_settings(section: FatigueSection | None) -> tuple[FatigueSettings, ...]:
-    """Return the settings of all fatigue laws of a scene, in the order of `laws` and SI units.
-
-    Parameters
-    ----------
-    section : FatigueSection or None
-        Without faults; None: no law.
-    """
+    """Return the settings of all fatigue laws of a section without faults, in SI units."""
     return () if section is None else tuple(_fatigue(section, law) for law in section.laws)
 
 
@@ -254,7 +229,7 @@ def _fatigue(section: FatigueSection, law: str) -> FatigueSettings:
     if own is not None and "damage_function" in record.parameters:
         coefficients = own_function(**{key.removesuffix("_N"): value for key, value in own})
     if section.shear_yield_MPa is not None and "shear_yield" in record.parameters:
-        own_set = COEFFICIENT_SETS[coefficients] if isinstance(coefficients, str) else coefficients
+        own_set = coefficient_set(coefficients, law)
         coefficients = own_set.with_value("shear_yield", section.shear_yield_MPa, "yield stress as given")
     return FatigueSettings(
         law=law,
@@ -268,20 +243,7 @@ def _fatigue(section: FatigueSection, law: str) -> FatigueSettings:
 
 
 def damage_faults(section: WearSection, fatigue_section: FatigueSection | None) -> PathFaults:
-    """Return what does not fit together within [wear] and [fatigue].
-
-    Parameters
-    ----------
-    section : WearSection
-        With valid keys, types and ranges.
-    fatigue_section : FatigueSection or None
-        Likewise.
-
-    Returns
-    -------
-    list of (path, str)
-        Path of the key and message of each fault.
-    """
+    """Return what does not fit together within [wear] and [fatigue]: paths of keys, and messages."""
     faults: PathFaults = [(("wear", *path), message) for path, message in _wear_faults(section)]
     if fatigue_section is not None:
         faults += [(("fatigue", *path), message) for path, message in _fatigue_faults(fatigue_section)]
@@ -308,9 +270,10 @@ def _messages(settings: WearSettings) -> list[str]:
 
 
 def _wear_faults(section: WearSection) -> _Faults:
-    for path, message in table_of(section)[1]:
-        yield ("table", *path), message
-    every = [wear_settings(section), *comparison_settings(section)]
+    if section.table is not None:
+        for path, message in wear_table(section.table, "wear.table")[1]:
+            yield ("table", *path), message
+    every = wear_settings(section)
     parameters = [WEAR_LAWS[one.law].parameters for one in every]
     alike = [
         (one.law, one.form, isinstance(one.coefficients, WearTable) or one.coefficients) for one in every
@@ -385,18 +348,13 @@ def _fatigue_key_faults(section: FatigueSection) -> _Faults:
         if what:
             yield ("coefficients", k), f'coefficients[{k}] = "{name}" {what}'
         named.update(dict.fromkeys(fitting, name))
-    given = {
-        "damage_function": section.damage_function is not None,
-        "branch": section.branch != "net",
-        "crack_depth_mm": section.crack_depth_mm is not None,
-        "wear_number": section.wear_number != "without_spin",
-        "shear_yield_MPa": section.shear_yield_MPa is not None,
-    }
-    for key, is_given in given.items():
+    default = {key: info.default for key, info in type(section).model_fields.items()}
+    for key in ("damage_function", "branch", "crack_depth_mm", "wear_number", "shear_yield_MPa"):
         parameter = key.removesuffix("_mm").removesuffix("_MPa")
-        if is_given and not any(parameter in FATIGUE_LAWS[law].parameters for law in laws):
+        taken = any(parameter in FATIGUE_LAWS[law].parameters for law in laws)
+        if getattr(section, key) != default[key] and not taken:
             takers = fatigue.laws_that_take(parameter)
             yield (key,), f"{key} acts with {takers} among the laws only; delete it"
-    if section.wear_limit_mm != 3.0 and section.crack_depth_mm is None:
+    if section.wear_limit_mm != default["wear_limit_mm"] and section.crack_depth_mm is None:
         message = "wear_limit_mm acts with crack_depth_mm only; give that too, or delete it"
         yield ("wear_limit_mm",), message

@@ -25,12 +25,7 @@ LARGEST_TILT = 1e-3
 
 
 def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
-    """Solve the normal contact of the new wheels at all operating points.
-
-    Parameters
-    ----------
-    scene : RigScene, FieldScene or CompareScene
-        From `load_scene`.
+    """Solve the normal contact of the new wheels at all operating points of a scene of `load_scene`.
 
     Returns
     -------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from wearsim.errors import Fault, ProfileError
 from wearsim.operation.points import REACH
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
-from wearsim.profile.shape import FloatArray, Profile
+from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
 from wearsim.results.limits import LIMITED
 from wearsim.scene.campaign import LIMIT_KEYS, LimitsSection, RollerWearSection
@@ -35,10 +35,9 @@ there, the wheel stands 10 mm high, and what follows over the rounded tip is der
 _EXPLICIT_LIMIT = 2.0
 """From this stability number on an explicit step makes every wave larger (spec 3.2)."""
 
-_OF_WHEEL: Mapping[str, Callable[[FloatArray, FloatArray], float]] = {
-    name: getattr(measures, name)
-    for name in ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
-}
+_OF_WHEEL = ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
+"""Limited measures of `profile.measures`."""
+
 _REPROFILING = ("campaign", "reprofiling")
 
 Campaign = RigScene | FieldScene
@@ -59,28 +58,17 @@ def cross_faults(scene: Campaign) -> list[Fault]:
     messages += damage_faults(scene.wear, scene.fatigue)
     law = scene.wear.law
     if scene.counterface.wear is not None and not WEAR_LAWS[law].wears:
-        text = (
-            f'[counterface.wear] wears where the law of [wear] does, and law = "{law}" wears nowhere; write '
-        )
-        messages.append((("counterface", "wear"), f"{text}another law, or delete the table"))
+        text = f'[counterface.wear] wears where the law of [wear] does, and law = "{law}" wears nowhere'
+        messages.append((("counterface", "wear"), f"{text}; write another law, or delete the table"))
     return [scene.fault(*message) for message in messages]
 
 
 def scene_warnings(
     scene: Campaign, wheels: Wheels, counterface: Profile, clearance: Clearance
 ) -> list[Fault]:
-    """Return what is allowed but deserves a second look, in the order of the file.
+    """Return what is allowed but deserves a second look in a scene without faults, in the order of the file.
 
-    Parameters
-    ----------
-    scene : RigScene or FieldScene
-        Without faults.
-    wheels : (Profile, Profile)
-        Right and left.
-    counterface : Profile
-        Placed.
-    clearance : (float or None, float or None)
-        Flange clearance of the right and the left wheel [m].
+    Wheels and flange clearances [m] are right and left, the counterface is placed.
     """
     warnings = beyond_clearance(scene, clearance)[1]
     warnings += [scene.fault(*message) for message in _warnings(scene)]
@@ -235,10 +223,8 @@ def _reprofiling_faults(scene: Campaign) -> _Messages:
     path: KeyPath = ("campaign", "limits", "diameter_mm")
     if rules is None:
         if least is not None:
-            text = (
-                f"diameter_mm = {least:g} is for wheels that are reprofiled; add [campaign.reprofiling], or "
-            )
-            yield path, f"{text}delete it"
+            text = f"diameter_mm = {least:g} is for wheels that are reprofiled"
+            yield path, f"{text}; add [campaign.reprofiling], or delete it"
         return
     if least is not None and least >= new:
         yield path, f"diameter_mm = {least:g} must be below the diameter of the new wheels, {new:g} mm"
@@ -302,8 +288,8 @@ def fit_faults(scene: Campaign, wheels: Wheels, counterface: Profile) -> list[Fa
     if over_flanges >= gauge:
         text = (
             f"gauge_mm = {gauge:g} must be above {over_flanges:.4g} mm, the width over both flanges "
-            f"(back_to_back_mm = {back_to_back:g} + {thickness[0]:.4g} + {thickness[1]:.4g}"
-            f"); give the gauge of the track or the back-to-back distance of the wheelset"
+            f"(back_to_back_mm = {back_to_back:g} + {thickness[0]:.4g} + {thickness[1]:.4g}); "
+            "give the gauge of the track or the back-to-back distance of the wheelset"
         )
         return [scene.fault(("counterface", "gauge_mm"), text)]
     top = float(counterface.y[np.argmin(counterface.z)])
@@ -322,20 +308,10 @@ def fit_faults(scene: Campaign, wheels: Wheels, counterface: Profile) -> list[Fa
 
 
 def beyond_clearance(scene: Campaign, clearance: Clearance) -> tuple[list[Fault], list[Fault]]:
-    """Shifts at which a wheel climbs its flange.
+    """Faults of shifts at which a wheel climbs its flange by more than `FURTHEST_CLIMB_MM`, and warnings.
 
-    Parameters
-    ----------
-    scene : RigScene or FieldScene
-        With valid keys, types and ranges.
-    clearance : (float or None, float or None)
-        Of the right and the left wheel, see `wearsim.profile.conicity.flange_clearance` [m].
-
-    Returns
-    -------
-    faults, warnings : list of Fault
-        At most one for each block, class or watched shift: a fault beyond `FURTHEST_CLIMB_MM`, else a
-        warning.
+    At most one for each block, class or watched shift. `clearance` is that of the right and the left wheel,
+    see `wearsim.profile.conicity.flange_clearance` [m].
     """
     faults, warnings = [], []
     right, left = (math.inf if free is None else 1e3 * free for free in clearance)
@@ -367,32 +343,19 @@ def beyond_clearance(scene: Campaign, clearance: Clearance) -> tuple[list[Fault]
             )
             faults.append(scene.fault(path, text))
         else:
-            text = (
-                f"{start} beyond the flange clearance of {free:.4g} mm: the {wheel} wheel climbs its flange"
-            )
-            warnings.append(scene.fault(path, f"{text}; {fix}"))
+            text = f"{start} beyond the flange clearance of {free:.4g} mm"
+            warnings.append(scene.fault(path, f"{text}: the {wheel} wheel climbs its flange; {fix}"))
     for key, value in zip(("profile", "profile_left"), clearance, strict=True):
         if value is None and (key == "profile" or scene.wheelset.profile_left is not None):
-            text = (
-                f"{key}: no part of the flange is as steep as 60 degrees: shifts are not checked for climbing"
-            )
-            warnings.append(scene.fault(("wheelset", key), text))
+            text = f"{key}: no part of the flange is as steep as 60 degrees"
+            warnings.append(scene.fault(("wheelset", key), f"{text}: shifts are not checked for climbing"))
     return faults, warnings
 
 
 def limit_faults(scene: Campaign, wheels: Wheels, counterface: Profile, *, end: bool) -> list[Fault]:
-    """Limits that the new wheels meet already.
+    """Limits that the new wheels meet already: faults of a campaign that ends at them, else warnings.
 
-    Parameters
-    ----------
-    scene : RigScene or FieldScene
-        With valid keys, types and ranges.
-    wheels : (Profile, Profile)
-        New, right and left.
-    counterface : Profile
-        Placed.
-    end : bool
-        Whether to check a campaign that ends at its limits (faults), or one that goes on (warnings).
+    `end` says which of both to check.
     """
     limits, rules = scene.campaign.limits, scene.campaign.reprofiling
     if limits is None or limits.end is not end:
@@ -428,20 +391,19 @@ def _met_by(limits: LimitsSection, wheels: Wheels, counterface: Profile, state: 
     """By key of a limit that unworn wheels meet, which wheel it is and what it has."""
     met: dict[str, str] = {}
     for name, limit in limits.values.items():
-        have: list[tuple[str, float | None]] = []
+        have: dict[str, float | None] = {}
         try:
             if name in _OF_WHEEL:
-                have = [
-                    (f"the {state} {side} wheel", _OF_WHEEL[name](wheel.y, wheel.z))
-                    for side, wheel in zip(("right", "left"), wheels, strict=True)
-                ]
+                right, left = (getattr(measures, name)(wheel.y, wheel.z) for wheel in wheels)
+                have = {"right wheel": right, "left wheel": left}
             elif name == "equivalent_conicity":
-                have = [(f"the {state} wheelset", equivalent_conicity(*wheels, counterface))]
+                have = {"wheelset": equivalent_conicity(*wheels, counterface)}
         except ProfileError:
             continue  # a measure that the new wheel does not have meets no limit
         quantity = QUANTITIES[name]
         unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
-        for who, value in have:
+        for who, value in have.items():
             if value is not None and LIMITED[name] * (value - limit) >= 0.0:
-                met.setdefault(LIMIT_KEYS[name], f"{who} ({value * quantity.shown_factor:.4g}{unit})")
+                shown_value = f"{value * quantity.shown_factor:.4g}{unit}"
+                met.setdefault(LIMIT_KEYS[name], f"the {state} {who} ({shown_value})")
     return met

@@ -152,8 +152,10 @@ class ContactSection(Section):
     )
     normal: NormalName = Field("kik_piotrowski", description="the model of the normal contact")
     tangential: TangentialName = Field("fastsim", description="the model of the tangential contact")
-    strips: int = number("strips", "the number of strips across a patch", 30)
-    cells: int = number("cells", "the number of cells along a strip", 30)
+    strips: int = number("strips", "the number of strips across a patch, at least", 30)
+    cells: int = number("cells", "the number of cells along a strip, at least", 30)
+    cell_mm: float = number("cell_size", "the width of a strip and the length of a cell, at most", 0.5)
+    most_cells: int = number("most_cells", "the number of strips, and of cells along each, at most", 120)
     youngs_GPa: float = number("youngs_modulus", "Young's modulus of both bodies", 210.0)
     poisson: float = number("poisson_ratio", "Poisson's ratio of both bodies", 0.3)
     rotation: Literal["free", "centred", "nominal"] = Field(
@@ -265,16 +267,7 @@ class ComparedSection(Section):
 class Origin:
     """Where a scene was read from.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    role : str
-        "scene" for the file the user named, "rig" or "field" for those a compare scene names.
-    content : bytes
-        As it was read.
-    lines : dict
-        Line of each key.
+    The role is "scene" for the file the user named, "rig" or "field" for those a compare scene names.
     """
 
     path: Path
@@ -311,7 +304,7 @@ class SceneModel(Section):
     @property
     def prefixed(self) -> dict[str, RigScene | FieldScene]:
         """Campaigns of the scene by what stands before their keys in overrides."""
-        return {}
+        return {"": self} if isinstance(self, RigScene | FieldScene) else {}
 
     @property
     def parts(self) -> tuple[RigScene | FieldScene, ...]:
@@ -343,11 +336,6 @@ class RigScene(_Campaign):
     counterface: RollerSection
     operation: RigOperation
 
-    @property
-    def prefixed(self) -> dict[str, RigScene | FieldScene]:
-        """Campaigns of the scene by what stands before their keys in overrides."""
-        return {"": self}
-
 
 class FieldScene(_Campaign):
     """A campaign on track."""
@@ -355,11 +343,6 @@ class FieldScene(_Campaign):
     scene: FieldHeader
     counterface: RailSection
     operation: FieldOperation
-
-    @property
-    def prefixed(self) -> dict[str, RigScene | FieldScene]:
-        """Campaigns of the scene by what stands before their keys in overrides."""
-        return {"": self}
 
 
 _ELSEWHERE = "a compare scene holds [scene] and [compare] only; move it into the two scenes it names"

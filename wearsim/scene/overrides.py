@@ -21,23 +21,14 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 class Override:
     """Another value for one key of a scene.
 
-    Parameters
-    ----------
-    key : str
-        Dotted key, such as "wheelset.radius_mm". In a list of tables a number counted from 1 selects one of
-        them ("operation.block.2.friction"), a key without one means all of them.
-    value : object
-        As `tomllib` reads it; None removes the key, so that its default applies.
-    source : str, optional
-        Flag or file that asks for it, named in faults.
-    line : int, optional
-        Its line in that file.
+    The key is dotted, such as "wheelset.radius_mm". In a list of tables a number counted from 1 selects one
+    of them ("operation.block.2.friction"), a key without one means all of them.
     """
 
     key: str
-    value: Any
-    source: str | None = None
-    line: int | None = None
+    value: Any  # as `tomllib` reads it; None removes the key, so that its default applies
+    source: str | None = None  # flag or file that asks for it, named in faults
+    line: int | None = None  # its line in that file
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -49,10 +40,6 @@ class Override:
         """Last part of the key, and the value."""
         return f"{self.keys[-1]} {'removed' if self.value is None else f'= {shown(self.value)}'}"
 
-    def below(self, keys: Sequence[str]) -> Override:
-        """Return the same override of another key."""
-        return Override(".".join(keys), self.value, self.source, self.line)
-
 
 class _OverriddenLine(int):
     """Line of a key whose value was overridden; carries the override to the fault."""
@@ -61,21 +48,9 @@ class _OverriddenLine(int):
 
 
 def merge(data: Mapping[str, Any], overrides: Sequence[Override], lines: Lines) -> dict[str, Any]:
-    """Merge overrides into a parsed scene.
+    """Merge overrides into a copy of a parsed scene; later ones win.
 
-    Parameters
-    ----------
-    data : mapping
-        As `tomllib` reads the file.
-    overrides : sequence of Override
-        Later ones win.
-    lines : dict
-        Line of each key; changed in place, so that `at_its_source` names the override in a fault.
-
-    Returns
-    -------
-    dict
-        The merged scene; `data` stays as it is.
+    `lines` of the keys are changed in place, so that `at_its_source` names the override in a fault.
 
     Raises
     ------
@@ -110,15 +85,7 @@ def at_its_source(fault: Fault) -> Fault:
 
 
 def overridden_text(data: Mapping[str, Any], overrides: Sequence[Override]) -> str:
-    """Write a merged scene as TOML, for the copy in a run directory.
-
-    Parameters
-    ----------
-    data : mapping
-        From `merge`.
-    overrides : sequence of Override
-        Those that were merged; listed in the first line.
-    """
+    """Write a merged scene as TOML, for the copy in a run directory; the first line lists its overrides."""
     last = {override.key: override for override in overrides}
     labels = (".".join((*last[key].keys[:-1], last[key].label)) for key in sorted(last))
     note = json.dumps(", ".join(labels), ensure_ascii=False)[1:-1].replace("\x7f", "")
@@ -126,17 +93,9 @@ def overridden_text(data: Mapping[str, Any], overrides: Sequence[Override]) -> s
 
 
 def value_of(text: str) -> Any:
-    """Read a value from a flag or a cell of a table.
+    """Read a value from a flag or a cell of a table: a number, true or false, or else the text.
 
-    Parameters
-    ----------
-    text : str
-        Without quotes.
-
-    Returns
-    -------
-    int, float, bool, str or None
-        A number, true or false, or else the text; None for an empty text, which removes the key.
+    None for an empty text, which removes the key.
     """
     text = text.strip()
     if re.fullmatch(r"[+-]?\d{1,18}", text):
@@ -183,17 +142,9 @@ def _put(data: Any, path: KeyPath, value: Any) -> bool:
 
 
 def toml_text(data: Mapping[str, Any]) -> str:
-    """Write a scene as TOML.
+    """Write a scene as TOML: one key per line, tables behind the keys of the table around them.
 
-    Parameters
-    ----------
-    data : mapping
-        Tables, lists, text, numbers, dates, NumPy arrays and paths; what is None is left out.
-
-    Returns
-    -------
-    str
-        One key per line, tables behind the keys of the table around them.
+    It may hold tables, lists, text, numbers, dates, NumPy arrays and paths; what is None is left out.
 
     Raises
     ------
@@ -204,13 +155,7 @@ def toml_text(data: Mapping[str, Any]) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """Write a value as TOML.
-
-    Parameters
-    ----------
-    value : str, bool, int, float, list, dict or date
-        As `tomllib` reads it.
-    """
+    """Write a value, as `tomllib` reads it, as TOML."""
     if isinstance(value, bool | str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, list | tuple):

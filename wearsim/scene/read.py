@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
@@ -73,18 +73,8 @@ _RESERVED = (_INPUTS, "manifest.json")
 class InputFile:
     """A file behind a campaign, as it was read.
 
-    Parameters
-    ----------
-    role : str
-        What names it: "scene", "rig", "field", or a key such as "wheelset.profile".
-    name : str
-        As the scene writes it.
-    path : Path
-        Its place.
-    content : bytes
-        What it held.
-    shipped : bool
-        Whether it is a definition that comes with wearsim.
+    Its role is what names it: "scene", "rig", "field", or a key such as "wheelset.profile"; its name is as
+    the scene writes it; a shipped one is a definition that comes with wearsim.
     """
 
     role: str
@@ -92,6 +82,11 @@ class InputFile:
     path: Path
     content: bytes
     shipped: bool = False
+
+    @property
+    def label(self) -> str:
+        """Name in results, without its folder."""
+        return self.path.name if self.role == "scene" else f"{self.role} {self.name}"
 
     @property
     def sha256(self) -> str:
@@ -103,31 +98,17 @@ class InputFile:
 class Inputs:
     """Profiles of a campaign and the files they come from.
 
-    Parameters
-    ----------
-    right, left : Profile
-        Wheels, with points at the scene's spacing, equally many.
-    counterface : Profile
-        Placed in the track.
-    half_span : float
-        From the track centre to the origin of the wheel profile [m].
-    clearance : (float or None, float or None)
-        Flange clearance of the right and the left wheel [m].
-    files : tuple of InputFile
-        The scene file first.
-    wear_table : WearTable or None
-        Of the file that `table_file` names.
-    templates : (Profile, Profile) or None
-        Profiles that the right and the left wheel are reprofiled to, with the points of the wheels.
+    The wheels have points at the scene's spacing, equally many; their flange clearances and templates, the
+    profiles they are reprofiled to, are right and left.
     """
 
     right: Profile
     left: Profile
-    counterface: Profile
-    half_span: float
-    clearance: tuple[float | None, float | None]
-    files: tuple[InputFile, ...]
-    wear_table: WearTable | None = None
+    counterface: Profile  # placed in the track
+    half_span: float  # from the track centre to the origin of the wheel profile [m]
+    clearance: tuple[float | None, float | None]  # [m]
+    files: tuple[InputFile, ...]  # the scene file first
+    wear_table: WearTable | None = None  # of the file that `table_file` names
     templates: tuple[Profile, Profile] | None = None
 
 
@@ -166,26 +147,37 @@ def load_scene(
     >>> comparison.rig.contact.normal
     'kik_piotrowski'
     """
+    content, kept = None, {}
     if isinstance(path, Mapping):
-        return _load_dict(path, overrides)
-    file = find_file(str(path), (), "workflows")
-    if file is None:
-        known = ", ".join(sorted(item.name for item in standard.shipped_path("workflows").glob("*.toml")))
-        what = "is a folder, not a scene file" if os.path.isdir(path) else "does not exist"
-        message = f"the scene file {what}, neither as given nor among the shipped workflows ({known})"
-        raise SceneError([Fault(message, str(path))])
-    kept = _kept_files(file) if copied else {}
-    return _with_files(_read(file, "scene", overrides), kept, overrides)
-
-
-def _load_dict(data: Mapping[str, Any], overrides: Sequence[Override]) -> Scene:
-    """Load the TOML text of a scene that is given as dicts."""
-    text = toml_text(data)
+        file, content = _DICT, toml_text(path).encode()
+    else:
+        file = _scene_file(path)
+        kept = _kept_files(file) if copied else {}
     try:
-        return _with_files(_read(_DICT, "scene", overrides, text.encode()), {}, overrides)
+        scene = _read(file, "scene", overrides, content)
+        if isinstance(scene, CompareScene):
+            _read_compared(scene, kept, overrides)
+        elif isinstance(scene, SweepScene):
+            scene._inputs = read_sweep(scene)
+        else:
+            scene._inputs = _inputs(scene, kept)
     except SceneError as error:
-        lines = key_lines(text)
-        raise SceneError([_by_key(fault, lines) for fault in error.faults]) from None
+        faults = [at_its_source(fault) for fault in error.faults]
+        if content is not None:
+            lines = key_lines(content.decode())
+            faults = [_by_key(fault, lines) for fault in faults]
+        raise SceneError(faults) from error
+    return scene
+
+
+def _scene_file(path: str | Path) -> Path:
+    file = find_file(str(path), (), "workflows")
+    if file is not None:
+        return file
+    known = ", ".join(sorted(item.name for item in standard.shipped_path("workflows").glob("*.toml")))
+    what = "is a folder, not a scene file" if os.path.isdir(path) else "does not exist"
+    message = f"the scene file {what}, neither as given nor among the shipped workflows ({known})"
+    raise SceneError([Fault(message, str(path))])
 
 
 def _by_key(fault: Fault, lines: Lines) -> Fault:
@@ -197,40 +189,15 @@ def _by_key(fault: Fault, lines: Lines) -> Fault:
     return Fault(fault.message, key or None)
 
 
-def _with_files(scene: Scene, kept: Mapping[str, Path], overrides: Sequence[Override]) -> Scene:
-    """Stage 3: the files that a scene names, and cross-checks."""
-    faults: list[Fault] = []
-    if isinstance(scene, CompareScene):
-        for role in ("rig", "field"):
-            faults += _read_compared(scene, role, kept, overrides)
-    elif isinstance(scene, SweepScene):
-        scene._inputs, faults = read_sweep(scene)
-    else:
-        faults = _read_files(scene, kept)
-    if faults:
-        raise SceneError([at_its_source(fault) for fault in faults])
-    return scene
-
-
 def load_campaign(
     path: str | Path | Mapping[str, Any], *, copied: bool = False, overrides: Sequence[Override] = ()
 ) -> CampaignScene:
     """Read the scene of a campaign, or of two to compare; see `load_scene`.
 
-    Parameters
-    ----------
-    path, copied, overrides
-        As for `load_scene`.
-
-    Returns
-    -------
-    RigScene, FieldScene or CompareScene
-        By `kind` in [scene].
-
     Raises
     ------
     SceneError
-        With all faults, or if the scene is no campaign.
+        With all faults, or if the scene is a sweep.
     """
     scene = load_scene(path, copied=copied, overrides=overrides)
     if isinstance(scene, SweepScene):
@@ -242,46 +209,29 @@ def load_campaign(
 def files_to_copy(scene: CampaignScene) -> dict[str, bytes]:
     """Files with which a scene can be loaded again elsewhere, by `load_scene(..., copied=True)`.
 
-    Parameters
-    ----------
-    scene : RigScene, FieldScene or CompareScene
-        From `load_scene`.
-
-    Returns
-    -------
-    dict
-        Content, as it was read, by plain file name; the scene file comes first. Shapes that wearsim
-        ships are not among them.
+    Contents, as they were read, by plain file name; the scene file comes first. Shapes that wearsim ships are
+    not among them.
     """
-    named = [("scene", scene.origin.path, scene.origin.content)]
+    named: dict[str, Origin | InputFile] = {"scene": scene.origin}
     for part in scene.parts:
-        if part is not scene:
-            named.append((part.origin.role, part.origin.path, part.origin.content))
-        named += [
-            (f"{part.origin.role}/{file.role}", file.path, file.content)
-            for file in inputs_of(part).files[1:]
-            if not file.shipped
-        ]
+        named[part.origin.role] = part.origin
+        named |= {f"{part.origin.role}/{f.role}": f for f in inputs_of(part).files[1:] if not f.shipped}
     files: dict[str, bytes] = {}
     roles: dict[str, str] = {}
-    for role, path, content in named:
-        name, number = path.name, 1
-        while name in _RESERVED or files.get(name, content) != content:
+    for role, file in named.items():
+        name, number = file.path.name, 1
+        while name in _RESERVED or files.get(name, file.content) != file.content:
             number += 1
-            name = f"{path.stem}-{number}{path.suffix}"
-        files[name], roles[role] = content, name
+            name = f"{file.path.stem}-{number}{file.path.suffix}"
+        files[name], roles[role] = file.content, name
     files[_INPUTS] = json.dumps(roles, indent=2).encode()
     return files
 
 
 def scene_schema() -> dict[str, Any]:
-    """JSON schema of the scene file, for editors.
+    """JSON schema of the scene file, draft 2020-12, for editors.
 
-    Returns
-    -------
-    dict
-        Draft 2020-12. The kind in [scene] selects the model by if and then, so that an editor shows the
-        faults of that kind only.
+    The kind in [scene] selects the model by if and then: an editor shows the faults of that kind only.
     """
     mode: JsonSchemaMode = "validation"
     models: list[tuple[type[BaseModel], JsonSchemaMode]] = [(model, mode) for model in _MODELS.values()]
@@ -311,9 +261,10 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
     data, lines = toml_of(text, file), key_lines(text)
     header = data.get("scene")
     kind = header.get("kind") if isinstance(header, dict) else None
-    if isinstance(kind, str) and kind in _SCRIPTS:
+    named = kind if isinstance(kind, str) else ""
+    if named in _SCRIPTS:
         message = (
-            f'kind = "{kind}" is no scene any more: `python reports/{_SCRIPTS[kind]}` of the repository '
+            f'kind = "{kind}" is no scene any more: `python reports/{_SCRIPTS[named]}` of the repository '
             f"writes its report; a scene is one of {', '.join(_MODELS)}"
         )
         raise SceneError([Fault(message, file, line_of(lines, ("scene", "kind")))])
@@ -321,21 +272,17 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
     if own:
         data = merge(data, own, lines)
         content = overridden_text(data, own).encode()
-    model = _MODELS.get(kind) if isinstance(kind, str) else None
+    model: type[Scene | AnyScene] = _MODELS.get(named, AnyScene)
     try:
-        if model is None:
-            AnyScene.model_validate(data)  # raises what is wrong with the kind
-            raise AssertionError("a scene of unknown kind was accepted")
         scene = model.model_validate(data)
-        unknown = [item for item in own if item.value is None and not is_key(model, item.keys)]
-        if unknown:  # a removed key that is misspelt would act on nothing without a word
-            raise SceneError(
-                [Fault(unknown_key(item.keys, model), item.source or file, item.line) for item in unknown]
-            )
     except ValidationError as error:
-        errors = error.errors(include_url=False)
-        faults = validation_faults(errors, model or AnyScene, lines, file)
-        raise SceneError([at_its_source(fault) for fault in faults]) from error
+        raise SceneError(validation_faults(error, model, lines, file)) from error
+    assert not isinstance(scene, AnyScene)  # which has faults: the kind is none of those it allows
+    unknown = [item for item in own if item.value is None and not is_key(model, item.keys)]
+    if unknown:  # a removed key that is misspelt would act on nothing without a word
+        raise SceneError(
+            [Fault(unknown_key(item.keys, model), item.source or file, item.line) for item in unknown]
+        )
     scene._origin = Origin(path, role, content, lines)
     return scene
 
@@ -347,33 +294,37 @@ def _overrides_of(overrides: Sequence[Override], kind: Any, role: str) -> list[O
     own = []
     for item in overrides:
         if item.keys[0] == kind and len(item.keys) > 1:
-            own.append(item.below(item.keys[1:]))
+            own.append(replace(item, key=".".join(item.keys[1:])))
         elif role == "scene" or item.keys[0] not in ("rig", "field", "scene", "compare"):
             own.append(item)
     return own
 
 
-def _read_compared(
-    scene: CompareScene, role: str, kept: Mapping[str, Path], overrides: Sequence[Override]
-) -> list[Fault]:
-    """Read one of the scenes that a compare scene names, all stages."""
-    name = getattr(scene.compare, role)
-    path = kept.get(role) or find_file(name, (scene.origin.path.parent,), "workflows")
-    if path is None:
-        text = "does not exist as given, next to the scene file or among the shipped workflows"
-        return [scene.fault(("compare", role), f"{role} = {shown(name)} {text}")]
-    try:
-        part = _read(path, role, overrides)
-    except SceneError as error:
-        return list(error.faults)
-    if role == "rig" and isinstance(part, RigScene):
-        scene._rig = part
-        return _read_files(part, kept)
-    if role == "field" and isinstance(part, FieldScene):
-        scene._field = part
-        return _read_files(part, kept)
-    text = f"{role} = {shown(name)} is a {part.scene.kind} scene; name a {role} scene"
-    return [scene.fault(("compare", role), text)]
+def _read_compared(scene: CompareScene, kept: Mapping[str, Path], overrides: Sequence[Override]) -> None:
+    """Read the two scenes that a compare scene names, all stages."""
+    faults: list[Fault] = []
+    for role in ("rig", "field"):
+        name = getattr(scene.compare, role)
+        path = kept.get(role) or find_file(name, (scene.origin.path.parent,), "workflows")
+        if path is None:
+            text = "does not exist as given, next to the scene file or among the shipped workflows"
+            faults.append(scene.fault(("compare", role), f"{role} = {shown(name)} {text}"))
+            continue
+        try:
+            part = _read(path, role, overrides)
+            if role == "rig" and isinstance(part, RigScene):
+                scene._rig = part
+            elif role == "field" and isinstance(part, FieldScene):
+                scene._field = part
+            else:
+                text = f"{role} = {shown(name)} is a {part.scene.kind} scene; name a {role} scene"
+                faults.append(scene.fault(("compare", role), text))
+                continue
+            part._inputs = _inputs(part, kept)
+        except SceneError as error:
+            faults += error.faults
+    if faults:
+        raise SceneError(faults)
 
 
 def inputs_of(scene: RigScene | FieldScene) -> Inputs:
@@ -384,31 +335,13 @@ def inputs_of(scene: RigScene | FieldScene) -> Inputs:
     return inputs
 
 
-class _UnfitError(Exception):
-    """Faults after which nothing further can be checked."""
-
-    def __init__(self, *faults: Fault) -> None:
-        self.faults = faults
-
-
-def _read_files(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> list[Fault]:
-    """Read the files of a scene, which become its inputs, and cross-check its values."""
-    faults: list[Fault] = []
-    try:
-        inputs = _inputs(scene, kept, faults)
-    except _UnfitError as error:
-        faults += error.faults
-    if not faults:
-        scene._inputs = inputs
-    return by_line(faults)
-
-
-def _inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path], faults: list[Fault]) -> Inputs:
-    """Read the files of a scene; all faults are appended to `faults`."""
+def _inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> Inputs:
+    """Read the files of a scene and cross-check its values; raise a SceneError with all faults."""
     origin, wheelset, rules = scene.origin, scene.wheelset, scene.campaign.reprofiling
     half_span = 0.5e-3 * wheelset.back_to_back_mm + RUNNING_CIRCLE
     spacing = 1e-3 * scene.campaign.point_spacing_mm
     files = [InputFile("scene", origin.path.name, origin.path, origin.content)]
+    faults: list[Fault] = []
 
     def profile(name: str, *path: str) -> Profile | None:
         try:
@@ -422,20 +355,20 @@ def _inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path], faults: list
         files.append(file)
         return shape
 
-    def matched(shape: Profile, name: str | None, *path: str) -> Profile:
-        """Profile with as many points as the right wheel."""
-        assert right is not None
-        other = _with_points(shape, len(right.y), spacing)
-        if other is None:
-            text = f"{path[-1]} = {shown(name)} cannot be given as many points as the right wheel "
-            text += (
-                f"({len(right.y)}); change point_spacing_mm = {scene.campaign.point_spacing_mm:g} a little"
-            )
-            raise _UnfitError(scene.fault(path, text))
-        return other
+    def matched(shape: Profile, count: int, name: str | None, *path: str) -> Profile:
+        """Profile with as many points as the right wheel, by a spacing that differs by up to 3 %."""
+        if len(shape.y) == count:
+            return shape
+        guess = spacing * (len(shape.y) - 1) / (count - 1)
+        for part in sorted(np.linspace(-0.03, 0.03, 121), key=abs):
+            other = resample(shape, guess * (1.0 + float(part)))
+            if len(other.y) == count:
+                return other
+        text = f"{path[-1]} = {shown(name)} cannot be given as many points as the right wheel ({count})"
+        fix = f"change point_spacing_mm = {scene.campaign.point_spacing_mm:g} a little"
+        raise SceneError(by_line([*faults, scene.fault(path, f"{text}; {fix}")]))
 
-    right = profile(wheelset.profile, "wheelset", "profile")
-    left = right
+    right = left = profile(wheelset.profile, "wheelset", "profile")
     if wheelset.profile_left is not None:
         left = profile(wheelset.profile_left, "wheelset", "profile_left")
     counterface = profile(scene.counterface.profile, "counterface", "profile")
@@ -445,14 +378,14 @@ def _inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path], faults: list
     table = _wear_table(scene, kept, files, faults)
     faults += cross_faults(scene)
     if right is None or left is None or counterface is None or (named is not None and template is None):
-        raise _UnfitError
-    wheels = right, matched(left, wheelset.profile_left, "wheelset", "profile_left")
+        raise SceneError(by_line(faults))
+    wheels = right, matched(left, len(right.y), wheelset.profile_left, "wheelset", "profile_left")
     unfit = fit_faults(scene, wheels, counterface)
     if unfit:
-        raise _UnfitError(*unfit)
+        raise SceneError(by_line(faults + unfit))
     templates = None if rules is None else wheels
     if template is not None:
-        templates = (matched(template, named, *place),) * 2
+        templates = (matched(template, len(right.y), named, *place),) * 2
     if templates is not None:
         faults += template_faults(scene, templates, counterface)
     free = flange_clearance(right, counterface)
@@ -460,29 +393,33 @@ def _inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path], faults: list
     faults += limit_faults(scene, wheels, counterface, end=True)
     lines = {fault.line for fault in faults}
     faults += [fault for fault in beyond_clearance(scene, clearance)[0] if fault.line not in lines]
+    if faults:
+        raise SceneError(by_line(faults))
     return Inputs(*wheels, counterface, half_span, clearance, tuple(files), table, templates)
+
+
+def _place_of(scene: RigScene | FieldScene, role: str, name: str, kept: Mapping[str, Path]) -> Path | None:
+    """File that a key of a scene names; in a run directory the copy of it."""
+    origin = scene.origin
+    return kept.get(f"{origin.role}/{role}") or find_file(name, (origin.path.parent,), "profiles")
 
 
 def _wear_table(
     scene: RigScene | FieldScene, kept: Mapping[str, Path], files: list[InputFile], faults: list[Fault]
 ) -> WearTable | None:
     """Read the table that `table_file` names, and note its file."""
-    name, role, origin = scene.wear.table_file, "wear.table_file", scene.origin
+    name, role = scene.wear.table_file, "wear.table_file"
     if name is None:
         return None
-    path = kept.get(f"{origin.role}/{role}") or find_file(name, (origin.path.parent,), "profiles")
+    path = _place_of(scene, role, name, kept)
     if path is None:
-        text = (
-            f"table_file = {shown(name)} does not exist as given or next to the scene file; give a wear table"
-        )
-        faults.append(scene.fault(("wear", "table_file"), text))
+        text = f"table_file = {shown(name)} does not exist as given or next to the scene file"
+        faults.append(scene.fault(("wear", "table_file"), f"{text}; give a wear table"))
         return None
     try:
         table = replace(read_wear_table(path), name=Path(name).name)
-        files.append(InputFile(role, name, path, path.read_bytes()))
+        files.append(InputFile(role, name, path, content_of(path, "a wear table")))
         return table
-    except OSError as error:
-        faults.append(Fault(f"cannot be read ({error.strerror}); give a wear table", str(path)))
     except SceneError as error:
         faults += error.faults
     return None
@@ -491,13 +428,9 @@ def _wear_table(
 def _read_profile(
     scene: RigScene | FieldScene, role: str, name: str, half_span: float, kept: Mapping[str, Path]
 ) -> tuple[Profile, InputFile]:
-    origin: Origin = scene.origin
-    counterface = scene.counterface
     is_rail = role.startswith("counterface")
-    kind: Literal["wheel", "rail"] = "rail" if is_rail else "wheel"
-    inclination = slope_of(counterface.inclination)
-    gauge = 1e-3 * counterface.gauge_mm
-    path = kept.get(f"{origin.role}/{role}") or find_file(name, (origin.path.parent,), "profiles")
+    placing = slope_of(scene.counterface.inclination), 1e-3 * scene.counterface.gauge_mm, half_span
+    path = _place_of(scene, role, name, kept)
     if path is None or path.suffix == ".toml":
         looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
         if looks_like_file and not standard.is_designation(name):
@@ -505,29 +438,16 @@ def _read_profile(
                 "there is no such file as given, next to the scene file or among the shipped profiles"
             )
         short = name.removesuffix(".toml")
-        shape = standard.rail(short, inclination, gauge, half_span) if is_rail else standard.wheel(short)
+        shape = standard.rail(short, *placing) if is_rail else standard.wheel(short)
         path = standard.find_shipped(short)
         return shape, InputFile(role, name, path, path.read_bytes(), shipped=True)
-    reading = read_profile(path, kind)
-    shape, path = reading.profile, reading.files[-1]  # of a list of slices, the slice
-    if is_rail:
-        shape = place_rail(shape, inclination, gauge, half_span)
+    reading = read_profile(path, "rail" if is_rail else "wheel")
+    path = reading.files[-1]  # of a list of slices, the slice
+    shape = place_rail(reading.profile, *placing) if is_rail else reading.profile
     try:
         return shape, InputFile(role, name, path, path.read_bytes())
     except OSError as error:
         raise ProfileError(f"{path} cannot be read: {error.strerror}") from error
-
-
-def _with_points(profile: Profile, count: int, spacing: float) -> Profile | None:
-    """Set `count` points on a profile by a slightly different spacing; None if none within 3 % does."""
-    if len(profile.y) == count:
-        return profile
-    guess = spacing * (len(profile.y) - 1) / (count - 1)
-    for part in sorted(np.linspace(-0.03, 0.03, 121), key=abs):
-        shape = resample(profile, guess * (1.0 + float(part)))
-        if len(shape.y) == count:
-            return shape
-    return None
 
 
 def _kept_files(path: Path) -> dict[str, Path]:

@@ -21,105 +21,63 @@ from wearsim.scene.campaign import (
     CounterfaceWear,
     RailWearSection,
     ReprofilingRules,
-    RollerWearSection,
 )
-from wearsim.scene.damage import comparison_settings, fatigue_settings, wear_settings
+from wearsim.scene.damage import fatigue_settings, wear_settings
 from wearsim.scene.messages import scene_warnings
-from wearsim.scene.models import ContactSection, FieldScene, RigScene
-from wearsim.scene.read import InputFile, inputs_of
+from wearsim.scene.models import ContactSection, FieldScene, RigScene, RollerSection
+from wearsim.scene.read import inputs_of
 
 
 @dataclass(frozen=True)
 class CampaignSetup:
-    """Everything a campaign is run with.
-
-    Parameters
-    ----------
-    kind : {"rig", "field"}
-        Of the scene.
-    wheelset : Wheelset
-        New wheels, with points at the scene's spacing.
-    counterface : Counterface
-        Rail or roller, placed.
-    models : ContactModels
-        Of the contact.
-    wear : WearSettings
-        Law, coefficients, form, density.
-    points : OperatingPoints
-        Load collective with monitoring points.
-    control : ControlSettings
-        Distance and steps.
-    scene_text : str
-        The scene file.
-    title : str
-        Of the campaign.
-    input_hashes : tuple of (str, str)
-        Name and SHA-256 of the scene file and of every profile.
-    warnings : tuple of str
-        What deserves a second look, one line each.
-    also_evaluate : tuple of WearSettings
-        Comparison laws: further wear laws evaluated on the same contacts.
-    fatigue : tuple of FatigueSettings
-        Fatigue laws.
-    templates : (Profile, Profile), optional
-        Profiles that right and left wheel are reprofiled to, if they are.
-    tolerance : float, optional
-        Of the wear increment, if the models are chosen by `campaign.choose` instead of given [-].
-    counterface_wear : CounterfaceWear, optional
-        How rails or rollers wear; without it they stay as they are.
-    """
+    """Everything a campaign is run with."""
 
     kind: Literal["rig", "field"]
-    wheelset: Wheelset
-    counterface: Counterface
+    wheelset: Wheelset  # new wheels, with points at the scene's spacing
+    counterface: Counterface  # rail or roller, placed
     models: ContactModels
     wear: WearSettings
-    points: OperatingPoints
+    points: OperatingPoints  # load collective with monitoring points
     control: ControlSettings
-    scene_text: str
+    scene_text: str  # of the scene file
     title: str
-    input_hashes: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
-    also_evaluate: tuple[WearSettings, ...] = ()
+    input_hashes: tuple[tuple[str, str], ...]  # name and SHA-256 of the scene file and of every profile
+    warnings: tuple[str, ...]  # what deserves a second look, one line each
+    also_evaluate: tuple[WearSettings, ...] = ()  # comparison laws, evaluated on the same contacts
     fatigue: tuple[FatigueSettings, ...] = ()
-    tolerance: float | None = None
-    counterface_wear: CounterfaceWear | None = None
-    templates: tuple[Profile, Profile] | None = None
+    tolerance: float | None = None  # of the wear increment, if `campaign.choose` chooses the models [-]
+    counterface_wear: CounterfaceWear | None = None  # None: rails or rollers stay as they are
+    templates: tuple[Profile, Profile] | None = None  # that right and left wheel are reprofiled to
 
 
 def build(scene: RigScene | FieldScene) -> CampaignSetup:
-    """Make the ingredients of a campaign from a scene, in SI units.
+    """Make the ingredients of a campaign, in SI units, from a scene of `load_scene`.
 
-    Parameters
-    ----------
-    scene : RigScene or FieldScene
-        From `load_scene`; of a compare scene, its `rig` or its `field`.
-
-    Returns
-    -------
-    CampaignSetup
-        What the campaign is run with.
+    Of a compare scene, build its `rig` or its `field`.
     """
     inputs, contact, curvature = inputs_of(scene), scene.contact, scene.counterface.curvature
-    tolerance = 0.05 if contact.tolerance is None else contact.tolerance
+    wear, *comparison = wear_settings(scene.wear, inputs.wear_table)
+    tolerance = None
+    if contact.model is not None:
+        tolerance = 0.05 if contact.tolerance is None else contact.tolerance
     return CampaignSetup(
-        tolerance=None if contact.model is None else tolerance,
+        tolerance=tolerance,
         kind=scene.scene.kind,
         wheelset=Wheelset(inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span),
         counterface=Counterface(inputs.counterface, curvature),
         models=contact_models(contact),
-        wear=wear_settings(scene.wear, inputs.wear_table),
+        wear=wear,
         points=_points(scene),
         control=_control_settings(scene.campaign),
         scene_text=scene.origin.content.decode("utf-8-sig"),
         title=scene.scene.title or scene.origin.path.stem,
-        input_hashes=tuple((_hash_name(file), file.sha256) for file in inputs.files),
+        input_hashes=tuple((file.label, file.sha256) for file in inputs.files),
         warnings=tuple(
             # results name the file without its folder: the run reads a copy, and folders are private
             str(replace(warning, file=scene.origin.path.name))
             for warning in warnings_of(scene)
         ),
-        also_evaluate=comparison_settings(scene.wear, inputs.wear_table),
+        also_evaluate=tuple(comparison),
         fatigue=fatigue_settings(scene.fatigue),
         counterface_wear=_counterface_wear(scene),
         templates=inputs.templates,
@@ -129,8 +87,7 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
 def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
     """Warnings of a loaded scene, in the order of the file, without those of `check_contact`."""
     inputs = inputs_of(scene)
-    wheels = inputs.right, inputs.left
-    return tuple(scene_warnings(scene, wheels, inputs.counterface, inputs.clearance))
+    return tuple(scene_warnings(scene, (inputs.right, inputs.left), inputs.counterface, inputs.clearance))
 
 
 def contact_models(contact: ContactSection) -> ContactModels:
@@ -140,6 +97,8 @@ def contact_models(contact: ContactSection) -> ContactModels:
         tangential=contact.tangential,
         strips=contact.strips,
         cells=contact.cells,
+        cell_size=1e-3 * contact.cell_mm,
+        most_cells=contact.most_cells,
         youngs_modulus=1e9 * contact.youngs_GPa,
         poisson_ratio=contact.poisson,
         parameters=(("virtual_penetration_factor", contact.virtual_penetration_factor),),
@@ -165,18 +124,16 @@ def _control_settings(campaign: CampaignSection) -> ControlSettings:
 
 
 def _counterface_wear(scene: RigScene | FieldScene) -> CounterfaceWear | None:
-    section = scene.counterface.wear
-    if isinstance(section, RailWearSection):
-        return CounterfaceWear(area_rate=1e-12 * section.area_mm2_per_1000km)
-    if not isinstance(section, RollerWearSection) or not isinstance(scene, RigScene):
+    counterface = scene.counterface
+    if counterface.wear is None:
         return None
-    every, depth = section.redress_every_km, section.redress_depth_um
-    return CounterfaceWear(
-        factor=section.factor,
-        radius=1e-3 * scene.counterface.roller_radius_mm,
-        redress_distance=math.inf if every is None else 1e3 * every,
-        redress_depth=math.inf if depth is None else 1e-6 * depth,
-    )
+    if isinstance(counterface.wear, RailWearSection):
+        return CounterfaceWear(area_rate=1e-12 * counterface.wear.area_mm2_per_1000km)
+    values = counterface.wear.si()
+    if "redress_every" in values:
+        values["redress_distance"] = values.pop("redress_every")
+    assert isinstance(counterface, RollerSection)
+    return CounterfaceWear(radius=1e-3 * counterface.roller_radius_mm, **values)
 
 
 def _points(scene: RigScene | FieldScene) -> OperatingPoints:
@@ -200,13 +157,5 @@ def _points(scene: RigScene | FieldScene) -> OperatingPoints:
     if monitor is None:
         return points
     values = monitor.si()
-    return with_monitors(
-        points,
-        1e-3 * np.array(monitor.shifts_mm, dtype=np.float64),
-        wheel_load=values["load"],
-        **{name: values[name] for name in ("speed", "friction", "yaw")},
-    )
-
-
-def _hash_name(file: InputFile) -> str:
-    return file.path.name if file.role == "scene" else f"{file.role} {file.name}"
+    values["wheel_load"] = values.pop("load")
+    return with_monitors(points, 1e-3 * np.array(monitor.shifts_mm, dtype=np.float64), **values)

@@ -7,6 +7,7 @@ such as ``# source = twin disc, our laboratory``, a line with the names of the c
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -64,14 +65,7 @@ class WearTableSection(Section):
 
 
 def wear_table(section: WearTableSection, name: str) -> tuple[WearTable | None, PathFaults]:
-    """Make the wear table of a section.
-
-    Parameters
-    ----------
-    section : WearTableSection
-        With valid keys, types and ranges.
-    name : str
-        What results call the table.
+    """Make the wear table of a section, called `name` in results.
 
     Returns
     -------
@@ -80,44 +74,28 @@ def wear_table(section: WearTableSection, name: str) -> tuple[WearTable | None, 
     faults : list of (path, str)
         Path of the key and message of each fault between the values.
     """
-    faults: PathFaults = []
     given = {key: getattr(section, key) for key in (*INDEX_COLUMNS, *RATE_COLUMNS)}
     columns = {key: np.array(rows) for key, rows in given.items() if rows is not None}
     index = tuple(key for key in INDEX_COLUMNS if key in columns)
     rates = tuple(key for key in RATE_COLUMNS if key in columns)
-    if len(index) != 1 and index != ("slip_speed_m_s", "pressure_MPa"):
-        which = f"is {' and '.join(index)}" if index else "is missing"
-        known = ", ".join(INDEX_COLUMNS)
-        message = f"the index {which}; give one of {known}, or slip_speed_m_s and pressure_MPa for a map"
-        faults.append(((), message))
-    if len(rates) != 1:
-        which = f"is {' and '.join(rates)}" if rates else "is missing"
-        faults.append(((), f"the wear rate {which}; give one of {', '.join(RATE_COLUMNS)}"))
-    elif rates == ("wear_coefficient",) and section.hardness_GPa is None:
-        message = "hardness_GPa is missing; wear_coefficient needs the hardness of the wheel, about 3"
-        faults.append(((), message))
-    elif rates != ("wear_coefficient",) and section.hardness_GPa is not None:
-        message = f"hardness_GPa acts with wear_coefficient only, not with {rates[0]}; delete it"
-        faults.append((("hardness_GPa",), message))
-    if section.beyond == "slope" and (len(index) > 1 or section.interpolation == "step"):
-        message = 'beyond = "slope" is for one index with linear interpolation; write "hold"'
-        faults.append((("beyond",), message))
+    faults = list(_key_faults(section, index, rates))
     if faults:
         return None, faults
-    lengths = {key: columns[key].size for key in (*index, *rates)}
+    (rate,) = rates
+    lengths = {key: columns[key].size for key in (*index, rate)}
     if len(set(lengths.values())) > 1:
         counts = ", ".join(f"{key} has {count}" for key, count in lengths.items())
-        return None, [((rates[0],), f"the columns must be equally long: {counts}")]
-    axes, values = (_line if len(index) == 1 else _map)(index, columns, columns[rates[0]], faults)
+        return None, [((rate,), f"the columns must be equally long: {counts}")]
+    axes, values = (_line if len(index) == 1 else _map)(index, columns, columns[rate], faults)
     faults += _below_faults(section, index, columns)
     if faults:
         return None, faults
-    below = section.below or "hold"
-    count = columns[rates[0]].size
-    rows = f"{count} rows, between them {section.interpolation}, beyond the last {section.beyond}"
-    rows += f", below the first {below}" if section.below else ""
+    rows = (
+        f"{columns[rate].size} rows, between them {section.interpolation}, beyond the last {section.beyond}"
+    )
+    rows += f", below the first {section.below}" if section.below else ""
     validity = section.validity or "As given by the user."
-    table = WearTable(
+    return WearTable(
         name=name,
         laws=("table",),
         materials=section.materials or "as given",
@@ -127,33 +105,50 @@ def wear_table(section: WearTableSection, name: str) -> tuple[WearTable | None, 
         values={},
         index=index,
         axes=tuple(axis * INDEX_COLUMNS[key] for axis, key in zip(axes, index, strict=True)),
-        rate=rates[0],
-        rates=values * RATE_COLUMNS[rates[0]],
+        rate=rate,
+        rates=values * RATE_COLUMNS[rate],
         interpolation=section.interpolation,
         beyond=section.beyond,
-        below=below,
+        below=section.below or "hold",
         hardness=1e9 * (section.hardness_GPa or 0.0),
         certainty=section.certainty,
-    )
-    return table, []
+    ), []
+
+
+def _key_faults(
+    section: WearTableSection, index: tuple[str, ...], rates: tuple[str, ...]
+) -> Iterator[tuple[KeyPath, str]]:
+    if len(index) != 1 and index != ("slip_speed_m_s", "pressure_MPa"):
+        which = f"is {' and '.join(index)}" if index else "is missing"
+        known = ", ".join(INDEX_COLUMNS)
+        yield (), f"the index {which}; give one of {known}, or slip_speed_m_s and pressure_MPa for a map"
+    if len(rates) != 1:
+        which = f"is {' and '.join(rates)}" if rates else "is missing"
+        yield (), f"the wear rate {which}; give one of {', '.join(RATE_COLUMNS)}"
+    elif rates == ("wear_coefficient",) and section.hardness_GPa is None:
+        yield (), "hardness_GPa is missing; wear_coefficient needs the hardness of the wheel, about 3"
+    elif rates != ("wear_coefficient",) and section.hardness_GPa is not None:
+        message = f"hardness_GPa acts with wear_coefficient only, not with {rates[0]}; delete it"
+        yield ("hardness_GPa",), message
+    if section.beyond == "slope" and (len(index) > 1 or section.interpolation == "step"):
+        yield ("beyond",), 'beyond = "slope" is for one index with linear interpolation; write "hold"'
 
 
 def _below_faults(
     section: WearTableSection, index: tuple[str, ...], columns: dict[str, FloatArray]
-) -> PathFaults:
+) -> Iterator[tuple[KeyPath, str]]:
     """Faults of the rule below the first row, which is stated where there is anything below it."""
     first = next((key for key in index if columns[key].min() > 0.0), None)
     if first is None and section.below is not None:
-        return [(("below",), "below acts where the first row is above 0 only; delete it")]
-    if first is None or section.below is not None:
-        return []
-    row = int(columns[first].argmin())
-    message = (
-        f"{first} = {columns[first][row]:g} is the first row, and nothing says what holds below it; write "
-        f'below = "proportional" (a straight line from 0), "hold" (its rate down to no slip) or "zero", or '
-        f"add a row at 0"
-    )
-    return [((first, row), message)]
+        yield ("below",), "below acts where the first row is above 0 only; delete it"
+    if first is not None and section.below is None:
+        row = int(columns[first].argmin())
+        yield (
+            (first, row),
+            f"{first} = {columns[first][row]:g} is the first row, and nothing says what holds below it; "
+            'write below = "proportional" (a straight line from 0), "hold" (its rate down to no slip) or '
+            '"zero", or add a row at 0',
+        )
 
 
 def _line(
@@ -175,29 +170,21 @@ def _map(
     one, other = index
     (first, i), (second, j) = (np.unique(columns[key], return_inverse=True) for key in index)
     grid = np.full((first.size, second.size), np.nan)
+
+    def pair(a: int, b: int) -> str:
+        return f"{one} = {first[a]:g} with {other} = {second[b]:g}"
+
     for row, at in enumerate(zip(i, j, strict=True)):
         if not np.isnan(grid[at]):
-            pair = f"{one} = {first[at[0]]:g} with {other} = {second[at[1]]:g}"
-            faults.append(((one, row), f"{pair} is given twice; delete one"))
+            faults.append(((one, row), f"{pair(*at)} is given twice; delete one"))
         grid[at] = rates[row]
-    for a, b in np.argwhere(np.isnan(grid)):
-        pair = f"{one} = {first[a]:g} with {other} = {second[b]:g}"
-        faults.append(((one,), f"no row for {pair}; a map needs every pair"))
+    missing = np.argwhere(np.isnan(grid))
+    faults += [((one,), f"no row for {pair(a, b)}; a map needs every pair") for a, b in missing]
     return (first, second), grid
 
 
 def read_wear_table(path: str | Path) -> WearTable:
-    """Read a wear table from a file.
-
-    Parameters
-    ----------
-    path : str or Path
-        TOML (suffix .toml) or CSV, see the head of this module.
-
-    Returns
-    -------
-    WearTable
-        Named after the file.
+    """Read a wear table, named after its file, from TOML (suffix .toml) or CSV, see the head of this module.
 
     Raises
     ------
@@ -215,8 +202,7 @@ def read_wear_table(path: str | Path) -> WearTable:
     try:
         section = WearTableSection.model_validate(data)
     except ValidationError as error:
-        errors = error.errors(include_url=False)
-        raise _error(validation_faults(errors, WearTableSection, lines, file), file) from None
+        raise _error(validation_faults(error, WearTableSection, lines, file), file) from None
     table, faults = wear_table(section, path.stem)
     if table is None:
         raise _error([Fault(message, file, line_of(lines, at)) for at, message in faults], file)
@@ -226,8 +212,9 @@ def read_wear_table(path: str | Path) -> WearTable:
 def _error(faults: list[Fault], file: str) -> SceneError:
     faults = sorted(faults, key=lambda fault: fault.line or 0)
     more = len(faults) - _MOST_FAULTS
-    rest = [Fault(f"{more} more faults of this file are not shown", file)] if more > 0 else []
-    return SceneError([*faults[:_MOST_FAULTS], *rest])
+    if more > 0:
+        faults[_MOST_FAULTS:] = [Fault(f"{more} more faults of this file are not shown", file)]
+    return SceneError(faults)
 
 
 def _parsed_csv(file: str, text: str) -> tuple[dict[str, Any], Lines]:

@@ -14,7 +14,7 @@ import xarray as xr
 from wearsim import __version__
 from wearsim.campaign import choose
 from wearsim.campaign.choose import CLASSES, judge
-from wearsim.campaign.evaluate import setup_of, solve_contact
+from wearsim.campaign.evaluate import setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import State
 from wearsim.contact.normal import NORMAL_MODELS
@@ -22,7 +22,6 @@ from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import CHUNK
 from wearsim.contact.tangential import TANGENTIAL_MODELS
-from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints, select
 from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup
@@ -36,22 +35,9 @@ _FAST = 0.05  # seconds of a batch below which the overhead of calls would count
 
 
 def combinations(base: ContactModels, grids: Sequence[int]) -> tuple[ContactModels, ...]:
-    """Every registered normal model with every tangential one, on every grid.
-
-    Parameters
-    ----------
-    base : ContactModels
-        Material and parameters.
-    grids : sequence of int
-        Strips, and cells along each strip.
-
-    Returns
-    -------
-    tuple of ContactModels
-        By normal model, tangential model, grid.
-    """
+    """Every registered normal model with every tangential one, on every grid, with the material of `base`."""
     return tuple(
-        replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid)
+        replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid, most_cells=grid)
         for normal, tangential, grid in product(sorted(NORMAL_MODELS), sorted(TANGENTIAL_MODELS), grids)
     )
 
@@ -103,11 +89,10 @@ def speed_and_accuracy(
         chosen = choose.sample_of(setup, state, points if few else max(points // len(CLASSES), 1)).points
         truth = replace(
             setup.models, normal="half_space", tangential="half_space", strips=reference_grid,
-            cells=reference_grid,
+            cells=reference_grid, most_cells=reference_grid,
         )  # fmt: skip
-        own = combinations(setup.models, grids)
         evidence = judge(
-            own, truth, state, chosen, setup_of(setup),
+            combinations(setup.models, grids), truth, state, chosen, setup_of(setup),
             smoothing_wavelength=setup.control.smoothing_wavelength,
         )  # fmt: skip
         for column, one in enumerate(evidence):
@@ -122,10 +107,8 @@ def speed_and_accuracy(
                     f"{setup.kind}: {one.models.normal} + {one.models.tangential}, {one.models.strips}: "
                     f"{1e3 * seconds[row, column]:.3g} ms, depth error {percent(one.depth_error)}"
                 )
-    solved = np.isfinite(seconds).all(axis=0)
-    per_solution = np.where(solved, seconds.mean(axis=0), np.nan)
-    worst = np.where(solved, depth.max(axis=0), np.nan)
-    worst_work = np.where(solved, work.max(axis=0), np.nan)
+    # NaN where a scene is not solved
+    per_solution, worst, worst_work = seconds.mean(axis=0), depth.max(axis=0), work.max(axis=0)
     data: dict[str, Any] = {
         "normal": ("model", [one.normal for one in models]),
         "tangential": ("model", [one.tangential for one in models]),
@@ -141,13 +124,11 @@ def speed_and_accuracy(
         "power_error": (("scene", "model"), power),
         "refusal": (("scene", "model"), refusal),
     }
+    reference = f"half_space + half_space, {reference_grid} x {reference_grid}"
     return xr.Dataset(
         data,
         coords={"scene": [setup.title or setup.kind for setup in setups]},
-        attrs={
-            "wearsim_version": __version__,
-            "reference": f"half_space + half_space, {reference_grid} x {reference_grid}",
-        },
+        attrs={"wearsim_version": __version__, "reference": reference},
     )
 
 
@@ -161,10 +142,7 @@ def time_per_solution(
     best, spent, batch = np.inf, 0.0, points
     for repeat in range(_MOST_REPEATS):
         start = time.perf_counter()
-        try:
-            solve_contact(state, batch, replace(setup_of(setup), models=models))
-        except (ContactError, NumericalError):  # solved before; cannot happen for the same points
-            return float("nan")
+        solve_passage(state, batch, replace(setup_of(setup), models=models))
         took = time.perf_counter() - start
         spent += took
         if repeat == 0 and took < _FAST:
@@ -177,14 +155,7 @@ def time_per_solution(
 
 
 def pareto(cost: FloatArray, *errors: FloatArray) -> np.ndarray:
-    """Return which combinations no other beats in cost and all errors.
-
-    Parameters
-    ----------
-    cost : (n,) array
-        Missing values are never on the front.
-    *errors : (n,) arrays
-        One or several measures of how wrong each is; missing values likewise.
+    """Return which combinations no other beats in cost and all errors, of (n,) arrays; NaN never does.
 
     Returns
     -------
@@ -193,9 +164,6 @@ def pareto(cost: FloatArray, *errors: FloatArray) -> np.ndarray:
     """
     values = np.stack([cost, *errors])
     known = np.all(np.isfinite(values), axis=0)
-    front = np.array(known)
-    for k in np.flatnonzero(known):
-        own = values[:, k : k + 1]
-        better = (values <= own).all(axis=0) & (values < own).any(axis=0)
-        front[k] = not np.any(better & known)
-    return front
+    one, other = values[:, :, np.newaxis], values[:, np.newaxis, :]
+    beats = np.all(one <= other, axis=0) & np.any(one < other, axis=0) & known[:, np.newaxis]
+    return np.asarray(known & ~np.any(beats, axis=0))

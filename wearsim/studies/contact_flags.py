@@ -77,8 +77,10 @@ FLAGS = (
     Flag("tangential", "fastsim", "tangential contact model", _MODELS, "model"),
     Flag("youngs-GPa", "210", "Young's modulus of both bodies", _MODELS, "number", "youngs_modulus"),
     Flag("poisson", "0.3", "Poisson's ratio of both bodies", _MODELS, "number", "poisson_ratio"),
-    Flag("strips", "30", "strips across the patch", _MODELS, "count", "strips"),
-    Flag("cells", "30", "cells along each strip", _MODELS, "count", "cells"),
+    Flag("strips", "30", "strips across the patch, at least", _MODELS, "count", "strips"),
+    Flag("cells", "30", "cells along each strip, at least", _MODELS, "count", "cells"),
+    Flag("cell-mm", "0.5", "width of a strip and length of a cell, at most", _MODELS, "number", "cell_size"),
+    Flag("most-cells", "120", "strips, and cells along each, at most", _MODELS, "count", "most_cells"),
 )  # fmt: skip
 
 COLUMNS = {flag.column: flag for flag in FLAGS}

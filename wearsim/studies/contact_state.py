@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
 from wearsim.contact import geometry
-from wearsim.contact.dataset import patch_columns, variable
+from wearsim.contact.dataset import variable
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactConditions, ContactSolution, Counterface, Wheelset
+from wearsim.contact.problem import ContactConditions, Counterface, Wheelset
 from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
 
-_SECTIONS = {
-    # variable: quantity, dimension
-    "wheel_section_y": ("section_y", "wheel_point"),
-    "wheel_section_z": ("section_z", "wheel_point"),
-    "counterface_section_y": ("section_y", "counterface_point"),
-    "counterface_section_z": ("section_z", "counterface_point"),
-    "gap_rail_y": ("rail_y", "gap_point"),
-    "gap": ("gap", "gap_point"),
-}
+_SECTIONS = (
+    # variable, quantity, dimension
+    ("wheel_section_y", "section_y", "wheel_point"),
+    ("wheel_section_z", "section_z", "wheel_point"),
+    ("counterface_section_y", "section_y", "counterface_point"),
+    ("counterface_section_z", "section_z", "counterface_point"),
+    ("gap_rail_y", "rail_y", "gap_point"),
+    ("gap", "gap", "gap_point"),
+)
 _GAP_SPAN = 1.5  # patch widths of gap on either side of the patches
 
 
@@ -30,7 +28,7 @@ def contact_state(
     conditions: ContactConditions,
     wheelset: Wheelset,
     counterface: Counterface,
-    solution: ContactSolution,
+    contact: xr.Dataset,
     *,
     point: int = 0,
     label: str = "",
@@ -41,8 +39,8 @@ def contact_state(
     ----------
     conditions, wheelset, counterface : ContactConditions, Wheelset, Counterface
         What was solved.
-    solution : ContactSolution
-        Of these conditions, of one side or both.
+    contact : Dataset
+        From `wearsim.solve_contact` with fields, of one side or both.
     point : int
         Index of the operating point in the batch.
     label : str
@@ -61,108 +59,66 @@ def contact_state(
     ContactError
         If the solution holds no patch of the point.
     """
-    rows = np.flatnonzero(solution.point == point)
+    rows = np.flatnonzero(contact["point"] == point)
     if rows.size == 0:
         raise ContactError(f"point {point} is not in the solution")
-    data = {
-        name: variable(name, dimensions, values[rows])
-        for name, (dimensions, values) in patch_columns(solution, fields=True).items()
-        if name not in ("point", "roll", "rotation_speed")
-    }
-    cells = data["pressure"].sizes["cell"]
+    own = contact.isel(patch=rows, operating_point=point).drop_vars("point")
+    cells = own.sizes["cell"]
     along = xr.Variable("cell", (np.arange(cells) + 0.5) / cells)
-    lead, trail = data["cells_lead"], data["cells_trail"]
-    place = lead - along * (lead - trail)
-    edges = solution.strip_edges_wheel_y[rows]
-    slip = np.hypot(data["slip_x"].values, data["slip_y"].values)
+    place = own["cells_lead"] - along * (own["cells_lead"] - own["cells_trail"])
+    edges = own["strip_wheel_y_edges"].values
+    slip = np.hypot(own["slip_x"].values, own["slip_y"].values)
     strip, cell = ("patch", "strip"), ("patch", "cell", "strip")
-    data |= {
-        "side": variable("side", ("patch",), solution.side[rows]),
+    kappa = counterface.curvature
+    data = {
+        "side": variable("side", ("patch",), (own["side"].values == "left").astype(np.int64)),
         "strip_wheel_y": variable("strip_wheel_y", strip, 0.5 * (edges[:, 1:] + edges[:, :-1])),
         "longitudinal": variable("longitudinal", cell, place.transpose(*cell).values),
         "slipping": variable("slipping", cell, (slip > 0.0).astype(np.int8)),
-        **_point(conditions, solution, counterface, point, rows[0]),
-        **_sections(conditions, wheelset, counterface, solution, point, rows),
+        "counterface_curvature": variable("counterface_curvature", (), kappa),
     }
-    kappa = counterface.curvature
+    state = own.reset_coords("side").assign(data)
     against = "rail" if kappa == 0.0 else f"roller {1e3 / kappa:.6g} mm"
-    return xr.Dataset(data, attrs={
-        "label": label or against,
-        "counterface": "rail" if kappa == 0.0 else "roller",
-        "wheel_profile": wheelset.right.name,
-        "counterface_profile": counterface.profile.name,
-        "rotation_rule": conditions.rotation if isinstance(conditions.rotation, str) else "given",
-        "creepage_given": int(conditions.creepage is not None),
-        "free_roll": int(conditions.free_roll),
-    })  # fmt: skip
+    return state.assign(_sections(wheelset, counterface, state)).assign_attrs(
+        label=label or against,
+        counterface="rail" if kappa == 0.0 else "roller",
+        creepage_given=int(conditions.creepage is not None),
+        free_roll=int(conditions.free_roll),
+    )
 
 
-def _point(
-    conditions: ContactConditions, solution: ContactSolution, counterface: Counterface, point: int, row: int
-) -> dict[str, xr.Variable]:
-    """Operating point as scalars."""
-    values = {
-        name: getattr(conditions, name)[point]
-        for name in ("shift", "yaw", "wheel_load", "speed", "friction", "track_curvature")
-    }
-    values["roll"] = solution.roll[row]
-    values["rotation_speed"] = solution.rotation_speed[row]
-    values["counterface_curvature"] = counterface.curvature
-    return {name: variable(name, (), float(value)) for name, value in values.items()}
-
-
-def _sections(
-    conditions: ContactConditions,
-    wheelset: Wheelset,
-    counterface: Counterface,
-    solution: ContactSolution,
-    point: int,
-    rows: Any,
-) -> dict[str, xr.Variable]:
+def _sections(wheelset: Wheelset, counterface: Counterface, state: xr.Dataset) -> dict[str, xr.Variable]:
     """Wheel and counterface across the track, and the gap around the patches, of each solved side."""
-    sides = np.unique(solution.side[rows])
-    parts: dict[str, list[FloatArray]] = {}
-    surfaces, spread, distances = [], [], []
+    sides = np.unique(state["side"])
+    shift, yaw, roll = (float(state[name]) for name in ("shift", "yaw", "roll"))
+    kappa = counterface.curvature
+    lines = []
     for side in sides:
         sign = -1.0 if side else 1.0
-        angles = (conditions.yaw[point], solution.roll[rows[0]])
-        shift, yaw, roll = sign * np.array([conditions.shift[point], *angles])
         profile = wheelset.left if side else wheelset.right
         rail = counterface.profiles[side]
         surface = geometry.counterface_profile(rail)
+        pose = sign * np.array([[shift], [yaw], [roll]])
         gap = geometry.gap(
             geometry.wheel_surface(profile, wheelset.radius),
             surface,
-            geometry.WheelsetPose(np.array([shift]), np.array([yaw]), np.array([roll])),
+            geometry.WheelsetPose(*pose),
             half_span=wheelset.half_span,
             nominal_radius=wheelset.radius,
-            curvature=counterface.curvature,
+            curvature=kappa,
         )
         height = float(gap.gap.min())
-        y, z = _trace(profile, wheelset, counterface.curvature, shift, yaw, roll)
-        own = rows[solution.side[rows] == side]
-        half = 0.5 * solution.width[own]
-        low, high = (solution.rail_y[own] - half).min(), (solution.rail_y[own] + half).max()
+        y, z = _trace(profile, wheelset, kappa, *pose[:, 0])
+        patches = state.isel(patch=np.flatnonzero(state["side"] == side))
+        rail_y, half = patches["rail_y"].values, 0.5 * patches["width"].values
         margin = _GAP_SPAN * float(half.max())
-        surfaces.append(surface)
-        spread.append((low - margin, high + margin))
-        distances.append((gap.gap[0] - height) * np.cos(surface.angle))
-        for name, values in (
-            ("wheel_section_y", sign * y),
-            ("wheel_section_z", z + height),
-            ("counterface_section_y", sign * rail.y),
-            ("counterface_section_z", rail.z),
-        ):
-            parts.setdefault(name, []).append(values)
-    for surface, (low, high), distance in zip(surfaces, spread, distances, strict=True):
+        low, high = (rail_y - half).min() - margin, (rail_y + half).max() + margin
         at = np.linspace(max(low, surface.y[0]), min(high, surface.y[-1]), 401)
-        parts.setdefault("gap_rail_y", []).append(at)
-        parts.setdefault("gap", []).append(np.interp(at, surface.y, distance))
-    meaning = {"long_name": "wheel", "comment": "0 right, 1 left"}
-    variables = {"wheel": xr.Variable(("wheel",), sides, meaning)}
-    for name, lines in parts.items():
-        row, along = _SECTIONS[name]
-        variables[name] = variable(row, ("wheel", along), np.stack(lines))
+        distance = np.interp(at, surface.y, (gap.gap[0] - height) * np.cos(surface.angle))
+        lines.append((sign * y, z + height, sign * rail.y, rail.z, at, distance))
+    variables = {"wheel": xr.Variable("wheel", sides, {"long_name": "wheel", "comment": "0 right, 1 left"})}
+    for (name, quantity, along), values in zip(_SECTIONS, zip(*lines, strict=True), strict=True):
+        variables[name] = variable(quantity, ("wheel", along), np.stack(values))
     return variables
 
 

@@ -7,6 +7,7 @@ import difflib
 import io
 import itertools
 import json
+import math
 import sys
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
@@ -33,10 +34,11 @@ from wearsim.studies.contact_points import (
 from wearsim.toml_faults import text_of
 
 _WINDOW = 64
-"""Rows of a table solved and written together; the memory a table takes does not grow beyond them."""
+"""Rows of a table solved and written together, so that only their solutions are in memory."""
 
 _LONGEST_LINE = 1_000_000  # characters; longer ones are no table of operating points
 _MOST_FAULTS = 100  # lines of one message; a wrong unit would fault every row of a long table
+_LOWER = {name.lower(): known for known, flag in COLUMNS.items() for name in (known, flag.field)}
 _CREEPAGES = ("creepage_x", "creepage_y", "spin")
 _PRINTED = (
     # column, name, factor to the shown unit, format
@@ -90,90 +92,56 @@ class Row(NamedTuple):
 
 
 class Table(NamedTuple):
-    """A table without faults.
-
-    Parameters
-    ----------
-    name : str
-        What the user calls it.
-    text : str
-        Its lines.
-    columns : tuple of str
-        Of the header, in its order.
-    warnings : tuple of str
-        What deserves a second look, one line each.
-    """
+    """A table without faults: its name for the user, its columns, the rows to solve, and warnings on it."""
 
     name: str
-    text: str
     columns: tuple[str, ...]
-    warnings: tuple[str, ...]
-
-    @property
-    def kept(self) -> tuple[str, ...]:
-        """Columns that are flags or carried through; results of an earlier run are not."""
-        return tuple(column for column in self.columns if column not in RESULT_COLUMNS)
-
-    def rows(self) -> Iterator[Row]:
-        """Rows that are solved, one after the other."""
-        records = (item for item in _records(self.name, self.text) if any(cell.strip() for cell in item[1]))
-        next(records)  # the header
-        yield from (_row(self.columns, *item) for item in records if not _is_further(self.columns, item[1]))
+    rows: list[Row]
+    warnings: list[str]
 
 
 def read_table(source: str, flags: Mapping[str, str]) -> Table:
-    """Read a whole table and check it.
+    """Read a whole table from a CSV file, or - for standard input, and check it.
 
-    Parameters
-    ----------
-    source : str
-        A CSV file, or - for standard input.
-    flags : mapping
-        Texts of the flags that the rows are merged into, by column, without faults.
-
-    Raises
-    ------
-    SceneError
-        All faults, each with its line.
+    Its rows are merged into the texts of the flags, which are by column and without faults. SceneError holds
+    all faults, each with its line.
     """
     name, text = _text(source)
-    faults: list[Fault] = []
     columns: tuple[str, ...] = ()
-    warnings: list[str] = []
-    rows, further, rest, empty = 0, 0, 0, list[int]()
+    rows: list[Row] = []
+    faults, broken, further, empty = list[Fault](), list[Fault](), 0, list[int]()
     seen: set[tuple[object, ...]] = set()
     try:
         for line, cells in _records(name, text):
+            record = dict(zip(columns, cells, strict=False))
             if not any(cell.strip() for cell in cells):
                 empty += [line] if columns else []
             elif not columns:
                 columns = _header(name, line, cells)
-                warnings = list(_warnings(columns))
-            elif _is_further(columns, cells):
+            elif _is_further(record):
                 further += 1
             else:
-                rows += 1
-                for fault in _row_faults(columns, line, cells, flags, seen):
-                    if len(faults) < _MOST_FAULTS:
-                        faults.append(Fault(fault, name, line))
-                    else:
-                        rest += 1
+                rows.append(_row(line, record))
+                faults += [
+                    Fault(fault, name, line) for fault in _row_faults(columns, rows[-1], cells, flags, seen)
+                ]
     except SceneError as error:
-        faults += error.faults
+        broken = [*error.faults]
     else:
-        if rows == 0:
+        if not rows:
             missing = "only a header" if columns else "nothing"
-            faults.append(Fault(f"holds {missing}; give a header with flags and a row per point", name))
-    if rest:
-        faults.append(Fault(f"{rest} more faults are not shown", name))
-    if faults:
-        raise SceneError(faults)
+            broken = [Fault(f"holds {missing}; give a header with flags and a row per point", name)]
+    if len(faults) > _MOST_FAULTS:
+        broken.append(Fault(f"{len(faults) - _MOST_FAULTS} more faults are not shown", name))
+    if faults or broken:
+        raise SceneError([*faults[:_MOST_FAULTS], *broken])
+    warnings = list(_warnings(columns))
     if further:
         warnings.append(f"{further} lines of further patches (column patch above 1) are left out")
     if empty:
         listed = f"{len(empty)} rows of empty cells are left out, the first is line {empty[0]}"
         warnings.append(f"{listed}; a row of defaults needs one value")
-    return Table(name, text, columns, tuple(warnings))
+    return Table(name, columns, rows, warnings)
 
 
 def _text(source: str) -> tuple[str, str]:
@@ -195,24 +163,21 @@ def _text(source: str) -> tuple[str, str]:
     return name, text
 
 
-def _is_further(columns: tuple[str, ...], cells: list[str]) -> bool:
+def _is_further(record: Mapping[str, str]) -> bool:
     """Whether a row is the second or a later patch of a point in the output of an earlier run."""
-    if not {"patch", "table_line"} <= set(columns):
-        return False
-    cell = dict(zip(columns, cells, strict=False)).get("patch", "").strip()
-    return cell.isdecimal() and int(cell) > 1
+    patch = record.get("patch", "").strip()
+    return "table_line" in record and patch.isdecimal() and int(patch) > 1
 
 
-def _row(columns: tuple[str, ...], line: int, cells: list[str]) -> Row:
-    pairs = list(zip(columns, cells, strict=False))
-    given = {column: cell.strip() for column, cell in pairs if column in COLUMNS and cell.strip()}
-    carried = {c: cell for c, cell in pairs if c not in COLUMNS and c not in RESULT_COLUMNS}
-    return Row(line, given, carried)
+def _row(line: int, record: Mapping[str, str]) -> Row:
+    given = {column: cell.strip() for column, cell in record.items() if column in COLUMNS and cell.strip()}
+    known = {*COLUMNS, *RESULT_COLUMNS}
+    return Row(line, given, {column: cell for column, cell in record.items() if column not in known})
 
 
 def _row_faults(
     columns: tuple[str, ...],
-    line: int,
+    row: Row,
     cells: list[str],
     flags: Mapping[str, str],
     seen: set[tuple[object, ...]],
@@ -220,16 +185,13 @@ def _row_faults(
     """All that is wrong with one row; faults of profiles only at the first row that uses them."""
     if len(cells) < len(columns) or any(cell.strip() for cell in cells[len(columns) :]):
         return [f"{len(cells)} cells, the header has {len(columns)}; quote cells that hold commas"]
-    given = _row(columns, line, cells).given
-    request, wrong = request_of(flags, given)
-    faults = faults_of(given, wrong, as_flags=False)
+    request, wrong = request_of(flags, row.given)
+    faults = faults_of(row.given, wrong, as_flags=False)
     profiles = (request.wheel, *request.placed_rail)
     if profiles not in seen:
-        seen.add(profiles)
-        for fault in profile_faults(request):
-            if fault not in seen:
-                seen.add(fault)
-                faults.append(": ".join(fault))
+        new = [fault for fault in profile_faults(request) if fault not in seen]
+        faults += map(": ".join, new)
+        seen |= {profiles, *new}
     return faults + ([request.conflict] if request.conflict else [])
 
 
@@ -238,13 +200,10 @@ def _header(name: str, line: int, cells: list[str]) -> tuple[str, ...]:
     columns = [cell.strip() for cell in cells]
     while columns and not columns[-1]:
         columns.pop()
-    only = " ".join(cells)
     for mark, called in ((";", "semicolons"), ("\t", "tabs")):
-        if len(columns) == 1 and mark in only:
-            message = (
-                f"columns are separated by {called}; save the table with commas between columns and points"
-            )
-            raise SceneError([Fault(message + " as decimal marks", name, line)])
+        if len(columns) == 1 and mark in " ".join(cells):
+            fix = "save the table with commas between columns and points as decimal marks"
+            raise SceneError([Fault(f"columns are separated by {called}; {fix}", name, line)])
     faults = [f"column {k} has no name" for k, column in enumerate(columns, 1) if not column]
     twice = sorted({column for column in columns if column and columns.count(column) > 1})
     faults += [f"column {_short(column)} stands there more than once; keep one" for column in twice]
@@ -265,17 +224,12 @@ def _short(text: str) -> str:
 
 
 def _nearest(column: str) -> str | None:
-    """Flag that a column was probably meant to be."""
+    """Flag that a column was probably meant to be, by its name with or without the unit."""
     plain = column.strip("-").replace("-", "_").replace(" ", "_").lower()
-    by_lower = {known.lower(): known for known in COLUMNS}
-    if plain in by_lower:
-        return by_lower[plain]
-    for known in COLUMNS:
-        stem = known.rsplit("_", 1)[0] if known not in ("roll", "rotation") else known
-        if plain in (stem.lower(), known.split("_mm")[0].lower(), known.split("_km_h")[0].lower()):
-            return known
-    near = difflib.get_close_matches(plain, list(by_lower), n=1, cutoff=0.75)
-    return by_lower[near[0]] if near else None
+    if plain in _LOWER:
+        return _LOWER[plain]
+    near = difflib.get_close_matches(plain, [known.lower() for known in COLUMNS], n=1, cutoff=0.75)
+    return _LOWER[near[0]] if near else None
 
 
 def _warnings(columns: tuple[str, ...]) -> Iterator[str]:
@@ -354,14 +308,14 @@ def as_json(
 
 def as_text(result: PointResult) -> str:
     """Table of the patches for people."""
-    width = [max(len(title), 10) for title, *_ in _PRINTED]
-    lines = ["side   " + "  ".join(title.rjust(w) for (title, *_), w in zip(_PRINTED, width, strict=True))]
+    rows = [["side", *(title for title, *_ in _PRINTED)]]
     for patch in result.patches:
-        cells = [
-            format(patch[name] * factor, style).rjust(w)
-            for (_, name, factor, style), w in zip(_PRINTED, width, strict=True)
-        ]
-        lines.append(f"{patch['side']:5}  " + "  ".join(cells))
+        rows.append([patch["side"], *(format(patch[name] * f, style) for _, name, f, style in _PRINTED)])
+    width = [max(len(title), 10) for title in rows[0][1:]]
+    lines = [
+        f"{side:5}  " + "  ".join(cell.rjust(w) for cell, w in zip(cells, width, strict=True))
+        for side, *cells in rows
+    ]
     request, speed, count = result.request, result.rotation_speed, len(result.patches)
     kappa = request.counterface_curvature
     against = "rail" if kappa == 0.0 else f"roller of {1e3 / kappa:g} mm"
@@ -376,18 +330,10 @@ def as_text(result: PointResult) -> str:
 
 
 def notes(result: PointResult) -> dict[str, str]:
-    """Return what deserves a second look in one solved point, by kind.
+    """Warnings on one solved point, by kind.
 
-    Parameters
-    ----------
-    result : PointResult
-        Of any point.
-
-    Returns
-    -------
-    dict
-        On a measured rail, a wheel that climbs its flange, pressures no steel carries, and a roller that
-        runs in a curve.
+    On a measured rail, a wheel that climbs its flange, pressures no steel carries, and a roller that runs in
+    a curve.
     """
     request, lines = result.request, {}
     stand = _stand(request.rail, request.inclination)
@@ -395,10 +341,8 @@ def notes(result: PointResult) -> dict[str, str]:
         lines["measured rail"] = f"{request.rail}: {stand}"
     free = _clearance(request.wheel, *request.placed_rail)
     towards = {"right": request.shift, "left": -request.shift}
-    climbing = [
-        patch["side"] for patch in result.patches if free is not None and towards[patch["side"]] > free
-    ]
-    if climbing and free is not None:
+    climbing = [patch["side"] for patch in result.patches if towards[patch["side"]] > free]
+    if climbing:
         lines["flange clearance"] = (
             f"shift {1e3 * request.shift:g} mm is beyond the flange clearance of {1e3 * free:.3g} mm: the "
             f"{climbing[0]} wheel climbs its flange, which a wheelset in service does only while it derails"
@@ -417,8 +361,10 @@ def notes(result: PointResult) -> dict[str, str]:
 
 
 @lru_cache(maxsize=64)
-def _clearance(wheel: str, *placed_rail: Any) -> float | None:
-    return flange_clearance(wheel_profile(wheel), rail_profile(*placed_rail))
+def _clearance(wheel: str, *placed_rail: Any) -> float:
+    """Flange clearance, infinite where it is not known."""
+    free = flange_clearance(wheel_profile(wheel), rail_profile(*placed_rail))
+    return math.inf if free is None else free
 
 
 @lru_cache(maxsize=64)
@@ -430,7 +376,7 @@ def _stand(rail: str, inclination: float) -> str | None:
 
 def solved_rows(table: Table, flags: Mapping[str, str]) -> Iterator[tuple[Row, PointResult | ContactError]]:
     """Rows with their solutions, or why they have none; solved a window at a time."""
-    rows = table.rows()
+    rows = iter(table.rows)
     while window := list(itertools.islice(rows, _WINDOW)):
         requests = [request_of(flags, row.given)[0] for row in window]
         yield from zip(window, solve_points(requests), strict=True)
@@ -442,7 +388,8 @@ def write_csv(
     """Write a line per patch: what was given, and `RESULT_COLUMNS`."""
     # flags given with the table become columns, too: the output holds all that was not a default
     stated = ("side", "roll", "normal", "tangential")
-    columns = list(dict.fromkeys([*table.kept, *flags, *stated, *RESULT_COLUMNS]))
+    kept = [column for column in table.columns if column not in RESULT_COLUMNS]  # not of an earlier run
+    columns = list(dict.fromkeys([*kept, *flags, *stated, *RESULT_COLUMNS]))
     writer = csv.DictWriter(stream, columns, restval="", extrasaction="ignore", lineterminator="\n")
     writer.writeheader()
     for row, result in results:

@@ -14,6 +14,7 @@ import numpy as np
 from wearsim.campaign.record import write_atomically
 from wearsim.campaign.run import Event, Observer, run_scene
 from wearsim.errors import ContactError
+from wearsim.quantities import QUANTITIES
 from wearsim.results import open_results
 from wearsim.results.checks import last_worn_row, new_row, wear_steps
 from wearsim.scene import CampaignScene, FieldScene, RigScene, load_campaign
@@ -25,23 +26,19 @@ MEASURES = ("flange_thickness", "flange_height", "max_wear_depth", "worn_area", 
 COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area")
 """Further measures of rails or rollers that wear."""
 
-_FINEST_SPACING_MM, _MOST_CELLS, _MOST_POSITIONS, _LONGEST_WAVE_MM = 0.05, 400, 200, 50.0
+_FINEST_SPACING_MM = QUANTITIES["point_spacing"].range.low
+_LONGEST_WAVE_MM = float(QUANTITIES["smoothing_wavelength"].range.high)
+_MOST_POSITIONS = int(QUANTITIES["positions"].range.high)
+_FINEST_CELL_MM = QUANTITIES["cell_size"].range.low
+_MOST_CELLS = int(QUANTITIES["cells"].range.high)
 
 
 @dataclass(frozen=True)
 class Refinement:
     """One way to compute the same campaign otherwise.
 
-    Parameters
-    ----------
-    name : str
-        Of its run directory.
-    text : str
-        What is refined.
-    overrides : tuple of Override
-        To the scene; empty where there is nothing to refine.
-    reason : str
-        Why there is nothing.
+    `name` is that of its run directory, `text` says what is refined; where there is nothing to refine
+    `overrides` is empty, and `reason` says why.
     """
 
     name: str
@@ -53,24 +50,14 @@ class Refinement:
 def refinements(scene: CampaignScene) -> tuple[Refinement, ...]:
     """Make the refinements of a scene.
 
-    Parameters
-    ----------
-    scene : RigScene, FieldScene or CompareScene
-        As loaded.
-
-    Returns
-    -------
-    tuple of Refinement
-        Step, grid, smoothing (half and double), operating points, and all but double smoothing together.
+    Step, grid, smoothing (half and double), operating points, and all but double smoothing together.
     """
 
     def overrides(of: Any) -> tuple[Override, ...]:
-        return tuple(
-            Override(role + key, value) for role, part in scene.prefixed.items() for key, value in of(part)
-        )
+        parts = scene.prefixed.items()
+        return tuple(Override(role + key, value) for role, part in parts for key, value in of(part).items())
 
     step, grid, points = overrides(_step), overrides(_grid), overrides(_points)
-    half, double = (overrides(lambda part, f=factor: _smoothing(part, f)) for factor in (0.5, 2.0))
     # together the points are twice as close, and half the wavelength is resolved wherever the whole one was
     resolved = overrides(lambda part: _smoothing(part, 0.5, _spacing(part)))
     text = "all of these, smoothed as given"
@@ -78,6 +65,7 @@ def refinements(scene: CampaignScene) -> tuple[Refinement, ...]:
         where = "" if len(resolved) == len(scene.prefixed) else ", where points resolve that"
         text = f"all of these, with the wavelength halved{where}"
     no_wave = "the increments are not smoothed, or half the wavelength is below two points of the profile"
+    half, double = (overrides(lambda part, f=factor: _smoothing(part, f)) for factor in (0.5, 2.0))
     given = "a rig programme gives its operating points one by one"
     return (
         Refinement("step", "steps half as long", step),
@@ -90,33 +78,21 @@ def refinements(scene: CampaignScene) -> tuple[Refinement, ...]:
 
 
 def other_models(scene: CampaignScene, against: Sequence[tuple[str, str]]) -> tuple[Refinement, ...]:
-    """Make the campaigns with other contact models.
-
-    Parameters
-    ----------
-    scene : RigScene, FieldScene or CompareScene
-        As loaded.
-    against : sequence of (str, str)
-        Normal and tangential model of each.
-
-    Returns
-    -------
-    tuple of Refinement
-        Grid, steps and all else as given.
-    """
-    chosen = any(part.contact.model == "auto" for part in scene.parts)
+    """Make the campaigns with other contact models, by their normal and tangential model, else as given."""
+    if any(part.contact.model == "auto" for part in scene.parts):
+        roles, reason = [], 'the scene leaves its contact models to model = "auto"'
+    else:
+        roles, reason = list(scene.prefixed), ""
     return tuple(
         Refinement(
             f"{normal}+{tangential}",
             f"contact models {normal} + {tangential}",
-            ()
-            if chosen
-            else tuple(
+            tuple(
                 Override(f"{role}contact.{key}", value)
-                for role in scene.prefixed
+                for role in roles
                 for key, value in (("normal", normal), ("tangential", tangential))
             ),
-            'the scene leaves its contact models to model = "auto"',
+            reason,
         )
         for normal, tangential in against
     )
@@ -170,19 +146,15 @@ def converge(
     base = out if distance is None else runs / "as-given"
 
     def run(directory: Path, all_overrides: Sequence[Override]) -> dict[str, dict[str, Any]]:
+        """Run, and return the ends of the campaigns by their kind."""
+
         def observe(event: Event) -> None:
+            name = event.name if directory == out else f"{event.name}, {directory.name}"
             if observer is not None:
-                observer(
-                    replace(event, name=f"{event.name}, {directory.name}" if directory != out else event.name)
-                )
+                observer(replace(event, name=name))
 
         paths = run_scene(path, directory, overrides=all_overrides, command=command, observer=observe)
         return {item.stem: _end(item) for item in paths if item.stem in ("rig", "field")}
-
-    def with_difference(directory: Path, ends: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
-        for kind, end in ends.items():
-            end["profile_difference"] = _difference(base / f"{kind}.nc", directory / f"{kind}.nc")
-        return ends
 
     out.mkdir(parents=True, exist_ok=True)
     given = run(base, common)
@@ -194,7 +166,10 @@ def converge(
         if item.overrides:
             try:
                 ends = run(runs / item.name, (*alike, *item.overrides))
-                row["ends"], row["reason"] = with_difference(runs / item.name, ends), ""
+                for kind, end in ends.items():
+                    file = f"{kind}.nc"
+                    end["profile_difference"] = _difference(base / file, runs / item.name / file)
+                row |= {"ends": ends, "reason": ""}
             except ContactError as error:
                 row["reason"] = f"failed: {error}"
         rows.append(row)
@@ -222,16 +197,13 @@ def _end(path: Path) -> dict[str, Any]:
     with open_results(path) as data:
         row = last_worn_row(data)
         names = (*MEASURES, *(name for name in COUNTERFACE_MEASURES if name in data))
-        last = {name: data[name].values[row].reshape(-1).tolist() for name in names}
-        first = {name: data[name].values[0].reshape(-1).tolist() for name in names}
+        values = {name: data[name].values for name in names}
         return {
             "distance": float(data["distance"][-1]),
             "steps": wear_steps(data),
             "points": data.sizes["operating_point"],
-            "end": {name: [_known(value) for value in last[name]] for name in names},
-            "moved": {
-                name: [_known(b - a) for a, b in zip(first[name], last[name], strict=True)] for name in names
-            },
+            "end": {name: _known(value[row]) for name, value in values.items()},
+            "moved": {name: _known(value[row] - value[0]) for name, value in values.items()},
         }
 
 
@@ -249,20 +221,20 @@ def _difference(given: Path, other: Path) -> list[float]:
     ]
 
 
-def _known(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+def _known(values: np.ndarray) -> list[float | None]:
+    return [value if math.isfinite(value) else None for value in np.reshape(values, -1).tolist()]
 
 
-def _step(part: RigScene | FieldScene) -> list[tuple[str, float]]:
+def _step(part: RigScene | FieldScene) -> dict[str, float]:
     campaign = part.campaign
-    halved = [
-        ("campaign.max_step_depth_um", max(0.5 * campaign.max_step_depth_um, 0.1)),
-        ("campaign.stability", 0.5 * campaign.stability),
+    halved = {
+        "campaign.max_step_depth_um": max(0.5 * campaign.max_step_depth_um, 0.1),
+        "campaign.stability": 0.5 * campaign.stability,
         # the error of a step grows with the square of its length
-        ("campaign.error_tolerance_um", max(0.25 * campaign.error_tolerance_um, 0.001)),
-    ]
+        "campaign.error_tolerance_um": max(0.25 * campaign.error_tolerance_um, 0.001),
+    }
     if campaign.max_step_km is not None:
-        halved.append(("campaign.max_step_km", 0.5 * campaign.max_step_km))
+        halved["campaign.max_step_km"] = 0.5 * campaign.max_step_km
     return halved
 
 
@@ -271,29 +243,30 @@ def _spacing(part: RigScene | FieldScene) -> float:
     return max(0.5 * part.campaign.point_spacing_mm, _FINEST_SPACING_MM)
 
 
-def _grid(part: RigScene | FieldScene) -> list[tuple[str, float]]:
-    return [
-        ("campaign.point_spacing_mm", _spacing(part)),
-        ("contact.strips", min(2 * part.contact.strips, _MOST_CELLS)),
-        ("contact.cells", min(2 * part.contact.cells, _MOST_CELLS)),
-    ]
+def _grid(part: RigScene | FieldScene) -> dict[str, float]:
+    return {
+        "campaign.point_spacing_mm": _spacing(part),
+        "contact.cell_mm": max(0.5 * part.contact.cell_mm, _FINEST_CELL_MM),
+        **{
+            f"contact.{key}": min(2 * getattr(part.contact, key), _MOST_CELLS)
+            for key in ("strips", "cells", "most_cells")
+        },
+    }
 
 
-def _smoothing(
-    part: RigScene | FieldScene, factor: float, spacing: float | None = None
-) -> list[tuple[str, float]]:
+def _smoothing(part: RigScene | FieldScene, factor: float, spacing: float | None = None) -> dict[str, float]:
     """Change the wavelength, but to none that the points, by default as given, do not resolve."""
     wavelength = factor * part.campaign.smoothing_wavelength_mm
     spacing = part.campaign.point_spacing_mm if spacing is None else spacing
     if wavelength == 0.0 or wavelength < 2.0 * spacing:
-        return []
-    return [("campaign.smoothing_wavelength_mm", min(wavelength, _LONGEST_WAVE_MM))]
+        return {}
+    return {"campaign.smoothing_wavelength_mm": min(wavelength, _LONGEST_WAVE_MM)}
 
 
-def _points(part: RigScene | FieldScene) -> list[tuple[str, float]]:
+def _points(part: RigScene | FieldScene) -> dict[str, float]:
     if isinstance(part, RigScene):
-        return []
-    return [
-        (f"operation.class.{number}.positions", min(2 * run.positions, _MOST_POSITIONS))
+        return {}
+    return {
+        f"operation.class.{number}.positions": min(2 * run.positions, _MOST_POSITIONS)
         for number, run in enumerate(part.operation.classes, start=1)
-    ]
+    }

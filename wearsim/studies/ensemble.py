@@ -24,6 +24,7 @@ from concurrent.futures import (
     wait,
 )
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -55,18 +56,10 @@ _one_per_process = threading.Lock()
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a case stands.
+    """How the case of a number stands, and why it failed.
 
-    Parameters
-    ----------
-    number : int
-        Of the case.
-    state : str
-        "finished", "failed", "interrupted", "stopped" (killed), "running" or "not started".
-    fault : str
-        Why it failed.
-    exit_code : int
-        2 bad input, 3 numerical failure or internal error, 130 interrupted, else 0.
+    The state is "finished", "failed", "interrupted", "stopped" (killed), "running" or "not started"; the exit
+    code is 2 for bad input, 3 for a numerical failure or internal error, 130 if interrupted, else 0.
     """
 
     number: int
@@ -76,17 +69,11 @@ class Outcome:
 
 
 Report = Callable[[Outcome], None]
+Task = Callable[[Case], Outcome]
 
 
 def check_cases(cases: Iterable[Case], out: Path | None = None) -> tuple[Fault, ...]:
-    """Check the scene of every case, and that no run directory belongs to another campaign.
-
-    Parameters
-    ----------
-    cases : iterable of Case
-        To be run.
-    out : Path, optional
-        Directory of the run directories.
+    """Check the scene of every case, and that no run directory in `out` belongs to another campaign.
 
     Returns
     -------
@@ -168,10 +155,11 @@ def run_cases(
         if report is not None:
             report(outcome)
 
-    task = CaseRunner(Path(out).absolute(), command)
+    task = partial(run_case, out=Path(out).absolute(), command=command)
     jobs = min(jobs or available_cores(), len(cases))
     if executor is not None:
-        _hand_out(cases, executor, len(cases), task, ended)
+        for case, _ in _hand_out(cases, executor, len(cases), task, ended):
+            ended(Outcome(case.number, "failed", _LOST, 3))
     elif jobs == 1:
         _hand_out(cases, _InProcess(), 1, task, ended)
     else:
@@ -179,59 +167,35 @@ def run_cases(
     return tuple(outcomes[case.number] for case in cases)
 
 
-@dataclass(frozen=True)
-class CaseRunner:
-    """Runs a case, or continues it, in the process that calls it; can be pickled.
+def run_case(
+    case: Case, out: Path, *, command: str = "", threads: int = 1, observer: Observer | None = None
+) -> Outcome:
+    """Run a case, or continue it, in this process; its outcome, whatever happens in it.
 
-    Parameters
-    ----------
-    out : Path
-        Directory of the run directories.
-    command : str
-        Command line, for the history of the results.
-    threads : int
-        Of the contact solver.
-    observer : callable, optional
-        Called with an `Event` at each step.
+    `out` is the directory of the run directories; further parameters are those of `run_scene`.
     """
-
-    out: Path
-    command: str = ""
-    threads: int = 1
-    observer: Observer | None = None
-
-    def __call__(self, case: Case) -> Outcome:
-        """Return the outcome of the case, whatever happens in it."""
-        try:
-            with _one_per_process:
-                run_scene(
-                    case.base,
-                    self.out / case.name,
-                    command=self.command,
-                    observer=self.observer or _obey,
-                    overrides=case.overrides,
-                    threads=self.threads,
-                )
-        except WearsimError as error:
-            return Outcome(case.number, "failed", " ".join(str(error).split("\n")), error.exit_code)
-        except KeyboardInterrupt:
-            return Outcome(case.number, "interrupted", exit_code=130)
-        except Exception as error:
-            fault = f"internal error, {type(error).__name__}: {' '.join(str(error).split())}"
-            return Outcome(case.number, "failed", f"{fault}; this is a fault of wearsim", 3)
-        return Outcome(case.number, "finished")
+    try:
+        with _one_per_process:
+            run_scene(
+                case.base,
+                out / case.name,
+                command=command,
+                observer=observer or _obey,
+                overrides=case.overrides,
+                threads=threads,
+            )
+    except WearsimError as error:
+        return Outcome(case.number, "failed", " ".join(str(error).split("\n")), error.exit_code)
+    except KeyboardInterrupt:
+        return Outcome(case.number, "interrupted", exit_code=130)
+    except Exception as error:
+        fault = f"internal error, {type(error).__name__}: {' '.join(str(error).split())}"
+        return Outcome(case.number, "failed", f"{fault}; this is a fault of wearsim", 3)
+    return Outcome(case.number, "finished")
 
 
 def outcome_in(directory: Path, number: int) -> Outcome:
-    """Return how a case stands from what its run directory says.
-
-    Parameters
-    ----------
-    directory : Path
-        Its run directory; need not exist.
-    number : int
-        Of the case.
-    """
+    """How a case stands, from what its run directory says, which need not exist."""
     if not is_claimed(directory):
         return Outcome(number, "not started")
     try:
@@ -250,13 +214,7 @@ def outcome_in(directory: Path, number: int) -> Outcome:
 
 
 def campaigns_of(directory: Path) -> tuple[str, ...]:
-    """Names of the campaigns of a run directory: rig, field or both.
-
-    Parameters
-    ----------
-    directory : Path
-        Of a case.
-    """
+    """Names of the campaigns of a run directory: rig, field or both."""
     main = read_manifest(directory).main
     kind = tomllib.loads((directory / SCENE_FOLDER / main).read_text(encoding="utf-8-sig"))["scene"]["kind"]
     return ("rig", "field") if kind == "compare" else (str(kind),)
@@ -266,10 +224,9 @@ def _of_cases(fault: Fault, numbers: list[int]) -> Fault:
     """Fault with the numbers of its cases, runs of them as 3-7."""
     runs: list[list[int]] = []
     for number in numbers:
-        if runs and number == runs[-1][1] + 1:
-            runs[-1][1] = number
-        else:
+        if not runs or number > runs[-1][1] + 1:
             runs.append([number, number])
+        runs[-1][1] = number
     listed = ", ".join(str(first) if first == last else f"{first}-{last}" for first, last in runs)
     return replace(fault, message=f"{'case' if len(numbers) == 1 else 'cases'} {listed}: {fault.message}")
 
@@ -283,12 +240,12 @@ class _InProcess(Executor):
         return done
 
 
-def _in_processes(cases: Sequence[Case], jobs: int, task: CaseRunner, ended: Report) -> None:
+def _in_processes(cases: Sequence[Case], jobs: int, task: Task, ended: Report) -> None:
     """Run cases in processes of this machine; those whose process dies are tried once more."""
     losses: Counter[int] = Counter()
     while cases:
         with _processes(jobs) as (executor, stop):
-            left = _hand_out(cases, executor, jobs, _InChild(task), ended, stop)
+            left = _hand_out(cases, executor, jobs, partial(_in_child, task), ended, stop)
         losses.update(case.number for case, died in left if died)
         for case, died in left:
             if died and losses[case.number] >= _MOST_LOSSES:
@@ -300,14 +257,14 @@ def _hand_out(
     cases: Iterable[Case],
     executor: Executor,
     at_a_time: int,
-    task: Callable[[Case], Outcome],
+    task: Task,
     ended: Report,
     stop: Signal | None = None,
 ) -> list[tuple[Case, bool]]:
     """Let an executor run cases, no more than `at_a_time` waiting in it.
 
-    Returns the cases without outcome, and whether they were running, where a pool with a `stop` signal broke
-    down. After Ctrl-C the running cases are stopped and waited for; then KeyboardInterrupt is raised.
+    Returns the cases without outcome, and whether they were running, where the executor broke down. After
+    Ctrl-C the running cases are stopped and waited for; then KeyboardInterrupt is raised.
     """
     waiting = list(cases)[::-1]
     running: dict[Future[Outcome], Case] = {}
@@ -349,12 +306,7 @@ def _hand_out(
             break
     if interrupted:
         raise KeyboardInterrupt
-    left += [(case, False) for case in reversed(waiting)]
-    if stop is not None:
-        return left
-    for case, _ in left:
-        ended(Outcome(case.number, "failed", _LOST, 3))
-    return []
+    return left + [(case, False) for case in reversed(waiting)]
 
 
 _stop: Signal | None = None
@@ -392,20 +344,15 @@ def _begin(stop: Signal) -> None:
         threading.Thread(target=end_with_parent, daemon=True).start()
 
 
-@dataclass(frozen=True)
-class _InChild:
-    """Runs a case in a worker process."""
-
-    task: CaseRunner
-
-    def __call__(self, case: Case) -> Outcome:
-        try:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-            return self.task(case)
-        except KeyboardInterrupt:
-            return Outcome(case.number, "interrupted", exit_code=130)
-        finally:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _in_child(task: Task, case: Case) -> Outcome:
+    """Run a case in a worker process."""
+    try:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        return task(case)
+    except KeyboardInterrupt:
+        return Outcome(case.number, "interrupted", exit_code=130)
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _obey(event: Event) -> None:

@@ -23,14 +23,7 @@ _Rows = Iterator[tuple[str, str]]
 
 
 def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, Any]:
-    """Return what a scene would run.
-
-    Parameters
-    ----------
-    scene : RigScene or FieldScene
-        From `load_scene`.
-    warnings : sequence of Fault
-        From `check_contact`.
+    """Return what a scene would run, with the warnings of `check_contact`.
 
     Returns
     -------
@@ -79,8 +72,8 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
 
 
 def _fatigue(settings: FatigueSettings) -> dict[str, Any]:
-    shown: dict[str, Any] = {"law": settings.law, "coefficients": fatigue.coefficients_of(settings).name}
-    shown["crack_width"] = settings.crack_width
+    name = fatigue.coefficients_of(settings).name
+    shown = {"law": settings.law, "coefficients": name, "crack_width": settings.crack_width}
     if FATIGUE_LAWS[settings.law].contains_removal:
         shown |= {"branch": settings.branch, "wear_number": settings.wear_number}
     if settings.crack_depth is not None:
@@ -121,19 +114,48 @@ def _choice(setup: CampaignSetup) -> dict[str, Any] | None:
 
 def plan_text(item: dict[str, Any]) -> str:
     """Lines for people from what `plan` returns."""
-    rows = [*_what(item), *_models(item), *_laws(item), *_steps(item), *_counterface(item)]
-    rows.append(("result file", f"about {item['bytes_per_step'] / 1e6:.2g} MB per step before compression"))
-    lines = [f"{item['kind']}: {item['title']}"]
-    lines += [f"  {name:<20}{value}" for name, value in rows]
-    lines += [f"  warning: {warning}" for warning in item["warnings"]]
-    return "\n".join(lines)
+    lines = [f"{item['kind']}: {item['title']}", *(f"  {name:<20}{value}" for name, value in _rows(item))]
+    return "\n".join(lines + [f"  warning: {warning}" for warning in item["warnings"]])
 
 
-def _what(item: dict[str, Any]) -> _Rows:
+def _rows(item: dict[str, Any]) -> _Rows:
+    campaign, wear = item["settings"]["campaign"], item["settings"]["counterface"]["wear"]
     yield "distance", f"{item['distance'] / 1e3:g} km"
     yield "wheel, counterface", ", ".join(entry["name"].split(" ", 1)[1] for entry in item["inputs"][1:3])
     yield "operating points", f"{item['points']}, of which {item['monitoring_points']} only monitor"
     yield "environment factor", ", ".join(f"{value:g}" for value in item["environment"])
+    yield from _models(item)
+    yield from _laws(item)
+    yield (
+        "solutions per step",
+        f"{item['points']} points x 2 wheels x {item['evaluations_per_step']} evaluations "
+        f"({campaign['integrator']}) = {item['solutions_per_step']}",
+    )
+    yield (
+        "steps",
+        f"not known before the run: depth below {campaign['max_step_depth_um']:g} um, S below "
+        f"{campaign['stability']:g} and error below {campaign['error_tolerance_um']:g} um set each",
+    )
+    if (limits := campaign["limits"]) is not None:
+        given = [f"{key} = {value:g}" for key, value in limits.items() if key != "end" and value is not None]
+        ends, reported = (
+            "the first that is met ends the campaign",
+            "the distance at which each is met is reported",
+        )
+        yield "limits", f"{', '.join(given)}; {ends if limits['end'] else reported}"
+    if (rules := campaign["reprofiling"]) is not None:
+        when = list(rules["at_limits"])
+        when += [f"at {', '.join(f'{at:g}' for at in rules['at_km'])} km"] if rules["at_km"] else []
+        profile = rules["profile"] or item["settings"]["wheelset"]["profile"]
+        yield "reprofiled to", f"{profile}: {', '.join(when)}"
+    if wear is not None and "area_mm2_per_1000km" in wear:
+        yield "rails", f"each loses {wear['area_mm2_per_1000km']:g} mm2 per 1000 km where the wheels wear"
+    elif wear is not None:
+        when = [f"every {wear['redress_every_km']:g} km"] if wear["redress_every_km"] else []
+        when += [f"{wear['redress_depth_um']:g} um deep"] if wear["redress_depth_um"] else []
+        redressed = f"redressed to their new profile {' or '.join(when)}" if when else "never redressed"
+        yield "rollers", f"wear {wear['factor']:g} times as deep per passage as the wheels; {redressed}"
+    yield "result file", f"about {item['bytes_per_step'] / 1e6:.2g} MB per step before compression"
 
 
 def _models(item: dict[str, Any]) -> _Rows:
@@ -142,7 +164,10 @@ def _models(item: dict[str, Any]) -> _Rows:
     motion = f"rotation {contact['rotation']}, roll {contact['roll']}"
     if choice is None:
         yield "contact models", f"{contact['normal']}, {contact['tangential']}; {motion}"
-        yield "cells", f"{contact['strips']} strips x {contact['cells']} cells per patch"
+        grid = (
+            f"{contact['strips']} strips x {contact['cells']} cells per patch, more if they would be larger"
+        )
+        yield "cells", f"{grid} than {contact['cell_mm']:g} mm, {contact['most_cells']} at most"
         return
     yield "contact models", f"chosen for a tolerance of {100.0 * choice['tolerance']:.3g} %; {motion}"
     for one in choice["classes"]:
@@ -171,43 +196,3 @@ def _laws(item: dict[str, Any]) -> _Rows:
         text += f"; assumed: places {1e3 * one['crack_width']:g} mm wide"
         text += f", {1e3 * one['wear_limit']:g} mm may wear" if "wear_limit" in one else ""
         yield "fatigue law", text
-
-
-def _steps(item: dict[str, Any]) -> _Rows:
-    campaign = item["settings"]["campaign"]
-    limits, rules = campaign["limits"], campaign["reprofiling"]
-    yield (
-        "solutions per step",
-        f"{item['points']} points x 2 wheels x {item['evaluations_per_step']} evaluations "
-        f"({campaign['integrator']}) = {item['solutions_per_step']}",
-    )
-    yield (
-        "steps",
-        f"not known before the run: depth below {campaign['max_step_depth_um']:g} um, S below "
-        f"{campaign['stability']:g} and error below {campaign['error_tolerance_um']:g} um set each",
-    )
-    if limits is not None:
-        given = [f"{key} = {value:g}" for key, value in limits.items() if key != "end" and value is not None]
-        end = "the first that is met ends the campaign"
-        if not limits["end"]:
-            end = "the distance at which each is met is reported"
-        yield "limits", f"{', '.join(given)}; {end}"
-    if rules is not None:
-        when = list(rules["at_limits"])
-        when += [f"at {', '.join(f'{at:g}' for at in rules['at_km'])} km"] if rules["at_km"] else []
-        profile = rules["profile"] or item["settings"]["wheelset"]["profile"]
-        yield "reprofiled to", f"{profile}: {', '.join(when)}"
-
-
-def _counterface(item: dict[str, Any]) -> _Rows:
-    """Line on the wear of the counterface, if it wears."""
-    wear = item["settings"]["counterface"]["wear"]
-    if wear is None:
-        return
-    if "area_mm2_per_1000km" in wear:
-        yield "rails", f"each loses {wear['area_mm2_per_1000km']:g} mm2 per 1000 km where the wheels wear"
-        return
-    when = [f"every {wear['redress_every_km']:g} km"] if wear["redress_every_km"] else []
-    when += [f"{wear['redress_depth_um']:g} um deep"] if wear["redress_depth_um"] else []
-    redressed = f"redressed to their new profile {' or '.join(when)}" if when else "never redressed"
-    yield "rollers", f"wear {wear['factor']:g} times as deep per passage as the wheels; {redressed}"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import os
 from collections.abc import Callable, Iterator
@@ -11,23 +9,22 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import filelock
 import numpy as np
+import pandas as pd
+import xarray as xr
 
 from wearsim.campaign.directory import is_claimed
-from wearsim.campaign.record import write_atomically
+from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.campaign.run import Observer, available_cores
 from wearsim.errors import Fault, ResultError, SceneError, WearsimError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import GROUPS, LAYOUT, open_results
 from wearsim.results.checks import last_worn_row
 from wearsim.scene.sweep import Case, Sweep, SweepScene
-from wearsim.studies.ensemble import CaseRunner, Outcome, campaigns_of, check_cases, outcome_in, run_cases
-
-if TYPE_CHECKING:
-    import xarray as xr
+from wearsim.studies.ensemble import Outcome, campaigns_of, check_cases, outcome_in, run_case, run_cases
 
 SWEEP_FILE = "sweep.json"
 _LOCK = ".sweep.lock"
@@ -66,19 +63,12 @@ def run_sweep(
     out : str or Path
         Directory; case 1 runs in `case_0001` in it, `sweep.csv` and `sweep.nc` have a row for each.
     executor, jobs, command, report
-        As for `run_cases`.
-
-    Returns
-    -------
-    tuple of Outcome
-        In the order of the cases; one that fails does not stop the others.
+        As for `run_cases`, as is what is returned.
 
     Raises
     ------
     ResultError
         If the directory cannot be written, or another sweep runs in it.
-    KeyboardInterrupt
-        After Ctrl-C, when the running cases have written their last step.
     """
     out = Path(out).absolute()
     if not sweep.cases:
@@ -105,67 +95,26 @@ def run_one(
 ) -> Outcome:
     """Run one case of a sweep in this process, or continue it, whatever the others do.
 
-    Parameters
-    ----------
-    sweep : Sweep
-        The cases.
-    case : Case
-        One of them, as a job array counts them.
-    out : str or Path
-        Directory of the sweep.
-    command : str
-        Command line, for the history of the results.
-    observer : callable, optional
-        Called with an `Event` at each step.
-
-    Returns
-    -------
-    Outcome
-        Of this case. The tables are written by `run_sweep`.
+    The tables are written by `run_sweep`, whose parameters these are; the observer is called with an `Event`
+    at each step.
     """
     out = Path(out).absolute()
     if read_plan(out).get("cases") != plan_of(sweep)["cases"]:
         with _locked(out, _PATIENCE):
             _write_plan(sweep, out, {})
-    return CaseRunner(out, command, available_cores(), observer)(case)
+    return run_case(case, out, command=command, threads=available_cores(), observer=observer)
 
 
-def chosen(sweep: Sweep, only: int | None) -> tuple[Case, ...]:
-    """Return all cases, or the one of this number.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        The cases.
-    only : int, optional
-        Number of a case, from 1.
-
-    Raises
-    ------
-    SceneError
-        If there is no such case.
-    """
-    if only is None:
-        return sweep.cases
-    if not 1 <= only <= len(sweep.cases):
-        message = f"there is no case {only}; give --case 1 to {len(sweep.cases)}"
+def chosen(sweep: Sweep, number: int) -> Case:
+    """Case of this number, from 1; raises SceneError if there is none."""
+    if not 1 <= number <= len(sweep.cases):
+        message = f"there is no case {number}; give --case 1 to {len(sweep.cases)}"
         raise SceneError([Fault(message, sweep.file)])
-    return (sweep.cases[only - 1],)
+    return sweep.cases[number - 1]
 
 
 def plan_of(sweep: Sweep) -> dict[str, Any]:
-    """Return what the directory of a sweep says about its cases.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        The cases.
-
-    Returns
-    -------
-    dict
-        JSON values.
-    """
+    """Title and cases of a sweep as JSON values: what its directory says about them."""
     cases = [
         {
             "case": case.number,
@@ -179,13 +128,7 @@ def plan_of(sweep: Sweep) -> dict[str, Any]:
 
 
 def read_plan(out: Path) -> dict[str, Any]:
-    """Read `sweep.json`; empty where there is none.
-
-    Parameters
-    ----------
-    out : Path
-        Directory of a sweep.
-    """
+    """Read `sweep.json` of the directory of a sweep; empty where there is none."""
     try:
         content = json.loads((out / SWEEP_FILE).read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -201,18 +144,7 @@ def read_plan(out: Path) -> dict[str, Any]:
 
 
 def outcomes_of(out: Path) -> tuple[Outcome, ...]:
-    """Return how the cases of a sweep stand, from what their run directories say.
-
-    Parameters
-    ----------
-    out : Path
-        Directory of the sweep.
-
-    Returns
-    -------
-    tuple of Outcome
-        In the order of the cases.
-    """
+    """How the cases of a sweep stand, in their order, from what their run directories say."""
     plan = read_plan(out)
     outcomes = []
     for entry in plan.get("cases", ()):
@@ -229,19 +161,16 @@ def _locked(out: Path, patience: float) -> Iterator[None]:
     """Hold the lock of a sweep's directory, which is made if need be."""
     if is_claimed(out):
         raise ResultError(f"{out} is the run directory of a campaign; choose another --out for the sweep")
-    try:
+    lock = filelock.FileLock(out / _LOCK, timeout=patience)
+    with readable_errors(f"{out} cannot be used for a sweep"):
         out.mkdir(parents=True, exist_ok=True)
-        lock = filelock.FileLock(out / _LOCK, timeout=patience)
-        lock.acquire()
-    except filelock.Timeout:
-        raise ResultError(
-            f"another wearsim sweep runs in {out}; wait for it (see `wearsim status {out}`) "
-            f"or choose another --out"
-        ) from None
-    except OSError as error:
-        raise ResultError(
-            f"{out} cannot be used for a sweep: {error.strerror}; choose another --out"
-        ) from error
+        try:
+            lock.acquire()
+        except filelock.Timeout:  # an OSError, too
+            raise ResultError(
+                f"another wearsim sweep runs in {out}; wait for it (see `wearsim status {out}`) "
+                f"or choose another --out"
+            ) from None
     try:
         yield
     finally:
@@ -255,12 +184,7 @@ def _write_plan(sweep: Sweep, out: Path, failed: dict[str, Any]) -> None:
 
 
 def sweep_dataset(out: str | Path) -> xr.Dataset:
-    """Gather the cases of a sweep.
-
-    Parameters
-    ----------
-    out : str or Path
-        Directory of the sweep.
+    """Gather the cases of a sweep from its directory.
 
     Returns
     -------
@@ -269,8 +193,6 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         fault of each case, and of finished ones the last value of each measure [SI], that of the worn
         wheels where a campaign ends with a reprofiling; others are NaN.
     """
-    import xarray as xr
-
     out = Path(out)
     plan = read_plan(out)
     entries = plan.get("cases", [])
@@ -288,102 +210,68 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
     for key in dict.fromkeys(key for entry in entries for key in entry["values"]):
         variables[key.replace(".", "_")] = _varied(key, [entry["values"].get(key) for entry in entries])
     if len({entry["scene"] for entry in entries}) > 1:
-        variables["scene"] = (
-            "case",
-            _texts([e["scene"] for e in entries]),
-            {"long_name": "scene file of the case"},
-        )
-    variables["state"] = ("case", _texts([o.state for o in outcomes]), {"long_name": "state of the case"})
-    variables["fault"] = ("case", _texts([o.fault for o in outcomes]), {"long_name": "why the case failed"})
-    layout = {**LAYOUT, **GROUPS["counterface"]}
-    counterface = [name for name in COUNTERFACE_MEASURES if any(name in end for end in ends.values())]
-    for name in (*MEASURES, *counterface) if campaigns else ():
-        per_wheel = "wheel" in layout[name].dimensions
-        shape = (len(entries), len(campaigns), *((2,) if per_wheel else ()))
-        values = np.full(shape, np.nan)
-        for (row, campaign), end in ends.items():
-            values[row, campaigns.index(campaign)] = end.get(name, np.nan)
-        quantity = QUANTITIES[name]
-        about = {"units": quantity.unit, "long_name": quantity.meaning}
-        if quantity.sign:
-            about["comment"] = quantity.sign
-        dimensions = ("case", "campaign", "wheel") if per_wheel else ("case", "campaign")
-        variables[name] = (dimensions, values, about)
-    coordinates: dict[str, Any] = {
-        "case": ("case", np.array([entry["case"] for entry in entries]), {"long_name": "number of the case"})
-    }
+        variables["scene"] = _texts("case", [e["scene"] for e in entries], "scene file of the case")
+    variables["state"] = _texts("case", [outcome.state for outcome in outcomes], "state of the case")
+    variables["fault"] = _texts("case", [outcome.fault for outcome in outcomes], "why the case failed")
+    numbers = np.array([entry["case"] for entry in entries])
+    coordinates: dict[str, Any] = {"case": ("case", numbers, {"long_name": "number of the case"})}
     if campaigns:
+        layout = {**LAYOUT, **GROUPS["counterface"]}
+        worn = [name for name in COUNTERFACE_MEASURES if any(name in end for end in ends.values())]
+        for name in (*MEASURES, *worn):
+            wheels = ("wheel",) if "wheel" in layout[name].dimensions else ()
+            values = np.full((len(entries), len(campaigns), *(2 for _ in wheels)), np.nan)
+            for (row, campaign), end in ends.items():
+                values[row, campaigns.index(campaign)] = end.get(name, np.nan)
+            variables[name] = (("case", "campaign", *wheels), values, QUANTITIES[name].attributes)
         # as in result files: a text variable per dimension, since coordinates of CF are numbers
-        coordinates["campaign_name"] = ("campaign", _texts(campaigns), {"long_name": "campaign"})
-        coordinates["wheel_name"] = ("wheel", _texts(list(WHEELS)), {"long_name": "wheel"})
+        coordinates["campaign_name"] = _texts("campaign", campaigns, "campaign")
+        coordinates["wheel_name"] = _texts("wheel", list(WHEELS), "wheel")
     title = str(plan.get("title") or "sweep")
-    about_all = {"Conventions": "CF-1.11", "title": title, "history": "gathered by wearsim sweep"}
-    return xr.Dataset(variables, coordinates, about_all)
+    about = {"Conventions": "CF-1.11", "title": title, "history": "gathered by wearsim sweep"}
+    return xr.Dataset(variables, coordinates, about)
 
 
 def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
-    """Rows of the table, one per case and campaign, in the units people read.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        From `sweep_dataset`.
+    """Rows of the table, one per case and campaign of `sweep_dataset`, in the units people read.
 
     Returns
     -------
     list of dict
         Values by column; None where there is none.
     """
-    campaigns = (
-        [str(name) for name in dataset["campaign_name"].values] if "campaign" in dataset.dims else [""]
-    )
+    campaigns = dataset["campaign_name"].values.tolist() if "campaign" in dataset.dims else []
+    measures = {name: dataset[name].values for name in (*MEASURES, *COUNTERFACE_MEASURES) if name in dataset}
+    varied = {
+        str(variable.attrs.get("key", name)): variable.values
+        for name, variable in dataset.data_vars.items()
+        if variable.dims == ("case",) and name not in ("state", "fault")
+    }
     rows = []
     for at, number in enumerate(dataset["case"].values):
-        ended = [
-            c for c in campaigns if c and np.isfinite(dataset["distance"].values[at, campaigns.index(c)])
-        ]
-        for campaign in ended or [""]:
-            row: dict[str, Any] = {"case": int(number)}
-            for name, variable in dataset.data_vars.items():
-                if variable.dims == ("case",) and name not in ("state", "fault"):
-                    row[str(variable.attrs.get("key", name))] = _plain(variable.values[at])
-            row |= {"state": str(dataset["state"].values[at]), "fault": str(dataset["fault"].values[at])}
-            row["campaign"] = campaign
-            for name in [one for one in (*MEASURES, *COUNTERFACE_MEASURES) if one in dataset]:
-                _measures(
-                    row, name, dataset[name].values[at], campaigns.index(campaign) if campaign else None
-                )
+        cells = {"case": int(number)} | {key: _plain(values[at]) for key, values in varied.items()}
+        cells |= {name: str(dataset[name].values[at]) for name in ("state", "fault")}
+        ended = [k for k in range(len(campaigns)) if np.isfinite(measures["distance"][at, k])]
+        for k in ended or [0]:
+            row = cells | {"campaign": campaigns[k] if ended else ""}
+            for name, values in measures.items():
+                row |= _measures(name, values[at, k])
             rows.append(row)
     return rows
 
 
 def write_tables(out: Path) -> None:
-    """Write `sweep.csv` and `sweep.nc` of a sweep, each atomically.
-
-    Parameters
-    ----------
-    out : Path
-        Directory of the sweep.
-    """
+    """Write `sweep.csv` and `sweep.nc` into the directory of a sweep, each atomically."""
     dataset = sweep_dataset(out)
-    rows = sweep_rows(dataset)
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({key: "" if value is None else value for key, value in row.items()} for row in rows)
-    write_atomically(out / "sweep.csv", text.getvalue().encode())
-    path = out / "sweep.nc"
-    part = out / ".sweep.nc.tmp"
+    table = pd.DataFrame(sweep_rows(dataset), dtype=object)
+    write_atomically(out / "sweep.csv", table.to_csv(index=False, lineterminator="\n").encode())
+    path, part = out / "sweep.nc", out / ".sweep.nc.tmp"
     encoding = {name: {"_FillValue": None} for name in dataset.coords}
-    try:
+    advice = "all cases are safe, make room and run the same command again"
+    with readable_errors(f"{path} cannot be written", advice):
         part.unlink(missing_ok=True)
         dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
         os.replace(part, path)
-    except OSError as error:
-        raise ResultError(
-            f"{path} cannot be written: {error.strerror or error}; all cases are safe, make room and run the "
-            f"same command again"
-        ) from error
 
 
 def _end(path: Path) -> dict[str, np.ndarray]:
@@ -394,38 +282,34 @@ def _end(path: Path) -> dict[str, np.ndarray]:
 
 
 def _varied(key: str, values: list[Any]) -> tuple[str, np.ndarray, dict[str, str]]:
+    """Values of a key over the cases: numbers, or texts as the scene has them; None where it is removed."""
     about = {"long_name": f"{key} of the scene", "key": key}
-    given = [value for value in values if value is not None]
-    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in given):
-        return "case", np.array([np.nan if value is None else float(value) for value in values]), about
-    return "case", _texts(["" if value is None else _text(value) for value in values]), about
+    if all(value is None or (isinstance(value, int | float) and type(value) is not bool) for value in values):
+        return "case", np.array(values, dtype=float), about
+    texts = ["" if v is None else str(v).lower() if isinstance(v, bool) else str(v) for v in values]
+    return "case", np.array(texts, dtype=object), about
 
 
-def _text(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def _texts(values: list[str]) -> np.ndarray:
-    return np.array(values, dtype=object)
+def _texts(dimension: str, values: list[str], meaning: str) -> tuple[str, np.ndarray, dict[str, str]]:
+    return dimension, np.array(values, dtype=object), {"long_name": meaning}
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, float | np.floating):
+    if isinstance(value, float):
         return None if np.isnan(value) else float(value)
     return str(value)
 
 
-def _measures(row: dict[str, Any], name: str, values: np.ndarray, campaign: int | None) -> None:
+def _measures(name: str, values: np.ndarray) -> dict[str, float | None]:
+    """Cells of a measure, of both wheels where it has a value of each."""
     quantity = QUANTITIES[name]
     unit, factor = ("km", 1e-3) if name == "distance" else (quantity.shown_unit, quantity.shown_factor)
     suffix = {"mm²": "_mm2", "1": "", "": ""}.get(unit, f"_{unit}")
-    wheels = [""] if values.ndim == 1 else [f"_{wheel}" for wheel in WHEELS]
-    for index, wheel in enumerate(wheels):
-        value = None
-        if campaign is not None:
-            stored = float(values[campaign] if values.ndim == 1 else values[campaign, index])
-            value = float(f"{stored * factor:.9g}") if np.isfinite(stored) else None
-        row[f"{name}{suffix}{wheel}"] = value
+    wheels = [f"_{wheel}" for wheel in WHEELS] if values.ndim else [""]
+    return {
+        f"{name}{suffix}{wheel}": float(f"{value:.9g}") if np.isfinite(value) else None
+        for wheel, value in zip(wheels, values.reshape(-1) * factor, strict=True)
+    }
 
 
 def sweep_of(scene: SweepScene) -> Sweep:
@@ -453,15 +337,7 @@ def case_line(case: dict[str, Any]) -> str:
 
 
 def listed_cases(sweep: Sweep, out: Path) -> list[dict[str, Any]]:
-    """Return all cases, each with its state, or with the fault that makes it impossible.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        The cases.
-    out : Path
-        Directory of the sweep.
-    """
+    """All cases, each with its state in the directory, or with the fault that makes it impossible."""
     cases = plan_of(sweep)["cases"]
     begun = read_plan(out).get("cases") == cases
     states = [item.state for item in outcomes_of(out)] if begun else ["not started"] * len(cases)

@@ -14,41 +14,22 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class CommonAxes:
-    """Where two campaigns are compared; basis 0 = equal distance, 1 = equal worn depth.
+    """Where two campaigns are compared; basis 0 = equal distance, 1 = equal worn depth."""
 
-    Parameters
-    ----------
-    distance : (2, k, 2) array
-        Distance run by basis, progress and campaign (rig, field) [m].
-    depth : (2, k, 2) array
-        Largest wear depth of the two wheels there [m].
-    reachable : (2, k) bool array
-        Whether both campaigns reach it.
-    """
-
-    distance: FloatArray
-    depth: FloatArray
-    reachable: NDArray[np.bool_]
+    distance: FloatArray  # (2, k, 2) run, by basis, progress and campaign (rig, field) [m]
+    depth: FloatArray  # (2, k, 2) largest wear depth of the two wheels there [m]
+    reachable: NDArray[np.bool_]  # (2, k) whether both campaigns reach it
 
 
 def at_distances(distance: FloatArray, values: FloatArray, targets: FloatArray) -> FloatArray:
-    """Interpolate linearly between the rows of a result.
-
-    Parameters
-    ----------
-    distance : (step,) array
-        Distance run, rising [m].
-    values : (step, ...) array
-        Rows.
-    targets : (k,) array
-        Distances within the range of `distance` [m].
+    """Interpolate linearly between the rows (step, ...) of a result, at distances (k,) within its range [m].
 
     Returns
     -------
     (k, ...) array
         The row itself where a target meets one, so that a neighbour without value does no harm.
     """
-    left = np.clip(np.searchsorted(distance, targets, side="right") - 1, 0, distance.size - 1)
+    left = rows_at(distance, targets)
     right = np.minimum(left + 1, distance.size - 1)
     gap = distance[right] - distance[left]
     part = np.divide(targets - distance[left], gap, out=np.zeros_like(gap), where=gap > 0.0)
@@ -62,16 +43,7 @@ def rows_at(distance: FloatArray, targets: FloatArray) -> IntArray:
 
 
 def distance_at(growing: FloatArray, distance: FloatArray, targets: FloatArray) -> FloatArray:
-    """Distance at which a growing measure first reaches each target.
-
-    Parameters
-    ----------
-    growing : (step,) array
-        Wear depth or worn area, never falling.
-    distance : (step,) array
-        Distance run [m].
-    targets : (k,) array
-        Values of the measure.
+    """Distance at which a growing measure (step,) first reaches each target (k,).
 
     Returns
     -------
@@ -91,25 +63,13 @@ def distance_at(growing: FloatArray, distance: FloatArray, targets: FloatArray) 
 
 
 def common_axes(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> CommonAxes:
-    """Lay `count` stations over the range both campaigns cover, by distance and by worn depth.
+    """Lay `count` equally spaced stations over the range both campaigns cover, by distance and by worn depth.
 
-    Parameters
-    ----------
-    rig, field : Dataset
-        Results of the two campaigns.
-    count : int
-        Number of stations, equally spaced from the new wheel on.
-
-    Returns
-    -------
-    CommonAxes
-        Worn depth is the larger one of the two wheels. Without wear in one campaign only the new wheel
-        can be compared at equal depth.
+    Worn depth is the larger one of the two wheels. Without wear in one campaign only the new wheel can be
+    compared at equal depth.
     """
-    run = [np.asarray(data["distance"].values, dtype=np.float64) for data in (rig, field)]
-    worst = [
-        np.asarray(data["max_wear_depth"].max("wheel").values, dtype=np.float64) for data in (rig, field)
-    ]
+    run = [data["distance"].values for data in (rig, field)]
+    worst = [data["max_wear_depth"].max("wheel").values for data in (rig, field)]
     part = np.linspace(0.0, 1.0, count)
     equal_distance = part * min(run[0][-1], run[1][-1])
     equal_depth = part * min(worst[0][-1], worst[1][-1])

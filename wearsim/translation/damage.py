@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from wearsim.quantities import QUANTITIES
-from wearsim.translation.axes import CommonAxes, FloatArray
-from wearsim.translation.compare import Pair, add_compared, along
+from wearsim.translation.axes import FloatArray
+from wearsim.translation.compare import Comparison
 
 _SETTINGS = {
     "comparison": ("coefficients", "form"),
@@ -18,82 +18,55 @@ _SETTINGS = {
 """What laws of one name must share to be compared, with all their numbers."""
 
 
-def common_laws(pair: Pair, group: str) -> tuple[list[str], list[str]]:
-    """Laws that act in both campaigns.
-
-    Parameters
-    ----------
-    pair : (Dataset, Dataset)
-        Rig and field.
-    group : {"comparison", "fatigue"}
-        Group of variables of the result files.
+def common_laws(pair: tuple[xr.Dataset, xr.Dataset], group: str) -> tuple[list[str], list[str]]:
+    """Laws that act on the rig and in the field.
 
     Returns
     -------
     same, other : list of str
-        Names of laws with equal settings, and of those whose settings differ.
+        Names of laws of a group, "comparison" or "fatigue", with equal settings, and with differing ones.
     """
     if any(f"{group}_name" not in data for data in pair):
         return [], []
-    names = [[str(name) for name in data[f"{group}_name"].values] for data in pair]
     # older files do not have the numbers; the uncertain ones of them are variables
     known = all(f"{group}_numbers" in data.attrs for data in pair)
-    same: list[str] = []
-    other: list[str] = []
-    for name in names[0]:
-        if name in names[1]:
-            one, two = (
-                _settings(data, group, own.index(name), known) for data, own in zip(pair, names, strict=True)
-            )
-            (same if one == two else other).append(name)
-    return same, other
+    rig, field = (_settings(data, group, known) for data in pair)
+    both = [name for name in rig if name in field]
+    same = [name for name in both if rig[name] == field[name]]
+    return same, [name for name in both if name not in same]
 
 
-def _settings(dataset: xr.Dataset, group: str, law: int, known: bool) -> list[str]:
+def _settings(dataset: xr.Dataset, group: str, known: bool) -> dict[str, list[str]]:
+    """Return the settings by law."""
     keys = _SETTINGS[group] if known else (*_SETTINGS[group], "warnings")
-    named = [str(dataset[f"{group}_{key}"].values[law]) for key in keys]
-    return [*named, str(dataset.attrs[f"{group}_numbers"]).split("\n")[law]] if known else named
+    columns: list[Any] = [dataset[f"{group}_{key}"].values for key in keys]
+    if known:
+        columns.append(dataset.attrs[f"{group}_numbers"].split("\n"))
+    names = dataset[f"{group}_name"].values
+    return {str(name): [str(column[k]) for column in columns] for k, name in enumerate(names)}
 
 
-def add_damage(out: dict[str, Any], pair: Pair, axes: CommonAxes) -> list[str]:
-    """Add worn area by comparison laws, and fatigue damage, with their factors; return what to know of them.
-
-    Parameters
-    ----------
-    out : dict
-        Variables of the comparison; nothing is added where the campaigns have no law in common.
-    pair : (Dataset, Dataset)
-        Rig and field.
-    axes : CommonAxes
-        Distances where they are compared.
-
-    Returns
-    -------
-    list of str
-        Notes for the reader.
-    """
-    notes = []
+def add_damage(comparison: Comparison) -> None:
+    """Add worn area by comparison laws, and fatigue damage, by laws of both campaigns with their factors."""
     for group, what in (("comparison", "comparison wear law"), ("fatigue", "fatigue law")):
-        same, other = common_laws(pair, group)
-        notes += [f"{what} {name}: its settings differ, it is not compared" for name in other]
+        same, other = common_laws(comparison.pair, group)
+        comparison.notes += [f"{what} {name}: its settings differ, it is not compared" for name in other]
         if not same:
             continue
-        out[f"{group}_name"] = (group, same, {"long_name": f"{what} of both campaigns"})
+        comparison.variables[f"{group}_name"] = (group, same, {"long_name": f"{what} of both campaigns"})
         wear = group == "comparison"
         for name in ("comparison_worn_area",) if wear else ("fatigue_damage", "fatigue_damage_rate"):
-            values = along(pair, [_by_wheel(data, name, same) for data in pair], axes.distance)
             meaning = QUANTITIES[name].meaning.removesuffix(", by regime")
-            add_compared(
-                out, name, (group, "wheel_group"), values, axes, name,
+            comparison.add_rows(
+                name, (group, "wheel_group"), [_by_wheel(data, name, same) for data in comparison.pair], name,
                 meaning if wear else f"largest {meaning} of the wheel",
                 f"both wheels: {'sum' if wear else 'the larger one'}", scale_axis=(0, 1, 2),
             )  # fmt: skip
-    return notes
 
 
 def _by_wheel(dataset: xr.Dataset, name: str, laws: list[str]) -> FloatArray:
     """Values of some laws on the right wheel, the left wheel and both (step, law, 3)."""
-    value = np.asarray(dataset[name].values, dtype=np.float64)
+    value = dataset[name].values
     if name == "comparison_worn_area":
         owner = np.array([str(text).split(": ", 1)[0] for text in dataset["comparison_regime_name"].values])
         wheels = np.stack([value[:, :, owner == law].sum(axis=2) for law in laws], axis=1)

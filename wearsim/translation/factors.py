@@ -6,13 +6,13 @@ no meaning it is NaN in memory and its status says why; files hold a fill value 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from wearsim.translation.axes import FloatArray, IntArray, distance_at
+from wearsim.translation.axes import FloatArray, IntArray
 
 STATUS: dict[str, int] = {
     "defined": 0,
@@ -71,9 +71,10 @@ POINT_QUANTITIES: dict[str, str] = {
 
 COMPARED_KEYS = (
     "rotation_rule", "axle_torque", "wheel_radius", "half_span", "youngs_modulus", "poisson_ratio",
-    "contact_normal", "contact_tangential", "contact_parameters", "strips", "cells", "wear_law",
-    "wear_coefficients", "wear_law_numbers", "wear_form", "seizure_cap", "wheel_density",
-    "wheel_profile_right", "wheel_profile_left", "counterface_profile", "smoothing_wavelength", "integrator",
+    "contact_normal", "contact_tangential", "contact_parameters", "strips", "cells", "cell_size",
+    "most_cells", "wear_law", "wear_coefficients", "wear_law_numbers", "wear_form", "seizure_cap",
+    "wheel_density", "wheel_profile_right", "wheel_profile_left", "counterface_profile",
+    "smoothing_wavelength", "integrator",
 )  # fmt: skip
 """Attributes of model, material and wheelset: what differs between the campaigns is listed by name."""
 
@@ -96,20 +97,16 @@ WEAR_QUANTITIES: dict[str, str] = {
 are values, and both wheels together are their sum or the larger one."""
 
 
-@dataclass(frozen=True)
-class Factor:
-    """Values of rig over field.
+class Factor(NamedTuple):
+    """Values (...) of rig over field, NaN where undefined [-], and why they are undefined.
 
-    Parameters
-    ----------
-    value : (...) array
-        Rig over field, NaN where undefined [-].
-    status : (...) int array
-        0 where defined, else a number of `STATUS`.
+    `status` is 0 where defined, else a number of `STATUS`; denominators below `share` of the largest one are
+    too small to divide by.
     """
 
     value: FloatArray
     status: IntArray
+    share: float
 
 
 def ratio(
@@ -119,23 +116,10 @@ def ratio(
     share: float = ZERO_SHARE,
     reachable: NDArray[np.bool_] | bool = True,
 ) -> Factor:
-    """Divide rig by field wherever that means something.
+    """Divide the values (...) of one quantity, rig by field, wherever that means something.
 
-    Parameters
-    ----------
-    rig, field : (...) array
-        Values of one quantity, NaN where there is none.
-    scale : float or (...) array
-        Magnitude the quantity has where it matters.
-    share : float
-        Denominators below `share` times `scale` are too small to divide by.
-    reachable : bool or (...) array
-        False where a campaign ends before.
-
-    Returns
-    -------
-    Factor
-        Rig over field and its status.
+    `scale` is the magnitude the quantity has where it matters: denominators below `share` of it are too small
+    to divide by. Values are NaN where there is none; `reachable` is False where a campaign ends before.
     """
     rig, field, scale_, reached = np.broadcast_arrays(rig, field, scale, reachable)
     status = np.full(rig.shape, STATUS["defined"], dtype=np.int64)
@@ -147,22 +131,11 @@ def ratio(
     value = np.full(rig.shape, np.nan)
     defined = status == STATUS["defined"]
     value[defined] = rig[defined] / field[defined]
-    return Factor(value, status)
+    return Factor(value, status, share)
 
 
 def zero_share(name: str) -> float:
-    """Share of the largest magnitude below which a quantity is too small to divide by: the one rule.
-
-    Parameters
-    ----------
-    name : str
-        Quantity, as in `wearsim.quantities`.
-
-    Returns
-    -------
-    float
-        For `ratio`.
-    """
+    """Share of the largest magnitude below which a quantity is too small to divide by: the one rule."""
     if name in SYMMETRIC:
         return CONTACT_SHARE
     return CHANGE_SHARE if WEAR_QUANTITIES.get(name) == "change" else ZERO_SHARE
@@ -171,35 +144,23 @@ def zero_share(name: str) -> float:
 def rotation_matches(rig: xr.Dataset, field: xr.Dataset) -> bool:
     """Whether the wheelsets of two campaigns turn and roll by the same rules, under the same axle torque.
 
-    Parameters
-    ----------
-    rig, field : Dataset
-        Results of the two campaigns.
-
-    Returns
-    -------
-    bool
-        False also where the rule is unknown, or where rotation speeds were given: they are not stored.
+    False also where the rule is unknown, or where rotation speeds were given: they are not stored.
     """
     for data in (rig, field):
         if any(key not in data.attrs for key in ROTATION_KEYS) or data.attrs["rotation_rule"] == "given":
             return False
-    if not all(bool(rig.attrs[key] == field.attrs[key]) for key in ROTATION_KEYS):
-        return False
-    one, other = (data.attrs.get("roll_rule", "given") for data in (rig, field))  # older files: given
-    return bool(one == other)
+    one, other = (
+        [*(data.attrs[key] for key in ROTATION_KEYS), data.attrs.get("roll_rule", "given")]  # older: given
+        for data in (rig, field)
+    )
+    return one == other
 
 
 def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
-    """One value per wheel from its contact patches.
+    """One value per wheel from its contact patches, combined as `POINT_QUANTITIES` says.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-    name : str
-        A key of `POINT_QUANTITIES`, which also says how the patches combine. Forces are those in the
-        contact planes: patches of different contact angle add their components as they are.
+    Forces are those in the contact planes: patches of different contact angle add their components as they
+    are.
 
     Returns
     -------
@@ -207,11 +168,10 @@ def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
         NaN where the wheel has no contact patch [SI unit of the quantity].
     """
     rule = POINT_QUANTITIES[name]
-    value = np.asarray(dataset[name].values, dtype=np.float64)
-    side = dataset["side"].values
+    value, side = dataset[name].values, dataset["side"].values
     weight = np.ones_like(value)
     if rule.endswith("mean"):
-        weight = np.asarray(dataset["normal_force" if rule.startswith("load") else "area"].values)
+        weight = dataset["normal_force" if rule.startswith("load") else "area"].values
     wheels = []
     for wheel in (0, 1):
         here = (side == wheel) & np.isfinite(value)
@@ -227,34 +187,20 @@ def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
 
 
 def collective_mean(values: FloatArray, weight: FloatArray) -> FloatArray:
-    """Mean magnitude over a load collective.
+    """Mean magnitude over a load collective of a quantity by wheel, (step, operating_point, 2) -> (step, 2).
 
-    Parameters
-    ----------
-    values : (step, operating_point, 2) array
-        One quantity per wheel; the magnitude counts, since shifts to both sides would cancel.
-    weight : (operating_point,) array
-        Share of the distance; monitoring points have 0 and do not count.
-
-    Returns
-    -------
-    (step, 2) array
-        Weighted mean, NaN where a point that counts has no contact patch.
+    The magnitude counts, since shifts to both sides would cancel. Points of weight 0 (monitoring points) do
+    not count; NaN where a point that counts has no contact patch.
     """
     counts = weight > 0.0
-    share = weight[counts] / weight[counts].sum() if counts.any() else weight[counts]
     if not counts.any():
         return np.full((values.shape[0], values.shape[2]), np.nan)
+    share = weight[counts] / weight[counts].sum()
     return np.asarray(np.einsum("spw,p->sw", np.abs(values[:, counts]), share))
 
 
 def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
     """Operating points that both campaigns solved, monitoring points included.
-
-    Parameters
-    ----------
-    rig, field : Dataset
-        Results of the two campaigns.
 
     Returns
     -------
@@ -264,37 +210,21 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
     """
     if not rotation_matches(rig, field):
         return np.empty((0, 2), dtype=np.int64)
-    rig_keys, field_keys = (
-        [np.nan_to_num(np.asarray(data[key].values, dtype=np.float64), nan=np.inf) for key in MATCH_KEYS]
-        for data in (rig, field)
+    mine, theirs = (
+        np.nan_to_num([data[key].values for key in MATCH_KEYS], nan=np.inf) for data in (rig, field)
     )
-    pairs: list[tuple[int, int]] = []
+    tolerance = np.array(list(MATCH_KEYS.values()))[:, None]
+    pairs: dict[int, int] = {}  # rig by field
     for i in range(rig.sizes["operating_point"]):
-        equal = np.ones(field.sizes["operating_point"], dtype=bool)
-        for mine, theirs, tolerance in zip(rig_keys, field_keys, MATCH_KEYS.values(), strict=True):
-            equal &= np.isclose(theirs, mine[i], rtol=0.0, atol=tolerance)
-        equals = np.flatnonzero(equal)
-        if equals.size and equals[0] not in [pair[1] for pair in pairs]:
-            pairs.append((i, int(equals[0])))
-    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+        equals = np.flatnonzero(np.isclose(theirs, mine[:, i, None], rtol=0.0, atol=tolerance).all(axis=0))
+        if equals.size:
+            pairs.setdefault(int(equals[0]), i)
+    return np.array([(i, j) for j, i in pairs.items()], dtype=np.int64).reshape(-1, 2)
 
 
 def wear_by_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
-    """One wear measure of the right wheel, the left wheel and both.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-    name : str
-        A key of `WEAR_QUANTITIES`.
-
-    Returns
-    -------
-    (step, 3) array
-        Right, left, both [SI unit of the quantity].
-    """
-    value = np.asarray(dataset[name].values, dtype=np.float64)
+    """One of `WEAR_QUANTITIES` of the right wheel, the left wheel and both, (step, 3) [SI]."""
+    value = dataset[name].values
     rule = WEAR_QUANTITIES[name]
     if rule == "sum":
         both = value.sum(axis=1)
@@ -307,45 +237,10 @@ def wear_by_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
     return np.column_stack([value, both])
 
 
-def equivalent_distance(
-    rig_measure: FloatArray, field_measure: FloatArray, field_distance: FloatArray
-) -> tuple[FloatArray, IntArray]:
-    """Field distance that wears as much as the rig did.
-
-    Parameters
-    ----------
-    rig_measure : (k,) array
-        Wear measure on the rig at the distances asked for.
-    field_measure : (step,) array
-        The same measure in the field.
-    field_distance : (step,) array
-        Distance run in the field [m].
-
-    Returns
-    -------
-    distance : (k,) array
-        Field distance, NaN where the field campaign ends before [m].
-    status : (k,) int array
-        0 or `STATUS["beyond_range"]`.
-    """
-    distance = distance_at(field_measure, field_distance, rig_measure)
-    return distance, np.where(np.isfinite(distance), STATUS["defined"], STATUS["beyond_range"])
-
-
 def dominant_regime(depth_by_regime: FloatArray, share: float = WORN_SHARE) -> IntArray:
-    """Wear regime that removed most at each place of the profile.
+    """Index (..., n) of the regime that removed most of a depth (..., regime, n) along the profile.
 
-    Parameters
-    ----------
-    depth_by_regime : (..., regime, n) array
-        Wear depth by regime [m].
-    share : float
-        Places worn less than this share of the deepest one have no regime.
-
-    Returns
-    -------
-    (..., n) int array
-        Index of the regime, -1 where not worn.
+    -1 where not worn, or less than `share` of the deepest place.
     """
     total = depth_by_regime.sum(axis=-2)
     worn = (total > share * total.max(axis=-1, keepdims=True)) & (total > 0.0)
@@ -355,21 +250,15 @@ def dominant_regime(depth_by_regime: FloatArray, share: float = WORN_SHARE) -> I
 def highest_regime(dataset: xr.Dataset) -> IntArray:
     """Highest wear regime in which any cell of a wheel's patches wears, in the order of the law.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Result of a campaign.
-
     Returns
     -------
     (step, operating_point, 2) int array
         By wheel; -1 where nothing wears.
     """
-    regime = np.nan_to_num(np.asarray(dataset["wear_regime_highest"].values, dtype=np.float64), nan=-1.0)
+    regime = np.nan_to_num(dataset["wear_regime_highest"].values, nan=-1.0)
     side = dataset["side"].values
-    return np.stack([np.where(side == wheel, regime, -1.0).max(axis=-1) for wheel in (0, 1)], axis=-1).astype(
-        np.int64
-    )
+    wheels = [np.where(side == wheel, regime, -1.0).max(axis=-1) for wheel in (0, 1)]
+    return np.stack(wheels, axis=-1).astype(np.int64)
 
 
 def regime_differs(rig: IntArray, field: IntArray) -> IntArray:

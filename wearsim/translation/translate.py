@@ -16,9 +16,9 @@ from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import open_results
 from wearsim.results.index import INDEXES
-from wearsim.translation import compare, damage, factors
-from wearsim.translation.axes import common_axes
-from wearsim.translation.compare import CAMPAIGN, STAGES
+from wearsim.translation import compare, factors
+from wearsim.translation.compare import CAMPAIGN, STAGES, STATIONS
+from wearsim.translation.damage import add_damage
 from wearsim.translation.factors import NUMBERS_KEY, STATUS
 
 Result = str | Path | xr.Dataset
@@ -85,56 +85,44 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
                 f"{role} result: its wheels were reprofiled, and factors are of the wear since new; compare "
                 "a campaign without [campaign.reprofiling]"
             )
-    pair = (rig, field)
-    axes = common_axes(rig, field, count)
-    out: dict[str, Any] = {
+    comparison = compare.Comparison(rig, field, count)
+    axes = comparison.axes
+    comparison.variables |= {
         "basis_name": ("basis", list(BASIS), {"long_name": "what is equal in both campaigns"}),
         "campaign_name": ("campaign", list(CAMPAIGN), {"long_name": "campaign"}),
         "wheel_name": ("wheel", list(WHEELS[:2]), {"long_name": "wheel"}),
         "wheel_group_name": ("wheel_group", list(WHEELS), {"long_name": "wheel, or both together"}),
         "worn_depth": (
-            ("basis", "progress", "campaign"), axes.depth,
+            STATIONS, axes.depth,
             {"units": "m", "long_name": "largest wear depth of both wheels where the campaigns are compared"},
         ),
         "reachable": (
-            ("basis", "progress"), axes.reachable.astype(np.int8),
+            STATIONS[:2], axes.reachable.astype(np.int8),
             {"long_name": "whether both campaigns reach this distance or depth",
              "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "no yes"},
         ),
     }  # fmt: skip
-    compare.add_distance(out, axes)
-    compare.add_wear(out, pair, axes)
-    matched = compare.add_contact(out, pair, axes)
-    notes = compare.add_profile(out, pair, axes)
-    compare.add_equivalent_distance(out, pair, count)
-    notes += damage.add_damage(out, pair, axes)
-    dataset = xr.Dataset(out)
+    compare.add_distance(comparison)
+    compare.add_wear(comparison)
+    compare.add_contact(comparison)
+    compare.add_profile(comparison)
+    compare.add_equivalent_distance(comparison)
+    add_damage(comparison)
     share = {"units": "1", "long_name": "share of the range both campaigns cover"}
     arc = {"units": "m", "long_name": "arc length of the new wheel"}
-    dataset = dataset.assign_coords(
-        progress=("progress", np.linspace(0.0, 1.0, count), share),
-        stage=("stage", np.array(STAGES), share),
-        arc=("arc", np.asarray(rig["arc_length"].values), arc),
+    return xr.Dataset(
+        comparison.variables,
+        coords={
+            "progress": ("progress", np.linspace(0.0, 1.0, count), share),
+            "stage": ("stage", np.array(STAGES), share),
+            "arc": ("arc", rig["arc_length"].values, arc),
+        },
+        attrs=_attributes(comparison),
     )
-    dataset.attrs = _attributes(rig, field, matched, notes)
-    return dataset
 
 
 def translate_files(rig: str | Path, field: str | Path, out: str | Path) -> Path:
-    """Compare two result files and write the factors.
-
-    Parameters
-    ----------
-    rig, field : path
-        Result files of the two campaigns.
-    out : path
-        File to write (netCDF-4, CF); replaced as a whole, never half written.
-
-    Returns
-    -------
-    Path
-        `out`.
-    """
+    """Compare two result files and write the factors to `out`, see `translate` and `write`."""
     return write(translate(rig, field), out)
 
 
@@ -146,7 +134,10 @@ def _loaded(result: Result) -> xr.Dataset:
 
 
 def write(dataset: xr.Dataset, out: str | Path) -> Path:
-    """Write a dataset of `translate` with fill values where a factor is undefined."""
+    """Write a dataset of `translate` as netCDF-4 (CF), with fill values where a factor is undefined.
+
+    The file is replaced as a whole, never half written.
+    """
     out = Path(out)
     encoding: dict[str, dict[str, Any]] = {}
     for name, variable in dataset.variables.items():
@@ -182,17 +173,13 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
         is computed here: values, factors and statuses are those of the dataset. Its warnings are in
         `attrs["warnings"]`, a list of str.
     """
-    wear = {
-        f"{name}_change" if rule == "change" else name: name for name, rule in factors.WEAR_QUANTITIES.items()
-    }
-    collective = {f"{name}_collective": name for name in factors.POINT_QUANTITIES}
-    single = {"equivalent_conicity": "equivalent_conicity"}
-    entries = {
-        variable: _entries(dataset, variable, name)
-        for variable, name in ({"distance_run": "distance"} | wear | single | collective).items()
-    }
+    variables = {"distance_run": "distance"}
+    variables |= {f"{n}_change" if rule == "change" else n: n for n, rule in factors.WEAR_QUANTITIES.items()}
+    variables |= {"equivalent_conicity": "equivalent_conicity"}
+    variables |= {f"{name}_collective": name for name in factors.POINT_QUANTITIES}
+    entries = {variable: _entries(dataset, variable, name) for variable, name in variables.items()}
     frame = pd.DataFrame(
-        {"basis": basis} | entry(b, -1, () if variable in ("distance_run", *single) else (2,))
+        {"basis": basis} | entry(b, -1, (2,) if "wheel_group" in dataset[variable].dims else ())
         for b, basis in enumerate(BASIS)
         for variable, entry in entries.items()
     )
@@ -203,17 +190,12 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
 def point_table(dataset: xr.Dataset) -> pd.DataFrame:
     """Factors at equal operating points: new wheels, and where both campaigns end.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        From `translate` or read back from its file.
-
     Returns
     -------
     DataFrame
         Columns state (a name of `POINT_STATES`), point (its label on the rig), shift [mm], wheel, and those
         of `table` from `variable` on; points in the order of their shift. Without rows where no point is
-        equal. Nothing is computed here either.
+        equal.
     """
     rows: list[dict[str, Any]] = []
     if int(dataset.attrs["matched_points"]):
@@ -240,11 +222,8 @@ def _entries(
     factor, status = (dataset[f"{variable}_factor{what}"].values for what in ("", "_status"))
     shown = QUANTITIES[name]
     meaning = shown.meaning if variable == "distance_run" else str(dataset[variable].attrs["long_name"])
-    words = {
-        "variable": variable,
-        "quantity": meaning.removesuffix(" at equal operating points"),
-        "unit": shown.shown_unit,
-    }
+    quantity = meaning.removesuffix(" at equal operating points")
+    words = {"variable": variable, "quantity": quantity, "unit": shown.shown_unit}
 
     def entry(basis: int, progress: int, place: tuple[int, ...]) -> dict[str, Any]:
         rig, field = (float(values[(basis, progress, c, *place)]) * shown.shown_factor for c in (0, 1))
@@ -271,16 +250,8 @@ def content_hash(dataset: xr.Dataset) -> str:
 def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
     """List which attributes of model, material and wheelset differ, with both values in SI units.
 
-    Parameters
-    ----------
-    rig, field : Dataset
-        Results of the two campaigns.
-
-    Returns
-    -------
-    list of str
-        One line for each of `factors.COMPARED_KEYS` that differs, and one for counterfaces of different
-        shape under one name. The curvature of the counterface is what is compared: it is not listed.
+    One line for each of `factors.COMPARED_KEYS` that differs, and one for counterfaces of different shape
+    under one name. The curvature of the counterface is what is compared: it is not listed.
     """
     notes = []
     for key in factors.COMPARED_KEYS:
@@ -323,27 +294,28 @@ def _text(value: Any, unit: str) -> str:
     return f"{float(value):.10g} {unit}".rstrip()
 
 
-def _attributes(rig: xr.Dataset, field: xr.Dataset, matched: int, notes: list[str]) -> dict[str, Any]:
+def _attributes(comparison: compare.Comparison) -> dict[str, Any]:
+    rig, field = comparison.pair
     attrs: dict[str, Any] = {
         "Conventions": "CF-1.11",
         "title": f"{rig.attrs.get('title', 'rig')} against {field.attrs.get('title', 'field')}",
         "history": "wearsim translate",
         "source": rig.attrs.get("source", "wearsim"),
         "comment": "factors are rig over field; a fill value means undefined, the status variable says why",
-        "matched_points": np.int32(matched),
+        "matched_points": np.int32(len(comparison.matched)),
     }
-    for role, data in zip(CAMPAIGN, (rig, field), strict=True):
+    for role, data in zip(CAMPAIGN, comparison.pair, strict=True):
         attrs[f"{role}_sha256"] = content_hash(data)
         for key in ("title", "counterface_curvature", *factors.COMPARED_KEYS):
             if str(data.attrs.get(key, "")) != "":
                 attrs[f"{role}_{key}"] = data.attrs[key]
-    notes = [*differences(rig, field), *notes]
+    notes = [*differences(rig, field), *comparison.notes]
     if not factors.rotation_matches(rig, field):
         notes.append(
             "no operating point counts as equal: the rules of rotation and roll and the axle torque are part "
             "of it, and they differ or are unknown"
         )
-    elif not matched:
+    elif not len(comparison.matched):
         notes.append("no operating point is solved in both campaigns: give both the same [operation.monitor]")
     if notes:
         attrs["warnings"] = "\n".join(notes)

@@ -8,6 +8,7 @@ import pytest
 from wearsim.contact import geometry
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose
 from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.patch import Resolution
 from wearsim.contact.solve import solve as solve_contact
 from wearsim.errors import ContactError
 
@@ -41,9 +42,17 @@ def gap_of(s1002, rail_60e1):
     return gap
 
 
-def solved(name, gap, load=LOAD, strips=20, vertical=True):
+def solved(name, gap, load=LOAD, strips=20, vertical=True, row=None, resolution=None, **others):
+    """Solution with so many strips and cells, or a resolution, for all rows of a gap or some."""
     return NORMAL_MODELS[name](
-        gap, load, vertical=vertical, effective_modulus=E_STAR, strips=strips, parameters={}
+        gap,
+        np.arange(load.size) if row is None else row,
+        load,
+        vertical=vertical,
+        effective_modulus=E_STAR,
+        resolution=Resolution(1.0, strips, strips, strips) if resolution is None else resolution,
+        parameters={},
+        **others,
     )
 
 
@@ -53,7 +62,7 @@ def rows_of(gap, rows):
     parts = {f.name: getattr(gap, f.name)[rows] for f in fields(gap) if f.name not in whole}
     pose = gap.bodies.pose
     pose = WheelsetPose(pose.shift[rows], pose.yaw[rows], pose.roll[rows])
-    return replace(gap, **parts, bodies=replace(gap.bodies, pose=pose))
+    return replace(gap, **parts, bodies=gap.bodies._replace(pose=pose))
 
 
 def flat(solution):
@@ -135,6 +144,68 @@ def test_a_row_alone_is_the_row_of_a_batch(name, gap_of):
         for key, array in alone.items():
             if key != "row":
                 np.testing.assert_array_equal(array, batch[key][mine], err_msg=f"{key} of row {row}")
+
+
+def test_rows_of_a_gap_are_those_of_the_whole(name, gap_of):
+    """Patches keep the numbers of the gap's rows."""
+    gap, row = gap_of(1.0), np.array([1, 4, 8])
+    whole, part = flat(solved(name, gap)), flat(solved(name, gap, LOAD[row], row=row))
+    mine = np.isin(whole["row"], row)
+    for key, array in part.items():
+        np.testing.assert_array_equal(array, whole[key][mine], err_msg=key)
+
+
+def test_a_start_changes_nothing_beyond_the_tolerance(name, gap_of):
+    """From 3 % less load: what the load balance asks for.
+
+    Grids of cells settle within a quarter of a cell, and their planes with them; those of the strip model
+    within a thousandth of their width.
+    """
+    gap = gap_of(1.0)
+    cold = solved(name, gap)
+    warm = solved(name, gap, start=solved(name, gap, 0.97 * LOAD))
+    cells = cold.patch.grid is not None
+    place, angle = (1e-5, 3e-4) if cells else (3e-6, 1e-4)
+    for key, share in (("normal_force", 1e-5), ("vertical_displacement", 1e-4), ("max_pressure", 3e-4)):
+        share = 30.0 * share if cells else share
+        np.testing.assert_allclose(getattr(warm, key), getattr(cold, key), rtol=share, err_msg=key)
+    np.testing.assert_allclose(warm.centre_y, cold.centre_y, rtol=0.0, atol=place)
+    np.testing.assert_allclose(warm.contact_angle, cold.contact_angle, rtol=0.0, atol=angle)
+    np.testing.assert_allclose(warm.patch.area, cold.patch.area, rtol=0.03 if cells else 3e-4)
+
+
+def test_a_rough_solution_is_near(name, gap_of):
+    """Good enough for a first guess of creep forces: plane within 10 mrad, force 2 %, patch a fifth."""
+    single = np.flatnonzero(SHIFT < 4.5e-3)
+    gap = rows_of(gap_of(1.0), single)
+    fine = solved(name, gap, LOAD[single])
+    rough = solved(name, gap, LOAD[single], strips=12, rough=True)
+    np.testing.assert_allclose(rough.contact_angle, fine.contact_angle, atol=0.01)
+    np.testing.assert_allclose(rough.normal_force, fine.normal_force, rtol=0.02)
+    np.testing.assert_allclose(rough.patch.area, fine.patch.area, rtol=0.2)
+
+
+def test_strips_and_cells_follow_the_size_of_each_patch(name, gap_of):
+    """As many as the size asks for; behind them lie strips without length and width on the profile."""
+    resolution = Resolution(0.4e-3, 12, 10, 40)
+    result = solved(name, gap_of(1.0), resolution=resolution)
+    patch = result.patch
+    assert patch.strips.min() >= 12
+    assert patch.cells.min() >= 10
+    assert patch.strips.max() <= 40
+    assert len(set(patch.strips.tolist())) > 2
+    assert patch.y.shape[1] == patch.strips.max()
+    capped = patch.strips == 40
+    assert np.all(patch.width[~capped] <= 0.4e-3 * (1.0 + 1e-9))
+    for m, count in enumerate(patch.strips):
+        assert np.array_equal(patch.x_lead[m, count:], patch.x_trail[m, count:])
+        assert not patch.pressure_slope[m, count:][patch.x_lead[m, count:] > patch.x_trail[m, count:]].any()
+        assert np.all(np.diff(result.edge_y[m, : count + 1]) > 0.0)
+        assert np.all(result.edge_y[m, count:] == result.edge_y[m, count])
+    if patch.grid is not None:
+        for m, (strips, cells) in enumerate(zip(patch.strips, patch.cells, strict=True)):
+            assert not patch.grid.pressure[m, cells:].any()
+            assert not patch.grid.pressure[m, :, strips:].any()
 
 
 def test_a_roller_of_infinite_radius_is_a_rail(name, gap_of):

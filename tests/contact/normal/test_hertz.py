@@ -11,6 +11,7 @@ from scipy.special import ellipe, ellipk
 from wearsim.contact import geometry
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface
 from wearsim.contact.normal import hertz
+from wearsim.contact.patch import Resolution
 from wearsim.errors import ContactError
 
 DATA = Path(__file__).parents[2] / "data"
@@ -19,12 +20,14 @@ ZERO = np.zeros(1)
 
 
 def solved(gap, load=80e3, strips=41, vertical=True, **parameters):
+    load = np.atleast_1d(np.array(load, dtype=float))
     return hertz.solve(
         gap,
-        np.atleast_1d(np.array(load, dtype=float)),
+        np.arange(load.size),
+        load,
         vertical=vertical,
         effective_modulus=E_STAR,
-        strips=strips,
+        resolution=Resolution(1.0, strips, strips, strips),
         parameters=parameters,
     )
 
@@ -283,3 +286,25 @@ def test_seed_states_at_3_mm(half_space, curvature, area_error, pressure_error):
     state = half_space.query("shift == 0.003 and yaw == 0.0 and curvature == @curvature").iloc[0]
     assert state["area_error"] == pytest.approx(area_error, abs=1e-3)
     assert state["pressure_error"] == pytest.approx(pressure_error, abs=1e-3)
+
+
+def test_each_ellipse_has_the_strips_of_its_size(s1002, rail_60e1):
+    """The patches of a batch are those solved alone, with strips without length behind their own."""
+    wheel, rail = geometry.wheel_surface(s1002, 0.46), geometry.counterface_profile(rail_60e1)
+    pose = WheelsetPose(np.array([-3e-3, 2e-3, 3e-3]), np.full(3, 0.01), np.zeros(3))
+    gap = geometry.gap(wheel, rail, pose, half_span=0.75, nominal_radius=0.46, curvature=0.0)
+    options = {"vertical": True, "effective_modulus": E_STAR, "parameters": {}}
+    options["resolution"] = Resolution(0.3e-3, 5, 5, 100)
+    both = hertz.solve(gap, np.array([0, 2]), np.array([80e3, 8e3]), **options)
+    strips, length = both.patch.strips, both.patch.x_lead - both.patch.x_trail
+    assert strips.min() < strips.max() == length.shape[1]
+    for m, count in enumerate(strips):
+        assert count == np.ceil(both.patch.lateral_extent[m] / 0.3e-3)
+        assert length[m, :count].min() > 0.0
+        assert not length[m, count:].any()
+        assert np.ptp(both.edge_y[m, count:]) < 1e-15
+    alone = hertz.solve(gap, np.array([2]), np.full(1, 8e3), **options)
+    here = both.patch.row == 2
+    count = alone.patch.y.shape[1]
+    np.testing.assert_array_equal(alone.patch.x_lead, both.patch.x_lead[here][:, :count])
+    np.testing.assert_array_equal(alone.normal_force, both.normal_force[here])

@@ -8,6 +8,7 @@ from scipy.special import ellipe, ellipk
 
 from wearsim.contact.geometry import CounterfaceProfile, Gap
 from wearsim.contact.normal import kik_piotrowski
+from wearsim.contact.patch import Resolution
 from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import solve
 from wearsim.errors import ContactError
@@ -44,10 +45,11 @@ def parabolic(radius, across, kappa=0.0, spacing=2.5e-5, minima=((0.0, 0.0),), h
 def solved(gap, load=80e3, strips=200, vertical=True, **parameters):
     return kik_piotrowski.solve(
         gap,
+        np.zeros(1, np.int64),
         np.array([load]),
         vertical=vertical,
         effective_modulus=E_STAR,
-        strips=strips,
+        resolution=Resolution(1.0, strips, strips, strips),
         parameters=parameters,
     )
 

@@ -1,6 +1,7 @@
 """The strip model: ellipses of Hertz, a half-space program's patches, and what must not depend on strips."""
 
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
@@ -10,6 +11,7 @@ from wearsim.contact import geometry
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose
 from wearsim.contact.normal.knothe_le_the import solve
 from wearsim.contact.normal.knothe_le_the.equations import averages, in_the_middle, influence_table
+from wearsim.contact.patch import Resolution
 from wearsim.contact.reference.hertzian import axis_ratio, hertz
 
 DATA = Path(__file__).parents[2] / "data"
@@ -30,14 +32,17 @@ SPLIT = np.array(
 )
 
 
-def solved(gap, load, strips=50, vertical=True, **parameters):
+def solved(gap, load, strips=50, vertical=True, options=MappingProxyType({}), **parameters):
+    load = np.atleast_1d(np.asarray(load, dtype=float))
     return solve(
         gap,
-        np.atleast_1d(np.asarray(load, dtype=float)),
+        np.arange(load.size),
+        load,
         vertical=vertical,
         effective_modulus=E_STAR,
-        strips=strips,
+        resolution=Resolution(1.0, strips, strips, strips),
         parameters=parameters,
+        **options,
     )
 
 
@@ -228,3 +233,37 @@ def test_a_load_from_nothing_to_three_hundred_kilonewton(gap_of):
     # Below a newton or two the patch is as small as the profile's points are apart.
     assert np.all((growth > 0.1) & (growth < 0.5))
     assert np.all(np.abs(growth[load[1:] > 1e3] - 1.0 / 3.0) < 0.02)
+
+
+def test_rough_solutions_and_starts(gap_of):
+    """Rough: 3 % of forces and largest pressure. A start changes nothing beyond the tolerance of 1e-4."""
+    shift, load = np.array([-4e-3, 0.0, 2e-3, 5e-3]), np.full(4, 80e3)
+    gap = gap_of(shift, 0.005)
+    exact = solved(gap, load)
+    rough = solved(gap, load, options={"rough": True})
+    np.testing.assert_array_equal(rough.patch.row, exact.patch.row)
+    np.testing.assert_allclose(rough.normal_force, exact.normal_force, rtol=0.03, atol=0.01 * 80e3)
+    np.testing.assert_allclose(rough.max_pressure, exact.max_pressure, rtol=0.06)
+    again = solved(gap, load, options={"start": solved(gap, 1.05 * load)})
+    np.testing.assert_allclose(again.normal_force, exact.normal_force, rtol=1e-3)
+    np.testing.assert_allclose(again.max_pressure, exact.max_pressure, rtol=1e-3)
+
+
+def test_each_patch_has_the_strips_of_its_size(gap_of):
+    """The patches of a batch are those solved alone, with strips without length behind their own."""
+    shift, resolution = np.array([-4e-3, 0.0, 5e-3]), Resolution(0.4e-3, 5, 5, 60)
+    gap = gap_of(shift)
+    options = {"vertical": True, "effective_modulus": E_STAR, "resolution": resolution, "parameters": {}}
+    both = solve(gap, np.array([0, 2]), np.full(2, 80e3), **options)
+    patch = both.patch
+    np.testing.assert_array_equal(patch.strips, resolution.strips_across(patch.width * patch.strips))
+    assert set(patch.row) == {0, 2}
+    assert patch.strips.min() < patch.strips.max() == patch.y.shape[1]
+    for m, count in enumerate(patch.strips):
+        assert (patch.x_lead - patch.x_trail)[m, :count].min() > 0.0
+        assert not (patch.x_lead - patch.x_trail)[m, count:].any()
+        assert np.all(both.edge_y[m, count:] == both.edge_y[m, count])
+    alone = solve(gap, np.array([2]), np.full(1, 80e3), **options)
+    np.testing.assert_array_equal(alone.max_pressure, both.max_pressure[patch.row == 2])
+    count = alone.patch.y.shape[1]
+    np.testing.assert_array_equal(alone.patch.x_lead, patch.x_lead[patch.row == 2][:, :count])

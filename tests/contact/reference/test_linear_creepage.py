@@ -134,6 +134,8 @@ def test_vector_form_without_rates_is_that_of_the_solver(kappa):
             sin_theta=np.array([sine]),
             counterface_z=np.array([state["counterface_z"]]),
             contact_angle=np.array([state["contact_angle"]]),
+            approach=np.zeros(1),
+            overlap=np.zeros(1),
         ),
         WheelsetPose(np.zeros(1), np.array([state["yaw"]]), np.array([state["roll"]])),
         speed=np.array([V]),

@@ -26,14 +26,13 @@ def join(patches):
 
 @pytest.fixture(scope="module")
 def strips(ellipse):
-    return join([ellipse(a, b, LOAD, STRIPS, offset=0.1) for a, b in SHAPES])
+    return join([ellipse(a, b, LOAD, STRIPS, offset=0.1, cells=CELLS) for a, b in SHAPES])
 
 
 @pytest.fixture(scope="module")
 def batch(strips, request):
     """The same patches with their pressure cell by cell."""
-    grid = on_grid(strips, CELLS)
-    return from_grid(strips.row, strips.y, strips.width, grid, strips.interpenetration)
+    return from_grid(strips.row, strips.y, strips.width, on_grid(strips), strips.strips, strips.cells)
 
 
 @pytest.fixture(scope="module", params=["strips", "grid"])
@@ -46,7 +45,7 @@ def part(patch, rows):
     names = [f.name for f in fields(Patch) if f.name != "grid"]
     grid = patch.grid
     if grid is not None:
-        grid = PatchGrid(grid.x_lead[rows], grid.x_trail[rows], grid.pressure[rows])
+        grid = PatchGrid(grid.x_lead[rows], grid.cell_length[rows], grid.pressure[rows])
     return Patch(grid=grid, **{key: getattr(patch, key)[rows] for key in names})
 
 
@@ -57,7 +56,6 @@ def solved(name, patch, creepage=CREEPAGE, friction=FRICTION, wanted=True):
         friction,
         shear_modulus=SHEAR_MODULUS,
         poisson_ratio=POISSON,
-        cells=CELLS,
         fields=wanted,
     )
 
@@ -72,25 +70,25 @@ def test_arrays_fit_together_and_are_finite(name, patch):
     count = len(SHAPES)
     assert result.force.shape == (count, 3)
     assert result.slip_area.shape == (count,)
-    assert result.x_lead.shape == result.x_trail.shape == (count, STRIPS)
+    assert result.x_lead.shape == result.cell_length.shape == (count, STRIPS)
     assert result.cells.shape == (5, count, CELLS, STRIPS)
-    for array in (result.force, result.slip_area, result.x_lead, result.x_trail, result.cells):
+    for array in (result.force, result.slip_area, result.x_lead, result.cell_length, result.cells):
         assert np.isfinite(array).all()
-    assert np.all(result.x_lead >= result.x_trail)
+    assert np.all(result.cell_length >= 0.0)
     assert solved(name, patch, wanted=False).cells is None
 
 
 def test_pressure_of_the_cells_carries_the_load(name, patch):
     """On the strips or cells as they are: 1e-9."""
     result = solved(name, patch)
-    area = (result.x_lead - result.x_trail) / CELLS * patch.width[:, None]
+    area = result.cell_length * patch.width[:, None]
     np.testing.assert_allclose((result.cells[0] * area[:, None, :]).sum(axis=(1, 2)), LOAD, rtol=1e-9)
 
 
 def test_resultants_are_the_sums_of_the_tractions(name, patch):
     """Rounding: 1e-9 of friction x load."""
     result = solved(name, patch)
-    length = (result.x_lead - result.x_trail) / CELLS
+    length = result.cell_length
     x = result.x_lead[:, None] - length[:, None] * (np.arange(CELLS)[:, None] + 0.5)
     area = (length * patch.width[:, None])[:, None]
     _, shear_x, shear_y = result.cells[:3]
@@ -113,7 +111,7 @@ def test_what_cells_dissipate_is_near_the_power_of_the_resultants(name, patch):
     """Within a quarter where a tenth slips or more; the models' own tests say more."""
     result = solved(name, patch)
     _, shear_x, shear_y, slip_x, slip_y = result.cells
-    area = (result.x_lead - result.x_trail) / CELLS * patch.width[:, None]
+    area = result.cell_length * patch.width[:, None]
     local = -((shear_x * slip_x + shear_y * slip_y) * area[:, None]).sum(axis=(1, 2))
     ratio = local / frictional_power(result.force, CREEPAGE, 1.0)
     slides = result.slip_area > 0.1 * patch.area

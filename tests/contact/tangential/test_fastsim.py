@@ -33,12 +33,11 @@ DATA = Path(__file__).parents[2] / "data"
 
 def solved(patch, creepage, cells=50, friction=FRICTION):
     return fastsim.solve(
-        patch,
+        replace(patch, cells=np.array([cells])),
         np.atleast_2d(np.asarray(creepage, dtype=float)),
         np.array([friction]),
         shear_modulus=SHEAR_MODULUS,
         poisson_ratio=POISSON,
-        cells=cells,
         fields=True,
     )
 
@@ -181,7 +180,7 @@ def test_creep_curve_of_an_elliptic_contact(ellipse):
     eps = reduced_creepage(table.creepage, a, b, friction, load, modulus, poisson)
     closed = fastsim_elliptic_force(eps)
     np.testing.assert_allclose(closed, table.closed_form, atol=1.5e-4)  # a, b, N have four digits
-    patch = ellipse(a, b, load, 200)
+    patch = ellipse(a, b, load, 200, cells=200)
     for k in range(len(table)):
         force = fastsim.solve(
             patch,
@@ -189,7 +188,6 @@ def test_creep_curve_of_an_elliptic_contact(ellipse):
             np.array([friction]),
             shear_modulus=modulus,
             poisson_ratio=poisson,
-            cells=200,
             fields=False,
         ).force
         assert -force[0, 0] / (friction * load) == pytest.approx(closed[k], abs=1e-3)
@@ -198,14 +196,13 @@ def test_creep_curve_of_an_elliptic_contact(ellipse):
 
 def test_lateral_creepage_against_spin(ellipse):
     """Spec 4.3, a = 8, b = 4 mm: an independent FASTSIM with 120 x 120 cells printed -0.598 and -44.424."""
-    patch = ellipse(8e-3, 4e-3, 82e3, 120)
+    patch = ellipse(8e-3, 4e-3, 82e3, 120, cells=120)
     result = fastsim.solve(
         patch,
         np.array([[0.0, 6.25e-4, -0.625]]),
         np.array([0.3]),
         shear_modulus=82e9,
         poisson_ratio=0.28,
-        cells=120,
         fields=False,
     )
     # Printed creepages and forces are those on the rail: both signs differ, products do not.
@@ -267,9 +264,10 @@ from wearsim.contact.patch import Patch
 from wearsim.contact.tangential import fastsim
 y = np.array([[-3e-3, -1e-3, 1e-3, 3e-3]])
 half = np.array([[2e-3, 5e-3, 6e-3, 3e-3]])
-patch = Patch(np.array([0]), y, np.array([2e-3]), half, -half, np.array([[2e11] * 4]), 0 * y)
+patch = Patch(np.array([0]), y, np.array([2e-3]), half, -half, np.array([[2e11] * 4]), 0 * y,
+              np.array([4]), np.array([4]))
 r = fastsim.solve(patch, np.array([[6e-4, -4e-4, 0.3]]), np.array([0.3]), shear_modulus=8e10,
-                  poisson_ratio=0.28, cells=4, fields=True)
+                  poisson_ratio=0.28, fields=True)
 print(json.dumps([r.force.tolist(), r.slip_area.tolist(), r.cells.ravel().tolist()]))
 """
 

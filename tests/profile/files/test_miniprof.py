@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from wearsim.errors import ProfileError
 from wearsim.profile.files import read_profile
 from wearsim.profile.standard import rail, wheel
 
@@ -32,16 +31,6 @@ def read(tmp_path):
         return read_profile(path, kind, **statements)
 
     return reading
-
-
-@pytest.fixture
-def fault(read, tmp_path):
-    def message(*args, **kwargs):
-        with pytest.raises(ProfileError) as caught:
-            read(*args, **kwargs)
-        return str(caught.value).replace(f"{tmp_path}/", "")
-
-    return message
 
 
 def assert_is_wheel(reading):

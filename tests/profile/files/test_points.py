@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from wearsim.errors import ProfileError
-from wearsim.profile.files import load_profile, read_profile, write_profile
+from wearsim.profile.files import load_profile, write_profile
 from wearsim.profile.standard import rail, wheel
 
 WHEEL = wheel("S1002", spacing=1e-3)
@@ -19,26 +18,6 @@ def rows(y, z, line="{y:.4f} {z:.4f}"):
 
 def ours(kind, line="{y:.4f} {z:.4f}"):
     return rows(1e3 * SHAPES[kind].y, 1e3 * SHAPES[kind].z, line)
-
-
-@pytest.fixture
-def read(tmp_path):
-    def reading(lines, kind="wheel", name="p.txt", **statements):
-        path = tmp_path / name
-        path.write_text("\n".join(lines))
-        return read_profile(path, kind, **statements)
-
-    return reading
-
-
-@pytest.fixture
-def fault(read, tmp_path):
-    def message(*args, **kwargs):
-        with pytest.raises(ProfileError) as caught:
-            read(*args, **kwargs)
-        return str(caught.value).replace(f"{tmp_path}/", "")
-
-    return message
 
 
 def assert_is(reading, profile, tolerance=ROUNDING):

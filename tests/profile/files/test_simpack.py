@@ -1,8 +1,6 @@
 import numpy as np
 import pytest
 
-from wearsim.errors import ProfileError
-from wearsim.profile.files import read_profile
 from wearsim.profile.standard import rail, wheel
 
 WHEEL = wheel("S1002", spacing=1e-3)
@@ -21,26 +19,6 @@ def simpack(profile, sign_y=1, scale=1e3, digits=4, weight="", reverse=False, **
         for y, z in zip(profile.y, profile.z, strict=True)
     ]
     return [*lines, *(rows[::-1] if reverse else rows), " point.end", "spline.end"]
-
-
-@pytest.fixture
-def read(tmp_path):
-    def reading(lines, kind="wheel", name="p.txt", **statements):
-        path = tmp_path / name
-        path.write_text("\n".join(lines))
-        return read_profile(path, kind, **statements)
-
-    return reading
-
-
-@pytest.fixture
-def fault(read, tmp_path):
-    def message(*args, **kwargs):
-        with pytest.raises(ProfileError) as caught:
-            read(*args, **kwargs)
-        return str(caught.value).replace(f"{tmp_path}/", "")
-
-    return message
 
 
 def assert_is(reading, profile, tolerance=ROUNDING):

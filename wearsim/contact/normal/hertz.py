@@ -242,9 +242,10 @@ def _cut_strips(
         for name in ("row", "y", "z", "angle", "along", "across", "height")
     )
     ellipse = contact_ellipse(along, across, force, effective_modulus)
-    strips = resolution.strips
-    # Strip edges and middles in turn, in halves of a strip from the touching point.
-    place = ellipse.semi_axis_y[:, None] * np.linspace(-1.0, 1.0, 2 * strips + 1)
+    strips = resolution.strips_across(2.0 * ellipse.semi_axis_y)
+    # Strip edges and middles in turn, in halves of a strip from the touching point; then padding.
+    share = np.arange(2 * int(strips.max(initial=0)) + 1) / strips[:, None] - 1.0
+    place = ellipse.semi_axis_y[:, None] * np.minimum(share, 1.0)
     grid = gap.counterface
     on_profile, skew = np.empty_like(place), np.empty_like(place)
     for m in range(row.size):
@@ -255,23 +256,25 @@ def _cut_strips(
             raise fault_of(AT_EDGE, int(row[m]))
         on_profile[m] = np.interp(place[m], s, grid.y[part])
         middle_x = np.interp(place[m], s, gap.x[row[m], part])
-        skew[m] = middle_x - middle_x[strips]
+        skew[m] = middle_x - middle_x[strips[m]]
     _check_overlap(row, on_profile[:, 0], on_profile[:, -1])
     middle = place[:, 1::2]
-    half = ellipse.semi_axis_x[:, None] * np.sqrt(1.0 - (middle / ellipse.semi_axis_y[:, None]) ** 2)
+    half = ellipse.semi_axis_x[:, None] * np.sqrt(np.maximum(1.0 - share[:, 1::2] ** 2, 0.0))
+    true = np.minimum(np.arange(middle.shape[1]), strips[:, None] - 1)
+    skew = np.take_along_axis(skew[:, 1::2], true, axis=1)
     width = 2.0 * ellipse.semi_axis_y / strips
     patch = Patch(
         row=row,
         y=middle,
         width=width,
-        x_lead=skew[:, 1::2] + half,
-        x_trail=skew[:, 1::2] - half,
+        x_lead=skew + half,
+        x_trail=skew - half,
         pressure_slope=np.broadcast_to(
             (force / (0.5 * np.pi * (half**2).sum(axis=1) * width))[:, None], half.shape
         ),
         interpenetration=np.zeros_like(middle),
-        strips=np.full(row.size, strips),
-        cells=cells_of(resolution, skew[:, 1::2] + half, skew[:, 1::2] - half),
+        strips=strips,
+        cells=cells_of(resolution, skew + half, skew - half),
     )
     return NormalSolution(
         patch=patch,

@@ -56,7 +56,7 @@ def flexibilities(patch: Patch, shear_modulus: float, poisson_ratio: float) -> F
     """
     strip = patch.x_lead - patch.x_trail
     area = strip.sum(axis=1) * patch.width
-    ratio = strip.max(axis=1) / (patch.width * patch.strips)
+    ratio = strip.max(axis=1, initial=0.0) / (patch.width * patch.strips)
     a = np.sqrt(area / np.pi * ratio)
     c11, c22, c23, _ = coefficients(ratio, poisson_ratio)
     return np.array(
@@ -87,8 +87,9 @@ def solve(
     count, strips = patch.y.shape
     out = np.zeros((5, count, patch.cells.max(initial=1), strips) if fields else (5, 0, 0, 0))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
-    factor = np.array([load_factor(cells) for cells in patch.cells.tolist()])
-    slope = patch.pressure_slope * factor[:, None]
+    numbers, of = np.unique(patch.cells, return_inverse=True)
+    factor = np.array([load_factor(cells) for cells in numbers.tolist()])
+    slope = patch.pressure_slope * factor[of][:, None]
     _march(
         plain(patch.y), plain(patch.width), plain(patch.x_lead), plain(patch.x_trail), plain(friction),
         plain(slope), plain(creepage), flexibility, plain(_mean_flexibility(creepage, flexibility)),

@@ -8,6 +8,8 @@ References
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
@@ -39,6 +41,18 @@ _TABLE = np.array(
 ).reshape(19, 4, 3)
 
 _RATIO = np.concatenate((np.arange(1, 11) / 10.0, 10.0 / np.arange(9, 0, -1)))
+_KNOTS = np.log(_RATIO)
+
+
+@lru_cache(maxsize=16)
+def _logarithms(poisson_ratio: float) -> FloatArray:
+    """Logarithms (19, 4) of the coefficients at the ratios of the table."""
+    inverse = 1.0 / _TABLE
+    nu = 4.0 * poisson_ratio
+    first = inverse[..., 1] - inverse[..., 0]
+    second = inverse[..., 2] - 2.0 * inverse[..., 1] + inverse[..., 0]
+    table: FloatArray = -np.log(inverse[..., 0] + nu * first + 0.5 * nu * (nu - 1.0) * second)
+    return table
 
 
 def coefficients(axis_ratio: FloatArray, poisson_ratio: float) -> FloatArray:
@@ -66,13 +80,8 @@ def coefficients(axis_ratio: FloatArray, poisson_ratio: float) -> FloatArray:
     ----------
     .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
     """
-    inverse = 1.0 / _TABLE
-    nu = 4.0 * poisson_ratio
-    first = inverse[..., 1] - inverse[..., 0]
-    second = inverse[..., 2] - 2.0 * inverse[..., 1] + inverse[..., 0]
-    at_nu = -np.log(inverse[..., 0] + nu * first + 0.5 * nu * (nu - 1.0) * second)
-    place, knots = np.log(np.asarray(axis_ratio, dtype=float)), np.log(_RATIO)
-    left = np.clip(np.searchsorted(knots, place) - 1, 0, knots.size - 2)
-    share = (place - knots[left]) / (knots[left + 1] - knots[left])
+    at_nu, place = _logarithms(poisson_ratio), np.log(np.asarray(axis_ratio, dtype=float))
+    left = np.clip(np.searchsorted(_KNOTS, place) - 1, 0, _KNOTS.size - 2)
+    share = (place - _KNOTS[left]) / (_KNOTS[left + 1] - _KNOTS[left])
     result: FloatArray = np.exp(at_nu[left] + share[:, None] * (at_nu[left + 1] - at_nu[left])).T
     return result

@@ -96,6 +96,10 @@ class TangentialModel:
     cost : float
         Time of a contact solution with `kik_piotrowski`, 30 strips and cells, over that with the fastest
         model, about: ranks the models (measured in reports/speed_accuracy.md) [-].
+    tolerance : float
+        Error of its forces over friction coefficient x normal force, at most: how far equilibrium can be had.
+    warm : bool
+        Whether a start saves it work: it then keeps the fields of cells on the way to equilibrium.
     fewest : int
         Strips across a patch, and cells along each, at least.
     most_strips : int, optional
@@ -105,6 +109,8 @@ class TangentialModel:
     name: str
     solve: TangentialSolver
     cost: float
+    tolerance: float = 1e-6
+    warm: bool = False
     fewest: int = 2
     most_strips: int | None = None
 

@@ -13,14 +13,7 @@ COEFFICIENT_SETS: Registry[CoefficientSet] = discover("coefficient set", __name_
 
 
 def coefficient_set(given: str | CoefficientSet, law: str | None) -> CoefficientSet:
-    """Return the coefficient set called `given`, if it belongs to a law; a set given as such likewise.
-
-    Parameters
-    ----------
-    given : str or CoefficientSet
-        Name in `COEFFICIENT_SETS`, or a set.
-    law : str or None
-        Name of a wear or fatigue law; None: any.
+    """Return the coefficient set called `given`, or given itself, if it belongs to a law; None: to any.
 
     Raises
     ------

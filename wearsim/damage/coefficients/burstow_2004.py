@@ -1,7 +1,5 @@
 """Damage function of the Whole Life Rail Model by Burstow (2003, 2004)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet

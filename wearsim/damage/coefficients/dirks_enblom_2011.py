@@ -1,7 +1,5 @@
 """Stress index per strip of Dirks and Enblom (2011)."""
 
-from __future__ import annotations
-
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 
 DIRKS_ENBLOM_2011 = CoefficientSet(

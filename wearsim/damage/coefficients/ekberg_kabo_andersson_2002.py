@@ -1,7 +1,5 @@
 """Yield stress of the fatigue indices of Ekberg, Kabo and Andersson (2002)."""
 
-from __future__ import annotations
-
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 
 EKBERG_KABO_ANDERSSON_2002 = CoefficientSet(

@@ -1,7 +1,5 @@
 """Wear map of sliding speed and pressure by Jendel (2000, 2002), as used at KTH."""
 
-from __future__ import annotations
-
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 
 _MIDDLE = "middle of the range of the map, a convention of users of the map, not of the thesis"

@@ -1,7 +1,5 @@
 """Two-level energy law with the coefficients quoted from Krause and Poll (1986)."""
 
-from __future__ import annotations
-
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 
 _QUOTED = "sometimes quoted under this paper's name; the paper was not read for them"

@@ -1,7 +1,5 @@
 """Twin-disc wear coefficients of R8T wheel steel by Lewis and Dwyer-Joyce (2004)."""
 
-from __future__ import annotations
-
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 
 _QUOTED = "wear function of the regimes mild, severe, catastrophic; page of the original not checked by us"

@@ -1,7 +1,5 @@
 """Wheel wear coefficients of British Rail Research by Pearce and Sherratt (1991)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet

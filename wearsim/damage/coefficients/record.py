@@ -38,6 +38,11 @@ class Coefficient:
     certainty: str
     limits: tuple[float, float] | None = None
 
+    @property
+    def unit_after(self) -> str:
+        """Unit behind a number in a text."""
+        return "" if self.unit == "-" else f" {self.unit}"
+
 
 @dataclass(frozen=True)
 class CoefficientSet:
@@ -88,8 +93,7 @@ class CoefficientSet:
         if self.certainty:
             return (f"{self.name}: given by the user, who says: {self.certainty}",)
         return tuple(
-            f"{symbol} = {number.value:g}{'' if number.unit == '-' else ' ' + number.unit}"
-            f"{_range(number.limits)} ({number.certainty})"
+            f"{symbol} = {number.value:g}{number.unit_after}{_range(number.limits)} ({number.certainty})"
             for symbol, number in self.values.items()
             if number.certainty in _MARKED
         )
@@ -98,26 +102,13 @@ class CoefficientSet:
     def numbers(self) -> tuple[str, ...]:
         """All numbers that act, such as "hardness = 3 GPa": by them two sets of one name differ."""
         return tuple(
-            f"{symbol} = {number.value:.10g}{'' if number.unit == '-' else ' ' + number.unit}"
-            for symbol, number in self.values.items()
+            f"{symbol} = {number.value:.10g}{number.unit_after}" for symbol, number in self.values.items()
         )
 
     def with_value(self, symbol: str, value: float, place: str) -> CoefficientSet:
-        """Return the set with another value of one number.
+        """Return the set with another value of one number, in its unit; the departures name the change.
 
-        Parameters
-        ----------
-        symbol : str
-            Of a number of the set.
-        value : float
-            In the unit of the set.
-        place : str
-            Where the value comes from.
-
-        Returns
-        -------
-        CoefficientSet
-            Its departures name the change.
+        `place` says where the value comes from.
         """
         old = self.values[symbol]
         values = {**self.values, symbol: replace(old, value=value, place=place, certainty="given")}

@@ -57,30 +57,12 @@ class FatigueSettings:
 
 
 def default_settings(law: str, **changes: object) -> FatigueSettings:
-    """Return the settings of a law with its own set.
-
-    Parameters
-    ----------
-    law : str
-        Name in `FATIGUE_LAWS`.
-    **changes
-        Other fields of `FatigueSettings`.
-    """
+    """Return the settings of a law with its own set, and `changes` in other fields."""
     return FatigueSettings(law=law, **{"coefficients": FATIGUE_LAWS[law].coefficients, **changes})  # type: ignore[arg-type]
 
 
 def coefficients_of(settings: FatigueSettings) -> CoefficientSet:
-    """Return the numbers that act under some settings, and check that the settings fit together.
-
-    Parameters
-    ----------
-    settings : FatigueSettings
-        Law, coefficients, branch, removal.
-
-    Returns
-    -------
-    CoefficientSet
-        Of the settings.
+    """Return the numbers that act under some settings.
 
     Raises
     ------
@@ -122,41 +104,26 @@ def laws_that_take(parameter: str) -> str:
 
 def _removal_faults(law: FatigueLaw, settings: FatigueSettings) -> Iterator[Fault]:
     depth, branch = settings.crack_depth, settings.branch
+    named = f'law = "{law.name}"'
     if law.contains_removal:
         if branch == "net" and depth is not None:
+            both = f"{named} contains the removal of cracks by wear in its falling branch"
             yield Fault(
-                f'law = "{law.name}" contains the removal of cracks by wear in its falling branch; delete '
-                f'crack_depth, or write branch = "rising": both would count wear twice'
+                f'{both}; delete crack_depth, or write branch = "rising": both would count wear twice'
             )
         if branch == "rising" and depth is None:
-            yield Fault(
-                f'law = "{law.name}" with branch = "rising" needs the removal of cracks by wear; give '
-                f'crack_depth, or write branch = "net"'
-            )
+            lacks = f'{named} with branch = "rising" needs the removal of cracks by wear'
+            yield Fault(f'{lacks}; give crack_depth, or write branch = "net"')
         return
     if branch != "net":
         yield Fault(f'branch = "{branch}" acts with law = {laws_that_take("branch")} only; delete it')
     if depth is not None and not law.counts_cycles:
-        yield Fault(
-            f'crack_depth: the damage of law = "{law.name}" orders passages and is no share of a crack; '
-            f"delete it"
-        )
+        why = f"the damage of {named} orders passages and is no share of a crack"
+        yield Fault(f"crack_depth: {why}; delete it")
 
 
 def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamage:
     """Damage of one passage of each patch, by the law of the settings.
-
-    Parameters
-    ----------
-    loads : PatchLoads
-        Of `m` patches, see `patch_loads`.
-    settings : FatigueSettings
-        Law, coefficients, branch, wear number.
-
-    Returns
-    -------
-    FatigueDamage
-        Index, place, damage, and damage per width by strip.
 
     Raises
     ------
@@ -168,11 +135,9 @@ def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamag
     law = FATIGUE_LAWS[settings.law]
     coefficients = coefficients_of(settings)
     taken = {name: getattr(settings, name) for name in ("wear_number", "branch") if name in law.parameters}
-    fields = loads.fields
-    cells = (fields.pressure, fields.shear_x, fields.shear_y, fields.work_density)
     good = (loads.normal_force > 0.0) & (loads.max_pressure > 0.0)
-    for field in cells:
-        good &= np.isfinite(field).all(axis=(1, 2))
+    for name in ("pressure", "shear_x", "shear_y", "work_density"):
+        good &= np.isfinite(getattr(loads.fields, name)).all(axis=(1, 2))
     with np.errstate(divide="ignore", invalid="ignore"):
         parts = [
             law.damage(part_of(loads, patches), coefficients, **taken) for patches in batches(loads.area.size)

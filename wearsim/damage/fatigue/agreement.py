@@ -39,18 +39,7 @@ class Agreement:
 
 
 def normalised(damage: FloatArray) -> FloatArray:
-    """Damage above zero over its largest value, zeros if there is none.
-
-    Parameters
-    ----------
-    damage : (..., n) array
-        Of n cases [-].
-
-    Returns
-    -------
-    (..., n) array
-        Between 0 and 1 [-].
-    """
+    """Damage (..., n) of n cases above zero over its largest value, zeros if there is none [-]."""
     above = np.maximum(damage, 0.0)
     largest = above.max(axis=-1, keepdims=True, initial=0.0)
     return above / np.where(largest > 0.0, largest, 1.0)

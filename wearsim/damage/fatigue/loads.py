@@ -3,53 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.contact.problem import ContactSolution
-from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total
+from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, share_of
 
 WearNumber = Literal["without_spin", "with_spin"]
 
 
 @dataclass(frozen=True)
 class PatchLoads:
-    """Loads of `m` contact patches.
+    """Loads of `m` contact patches, arrays (m,) as in `ContactSolution`, with the strips and cells."""
 
-    Parameters
-    ----------
-    normal_force, force_x, force_y : (m,) array
-        In the contact plane [N].
-    spin_moment : (m,) array
-        About the contact normal [N m].
-    creepage_x, creepage_y : (m,) array
-        [-].
-    spin : (m,) array
-        [1/m].
-    max_pressure : (m,) array
-        [Pa].
-    area : (m,) array
-        [m2].
-    y : (m, ny) array
-        Strip centres on the wheel profile, positive to the field side [m].
-    fields : SurfaceFields
-        In the cells.
-    """
-
-    normal_force: FloatArray
-    force_x: FloatArray
+    normal_force: FloatArray  # [N]
+    force_x: FloatArray  # in the contact plane [N]
     force_y: FloatArray
-    spin_moment: FloatArray
-    creepage_x: FloatArray
+    spin_moment: FloatArray  # about the contact normal [N m]
+    creepage_x: FloatArray  # [-]
     creepage_y: FloatArray
-    spin: FloatArray
-    max_pressure: FloatArray
-    area: FloatArray
-    y: FloatArray
-    fields: SurfaceFields
+    spin: FloatArray  # [1/m]
+    max_pressure: FloatArray  # [Pa]
+    area: FloatArray  # [m2]
+    y: FloatArray  # strip centres (m, ny) on the wheel profile, positive to the field side [m]
+    fields: SurfaceFields  # in the cells
 
     @property
     def utilised_friction(self) -> FloatArray:
@@ -63,32 +43,10 @@ class PatchLoads:
 
 
 def patch_loads(solution: ContactSolution) -> PatchLoads:
-    """Take the loads of all patches from a contact solution.
-
-    Parameters
-    ----------
-    solution : ContactSolution
-        With `m` patches.
-
-    Returns
-    -------
-    PatchLoads
-        Lateral positions in the axes of a right wheel, as the profiles.
-    """
+    """Take the loads of all patches from a contact solution, in the axes of a right wheel."""
     edges = solution.strip_edges_wheel_y
-    return PatchLoads(
-        normal_force=solution.normal_force,
-        force_x=solution.force_x,
-        force_y=solution.force_y,
-        spin_moment=solution.spin_moment,
-        creepage_x=solution.creepage_x,
-        creepage_y=solution.creepage_y,
-        spin=solution.spin,
-        max_pressure=solution.max_pressure,
-        area=solution.area,
-        y=0.5 * (edges[:, 1:] + edges[:, :-1]),
-        fields=solution.fields,
-    )
+    own = {field.name: getattr(solution, field.name) for field in fields(PatchLoads) if field.name != "y"}
+    return PatchLoads(y=0.5 * (edges[:, 1:] + edges[:, :-1]), **own)
 
 
 def wear_number_without_spin(loads: PatchLoads) -> FloatArray:
@@ -111,22 +69,13 @@ WEAR_NUMBERS: dict[WearNumber, Callable[[PatchLoads], FloatArray]] = {
 
 
 def work_share(loads: PatchLoads) -> FloatArray:
-    r"""Share of each patch's damage that falls on each strip, per width.
+    r"""Share (m, ny) of each patch's damage that falls on each strip, per width [1/m].
 
-    Parameters
-    ----------
-    loads : PatchLoads
-        Of `m` patches.
-
-    Returns
-    -------
-    (m, ny) array
-        :math:`e(y) / \int e\,dy` with the frictional work e(y) of the strips; that of the load where
-        nothing slips. Its integral over the width is 1 [1/m].
+    :math:`e(y) / \int e\,dy` with the frictional work e(y) of the strips; that of the load where nothing
+    slips. Its integral over the width is 1.
     """
-    fields = loads.fields
-    work = np.maximum(fields.strip_work, 0.0)
-    load = along_strips(fields.pressure, fields)
-    slips = patch_total(work, fields)[:, None] > 0.0
-    chosen = np.where(slips, work, load)
-    return mean_of(chosen, patch_total(chosen, fields)[:, None])
+    cells = loads.fields
+    work = np.maximum(cells.strip_work, 0.0)
+    slips = patch_total(work, cells)[:, None] > 0.0
+    chosen = np.where(slips, work, along_strips(cells.pressure, cells))
+    return share_of(chosen, cells)

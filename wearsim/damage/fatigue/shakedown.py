@@ -12,8 +12,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -25,42 +24,16 @@ SURFACE_FLOW_FROM = 0.3
 """Friction from which flow at the surface is the limit [-]; recalled, about."""
 
 
-@dataclass(frozen=True)
-class Landmarks:
-    """Limits of :math:`p_0/k` in rolling without friction, recalled from the map.
-
-    Parameters
-    ----------
-    first_yield : (float, float)
-        Range as quoted.
-    elastic_shakedown : float
-        Above it plastic strain accumulates.
-    """
-
-    first_yield: tuple[float, float]
-    elastic_shakedown: float
+# limits of p0/k in rolling without friction, recalled from the map; above the second plastic strain
+# accumulates
+_FIRST_YIELD: dict[Contact, tuple[float, float]] = {"point": (2.8, 2.8), "line": (3.1, 3.3)}  # as quoted
+_ELASTIC_SHAKEDOWN: dict[Contact, float] = {"point": 4.7, "line": 4.0}
 
 
-LANDMARKS: dict[Contact, Landmarks] = {
-    "point": Landmarks((2.8, 2.8), 4.7),
-    "line": Landmarks((3.1, 3.3), 4.0),
-}
+class Boundary(NamedTuple):
+    """A limit curve of the map: p0/k over utilised friction, both (n,) [-].
 
-
-@dataclass(frozen=True)
-class Boundary:
-    """A limit curve of the map.
-
-    Parameters
-    ----------
-    friction : (n,) array
-        Utilised friction [-].
-    ratio : (n,) array
-        p0/k [-].
-    label : str
-        What the curve is.
-    certainty : str
-        "derived", "recalled", or "join" for the line between the source's curves.
+    Its certainty is "recalled", or "join" for the line between the source's curves.
     """
 
     friction: FloatArray
@@ -85,7 +58,7 @@ def shakedown_limit(friction: FloatArray, contact: Contact = "point") -> FloatAr
         :math:`1/\mu` from `SURFACE_FLOW_FROM` on; below, a straight line from the landmark of pure
         rolling, and never above :math:`1/\mu` [-].
     """
-    start = LANDMARKS[contact].elastic_shakedown
+    start = _ELASTIC_SHAKEDOWN[contact]
     end = 1.0 / SURFACE_FLOW_FROM
     join = start + (end - start) * np.asarray(friction) / SURFACE_FLOW_FROM
     flow = 1.0 / np.maximum(friction, 1e-12)
@@ -95,27 +68,14 @@ def shakedown_limit(friction: FloatArray, contact: Contact = "point") -> FloatAr
 def boundaries(
     contact: Contact = "point", most_friction: float = 0.6, count: int = 61
 ) -> tuple[Boundary, ...]:
-    """Return the curves of the map, ready to draw.
+    """Return the curves of the map: flow at the surface, the join below it, first yield in pure rolling.
 
-    Parameters
-    ----------
-    contact : {"point", "line"}
-        Ellipse, or cylinders.
-    most_friction : float
-        Right end of the map, above `SURFACE_FLOW_FROM` [-].
-    count : int
-        Points of each curve.
-
-    Returns
-    -------
-    tuple of Boundary
-        Flow at the surface, the join below it, and first yield in pure rolling.
+    The map ends at `most_friction`, above `SURFACE_FLOW_FROM` [-]; a curve has `count` points.
     """
     flow = np.linspace(SURFACE_FLOW_FROM, most_friction, count)
     join = np.linspace(0.0, SURFACE_FLOW_FROM, count)
-    marks = LANDMARKS[contact]
     return (
         Boundary(flow, 1.0 / flow, "surface flow, p0/k = 1/mu", "recalled"),
         Boundary(join, shakedown_limit(join, contact), "elastic shakedown, a straight join", "join"),
-        Boundary(np.zeros(2), np.array(marks.first_yield), "first yield in pure rolling", "recalled"),
+        Boundary(np.zeros(2), np.array(_FIRST_YIELD[contact]), "first yield in pure rolling", "recalled"),
     )

@@ -21,20 +21,7 @@ _MPA = 1e6
 
 
 def damage(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
-    """Excess of the largest shear stress, shared by the frictional work of the strips.
-
-    Parameters
-    ----------
-    loads : PatchLoads
-        Of `m` patches.
-    coefficients : CoefficientSet
-        With `shear_yield` [MPa].
-
-    Returns
-    -------
-    FatigueDamage
-        Index [Pa]; damage is the index over the yield stress where positive [-].
-    """
+    """Damage of a passage, see `FatigueLaw`: the index [Pa] over the yield stress where positive [-]."""
     shear_yield = _MPA * coefficients["shear_yield"]
     fields = loads.fields
     strips = np.sqrt((fields.shear_x**2 + fields.shear_y**2).max(axis=1))

@@ -16,13 +16,15 @@ References
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue.law import FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import PatchLoads, work_share
-from wearsim.damage.wear.sliding import mean_of, patch_total
+from wearsim.damage.wear.sliding import share_of
 
 _MPA = 1e6
 
@@ -70,19 +72,9 @@ def subsurface_index(utilised_friction: FloatArray, max_pressure: FloatArray) ->
 
 
 def patch(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
-    """Index of the whole patch; its damage shared by the frictional work of the strips.
+    """Damage of a passage, see `FatigueLaw`: index of the whole patch, at the strip of the highest pressure.
 
-    Parameters
-    ----------
-    loads : PatchLoads
-        Of `m` patches.
-    coefficients : CoefficientSet
-        With `shear_yield` [MPa].
-
-    Returns
-    -------
-    FatigueDamage
-        Index [-], at the strip of the highest pressure.
+    The strips share the damage as their frictional work.
     """
     index = surface_index(loads.utilised_friction, loads.max_pressure, _MPA * coefficients["shear_yield"])
     damage = np.maximum(index, 0.0)
@@ -91,20 +83,10 @@ def patch(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
 
 
 def local(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
-    r"""Largest index :math:`(|\tau| - k)/p` of the cells, with a damage of its own in every strip.
+    r"""Damage of a passage, see `FatigueLaw`: largest index :math:`(|\tau| - k)/p` of the cells.
 
-    Parameters
-    ----------
-    loads : PatchLoads
-        Of `m` patches.
-    coefficients : CoefficientSet
-        With `shear_yield` [MPa].
-
-    Returns
-    -------
-    FatigueDamage
-        Index [-]; the damage of the patch is that of its worst cell, spread over the strips as their own
-        largest indices above zero.
+    The damage of the patch is that of its worst cell, spread over the strips as their own largest indices
+    above zero.
     """
     fields = loads.fields
     excess = np.sqrt(fields.shear_x**2 + fields.shear_y**2) - _MPA * coefficients["shear_yield"]
@@ -112,9 +94,8 @@ def local(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
     cells = np.where(loaded, excess / np.where(loaded, fields.pressure, 1.0), -np.inf)
     strips = cells.max(axis=1)
     index = strips.max(axis=1)
-    above = np.maximum(strips, 0.0)
-    share = mean_of(above, patch_total(above, fields)[:, None])
     damage = np.maximum(index, 0.0)
+    share = share_of(np.maximum(strips, 0.0), fields)
     return FatigueDamage(index, loads.y_of_largest(strips), damage, damage[:, None] * share)
 
 
@@ -126,10 +107,4 @@ SURFACE_FATIGUE_INDEX = FatigueLaw(
     parameters=("shear_yield",),
 )
 
-SURFACE_FATIGUE_INDEX_LOCAL = FatigueLaw(
-    "surface_fatigue_index_local",
-    local,
-    index_quantity="fatigue_index",
-    coefficients="ekberg_kabo_andersson_2002",
-    parameters=("shear_yield",),
-)
+SURFACE_FATIGUE_INDEX_LOCAL = replace(SURFACE_FATIGUE_INDEX, name="surface_fatigue_index_local", damage=local)

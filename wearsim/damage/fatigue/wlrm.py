@@ -62,39 +62,17 @@ def own_function(
     certainty: str,
     floor: float | None = None,
 ) -> CoefficientSet:
-    """Return break points of one's own, for wheels and other steels.
+    """Return break points of one's own for the law "wlrm", for wheels and other steels.
 
-    Parameters
-    ----------
-    start, peak, end : float
-        Wear numbers, rising [N].
-    peak_damage : float
-        Damage of a passage at the peak [-].
-    source, certainty : str
-        Where they come from, and how sure they are.
-    floor : float, optional
-        Lowest damage beyond `end`; None: it falls on [-].
-
-    Returns
-    -------
-    CoefficientSet
-        For the law "wlrm".
-
-    Raises
-    ------
-    SceneError
-        If the break points do not rise.
+    The wear numbers [N] must rise, else a SceneError is raised. `floor` is the lowest damage beyond `end`;
+    None: it falls on [-]. Source and certainty say where the numbers come from and how sure they are.
     """
     if not 0.0 <= start < peak < end:
         points = f"start_N = {start:g}, peak_N = {peak:g} and end_N = {end:g}"
         raise SceneError([Fault(f"damage_function: {points} must rise; change them")])
-    numbers = {
-        "start": (start, "N"),
-        "peak": (peak, "N"),
-        "end": (end, "N"),
-        "peak_damage": (peak_damage, "-"),
-        **({} if floor is None else {"floor": (floor, "-")}),
-    }
+    numbers = {"start": start, "peak": peak, "end": end, "peak_damage": peak_damage}
+    numbers |= {} if floor is None else {"floor": floor}
+    units = {"peak_damage": "-", "floor": "-"}
     return CoefficientSet(
         name="damage_function",
         laws=("wlrm",),
@@ -102,7 +80,9 @@ def own_function(
         source=source,
         validity=f"As given by the user. Certainty: {certainty}.",
         departures=(),
-        values={name: Coefficient(value, unit, source, "given") for name, (value, unit) in numbers.items()},
+        values={
+            name: Coefficient(value, units.get(name, "N"), source, "given") for name, value in numbers.items()
+        },
         certainty=certainty,
     )
 
@@ -114,23 +94,9 @@ def damage(
     wear_number: WearNumber = "without_spin",
     branch: Branch = "net",
 ) -> FatigueDamage:
-    """Damage of each patch, shared by the frictional work of its strips.
+    """Damage of a passage, see `FatigueLaw`, by `damage_function`; the strips share it as frictional work.
 
-    Parameters
-    ----------
-    loads : PatchLoads
-        Of `m` patches.
-    coefficients : CoefficientSet
-        See `damage_function`.
-    wear_number : {"without_spin", "with_spin"}
-        Classical sum of force times creepage, or frictional work per metre.
-    branch : {"net", "rising"}
-        See `damage_function`.
-
-    Returns
-    -------
-    FatigueDamage
-        Index: the wear number [N], at the strip of the most frictional work.
+    The index is the wear number [N], at the strip of the most frictional work.
     """
     index = WEAR_NUMBERS[wear_number](loads)
     share = work_share(loads)

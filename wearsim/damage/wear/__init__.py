@@ -50,14 +50,7 @@ class WearSettings:
 
 
 def default_settings(law: str, **changes: object) -> WearSettings:
-    """Return the settings of a law with its own set and form.
-
-    Parameters
-    ----------
-    law : str
-        Name in `WEAR_LAWS`.
-    **changes
-        Other fields of `WearSettings`.
+    """Return the settings of a law with its own set and form, and `changes` in other fields.
 
     Raises
     ------
@@ -72,17 +65,7 @@ def default_settings(law: str, **changes: object) -> WearSettings:
 
 
 def coefficients_of(settings: WearSettings) -> CoefficientSet:
-    """Return the numbers that act under some settings, and check that the settings fit together.
-
-    Parameters
-    ----------
-    settings : WearSettings
-        Law, coefficients, form, hardness, cap.
-
-    Returns
-    -------
-    CoefficientSet
-        With the hardness of the settings, if they give one.
+    """Return the numbers that act under some settings, with their hardness, if they give one.
 
     Raises
     ------
@@ -94,12 +77,8 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
     if settings.form not in FORMS:
         faults.append(unknown("form of the wear law", settings.form, FORMS))
     elif settings.form not in law.forms:
-        faults.append(
-            Fault(
-                f'form = "{settings.form}": law = "{law.name}" is a law of the whole patch; '
-                f'write form = "{law.forms[0]}"'
-            )
-        )
+        whole = f'form = "{settings.form}": law = "{law.name}" is a law of the whole patch'
+        faults.append(Fault(f'{whole}; write form = "{law.forms[0]}"'))
     if settings.seizure_cap not in SEIZURE_CAPS:
         faults.append(unknown("seizure_cap", settings.seizure_cap, SEIZURE_CAPS))
     for parameter, given in (
@@ -116,10 +95,9 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
         raise SceneError([*faults, *error.faults]) from None
     if faults:
         raise SceneError(faults)
-    if settings.hardness is not None:
-        place = "hardness of the wheel as given"
-        return coefficients.with_value("hardness", 1e-9 * settings.hardness, place)
-    return coefficients
+    if settings.hardness is None:
+        return coefficients
+    return coefficients.with_value("hardness", 1e-9 * settings.hardness, "hardness of the wheel as given")
 
 
 def laws_that_take(parameter: str) -> str:
@@ -137,7 +115,7 @@ def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSetting
     area : (m,) array
         Of the patches [m2].
     settings : WearSettings
-        Law, coefficients, form, density.
+        Of the law.
 
     Returns
     -------
@@ -169,37 +147,13 @@ def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSetting
     return depth
 
 
-def worn_volume(depth: FloatArray, strip_width: FloatArray) -> FloatArray:
-    """Volume each patch removes per metre rolled, by regime.
-
-    Parameters
-    ----------
-    depth : (n_regimes, m, ny) array
-        Depth per passage [m].
-    strip_width : (m,) array
-        Of the patches [m].
-
-    Returns
-    -------
-    (n_regimes, m) array
-        [m3/m]: a strip meets one metre of its circumference per metre rolled.
-    """
-    volume: FloatArray = depth.sum(axis=2) * strip_width
-    return volume
-
-
 def patch_regime(depth: FloatArray) -> IntArray:
-    """Return the regime that removes most in each patch.
+    """Return the regime (m,) that removes most in each patch, -1 where nothing wears.
 
     Parameters
     ----------
     depth : (n_regimes, m, ny) array
         Depth per passage by regime [m].
-
-    Returns
-    -------
-    (m,) int array
-        Index into the regimes of the law; -1 where nothing wears.
     """
     by_regime = depth.sum(axis=2)  # strips of a patch are equally wide
     dominant: IntArray = np.argmax(by_regime, axis=0).astype(np.int64)
@@ -208,38 +162,16 @@ def patch_regime(depth: FloatArray) -> IntArray:
 
 
 def highest_regime(depth: FloatArray) -> IntArray:
-    """Return the last regime, in the order of the law, in which any strip of each patch wears.
+    """Return the last regime (m,), in the order of the law, in which any strip of each patch wears.
+
+    -1 where nothing wears. In the local form one cell in a regime is enough for it; in the form
+    "patch_mean" a patch has one regime.
 
     Parameters
     ----------
     depth : (n_regimes, m, ny) array
         Depth per passage by regime [m].
-
-    Returns
-    -------
-    (m,) int array
-        Index into the regimes of the law; -1 where nothing wears. In the local form one cell in a regime
-        is enough for it; in the form "patch_mean" a patch has one regime.
     """
     wears = (depth > 0.0).any(axis=2)
-    index = np.arange(depth.shape[0])[:, None]
-    highest: IntArray = np.where(wears, index, -1).max(axis=0).astype(np.int64)
+    highest: IntArray = np.where(wears, np.arange(depth.shape[0])[:, None], -1).max(axis=0).astype(np.int64)
     return highest
-
-
-__all__ = [
-    "FORMS",
-    "SEIZURE_CAPS",
-    "WEAR_LAWS",
-    "Form",
-    "SeizureCap",
-    "WearLaw",
-    "WearSettings",
-    "coefficients_of",
-    "default_settings",
-    "highest_regime",
-    "laws_that_take",
-    "passage_depth",
-    "patch_regime",
-    "worn_volume",
-]

@@ -68,35 +68,19 @@ def regime(pressure: FloatArray, speed: FloatArray, coefficients: CoefficientSet
 def capped(
     fields: SurfaceFields, coefficients: CoefficientSet, cap: SeizureCap
 ) -> tuple[SurfaceFields, CoefficientSet]:
-    """Keep the seizure regime out.
+    """Keep the seizure regime out: fields and coefficients as the law sees them.
 
-    Parameters
-    ----------
-    fields : SurfaceFields
-        On the cells of `m` patches.
-    coefficients : CoefficientSet
-        With `seizure_share` and `hardness`.
-    cap : {"none", "pressure", "regime"}
-        "pressure": no pressure above the seizure limit acts in the law, as if the material yielded there
-        (the load of such cells is cut); "regime": the pressure acts as it is, with the coefficient of
-        its sliding speed; "none": the map as printed.
-
-    Returns
-    -------
-    fields : SurfaceFields
-        With the pressure the law sees.
-    coefficients : CoefficientSet
-        With the limit the law sees.
+    With the cap "pressure" no pressure above the seizure limit acts in the law, as if the material yielded
+    there (the load of such cells is cut); with "regime" the pressure acts as it is, with the coefficient of
+    its sliding speed; "none" is the map as printed.
     """
     if cap == "none":
         return fields, coefficients
-    limit = seizure_pressure(coefficients)
     without = coefficients.with_value("seizure_share", np.inf, f"seizure_cap = {cap}")
     if cap == "regime":
         return fields, without
     # The slip belongs to the pressure the contact was solved with: only the load of the cells is cut.
-    cut: FloatArray = np.minimum(fields.pressure, limit)
-    return replace(fields, pressure=cut), without
+    return replace(fields, pressure=np.minimum(fields.pressure, seizure_pressure(coefficients))), without
 
 
 def depth(
@@ -107,31 +91,13 @@ def depth(
     form: Form = "local",
     seizure_cap: SeizureCap = "none",
 ) -> FloatArray:
-    r"""Depth removed by one passage of each patch.
-
-    Parameters
-    ----------
-    fields : SurfaceFields
-        On the cells of `m` patches.
-    area : (m,) array
-        Of the patches; acts in the form "patch_mean" only [m2].
-    coefficients : CoefficientSet
-        Map and hardness.
-    form : {"local", "patch_mean"}
-        Whether the region of the map is taken cell by cell, or from the mean pressure and the mean sliding
-        speed, weighted with the pressure, of the patch.
-    seizure_cap : {"none", "pressure", "regime"}
-        What keeps the seizure regime out, see `capped`.
-
-    Returns
-    -------
-    (4, m, ny) array
-        Depth along the surface normal in each strip, by the regimes of `REGIMES` [m].
+    r"""Depth removed by one passage of each patch, see `WearLaw`; `seizure_cap` as in `capped`.
 
     Notes
     -----
     :math:`\Delta z(y) = \frac{1}{H}\int k(p, |s|)\, p\, |s|/V\, dx`, the slip scaled as the frictional
-    work is, see `relative_slip`. Both forms agree where k is the same over a patch.
+    work is, see `relative_slip`. The form "patch_mean" takes the region of the map from the mean pressure
+    and the mean sliding speed, weighted with the pressure. Both forms agree where k is the same over a patch.
     """
     fields, coefficients = capped(fields, coefficients, seizure_cap)
     coefficient = np.array([coefficients[name] for name in _COEFFICIENTS])
@@ -139,14 +105,8 @@ def depth(
     slip = relative_slip(fields)
     work = fields.pressure * slip
     if form == "local":
-        speed = slip * fields.speed[:, None, None]
-        masks = regime(fields.pressure, speed, coefficients)
-        return np.stack(
-            [
-                k * along_strips(np.where(mask, work, 0.0), fields)
-                for k, mask in zip(per_hardness, masks, strict=True)
-            ]
-        )
+        masks = regime(fields.pressure, slip * fields.speed[:, None, None], coefficients)
+        return per_hardness[:, None, None] * along_strips(np.where(masks, work, 0.0), fields)
     strips = along_strips(work, fields)
     load = patch_total(along_strips(fields.pressure, fields), fields)
     mean_speed = mean_of(patch_total(strips, fields), load) * fields.speed
@@ -155,33 +115,8 @@ def depth(
 
 
 def energy_coefficient(archard: float, friction: float, hardness: float) -> float:
-    r"""Energy coefficient :math:`k_e = k / (\mu H)` [m3/J] of a coefficient of Archard's law.
-
-    Parameters
-    ----------
-    archard : float
-        k [-].
-    friction : float
-        Coulomb's coefficient [-].
-    hardness : float
-        H [Pa].
-    """
+    r"""Energy coefficient :math:`k_e = k / (\mu H)` [m3/J] of Archard's k [-] at the hardness H [Pa]."""
     return archard / (friction * hardness)
-
-
-def archard_coefficient(volume_per_work: float, friction: float, hardness: float) -> float:
-    r"""Coefficient of Archard's law :math:`k = k_e \mu H` [-] of an energy coefficient.
-
-    Parameters
-    ----------
-    volume_per_work : float
-        k_e [m3/J].
-    friction : float
-        Coulomb's coefficient [-].
-    hardness : float
-        H [Pa].
-    """
-    return volume_per_work * friction * hardness
 
 
 def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001

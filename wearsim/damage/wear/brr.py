@@ -58,23 +58,7 @@ def depth(
     *,
     form: Form = "patch_mean",  # noqa: ARG001
 ) -> FloatArray:
-    r"""Depth removed by one passage of each patch.
-
-    Parameters
-    ----------
-    fields : SurfaceFields
-        On the cells of `m` patches.
-    area : (m,) array
-        Without effect.
-    coefficients : CoefficientSet
-        Slopes, level and limits as quoted.
-    form : {"patch_mean"}
-        The only one.
-
-    Returns
-    -------
-    (3, m, ny) array
-        Depth along the surface normal in each strip, by the regimes of `REGIMES` [m].
+    r"""Depth removed by one passage of each patch, see `WearLaw`.
 
     Notes
     -----

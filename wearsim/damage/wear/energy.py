@@ -27,20 +27,7 @@ _WATT_PER_M2 = {"W mm-2": 1e6, "W m-2": 1.0}
 
 
 def constant(volume_per_work: float, source: str) -> CoefficientSet:
-    """Coefficients of a law with one constant.
-
-    Parameters
-    ----------
-    volume_per_work : float
-        k_e [m3/J]; 1e-12 is 1 mm3/kJ.
-    source : str
-        Where it comes from.
-
-    Returns
-    -------
-    CoefficientSet
-        For the law "energy".
-    """
+    """Return the set of a law with one constant k_e [m3/J], 1e-12 is 1 mm3/kJ, and where it comes from."""
     return CoefficientSet(
         name="constant",
         laws=("energy",),
@@ -53,17 +40,7 @@ def constant(volume_per_work: float, source: str) -> CoefficientSet:
 
 
 def volume_per_work(coefficients: CoefficientSet, level: str, density: float) -> float:
-    """Return the energy coefficient k_e of one level [m3/J].
-
-    Parameters
-    ----------
-    coefficients : CoefficientSet
-        In m3 J-1, or in kg J-1.
-    level : {"mild", "severe"}
-        Which one.
-    density : float
-        Of the worn body [kg/m3].
-    """
+    """Return k_e of the level "mild" or "severe" [m3/J]; `density` [kg/m3] acts on sets in kg J-1."""
     number = coefficients.values[level]
     return number.value / density if number.unit == "kg J-1" else number.value
 
@@ -82,25 +59,9 @@ def depth(
     form: Form = "local",
     density: float = 7850.0,
 ) -> FloatArray:
-    """Depth removed by one passage of each patch.
+    """Depth removed by one passage of each patch, see `WearLaw`.
 
-    Parameters
-    ----------
-    fields : SurfaceFields
-        On the cells of `m` patches.
-    area : (m,) array
-        Of the patches; acts in the form "patch_mean" only [m2].
-    coefficients : CoefficientSet
-        Levels, and the limit between them where there are two.
-    form : {"local", "patch_mean"}
-        Whether the power density is taken cell by cell or as its mean over the patch.
-    density : float
-        Of the worn body; acts where the levels are mass per work [kg/m3].
-
-    Returns
-    -------
-    (2, m, ny) array
-        Depth along the surface normal in each strip, by the regimes of `REGIMES` [m].
+    `form` acts on the power density; `density` acts where the levels of the set are mass per work.
     """
     mild = volume_per_work(coefficients, "mild", density)
     work = np.maximum(fields.work_density, 0.0)
@@ -111,12 +72,8 @@ def depth(
     severe = volume_per_work(coefficients, "severe", density)
     if form == "local":
         switched = work * fields.speed[:, None, None] >= limit
-        return np.stack(
-            [
-                mild * along_strips(np.where(switched, 0.0, work), fields),
-                severe * along_strips(np.where(switched, work, 0.0), fields),
-            ]
-        )
+        below, above = np.where(switched, 0.0, work), np.where(switched, work, 0.0)
+        return np.stack([mild * along_strips(below, fields), severe * along_strips(above, fields)])
     strips = along_strips(work, fields)
     switched = mean_of(patch_total(strips, fields), area) * fields.speed >= limit
     return np.stack([mild * strips * ~switched[:, None], severe * strips * switched[:, None]])

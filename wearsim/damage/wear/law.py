@@ -24,8 +24,9 @@ class WearLaw:
     depth : callable
         ``depth(fields, area, coefficients, *, form)`` -> (n_regimes, m, ny) array: depth that one passage of
         each of `m` patches removes along the normal of each strip, never negative [m]; from the
-        `SurfaceFields` of the patches, their areas (m,) [m2] and a `CoefficientSet`. Settings among
-        `parameters` named "density" [kg/m3] and "seizure_cap" are further keywords.
+        `SurfaceFields` of the patches, their areas (m,) [m2], which act in the form "patch_mean" only, and a
+        `CoefficientSet`. Settings among `parameters` named "density" [kg/m3] and "seizure_cap" are further
+        keywords.
     regimes : tuple of str
         Names of the wear regimes, in the order of the depths.
     coefficients : str or None

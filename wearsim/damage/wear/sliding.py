@@ -8,17 +8,7 @@ from wearsim.contact.patch import FloatArray, SurfaceFields
 
 
 def relative_slip(fields: SurfaceFields) -> FloatArray:
-    r"""Magnitude of the slip over V that belongs to the frictional work of the fields.
-
-    Parameters
-    ----------
-    fields : SurfaceFields
-        On the cells of `m` patches.
-
-    Returns
-    -------
-    (m, nx, ny) array
-        |s|/V [-].
+    r"""Magnitude (m, nx, ny) of the slip over V that belongs to the frictional work of the fields [-].
 
     Notes
     -----
@@ -38,20 +28,7 @@ def relative_slip(fields: SurfaceFields) -> FloatArray:
 
 
 def along_strips(density: FloatArray, fields: SurfaceFields) -> FloatArray:
-    """Integrate cells along the rolling direction.
-
-    Parameters
-    ----------
-    density : (..., m, nx, ny) array
-        Per length.
-    fields : SurfaceFields
-        On these cells.
-
-    Returns
-    -------
-    (..., m, ny) array
-        Integral over x of each strip.
-    """
+    """Integrate cells along the rolling direction, (..., m, nx, ny) to (..., m, ny)."""
     total: FloatArray = density.sum(axis=-2) * fields.cell_length
     return total
 
@@ -70,21 +47,13 @@ def mean_of(total: FloatArray, measure: FloatArray) -> FloatArray:
 
 
 def spread(total: FloatArray, strips: FloatArray, fields: SurfaceFields) -> FloatArray:
-    """Spread a total over the strips of each patch in proportion to `strips`.
+    """Spread the total (..., m) of each patch over its strips (..., m, ny) in proportion to `strips` (m, ny).
 
-    Parameters
-    ----------
-    total : (..., m) array
-        Of each patch.
-    strips : (m, ny) array
-        Never negative; a patch where they are all zero gets nothing.
-    fields : SurfaceFields
-        For the width of the strips.
-
-    Returns
-    -------
-    (..., m, ny) array
-        Whose integral over the width is the total.
+    The integral over the width is the total; a patch with `strips`, never negative, all zero gets nothing.
     """
-    share = mean_of(strips, patch_total(strips, fields)[:, None])
-    return total[..., None] * share
+    return total[..., None] * share_of(strips, fields)
+
+
+def share_of(strips: FloatArray, fields: SurfaceFields) -> FloatArray:
+    """Return strips (m, ny) over their integral across the patch [1/m], zero where all are zero."""
+    return mean_of(strips, patch_total(strips, fields)[:, None])

@@ -14,14 +14,11 @@ import hashlib
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from wearsim.contact.patch import FloatArray, SurfaceFields
+from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, relative_slip, spread
-
-BoolArray = NDArray[np.bool_]
 
 REGIMES = ("below", "within", "beyond")
 """Below the first row what a table says is an assumption that it states; beyond the last row of a linear one
@@ -49,35 +46,19 @@ Archard's coefficient k (which needs `hardness_GPa`)."""
 class WearTable(CoefficientSet):
     """A table of a wear rate.
 
-    Parameters
-    ----------
-    index : tuple of str
-        One or two of `INDEX_COLUMNS`.
-    axes : tuple of (n,) arrays
-        Rising values of each index [SI].
-    rate : str
-        One of `RATE_COLUMNS`.
-    rates : (n,) or (n, n2) array
-        At the values of the axes [SI].
-    interpolation : {"linear", "step"}
-        Between the rows; "step" holds the rate of a row up to the next.
-    beyond : {"hold", "slope"}
-        After the last row: its rate, or on with the last slope (of a single linear index).
-    hardness : float
-        For Archard's coefficient, else 0 [Pa].
-    below : {"proportional", "hold", "zero"}
-        Before the first row, where its index is above 0: on the straight line from the origin (of a map, in
-        proportion to each index that is below), its rate, or none.
+    Beyond the last row it holds its rate, or goes on with the last slope (of a single linear index). Below a
+    first row above 0 it is on the straight line from the origin (of a map, in proportion to each index that
+    is below), holds its rate, or is zero.
     """
 
-    index: tuple[str, ...]
-    axes: tuple[FloatArray, ...]
-    rate: str
-    rates: FloatArray
-    interpolation: str
-    beyond: str
-    hardness: float = 0.0
-    below: str = "hold"
+    index: tuple[str, ...]  # one or two of `INDEX_COLUMNS`
+    axes: tuple[FloatArray, ...]  # rising values (n,) of each index [SI]
+    rate: str  # one of `RATE_COLUMNS`
+    rates: FloatArray  # (n,) or (n, n2) at the values of the axes [SI]
+    interpolation: str  # "linear", or "step": the rate of a row up to the next
+    beyond: str  # "hold" or "slope"
+    hardness: float = 0.0  # for Archard's coefficient [Pa]
+    below: str = "hold"  # or "proportional" or "zero"
 
     @property
     def starts_above_zero(self) -> bool:
@@ -133,7 +114,7 @@ def _inside(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
             np.clip(np.searchsorted(axis, value, side="right") - 1, 0, axis.size - 1)
             for axis, value in zip(table.axes, index, strict=True)
         )
-        return np.where(_any_nan(index), np.nan, table.rates[cells])
+        return np.where(np.isnan(sum(index)), np.nan, table.rates[cells])
     if len(index) == 1:
         axis, value = table.axes[0], index[0]
         rate: FloatArray = np.interp(value, axis, table.rates)
@@ -142,64 +123,33 @@ def _inside(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
             rate = rate + slope * np.maximum(value - axis[-1], 0.0)
         return np.maximum(rate, 0.0)
     total = np.zeros(np.broadcast_shapes(*(value.shape for value in index)))
-    (low0, share0), (low1, share1) = (
-        _between(axis, value) for axis, value in zip(table.axes, index, strict=True)
-    )
-    high0 = np.minimum(low0 + 1, table.axes[0].size - 1)
-    high1 = np.minimum(low1 + 1, table.axes[1].size - 1)
-    for i, weight0 in ((low0, 1.0 - share0), (high0, share0)):
-        for j, weight1 in ((low1, 1.0 - share1), (high1, share1)):
+    first, second = (_between(axis, value) for axis, value in zip(table.axes, index, strict=True))
+    for i, weight0 in first:
+        for j, weight1 in second:
             total = total + weight0 * weight1 * table.rates[i, j]
     return total
 
 
-def outside(index: tuple[FloatArray, ...], table: WearTable) -> tuple[BoolArray, BoolArray]:
-    """Where an index lies outside the rows.
-
-    Parameters
-    ----------
-    index : tuple of (...) arrays
-        One value array for each index of the table [SI].
-    table : WearTable
-        With one or two indices.
-
-    Returns
-    -------
-    below : (...) bool array
-        An index lies below the first row.
-    beyond : (...) bool array
-        An index lies beyond the last row of a linear table, and none below; False throughout for a step
-        table.
-    """
-    short: BoolArray = np.zeros(np.broadcast_shapes(*(value.shape for value in index)), dtype=bool)
-    past = short
-    for axis, value in zip(table.axes, index, strict=True):
-        short = short | (value < axis[0])
-        if table.interpolation == "linear":
-            past = past | (value > axis[-1])
-    return short, past & ~short
-
-
 def _by_regime(removed: FloatArray, index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
-    """Share out to the `REGIMES`, along a new first axis."""
-    below, beyond = outside(index, table)
-    return np.stack([np.where(part, removed, 0.0) for part in (below, ~(below | beyond), beyond)])
+    """Share out to the `REGIMES`, along a new first axis; a step table has nothing beyond."""
+    below = np.zeros(np.broadcast_shapes(*(value.shape for value in index)), dtype=bool)
+    beyond = below
+    for axis, value in zip(table.axes, index, strict=True):
+        below = below | (value < axis[0])
+        if table.interpolation == "linear":
+            beyond = beyond | (value > axis[-1])
+    parts = (below, ~(below | beyond), beyond & ~below)
+    return np.stack([np.where(part, removed, 0.0) for part in parts])
 
 
-def _any_nan(index: tuple[FloatArray, ...]) -> FloatArray:
-    bad = np.isnan(index[0])
-    for value in index[1:]:
-        bad = bad | np.isnan(value)
-    return bad
-
-
-def _between(axis: FloatArray, value: FloatArray) -> tuple[np.ndarray, FloatArray]:
-    """Row below a value and the share of the way to the next; held outside the axis."""
+def _between(axis: FloatArray, value: FloatArray) -> tuple[tuple[IntArray, FloatArray], ...]:
+    """Rows below and above a value with their weights; held outside the axis."""
     if axis.size == 1:
-        return np.zeros(value.shape, dtype=np.int64), np.where(np.isnan(value), np.nan, 0.0)
+        row = np.zeros(value.shape, dtype=np.int64)
+        return ((row, np.where(np.isnan(value), np.nan, 1.0)),)
     low = np.clip(np.searchsorted(axis, value, side="right") - 1, 0, axis.size - 2)
-    share = (value - axis[low]) / (axis[low + 1] - axis[low])
-    return low, np.clip(share, 0.0, 1.0)
+    share = np.clip((value - axis[low]) / (axis[low + 1] - axis[low]), 0.0, 1.0)
+    return (low, 1.0 - share), (low + 1, share)
 
 
 def depth(
@@ -210,71 +160,46 @@ def depth(
     form: Form = "local",
     density: float = 7850.0,
 ) -> FloatArray:
-    r"""Depth removed by one passage of each patch.
-
-    Parameters
-    ----------
-    fields : SurfaceFields
-        On the cells of `m` patches.
-    area : (m,) array
-        Of the patches; acts in the form "patch_mean" only [m2].
-    coefficients : WearTable
-        The table.
-    form : {"local", "patch_mean"}
-        Whether the index is taken cell by cell or as its mean over the patch (of the sliding speed, the
-        mean weighted with the pressure).
-    density : float
-        Of the worn body; acts for mass rates [kg/m3].
-
-    Returns
-    -------
-    (3, m, ny) array
-        Depth along the surface normal in each strip, by the regimes of `REGIMES` [m].
+    r"""Depth removed by one passage of each patch, see `WearLaw`; `coefficients` is a `WearTable`.
 
     Notes
     -----
     Mass rate K: :math:`\Delta z = \frac{1}{\rho}\int K dx` over the cells that slip; energy coefficient:
     :math:`\int k_e\, |\tau \cdot s|/V\, dx`; Archard's coefficient: :math:`\int k\, p |s| / (V H)\, dx`.
+    The mean of the sliding speed over a patch is weighted with the pressure.
     """
     if not isinstance(coefficients, WearTable):
         raise TypeError(f"law table needs a WearTable, not the set {coefficients.name}")
-    work = np.maximum(fields.work_density, 0.0)
-    slip = relative_slip(fields)
-    sliding = fields.pressure * slip
-    if form == "local":
-        index: dict[str, FloatArray] = {
-            "T_gamma_A_N_mm2": work,
-            "power_density_W_mm2": work * fields.speed[:, None, None],
-            "slip_speed_m_s": slip * fields.speed[:, None, None],
-            "pressure_MPa": fields.pressure,
-        }
-        at = tuple(index[name] for name in coefficients.index)
-        rate = rate_at(at, coefficients)
-        if coefficients.rate == "mass_rate_ug_m_mm2":
-            removed = np.where(work == 0.0, 0.0, rate) / density
-        elif coefficients.rate == "energy_coefficient_mm3_kJ":
-            removed = rate * work
-        else:
-            removed = rate * sliding / coefficients.hardness
-        return np.stack([along_strips(part, fields) for part in _by_regime(removed, at, coefficients)])
-    strip_work, strip_sliding = along_strips(work, fields), along_strips(sliding, fields)
-    load = patch_total(along_strips(fields.pressure, fields), fields)
-    mean_work = mean_of(patch_total(strip_work, fields), area)
-    index = {
-        "T_gamma_A_N_mm2": mean_work,
-        "power_density_W_mm2": mean_work * fields.speed,
-        "slip_speed_m_s": mean_of(patch_total(strip_sliding, fields), load) * fields.speed,
-        "pressure_MPa": mean_of(load, area),
-    }
-    at = tuple(index[name] for name in coefficients.index)
-    rate = rate_at(at, coefficients)
-    if coefficients.rate == "mass_rate_ug_m_mm2":
-        strips = spread(rate * area / density, strip_work, fields)
-    elif coefficients.rate == "energy_coefficient_mm3_kJ":
-        strips = rate[:, None] * strip_work
+    local, table = form == "local", coefficients
+    slip, speed = relative_slip(fields), fields.speed
+    work, sliding = np.maximum(fields.work_density, 0.0), fields.pressure * slip
+    if local:  # of each cell, else the mean of each patch
+        work_at, slip_at, pressure_at, speed = work, slip, fields.pressure, speed[:, None, None]
     else:
-        strips = rate[:, None] * strip_sliding / coefficients.hardness
-    return _by_regime(strips, tuple(value[:, None] for value in at), coefficients)
+        work, sliding = along_strips(work, fields), along_strips(sliding, fields)
+        load = patch_total(along_strips(fields.pressure, fields), fields)
+        work_at, pressure_at = mean_of(patch_total(work, fields), area), mean_of(load, area)
+        slip_at = mean_of(patch_total(sliding, fields), load)
+    values = {
+        "T_gamma_A_N_mm2": work_at,
+        "power_density_W_mm2": work_at * speed,
+        "slip_speed_m_s": slip_at * speed,
+        "pressure_MPa": pressure_at,
+    }
+    index = tuple(values[name] for name in table.index)
+    rate = rate_at(index, table)
+    across = rate if local else rate[:, None]
+    if table.rate == "energy_coefficient_mm3_kJ":
+        removed = across * work
+    elif table.rate == "wear_coefficient":
+        removed = across * sliding / table.hardness
+    elif local:
+        removed = np.where(work == 0.0, 0.0, rate) / density
+    else:
+        removed = spread(rate * area / density, work, fields)
+    if local:
+        return along_strips(_by_regime(removed, index, table), fields)
+    return _by_regime(removed, tuple(value[:, None] for value in index), table)
 
 
 TABLE = WearLaw(

@@ -2,36 +2,20 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.wear.law import Form, WearLaw
+from wearsim.damage.wear.sliding import mean_of, patch_total, spread
 
 REGIMES = ("mild", "severe", "catastrophic")
 
 _PASCAL_PER_N_MM2 = 1e6
 _KG_M3_PER_UG_M_MM2 = 1e-3
-
-
-def regime(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
-    """Return which regime a wear index falls into, as a mask for each.
-
-    Parameters
-    ----------
-    index : (...) array
-        Wear index, frictional work per area and distance rolled [N/mm2].
-    coefficients : CoefficientSet
-        With `severe_limit` (first index of the severe regime) and `catastrophic_limit` (its last).
-
-    Returns
-    -------
-    (3, ...) bool array
-        In the order of `REGIMES`; exactly one is true.
-    """
-    severe = index >= coefficients["severe_limit"]
-    catastrophic = index > coefficients["catastrophic_limit"]
-    return np.stack([~severe, severe & ~catastrophic, catastrophic])
 
 
 def wear_rate(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
@@ -42,7 +26,8 @@ def wear_rate(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
     index : (...) array
         Wear index :math:`I_w = T\gamma/A` [N/mm2]; below 0 it wears nothing.
     coefficients : CoefficientSet
-        Slopes, level and limits as printed.
+        Slopes, level and limits as printed: `severe_limit` is the first index of the severe regime,
+        `catastrophic_limit` the last.
 
     Returns
     -------
@@ -58,16 +43,41 @@ def wear_rate(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
     ----------
     .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
     """
-    mild, severe, catastrophic = regime(index, coefficients)
-    level = coefficients["severe_level"]
-    beyond = index - coefficients["catastrophic_limit"]
-    return np.stack(
-        [
-            np.where(mild, coefficients["mild_slope"] * np.maximum(index, 0.0), 0.0),
-            np.where(severe, level, 0.0),
-            np.where(catastrophic, level + coefficients["catastrophic_slope"] * beyond, 0.0),
-        ]
-    )
+    index = np.asarray(index)
+    rate = _integral(index.reshape(1, 1, -1), np.ones((1, index.size)), coefficients)
+    return rate.reshape(len(REGIMES), *index.shape)
+
+
+class _Law(NamedTuple):
+    """Coefficients of the three branches, by the names of a set [N/mm2, ug/(m mm2)]."""
+
+    mild_slope: float
+    severe_limit: float
+    severe_level: float
+    catastrophic_limit: float
+    catastrophic_slope: float
+
+
+def _integral(index: FloatArray, cell_length: FloatArray, coefficients: CoefficientSet) -> FloatArray:
+    """Integral (3, m, ny) of K_w along strips, of wear indices (m, nx, ny) and cell lengths (m, ny)."""
+    law = _Law(*(float(coefficients[name]) for name in _Law._fields))
+    out = np.zeros((len(REGIMES), *cell_length.shape))
+    _sum_cells(plain(index), law, out)
+    return out * cell_length
+
+
+@kernel
+def _sum_cells(index: FloatArray, law: _Law, out: FloatArray) -> None:
+    """Add K_w of each cell to the sum of its strip in its regime; NaN is mild and stays NaN."""
+    for m in range(index.shape[0]):
+        for i in range(index.shape[1]):
+            for j in range(index.shape[2]):
+                value = index[m, i, j]
+                severe, catastrophic = value >= law.severe_limit, value > law.catastrophic_limit
+                beyond = law.severe_level + law.catastrophic_slope * (value - law.catastrophic_limit)
+                out[0, m, j] += 0.0 if severe or value <= 0.0 else law.mild_slope * value
+                out[1, m, j] += law.severe_level if severe and not catastrophic else 0.0
+                out[2, m, j] += beyond if catastrophic else 0.0
 
 
 def depth(
@@ -78,25 +88,7 @@ def depth(
     form: Form = "local",
     density: float = 7850.0,
 ) -> FloatArray:
-    r"""Depth removed by one passage of each patch.
-
-    Parameters
-    ----------
-    fields : SurfaceFields
-        On the cells of `m` patches; `work_density` is the local wear index [Pa].
-    area : (m,) array
-        Of the patches; acts in the form "patch_mean" only [m2].
-    coefficients : CoefficientSet
-        Slopes, level and limits as printed.
-    form : {"local", "patch_mean"}
-        Whether the wear index is taken cell by cell or as its mean over the patch.
-    density : float
-        Of the worn body [kg/m3].
-
-    Returns
-    -------
-    (3, m, ny) array
-        Depth along the surface normal in each strip, by the regimes of `REGIMES` [m].
+    r"""Depth removed by one passage of each patch, see `WearLaw`; `work_density` is the local wear index.
 
     Notes
     -----
@@ -111,15 +103,11 @@ def depth(
     """
     if form == "local":
         index = fields.work_density / _PASCAL_PER_N_MM2
-        removed: FloatArray = wear_rate(index, coefficients).sum(axis=2) * fields.cell_length
-        return removed * (_KG_M3_PER_UG_M_MM2 / density)
+        return _integral(index, fields.cell_length, coefficients) * (_KG_M3_PER_UG_M_MM2 / density)
     strip_work = np.maximum(fields.strip_work, 0.0)
-    total = strip_work.sum(axis=1) * fields.strip_width
-    works = total > 0.0
-    mean_index = np.where(works, total / np.where(works, area, 1.0), 0.0) / _PASCAL_PER_N_MM2
-    share = strip_work / np.where(works, total, 1.0)[:, None]
+    mean_index = mean_of(patch_total(strip_work, fields), area) / _PASCAL_PER_N_MM2
     removed_area = wear_rate(mean_index, coefficients) * area * (_KG_M3_PER_UG_M_MM2 / density)
-    return removed_area[:, :, None] * share
+    return spread(removed_area, strip_work, fields)
 
 
 def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001

@@ -3,93 +3,76 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from pathlib import Path
-from typing import NamedTuple, Unpack
+from typing import Literal, NamedTuple, Unpack
 
 import numpy as np
 
-from wearsim.errors import Fault, ProfileError, suggestion
+from wearsim.errors import ProfileError, suggestion
 from wearsim.profile import standard
 from wearsim.profile.files import miniprof, simpack
-from wearsim.profile.files.axes import ORIGINS, RUNNING_CIRCLE, UNITS, Statements, to_our_axes
+from wearsim.profile.files.axes import ORIGINS, RUNNING_CIRCLE, UNITS, Conversion, Statements
 from wearsim.profile.files.points import (
     EXACT,
-    POINT_FORMATS,
     Faults,
-    Kind,
     Points,
     SliceFile,
     Text,
     is_slice_list,
+    one_line,
     read_points,
     read_slice_list,
     read_text,
 )
 from wearsim.profile.placement import head_lean, lean_words, place_rail, tilt_to_add
-from wearsim.profile.shape import Profile
+from wearsim.profile.shape import Kind, Profile
 
 
 class Format(NamedTuple):
-    """Title of a format, and its extensions with the kind they stand for ("" for both)."""
+    """Title of a format, and how it is recognised.
+
+    By its content, else by its extensions with the kind they stand for ("" for both); a plain list of
+    points has the directions of y and z.
+    """
 
     title: str
     suffixes: Mapping[str, str]
+    recognises: Callable[[Text], bool] | None = None
+    axes: tuple[Literal["field", "centre"], Literal["down", "up"]] | None = None
 
 
+_GENSYS = {".wheel": "wheel", ".rail": "rail", ".kpf_rotr": "rail"}
+_SLICES = {".slcs": "rail", ".slcw": "wheel"}
 FORMATS: dict[str, Format] = {
-    "simpack": Format("SIMPACK", simpack.SUFFIXES),
-    "miniprof-parts": Format("MiniProf multi-part", miniprof.PART_SUFFIXES),
-    "miniprof": Format("MiniProf", miniprof.SUFFIXES),
-    "slices": Format("CONTACT slices", {".slcs": "rail", ".slcw": "wheel"}),
-    **{name: Format(form.title, form.suffixes) for name, form in POINT_FORMATS.items()},
+    "simpack": Format("SIMPACK", simpack.SUFFIXES, simpack.recognises),
+    "miniprof-parts": Format("MiniProf multi-part", {".mpt": ""}, miniprof.recognises_parts),
+    "miniprof": Format("MiniProf", miniprof.SUFFIXES, miniprof.recognises),
+    "slices": Format("CONTACT slices", _SLICES, is_slice_list),
+    "gensys": Format("GENSYS", _GENSYS, axes=("centre", "down")),
+    "uic519": Format("UIC 519 table", {".dat": ""}, axes=("field", "up")),
+    "two-column": Format("two columns", {}, axes=("field", "down")),
 }
 """What can be read, in the order in which files are tried."""
-
-_RECOGNISED = {
-    "simpack": simpack.recognises,
-    "miniprof-parts": miniprof.recognises_parts,
-    "miniprof": miniprof.recognises,
-    "slices": is_slice_list,
-}  # by content; what is left by its extension
 
 
 @dataclass(frozen=True)
 class ProfileReading:
-    """A profile from a file and what was detected on reading it.
+    """A profile from a file and what was detected on reading it."""
 
-    Parameters
-    ----------
-    profile : Profile
-        In our axes [m]; a rail is not yet placed in the track.
-    format : str
-        Key of `FORMATS`.
-    header : mapping of str to str
-        Keys and values of the file, unchanged.
-    notes : tuple of str
-        What was detected, changed or left out.
-    files : tuple of Path
-        The files read: the one given, and that of the slice.
-    lean : float or None
-        Of a rail head towards the track centre, see `placement.head_lean` [-].
-    running_circle : float or None
-        Distance of the running circle from the flange back, if the header gives it and y counts from there
-        [m].
-    """
-
-    profile: Profile
-    format: str
-    header: Mapping[str, str] = field(repr=False)
-    notes: tuple[str, ...]
-    files: tuple[Path, ...]
-    lean: float | None = None
-    running_circle: float | None = None
+    profile: Profile  # in our axes [m]; a rail is not yet placed in the track
+    format: str  # key of `FORMATS`
+    header: Mapping[str, str] = field(repr=False)  # keys and values of the file, unchanged
+    notes: tuple[str, ...]  # what was detected, changed or left out
+    files: tuple[Path, ...]  # the file given, and that of the slice
+    lean: float | None = None  # of a rail head towards the track centre, see `placement.head_lean` [-]
+    running_circle: float | None = None  # from the flange back [m], if the header gives it and y starts there
 
 
 def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements]) -> ProfileReading:
-    """Read a profile from a file of any known format.
+    """Read a profile from a file of any known format, in our axes and in the order along the profile.
 
     Parameters
     ----------
@@ -99,11 +82,6 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
         What it is.
     **statements
         What the file does not say or says wrongly, see `Statements`.
-
-    Returns
-    -------
-    ProfileReading
-        Points in our axes, in the order along the profile.
 
     Raises
     ------
@@ -117,7 +95,7 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
     notes: list[str] = []
     header: dict[str, str] = {}
     files = [path]
-    for depth in (0, 1):
+    while True:
         text = read_text(files[-1])
         name = _format_of(text, format)
         faults = Faults(files[-1])
@@ -129,27 +107,21 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
         notes += [f"format {FORMATS[name].title}", *text.notes]
         if not isinstance(content, SliceFile):
             break
-        if depth == 1:
+        if header:
             faults.add("is a list of slices within a list of slices; give the list itself")
             faults.raise_any()
         header, format, slice = dict(content.header), None, None
-        notes += content.notes
+        notes.append(content.note)
         files.append(_slice_file(path, content))
     assert isinstance(content, Points)
-    ours = to_our_axes(content, kind, statements, faults)
+    ours = Conversion(content, kind, statements, faults).result()
     lean = None if kind == "wheel" else head_lean(ours.y, ours.z)
     notes += [*content.notes, *ours.notes, *([] if lean is None else [f"head {lean_words(lean)}"])]
     shown = notes[1:] if name == "two-column" else notes
     source = f"file {path.name} ({'; '.join(shown)})" if shown else f"file {path.name}"
-    return ProfileReading(
-        Profile(path.stem, kind, ours.y, ours.z, source),
-        name,
-        {**header, **content.header},
-        tuple(notes),
-        tuple(files),
-        lean,
-        ours.running_circle,
-    )
+    profile = Profile(path.stem, kind, ours.y, ours.z, source)
+    header |= content.header
+    return ProfileReading(profile, name, header, tuple(notes), tuple(files), lean, ours.running_circle)
 
 
 def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> None:
@@ -163,7 +135,7 @@ def _format_of(text: Text, name: str | None) -> str:
     """Format of a file: stated, by its content, or by its extension."""
     _known("format", name, FORMATS, text.path)
     suffix = text.path.suffix.lower()
-    by_content = (key for key, recognises in _RECOGNISED.items() if name is None and recognises(text))
+    by_content = (key for key, each in FORMATS.items() if each.recognises and each.recognises(text))
     by_suffix = (key for key, each in FORMATS.items() if suffix in each.suffixes)
     return name or next(by_content, None) or next(by_suffix, "two-column")
 
@@ -176,8 +148,8 @@ def _content(
         faults.add(f"--part {part} is stated, but the file holds one profile: leave it out")
     if slice is not None and name != "slices":
         faults.add(f"--slice {slice} is stated, but the file is no list of slices: leave it out")
-    if name in POINT_FORMATS:
-        return read_points(text, faults, POINT_FORMATS[name])
+    if (axes := FORMATS[name].axes) is not None:
+        return read_points(text, faults, *axes)
     if name == "slices":
         return read_slice_list(text, faults, slice)
     if name == "miniprof-parts":
@@ -190,7 +162,7 @@ def _slice_file(path: Path, listed: SliceFile) -> Path:
     file = path.parent / listed.file.replace("\\", "/")
     if not file.is_file():
         message = f"slice file {listed.file[:200]!r} does not exist in the folder of the list; copy it there"
-        raise ProfileError(str(Fault(message, str(path), listed.line)))
+        raise ProfileError(f"{path}:{listed.line}: {message}")
     return file
 
 
@@ -204,29 +176,20 @@ def load_profile(
     spacing: float = 0.25e-3,
     **statements: Unpack[Statements],
 ) -> Profile:
-    """Profile by the name of a standard shape or from a file of any known format.
+    """Profile by the name of a standard shape or from a file; a rail is placed in the track.
 
     Parameters
     ----------
     name_or_path : str or Path
-        An existing file or anything that looks like a path (with a folder or an extension) is read with
-        `read_profile`; the rest is the name or designation of a shipped shape, such as "S1002/h30".
+        What `is_file` takes for a path is read with `read_profile` and its statements; the rest is the name
+        or designation of a shipped shape, such as "S1002/h30".
     kind : {"wheel", "rail"}
         What it is used as.
     inclination : float
         Of a rail towards the track centre [-]. One from a file is tilted, too, unless its head leans
         already, see `placement.tilt_to_add` (0: it stands as measured).
-    gauge, half_span : float
-        Placement of a rail, see `place_rail` [m].
-    spacing : float
-        Point distance of a shipped shape [m]; points of a file are kept.
-    **statements
-        On a file, see `read_profile`.
-
-    Returns
-    -------
-    Profile
-        A rail is placed in the track.
+    gauge, half_span, spacing : float
+        Placement of a rail, see `place_rail`; point distance of a shipped shape [m].
     """
     name = str(name_or_path)
     if not is_file(name):
@@ -240,17 +203,9 @@ def load_profile(
 
 
 def is_file(name: str) -> bool:
-    """Whether a text is taken for a path: an existing file, or with a folder or an extension.
+    """Whether a text is taken for a path: an existing file, or one with a folder or an extension.
 
-    Parameters
-    ----------
-    name : str
-        Path, or name of a shipped shape.
-
-    Returns
-    -------
-    bool
-        False for designations such as "S1002/h30".
+    Designations such as "S1002/h30" are none.
     """
     path = Path(name)
     looks_like_path = bool(path.suffix) or len(path.parts) != 1
@@ -258,31 +213,11 @@ def is_file(name: str) -> bool:
 
 
 def place_file(profile: Profile, name: str, tilt: float, gauge: float, half_span: float) -> Profile:
-    """Place a rail from a file in the track, see `place_rail`; its faults name the file.
-
-    Parameters
-    ----------
-    profile : Profile
-        A rail as read.
-    name : str
-        Of the file.
-    tilt, gauge, half_span : float
-        See `place_rail`.
-
-    Returns
-    -------
-    Profile
-        In the track.
-
-    Raises
-    ------
-    ProfileError
-        As of `place_rail`.
-    """
+    """Place a rail from the file `name` in the track, see `place_rail`; faults name the file."""
     try:
         placed = place_rail(profile, tilt, gauge, half_span)
     except ProfileError as error:
-        raise ProfileError(str(Fault(str(error), name))) from error
+        raise ProfileError(f"{name}: {error}") from error
     return replace(placed, source=profile.source)
 
 
@@ -392,12 +327,11 @@ def _lines(profile: Profile, path: Path, format: str) -> list[str]:
     if format == "two-column":
         axes = "z radially outward" if wheel else "z down"
         about = f"{profile.kind} profile {name}; y to the field side, {axes}; {profile.source}"
-        return [f"# {_one_line(about)}", "y_mm,z_mm", *(f"{y:f},{z:f}" for y, z in points)]
+        return [f"# {one_line(about)}", "y_mm,z_mm", *(f"{y:f},{z:f}" for y, z in points)]
     # name and source without the marks that begin a comment in some format
-    about = (
-        _one_line(f"{name}; {profile.source}" if profile.source else name).replace('"', "'").replace("!", "")
-    )
-    keys = {"file": _one_line(path.name), "count": len(points), "about": about, "kind": profile.kind,
+    about = one_line(f"{name}; {profile.source}" if profile.source else name)
+    about = about.replace('"', "'").replace("!", "")
+    keys = {"file": one_line(path.name), "count": len(points), "about": about, "kind": profile.kind,
             "type": int(wheel), "comment": about.replace("'", ""),
             "axis": f"{miniprof.AXIS_KEY}={miniprof.AXIS_FIELD}"}  # fmt: skip
     if format == "simpack":
@@ -410,8 +344,3 @@ def _lines(profile: Profile, path: Path, format: str) -> list[str]:
         head.append(f"WheelDiameterTaperline={RUNNING_CIRCLE}.0000")
         return [*head, "", *(f"{EXACT.add(y, RUNNING_CIRCLE):f} {z:f}" for y, z in points)]
     return [*head, "", *(f"{y:f} {z.copy_negate():f}" for y, z in points)]
-
-
-def _one_line(text: str) -> str:
-    """Text with single blanks and without characters that no reader takes."""
-    return " ".join("".join(mark if mark.isprintable() else " " for mark in text).split())

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
-from typing import Literal, NoReturn, TypedDict
+from typing import Literal, NamedTuple, NoReturn, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +15,11 @@ from wearsim.profile.checks import (
     head_faults,
     points_faults,
     shape_faults,
+    turns,
 )
-from wearsim.profile.files.points import EXACT, Faults, Kind, Points, scaled
-from wearsim.profile.placement import GAUGE_DEPTH
-from wearsim.profile.shape import FloatArray, arc_length
+from wearsim.profile.files.points import EXACT, Faults, Points, scaled
+from wearsim.profile.placement import GAUGE_DEPTH, halves_apart
+from wearsim.profile.shape import FloatArray, Kind, arc_length
 
 UNITS: dict[str, Decimal] = {
     "mm": Decimal("0.001"), "m": Decimal(1), "cm": Decimal("0.01"), "in": Decimal("0.0254")
@@ -69,8 +69,7 @@ class Statements(TypedDict, total=False):
     slice: int | None
 
 
-@dataclass(frozen=True)
-class OurAxes:
+class OurAxes(NamedTuple):
     """Points of a file in the axes of `Profile` [m], what was detected, running circle of the header [m]."""
 
     y: FloatArray
@@ -79,41 +78,20 @@ class OurAxes:
     running_circle: float | None
 
 
-def to_our_axes(points: Points, kind: Kind, stated: Statements, faults: Faults) -> OurAxes:
-    """Points of a file in the axes of `Profile`.
+class Conversion:
+    """Points of a file on their way to the axes of `Profile`; each question adds its notes or its fault.
 
-    Parameters
-    ----------
-    points : Points
-        As read.
-    kind : {"wheel", "rail"}
-        What they are.
-    stated : Statements
-        Statements of the user; they overrule the file and all detection.
-    faults : Faults
-        Takes what is wrong; raised here.
-
-    Returns
-    -------
-    OurAxes
-        From the flange back or gauge side to the field side.
-
-    Notes
-    -----
-    Detection works on rounded numbers; the result comes from the decimals of the file by exact
-    arithmetic, rounded once, so that written profiles are read back to the bit.
+    Statements of the user overrule the file and all detection. Detection works on rounded numbers; the
+    result comes from the decimals of the file by exact arithmetic, rounded once, so that written profiles
+    are read back to the bit.
     """
-    return _Conversion(points, kind, stated, faults).result()
-
-
-class _Conversion:
-    """One file on its way; each question adds its notes or its fault."""
 
     def __init__(self, points: Points, kind: Kind, stated: Statements, faults: Faults) -> None:
         self.points, self.kind, self.stated, self.faults = points, kind, stated, faults
         self.notes: list[str] = []
 
     def result(self) -> OurAxes:
+        """Points from the flange back or gauge side to the field side; all faults are raised."""
         points, notes, wheel = self.points, self.notes, self.kind == "wheel"
         rough = [
             np.array([float(cell) for cell in cells]) + float(shift)
@@ -133,7 +111,11 @@ class _Conversion:
             )
         upside = self._flip_z(y, z)
         z = -z if upside else z
-        flip = self._flip_wheel(y, z) if wheel else self._flip_rail(y, z)
+        if (mirror := self.stated.get("mirror")) is not None:
+            flip = mirror
+            notes.append("y mirrored as stated" if mirror else "y not mirrored, as stated")
+        else:
+            flip = self._flip_wheel(y, z) if wheel else self._flip_rail(y, z)
         offset = self._wheel_offset(-y if flip else y, z) if wheel else Decimal(0)
         factor_y = EXACT.multiply(unit, Decimal(-1 if flip != points.mirror_y else 1))
         factor_z = EXACT.multiply(unit, Decimal(-1 if upside != points.mirror_z else 1))
@@ -207,7 +189,7 @@ class _Conversion:
         most = min(max(3, len(kept) // 50), _MOST_STUTTER)
         dropped: list[int] = []
         rest = kept
-        back = _turns(y[rest], z[rest])
+        back = turns(y[rest], z[rest])
         while 0 < len(back) <= 2 * most and len(dropped) < most:
             j = int(back[0])
             around = rest[j - 1 : j + 2]
@@ -215,10 +197,10 @@ class _Conversion:
                 break
             # either the point before the step back or the one behind it is the odd one
             choices = [np.delete(rest, j + 1), np.delete(rest, j)]
-            turns = [_turns(y[each], z[each]) for each in choices]
-            odd = int(len(turns[1]) < len(turns[0]))
+            left = [turns(y[each], z[each]) for each in choices]
+            odd = int(len(left[1]) < len(left[0]))
             dropped.append(int(rest[j + 1 - odd]))
-            rest, back = choices[odd], turns[odd]
+            rest, back = choices[odd], left[odd]
         if len(back) or not dropped:
             return kept  # nothing is left out of a list that does not come right by that: a fault
         lines = ", ".join(str(self.points.lines[k]) for k in sorted(dropped)[:10])
@@ -247,8 +229,6 @@ class _Conversion:
 
     def _flip_wheel(self, y: FloatArray, z: FloatArray) -> bool:
         """Whether the flange is at the end of larger y; it belongs to that of smaller y."""
-        if (mirror := self.stated.get("mirror")) is not None:
-            return self._mirror_stated(mirror)
         place = (float(y[int(np.argmax(z))]) - float(y.min())) / float(np.ptp(y))
         if 0.4 < place < 0.6:
             self._stop(
@@ -260,10 +240,6 @@ class _Conversion:
         elif self.points.y_axis == "centre":
             self.notes.append("y towards the field side, although the rule of the format is the track centre")
         return place > 0.5
-
-    def _mirror_stated(self, mirror: bool) -> bool:
-        self.notes.append("y mirrored as stated" if mirror else "y not mirrored, as stated")
-        return mirror
 
     def _wheel_offset(self, y: FloatArray, z: FloatArray) -> Decimal:
         """Shift that lets y of a wheel begin at the running circle [m]."""
@@ -287,8 +263,6 @@ class _Conversion:
     def _flip_rail(self, y: FloatArray, z: FloatArray) -> bool:
         """Whether the gauge side is at the end of larger y; it belongs to that of smaller y."""
         axis = self.points.y_axis
-        if (mirror := self.stated.get("mirror")) is not None:
-            return self._mirror_stated(mirror)
         if head_faults(y, z):
             return axis == "centre"  # an error of the checks
         top = int(np.argmin(z))
@@ -302,7 +276,7 @@ class _Conversion:
                 end = "larger" if larger else "smaller"
                 self.notes.append(f"gauge side at the end of {end} y: only there the head reaches 14 mm down")
                 self.notes += ["y mirrored"] if larger else []
-            elif _symmetric(y, z, top):
+            elif halves_apart(y, z, 0.0, 0.485, 200) < _SYMMETRIC:
                 self.notes.append("head symmetric: it does not matter which side is the gauge side")
             else:
                 self._stop(
@@ -329,13 +303,6 @@ def _plausible(kind: Kind, y: FloatArray, z: FloatArray, name: str) -> bool:
     # above 76 mm, a rail said to be in inches might as well be one in cm
     most = 0.076 if (kind, name) == ("rail", "in") else WIDTH_RANGE[kind][1]
     return WIDTH_RANGE[kind][0] <= width <= most and HEIGHT_RANGE[kind][0] <= height <= HEIGHT_RANGE[kind][1]
-
-
-def _turns(y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
-    """Return the points at which a list turns back by more than 154 degrees, as `shape_faults` does."""
-    dy, dz = np.diff(y), np.diff(z)
-    step = np.hypot(dy, dz)
-    return np.flatnonzero(dy[1:] * dy[:-1] + dz[1:] * dz[:-1] < -0.9 * step[1:] * step[:-1]) + 1
 
 
 def _wheel_points_up(z: FloatArray) -> bool | None:
@@ -366,32 +333,10 @@ def _rail_points_up(y: FloatArray, z: FloatArray) -> bool | None:
     return None if abs(fall) < 0.05 * float(np.ptp(z)) else fall < 0.0
 
 
-def _symmetric(y: FloatArray, z: FloatArray, top: int) -> bool:
-    """Whether a head is its own mirror image."""
-    head = z - z[top] < 0.010
-    left, right = float(y[head].min()), float(y[head].max())
-    axis, half = 0.5 * (left + right), 0.5 * (right - left)
-    order = np.argsort(y[head], kind="stable")
-    at = np.linspace(0.0, 0.97 * half, 200)
-    z_left = np.interp(axis - at, y[head][order], z[head][order])
-    z_right = np.interp(axis + at, y[head][order], z[head][order])
-    return bool(np.max(np.abs(z_left - z_right)) < _SYMMETRIC)
-
-
 def thinned(y: FloatArray, z: FloatArray) -> tuple[NDArray[np.intp], float]:
-    """Points that carry the shape of a long list.
+    """Return the indices (m,) of points y, z (n,) [m] that carry the shape of a long list, ends included.
 
-    Parameters
-    ----------
-    y, z : (n,) array
-        Points along the profile [m].
-
-    Returns
-    -------
-    kept : (m,) array of int
-        Indices of the points that stay, both ends among them.
-    deviation : float
-        Largest distance of a point left out from the chord that bridges it [m].
+    Second is the largest distance of a point left out from the chord that bridges it [m].
 
     Notes
     -----

@@ -11,7 +11,6 @@ from wearsim.profile.files.points import (
     COMMA_TWICE,
     Columns,
     Faults,
-    Kind,
     Points,
     Text,
     is_number,
@@ -19,9 +18,10 @@ from wearsim.profile.files.points import (
     separator_of,
     split_cells,
 )
+from wearsim.profile.shape import Kind
 
 SUFFIXES = {".whl": "wheel", ".ban": "rail"}
-PART_SUFFIXES = {".mpt": ""}
+
 
 AXIS_KEY = "AxisX"
 """Key by which a file written here gives the direction of X; other programs skip keys they do not know."""
@@ -153,7 +153,6 @@ def _points(numbered: list[tuple[int, str]], header: dict[str, str], kind: Kind,
     column_x, column_y, names = _column_definition(header, faults, notes)
     needed = max(column_x, column_y) + 1
     points, off, short = Columns(faults), 0, 0
-    separator: str | None = None
     cut = False
     last = next((number for number, raw in reversed(numbered) if raw.strip()), 0)
     for number, raw in numbered:
@@ -162,17 +161,15 @@ def _points(numbered: list[tuple[int, str]], header: dict[str, str], kind: Kind,
             off += raw.lstrip()[:1] == '"' and _is_data(raw.lstrip()[1:])
             continue
         enough = len(points.lines) >= MIN_POINTS
-        if separator is None:
-            separator = separator_of(line)
-        cells = split_cells(line, separator)
-        if separator == "," and names and len(cells) == 2 * len(names):
+        cells = points.cells(line)
+        if points.separator == "," and names and len(cells) == 2 * len(names):
             faults.add(COMMA_TWICE, number)
         elif len(cells) < needed and number == last and enough:
             cut = True  # in the middle of a line
         elif len(cells) < needed:
             faults.add(f"number of columns = {len(cells)} must be at least {needed} to hold X and Y", number)
         else:
-            points.add(number, cells[column_x], cells[column_y], separator, "XY")
+            points.add(number, cells[column_x], cells[column_y], "XY")
             continue
         short += 1
     before = faults.count

@@ -11,14 +11,12 @@ import re
 from dataclasses import dataclass, field
 from decimal import Context, Decimal
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
 from wearsim.errors import Fault, ProfileError
 from wearsim.profile.shape import FloatArray
-
-Kind = Literal["wheel", "rail"]
 
 MAX_BYTES = 20_000_000
 MAX_LINES = 1_100_000  # 10^6 points and what may stand around them
@@ -46,24 +44,6 @@ _SEPARATORS = {"": "blanks", ",": "commas", ";": "semicolons"}
 _SLICE = re.compile(r"""(\S+)\s+(?:'([^']+)'|"([^"]+)")""")
 
 
-class PointFormat(NamedTuple):
-    """Format that is a plain list of points: title, extensions with their kind, direction of its axes."""
-
-    title: str
-    suffixes: dict[str, str]
-    y_axis: Literal["field", "centre"]
-    z_axis: Literal["down", "up"]
-
-
-POINT_FORMATS = {
-    "gensys": PointFormat(
-        "GENSYS", {".wheel": "wheel", ".rail": "rail", ".kpf_rotr": "rail"}, "centre", "down"
-    ),
-    "uic519": PointFormat("UIC 519 table", {".dat": ""}, "field", "up"),
-    "two-column": PointFormat("two columns", {}, "field", "down"),
-}
-
-
 @dataclass(frozen=True)
 class Text:
     """Lines of a file without line ends, and notes on its encoding."""
@@ -75,55 +55,32 @@ class Text:
 
 @dataclass(frozen=True)
 class Points:
-    """Points as they stand in a file, before any axis or unit is settled.
+    """Points as they stand in a file, before any axis or unit is settled."""
 
-    Parameters
-    ----------
-    lines : list of int
-        Line of each point.
-    y, z : list of str
-        Decimals of the lateral and the vertical coordinate, as written.
-    y_axis : {"field", "centre", "unknown"}
-        Direction of the file's y by the rules of its format: to the field side or the track centre.
-    z_axis : {"down", "up", "unknown"}
-        Direction of its z; down is towards the flange tip of a wheel.
-    shift_y, shift_z : Decimal
-        To be added to the file's numbers (keys of SIMPACK).
-    mirror_y, mirror_z : bool
-        Signs to be changed after that (keys of SIMPACK).
-    metres : Decimal or None
-        Length of the file's unit [m]; None if the file does not say.
-    running_circle : Decimal or None
-        Distance of the running circle from the flange back given in the file [mm].
-    header : dict of str to str
-        Keys and values, unchanged.
-    notes : tuple of str
-        What to report.
-    """
-
-    lines: list[int]
-    y: list[str]
+    lines: list[int]  # of each point
+    y: list[str]  # decimals as written
     z: list[str]
+    # directions by the rules of the format: y to the field side or the track centre, z down to the flange tip
     y_axis: Literal["field", "centre", "unknown"] = "unknown"
     z_axis: Literal["down", "up", "unknown"] = "unknown"
-    shift_y: Decimal = Decimal(0)
+    shift_y: Decimal = Decimal(0)  # to be added to the file's numbers
     shift_z: Decimal = Decimal(0)
-    mirror_y: bool = False
+    mirror_y: bool = False  # sign to be changed after that
     mirror_z: bool = False
-    metres: Decimal | None = None
-    running_circle: Decimal | None = None
-    header: dict[str, str] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    metres: Decimal | None = None  # length of the file's unit [m]; None if the file does not say
+    running_circle: Decimal | None = None  # distance from the flange back given in the file [mm]
+    header: dict[str, str] = field(default_factory=dict)  # keys and values, unchanged
+    notes: tuple[str, ...] = ()  # what to report
 
 
 @dataclass(frozen=True)
 class SliceFile:
-    """Name of the file that holds a slice, the line that names it, and what to report."""
+    """Name of the file that holds a slice, the line that names it, header, and what to report."""
 
     file: str
     line: int
     header: dict[str, str]
-    notes: tuple[str, ...]
+    note: str
 
 
 class Faults:
@@ -166,10 +123,17 @@ class Columns:
         self.y: list[str] = []
         self.z: list[str] = []
         self.skipped = 0  # lines that are there, but hold no point
+        self.separator: str | None = None  # of the first line of numbers
 
-    def add(self, line: int, y: str, z: str, separator: str, names: str = "yz") -> None:
+    def cells(self, line: str) -> list[str]:
+        """Cells of a line."""
+        if self.separator is None:
+            self.separator = separator_of(line)
+        return split_cells(line, self.separator)
+
+    def add(self, line: int, y: str, z: str, names: str = "yz") -> None:
         """Take the cells of one line, or note what is wrong with them."""
-        if separator != ",":
+        if self.separator != ",":
             y, z = y.replace(",", "."), z.replace(",", ".")
         wrong = number_fault(y), number_fault(z)
         if wrong != (None, None):
@@ -188,27 +152,16 @@ class Columns:
 
 
 def read_text(path: Path) -> Text:
-    """Read a text file of at most 20 MB.
+    """Read a text file of at most 20 MB: UTF-8, UTF-16 with a byte order mark, or Latin-1.
 
-    Parameters
-    ----------
-    path : Path
-        UTF-8, UTF-16 with a byte order mark, or Latin-1 (instruments write names of places and people so).
-
-    Returns
-    -------
-    Text
-        Lines, and a note on any encoding other than UTF-8.
-
-    Raises
-    ------
-    ProfileError
-        No such file, too large, or no text.
+    Instruments write names of places and people in Latin-1; any encoding other than UTF-8 is noted. Raises
+    `ProfileError` for no such file, one that is too large, or no text.
     """
     data = _bytes(path)
     if data.startswith((b"\x89HDF", b"CDF")):
-        message = f"is a result file, not a profile; `wearsim inspect {path}` shows what it holds"
-        raise ProfileError(str(Fault(message, str(path))))
+        raise ProfileError(
+            f"{path}: is a result file, not a profile; `wearsim inspect {path}` shows what it holds"
+        )
     marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
         text = data.decode("utf-16" if marked else "utf-8-sig")
@@ -219,7 +172,7 @@ def read_text(path: Path) -> Text:
     if (bad := _CONTROL.search(text)) is not None:
         line = text.count("\n", 0, bad.start()) + 1
         message = f"holds the control character {bad[0]!r}, so it is not UTF-8 text; save it as UTF-8"
-        raise ProfileError(str(Fault(message, str(path), line)))
+        raise ProfileError(f"{path}:{line}: {message}")
     lines = tuple(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
     return Text(path, lines, notes)
 
@@ -273,29 +226,20 @@ def separator_of(line: str) -> str:
     return "," if "," in line else ""
 
 
+def one_line(text: str) -> str:
+    """Text with single blanks and without characters that no reader takes."""
+    return " ".join("".join(mark if mark.isprintable() else " " for mark in text).split())
+
+
 def split_cells(line: str, separator: str) -> list[str]:
     """Cells of a line."""
     return [cell.strip() for cell in line.split(separator)] if separator else line.split()
 
 
 def scaled(cells: list[str], shift: Decimal, factor: Decimal, offset: Decimal) -> FloatArray:
-    """Exact (cell + shift) * factor + offset, each rounded once to a double.
+    """Exact (cell + shift) * factor + offset of decimals, each rounded once to a double; zeros are positive.
 
-    Parameters
-    ----------
-    cells : list of str
-        Decimals.
-    shift : Decimal
-        In the unit of the file.
-    factor : Decimal
-        To metres; negative mirrors.
-    offset : Decimal
-        Added at last [m].
-
-    Returns
-    -------
-    (n,) array
-        In metres; zeros are positive.
+    The shift is in the unit of the file, the factor leads to metres (negative mirrors), the offset is in m.
     """
     sign, digits, exponent = factor.as_tuple()
     if shift == 0 and offset == 0 and digits == (1,) and isinstance(exponent, int):
@@ -312,49 +256,12 @@ def _moved(cell: str, places: int) -> float:
     return float(f"{mantissa}e{int(exponent or 0) + places}")
 
 
-def columns(text: Text, faults: Faults) -> tuple[Columns, str]:
-    """Numbers of all lines, and the header line.
-
-    Parameters
-    ----------
-    text : Text
-        `#`, `!` and `%` begin comments; one line without numbers may precede the points.
-    faults : Faults
-        Takes what is wrong.
-
-    Returns
-    -------
-    points : Columns
-        Cells and lines of the points.
-    heading : str
-        The header line, "" if there is none.
-    """
-    points = Columns(faults)
-    separator: str | None = None
-    heading = ""
-    for number, raw in enumerate(text.lines, start=1):
-        commented = "#" in raw or "!" in raw or "%" in raw  # faster than the search, for long files
-        line = (_COMMENT.sub("", raw) if commented else raw).strip()
-        if not line:
-            continue
-        if separator is None:
-            if not heading and _is_heading(line):
-                heading = line
-                continue
-            separator = separator_of(line)
-        cells = split_cells(line, separator)
-        if len(cells) == 2:
-            points.add(number, cells[0], cells[1], separator)
-        else:
-            faults.add(_columns_fault(cells, separator, first=not points.lines), number)
-    return points, heading
-
-
-def _columns_fault(cells: list[str], separator: str, *, first: bool) -> str:
+def _columns_fault(points: Columns, cells: list[str]) -> str:
     """Return what is wrong with a line that has not two columns."""
-    if first and separator == "," and len(cells) in (3, 4) and all(_WHOLE.fullmatch(cell) for cell in cells):
+    separator, count = points.separator or "", len(cells)
+    if separator == "," and not points.lines and count in (3, 4) and all(map(_WHOLE.fullmatch, cells)):
         return COMMA_TWICE
-    return f"number of columns (separated by {_SEPARATORS[separator]}) = {len(cells)} must be 2: y and z"
+    return f"number of columns (separated by {_SEPARATORS[separator]}) = {count} must be 2: y and z"
 
 
 def _is_heading(line: str) -> bool:
@@ -362,13 +269,32 @@ def _is_heading(line: str) -> bool:
     return not any(_looks_like_number(cell) for cell in re.split(r"[;,\t ]+", line.strip(";, \t")))
 
 
-def read_points(text: Text, faults: Faults, form: PointFormat) -> Points:
-    """Points of a plain list with the axes of its format."""
-    points, heading = columns(text, faults)
+def read_points(
+    text: Text, faults: Faults, y_axis: Literal["field", "centre"], z_axis: Literal["down", "up"]
+) -> Points:
+    """Points of a plain list with the axes of its format.
+
+    `#`, `!` and `%` begin comments; one line without numbers may precede the points.
+    """
+    points = Columns(faults)
+    heading = ""
+    for number, raw in enumerate(text.lines, start=1):
+        commented = "#" in raw or "!" in raw or "%" in raw  # faster than the search, for long files
+        line = (_COMMENT.sub("", raw) if commented else raw).strip()
+        if not line:
+            continue
+        if points.separator is None and not heading and _is_heading(line):
+            heading = line
+            continue
+        cells = points.cells(line)
+        if len(cells) == 2:
+            points.add(number, *cells)
+        else:
+            faults.add(_columns_fault(points, cells), number)
     first = (line.lstrip()[1:].strip() for line in text.lines[:20] if line.lstrip()[:1] in ("#", "!", "%"))
     about = {"comment": next(first, ""), "columns": heading}
     header = {key: value for key, value in about.items() if value}
-    return Points(points.lines, points.y, points.z, form.y_axis, form.z_axis, header=header)
+    return Points(points.lines, points.y, points.z, y_axis, z_axis, header=header)
 
 
 def is_slice_list(text: Text) -> bool:
@@ -390,21 +316,10 @@ def _numbers(line: str, count: int) -> list[str]:
 
 
 def read_slice_list(text: Text, faults: Faults, number: int | None) -> SliceFile | None:
-    """File of one slice of a list of CONTACT: `.slcs` (rail along the track), `.slcw` (wheel).
+    """File of one slice (from 1) of a list of CONTACT: `.slcs` (rail along the track), `.slcw` (wheel).
 
-    Parameters
-    ----------
-    text : Text
-        Offset and scale, number of slices, features, method, then one line per slice.
-    faults : Faults
-        Takes what is wrong.
-    number : int or None
-        Which slice, from 1; needed if there are several.
-
-    Returns
-    -------
-    SliceFile or None
-        None if no slice can be chosen; the fault says why.
+    The text has offset and scale, number of slices, features, method, then one line per slice. None if no
+    slice can be chosen; the fault says why.
     """
     rows = [(at, line) for at, line in ((k, _bare(raw)) for k, raw in enumerate(text.lines, 1)) if line]
     names = ("offset and scale", "the number of slices", "NFEAT NKINK NACCEL", "the method")
@@ -441,4 +356,4 @@ def read_slice_list(text: Text, faults: Faults, number: int | None) -> SliceFile
     at, position, name = listed[chosen - 1]
     header = {"slice": str(chosen), "slices": str(len(listed)), "position": position, "file": name}
     note = f"slice {chosen} of {len(listed)}, at position {position}: {name}"
-    return SliceFile(name, at, header, (note,))
+    return SliceFile(name, at, header, note)

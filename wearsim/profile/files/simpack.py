@@ -15,13 +15,11 @@ from wearsim.profile.files.points import (
     EXACT,
     Columns,
     Faults,
-    Kind,
     Points,
     Text,
     number_fault,
-    separator_of,
-    split_cells,
 )
+from wearsim.profile.shape import Kind
 
 SUFFIXES = {".prr": "rail", ".prw": "wheel"}
 _BLOCK = re.compile(r"(header|spline|point)\.(begin|end)", re.IGNORECASE)
@@ -61,7 +59,6 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
     weights: set[str] = set()
     first: dict[str, int] = {}
     inside: list[str] = []
-    separator: str | None = None
     for number, raw in enumerate(text.lines, start=1):
         line = raw.split("!", 1)[0].strip()
         if not line:
@@ -79,10 +76,9 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
             else:
                 faults.add(f"{block}.end without {block}.begin", number)
         elif inside and inside[-1] == "point":
-            separator = separator_of(line) if separator is None else separator
-            cells = split_cells(line, separator)
+            cells = points.cells(line)
             if len(cells) in (2, 3):
-                points.add(number, cells[0], cells[1], separator)
+                points.add(number, cells[0], cells[1])
                 weights.update(cells[2:])
             else:
                 faults.add(
@@ -127,11 +123,13 @@ def _applied(points: Columns, header: _Header, notes: list[str]) -> Points:
         rows = kept
     low, high = key("bound.z.min", "1") - shift_z, key("bound.z.max") - shift_z
     if low < high:
-        clipped = [(line, y, str(min(max(Decimal(z), low), high)), z) for line, y, z in rows]
-        changed = sum(Decimal(new) != Decimal(z) for _, _, new, z in clipped)
-        rows = [(line, y, new if Decimal(new) != Decimal(z) else z) for line, y, new, z in clipped]
-        if changed:
-            notes.append(f"{changed} points clipped to bound.z")
+        outside = [not low <= Decimal(z) <= high for _, _, z in rows]
+        rows = [
+            (line, y, str(low if Decimal(z) < low else high) if out else z)
+            for (line, y, z), out in zip(rows, outside, strict=True)
+        ]
+        if any(outside):
+            notes.append(f"{sum(outside)} points clipped to bound.z")
     notes += [f"{name} = {header.values[name]} added"
               for name, by in (("shift.y", shift_y), ("shift.z", shift_z)) if by != 0]  # fmt: skip
     mirror_y, mirror_z, inversion = (key(name) != 0 for name in ("mirror.y", "mirror.z", "inversion"))
@@ -149,10 +147,11 @@ def _applied(points: Columns, header: _Header, notes: list[str]) -> Points:
         notes.append(f"units.len.f = {per_metre}: lengths in {unit}")
     if not header.values.get("units.len.f"):
         notes.append("units.len.f is not given: lengths are taken as mm")
+    lines, y, z = (list(column) for column in zip(*rows, strict=True)) if rows else ([], [], [])
     return Points(
-        [row[0] for row in rows],
-        [row[1] for row in rows],
-        [row[2] for row in rows],
+        lines,
+        y,
+        z,
         "field",
         "down",
         shift_y,

@@ -9,7 +9,6 @@ from typing import Any
 from wearsim.errors import ProfileError
 from wearsim.profile.alignment import HOLD_TREAD, Alignment, align
 from wearsim.profile.conicity import AMPLITUDES, Running, running
-from wearsim.profile.files.points import Kind
 from wearsim.profile.inspection.inputs import (
     ProfileInput,
     axle_notes,
@@ -21,74 +20,50 @@ from wearsim.profile.inspection.inputs import (
     read_input,
     tilt_of,
 )
-from wearsim.profile.limits import Judgement, LimitSet, judge, judge_wheelset
+from wearsim.profile.limits import Judgement, LimitSet, judge_wheelset
 from wearsim.profile.measures import (
     GaugeDistances,
     Measures,
-    WheelsetMeasures,
     running_circle_level,
     wheel_measures,
     wheelset_measures,
 )
 from wearsim.profile.placement import BACK_TO_BACK, GAUGE
 from wearsim.profile.reprofiling import Reprofiling, reprofile, reprofile_axle
-from wearsim.profile.shape import Profile
+from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.worn import WearBetween, wear_between
 
 COUNTERPART = {"wheel": "60E1", "rail": "S1002"}
-LARGE_REST = 50e-6
-"""Distance left on the zones of a best fit that noise of an instrument does not explain [m]."""
+_LARGE_REST = 50e-6  # left on the zones of a best fit, not explained by noise of an instrument [m]
 
-_STATED = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "front_to_front")
+IF_STATED = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "front_to_front")
+"""Measures that are there only if something is stated."""
+
+_GAUGED_AT = {
+    "below_tip": ("flange_gradient",),
+    "level": ("flange_thickness", "flange_gradient", "front_to_front"),
+    "flange_back": ("flange_height", "flange_thickness", "flange_gradient", "front_to_front"),
+}
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """What is stated about a wheelset, its track and the ways of measuring, SI units; None: not stated.
+    """What is stated about a wheelset, its track and the ways of measuring, SI units; None: not stated."""
 
-    Parameters
-    ----------
-    distances : GaugeDistances
-        Of Sh, Sd and qR; the running circle is that of `running_circle`.
-    running_circle : float or None
-        Distance of the running circle from the flange back; that of the wheel, see
-        `ProfileInput.running_circle`, if not stated [m].
-    back_to_back, gauge : float or None
-        `BACK_TO_BACK` and `GAUGE` act if not stated, without being judged [m].
-    diameter, left_diameter : float or None
-        At the running circles as they are now [m].
-    inclination : float or None
-        Of the rail, see `inputs.placed` [-].
-    counterpart : str or None
-        Rail under a wheel or wheel on a rail, by name or file; `COUNTERPART` if not stated.
-    smooth : float or None
-        Wavelength of the noise filter on measured profiles [m].
-    align : str or None
-        Rule of `wearsim.profile.alignment`; if not stated, `best_fit` for measured profiles and `none` for
-        standard shapes.
-    rotate : bool
-        Whether the best fit may turn the profile, too.
-    statements : mapping
-        On files, see `read_profile`.
-    own_limits : bool
-        Whether the limits are meant for the stated distances; else only gauge values at 2, 10 and 70 mm are
-        judged.
-    """
-
-    distances: GaugeDistances = field(default_factory=GaugeDistances)
-    running_circle: float | None = None
-    back_to_back: float | None = None
-    gauge: float | None = None
-    diameter: float | None = None
+    distances: GaugeDistances = field(default_factory=GaugeDistances)  # running circle: the next one counts
+    running_circle: float | None = None  # from the flange back [m]; that of the wheel if not stated
+    back_to_back: float | None = None  # `BACK_TO_BACK` acts if not stated, without being judged [m]
+    gauge: float = GAUGE
+    diameter: float | None = None  # at the running circle as it is now [m]
     left_diameter: float | None = None
-    inclination: float | None = None
-    counterpart: str | None = None
-    smooth: float | None = None
-    align: str | None = None
-    rotate: bool = False
-    statements: Mapping[str, Any] | None = None
-    own_limits: bool = False
+    inclination: float | None = None  # of the rail, see `inputs.placed` [-]
+    counterpart: str | None = None  # rail under a wheel or wheel on a rail, name or file; else `COUNTERPART`
+    smooth: float | None = None  # wavelength of the noise filter on measured profiles [m]
+    align: str | None = None  # rule of alignment; else best_fit for measured profiles, none for standard ones
+    rotate: bool = False  # whether the best fit may turn the profile, too
+    statements: Mapping[str, Any] | None = None  # on files, see `read_profile`
+    own_limits: bool = False  # meant for the stated distances; else gauge values at others are not judged
 
     @property
     def half_span(self) -> float:
@@ -98,27 +73,13 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A profile against an earlier or new one.
+    """A profile against an earlier or new one."""
 
-    Parameters
-    ----------
-    reference : ProfileInput
-        The other one, as it was compared.
-    alignment : Alignment
-        How the profile was laid on it.
-    wear : WearBetween
-        From the reference to the profile.
-    measures : Measures or None
-        Of the reference, if it is a wheel; unmoved, too.
-    running : Running or None
-        Of the reference.
-    """
-
-    reference: ProfileInput
-    alignment: Alignment
-    wear: WearBetween
-    measures: Measures | None = None
-    running: Running | None = None
+    reference: ProfileInput  # the other one, as it was compared
+    alignment: Alignment  # how the profile was laid on it
+    wear: WearBetween  # from the reference to the profile
+    measures: Measures | None = None  # of the reference, if it is a wheel; unmoved, too
+    running: Running | None = None  # of the reference
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -130,11 +91,11 @@ class Comparison:
                 f"the net worn area is negative, which no wear is: {rule} does not fit these profiles, or "
                 f"they are not of one {self.reference.kind}; try another rule with --align"
             )
-        if rms is not None and rms > LARGE_REST:
+        if rms is not None and rms > _LARGE_REST:
             tilt = "" if self.alignment.angle else "; a profile measured at a tilt needs --rotate"
             lines.append(
                 f"{1e6 * rms:.0f} µm rms are left on parts that do not wear, more than "
-                f"{1e6 * LARGE_REST:.0f}: wear of this size is uncertain{tilt}"
+                f"{1e6 * _LARGE_REST:.0f}: wear of this size is uncertain{tilt}"
             )
         if rule in HOLD_TREAD:
             lines.append(
@@ -151,39 +112,17 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Inspection:
-    """All values of one profile.
+    """All values of one profile."""
 
-    Parameters
-    ----------
-    given : ProfileInput
-        With the profile as it was measured, smoothed if that was asked for; never moved.
-    left : ProfileInput or None
-        Left wheel that differs.
-    conditions : Conditions
-        What was stated.
-    measures : mapping of str to Measures
-        Of "right", "left" and "axle"; of wheels that are alike "right" only, with the values of the axle.
-        Empty for rails.
-    limits : LimitSet or None
-        What the measures were judged by.
-    judgements : tuple of (str, Judgement)
-        Key of `measures` and judgement; the axle is judged by its smaller wheel.
-    running : Running or None
-        On the counterpart; None where it cannot run there.
-    trouble : str
-        Why it cannot.
-    comparison : Comparison or None
-        Against another profile.
-    """
-
-    given: ProfileInput
-    left: ProfileInput | None
-    conditions: Conditions
+    given: ProfileInput  # as it was measured, smoothed if that was asked for; never moved
+    left: ProfileInput | None  # left wheel that differs
+    conditions: Conditions  # what was stated
+    # of "right", "left" and "axle"; of alike wheels "right" only, with the values of the axle; none of rails
     measures: Mapping[str, Measures]
-    limits: LimitSet | None
-    judgements: tuple[tuple[str, Judgement], ...]
-    running: Running | None
-    trouble: str
+    limits: LimitSet | None  # what the measures were judged by
+    judgements: tuple[tuple[str, Judgement], ...]  # with the key of `measures`; the axle by its smaller wheel
+    running: Running | None  # on the counterpart; None where it cannot run there
+    trouble: str  # why it cannot
     comparison: Comparison | None
 
     @property
@@ -212,29 +151,18 @@ def inspect_profile(
     amplitudes: tuple[float, ...] = AMPLITUDES,
     measure_reference: bool = True,
 ) -> Inspection:
-    """Measure a profile.
+    """Measure a wheel or rail profile.
 
     Parameters
     ----------
-    given : ProfileInput
-        Wheel or rail.
-    conditions : Conditions, optional
-        What is stated.
-    limits : LimitSet, optional
-        To judge the measures of a wheel by.
-    left : ProfileInput, optional
-        Left wheel.
-    against : ProfileInput, optional
-        Earlier or new profile of the same kind.
+    given, left, against : ProfileInput
+        Wheel or rail, left wheel that differs, and earlier or new profile of the same kind.
+    conditions, limits : Conditions, LimitSet, optional
+        What is stated, and what the measures of a wheel are judged by.
     amplitudes : tuple of float
         Of the conicity [m].
     measure_reference : bool
         Whether the other profile is measured, too.
-
-    Returns
-    -------
-    Inspection
-        With the profile as measured.
 
     Raises
     ------
@@ -271,20 +199,7 @@ def inspect_profile(
 
 
 def counterpart_of(kind: Kind, at: Conditions) -> ProfileInput:
-    """Rail under a wheel, or wheel on a rail.
-
-    Parameters
-    ----------
-    kind : {"wheel", "rail"}
-        Of the profile that is inspected.
-    at : Conditions
-        May name the counterpart.
-
-    Returns
-    -------
-    ProfileInput
-        As read; a wheel with y from the running circle that acts.
-    """
+    """Rail under a wheel, or wheel on a rail, as read; a wheel with y from the running circle that acts."""
     name = at.counterpart or COUNTERPART[kind]
     other = read_input(
         name, "rail" if kind == "wheel" else "wheel", at.statements if at.counterpart else None
@@ -300,14 +215,8 @@ def _checked(given: ProfileInput, measures: Measures, at: Conditions) -> Profile
 
 def _elsewhere(distances: GaugeDistances) -> set[str]:
     """Gauge values that other than the usual distances change."""
-    usual, changed = GaugeDistances(), set[str]()
-    if distances.below_tip != usual.below_tip:
-        changed |= {"flange_gradient"}
-    if distances.level != usual.level:
-        changed |= {"flange_thickness", "flange_gradient", "front_to_front"}
-    if distances.flange_back != usual.flange_back:
-        changed |= {"flange_height", "flange_thickness", "flange_gradient", "front_to_front"}
-    return changed
+    usual, changed = vars(GaugeDistances()), vars(distances)
+    return {name for key, names in _GAUGED_AT.items() if changed[key] != usual[key] for name in names}
 
 
 def _prepared(given: ProfileInput, at: Conditions) -> ProfileInput:
@@ -337,21 +246,20 @@ def _measures(given: ProfileInput, left: ProfileInput | None, at: Conditions) ->
         return {"right": wheel_measures(given.profile, at.distances, diameter=diameter, back_to_back=back)}
     other = given if left is None else left
     diameters = diameter, at.left_diameter or (None if left is None else left.diameter) or at.diameter
-    both = wheelset_measures(
+    return wheelset_measures(
         given.profile, other.profile, at.distances, diameters=diameters, back_to_back=at.back_to_back
     )
-    return vars(both)
 
 
 def _judged(
     measures: Mapping[str, Measures], limits: LimitSet, run: Running | None, at: Conditions
 ) -> tuple[tuple[str, Judgement], ...]:
     """Judgements of all bodies; the conicity is with the axle, or with the wheel if both are alike."""
-    if len(measures) < 3:
-        alone = [_judgeable(each, run, at) for each in measures.values()]
-        return tuple(("right", each) for one in alone for each in judge(one, limits))
-    right, left = (_judgeable(measures[side], None, at) for side in ("right", "left"))
-    judged = judge_wheelset(WheelsetMeasures(right, left, _judgeable(measures["axle"], run, at)), limits)
+    running_body = "axle" if "axle" in measures else "right"
+    judgeable = {
+        body: _judgeable(each, run if body == running_body else None, at) for body, each in measures.items()
+    }
+    judged = judge_wheelset(judgeable, limits)
     return tuple((body, each) for body, judgements in judged.items() for each in judgements)
 
 
@@ -362,7 +270,7 @@ def _judgeable(measures: Measures, run: Running | None, at: Conditions) -> Measu
     if conicity is not None:
         values["equivalent_conicity"] = conicity
     # what nobody stated is not judged: only gauge values that should be there are reported as missing
-    missing = {name: why for name, why in measures.missing.items() if name not in _STATED}
+    missing = {name: why for name, why in measures.missing.items() if name not in IF_STATED}
     for name in () if at.own_limits else _elsewhere(at.distances):
         if values.pop(name, None) is not None:
             missing[name] = "measured at other distances than those the limits are meant for"
@@ -382,7 +290,7 @@ def _in_track(given: ProfileInput, at: Conditions) -> ProfileInput:
     """Place a rail in the track that does not stand there already."""
     if given.kind == "wheel" or not (given.upright or tilt_of(given, at.inclination)):
         return given
-    profile = placed(given, at.inclination, at.gauge or GAUGE, at.half_span)
+    profile = placed(given, at.inclination, at.gauge, at.half_span)
     note = f"placed in the track for the comparison: {_track_words(given, at)}"
     return replace(given, profile=profile).noted(note)
 
@@ -394,7 +302,7 @@ def _track_words(rail: ProfileInput, at: Conditions) -> str:
     leans = f"1:{1.0 / tilt:g}" if tilt else as_it_is
     back = "assumed" if at.back_to_back is None else "stated"
     return (
-        f"{rail.profile.name} {leans}, gauge {(at.gauge or GAUGE) * 1e3:g} mm, back-to-back distance "
+        f"{rail.profile.name} {leans}, gauge {at.gauge * 1e3:g} mm, back-to-back distance "
         f"{(at.back_to_back or BACK_TO_BACK) * 1e3:g} mm ({back})"
     )
 
@@ -409,7 +317,7 @@ def _running(
     left_diameter = at.left_diameter or (None if left is None else left.diameter)
     more = diameter - left_diameter if diameter is not None and left_diameter is not None else 0.0
     try:
-        in_track = placed(rail, at.inclination, at.gauge or GAUGE, at.half_span)
+        in_track = placed(rail, at.inclination, at.gauge, at.half_span)
         words = _track_words(rail, at)
         # of standard shapes that goes without saying
         words += ", both rails alike" if rail.measured else ""
@@ -422,21 +330,11 @@ def _running(
 
 @dataclass(frozen=True)
 class ReprofiledWheel:
-    """One wheel after reprofiling.
+    """One wheel after reprofiling."""
 
-    Parameters
-    ----------
-    side : str
-        "right", "left", or "" of a wheel by itself.
-    reprofiling : Reprofiling
-        To the template.
-    diameter : float or None
-        At the running circle afterwards [m]; None where that of the worn wheel is not known.
-    """
-
-    side: str
-    reprofiling: Reprofiling
-    diameter: float | None
+    side: str  # "right", "left", or "" of a wheel by itself
+    reprofiling: Reprofiling  # to the template
+    diameter: float | None  # at the running circle afterwards [m]; None: that before is not known
 
     @property
     def diameter_loss(self) -> float:
@@ -445,25 +343,10 @@ class ReprofiledWheel:
 
 
 def reprofiled_wheels(inspection: Inspection, template: ProfileInput) -> tuple[ReprofiledWheel, ...]:
-    """Reprofile what was inspected: both wheels of an axle to one diameter.
+    """Reprofile what was inspected to a template: one wheel, or right and left of an axle to one diameter.
 
-    Parameters
-    ----------
-    inspection : Inspection
-        Of a wheel, with the left one if it differs.
-    template : ProfileInput
-        What the wheels get.
-
-    Returns
-    -------
-    tuple of ReprofiledWheel
-        One, or right and left. Of an axle with a diameter that is not known, both are taken for equal at
-        their running circles.
-
-    Raises
-    ------
-    ProfileError
-        See `wearsim.profile.reprofiling.reprofile`.
+    Of an axle with a diameter that is not known, both are taken for equal at their running circles. Raises
+    `ProfileError` as `wearsim.profile.reprofiling.reprofile` does.
     """
     right, left = inspection.given.profile, inspection.left
     before = {side: each.values.get("wheel_diameter") for side, each in inspection.measures.items()}

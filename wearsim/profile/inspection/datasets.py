@@ -3,70 +3,45 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from wearsim.errors import ProfileError
 from wearsim.profile.alignment import Alignment
 from wearsim.profile.inspection import Comparison, Inspection
 from wearsim.profile.inspection.fleet import FleetRow
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.limits import LimitSet
-from wearsim.profile.measures import GaugeDistances, flange_gradient, flange_height, flange_thickness
+from wearsim.profile.measures import GaugeDistances
 from wearsim.profile.shape import FloatArray, Profile, extremum
 from wearsim.quantities import QUANTITIES
 
-GAUGED = ("flange_height", "flange_thickness", "flange_gradient")
-"""Measures between the gauge points: flange tip, running circle, lower and upper point of the flank."""
+_GAUGED = ("flange_height", "flange_thickness", "flange_gradient")
 
 
-def gauge_points(profile: Profile, distances: GaugeDistances) -> FloatArray | None:
-    """Points between which Sh, Sd and qR are measured.
-
-    Parameters
-    ----------
-    profile : Profile
-        A wheel.
-    distances : GaugeDistances
-        Of the measures.
-
-    Returns
-    -------
-    (4, 2) array or None
-        y and z of flange tip, running circle, lower and upper point of the flank [m]; None for a wheel that
-        has not all of them.
-    """
-    y, z, level = profile.y, profile.z, distances.level
-    try:
-        height = flange_height(y, z)
-        flank = flange_thickness(y, z, level=level, flange_back=distances.flange_back) - distances.flange_back
-        upper = flank - flange_gradient(y, z, level=level, below_tip=distances.below_tip)
-    except ProfileError:
-        return None
-    tip_y, tip_z = extremum(y, z, int(np.argmax(z)))
-    base = tip_z - height
-    points = [[tip_y, tip_z], [0.0, base], [flank, base + level], [upper, tip_z - distances.below_tip]]
-    return np.array(points)
+def _gauge_points(profile: Profile, distances: GaugeDistances, values: Mapping[str, float]) -> FloatArray:
+    """Flange tip, running circle, lower and upper point of the flank (4, 2) [m] of measured Sh, Sd and qR."""
+    height, thickness, gradient = (values[name] for name in _GAUGED)
+    tip_y, tip_z = extremum(profile.y, profile.z, int(np.argmax(profile.z)))
+    base, flank = tip_z - height, thickness - distances.flange_back
+    lower, upper = [flank, base + distances.level], [flank - gradient, tip_z - distances.below_tip]
+    return np.array([[tip_y, tip_z], [0.0, base], lower, upper])
 
 
 def profile_dataset(result: Inspection) -> xr.Dataset:
     """Dataset of an inspected profile.
 
-    Parameters
-    ----------
-    result : Inspection
-        With or without a comparison.
-
     Returns
     -------
     Dataset
         `profile_y, profile_z (point)`; with a reference `reference_y, reference_z`, with a left wheel
-        `left_y, left_z`; of a wheel `gauge_y, gauge_z (gauge_point)` in the order of `gauge_points` and the
-        measures `GAUGED`; with wear `arc_length, wear_y, wear_depth (wear_point)`; with running behaviour
-        `shift`, `rolling_radius_difference (shift)`, `amplitude` and `equivalent_conicity (amplitude)`,
-        amplitudes without a conicity left out; the same with names beginning with `reference_`.
+        `left_y, left_z`; of a wheel `gauge_y, gauge_z (gauge_point)`, flange tip, running circle, lower and
+        upper point of the flank, and the measures between them; with wear `arc_length, wear_y, wear_depth
+        (wear_point)`; with running behaviour `shift`, `rolling_radius_difference (shift)`, `amplitude` and
+        `equivalent_conicity (amplitude)`, amplitudes without a conicity left out; the same with names
+        beginning with `reference_`.
     """
     given, left, comparison = result.given, result.left, result.comparison
     reference = None if comparison is None else comparison.reference
@@ -99,11 +74,11 @@ def profile_dataset(result: Inspection) -> xr.Dataset:
         # its measures have no dimension lines: its label names them
         names = dict.fromkeys(QUANTITIES[each.measure].meaning for each in beyond)
         attributes["left_label"] += f", beyond: {', '.join(names)} !"
-    points = gauge_points(given.profile, distances) if wheel else None
     values = result.measures["right"].values if wheel else {}
-    if points is not None and all(name in values for name in GAUGED):
+    if all(name in values for name in _GAUGED):
+        points = _gauge_points(given.profile, distances, values)
         points = points if comparison is None else _moved(points, comparison.alignment)
-        data |= {name: _variable(name, (), values[name]) for name in GAUGED}
+        data |= {name: _variable(name, (), values[name]) for name in _GAUGED}
         data["gauge_y"] = _variable(axes[0], ("gauge_point",), points[:, 0])
         data["gauge_z"] = _variable(axes[1], ("gauge_point",), points[:, 1])
         attributes |= {"level_distance": distances.level, "below_tip_distance": distances.below_tip,
@@ -147,14 +122,7 @@ def fleet_dataset(
 ) -> xr.Dataset:
     """Dataset of the rows that could be measured: what the small multiples draw.
 
-    Parameters
-    ----------
-    rows : list of FleetRow
-        Any number.
-    reference : ProfileInput, optional
-        Drawn grey behind each profile.
-    limits : LimitSet, optional
-        That exceeded measures refer to.
+    The reference is drawn grey behind each profile, the limits are those that exceeded measures refer to.
 
     Returns
     -------

@@ -11,63 +11,34 @@ import numpy as np
 from wearsim.errors import ProfileError, WearsimError
 from wearsim.profile.conicity import JUDGED_AMPLITUDE
 from wearsim.profile.files import FORMATS
-from wearsim.profile.files.points import Kind
 from wearsim.profile.inspection import Conditions, Inspection, inspect_profile
 from wearsim.profile.inspection.inputs import ProfileInput, read_input
 from wearsim.profile.limits import LimitSet
-from wearsim.profile.shape import FloatArray, Profile, arc_length
+from wearsim.profile.shape import FloatArray, Kind, Profile, arc_length
 
-PLAIN_SUFFIXES = (".csv", ".txt", ".dat", ".asc", ".tsv", ".xy", ".prf")
-"""Extensions of text files that are tried as well as those of the known formats."""
-
-OUTLINE = 240
-"""Points of an outline kept for figures."""
-
+# extensions of text files that are tried as well as those of the known formats
+_PLAIN_SUFFIXES = (".csv", ".txt", ".dat", ".asc", ".tsv", ".xy", ".prf")
+_OUTLINE = 240  # points of an outline kept for figures
 _ID_KEYS = {"stock": "Stock", "car": "CarNo", "axle": "AxleNo", "side": "Side"}
 _EXPECTED = ("flange_height", "flange_thickness", "flange_gradient", "hollowing", "rim_width")
 
 
 @dataclass(frozen=True)
 class FleetRow:
-    """One file of a folder.
+    """One file of a folder."""
 
-    Parameters
-    ----------
-    file : str
-        Its name in the folder.
-    identity : mapping of str to str
-        stock, car, axle and side of the header, as far as they are there, kind and format, and with a
-        comparison the rule of alignment.
-    values : mapping of str to float
-        By their names in `wearsim.quantities`, SI; what could not be measured is left out.
-    exceeded : tuple of str
-        Names of measures beyond a limit.
-    not_judged : tuple of str
-        Names of measures that have limits, but could not be compared with them.
-    judged : bool
-        Whether there was anything to be judged by limits; False for rails.
-    notes : tuple of str
-        What was detected on reading, what could not be measured, and the warnings.
-    warnings : tuple of str
-        What speaks against the wear.
-    fault : str
-        Why it was not measured or not compared; empty if nothing is wrong.
-    measured : bool
-        Whether it could be read.
-    y, z : (k,) array
-        Outline of at most `OUTLINE` points [m].
-    """
-
-    file: str
+    file: str  # its name in the folder
+    # stock, car, axle and side of the header, kind, format and, with a comparison, the rule of alignment
     identity: Mapping[str, str] = field(default_factory=dict)
-    values: Mapping[str, float] = field(default_factory=dict)
-    exceeded: tuple[str, ...] = ()
-    not_judged: tuple[str, ...] = ()
-    judged: bool = False
-    notes: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
-    fault: str = ""
-    measured: bool = False
+    values: Mapping[str, float] = field(default_factory=dict)  # by names in `wearsim.quantities`, SI
+    exceeded: tuple[str, ...] = ()  # names of measures beyond a limit
+    not_judged: tuple[str, ...] = ()  # names of measures that could not be compared with their limits
+    judged: bool = False  # whether there was anything to be judged by limits; not of rails
+    notes: tuple[str, ...] = ()  # what was detected, what could not be measured, and the warnings
+    warnings: tuple[str, ...] = ()  # what speaks against the wear
+    fault: str = ""  # why it was not measured or not compared
+    measured: bool = False  # whether it could be read
+    # outline of at most `_OUTLINE` points [m]
     y: FloatArray = field(repr=False, default_factory=lambda: np.empty(0))
     z: FloatArray = field(repr=False, default_factory=lambda: np.empty(0))
 
@@ -80,28 +51,12 @@ class FleetRow:
 
 
 def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[str]]:
-    """Files of a folder that can be profiles.
+    """Files of a folder that can be profiles, sorted, and the names of the others; folders end with "/".
 
-    Parameters
-    ----------
-    folder : Path
-        Not searched below.
-    every : bool
-        Whether to take files with any extension.
-
-    Returns
-    -------
-    files : list of Path
-        Sorted by name, hidden ones left out.
-    skipped : list of str
-        Names of the others; folders end with "/".
-
-    Raises
-    ------
-    ProfileError
-        The folder cannot be read.
+    Hidden files are left out; `every` takes files with any extension. Raises `ProfileError` for a folder
+    that cannot be read.
     """
-    known = {suffix for each in FORMATS.values() for suffix in each.suffixes} | set(PLAIN_SUFFIXES)
+    known = {suffix for each in FORMATS.values() for suffix in each.suffixes} | set(_PLAIN_SUFFIXES)
     try:
         paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
         folders = [path for path in paths if path.is_dir()]
@@ -122,25 +77,9 @@ def fleet_rows(
     kind: Kind | None = None,
     against: ProfileInput | None = None,
 ) -> Iterator[FleetRow]:
-    """Measure files one after the other; nothing but the rows is kept.
+    """Measure files one after the other, as one profile, against a reference of their kind.
 
-    Parameters
-    ----------
-    files : list of Path
-        In the order of the rows.
-    at : Conditions
-        As for one profile.
-    limits : LimitSet, optional
-        To judge by.
-    kind : {"wheel", "rail"}, optional
-        Of all files, if it is stated.
-    against : ProfileInput, optional
-        Reference of all files of its kind.
-
-    Yields
-    ------
-    FleetRow
-        Of each file.
+    Nothing but the rows is kept; `kind` is that of all files, if it is stated.
     """
     for path in files:
         if not path.is_file():
@@ -175,17 +114,16 @@ def _row(
     identity = {key: text for key, text in identity.items() if text}
     identity |= {"kind": given.kind, "format": given.format}
     amplitudes = (JUDGED_AMPLITUDE,)
-    try:
-        result = inspect_profile(
-            given, at, limits, against=reference, amplitudes=amplitudes, measure_reference=False
-        )
-    except WearsimError as error:
-        fault = _one_line(path, str(error))
+    for other in (reference, None):  # where it cannot be compared, it is measured alone
         try:
-            result = inspect_profile(given, at, limits, amplitudes=amplitudes)
-        except WearsimError as again:
-            fault = _one_line(path, str(again))
-            return FleetRow(path.name, identity, notes=(*given.notes, *apart), fault=fault)
+            result = inspect_profile(
+                given, at, limits, against=other, amplitudes=amplitudes, measure_reference=False
+            )
+            break
+        except WearsimError as error:
+            fault = _one_line(path, str(error))
+    else:
+        return FleetRow(path.name, identity, notes=(*given.notes, *apart), fault=fault)
     notes, warnings = (*result.given.notes, *apart), tuple[str, ...]()
     if result.measures:
         # of what every wheel has; a diameter that nobody stated is no fault
@@ -216,7 +154,7 @@ def _values(result: Inspection) -> dict[str, float]:
 def _outline(profile: Profile) -> tuple[FloatArray, FloatArray]:
     """Points at even arc length, few enough for small figures of hundreds of profiles."""
     s = arc_length(profile.y, profile.z)
-    if len(s) <= OUTLINE:
+    if len(s) <= _OUTLINE:
         return profile.y, profile.z
-    at = np.linspace(0.0, s[-1], OUTLINE)
+    at = np.linspace(0.0, s[-1], _OUTLINE)
     return np.interp(at, s, profile.y), np.interp(at, s, profile.z)

@@ -18,14 +18,12 @@ from wearsim.errors import ProfileError, suggestion
 from wearsim.profile import measures, standard
 from wearsim.profile.definitions import Definition, sample
 from wearsim.profile.files import FORMATS, ProfileReading, is_file, place_file, read_profile
-from wearsim.profile.files.points import Kind, number_fault
+from wearsim.profile.files.points import number_fault
 from wearsim.profile.placement import INCLINATION, RUNNING_CIRCLE, UPRIGHT, tilt_to_add
-from wearsim.profile.shape import Profile
+from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
 
-SPACING = 0.25e-3
-"""Point distance of standard shapes [m]."""
-
+_SPACING = 0.25e-3  # point distance of standard shapes [m]
 _WRITTEN = re.compile(r"\s*[#!]\s*(wheel|rail) profile\b")
 _FLANGE_HEIGHT = (20e-3, 45e-3)  # of a wheel, not of a rail head of the same size [m]
 _WIDEST_HEAD = 0.1  # wider points without a flange might be a tread [m]
@@ -36,12 +34,8 @@ _STEEPEST_FLANGE = 78.0  # degrees
 _HEADER_LINES = 5  # lines searched for a word on the kind
 _NUMBER = re.compile(r"\d{2,4}(\.\d+)?")
 _DIAMETER_RANGE = (0.3, 1.5)  # plausible diameters of a header [m]
-NOISE_WAVELENGTH = 5e-3
-"""Waves shorter than this are no hollowing: a contact band is ten times as wide [m]."""
-
-MOST_NOISE = 50e-6
-"""Share of the hollowing that such waves may have without a warning [m]."""
-
+_NOISE_WAVELENGTH = 5e-3  # shorter waves are no hollowing: a contact band is ten times as wide [m]
+_MOST_NOISE = 50e-6  # share of the hollowing that such waves may have without a warning [m]
 _HEADER_MEASURES = {
     # key: name of the measure, difference that smoothing in an instrument does not make [m]
     "Sh": ("flange_height", 0.3e-3),
@@ -58,43 +52,19 @@ _SHOWN = 40  # characters of a header value
 
 @dataclass(frozen=True)
 class ProfileInput:
-    """A profile and where it comes from.
+    """A profile and where it comes from."""
 
-    Parameters
-    ----------
-    given : str
-        What the user wrote.
-    profile : Profile
-        In our axes [m]; a rail is not yet placed in the track.
-    format : str
-        Key of `wearsim.profile.files.FORMATS`, or "definition".
-    title : str
-        Format or designation, for people.
-    notes : tuple of str
-        What was detected, changed or left out.
-    header : mapping of str to str
-        Keys and values of a file, unchanged.
-    source, certainty : str
-        Where the shape comes from and how sure it is; no certainty is known of a file.
-    upright : bool
-        Whether it is a rail that stands upright, so that it needs an inclination in the track.
-    lean : float or None
-        Of a measured rail head, see `wearsim.profile.placement.head_lean` [-].
-    header_circle : float or None
-        Distance of the running circle from the flange back that the header gives and that acted [m].
-    """
-
-    given: str
-    profile: Profile
-    format: str
-    title: str
-    notes: tuple[str, ...]
-    header: Mapping[str, str] = field(repr=False)
+    given: str  # what the user wrote
+    profile: Profile  # in our axes [m]; a rail is not yet placed in the track
+    format: str  # key of `wearsim.profile.files.FORMATS`, or "definition"
+    title: str  # format or designation, for people
+    notes: tuple[str, ...]  # what was detected, changed or left out
+    header: Mapping[str, str] = field(repr=False)  # keys and values of a file, unchanged
     source: str
-    certainty: str
-    upright: bool = False
-    lean: float | None = None
-    header_circle: float | None = None
+    certainty: str  # how sure the source is; not known of a file
+    upright: bool = False  # whether it is a rail that needs an inclination in the track
+    lean: float | None = None  # of a measured rail head, see `wearsim.profile.placement.head_lean` [-]
+    running_circle: float = RUNNING_CIRCLE  # distance of y = 0 from the flange back [m]
 
     @property
     def kind(self) -> Kind:
@@ -113,11 +83,6 @@ class ProfileInput:
     def noted(self, *notes: str) -> ProfileInput:
         """Return the same with further notes."""
         return replace(self, notes=(*self.notes, *notes))
-
-    @property
-    def running_circle(self) -> float:
-        """Distance of the running circle, y = 0, from the flange back [m]."""
-        return RUNNING_CIRCLE if self.header_circle is None else self.header_circle
 
     @property
     def diameter(self) -> float | None:
@@ -143,12 +108,6 @@ def read_input(
     statements : mapping, optional
         On a file, as arguments of `read_profile`.
 
-    Returns
-    -------
-    ProfileInput
-        A rail is upright if it comes from a definition, and as it was measured if it comes from a file,
-        upright or not.
-
     Raises
     ------
     ProfileError
@@ -165,20 +124,10 @@ def read_input(
 
 
 def tilt_of(rail: ProfileInput, inclination: float | None) -> float:
-    """Tilt that brings a rail into the track.
+    """Tilt [-] that brings a rail into the track; 0 for a head that leans already.
 
-    Parameters
-    ----------
-    rail : ProfileInput
-        Standard or measured.
-    inclination : float or None
-        As stated; None: `INCLINATION` for a rail that stands upright, else 0, for measured points stand as
-        they were measured.
-
-    Returns
-    -------
-    float
-        Towards the track centre [-]; 0 for a head that leans already.
+    Where no inclination is stated, `INCLINATION` for a rail that stands upright, else 0, for measured points
+    stand as they were measured.
     """
     if inclination is None:
         return INCLINATION if rail.upright else 0.0
@@ -186,20 +135,7 @@ def tilt_of(rail: ProfileInput, inclination: float | None) -> float:
 
 
 def placement_notes(rail: ProfileInput, inclination: float | None) -> tuple[str, ...]:
-    """How a measured rail is put into the track.
-
-    Parameters
-    ----------
-    rail : ProfileInput
-        Any profile.
-    inclination : float or None
-        As stated [-].
-
-    Returns
-    -------
-    tuple of str
-        One sentence; none on wheels and standard shapes.
-    """
+    """How a measured rail is put into the track at the stated inclination; empty for other profiles."""
     if rail.kind == "wheel" or not rail.measured:
         return ()
     tilt = tilt_of(rail, inclination)
@@ -216,22 +152,7 @@ def placement_notes(rail: ProfileInput, inclination: float | None) -> tuple[str,
 
 
 def placed(rail: ProfileInput, inclination: float | None, gauge: float, half_span: float) -> Profile:
-    """Rail profile in the track.
-
-    Parameters
-    ----------
-    rail : ProfileInput
-        Standard or measured.
-    inclination : float or None
-        Of the rail, see `tilt_of` [-].
-    gauge, half_span : float
-        See `wearsim.profile.placement.place_rail` [m].
-
-    Returns
-    -------
-    Profile
-        In the axes of the track.
-    """
+    """Rail profile in the track at an inclination, see `tilt_of`; the rest in m as of `place_rail`."""
     tilt = tilt_of(rail, inclination)
     if rail.measured or is_file(rail.given):
         return place_file(rail.profile, rail.given, tilt, gauge, half_span)
@@ -252,9 +173,9 @@ def _named(given: str, kind: Kind | None) -> Definition:
 def _defined(given: str, shape: Definition, kind: Kind | None) -> ProfileInput:
     if kind is not None and shape.kind != kind:
         raise ProfileError(f"{given}: is a {shape.kind} profile, a {kind} is needed")
-    y, z = sample(shape, SPACING)
+    y, z = sample(shape, _SPACING)
     upright = shape.kind == "rail" and shape.inclined_gauge_y is None
-    notes = [f"points every {SPACING * 1e3:g} mm"]
+    notes = [f"points every {_SPACING * 1e3:g} mm"]
     if shape.kind == "rail":
         notes.append("upright, y from the symmetry axis" if upright else "as it stands in the track")
     return ProfileInput(
@@ -274,7 +195,7 @@ def _from_file(given: str, kind: Kind | None, statements: Mapping[str, Any]) -> 
     result = ProfileInput(
         given, reading.profile, reading.format, FORMATS[reading.format].title, (*notes, *reading.notes[1:]),
         reading.header, f"file {path.name}", "", lean is not None and abs(lean) <= UPRIGHT, lean,
-        reading.running_circle,
+        reading.running_circle or RUNNING_CIRCLE,
     )  # fmt: skip
     if result.diameter is None:
         return result
@@ -370,18 +291,7 @@ def side_of(given: ProfileInput) -> str:
 
 
 def axle_notes(right: ProfileInput, left: ProfileInput) -> tuple[str, ...]:
-    """Contradictions between the sides of an axle and the headers of their files.
-
-    Parameters
-    ----------
-    right, left : ProfileInput
-        Wheels as they are used.
-
-    Returns
-    -------
-    tuple of str
-        One sentence for each file that says the other side, and one if both are the same file.
-    """
+    """Contradictions between the sides of an axle and the headers of their files, and one file for both."""
     same = right.measured and left.measured and Path(right.given).resolve() == Path(left.given).resolve()
     one = (f"{right.given} is given for both wheels",) if same else ()
     return one + tuple(
@@ -392,18 +302,7 @@ def axle_notes(right: ProfileInput, left: ProfileInput) -> tuple[str, ...]:
 
 
 def comparison_notes(given: ProfileInput, reference: ProfileInput) -> tuple[str, ...]:
-    """Contradictions between the headers of two measurements that are compared.
-
-    Parameters
-    ----------
-    given, reference : ProfileInput
-        Profiles.
-
-    Returns
-    -------
-    tuple of str
-        One sentence with all keys that both headers hold and that differ; none on standard shapes.
-    """
+    """One sentence with all keys that differ between the headers of two measurements of one wheel or rail."""
     differ = []
     for name in _SAME_WHEEL:
         here, there = (" ".join(each.key(name).split()) for each in (given, reference))
@@ -417,21 +316,9 @@ def comparison_notes(given: ProfileInput, reference: ProfileInput) -> tuple[str,
 def header_notes(
     given: ProfileInput, values: Mapping[str, float], elsewhere: Collection[str] = ()
 ) -> tuple[str, ...]:
-    """Contradictions between the gauge values of a header and those of the points below it.
+    """One sentence on gauge values of a wheel's header that contradict the measures [m] of its points.
 
-    Parameters
-    ----------
-    given : ProfileInput
-        A wheel.
-    values : mapping of str to float
-        Its measures [m].
-    elsewhere : collection of str
-        Measures taken at other distances than the usual ones, which no header means.
-
-    Returns
-    -------
-    tuple of str
-        One sentence on all of them; none if there are none.
+    Measures of `elsewhere` were taken at other distances than the usual ones, which no header means.
     """
     differ = []
     for key, (name, most) in _HEADER_MEASURES.items():
@@ -452,31 +339,18 @@ def header_notes(
 
 
 def hollowing_notes(given: ProfileInput, values: Mapping[str, float]) -> tuple[str, ...]:
-    """Warning on a hollowing that is noise for a good part.
-
-    Parameters
-    ----------
-    given : ProfileInput
-        A wheel, as it was measured.
-    values : mapping of str to float
-        Its measures [m].
-
-    Returns
-    -------
-    tuple of str
-        One sentence; none if the hollowing stays without short waves.
-    """
+    """Warning on a hollowing, among the measures [m] of a wheel, that is noise for a good part."""
     whole = values.get("hollowing", 0.0)
-    if whole <= MOST_NOISE or not given.measured:
+    if whole <= _MOST_NOISE or not given.measured:
         return ()
     try:
-        profile = smoothed(given.profile, NOISE_WAVELENGTH)
+        profile = smoothed(given.profile, _NOISE_WAVELENGTH)
         rest = measures.hollowing(profile.y, profile.z)
     except ProfileError:
         return ()  # points too few to see short waves
-    if whole - rest <= MOST_NOISE:
+    if whole - rest <= _MOST_NOISE:
         return ()
-    wavelength = f"{1e3 * NOISE_WAVELENGTH:g}"
+    wavelength = f"{1e3 * _NOISE_WAVELENGTH:g}"
     return (
         f"of {1e3 * whole:.3f} mm hollowing {1e3 * rest:.3f} mm are left without waves shorter than "
         f"{wavelength} mm: noise or dents (--smooth-mm {wavelength} takes them out)",

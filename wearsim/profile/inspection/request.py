@@ -100,18 +100,13 @@ class Request:
 
     def conditions(self) -> Conditions:
         """Return what is stated in the flags."""
-        numbers = self.numbers
-        distances = {key: numbers[f"{key}_mm"] for key in ("below_tip", "level") if f"{key}_mm" in numbers}
+        lengths = {key.removesuffix("_mm"): length for key, length in self.numbers.items()}
+        gauge = {key: lengths.pop(key) for key in ("below_tip", "level") if key in lengths}
         return Conditions(
-            GaugeDistances(**distances),
-            running_circle=numbers.get("running_circle_mm"),
-            back_to_back=numbers.get("back_to_back_mm"),
-            gauge=numbers.get("gauge_mm"),
-            diameter=numbers.get("diameter_mm"),
-            left_diameter=numbers.get("left_diameter_mm"),
+            GaugeDistances(**gauge),
+            **lengths,
             inclination=self.inclination,
             counterpart=self.rail or self.wheel,
-            smooth=numbers.get("smooth_mm"),
             align=self.align or ("best_fit" if self.rotate else None),
             rotate=bool(self.rotate),
             statements=self.statements,

@@ -10,12 +10,13 @@ from dataclasses import asdict
 from typing import Any
 
 from wearsim.profile.conicity import Running
-from wearsim.profile.inspection import Comparison, Inspection, ReprofiledWheel
+from wearsim.profile.files.points import one_line
+from wearsim.profile.inspection import IF_STATED, Comparison, Inspection, ReprofiledWheel
 from wearsim.profile.inspection.fleet import FleetRow
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.limits import NO_DIAMETER, Judgement
 from wearsim.profile.measures import Measures
-from wearsim.profile.placement import BACK_TO_BACK, GAUGE
+from wearsim.profile.placement import BACK_TO_BACK
 from wearsim.profile.shape import arc_length
 from wearsim.quantities import QUANTITIES
 
@@ -27,7 +28,7 @@ MEASURES = {
 """Measures in the order of tables, with their short names."""
 
 _SYMBOLS = ("Sh", "Sd", "qR", "AR", "SR")
-_IF_KNOWN = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "front_to_front")
+
 _HEADER_KEYS = ("Stock", "CarNo", "AxleNo", "Side", "WheelID", "Sh", "Sd", "qR", "Line", "Date", "Time",
                 "UOF1", "comment")  # fmt: skip
 _FLEET = {
@@ -71,7 +72,7 @@ def _origin(given: ProfileInput, before: str = "") -> list[str]:
         lines.append(f"  file       {given.given}")
     header = [f"{key} {value}" for key in _HEADER_KEYS if (value := given.key(key))]
     if header:
-        lines += _wrapped("header", "; ".join(map(_one_line, header)))
+        lines += _wrapped("header", "; ".join(one_line(each)[:300] for each in header))
     lines += _notes(given)
     if given.certainty:
         lines += _wrapped("source", given.source) + _wrapped("certainty", given.certainty)
@@ -80,18 +81,17 @@ def _origin(given: ProfileInput, before: str = "") -> list[str]:
 
 def _notes(given: ProfileInput) -> list[str]:
     notes = given.notes or ("nothing to be detected or changed",)
-    return [line for k, note in enumerate(notes) for line in _wrapped("" if k else "read", _one_line(note))]
+    words = [_wrapped("" if k else "read", one_line(note)[:300]) for k, note in enumerate(notes)]
+    return [line for lines in words for line in lines]
 
 
 def _wrapped(word: str, text: str) -> list[str]:
     """Lines of a long text behind a word."""
-    lines = textwrap.wrap(text, 97, break_long_words=False) or [""]
-    return [f"  {word if k == 0 else '':<10} {line}" for k, line in enumerate(lines)]
-
-
-def _one_line(text: str) -> str:
-    """Text of a file without line breaks and control characters."""
-    return " ".join("".join(mark if mark.isprintable() else " " for mark in text).split())[:300]
+    first = f"  {word:<10} "
+    lines = textwrap.wrap(
+        text, 110, initial_indent=first, subsequent_indent=" " * len(first), break_long_words=False
+    )
+    return lines or [first]
 
 
 def _mm(value: float, form: str = ".3f", factor: float = 1e3) -> str:
@@ -143,23 +143,25 @@ def _row(title: str, cells: Iterable[str], width: int, first: int) -> str:
 def _measures(result: Inspection) -> list[str]:
     """Gauge values, of both wheels or against another."""
     several = len(result.measures) > 1
-    columns = {_cut(body if several else result.given.profile.name): each
-               for body, each in result.measures.items()}  # fmt: skip
-    other = result.comparison.measures if result.comparison is not None else None
-    titles, bodies = list(columns), list(columns.values())
-    if result.comparison is not None and other is not None:
-        titles += [_cut(result.comparison.reference.profile.name), "difference"]
-        bodies.append(other)
-    lines = [_row("measures [mm]", titles, 18, 38)]
+    columns = [
+        (_cut(body if several else result.given.profile.name), each) for body, each in result.measures.items()
+    ]
+    comparison, more = result.comparison, list[str]()
+    if comparison is not None and comparison.measures is not None:
+        columns.append((_cut(comparison.reference.profile.name), comparison.measures))
+        more = ["difference"]
+    lines = [_row("measures [mm]", [*(title for title, _ in columns), *more], 18, 38)]
     for name in MEASURES:
-        if name in _IF_KNOWN and not any(name in each.values for each in bodies):
+        values = [each.values.get(name) for _, each in columns]
+        if name in IF_STATED and not any(value is not None for value in values):
             continue
-        cells = [_mm(each.values[name]) if name in each.values else "-" if name in each.missing else ""
-                 for each in bodies]  # fmt: skip
-        if other is not None and name in other.values and name in bodies[0].values:
-            cells.append(_mm(bodies[0].values[name] - other.values[name], "+.3f"))
+        cells = [_mm(value) if value is not None else "-" if name in each.missing else ""
+                 for value, (_, each) in zip(values, columns, strict=True)]  # fmt: skip
+        first, last = values[0], values[-1]
+        if more and first is not None and last is not None:
+            cells.append(_mm(first - last, "+.3f"))
         lines.append(_row(f"  {_named(name)}", cells, 18, 38))
-    lines += [f"  {why}" for why in _reasons(list(zip(titles, bodies, strict=False)))]
+    lines += [f"  {why}" for why in _reasons(columns)]
     at = result.conditions.distances
     lines.append(
         f"  running circle {1e3 * at.flange_back:g} mm from the flange back; Sd {1e3 * at.level:g} mm above "
@@ -173,7 +175,7 @@ def _reasons(columns: Sequence[tuple[str, Measures]]) -> Iterable[str]:
     missing: dict[tuple[str, str], list[str]] = {}
     for name in MEASURES:
         for title, measures in columns:
-            if name in measures.missing and name not in _IF_KNOWN:
+            if name in measures.missing and name not in IF_STATED:
                 whose = f" of {title}" if len(columns) > 1 else ""
                 missing.setdefault((whose, measures.missing[name]), []).append(QUANTITIES[name].meaning)
     return (f"no {', '.join(names)}{whose}: {why}" for (whose, why), names in missing.items())
@@ -286,7 +288,7 @@ def as_json(result: Inspection) -> dict[str, Any]:
         value["judgements"] = [{"wheel": body, **asdict(each)} for body, each in result.judgements]
         value |= {"exceeded": list(result.exceeded), "not_judged": list(result.not_judged)}
     value["track"] = {
-        "gauge": at.gauge or GAUGE,
+        "gauge": at.gauge,
         "back_to_back": at.back_to_back or BACK_TO_BACK,
         "back_to_back_stated": at.back_to_back is not None,
         "half_span": at.half_span,

@@ -29,6 +29,7 @@ from wearsim.report.style import (
     plain,
     role_of,
     shown,
+    values_of,
 )
 from wearsim.results.checks import last_worn_row, new_row
 from wearsim.translation.axes import at_distances, rows_at
@@ -40,6 +41,7 @@ _STATES = 5  # earlier states of a counterface drawn at most
 _YIELD_SET = "ekberg_kabo_andersson_2002"
 """Set the map takes its yield stress from where no law of the scene has one."""
 _BOUNDARY_LINES = ("-", "--", "_")
+_LIMITS = {"stability_number": "stability_limit", "step_error": "error_tolerance"}
 
 
 def series_colour(index: int) -> str:
@@ -47,18 +49,19 @@ def series_colour(index: int) -> str:
     return SERIES_COLOURS[index % len(SERIES_COLOURS)]
 
 
-def _along(dataset: xr.Dataset, name: str, distance: float | None) -> np.ndarray:
-    """Rows of a variable at a distance (None: the last one that wheels have run)."""
-    values = np.asarray(dataset[name].values, dtype=np.float64)
-    if distance is None:
-        return np.asarray(values[last_worn_row(dataset)])
-    run = np.asarray(dataset["distance"].values, dtype=np.float64)
-    return np.asarray(at_distances(run, values, np.array([distance]))[0])
+def along(dataset: xr.Dataset, name: str, distance: float | None) -> np.ndarray:
+    """Give a variable at a distance [m] (None: in the last row that wheels have run)."""
+    values: np.ndarray = dataset[name].values
+    if distance is not None:
+        values = at_distances(dataset["distance"].values, values, np.array([distance]))
+    rows: np.ndarray = values[last_worn_row(dataset) if distance is None else 0]
+    return rows
 
 
 def _row(dataset: xr.Dataset, distance: float | None) -> int:
-    run = np.asarray(dataset["distance"].values, dtype=np.float64)
-    return last_worn_row(dataset) if distance is None else int(rows_at(run, np.array([distance]))[0])
+    if distance is None:
+        return last_worn_row(dataset)
+    return int(rows_at(dataset["distance"].values, np.array([distance]))[0])
 
 
 def new_place(
@@ -69,8 +72,6 @@ def new_place(
     Depth and damage of `distance` stand at these (n,) places.
     """
     row = new_row(dataset, _row(dataset, distance))
-    if against == "arc_length" and row == 0:
-        return np.asarray(dataset["arc_length"].values)
     y, z = (np.asarray(dataset[f"profile_{c}"].values[row, wheel]) for c in "yz")
     return arc_length(y, z) if against == "arc_length" else y
 
@@ -103,7 +104,7 @@ def plot_profile(
             shown("profile_y", y0), shown("profile_z", z0), "--", color=COLOURS["new"], lw=1.2,
             label="reprofiled wheel" if reprofiled else "new wheel",
         )  # fmt: skip
-    y, z = (_along(dataset, f"profile_{c}", distance)[wheel] for c in "yz")
+    y, z = (along(dataset, f"profile_{c}", distance)[wheel] for c in "yz")
     ax.plot(shown("profile_y", y), shown("profile_z", z), color=COLOURS[role], label=f"worn, {role}")
     ax.set_aspect("equal", adjustable="datalim")
     if not ax.yaxis_inverted():
@@ -120,16 +121,9 @@ def plot_wear_depth(
     against: str = "profile_y",
     history: bool = False,
 ) -> Axes:
-    """Draw the wear depth along the profile.
+    """Draw the wear depth along the profile, with `history` faintly that at quarters of the distance, too.
 
-    Parameters
-    ----------
-    dataset, ax, wheel, distance
-        See above.
-    against : {"profile_y", "arc_length"}
-        Lateral position or arc length of the new (or reprofiled) wheel.
-    history : bool
-        Whether to draw a quarter, half and three quarters of the distance, too, faintly.
+    The horizontal axis is "profile_y" or "arc_length" (`against`) of the new, or reprofiled, wheel.
     """
     ax = own_axes(ax)
     role = role_of(dataset)
@@ -138,19 +132,19 @@ def plot_wear_depth(
     last: dict[str, Any] = {"ls": WHEEL_LINES[wheel], "label": f"{role}, {WHEELS[wheel]} wheel"}
     earlier = [(part * end, faint) for part in (0.25, 0.5, 0.75) if history]
     for at, look in (*earlier, (distance, last)):
-        depth = shown("wear_depth", _along(dataset, "wear_depth", at)[wheel])
+        depth = shown("wear_depth", along(dataset, "wear_depth", at)[wheel])
         x = shown(against, new_place(dataset, wheel, at, against=against))
         ax.plot(x, depth, color=COLOURS[role], **look)
-    x_label = NEW_Y if against == "profile_y" else label(dataset, against)
+    x_label = NEW_Y if against == "profile_y" else label(dataset, against).replace("right", WHEELS[wheel])
     return label_axes(ax, x_label, label(dataset, "wear_depth"), 0.0)
 
 
 def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
-    """Draw a measure of the wheels (or of the wheelset), over (step, wheel) or (step), over the distance."""
+    """Draw a measure of the wheels (or of the wheelset) over the distance; gaps where it is undefined."""
     ax = own_axes(ax)
     role = role_of(dataset)
-    x = shown("distance", dataset["distance"].values)
-    values = shown(name, dataset[name].values)
+    x = values_of(dataset, "distance")
+    values = values_of(dataset, name)
     if values.ndim == 1:
         ax.plot(x, values, color=COLOURS[role], label=role)
     else:
@@ -160,56 +154,36 @@ def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -
     return label_axes(ax, label(dataset, "distance"), label(dataset, name))
 
 
-def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the equivalent conicity over the distance run; gaps where it is undefined."""
-    return plot_over_distance(dataset, "equivalent_conicity", ax)
-
-
-def _patch_marks(ax: Axes, side: np.ndarray, x: np.ndarray, y: np.ndarray, new: bool, **look: Any) -> None:
+def _patch_marks(ax: Axes, dataset: xr.Dataset, row: int, x: np.ndarray, y: np.ndarray, alpha: float) -> None:
     """Draw a mark for every patch: one form for each wheel, hollow ones where it is new."""
+    colour = COLOURS[role_of(dataset)]
     for wheel, which in enumerate(WHEELS):
-        here = (side == wheel) & np.isfinite(y)
-        text = f"{'new' if new else 'worn'}, {which} wheel"
-        ax.plot(x[here], y[here], _MARKERS[wheel], label=text, **look)
+        here = (dataset["side"].values[row] == wheel) & np.isfinite(y)
+        ax.plot(
+            x[here], y[here], _MARKERS[wheel], color=colour, markerfacecolor=colour if row else "white",
+            alpha=alpha, label=f"{'worn' if row else 'new'}, {which} wheel",
+        )  # fmt: skip
 
 
-def plot_contact(
-    dataset: xr.Dataset,
-    name: str,
-    ax: Axes | None = None,
-    *,
-    distance: float | None = None,
-    new: bool = False,
-) -> Axes:
+def plot_contact(dataset: xr.Dataset, name: str, ax: Axes | None = None, *, new: bool = False) -> Axes:
     """Draw a contact quantity of every patch over the lateral shift of its operating point.
 
-    Parameters
-    ----------
-    dataset, ax, distance
-        See above; drawn is the last state stored before `distance`.
-    name : str
-        Variable over (step, operating_point, patch), such as wheel_y or max_pressure.
-    new : bool
-        Draw the new wheel (hollow marks) instead.
+    `name` is a variable over (step, operating_point, patch), such as "wheel_y"; drawn is the end, or with
+    `new` the new wheel (hollow marks).
     """
     ax = own_axes(ax)
-    colour = COLOURS[role_of(dataset)]
-    row = 0 if new else _row(dataset, distance)
-    values = shown(name, dataset[name].values[row])
-    shift = np.broadcast_to(shown("shift", dataset["shift"].values)[:, None], values.shape)
-    fill, alpha = ("white", 1.0) if new else (colour, 0.75)
-    _patch_marks(ax, dataset["side"].values[row], shift, values, new, color=colour, markerfacecolor=fill,
-                 alpha=alpha)  # fmt: skip
+    row = 0 if new else last_worn_row(dataset)
+    values = values_of(dataset, name, row)
+    shift = np.broadcast_to(values_of(dataset, "shift")[:, None], values.shape)
+    _patch_marks(ax, dataset, row, shift, values, 1.0 if new else 0.75)
     return label_axes(ax, label(dataset, "shift"), label(dataset, name))
 
 
-def plot_wear_by_regime(
-    dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0, distance: float | None = None
-) -> Axes:
+def plot_wear_by_regime(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
     """Draw the wear depth along the profile, stacked by wear regime."""
     ax = own_axes(ax)
-    y = shown("profile_y", new_place(dataset, wheel, distance))
-    depth = shown("wear_depth_by_regime", _along(dataset, "wear_depth_by_regime", distance)[wheel])
+    y = shown("profile_y", new_place(dataset, wheel))
+    depth = shown("wear_depth_by_regime", along(dataset, "wear_depth_by_regime", None)[wheel])
     total = np.zeros_like(y)
     for index, name in enumerate(dataset["regime_name"].values):
         colour = REGIME_COLOURS[index % len(REGIME_COLOURS)]
@@ -223,11 +197,9 @@ def plot_steps(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
     """Draw a quantity of the wear steps (step_length, stability_number, step_error) over the distance."""
     ax = own_axes(ax)
     role = role_of(dataset)
-    x = shown("distance", dataset["distance"].values[1:])
-    ax.plot(x, shown(name, dataset[name].values[1:]), ".-", lw=0.8, color=COLOURS[role], label=role)
-    limit = dataset.attrs.get(
-        {"stability_number": "stability_limit", "step_error": "error_tolerance"}.get(name)
-    )
+    x, y = values_of(dataset, "distance")[1:], values_of(dataset, name)[1:]
+    ax.plot(x, y, ".-", lw=0.8, color=COLOURS[role], label=role)
+    limit = dataset.attrs.get(_LIMITS.get(name))
     if limit is not None:
         ax.axhline(float(shown(name, limit)), color=COLOURS[role], lw=0.8, ls=":", label=f"limit, {role}")
     return label_axes(ax, label(dataset, "distance"), label(dataset, name), 0.0)
@@ -254,24 +226,20 @@ def plot_counterface_depth(dataset: xr.Dataset, ax: Axes | None = None, *, side:
     """Draw the wear depth of a rail or roller along its profile, of `states_shown`, earlier ones faintly."""
     ax = own_axes(ax)
     y = shown("counterface_y", dataset["counterface_profile_y"].values[0, side])
-    rows = states_shown(dataset)
-    for row in rows:
-        end = row == rows[-1]
-        ax.plot(
-            y, shown("counterface_wear_depth", dataset["counterface_wear_depth"].values[row, side]),
-            color=COLOURS[role_of(dataset)], lw=1.6 if end else 0.8, alpha=1.0 if end else 0.45,
-            label="at the end" if end else "earlier",
-        )  # fmt: skip
-    return label_axes(
-        ax, "Lateral position on the new profile [mm]", label(dataset, "counterface_wear_depth"), 0.0
-    )
+    *earlier, end = states_shown(dataset)
+    faint: dict[str, Any] = {"lw": 0.8, "alpha": 0.45, "label": "earlier"}
+    for row, look in (*((row, faint) for row in earlier), (end, {"label": "at the end"})):
+        depth = values_of(dataset, "counterface_wear_depth", row, side)
+        ax.plot(y, depth, color=COLOURS[role_of(dataset)], **look)
+    place = "Lateral position on the new profile [mm]"
+    return label_axes(ax, place, label(dataset, "counterface_wear_depth"), 0.0)
 
 
 def plot_counterface_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
     """Draw a measure of both rails or rollers over the distance run; depth is 0 after a redressing."""
     ax = own_axes(ax)
-    run = shown("distance", dataset["distance"].values)
-    values = shown(name, dataset[name].values)
+    run = values_of(dataset, "distance")
+    values = values_of(dataset, name)
     if name == "counterface_max_wear_depth":
         redressed = np.flatnonzero(np.diff(dataset["counterface_redressed_count"].values) > 0) + 1
         run = np.insert(run, redressed + 1, run[redressed])
@@ -284,13 +252,12 @@ def plot_counterface_over_distance(dataset: xr.Dataset, name: str, ax: Axes | No
 def plot_wear_laws(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
     """Draw the wear depth along the profile by the active law and by each comparison law."""
     ax = own_axes(ax)
-    row = last_worn_row(dataset)
-    y = shown("profile_y", new_place(dataset, wheel))
+    row, y = last_worn_row(dataset), shown("profile_y", new_place(dataset, wheel))
     active = str(dataset.attrs.get("wear_law", "active law"))
-    depth = shown("wear_depth", dataset["wear_depth"].values[row, wheel])
+    depth = values_of(dataset, "wear_depth", row, wheel)
     ax.plot(y, depth, color=COLOURS[role_of(dataset)], lw=2.2, label=f"{active}, active")
     for k, name in enumerate(dataset["comparison_name"].values):
-        depth = shown("comparison_wear_depth", dataset["comparison_wear_depth"].values[row, wheel, k])
+        depth = values_of(dataset, "comparison_wear_depth", row, wheel, k)
         ax.plot(y, depth, color=series_colour(k + 1), lw=1.2, label=str(name))
     return label_axes(ax, NEW_Y, label(dataset, "wear_depth"), 0.0)
 
@@ -313,15 +280,13 @@ def plot_magic_wear_rate(dataset: xr.Dataset, ax: Axes | None = None, *, law: in
     ax = own_axes(ax)
     row = last_worn_row(dataset)
     y = shown("profile_y", new_place(dataset, wheel))
-    wear = shown("wear_depth_rate", dataset["wear_depth_rate"].values[row, wheel])
-    magic = shown("magic_wear_rate", dataset["magic_wear_rate"].values[row, wheel, law])
+    wear = values_of(dataset, "wear_depth_rate", row, wheel)
+    magic = values_of(dataset, "magic_wear_rate", row, wheel, law)
+    text = "magic wear rate: cracks just do not grow"
+    look: dict[str, Any] = {"color": SERIES_COLOURS[3], "alpha": 0.35, "lw": 0.0, "label": "cracks grow"}
     ax.plot(y, wear, color=COLOURS[role_of(dataset)], label="wear")
-    ax.plot(
-        y, magic, "--", color=COLOURS["difference"], lw=1.2, label="magic wear rate: cracks just do not grow"
-    )
-    ax.fill_between(
-        y, wear, magic, where=magic > wear, color=SERIES_COLOURS[3], alpha=0.35, lw=0.0, label="cracks grow"
-    )
+    ax.plot(y, magic, "--", color=COLOURS["difference"], lw=1.2, label=text)
+    ax.fill_between(y, wear, magic, where=magic > wear, **look)
     return label_axes(ax, NEW_Y, label(dataset, "wear_depth_rate"), 0.0)
 
 
@@ -336,14 +301,13 @@ def shear_yield_text(dataset: xr.Dataset) -> str:
     """Yield stress of the shakedown map in words, with its source, range and certainty."""
     value = f"{plain(1e-6 * map_shear_yield(dataset), 3)} MPa"
     known = np.flatnonzero(np.isfinite(dataset["fatigue_shear_yield"].values))
-    if known.size:
-        name, numbers, warnings = (
-            str(dataset[f"fatigue_{key}"].values[known[0]]) for key in ("name", "coefficients", "warnings")
-        )
-        certainty = _certainty(warnings.split("; "))
-        return f"{value} of {name} ({numbers}, {certainty})" if certainty else f"{value} as given for {name}"
-    certainty = _certainty(COEFFICIENT_SETS[_YIELD_SET].uncertain)
-    return f"{value} of {_YIELD_SET}, as no law of the scene has one ({certainty})"
+    if not known.size:
+        certainty = _certainty(COEFFICIENT_SETS[_YIELD_SET].uncertain)
+        return f"{value} of {_YIELD_SET}, as no law of the scene has one ({certainty})"
+    keys = ("name", "coefficients", "warnings")
+    name, numbers, warnings = (str(dataset[f"fatigue_{key}"].values[known[0]]) for key in keys)
+    certainty = _certainty(warnings.split("; "))
+    return f"{value} of {name} ({numbers}, {certainty})" if certainty else f"{value} as given for {name}"
 
 
 def _certainty(parts: Iterable[str]) -> str:
@@ -367,7 +331,6 @@ def shakedown_place(dataset: xr.Dataset, row: int) -> tuple[np.ndarray, np.ndarr
 def plot_shakedown(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the shakedown map with every contact patch, new and worn."""
     ax = own_axes(ax)
-    colour = COLOURS[role_of(dataset)]
     places = {row: shakedown_place(dataset, row) for row in (0, last_worn_row(dataset))}
     most = max(float(np.nanmax(friction, initial=0.0)) for friction, _ in places.values())
     for line, curve in zip(_BOUNDARY_LINES, boundaries("point", max(0.6, 1.1 * most)), strict=True):
@@ -375,9 +338,7 @@ def plot_shakedown(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
         ax.plot(curve.friction, curve.ratio, line, color="#444444", markersize=12.0, label=text)
     for row, (friction, ratio) in places.items():
         ratio = np.where(np.isfinite(friction), ratio, np.nan)
-        fill = colour if row else "white"
-        _patch_marks(ax, dataset["side"].values[row], friction, ratio, row == 0, color=colour, alpha=0.75,
-                     markerfacecolor=fill)  # fmt: skip
+        _patch_marks(ax, dataset, row, friction, ratio, 0.75)
     ax.set_xlim(left=0.0)
     return label_axes(ax, "Utilised friction", "Largest pressure over yield stress in shear", 0.0, width=60)
 
@@ -386,7 +347,7 @@ def plot_passage_damage(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the normalised damage of each load cycle by every law over the lateral shift."""
     ax = own_axes(ax)
     damage = dataset["fatigue_damage_passage"].values[last_worn_row(dataset)]
-    shift = np.broadcast_to(shown("shift", dataset["shift"].values)[:, None], damage.shape[:2])
+    shift = np.broadcast_to(values_of(dataset, "shift")[:, None], damage.shape[:2])
     here = np.isfinite(damage[..., 0])
     for k, name in enumerate(dataset["fatigue_name"].values):
         ax.plot(

@@ -1,7 +1,10 @@
 """Figures of one contact solution: `plot_x(dataset, ax=None) -> Axes`, seen from above, rolling upwards.
 
-The datasets are those of `wearsim.studies.contact_state`. Outlines, pressures along the patch and sections of
-several states can be laid over each other by further calls on the same axes; labels name the states.
+The datasets are those of `wearsim.studies.contact_state`. `patch` is the index of a patch, `side` 0 for the
+right and 1 for the left wheel, one of those solved; `line` are further properties of the line. Outlines and
+pressures of several states can be laid over each other by further calls on the same axes: `label` (if not
+given, that of the dataset) names the state, `across` is "lateral", from the centre of the patch, or
+"strip_wheel_y", on the wheel profile.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ from matplotlib.patches import Patch as Swatch
 
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import COLOURS, label_axes, own_axes, plain, style, wrapped
+from wearsim.report.style import COLOURS, label_axes, own_axes, plain, shown, style, values_of, wrapped
 from wearsim.report.style import label as label_of
 
 STICK, SLIP = "#cfe3ee", "#f6dca6"
@@ -29,13 +32,8 @@ STICK_ARROW, SLIP_ARROW = "#1a1a1a", "#882255"
 _WHEEL = "#1a1a1a"
 _CONTACT = "#882255"
 _MAP = "viridis"
+_ARROWS = 11  # of shear along the longer side of a patch, about
 _SHAPE = 1.15  # width over height of the axes of a patch: what the grid leaves next to a colour bar
-
-
-def shown_values(dataset: xr.Dataset, name: str, **at: int) -> np.ndarray:
-    """Values in the unit people read."""
-    quantity = QUANTITIES[name]
-    return np.asarray(dataset[name].isel(at).values, dtype=np.float64) * quantity.shown_factor
 
 
 def _colour(dataset: xr.Dataset) -> str:
@@ -49,11 +47,11 @@ def _ends(
 
     At their centres strips end where they end; in between, neighbours are joined half-way.
     """
-    y = shown_values(dataset, across, patch=patch)
+    y = values_of(dataset, across, patch)
     half = 0.5 * (y[1] - y[0])
     place = np.empty(2 * y.size + 1)
     place[0], place[1::2], place[2::2] = y[0] - half, y, y + half
-    ends = [shown_values(dataset, name, patch=patch) for name in of]
+    ends = [values_of(dataset, name, patch) for name in of]
     middle = 0.5 * (ends[0] + ends[1])
     lines = []
     for end in ends:
@@ -93,6 +91,11 @@ def _across(dataset: xr.Dataset, across: str) -> str:
     return "Lateral, to the right [mm]" if across == "lateral" else label_of(dataset, across)
 
 
+def _look(dataset: xr.Dataset, label: str | None, line: dict[str, Any]) -> dict[str, Any]:
+    """Colour and label of the line of a state, and what is stated of it."""
+    return {"color": _colour(dataset), "label": dataset.attrs["label"] if label is None else label} | line
+
+
 def plot_outline(
     dataset: xr.Dataset,
     ax: Axes | None = None,
@@ -102,27 +105,9 @@ def plot_outline(
     label: str | None = None,
     **line: Any,
 ) -> Axes:
-    """Draw the outline of a patch.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Contact state.
-    ax : Axes, optional
-        Where to draw.
-    patch : int
-        Which patch.
-    across : {"lateral", "strip_wheel_y"}
-        Lateral position from the centre of the patch, or on the wheel profile.
-    label : str, optional
-        In legends; that of the dataset if not given.
-    **line
-        Further properties of the line, such as `color` and `linestyle`.
-    """
+    """Draw the outline of a patch."""
     ax = own_axes(ax)
-    y, x = outline(dataset, patch, across)
-    look: dict[str, Any] = {"color": _colour(dataset), "linewidth": 1.3} | line
-    ax.plot(y, x, label=dataset.attrs["label"] if label is None else label, **look)
+    ax.plot(*outline(dataset, patch, across), **_look(dataset, label, {"linewidth": 1.3} | line))
     ax.set_aspect("equal", adjustable="datalim")
     return label_axes(ax, _across(dataset, across), "Rolling direction [mm]")
 
@@ -136,47 +121,27 @@ def plot_pressure_along(
     label: str | None = None,
     **line: Any,
 ) -> Axes:
-    """Draw the largest pressure of each strip across a patch, zero at its ends.
-
-    Parameters are those of `plot_outline`.
-    """
+    """Draw the largest pressure of each strip across a patch, zero at its ends."""
     ax = own_axes(ax)
-    look: dict[str, Any] = {"color": _colour(dataset)} | line
-    pressure = shown_values(dataset, "pressure", patch=patch).max(axis=0)
-    name = dataset.attrs["label"] if label is None else label
-    place = shown_values(dataset, across, patch=patch)
+    pressure = values_of(dataset, "pressure", patch).max(axis=0)
+    place = values_of(dataset, across, patch)
     before, after = place[0] - 0.5 * (place[1] - place[0]), place[-1] + 0.5 * (place[-1] - place[-2])
-    place, pressure = np.r_[before, place, after], np.r_[0.0, pressure, 0.0]
-    ax.plot(place, pressure, label=name, **look)
+    ax.plot(np.r_[before, place, after], np.r_[0.0, pressure, 0.0], **_look(dataset, label, line))
     return label_axes(ax, _across(dataset, across), label_of(dataset, "pressure"), 0.0)
 
 
 def plot_field(
-    dataset: xr.Dataset, name: str = "pressure", ax: Axes | None = None, *, patch: int = 0, bar: bool = True
+    dataset: xr.Dataset, name: str = "pressure", ax: Axes | None = None, *, patch: int = 0
 ) -> Axes:
-    """Draw a field of a patch as colours.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Contact state.
-    name : {"pressure", "work_density"}
-        Which field.
-    ax : Axes, optional
-        Where to draw.
-    patch : int
-        Which patch.
-    bar : bool
-        Whether to draw the colour bar, too.
-    """
+    """Draw a field of a patch, "pressure" or "work_density", as colours with their scale."""
     ax = own_axes(ax)
-    y, x, values = _cells(dataset, patch, shown_values(dataset, name, patch=patch))
+    y, x, values = _cells(dataset, patch, values_of(dataset, name, patch))
     top = float(values.max())
     if name == "work_density":
         values = np.ma.masked_equal(values, 0.0)  # nothing is lost where the surfaces stick
     colours = ax.pcolormesh(y, x, values, cmap=_MAP, vmin=0.0, vmax=top or 1.0, rasterized=True)
     plot_outline(dataset, ax, patch=patch, color=_WHEEL, linewidth=0.8, label="")
-    if bar and top > 0.0:  # a bar of zeros has no scale
+    if top > 0.0:  # a bar of zeros has no scale
         text = wrapped(label_of(dataset, name))
         ax.figure.colorbar(colours, ax=ax, label=text, shrink=0.85, aspect=16, pad=0.02)
     return ax
@@ -187,23 +152,11 @@ def plot_shear(
     ax: Axes | None = None,
     *,
     patch: int = 0,
-    arrows: int = 11,
     largest: float | None = None,
 ) -> Axes:
     """Draw the areas of stick and slip of a patch with the shear stress on the wheel as arrows.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Contact state.
-    ax : Axes, optional
-        Where to draw.
-    patch : int
-        Which patch.
-    arrows : int
-        Along the longer side of the patch, about.
-    largest : float, optional
-        Shear stress of the longest arrow [Pa], to compare patches; that of the patch if not given.
+    The longest arrow is that of the shear stress `largest` [Pa], to compare patches, or that of the patch.
     """
     ax = own_axes(ax)
     slips = dataset["slipping"].values[patch] == 1
@@ -211,24 +164,20 @@ def plot_shear(
     ax.pcolormesh(y, x, area, cmap=ListedColormap([STICK, SLIP]), vmin=0.0, vmax=1.0,
                   rasterized=True)  # fmt: skip
     plot_outline(dataset, ax, patch=patch, color=_WHEEL, linewidth=0.8, label="")
-    spacing, strips, cells = _sampled(dataset, patch, arrows)
-    shear = [shown_values(dataset, f"shear_{axis}", patch=patch)[cells, strips] for axis in "yx"]
-    size = np.hypot(*shear)
-    most = float(np.hypot(*(shown_values(dataset, f"shear_{axis}", patch=patch) for axis in "xy")).max())
-    most = most if largest is None else largest * QUANTITIES["shear_x"].shown_factor
+    spacing, strips, cells = _sampled(dataset, patch)
+    whole = [values_of(dataset, f"shear_{axis}", patch) for axis in "yx"]
+    shear = np.array([values[cells, strips] for values in whole])
+    most = float(np.hypot(*whole).max() if largest is None else shown("shear_x", largest))
     if most > 0.0:
-        at = (
-            shown_values(dataset, "lateral", patch=patch)[strips],
-            shown_values(dataset, "longitudinal", patch=patch)[cells, strips],
-        )
+        y = values_of(dataset, "lateral", patch)[strips]
+        x = values_of(dataset, "longitudinal", patch)[cells, strips]
         slipping = slips[cells, strips]
-        scale = most / (1.15 * spacing)
         for chosen, colour in ((~slipping, STICK_ARROW), (slipping, SLIP_ARROW)):
-            part = chosen & (size > 0.02 * most)
+            part = chosen & (np.hypot(*shear) > 0.02 * most)
             quiver = ax.quiver(
-                at[0][part], at[1][part], shear[0][part], shear[1][part], angles="xy", scale_units="xy",
-                scale=scale, color=colour, width=0.05 * spacing, units="xy", headwidth=3.6, headlength=4.0,
-                headaxislength=3.6, minlength=0.5, pivot="middle", zorder=3,
+                y[part], x[part], *shear[:, part], angles="xy", scale_units="xy",
+                scale=most / (1.15 * spacing), color=colour, width=0.05 * spacing, units="xy", headwidth=3.6,
+                headlength=4.0, headaxislength=3.6, minlength=0.5, pivot="middle", zorder=3,
             )  # fmt: skip
         key = float(f"{most:.1g}")
         ax.quiverkey(
@@ -240,12 +189,12 @@ def plot_shear(
     return ax
 
 
-def _sampled(dataset: xr.Dataset, patch: int, arrows: int) -> tuple[float, np.ndarray, np.ndarray]:
+def _sampled(dataset: xr.Dataset, patch: int) -> tuple[float, np.ndarray, np.ndarray]:
     """Spacing in shown units, and strips and cells about that far from each other in both directions."""
-    y = shown_values(dataset, "lateral", patch=patch)
-    x = shown_values(dataset, "longitudinal", patch=patch)
-    lead, trail = (shown_values(dataset, name, patch=patch) for name in ("x_lead", "x_trail"))
-    spacing = max(np.ptp(y), float(np.max(lead - trail))) / arrows
+    y = values_of(dataset, "lateral", patch)
+    x = values_of(dataset, "longitudinal", patch)
+    lead, trail = (values_of(dataset, name, patch) for name in ("x_lead", "x_trail"))
+    spacing = max(np.ptp(y), float(np.max(lead - trail))) / _ARROWS
     strips, cells = [], []
     middle = 0.5 * (y[0] + y[-1])
     count = int(np.ptp(y) / (2.0 * spacing))
@@ -259,77 +208,50 @@ def _sampled(dataset: xr.Dataset, patch: int, arrows: int) -> tuple[float, np.nd
 
 
 def plot_section(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) -> Axes:
-    """Draw wheel and counterface across the track, with the contacts marked.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Contact state.
-    ax : Axes, optional
-        Where to draw.
-    side : int
-        0 right, 1 left: one of those solved.
-    """
+    """Draw wheel and counterface across the track, with the contacts marked."""
     ax = own_axes(ax)
     row = int(np.flatnonzero(dataset["wheel"].values == side)[0])
-    factor = QUANTITIES["section_y"].shown_factor
+    names = {
+        "counterface": f"{dataset.attrs['counterface']} {dataset.attrs['counterface_profile']}",
+        "wheel": f"wheel {dataset.attrs['wheel_profile']}",
+    }
     for what, colour in (("counterface", _colour(dataset)), ("wheel", _WHEEL)):
-        y, z = (dataset[f"{what}_section_{axis}"].values[row] * factor for axis in "yz")
-        name = f"wheel {dataset.attrs['wheel_profile']}" if what == "wheel" else (
-            f"{dataset.attrs['counterface']} {dataset.attrs['counterface_profile']}"
-        )  # fmt: skip
-        ax.plot(y, z, color=colour, linewidth=1.4, label=name)
-    sign = -1.0 if side else 1.0
+        y, z = (shown("section_y", dataset[f"{what}_section_{axis}"].values[row]) for axis in "yz")
+        ax.plot(y, z, color=colour, linewidth=1.4, label=names[what])
     rail_y, rail_z = (dataset[f"counterface_section_{axis}"].values[row] for axis in "yz")
     order = np.argsort(rail_y)
-    own = dataset["side"].values == side
-    place = sign * dataset["rail_y"].values[own]
+    place = (-1.0 if side else 1.0) * dataset["rail_y"].values[dataset["side"].values == side]
     height = np.interp(place, rail_y[order], rail_z[order])
-    ax.plot(place * factor, height * factor, "o", color=_CONTACT, label="contact", zorder=4)
-    for number, (at, down) in enumerate(zip(place * factor, height * factor, strict=True), start=1):
+    place, height = shown("section_y", place), shown("section_y", height)
+    ax.plot(place, height, "o", color=_CONTACT, label="contact", zorder=4)
+    for number, at in enumerate(zip(place, height, strict=True), start=1):
         if place.size > 1:
-            ax.annotate(str(number), (at, down), (0, 6), textcoords="offset points", ha="center",
-                        fontsize=8, color=_CONTACT)  # fmt: skip
+            ax.annotate(str(number), at, (0, 6), textcoords="offset points", ha="center", fontsize=8,
+                        color=_CONTACT)  # fmt: skip
     ax.set_aspect("equal", adjustable="datalim")
     if not ax.yaxis_inverted():
         ax.invert_yaxis()
     return label_axes(ax, "Lateral in the track, to the right [mm]", "Height, down [mm]")
 
 
-def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0, **line: Any) -> Axes:
-    """Draw the gap of the unloaded profiles around the patches of a side, their width and approach.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Contact state.
-    ax : Axes, optional
-        Where to draw.
-    side : int
-        0 right, 1 left: one of those solved.
-    **line
-        Further properties of the line.
-    """
+def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) -> Axes:
+    """Draw the gap of the unloaded profiles around the patches of a side, their width and approach."""
     ax = own_axes(ax)
     row = int(np.flatnonzero(dataset["wheel"].values == side)[0])
-    at = dataset["gap_rail_y"].values[row] * 1e3
-    gap = dataset["gap"].values[row] * QUANTITIES["gap"].shown_factor
-    ax.plot(at, gap, **({"color": _WHEEL} | line))
-    own = np.flatnonzero(dataset["side"].values == side)
-    deepest, highest = float(gap.max()), 0.0
-    sign = -1.0 if side else 1.0
-    for number in map(int, own):
-        place = _ends(dataset, number, "lateral")[0]
-        flat = np.cos(float(dataset["contact_angle"][number]))  # of the contact plane
-        ends = shown_values(dataset, "rail_y", patch=number) + sign * flat * place[[0, -1]]
+    at, gap = shown("rail_y", dataset["gap_rail_y"].values[row]), values_of(dataset, "gap", row)
+    ax.plot(at, gap, color=_WHEEL)
+    highest = 0.0
+    for k, patch in enumerate(map(int, np.flatnonzero(dataset["side"].values == side))):
+        place = _ends(dataset, patch, "lateral")[0]
+        flat = np.cos(float(dataset["contact_angle"][patch]))  # of the contact plane
+        ends = values_of(dataset, "rail_y", patch) + (-1.0 if side else 1.0) * flat * place[[0, -1]]
         # counted from the initial contact within the patch
         inside = gap[(at >= ends.min()) & (at <= ends.max())]
-        approach = inside.min(initial=deepest) + shown_values(dataset, "approach", patch=number)
+        approach = inside.min(initial=gap.max()) + values_of(dataset, "approach", patch)
         highest = max(highest, float(approach))
-        first = number == own[0]
-        ax.axvspan(ends.min(), ends.max(), color=STICK, lw=0.0, label="patch" if first else "")
+        ax.axvspan(ends.min(), ends.max(), color=STICK, lw=0.0, label="" if k else "patch")
         ax.hlines(approach, ends.min(), ends.max(), color=_CONTACT, lw=1.2, ls="--",
-                  label="approach" if first else "")  # fmt: skip
+                  label="" if k else "approach")  # fmt: skip
     ax.set_ylim(0.0, 3.0 * highest)
     ax.set_xlim(at[0], at[-1])
     if side and not ax.xaxis_inverted():
@@ -341,48 +263,29 @@ def title_of(dataset: xr.Dataset) -> str:
     """Conditions of a contact state in two lines."""
 
     def text(name: str, digits: int = 4) -> str:
-        quantity = QUANTITIES[name]
-        value = float(dataset[name]) * quantity.shown_factor
-        unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
-        return (
-            plain(float(f"{value:.{digits}g}"), digits).rstrip("0").rstrip(".") + unit
-            if value
-            else f"0{unit}"
-        )
+        value = float(values_of(dataset, name))
+        number = plain(float(f"{value:.{digits}g}"), digits)
+        number = number.rstrip("0").rstrip(".") if value else number
+        unit = QUANTITIES[name].shown_unit
+        return number if unit == "1" else f"{number} {unit}"
 
+    attrs = dataset.attrs
     sides = " and ".join(WHEELS[side] for side in dataset["wheel"].values)
     kappa = float(dataset["counterface_curvature"])
     on = "rail" if kappa == 0.0 else f"roller of {1e3 / kappa:.6g} mm"
-    first = (
-        f"{sides.capitalize()} wheel {dataset.attrs['wheel_profile']} on {on} "
-        f"{dataset.attrs['counterface_profile']}: shift {text('shift')}, yaw {text('yaw')}, "
-        f"roll {text('roll', 3)}" + (" (free)" if dataset.attrs["free_roll"] else "")
-    )
-    motion = (
-        "creepages given"
-        if dataset.attrs["creepage_given"]
-        else f"rotation {text('rotation_speed', 6)} ({dataset.attrs['rotation_rule']})"
-    )
-    second = (
-        f"load {text('wheel_load')}, friction {text('friction')}, speed {text('speed')}, {motion}; "
+    rotation = f"rotation {text('rotation_speed', 6)} ({attrs['rotation_rule']})"
+    return (
+        f"{sides.capitalize()} wheel {attrs['wheel_profile']} on {on} {attrs['counterface_profile']}: "
+        f"shift {text('shift')}, yaw {text('yaw')}, roll {text('roll', 3)}"
+        f"{' (free)' if attrs['free_roll'] else ''}\n"
+        f"load {text('wheel_load')}, friction {text('friction')}, speed {text('speed')}, "
+        f"{'creepages given' if attrs['creepage_given'] else rotation}; "
         "patches from above, rolling upwards, shear on the wheel"
     )
-    return f"{first}\n{second}"
 
 
 def contact_figure(dataset: xr.Dataset) -> Figure:
-    """Figure of a contact state: section and gap of each side, then pressure, shear and work of each patch.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Contact state.
-
-    Returns
-    -------
-    Figure
-        Not yet drawn.
-    """
+    """Draw section and gap of each side of a contact state, then pressure, shear and work of each patch."""
     sides = [int(side) for side in dataset["wheel"].values]
     patches = dataset.sizes["patch"]
     heights = [2.6] * len(sides) + [2.9] * patches
@@ -398,16 +301,12 @@ def contact_figure(dataset: xr.Dataset) -> Figure:
             gap.legend(loc="best", frameon=True, facecolor="white", edgecolor="none")
             gap.set_title("Gap before loading")
         spans = _spans(dataset)
-        count = dict.fromkeys(sides, 0)
         for patch in range(patches):
-            side = int(dataset["side"].values[patch])
-            count[side] += 1
-            row = len(sides) + patch
-            axes = [figure.add_subplot(grid[row, 2 * k : 2 * k + 2]) for k in range(3)]
+            axes = [figure.add_subplot(grid[len(sides) + patch, 2 * k : 2 * k + 2]) for k in range(3)]
             plot_field(dataset, "pressure", axes[0], patch=patch)
             plot_shear(dataset, axes[1], patch=patch)
             plot_field(dataset, "work_density", axes[2], patch=patch)
-            for ax, text in zip(axes, _patch_titles(dataset, patch, side, count[side]), strict=True):
+            for ax, text in zip(axes, _patch_titles(dataset, patch), strict=True):
                 ax.set_title(text, fontsize=8.5)
                 ax.set_aspect("equal", adjustable="box")
                 ax.set_xlim(spans[patch][0])
@@ -415,31 +314,27 @@ def contact_figure(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def _spans(dataset: xr.Dataset) -> list[tuple[tuple[float, float], tuple[float, float]]]:
-    """Limits of the axes of each patch, alike in size."""
-    box = np.array([_box(dataset, patch) for patch in range(dataset.sizes["patch"])])
-    half = [0.55 * float((box[:, k + 1] - box[:, k]).max()) for k in (0, 2)]
-    half = [max(half[0], _SHAPE * half[1]), max(half[1], half[0] / _SHAPE)]
-    middle = 0.5 * (box[:, ::2] + box[:, 1::2])
-    return [((m[0] - half[0], m[0] + half[0]), (m[1] - half[1], m[1] + half[1])) for m in middle]
+def _spans(dataset: xr.Dataset) -> list[np.ndarray]:
+    """Limits of the axes of each patch, lateral and longitudinal, alike in size."""
+    lines = (np.array(outline(dataset, patch)) for patch in range(dataset.sizes["patch"]))
+    ends = np.array([[np.nanmin(line, axis=1), np.nanmax(line, axis=1)] for line in lines])
+    width, length = 0.55 * np.ptp(ends, axis=1).max(axis=0)
+    half = np.array([max(width, _SHAPE * length), max(length, width / _SHAPE)])
+    middle = 0.5 * ends.sum(axis=1)
+    return list(np.stack((middle - half, middle + half), axis=-1))
 
 
-def _patch_titles(dataset: xr.Dataset, patch: int, side: int, number: int) -> tuple[str, str, str]:
+def _patch_titles(dataset: xr.Dataset, patch: int) -> tuple[str, str, str]:
     def text(name: str, places: int) -> str:
-        value = round(float(shown_values(dataset, name, patch=patch)), places) + 0.0
+        value = round(float(values_of(dataset, name, patch)), places) + 0.0
         return f"{value:.{places}f} {QUANTITIES[name].shown_unit}".replace("-", "\N{MINUS SIGN}")
 
-    several = int((dataset["side"].values == side).sum()) > 1
-    name = f"{WHEELS[side].capitalize()} wheel" + (f", patch {number}" if several else "")
+    side = dataset["side"].values
+    own = np.flatnonzero(side == side[patch])
+    number = f", patch {np.searchsorted(own, patch) + 1}" if own.size > 1 else ""
     share = float(dataset["slip_area"][patch] / dataset["area"][patch])
     return (
-        f"{name}: {text('normal_force', 1)} on {text('area', 0)}",
+        f"{WHEELS[side[patch]].capitalize()} wheel{number}: {text('normal_force', 1)} on {text('area', 0)}",
         f"Fx {text('force_x', 2)}, Fy {text('force_y', 2)}, slip {100.0 * share:.0f} %",
         f"Frictional power {text('power', 0)}",
     )
-
-
-def _box(dataset: xr.Dataset, patch: int) -> tuple[float, float, float, float]:
-    """Return the limits of a patch, lateral and longitudinal, in shown units."""
-    y, x = outline(dataset, patch)
-    return float(y.min()), float(y.max()), float(np.nanmin(x)), float(np.nanmax(x))

@@ -15,9 +15,18 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
-from wearsim.errors import ResultError
 from wearsim.report.figures.profile import EXCEEDED
-from wearsim.report.style import COLOURS, grid, legend, own_axes, shown, style, write_figure
+from wearsim.report.style import (
+    COLOURS,
+    grid,
+    legend,
+    own_axes,
+    shown,
+    style,
+    values_of,
+    write_figure,
+    writing,
+)
 
 _BODY = "#1a1a1a"
 NOT_JUDGED = "#b07a1e"
@@ -38,32 +47,19 @@ _TOP, _BOTTOM, _GAP, _BETWEEN = 0.75, 0.5, 0.28, 0.3
 
 
 def plot_member(dataset: xr.Dataset, member: int, ax: Axes | None = None) -> Axes:
-    """Draw one profile over the reference, with its measures; those beyond a limit stand out.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Fleet state.
-    member : int
-        Which profile.
-    ax : Axes, optional
-        Where to draw.
-    """
+    """Draw one profile over the reference, with its measures; those beyond a limit stand out."""
     ax = own_axes(ax)
     kind = str(dataset["kind"].values[member])
     if "reference_y" in dataset and dataset.attrs["reference_kind"] == kind:
-        ax.plot(
-            shown("profile_y", dataset["reference_y"].values),
-            shown("profile_z", dataset["reference_z"].values),
-            color=COLOURS["new"], lw=0.9, label=dataset.attrs["reference_label"],
-        )  # fmt: skip
+        line = (shown(f"profile_{axis}", dataset[f"reference_{axis}"].values) for axis in "yz")
+        ax.plot(*line, color=COLOURS["new"], lw=0.9, label=dataset.attrs["reference_label"])
     exceeded = str(dataset["exceeded"].values[member]).split()
     open_measures = str(dataset["not_judged"].values[member]).split()
     judged = bool(dataset["judged"].values[member]) and not open_measures
     colour = EXCEEDED if exceeded else _BODY if judged else NOT_JUDGED
     label = "beyond a limit" if exceeded else "within the limits" if judged else "not judged, or not in all"
-    y, z = (shown(f"profile_{axis}", dataset[f"profile_{axis}"].values[member]) for axis in "yz")
-    ax.plot(y, z, color=colour, lw=1.1, label=label)
+    line = (values_of(dataset, f"profile_{axis}", member) for axis in "yz")
+    ax.plot(*line, color=colour, lw=1.1, label=label)
     name = str(dataset["wheel_name"].values[member])
     ax.set_title(
         name if len(name) <= _LONGEST else f"…{name[1 - _LONGEST :]}",  # the end names the side
@@ -72,7 +68,7 @@ def plot_member(dataset: xr.Dataset, member: int, ax: Axes | None = None) -> Axe
     texts = []
     for measure, short in _SHORT.items():
         if measure in dataset and dataset[f"known_{measure}"].values[member]:
-            value = float(shown(measure, dataset[measure].values[member]))
+            value = float(values_of(dataset, measure, member))
             mark = " !" if measure in exceeded else " ?" if measure in open_measures else ""
             texts.append((f"{short} {value + 0.0:.2f}{mark}", measure in exceeded))
     for k, (text, beyond) in enumerate(texts):
@@ -93,31 +89,20 @@ def limits_of(dataset: xr.Dataset) -> tuple[tuple[float, float], tuple[float, fl
     """
     spans = []
     for axis in "yz":
-        values = shown(f"profile_{axis}", dataset[f"profile_{axis}"].values)
+        values = values_of(dataset, f"profile_{axis}")
         low, high = values.min(axis=1), values.max(axis=1)
-        ends = [
-            float(low[low >= np.median(low) - _REACH].min()),
-            float(high[high <= np.median(high) + _REACH].max()),
-        ]
+        ends = [low[low >= np.median(low) - _REACH], high[high <= np.median(high) + _REACH]]
         if f"reference_{axis}" in dataset:
-            reference = shown(f"profile_{axis}", dataset[f"reference_{axis}"].values)
-            ends += [float(reference.min()), float(reference.max())]
-        spans.append((min(ends) - 3.0, max(ends) + 3.0))
+            ends.append(shown(f"profile_{axis}", dataset[f"reference_{axis}"].values))
+        known = np.concatenate(ends)
+        spans.append((float(known.min()) - 3.0, float(known.max()) + 3.0))
     return spans[0], spans[1]
 
 
 def fleet_pages(dataset: xr.Dataset) -> Iterator[Figure]:
-    """Figures of a fleet, one after the other; a page is free before the next one is made.
+    """Give at most `MOST_PAGES` figures of at most `COLUMNS` x `ROWS` profiles with shared axes.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Fleet state.
-
-    Yields
-    ------
-    Figure
-        Of at most `COLUMNS` x `ROWS` profiles with shared axes, at most `MOST_PAGES`.
+    A page is free before the next one is made.
     """
     total = dataset.sizes["wheel"]
     each = COLUMNS * ROWS
@@ -131,16 +116,9 @@ def fleet_pages(dataset: xr.Dataset) -> Iterator[Figure]:
         rows = math.ceil(len(members) / columns)
         whole = _TOP + _BOTTOM + rows * height + (rows - 1) * _BETWEEN
         with style():
+            edges = (*_EDGE, _BOTTOM, _TOP)
             figure, axes = grid(
-                rows,
-                columns,
-                height,
-                _WIDTH,
-                _GAP,
-                _BETWEEN,
-                (*_EDGE, _BOTTOM, _TOP),
-                sharex=True,
-                sharey=True,
+                rows, columns, height, _WIDTH, _GAP, _BETWEEN, edges, sharex=True, sharey=True
             )
             for ax in axes.ravel()[len(members) :]:
                 ax.set_axis_off()
@@ -164,37 +142,15 @@ def fleet_pages(dataset: xr.Dataset) -> Iterator[Figure]:
 
 
 def write_fleet(dataset: xr.Dataset, path: Path) -> tuple[list[Path], int]:
-    """Write the pages of a fleet: one PDF, or a file for each page with its number behind the name.
+    """Write the pages of a fleet: one PDF, or a PNG or SVG for each page with its number behind the name.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Fleet state of at least one profile.
-    path : Path
-        Ends with .png, .svg or .pdf.
-
-    Returns
-    -------
-    files : list of Path
-        Written.
-    drawn : int
-        Number of profiles on them.
-
-    Raises
-    ------
-    ResultError
-        If a file cannot be written.
+    Returns the files and the number of profiles on them; raises ResultError if one cannot be written.
     """
     drawn = min(dataset.sizes["wheel"], MOST_PAGES * COLUMNS * ROWS)
     if path.suffix.lower() == ".pdf":
-        try:
-            with style(), PdfPages(path, metadata={"CreationDate": None}) as book:
-                for figure in fleet_pages(dataset):
-                    book.savefig(figure)
-        except OSError as error:
-            raise ResultError(
-                f"{path}: cannot be written ({error.strerror}); choose another folder"
-            ) from error
+        with writing(f"{path}:"), style(), PdfPages(path, metadata={"CreationDate": None}) as book:
+            for figure in fleet_pages(dataset):
+                book.savefig(figure)
         return [path], drawn
     files = []
     for number, figure in enumerate(fleet_pages(dataset), start=1):

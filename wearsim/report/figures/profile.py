@@ -23,6 +23,7 @@ from wearsim.report.style import (
     plain,
     shown,
     style,
+    values_of,
     wrapped,
 )
 
@@ -45,64 +46,47 @@ _GAP = 0.85  # between rows [inch]
 _GAUGED = {"Sh": "flange_height", "Sd": "flange_thickness", "qR": "flange_gradient"}
 
 
-def plot_shape(dataset: xr.Dataset, ax: Axes | None = None, *, dimensions: bool = True) -> Axes:
-    """Draw a profile over its reference, equal aspect, with the dimensions of a wheel's flange.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Profile state.
-    ax : Axes, optional
-        Where to draw.
-    dimensions : bool
-        Whether to draw gauge points and dimension lines of Sh, Sd and qR, if the dataset has them.
-    """
+def plot_shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw a profile over its reference, equal aspect, with Sh, Sd and qR if the dataset has gauge points."""
     ax = own_axes(ax)
     y, z = _points(dataset, "profile")
     wheel = dataset.attrs["kind"] == "wheel"
     back = min(float(z.min()) - _BEHIND, 0.0) if wheel else float(z.max())
     ax.fill(np.concatenate((y, y[[-1, 0]])), np.concatenate((z, [back, back])), color=_FILL, lw=0.0)
-    if "reference_y" in dataset:
-        ax.plot(*_points(dataset, "reference"), color=COLOURS["new"], lw=1.2, ls="--",
-                label=dataset.attrs["reference_label"])  # fmt: skip
-    if "left_y" in dataset:
-        ax.plot(*_points(dataset, "left"), color=SERIES_COLOURS[1], lw=1.2, ls=WHEEL_LINES[1],
-                label=dataset.attrs["left_label"])  # fmt: skip
+    others = {"reference": (COLOURS["new"], "--"), "left": (SERIES_COLOURS[1], WHEEL_LINES[1])}
+    for name, (colour, line) in others.items():
+        if f"{name}_y" in dataset:
+            text = dataset.attrs[f"{name}_label"]
+            ax.plot(*_points(dataset, name), color=colour, lw=1.2, ls=line, label=text)
     ax.plot(y, z, color=_BODY, lw=1.5, label=dataset.attrs["label"])
-    if dimensions and "gauge_y" in dataset:
+    if "gauge_y" in dataset:
         _dimensions(dataset, ax)
     ax.set_aspect("equal", adjustable="box")
     if not ax.yaxis_inverted():
         ax.invert_yaxis()
-    return label_axes(
-        ax, _lateral(dataset), "Height, outward\nis down [mm]" if wheel else "Height, down [mm]"
-    )
+    origin = "from the running circle" if wheel else dataset.attrs.get("origin", "")
+    place = " ".join(filter(None, ("Lateral position", origin)))
+    height = "Height, outward\nis down [mm]" if wheel else "Height, down [mm]"
+    return label_axes(ax, f"{place}, to the field side [mm]", height)
 
 
-def _points(dataset: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
-    return shown("profile_y", dataset[f"{name}_y"].values), shown("profile_z", dataset[f"{name}_z"].values)
-
-
-def _lateral(dataset: xr.Dataset) -> str:
-    origin = (
-        "from the running circle" if dataset.attrs["kind"] == "wheel" else dataset.attrs.get("origin", "")
-    )
-    return f"Lateral position{f' {origin}' if origin else ''}, to the field side [mm]"
+def _points(dataset: xr.Dataset, name: str) -> np.ndarray:
+    """Lateral positions and heights (2, n) [mm]."""
+    return shown("profile_y", [dataset[f"{name}_{axis}"].values for axis in "yz"])
 
 
 def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
     """Draw Sh, Sd and qR where a gauge takes them."""
-    y, z = shown("profile_y", dataset["gauge_y"].values), shown("profile_z", dataset["gauge_z"].values)
+    y, z = _points(dataset, "gauge")
     exceeded = dataset.attrs.get("exceeded", "").split()
-    level, below, circle = (
-        float(shown("profile_z", dataset.attrs[f"{name}_distance"]))
-        for name in ("level", "below_tip", "running_circle")
-    )
+    names = [f"{name}_distance" for name in ("level", "below_tip", "running_circle")]
+    level, below, circle = shown("profile_z", [dataset.attrs[name] for name in names])
     look = {name: EXCEEDED if row in exceeded else _DIMENSION for name, row in _GAUGED.items()}
-    values = {name: float(shown(row, dataset[row].values)) for name, row in _GAUGED.items()}
-    texts = {name: f"{name} {value:.2f}".replace("-", "\N{MINUS SIGN}") for name, value in values.items()}
+    texts = {
+        name: f"{name} {values_of(dataset, row):.2f}{' !' if row in exceeded else ''}"
+        for name, row in _GAUGED.items()
+    }
     back = y[_CIRCLE] - circle
-    texts = {name: f"{text} !" if look[name] == EXCEEDED else text for name, text in texts.items()}
     low = z[_TIP] + 7.0
     # running circle, flange back and the two levels
     _line(ax, (y[_CIRCLE], y[_CIRCLE]), (z[_CIRCLE] - 6.0, low), ls=(0, (8, 2, 2, 2)))
@@ -133,8 +117,7 @@ def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
     for k, away in ((_UPPER, -4.0), (_TIP, 4.0)):
         _arrow(ax, (left, z[k] + away), (left, z[k]), "#555555", 0.8, "-|>")
     _text(ax, left - 0.6 * _ROOM, 0.5 * (z[_UPPER] + z[_TIP]), f"{below:g}", "#555555", "right")
-    ax.plot(y[[_TIP, _CIRCLE, _LOWER, _UPPER]], z[[_TIP, _CIRCLE, _LOWER, _UPPER]], "o", color="white",
-            markeredgecolor=_BODY, ms=4.0, zorder=5)  # fmt: skip
+    ax.plot(y[:4], z[:4], "o", color="white", markeredgecolor=_BODY, ms=4.0, zorder=5)
 
 
 def _line(ax: Axes, y: Any, z: Any, ls: Any = "-") -> None:
@@ -149,20 +132,20 @@ def _arrow(ax: Axes, start: Any, end: Any, colour: str, width: float = 1.1, styl
 
 
 def _text(ax: Axes, y: float, z: float, text: str, colour: str, ha: Any = "left", va: Any = "center") -> None:
+    text = text.replace("-", "\N{MINUS SIGN}")
     weight = "bold" if colour in (EXCEEDED, _DIMENSION) else "normal"
     size = 9.0 if weight == "bold" else 7.5
     ax.text(y, z, text, color=colour, fontsize=size, weight=weight, ha=ha, va=va, zorder=6)
 
 
-def plot_depth(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes:
+def plot_depth(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the wear depth along the reference, positive where material is gone."""
     ax = own_axes(ax)
-    s = shown("arc_length", dataset["arc_length"].values)
-    depth = shown("wear_depth", dataset["wear_depth"].values)
+    s = values_of(dataset, "arc_length")
+    depth = values_of(dataset, "wear_depth")
     ax.axhline(0.0, color="#555555", lw=0.8)
     ax.fill_between(s, depth, 0.0, color=COLOURS["field"], alpha=0.18, lw=0.0)
-    look: dict[str, Any] = {"color": COLOURS["field"], "lw": 1.4} | line
-    ax.plot(s, depth, **look)
+    ax.plot(s, depth, color=COLOURS["field"], lw=1.4)
     deepest = int(np.argmax(depth))
     ax.plot(s[deepest], depth[deepest], "o", color="white", markeredgecolor=COLOURS["field"], zorder=4)
     ax.set_xlim(s[0], s[-1])
@@ -185,39 +168,38 @@ def _lateral_ticks(dataset: xr.Dataset, ax: Axes, s: np.ndarray) -> None:
     top.set_xlabel("Lateral position [mm]", fontsize=7.5, color="#555555", labelpad=3.5)
 
 
-def plot_radius_difference(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes:
+def _reference(dataset: xr.Dataset, *names: str) -> list[np.ndarray]:
+    return [shown(name, dataset[f"reference_{name}"].values) for name in names]
+
+
+def plot_radius_difference(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the rolling radius difference over the lateral shift."""
     ax = own_axes(ax)
-    shift = shown("shift", dataset["shift"].values)
-    values = shown("rolling_radius_difference", dataset["rolling_radius_difference"].values)
+    shift, values = (values_of(dataset, name) for name in ("shift", "rolling_radius_difference"))
     ax.axhline(0.0, color="#555555", lw=0.8)
     ax.axvline(0.0, color="#555555", lw=0.8)
     if "reference_shift" in dataset:
-        ax.plot(
-            shown("shift", dataset["reference_shift"].values),
-            shown("rolling_radius_difference", dataset["reference_rolling_radius_difference"].values),
-            color=COLOURS["new"], lw=1.2, ls="--", label=dataset.attrs["reference_label"],
-        )  # fmt: skip
-    ax.plot(shift, values, label=dataset.attrs["label"], **({"color": SERIES_COLOURS[0]} | line))
+        line = _reference(dataset, "shift", "rolling_radius_difference")
+        ax.plot(*line, color=COLOURS["new"], lw=1.2, ls="--", label=dataset.attrs["reference_label"])
+    ax.plot(shift, values, label=dataset.attrs["label"], color=SERIES_COLOURS[0])
     # beyond flange contact the difference runs off and would flatten all the rest
     inner = np.abs(values[np.abs(shift) <= _TREAD_SHIFT])
-    ax.set_ylim(-1.3 * max(inner.max(initial=0.0), 0.5), 1.3 * max(inner.max(initial=0.0), 0.5))
+    reach = 1.3 * max(inner.max(initial=0.0), 0.5)
+    ax.set_ylim(-reach, reach)
     x_label = "Lateral shift of the wheelset, to the right [mm]"
     return label_axes(ax, x_label, label(dataset, "rolling_radius_difference"), width=40)
 
 
-def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> Axes:
+def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the equivalent conicity over the amplitude."""
     ax = own_axes(ax)
-    amplitude = shown("amplitude", dataset["amplitude"].values)
-    conicity = shown("equivalent_conicity", dataset["equivalent_conicity"].values)
+    amplitude, conicity = (values_of(dataset, name) for name in ("amplitude", "equivalent_conicity"))
     highest = float(conicity.max(initial=0.1))
     if "reference_amplitude" in dataset:
-        before = shown("equivalent_conicity", dataset["reference_equivalent_conicity"].values)
+        at, before = _reference(dataset, "amplitude", "equivalent_conicity")
         highest = float(before.max(initial=highest))
-        ax.plot(shown("amplitude", dataset["reference_amplitude"].values), before, color=COLOURS["new"],
-                lw=1.2, ls="--", marker="o", ms=3.5)  # fmt: skip
-    ax.plot(amplitude, conicity, **({"color": SERIES_COLOURS[0], "marker": "o"} | line))
+        ax.plot(at, before, color=COLOURS["new"], lw=1.2, ls="--", marker="o", ms=3.5)
+    ax.plot(amplitude, conicity, color=SERIES_COLOURS[0], marker="o")
     for at, value in zip(amplitude, conicity, strict=True):
         ax.annotate(f"{value:.3f}", (at, value), (0, 6), textcoords="offset points", ha="center",
                     fontsize=7.5, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
@@ -230,23 +212,14 @@ def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None, **line: Any) -> A
 
 
 def profile_figure(dataset: xr.Dataset) -> Figure:
-    """Figure of one profile: shape with dimensions, wear depth, rolling radius difference, conicity.
+    """Draw the shape of a profile with dimensions, wear depth, rolling radius difference and conicity.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Profile state; rows without data are left out.
-
-    Returns
-    -------
-    Figure
-        Not yet drawn.
+    Rows without data are left out.
     """
     wear, runs = "wear_depth" in dataset, "shift" in dataset and dataset.sizes["shift"] > 0
     limits_y, limits_z = _window(dataset)
     inner = _WIDTH - sum(_EDGE)
-    scale = min(inner / np.ptp(limits_y), 4.6 / np.ptp(limits_z))
-    shape = float(scale * np.ptp(limits_z))
+    shape = min(inner / np.ptp(limits_y), 4.6 / np.ptp(limits_z)) * np.ptp(limits_z)
     heights = [shape] + [_PANEL] * (int(wear) + int(runs))
     # a title of two lines, the scale above the wear depth
     lines = _title(dataset)
@@ -257,41 +230,34 @@ def profile_figure(dataset: xr.Dataset) -> Figure:
         figure = Figure(figsize=(_WIDTH, total))
         figure.text(_EDGE[0] / _WIDTH, 1.0 - 0.12 / total, lines, fontsize=9.5, va="top")
 
-        def axes(row: int, column: int = 0, columns: int = 1) -> tuple[float, float, float, float]:
-            """Place of a panel in parts of the figure."""
+        def axes(row: int, column: int = 0, columns: int = 1) -> Axes:
             below = total - top - sum(heights[: row + 1]) - sum(gaps[:row])
             width = (inner - 0.9 * (columns - 1)) / columns
             left = _EDGE[0] + column * (width + 0.9)
-            return (left / _WIDTH, below / total, width / _WIDTH, heights[row] / total)
+            return figure.add_axes((left / _WIDTH, below / total, width / _WIDTH, heights[row] / total))
 
-        ax = plot_shape(dataset, figure.add_axes(axes(0)))
-        ax.set_xlim(limits_y[0], limits_y[1])
-        ax.set_ylim(limits_z[1], limits_z[0])
+        ax = plot_shape(dataset, axes(0))
+        ax.set_xlim(*limits_y)
+        ax.set_ylim(*limits_z[::-1])
         ax.set_anchor("W")
         if "reference_y" in dataset or "left_y" in dataset:
             place: Any = "lower right" if dataset.attrs["kind"] == "wheel" else "center"
             ax.legend(loc=place, handlelength=2.2)
-        row = 1
         if wear:
-            panel = plot_depth(dataset, figure.add_axes(axes(row)))
-            panel.set_title(_wear_title(dataset), pad=8.0)
-            row += 1
+            plot_depth(dataset, axes(1)).set_title(_wear_title(dataset), pad=8.0)
         if runs:
-            left = plot_radius_difference(dataset, figure.add_axes(axes(row, 0, 2)))
-            left.set_title("Rolling radius difference")
-            right = plot_conicity(dataset, figure.add_axes(axes(row, 1, 2)))
-            right.set_title("Equivalent conicity")
+            row = len(heights) - 1
+            plot_radius_difference(dataset, axes(row, 0, 2)).set_title("Rolling radius difference")
+            plot_conicity(dataset, axes(row, 1, 2)).set_title("Equivalent conicity")
     return figure
 
 
 def _window(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     """Limits of the shape: all points, and room for the dimension lines."""
-    y, z = (shown(f"profile_{axis}", dataset[f"profile_{axis}"].values) for axis in "yz")
-    if "reference_y" in dataset:
-        y = np.concatenate((y, shown("profile_y", dataset["reference_y"].values)))
-        z = np.concatenate((z, shown("profile_z", dataset["reference_z"].values)))
+    names = [name for name in ("profile", "reference") if f"{name}_y" in dataset]
+    y, z = np.concatenate([_points(dataset, name) for name in names], axis=1)
     room = (12.0, 4.0, 5.0, 9.0) if "gauge_y" in dataset else (4.0, 4.0, 3.0, 3.0)
-    if "gauge_y" in dataset and {"reference_y", "left_y"} <= set(dataset.variables):
+    if {"gauge_y", "reference_y", "left_y"} <= set(dataset.variables):
         room = (*room[:3], room[3] + 4.0)  # three lines of the legend below the tip
     span = np.array([y.min() - room[0], y.max() + room[1]])
     # a shape without a flange would be a stripe too low for its axis
@@ -305,8 +271,8 @@ def _title(dataset: xr.Dataset) -> str:
 
 
 def _wear_title(dataset: xr.Dataset) -> str:
-    depth = shown("wear_depth", dataset["wear_depth"].values)
-    deepest = int(np.argmax(depth))
-    place = float(shown("profile_y", dataset["wear_y"].values)[deepest])
-    area = float(shown("worn_area", dataset["worn_area"].values))
-    return f"Worn area {plain(area)} mm², deepest {plain(depth[deepest], 3)} mm at y = {plain(place, 3)} mm"
+    deepest = int(np.argmax(dataset["wear_depth"].values))
+    depth = plain(values_of(dataset, "wear_depth", deepest), 3)
+    place = plain(shown("profile_y", dataset["wear_y"].values[deepest]), 3)
+    area = plain(values_of(dataset, "worn_area"))
+    return f"Worn area {area} mm², deepest {depth} mm at y = {place} mm"

@@ -1,4 +1,8 @@
-"""Figures of rig against field: `plot_x(translation, ax=None) -> Axes`, from `wearsim.translation`."""
+"""Figures of rig against field: `plot_x(translation, ax=None) -> Axes`.
+
+The datasets are those of `wearsim.translation.translate.translate`. `basis` is 0 at equal distance, 1 at
+equal worn depth; `wheel` 0 for the right, 1 for the left one.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,17 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from wearsim.report.figures.campaign import NEW_Y, WHEELS, series_colour
-from wearsim.report.style import COLOURS, WHEEL_LINES, capital, label, label_axes, own_axes, shown, wrapped
+from wearsim.report.style import (
+    COLOURS,
+    WHEEL_LINES,
+    capital,
+    label,
+    label_axes,
+    own_axes,
+    shown,
+    values_of,
+    wrapped,
+)
 
 _FACTOR = "Factor, rig over field"
 _X_LABELS = ("Distance run by each [km]", "Largest wear depth of each [mm]")
@@ -25,33 +39,17 @@ def plot_factor(
     ax: Axes | None = None,
     *,
     basis: int = 0,
-    wheel: int | None = None,
     series: int = 0,
     text: str | None = None,
 ) -> Axes:
     """Draw a factor rig over field over distance or worn depth; gaps where it is undefined.
 
-    Parameters
-    ----------
-    translation : Dataset
-        From `wearsim.translation.translate.translate`.
-    variable : str
-        Variable whose factor is drawn, over (basis, progress) or (basis, progress, wheel...).
-    ax : Axes, optional
-        Where to draw.
-    basis : int
-        0 equal distance, 1 equal worn depth.
-    wheel : int, optional
-        Index along the last dimension; right, left (or both where there are three) [default: the last].
-    series : int
-        Which colour of the series to take.
-    text : str, optional
-        Name in the legend.
+    `variable` is one over (basis, progress) or (basis, progress, wheel), of which the last is drawn: both
+    wheels; `series` is its colour among the series, `text` its name in the legend.
     """
     ax = own_axes(ax)
     values = translation[f"{variable}_factor"].values[basis]
-    if values.ndim == 2:
-        values = values[:, -1 if wheel is None else wheel]
+    values = values[:, -1] if values.ndim == 2 else values
     x = basis_axis(translation, basis)
     reachable = translation["reachable"].values[basis] == 1
     name = text or str(translation[variable].attrs.get("long_name", variable))
@@ -66,27 +64,17 @@ def mark_one(ax: Axes) -> Axes:
 
 
 def plot_factor_at_points(
-    translation: xr.Dataset, name: str, ax: Axes | None = None, *, basis: int = 0, progress: int = -1
+    translation: xr.Dataset, name: str, ax: Axes | None = None, *, progress: int = -1
 ) -> Axes:
-    """Draw the factor of a contact quantity at equal operating points over their lateral shift.
+    """Draw the factor of a contact quantity, such as "area", over the shift of equal operating points.
 
-    Parameters
-    ----------
-    translation : Dataset
-        With at least one matched point.
-    name : str
-        Contact quantity, such as area or power.
-    ax : Axes, optional
-        Where to draw.
-    basis : int
-        0 equal distance, 1 equal worn depth.
-    progress : int
-        Index of the state: 0 the new wheel, -1 as far as both campaigns come.
+    There must be one; the basis is equal distance. `progress` is the index of the state: 0 new wheels, -1 as
+    far as both campaigns come.
     """
     ax = own_axes(ax)
-    shift = shown("shift", translation["shift"].values)
+    shift = values_of(translation, "shift")
     order = np.argsort(shift, kind="stable")
-    values = translation[f"{name}_point_factor"].values[basis, progress]
+    values = translation[f"{name}_point_factor"].values[0, progress]
     new = progress == 0
     for wheel, side in enumerate(WHEELS):
         ax.plot(
@@ -104,20 +92,8 @@ def plot_depth_factor(
 ) -> Axes:
     """Draw the factor of the wear depth along the profile at the quarters of the common range.
 
-    The scale is logarithmic: twice as much and half as much are equally far from 1.
-
-    Parameters
-    ----------
-    translation : Dataset
-        From `wearsim.translation.translate.translate`.
-    position : (n,) array
-        Lateral position of the profile points on the new wheel [m].
-    ax : Axes, optional
-        Where to draw.
-    basis : int
-        0 equal distance, 1 equal worn depth.
-    wheel : int
-        0 right, 1 left.
+    The scale is logarithmic: twice as much and half as much are equally far from 1. `position`, an (n,)
+    array, holds the lateral positions of the profile points on the new wheel [m].
     """
     ax = own_axes(ax)
     values = translation["wear_depth_profile_factor"].values[basis, :, wheel]

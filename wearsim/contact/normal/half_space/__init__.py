@@ -393,7 +393,8 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -
     centre = float(section.lateral(np.array([middle]))[0])
     edges = section.lateral(np.append(s - 0.5 * width, s[-1] + 0.5 * width))
     loaded = np.flatnonzero(load)
-    ends = edges[[loaded[0], loaded[-1] + 1]]
+    # With a strip on each side: cells beyond the end of a profile carry nothing.
+    ends = edges[[max(int(loaded[0]) - 1, 0), min(int(loaded[-1]) + 2, edges.size - 1)]]
     first, last = int(np.searchsorted(grid.y, ends[0])) - 2, int(np.searchsorted(grid.y, ends[1])) + 2
     if first < 0 or last > grid.y.size or curve[first:last].max() >= NO_WHEEL:
         raise fault_of(AT_EDGE, region.row)

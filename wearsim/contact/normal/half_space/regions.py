@@ -133,7 +133,7 @@ def heights(gap: Gap, region: Region, displacement: float) -> HeightGrid:
     cosine = float(np.cos(region.angle))
     plane = plane_of(gap, region)
     if gap.bodies is not None:
-        pushed = replace(plane, vertical_displacement=plane.vertical_displacement + displacement)
+        pushed = plane._replace(vertical_displacement=plane.vertical_displacement + displacement)
         return HeightGrid(gap_surface(gap, pushed, x[None], s[None])[0], length, width, cosine)
     section = Section(gap, region.y, region.angle)
     y = section.lateral(s)

@@ -36,23 +36,31 @@ References
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from wearsim.contact.geometry import Gap
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import bare_kernel, plain
 from wearsim.contact.normal.kik_piotrowski.strips import (
+    PATCH,
+    POSE,
     SECTION,
-    WORK_ROWS,
-    cell_of,
-    end_of_strip,
-    on_the_wheel,
+    Profile,
+    Records,
+    Strips,
+    Wheel,
+    between,
+    share_at,
     strip_half_length_squared,
 )
-from wearsim.contact.normal.kik_piotrowski.wheel_load import LINE, balance
+from wearsim.contact.normal.kik_piotrowski.wheel_load import BASIN, MOST_BASINS, Work, balance
 from wearsim.contact.normal.model import MOST_PATCHES, NormalModel, NormalSolution, raise_first
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
 
 DEFAULTS = {"virtual_penetration_factor": 0.55}
+
+_PITCH = 1.2e-3  # m along the profile, from one section of a yawed wheel to the next
 
 
 def solve(
@@ -69,149 +77,173 @@ def solve(
 ) -> NormalSolution:
     """Patches and pressures of every row; contract in `normal.model`.
 
-    Own parameter: "virtual_penetration_factor", epsilon of [1]_, 0.55 by default.
+    Own parameter: "virtual_penetration_factor", epsilon of [1]_, 0.55 by default. Rough solutions have strips
+    without skew and carry the load to 1 %.
     """
-    rows, of, gap, strips = load.size, row, gap.take(row), resolution.strips
     factor = {**DEFAULTS, **parameters}["virtual_penetration_factor"]
-    points = gap.counterface.y.size
-    count, fault = np.zeros(rows, np.int64), np.zeros(rows, np.int64)
-    patches = np.zeros((rows, MOST_PATCHES, LINE))
-    counterface = gap.counterface
-    profile = (counterface.y, counterface.z, counterface.slope, counterface.angle)
+    surface = gap.counterface
+    profile = Profile(surface.y, surface.z, surface.slope, surface.angle)
     wheel, poses = _bodies(gap)
+    points = surface.y.size
+    spacing = float(np.hypot(surface.y[-1] - surface.y[0], surface.z[-1] - surface.z[0])) / (points - 1)
+    ends = np.empty((2, load.size, points))
+    work = Work(
+        Strips(*np.empty((9, points))), _records(SECTION, points), _records(BASIN, MOST_BASINS),
+        _records(PATCH, MOST_BASINS), _records(PATCH, MOST_BASINS), np.empty(MOST_BASINS, np.int64),
+        np.empty((2, MOST_BASINS)),
+    )  # fmt: skip
+    count, fault = np.zeros(load.size, np.int64), np.zeros(gap.gap.shape[0], np.int64)
+    patches = _records(PATCH, (load.size, MOST_PATCHES))
     balance(
-        profile, gap.gap, gap.wheel_radius, gap.x, poses, wheel, gap.curvature, load, vertical, factor,
-        effective_modulus, np.empty((WORK_ROWS, points)), np.zeros((points, SECTION)), count, fault, patches,
+        row, plain(load), *_displacement(start, row, vertical), vertical, rough, factor, effective_modulus,
+        gap.gap, gap.gap.min(axis=1), gap.wheel_radius, gap.x, poses, ends, profile, wheel,
+        max(round(_PITCH / spacing), 1), work, count, fault, patches,
     )  # fmt: skip
     raise_first(fault)
-    row = np.repeat(np.arange(rows), count)
-    lines = patches[np.arange(MOST_PATCHES) < count[:, None]]
-    y, lead, trail, depth = (np.empty((row.size, strips)) for _ in range(4))
-    edges = np.empty((row.size, strips + 1))
-    centre, angle, maximum = (np.empty(row.size) for _ in range(3))
-    slope = np.empty(row.size)
+    place = np.repeat(np.arange(load.size), count)
+    patches = patches[np.arange(MOST_PATCHES) < count[:, None]]
+    strips = resolution.strips_across(patches.right - patches.left)
+    shape = (place.size, int(strips.max(initial=0)))
+    y, lead, trail, depth = np.empty((4, *shape))
+    centre, slope = np.empty((2, place.size))
+    out = _Cut(y, lead, trail, depth, np.empty((shape[0], shape[1] + 1)), centre, slope)
     _cut_strips(
-        row, lines, gap.curvature, profile, gap.gap, gap.wheel_radius, gap.x, poses, wheel, y, lead, trail,
-        depth, edges, centre, angle, maximum, slope,
+        row[place], place, strips, patches, gap.curvature, profile, gap.gap, gap.wheel_radius, gap.x, ends,
+        rough, wheel.y.size > 0, poses, out,
     )  # fmt: skip
     patch = Patch(
-        row=of[row],
+        row=row[place],
         y=y,
-        width=y[:, 1] - y[:, 0],
+        width=(patches.right - patches.left) / strips,
         x_lead=lead,
         x_trail=trail,
-        pressure_slope=np.repeat(slope[:, None], strips, axis=1),
+        pressure_slope=np.repeat(slope[:, None], shape[1], axis=1),
         interpenetration=depth,
-        strips=np.full(row.size, strips),
+        strips=strips,
         cells=cells_of(resolution, lead, trail),
     )
     return NormalSolution(
         patch=patch,
         centre_y=centre,
-        contact_angle=angle,
-        approach=lines[:, 4].copy(),
-        normal_force=lines[:, 9].copy(),
-        max_pressure=maximum,
-        edge_y=edges,
-        load_scale=lines[:, 11].copy(),
-        vertical_displacement=lines[:, 12].copy(),
+        contact_angle=patches.angle.copy(),
+        approach=patches.approach.copy(),
+        normal_force=patches.force.copy(),
+        # The deepest point of the outline, not of a strip's centre.
+        max_pressure=patches.force / (0.5 * np.pi * patches.volume) * np.sqrt(patches.deepest),
+        edge_y=out.edge,
+        load_scale=patches.scale.copy(),
+        vertical_displacement=patches.displacement.copy(),
     )
 
 
-def _bodies(gap: Gap) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatArray]:
-    """Surface of the wheel and the pose (n, 8) of each row, as `on_the_wheel` takes them."""
-    poses = np.zeros((gap.gap.shape[0], 8))
+def _records(dtype: np.dtype[np.void], shape: int | tuple[int, ...]) -> Records:
+    return np.zeros(shape, dtype).view(np.recarray)
+
+
+def _displacement(
+    start: NormalSolution | None, row: IntArray, vertical: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Vertical displacement of each row (k,) in an earlier solution and the load it carried, or NaN."""
+    if start is None:
+        return np.full(row.size, np.nan), np.full(row.size, np.nan)
+    of = np.searchsorted(row, start.patch.row)
+    displacement, load = np.empty(row.size), np.zeros(row.size)
+    displacement[of] = start.vertical_displacement
+    np.add.at(load, of, start.normal_force * (np.cos(start.contact_angle) if vertical else 1.0))
+    return displacement, load
+
+
+def _bodies(gap: Gap) -> tuple[Wheel, Records]:
+    """Surface of the wheel and the pose of each row."""
+    poses = _records(POSE, gap.gap.shape[0])
+    poses.kappa = gap.curvature
     if gap.bodies is None:
-        none = np.empty(0)
-        return (none, none, none), poses
-    at = gap.bodies.pose
-    poses[:, 0], poses[:, 1] = np.sin(at.yaw), np.cos(at.yaw)
-    poses[:, 2], poses[:, 3] = np.sin(at.roll), np.cos(at.roll)
-    poses[:, 4], poses[:, 5] = at.shift, gap.bodies.half_span
-    poses[:, 6], poses[:, 7] = gap.bodies.nominal_radius, gap.curvature
-    wheel = gap.bodies.wheel
-    return (wheel.y, wheel.radius, wheel.slope), poses
+        return Wheel(*np.empty((3, 0))), poses
+    at, wheel = gap.bodies.pose, gap.bodies.wheel
+    poses.sin_yaw, poses.cos_yaw = np.sin(at.yaw), np.cos(at.yaw)
+    poses.sin_roll, poses.cos_roll = np.sin(at.roll), np.cos(at.roll)
+    poses.shift, poses.half_span = at.shift, gap.bodies.half_span
+    poses.nominal_radius = gap.bodies.nominal_radius
+    return Wheel(wheel.y, wheel.radius, wheel.slope), poses
 
 
-@kernel
+class _Cut(NamedTuple):
+    """Strips of equal width: centres, both ends, depth; edges; centre and pressure slope of patches."""
+
+    y: FloatArray
+    lead: FloatArray
+    trail: FloatArray
+    depth: FloatArray
+    edge: FloatArray
+    centre: FloatArray
+    slope: FloatArray
+
+
+@bare_kernel
 def _cut_strips(
-    rows: IntArray, lines: FloatArray, kappa: float,
-    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], gaps: FloatArray, radii: FloatArray,
-    alongs: FloatArray, poses: FloatArray, wheel: tuple[FloatArray, FloatArray, FloatArray],
-    strip_y: FloatArray, strip_lead: FloatArray, strip_trail: FloatArray, strip_depth: FloatArray,
-    edges: FloatArray, centres: FloatArray, angles: FloatArray, maximum: FloatArray,
-    pressure_slope: FloatArray,
+    rows: IntArray, places: IntArray, counts: IntArray, patches: Records, kappa: float, profile: Profile,
+    gaps: FloatArray, radii: FloatArray, alongs: FloatArray, ends: FloatArray, rough: bool, bodies: bool,
+    poses: Records, out: _Cut,
 ) -> None:  # fmt: skip
-    """Cut patches into strips of equal width in their contact planes and make the pressure fit the load."""
-    strips = strip_y.shape[1]
-    grid_y, grid_z, slope = profile[0], profile[1], profile[2]
-    section = np.zeros(SECTION)
+    """Cut patches into strips of equal width in their contact planes and make the pressure fit the load.
+
+    What lies behind the strips of a patch is padding.
+    """
     for m in range(rows.size):
-        line = lines[m]
-        skewed = wheel[0].size > 0 and poses[rows[m], 0] != 0.0
+        one, strips = patches[m], counts[m]
+        skewed = bodies and not rough and poses[rows[m]].sin_yaw != 0.0
         gap, radius, along = gaps[rows[m]], radii[rows[m]], alongs[rows[m]]
-        start, stop = int(line[0]), int(line[1])
-        centre, delta, left, right, limit = line[2], line[3], line[6], line[7], line[10]
-        force = line[9]
-        cosine, sine = np.cos(delta), np.sin(delta)
-        k = cell_of(grid_y, centre, start, stop)
-        share = (centre - grid_y[k]) / (grid_y[k + 1] - grid_y[k])
-        centre_z = grid_z[k] + share * (grid_z[k + 1] - grid_z[k])
-        width = (right - left) / strips
-        i = start - 1
-        s_here = (grid_y[i] - centre) * cosine + (grid_z[i] - centre_z) * sine
-        s_next = (grid_y[i + 1] - centre) * cosine + (grid_z[i + 1] - centre_z) * sine
-        section[13] = section[14] = 1.0
+        ahead, behind = ends[0, places[m]], ends[1, places[m]]
+        cosine, sine = np.cos(one.angle), np.sin(one.angle)
+        k, share = share_at(profile.y, one.centre, one.first, one.last)
+        base = between(profile.z, k, share)
+        width = (one.right - one.left) / strips
+        i = one.first - 1
+        s_here = (profile.y[i] - one.centre) * cosine + (profile.z[i] - base) * sine
+        s_next = (profile.y[i + 1] - one.centre) * cosine + (profile.z[i + 1] - base) * sine
         volume, moment = 0.0, 0.0
-        for j in range(2 * strips + 1):  # strip edges and centres in turn
-            s = left + 0.5 * j * width
-            while s > s_next and i < stop:
+        for n in range(2 * strips + 1):  # strip edges and centres in turn
+            s, j = one.left + 0.5 * n * width, n // 2
+            while s > s_next and i < one.last:
                 i += 1
                 s_here = s_next
-                s_next = (grid_y[i + 1] - centre) * cosine + (grid_z[i + 1] - centre_z) * sine
+                s_next = (profile.y[i + 1] - one.centre) * cosine + (profile.z[i + 1] - base) * sine
             share = (s - s_here) / (s_next - s_here)
-            if j % 2 == 0:
-                edges[m, j // 2] = grid_y[i] + share * (grid_y[i + 1] - grid_y[i])
+            if n % 2 == 0:
+                out.edge[m, j] = between(profile.y, i, share)
                 continue
-            here = gap[i] + share * (gap[i + 1] - gap[i])
-            opening = (gap[i + 1] - gap[i]) / (grid_y[i + 1] - grid_y[i])
-            gradient = slope[i] + share * (slope[i + 1] - slope[i]) - opening
-            depth = max((limit - here) / (cosine + gradient * sine), 0.0)
-            height = grid_z[i] + share * (grid_z[i + 1] - grid_z[i])
-            ring = radius[i] + share * (radius[i + 1] - radius[i])
-            bend = kappa / (1.0 - kappa * height)
-            half = np.sqrt(strip_half_length_squared(depth, ring / cosine, bend * cosine))
-            middle = along[i] + share * (along[i + 1] - along[i])
-            lead, trail = half, -half
+            opening = (gap[i + 1] - gap[i]) / (profile.y[i + 1] - profile.y[i])
+            gradient = between(profile.slope, i, share) - opening
+            depth = max((one.rim - between(gap, i, share)) / (cosine + gradient * sine), 0.0)
+            bend = kappa / (1.0 - kappa * between(profile.z, i, share))
+            half = np.sqrt(
+                strip_half_length_squared(depth, between(radius, i, share) / cosine, bend * cosine)
+            )
+            middle = between(along, i, share)
+            lead, trail = half, half
             if skewed:
-                place = grid_y[i] + share * (grid_y[i + 1] - grid_y[i])
-                on_the_wheel(place, height, here, middle, poses[rows[m]], wheel, section)
-                if section[10] > 0.0 and depth > 0.0:
-                    circle = np.sqrt(strip_half_length_squared(limit - here, ring, section[9]))
-                    section[13] = end_of_strip(limit - here, circle, section[13], section, wheel)
-                    section[14] = end_of_strip(limit - here, -circle, section[14], section, wheel)
-                    lead, trail = half * section[13], -half * section[14]
-            strip_y[m, j // 2] = s
-            strip_lead[m, j // 2] = middle + lead
-            strip_trail[m, j // 2] = middle + trail
-            strip_depth[m, j // 2] = depth
-            half = 0.25 * (lead - trail) ** 2
-            volume += half * width
-            moment += half * width * s
-        for j in range(strips):
-            strip_y[m, j] -= moment / volume
-        centres[m] = centre + moment / volume * cosine
+                first, last = max(i, one.first), min(i + 1, one.last)
+                lead *= ahead[first] + share * (ahead[last] - ahead[first])
+                trail *= behind[first] + share * (behind[last] - behind[first])
+            out.y[m, j], out.depth[m, j] = s, depth
+            out.lead[m, j], out.trail[m, j] = middle + lead, middle - trail
+            square = 0.25 * (lead + trail) ** 2
+            volume += square * width
+            moment += square * width * s
+        centre = out.centre[m] = one.centre + moment / volume * cosine
         # Longitudinal positions count from the contact line at the centre.
-        k = cell_of(grid_y, centres[m], start, stop)
-        share = (centres[m] - grid_y[k]) / (grid_y[k + 1] - grid_y[k])
-        centre_x = along[k] + share * (along[k + 1] - along[k])
+        k, share = share_at(profile.y, centre, one.first, one.last)
+        centre_x = between(along, k, share)
         for j in range(strips):
-            strip_lead[m, j] -= centre_x
-            strip_trail[m, j] -= centre_x
-        angles[m] = delta
-        pressure_slope[m] = force / (0.5 * np.pi * volume)
-        # The deepest point of the outline, not of a strip's centre.
-        maximum[m] = force / (0.5 * np.pi * line[5]) * np.sqrt(line[8])
+            out.y[m, j] -= moment / volume
+            out.lead[m, j] -= centre_x
+            out.trail[m, j] -= centre_x
+        last = strips - 1
+        for j in range(strips, out.y.shape[1]):
+            out.y[m, j], out.depth[m, j] = out.y[m, last], 0.0
+            out.lead[m, j] = out.trail[m, j] = 0.5 * (out.lead[m, last] + out.trail[m, last])
+            out.edge[m, j + 1] = out.edge[m, strips]
+        out.slope[m] = one.force / (0.5 * np.pi * volume)
 
 
 MODEL = NormalModel(name="kik_piotrowski", solve=solve, cost=1.0, local=True, parameters=DEFAULTS)

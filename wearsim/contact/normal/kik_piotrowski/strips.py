@@ -5,103 +5,169 @@ Equations and sources: see `kik_piotrowski`.
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple, TypeAlias
+
 import numpy as np
 
 from wearsim.contact.gap import place_in, smooth_at
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import bare_kernel
 from wearsim.contact.patch import FloatArray
+
+Record: TypeAlias = Any  # one line of a numpy record array
+Records: TypeAlias = Any
+
+
+class Profile(NamedTuple):
+    """Of the counterface, at the grid points."""
+
+    y: FloatArray
+    z: FloatArray
+    slope: FloatArray
+    angle: FloatArray
+
+
+class Wheel(NamedTuple):
+    """Surface of the wheel; empty if only the gap is known."""
+
+    y: FloatArray
+    radius: FloatArray
+    slope: FloatArray
+
+
+class Row(NamedTuple):
+    """Wheel over its counterface, at the grid points.
+
+    `ahead` and `behind` are both ends of strips as multiples of those of circles, filled by `lay_strips`
+    under a yawed wheel from sections at every `stride` grid points; `mark` is the row's number, from 1.
+    """
+
+    profile: Profile
+    wheel: Wheel
+    mark: int
+    stride: int
+    gap: FloatArray
+    radius: FloatArray
+    along: FloatArray
+    ahead: FloatArray
+    behind: FloatArray
+    pose: Record
+
+
+class Strips(NamedTuple):
+    """Strips of a patch at its grid points, and what they move, for work.
+
+    Place s in the contact plane, edge to the one before, width, squared half-length, longitudinal middle;
+    squared distance from a point of the surface, integral of its displacement, two of its parts.
+    """
+
+    s: FloatArray
+    edge: FloatArray
+    width: FloatArray
+    square: FloatArray
+    middle: FloatArray
+    distance: FloatArray
+    integral: FloatArray
+    rising: FloatArray
+    reach: FloatArray
+
+
+POSE = np.dtype(
+    [(name, float) for name in ("sin_yaw", "cos_yaw", "sin_roll", "cos_roll", "shift", "half_span")]
+    + [("nominal_radius", float), ("kappa", float)]
+)
+# Section of the wheel at a grid point: components along the wheelset's axes (forward, axle, down) of the
+# wheel's point next to it, of the rolling direction (t) and of the normal to the roller's top (n); curvature
+# of the roller's section; both ends as multiples of those of circles; whether a wheel is there; its ring and
+# the row of the batch, counted from 1.
+SECTION = np.dtype(
+    [(name, float) for name in ("f", "a", "d", "t_f", "t_a", "t_d", "n_f", "n_a", "n_d", "sigma")]
+    + [("ahead", float), ("behind", float), ("met", int), ("ring", int), ("row", int)]
+)
+# First and last grid point; lateral centre of the interpenetration, z there, mean angle, sums both are from;
+# gap at the rim, normal approach, s of both ends, sum of x_l^2 widths, deepest x_l^2, force, load scale,
+# vertical displacement; while the load is balanced: pressure slope, group of patches, and deepest basin.
+PATCH = np.dtype(
+    [("first", int), ("last", int), ("centre", float), ("foot", float), ("angle", float), ("weight", float)]
+    + [(name, float) for name in ("tilt", "rim", "approach", "left", "right", "volume", "deepest", "force")]
+    + [("scale", float), ("displacement", float), ("slope", float), ("group", int), ("basin", int)]
+)
 
 _STEPS = 12  # of Newton's method, at most
 _DONE = 1e-4  # a last step, over the length: what it leaves is the half of its square, 5e-9
+_SMOOTH = (
+    0.01  # change of both ends, as multiples of circles', up to which they are taken as linear in between
+)
 _STILL = 1e-8  # m, likewise: its square over a radius of 10 mm is 1e-14 m
 
 
-@kernel
-def on_the_wheel(
-    y: float,
-    z: float,
-    gap: float,
-    along: float,
-    pose: FloatArray,
-    wheel: tuple[FloatArray, FloatArray, FloatArray],
-    point: FloatArray,
+@bare_kernel
+def _on_the_wheel(
+    y: float, z: float, gap: float, along: float, pose: Record, wheel: Wheel, at: Record
 ) -> None:
-    """Point of the wheel nearest to a place of the counterface, and the directions of its section there.
-
-    `pose` is (sin yaw, cos yaw, sin roll, cos roll, shift, half span, nominal radius, kappa). Fills `point`
-    (12,): components along the wheelset's axes (forward, axle, down) of the point, of the rolling direction
-    and of the normal to the roller's top, the curvature of the roller's section, -1 if no wheel is there,
-    and the ring.
-    """
-    sy, cy, sr, cr = pose[0], pose[1], pose[2], pose[3]
-    shift, half_span, nominal_radius, kappa = pose[4], pose[5], pose[6], pose[7]
+    """Point of the wheel nearest to a place of the counterface, and the directions of its section there."""
+    sy, cy, sr, cr = pose.sin_yaw, pose.cos_yaw, pose.sin_roll, pose.cos_roll
+    kappa = pose.kappa
     sine = kappa * along / (1.0 - kappa * (z - gap))
     cosine = np.sqrt(1.0 - sine * sine)
-    point[3], point[4], point[5] = cy * cosine, -sy * cr * cosine + sr * sine, sy * sr * cosine + cr * sine
-    point[6], point[7], point[8] = -cy * sine, sy * cr * sine + sr * cosine, -sy * sr * sine + cr * cosine
-    point[9] = kappa / (1.0 - kappa * z)
+    at.t_f, at.t_a, at.t_d = cy * cosine, -sy * cr * cosine + sr * sine, sy * sr * cosine + cr * sine
+    at.n_f, at.n_a, at.n_d = -cy * sine, sy * cr * sine + sr * cosine, -sy * sr * sine + cr * cosine
+    at.sigma = kappa / (1.0 - kappa * z)
     # From the counterface, straight down on a rail, along the radius on a roller.
     x0 = along * (1.0 - kappa * z) / (1.0 - kappa * (z - gap))
-    y0 = y - shift + half_span
-    z0 = z * cosine + kappa * x0 * x0 / ((1.0 - kappa * z) ** 2 * (1.0 + cosine)) + nominal_radius
+    y0 = y - pose.shift + pose.half_span
+    z0 = z * cosine + kappa * x0 * x0 / ((1.0 - kappa * z) ** 2 * (1.0 + cosine)) + pose.nominal_radius
     f = cy * x0 + sy * y0
-    a = -sy * cr * x0 + cy * cr * y0 + sr * z0 - half_span
+    a = -sy * cr * x0 + cy * cr * y0 + sr * z0 - pose.half_span
     d = sy * sr * x0 - cy * sr * y0 + cr * z0
     n = -gap
-    ring = int(point[11])
-    point[10] = -1.0
+    ring = at.ring
+    at.met = 0
     for _ in range(_STEPS):
-        ring = place_in(wheel[0], a + n * point[7], ring)
+        ring = place_in(wheel.y, a + n * at.n_a, ring)
         if ring < 0:
             return
-        radius, slope = smooth_at(wheel[0], wheel[1], wheel[2], ring, a + n * point[7])
-        forward, down = f + n * point[6], d + n * point[8]
+        radius, slope = smooth_at(wheel.y, wheel.radius, wheel.slope, ring, a + n * at.n_a)
+        forward, down = f + n * at.n_f, d + n * at.n_d
         length = np.sqrt(forward * forward + down * down)
-        move = (radius - length) / ((forward * point[6] + down * point[8]) / length - slope * point[7])
+        move = (radius - length) / ((forward * at.n_f + down * at.n_d) / length - slope * at.n_a)
         n += move
         if abs(move) < _STILL:
-            point[10] = 1.0
+            at.met = 1
             break
-    point[0], point[1], point[2] = f + n * point[6], a + n * point[7], d + n * point[8]
-    point[11] = ring
+    at.f, at.a, at.d = f + n * at.n_f, a + n * at.n_a, d + n * at.n_d
+    at.ring = ring
 
 
-@kernel
-def end_of_strip(
-    depth: float,
-    circle: float,
-    factor: float,
-    point: FloatArray,
-    wheel: tuple[FloatArray, FloatArray, FloatArray],
-) -> float:
-    """Where the section through `point` leaves the counterface when the wheel is pushed in by `depth`.
+@bare_kernel
+def _end_of_strip(depth: float, circle: float, factor: float, at: Record, wheel: Wheel) -> float:
+    """Where a section leaves the counterface when the wheel is pushed in by `depth`.
 
     As a multiple of `circle`, the end for circles, whose sign gives the end. Searched from the multiple
     `factor` and, if that leads nowhere, from 1; 1 if there is no end up to five times as far.
     """
     start = factor * circle
     x = start
-    ring = int(point[11])
+    ring = at.ring
     for _ in range(2 * _STEPS):
-        root = np.sqrt(1.0 - (point[9] * x) ** 2)
-        n = point[9] * x * x / (1.0 + root) - depth
-        tilt = point[9] * x / root
-        f = point[0] + x * point[3] + n * point[6]
-        a = point[1] + x * point[4] + n * point[7]
-        d = point[2] + x * point[5] + n * point[8]
-        ring = place_in(wheel[0], a, ring)
+        root = np.sqrt(1.0 - (at.sigma * x) ** 2)
+        n = at.sigma * x * x / (1.0 + root) - depth
+        tilt = at.sigma * x / root
+        f = at.f + x * at.t_f + n * at.n_f
+        a = at.a + x * at.t_a + n * at.n_a
+        d = at.d + x * at.t_d + n * at.n_d
+        ring = place_in(wheel.y, a, ring)
         opening, move = 0.0, 0.0
         if ring >= 0:
-            radius, slope = smooth_at(wheel[0], wheel[1], wheel[2], ring, a)
+            radius, slope = smooth_at(wheel.y, wheel.radius, wheel.slope, ring, a)
             length = np.sqrt(f * f + d * d)
-            opening = (f * (point[3] + tilt * point[6]) + d * (point[5] + tilt * point[8])) / length
-            opening -= slope * (point[4] + tilt * point[7])
+            opening = (f * (at.t_f + tilt * at.n_f) + d * (at.t_d + tilt * at.n_d)) / length
+            opening -= slope * (at.t_a + tilt * at.n_a)
             move = (radius - length) / opening
         if opening * circle <= 0.0 or (x + move) / circle < 0.2 or (x + move) / circle > 5.0:
             if start == circle:
                 return 1.0
             x = start = circle
-            ring = int(point[11])
+            ring = at.ring
             continue
         x += move
         if abs(move) < _DONE * abs(x):
@@ -115,15 +181,8 @@ _PAIRS = 3
 _TURN = np.pi * np.arange(1, _PAIRS + 1) / (2 * _PAIRS + 1)
 _COSINE, _WEIGHT = np.cos(_TURN), np.sin(_TURN) * np.pi / (2 * _PAIRS + 1)
 
-WORK_ROWS = 10
-"""Rows of the working array of `fill_strips`, one column per grid point."""
 
-SECTION = 16
-"""What is kept of the wheel's section at a grid point: 12 numbers of `on_the_wheel`, the row of the batch
-they belong to (counted from 1) and both ends as multiples of those of circles; one place is free."""
-
-
-@kernel
+@bare_kernel
 def strip_half_length_squared(depth: float, radius: float, sigma: float) -> float:
     """Half chord, squared, of a circle of `radius` and one of curvature `sigma` overlapping by `depth`.
 
@@ -133,7 +192,7 @@ def strip_half_length_squared(depth: float, radius: float, sigma: float) -> floa
     return chord / (4.0 * (1.0 + (radius - depth) * sigma) ** 2)
 
 
-@kernel
+@bare_kernel
 def displacement_integral(half_squared: float, distance_squared: float) -> float:
     """Integral over x of sqrt(a^2 - x^2) / sqrt(x^2 + y^2): 2 sqrt(a^2 + y^2) (K - E), by the AGM."""
     total = half_squared + distance_squared
@@ -157,16 +216,23 @@ def displacement_integral(half_squared: float, distance_squared: float) -> float
     return integral
 
 
-@kernel
-def cell_of(grid: FloatArray, place: float, first: int, last: int) -> int:
-    """Return the grid cell between `first` and `last` that holds `place`."""
+@bare_kernel
+def share_at(grid: FloatArray, place: float, first: int, last: int) -> tuple[int, float]:
+    """Grid cell between `first` and `last` that holds `place`, and the share of it before the place."""
     k = first
     while k < last - 1 and grid[k + 1] <= place:
         k += 1
-    return k
+    return k, (place - grid[k]) / (grid[k + 1] - grid[k])
 
 
-@kernel
+@bare_kernel
+def between(values: FloatArray, k: int, share: float) -> float:
+    """Value in a grid cell, linear."""
+    value: float = values[k] + share * (values[k + 1] - values[k])
+    return value
+
+
+@bare_kernel
 def _half_logarithm(value: float) -> float:
     """Return ln(value) / 2 for values from 1 to 1e10, to rounding; in a loop it takes vector instructions."""
     root = np.sqrt(np.sqrt(np.sqrt(np.sqrt(np.sqrt(np.sqrt(value))))))
@@ -179,7 +245,7 @@ def _half_logarithm(value: float) -> float:
     return half
 
 
-@kernel
+@bare_kernel
 def _exponential(value: float) -> float:
     """Return exp(value) for values from 0 to 12, to rounding; in a loop it takes vector instructions."""
     y = value / 32.0
@@ -190,16 +256,11 @@ def _exponential(value: float) -> float:
     return series
 
 
-@kernel
+@bare_kernel
 def skewed_displacement_integrals(
-    half_squared: FloatArray,
-    middle: FloatArray,
-    touch_x: float,
-    distance_squared: FloatArray,
-    rising: FloatArray,
-    reach: FloatArray,
-    integral: FloatArray,
-) -> None:
+    half_squared: FloatArray, middle: FloatArray, touch_x: float, distance_squared: FloatArray,
+    rising: FloatArray, reach: FloatArray, integral: FloatArray,
+) -> None:  # fmt: skip
     """Integrals over x of sqrt(a^2 - (x - m)^2) / sqrt(x^2 + y^2), for strips that lie ahead or behind.
 
     With x = y sinh(u) the integrand in u has no pole, only roots at both ends: Gauss-Chebyshev quadrature.
@@ -231,141 +292,140 @@ def skewed_displacement_integrals(
             integral[i] += _WEIGHT[k] * reach[i] * (np.sqrt(ahead) + np.sqrt(behind))
 
 
-@kernel
-def find_outline(
-    touch: float, limit: float, grid_y: FloatArray, angle: FloatArray, gap: FloatArray, line: FloatArray
-) -> int:
-    """Grid points around `touch` where the gap is below `limit`; their number.
-
-    Fills `line` with the first and last one, the lateral centre of the interpenetration and its mean angle,
-    and from place 13 on the weight, both as sums: weight, weight x centre, weight x angle.
-    """
+@bare_kernel
+def find_outline(touch: float, row: Row, patch: Record) -> bool:
+    """Whether the gap around `touch` is below the rim of the patch; fills in where, its centre and angle."""
+    gap, profile, limit = row.gap, row.profile, patch.rim
     start = min(max(int(touch), 1), gap.size - 2)
     if gap[start] >= limit and start < gap.size - 2:
         start += 1
     stop = start
     if gap[start] >= limit:
-        return 0
+        return False
     while start > 1 and gap[start - 1] < limit:
         start -= 1
     while stop < gap.size - 2 and gap[stop + 1] < limit:
         stop += 1
-    moment = 0.0
-    weight = 0.0
-    tilt = 0.0
+    weight, moment, tilt = 0.0, 0.0, 0.0
     for i in range(start, stop + 1):
-        g = (limit - gap[i]) * (grid_y[i + 1] - grid_y[i - 1])
+        g = (limit - gap[i]) * (profile.y[i + 1] - profile.y[i - 1])
         weight += g
-        moment += g * grid_y[i]
-        tilt += g * angle[i]
-    line[0], line[1], line[2], line[3] = start, stop, moment / weight, tilt / weight
-    line[13], line[14] = weight, tilt
-    return stop - start + 1
+        moment += g * profile.y[i]
+        tilt += g * profile.angle[i]
+    patch.first, patch.last = start, stop
+    patch.centre, patch.angle = moment / weight, tilt / weight
+    patch.weight, patch.tilt = weight, tilt
+    return True
 
 
-@kernel
-def fill_strips(
-    line: FloatArray, row: int, profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    here: tuple[FloatArray, FloatArray, FloatArray], pose: FloatArray,
-    wheel: tuple[FloatArray, FloatArray, FloatArray], skewed: bool, kappa: float, work: FloatArray,
-    sections: FloatArray,
-) -> None:  # fmt: skip
-    """Cut a patch into strips in its contact plane, at the grid points of `line`.
+@bare_kernel
+def lay_strips(patch: Record, row: Row, skewed: bool, strips: Strips, sections: Records) -> None:
+    """Cut a patch into strips in its contact plane, one at each grid point.
 
-    Fills `work` with position s in the contact plane, interpenetration g, width of the strip, squared
-    half-length and the longitudinal position of its middle; `sections` keeps the section of the wheel at each
-    grid point from one approach to the next. `line` gets the sum of x_l^2 widths, s of the left and right end
-    and the deepest x_l^2.
+    `sections` keeps the wheel's sections from one approach of a row to the next. `patch` gets the sum of
+    x_l^2 widths, s of both ends and the deepest x_l^2.
     """
-    grid_y, grid_z, slope = profile[0], profile[1], profile[2]
-    gap, radius = here[0], here[1]
-    start, stop = int(line[0]), int(line[1])
-    centre, limit = line[2], line[10]
-    cosine, sine = np.cos(line[3]), np.sin(line[3])
-    k = cell_of(grid_y, centre, start, stop)
-    share = (centre - grid_y[k]) / (grid_y[k + 1] - grid_y[k])
-    centre_z = grid_z[k] + share * (grid_z[k + 1] - grid_z[k])
-    line[15] = centre_z
+    profile = row.profile
+    start, stop = patch.first, patch.last
+    limit, centre = patch.rim, patch.centre
+    cosine, sine = np.cos(patch.angle), np.sin(patch.angle)
+    k, share = share_at(profile.y, centre, start, stop)
+    base = patch.foot = between(profile.z, k, share)
+    kappa = row.pose.kappa
     # Slices, because the compiler uses vector instructions only where no index can be negative.
     points = slice(start - 1, stop + 2)
-    y, z, tilt, opening, ring = grid_y[points], grid_z[points], slope[points], gap[points], radius[points]
-    place, depth, halves = work[0][points], work[1][points], work[3][points]
+    y, z, tilt = profile.y[points], profile.z[points], profile.slope[points]
+    opening, radius = row.gap[points], row.radius[points]
+    s, edges, widths, square = (
+        strips.s[points],
+        strips.edge[points],
+        strips.width[points],
+        strips.square[points],
+    )
     for i in range(y.size):
-        place[i] = (y[i] - centre) * cosine + (z[i] - centre_z) * sine
+        s[i] = (y[i] - centre) * cosine + (z[i] - base) * sine
     for i in range(1, y.size - 1):
         wheel_slope = tilt[i] - (opening[i + 1] - opening[i - 1]) / (y[i + 1] - y[i - 1])
         # No interpenetration where the wheel's edge makes a step of the gap: such a patch is an error later.
-        depth[i] = max((limit - opening[i]) / (cosine + wheel_slope * sine), 0.0)
-    for i in range(1, y.size - 1):
+        depth = max((limit - opening[i]) / (cosine + wheel_slope * sine), 0.0)
         bend = kappa / (1.0 - kappa * z[i])
-        halves[i] = strip_half_length_squared(depth[i], ring[i] / cosine, bend * cosine)
+        square[i] = strip_half_length_squared(depth, radius[i] / cosine, bend * cosine)
     if skewed:
-        _skew_strips(row, start, stop, limit, profile, here, pose, wheel, work, sections)
-    # Ends of the patch: where the interpenetration falls to zero.
-    share = (limit - gap[start]) / (gap[start - 1] - gap[start])
-    left = work[0, start] + share * (work[0, start - 1] - work[0, start])
-    share = (limit - gap[stop]) / (gap[stop + 1] - gap[stop])
-    right = work[0, stop] + share * (work[0, stop + 1] - work[0, stop])
-    # Each strip reaches half way to the next one.
-    edges = work[7][points]
+        _find_ends(start, stop, limit, row, sections)
+        ahead, behind = row.ahead[points], row.behind[points]
+        along, middle = row.along[points], strips.middle[points]
+        for i in range(1, y.size - 1):
+            half = np.sqrt(square[i])
+            middle[i] = along[i] + 0.5 * half * (ahead[i] - behind[i])
+            square[i] = 0.25 * square[i] * (ahead[i] + behind[i]) ** 2
+    # Ends of the patch: where the interpenetration falls to zero. Each strip reaches half way to the next.
+    last = y.size - 1
+    left = s[1] + (limit - opening[1]) / (opening[0] - opening[1]) * (s[0] - s[1])
+    right = s[last - 1] + (limit - opening[last - 1]) / (opening[last] - opening[last - 1]) * (
+        s[last] - s[last - 1]
+    )
     for i in range(1, y.size):
-        edges[i] = 0.5 * (place[i - 1] + place[i])
-    edges[1], edges[y.size - 1] = 0.5 * (left + place[1]), 0.5 * (place[y.size - 2] + right)
-    widths = work[2][points]
+        edges[i] = 0.5 * (s[i - 1] + s[i])
+    edges[1], edges[last] = 0.5 * (left + s[1]), 0.5 * (s[last - 1] + right)
     for i in range(1, y.size - 1):
         widths[i] = edges[i + 1] - edges[i]
     volume, deepest = 0.0, 0.0
     for i in range(1, y.size - 1):
-        volume += halves[i] * widths[i]
-        deepest = max(deepest, halves[i])
-    line[5], line[6], line[7], line[8] = volume, left, right, deepest
+        volume += square[i] * widths[i]
+        deepest = max(deepest, square[i])
+    patch.volume, patch.left, patch.right, patch.deepest = volume, left, right, deepest
 
 
-@kernel
-def _skew_strips(
-    row: int, start: int, stop: int, limit: float,
-    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    here: tuple[FloatArray, FloatArray, FloatArray], pose: FloatArray,
-    wheel: tuple[FloatArray, FloatArray, FloatArray], work: FloatArray, sections: FloatArray,
-) -> None:  # fmt: skip
-    """Half lengths and middles of the strips of `fill_strips` under a yawed wheel."""
-    gap, radius, along = here[0], here[1], here[2]
-    for i in range(start, stop + 1):
-        section = sections[i]
-        if section[12] != row + 1.0:
-            # The neighbour's ring and ends are near.
-            neighbour = sections[i - 1] if sections[i - 1, 12] == row + 1.0 else sections[i + 1]
-            near = neighbour[12] == row + 1.0
+@bare_kernel
+def _find_ends(start: int, stop: int, limit: float, row: Row, sections: Records) -> None:
+    """Find ends of strips under a yawed wheel, as multiples of circles': linear between sections."""
+    profile, wheel, stride = row.profile, row.wheel, row.stride
+    before, i = start, start
+    while True:
+        here, neighbour = sections[i], sections[before]
+        if here.row != row.mark:
+            # The ring and the ends of a neighbour are near.
+            known = neighbour if i > start else sections[min(i - i % stride + stride, stop)]
+            near = known.row == row.mark
             if near:
-                section[11] = neighbour[11]
-            on_the_wheel(profile[0][i], profile[1][i], gap[i], along[i], pose, wheel, section)
-            section[12] = row + 1.0
-            section[13] = neighbour[13] if near else 1.0
-            section[14] = neighbour[14] if near else 1.0
-        half = np.sqrt(work[3, i])
-        lead, trail = half, -half
-        if section[10] > 0.0:
-            circle = np.sqrt(strip_half_length_squared(limit - gap[i], radius[i], section[9]))
-            section[13] = end_of_strip(limit - gap[i], circle, section[13], section, wheel)
-            section[14] = end_of_strip(limit - gap[i], -circle, section[14], section, wheel)
-            lead, trail = half * section[13], -half * section[14]
-        work[3, i] = 0.25 * (lead - trail) ** 2
-        work[4, i] = along[i] + 0.5 * (lead + trail)
+                here.ring = known.ring
+            _on_the_wheel(profile.y[i], profile.z[i], row.gap[i], row.along[i], row.pose, wheel, here)
+            here.row = row.mark
+            here.ahead = here.behind = 1.0
+            if near:
+                here.ahead, here.behind = known.ahead, known.behind
+        if here.met > 0:
+            circle = np.sqrt(strip_half_length_squared(limit - row.gap[i], row.radius[i], here.sigma))
+            here.ahead = _end_of_strip(limit - row.gap[i], circle, here.ahead, here, wheel)
+            here.behind = _end_of_strip(limit - row.gap[i], -circle, here.behind, here, wheel)
+        else:
+            here.ahead = here.behind = 1.0
+        change = abs(here.ahead - neighbour.ahead) + abs(here.behind - neighbour.behind)
+        if change > _SMOOTH and i > before + 1:
+            i = (before + i) // 2
+            continue
+        span = max(i - before, 1)
+        for k in range(before, i + 1):
+            share = (k - before) / span
+            row.ahead[k] = neighbour.ahead + share * (here.ahead - neighbour.ahead)
+            row.behind[k] = neighbour.behind + share * (here.behind - neighbour.behind)
+        if i == stop:
+            break
+        before = i
+        i = min(i - i % stride + stride, stop)
 
 
-@kernel
-def displacement_at(
-    touch_y: float, touch_z: float, touch_x: float, line: FloatArray, skewed: bool, work: FloatArray
-) -> float:
+@bare_kernel
+def displacement_at(y: float, z: float, x: float, patch: Record, skewed: bool, strips: Strips) -> float:
     """Surface displacement at a point, over 1 / (pi E*) and the pressure slope, by the strips of a patch."""
-    start, stop = int(line[0]), int(line[1])
-    origin = (touch_y - line[2]) * np.cos(line[3]) + (touch_z - line[15]) * np.sin(line[3])
+    start, stop = patch.first, patch.last
+    origin = (y - patch.centre) * np.cos(patch.angle) + (z - patch.foot) * np.sin(patch.angle)
     points = slice(start, stop + 1)
-    edges, halves, widths = work[7][start : stop + 2], work[3][points], work[2][points]
-    distances, integrals = work[5][points], work[6][points]
-    for i in range(halves.size):
+    edges, widths, square = strips.edge[start : stop + 2], strips.width[points], strips.square[points]
+    distances, integrals = strips.distance[points], strips.integral[points]
+    for i in range(square.size):
         distances[i] = (0.5 * ((edges[i] - origin) + (edges[i + 1] - origin))) ** 2
-    for i in range(halves.size):
+    for i in range(square.size):
         # Mean of ln|s| over the strip: the logarithmic singularity at the point itself.
         lower, upper, width = edges[i] - origin, edges[i + 1] - origin, widths[i]
         if max(abs(lower), abs(upper)) < 8.0 * width:
@@ -377,12 +437,18 @@ def displacement_at(
             distances[i] = np.exp(2.0 * mean)
     if skewed:
         skewed_displacement_integrals(
-            halves, work[4][points], touch_x, distances, work[8][points], work[9][points], integrals
+            square,
+            strips.middle[points],
+            x,
+            distances,
+            strips.rising[points],
+            strips.reach[points],
+            integrals,
         )
     else:
-        for i in range(halves.size):
-            integrals[i] = displacement_integral(halves[i], distances[i])
+        for i in range(square.size):
+            integrals[i] = displacement_integral(square[i], distances[i])
     displacement = 0.0
-    for i in range(halves.size):
+    for i in range(square.size):
         displacement += integrals[i] * widths[i]
     return displacement

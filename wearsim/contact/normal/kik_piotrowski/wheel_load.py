@@ -5,379 +5,384 @@ Rule for several patches: see `kik_piotrowski`.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
-from wearsim.contact.kernel import kernel
-from wearsim.contact.normal.kik_piotrowski.strips import displacement_at, fill_strips, find_outline
+from wearsim.contact.kernel import bare_kernel
+from wearsim.contact.normal.kik_piotrowski.strips import (
+    Profile,
+    Record,
+    Records,
+    Row,
+    Strips,
+    Wheel,
+    between,
+    displacement_at,
+    find_outline,
+    lay_strips,
+)
 from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_CONTACT, NOT_SINGLE, TOO_MANY
 from wearsim.contact.patch import FloatArray, IntArray
 
 MOST_BASINS = 64
+# Place of the lowest point as a fractional grid position and its height; highest point between it and the
+# one before; basin that the flood joins it to, -1 for the deepest, and the height of the saddle. Under an
+# approach: height of the rim, how far it is separate from its parent (0 one patch or touching, 1 separate),
+# share in the condition of displacement, the basin whose patch it belongs to and that patch (-1: none).
+# `order` holds the basins by rising height.
+BASIN = np.dtype(
+    [(name, float) for name in ("place", "height", "before", "saddle", "rim", "apart", "share")]
+    + [(name, int) for name in ("parent", "owner", "patch", "order")]
+)
 
 
-@kernel
-def find_basins(
-    gap: FloatArray, highest: float, minima: FloatArray, order: IntArray, parent: IntArray, saddle: FloatArray
-) -> int:
-    """Find local minima of the gap below `highest`, how they join, and return their number.
+class Work(NamedTuple):
+    """Strips and sections of a wheel at grid points, basins, patches now and before; for work."""
 
-    Fills `minima` with their places as fractional grid positions and their heights, `order` with their
-    indices by rising height. The gap flooded from below joins each basin to a deeper one: `parent` is the
-    deepest one that holds the water it joins (-1 for the deepest of all), `saddle` the height of joining.
+    strips: Strips
+    sections: Records
+    basins: Records
+    patches: Records
+    earlier: Records
+    joins: IntArray
+    sums: FloatArray
+
+
+@bare_kernel
+def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
+    """Find local minima of the gap below `highest`, and how they join; return their number.
+
+    The gap flooded from below joins each basin to a deeper one: its parent is the deepest one that holds the
+    water it joins.
     """
     number = 0
     top = -np.inf
-    between = np.empty(MOST_BASINS)  # highest point between each minimum and the one before
     for i in range(1, gap.size - 1):
         top = max(top, gap[i])
         if gap[i] < gap[i - 1] and gap[i] <= gap[i + 1] and gap[i] < highest:
-            if number == MOST_BASINS:
+            if number == basins.size:
                 break
             bend = gap[i - 1] - 2.0 * gap[i] + gap[i + 1]
             move = 0.5 * (gap[i - 1] - gap[i + 1]) / bend
-            minima[0, number] = i + move
-            minima[1, number] = gap[i] - 0.25 * (gap[i - 1] - gap[i + 1]) * move
-            between[number] = top
+            one = basins[number]
+            one.place = i + move
+            one.height = gap[i] - 0.25 * (gap[i - 1] - gap[i + 1]) * move
+            one.before = top
             top = -np.inf
             number += 1
     for k in range(number):
         j = k
-        while j > 0 and minima[1, order[j - 1]] > minima[1, k]:
-            order[j] = order[j - 1]
+        while j > 0 and basins[basins[j - 1].order].height > basins[k].height:
+            basins[j].order = basins[j - 1].order
             j -= 1
-        order[j] = k
+        basins[j].order = k
     for k in range(number):
         # The lower of the two walks from here to the first deeper minimum, left or right.
-        parent[k], saddle[k] = -1, np.inf
+        one = basins[k]
+        one.parent, one.saddle = -1, np.inf
         for way in (-1, 1):
             height = -np.inf
             j = k
             while 0 <= j + way < number:
-                height = max(height, between[j] if way < 0 else between[j + 1])
+                height = max(height, basins[j].before if way < 0 else basins[j + 1].before)
                 j += way
-                if minima[1, j] < minima[1, k] or (minima[1, j] == minima[1, k] and j < k):
-                    if height < saddle[k]:
-                        parent[k], saddle[k] = j, height
+                if basins[j].height < one.height or (basins[j].height == one.height and j < k):
+                    if height < one.saddle:
+                        one.parent, one.saddle = j, height
                     break
     for rank in range(number):
         # Not the first deeper one but the deepest that the flood holds when it reaches the saddle.
-        k = order[rank]
-        while parent[k] >= 0 and saddle[parent[k]] <= saddle[k]:
-            parent[k] = parent[parent[k]]
+        one = basins[basins[rank].order]
+        while one.parent >= 0 and basins[one.parent].saddle <= one.saddle:
+            one.parent = basins[one.parent].parent
     return number
 
 
-LINE = 16
-"""What is kept of a patch: first and last grid point, centre y, angle, normal approach, sum of x_l^2 widths,
-s of the left and right end, deepest x_l^2, normal force, gap at the rim, load scale, vertical displacement;
-three places for work."""
-
-_TOO_THIN = 1  # grid points; what lies between two of them carries less than 1e-4 of the load
-_POWER = 1.5  # of the approach that the load grows with, as a first guess
-_BEYOND = 1.0001  # overshoot of a guess, to have the solution between two approaches
+_POWER = 1.6  # of the approach that the load grows with, as a first guess
 _COARSE = 0.02  # error of the load without skew from which one more step leads to that with skew
+_ROUGH = 0.01  # error of the load of rough solutions
+_TRIALS = 200
+_DEEPEST = 0.01  # m, of an approach
 _FAINT = 1e-4  # share of a basin in the condition of displacement that is left out
 
 
-@kernel
-def _spread(
-    approach: float, low: float, number: int, minima: FloatArray, order: IntArray, parent: IntArray,
-    saddle: FloatArray, factor: float, basins: FloatArray,
-) -> None:  # fmt: skip
-    """Rim and patch of each basin under an approach.
-
-    Fills `basins` with: 0 height of the rim, 1 the basin whose patch it belongs to (-1: none), 2 how far it
-    is separate from its parent (0 one patch or touching, 1 separate), 3 its share in the displacement
-    condition.
-    """
+@bare_kernel
+def _spread(approach: float, factor: float, number: int, basins: Records) -> None:
+    """Rim and patch of each basin under an approach of the deepest."""
+    low = basins[basins[0].order].height
     depth = factor * approach
     for rank in range(number):
-        k = order[rank]
-        p = parent[k]
-        if p < 0:
-            basins[0, k], basins[1, k], basins[2, k], basins[3, k] = low + depth, k, 1.0, 1.0
+        k = basins[rank].order
+        one = basins[k]
+        one.patch = -1
+        if one.parent < 0:
+            one.rim, one.owner, one.apart, one.share = low + depth, k, 1.0, 1.0
             continue
-        height, joined = minima[1, k], basins[0, p]
-        apart = (saddle[k] - max(height, joined)) / depth
-        apart = min(max(apart, 0.0), 1.0)
-        rim = joined + (height + factor * (approach - (height - low)) - joined) * apart
-        basins[0, k], basins[2, k] = rim, apart
-        basins[1, k], basins[3, k] = -1.0, 0.0
-        if rim > height:
-            basins[1, k] = basins[1, p] if saddle[k] < joined else k
-            deeper = joined - minima[1, p]
-            if deeper > 0.0 and saddle[k] > minima[1, p]:
-                share = (saddle[k] - height) / (saddle[k] - minima[1, p]) * (rim - height) / deeper
-                basins[3, k] = basins[3, p] * max(share, 0.0) ** 3
-            else:
-                basins[3, k] = 1.0
+        other = basins[one.parent]
+        one.apart = min(max((one.saddle - max(one.height, other.rim)) / depth, 0.0), 1.0)
+        one.rim = other.rim + (one.height + factor * (approach - (one.height - low)) - other.rim) * one.apart
+        one.owner, one.share = -1, 0.0
+        if one.rim > one.height:
+            one.owner = other.owner if one.saddle < other.rim else k
+            one.share = 1.0
+            if other.rim > other.height and one.saddle > other.height:
+                share = (one.saddle - one.height) / (one.saddle - other.height)
+                share *= (one.rim - one.height) / (other.rim - other.height)
+                one.share = other.share * max(share, 0.0) ** 3
 
 
-@kernel
-def _amplitude(
-    group: IntArray, chosen: int, number: int, factor: float, first: IntArray, minima: FloatArray,
-    basins: FloatArray, lobe: IntArray, profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    here: tuple[FloatArray, FloatArray, FloatArray], skewed: bool, work: FloatArray, lines: FloatArray,
-) -> float:  # fmt: skip
+@bare_kernel
+def _slope_of(group: int, used: int, factor: float, number: int, row: Row, skewed: bool, work: Work) -> float:
     """Find the common pressure slope of a group of patches, over pi E*: approach over displacement."""
+    basins, patches, profile = work.basins, work.patches, row.profile
     # The deepest basin of the group leads; a rim lowered by a neighbour means less approach too.
     lead = 0
-    while group[lead] != chosen:
+    while patches[lead].group != group:
         lead += 1
-    height = minima[1, first[lead]]
-    bottom = height + (basins[0, first[lead]] - height) / factor
+    first = basins[patches[lead].basin]
+    bottom = first.height + (first.rim - first.height) / factor
     largest = 0.0
     for k in range(number):
-        if lobe[k] >= 0 and group[lobe[k]] == chosen:
-            largest = max(largest, basins[3, k])
+        if basins[k].patch >= 0 and patches[basins[k].patch].group == group:
+            largest = max(largest, basins[k].share)
     pushed, moved = 0.0, 0.0
     for k in range(number):
-        if lobe[k] < 0 or group[lobe[k]] != chosen or basins[3, k] < _FAINT * largest:
+        one = basins[k]
+        if one.patch < 0 or patches[one.patch].group != group or one.share < _FAINT * largest:
             continue
-        weight = basins[3, k]
-        cell = int(minima[0, k])
-        share = minima[0, k] - cell
-        y = profile[0][cell] + share * (profile[0][cell + 1] - profile[0][cell])
-        z = profile[1][cell] + share * (profile[1][cell + 1] - profile[1][cell])
-        x = here[2][cell] + share * (here[2][cell + 1] - here[2][cell])
-        pushed += weight * (bottom - minima[1, k]) * np.cos(lines[lobe[k], 3])
-        for j in range(group.size):
-            if group[j] == chosen:
-                moved += weight * displacement_at(y, z, x, lines[j], skewed, work)
+        cell = int(one.place)
+        share = one.place - cell
+        y, z = between(profile.y, cell, share), between(profile.z, cell, share)
+        x = between(row.along, cell, share)
+        pushed += one.share * (bottom - one.height) * np.cos(patches[one.patch].angle)
+        for j in range(used):
+            if patches[j].group == group:
+                moved += one.share * displacement_at(y, z, x, patches[j], skewed, work.strips)
     return pushed / moved
 
 
-@kernel
+@bare_kernel
+def _partner(patch: Record, basins: Records) -> int:
+    """Patch of the next deeper basin that has one; -1 for the deepest."""
+    k = basins[patch.basin].parent
+    while k >= 0 and basins[k].patch < 0:
+        k = basins[k].parent
+    other: int = basins[k].patch if k >= 0 else -1
+    return other
+
+
+@bare_kernel
 def _wheel_load(
-    approach: float, low: float, row: int, number: int, minima: FloatArray, order: IntArray, parent: IntArray,
-    saddle: FloatArray, factor: float, vertical: bool,
-    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    here: tuple[FloatArray, FloatArray, FloatArray], pose: FloatArray,
-    wheel: tuple[FloatArray, FloatArray, FloatArray], skewed: bool, kappa: float, modulus: float,
-    basins: FloatArray, work: FloatArray, sections: FloatArray, lines: FloatArray,
+    approach: float, factor: float, modulus: float, vertical: bool, number: int, row: Row, skewed: bool,
+    work: Work,
 ) -> tuple[float, int]:  # fmt: skip
-    """Load of all patches of one wheel under a rigid approach; `lines` gets one line per patch."""
-    _spread(approach, low, number, minima, order, parent, saddle, factor, basins)
-    lobe = np.full(number, -1)
-    first = np.empty(number, np.int64)  # deepest basin of each patch
-    lobes = 0
+    """Load of all patches of one wheel under a rigid approach, and their number."""
+    basins, patches, joins, sums = work.basins, work.patches, work.joins, work.sums
+    _spread(approach, factor, number, basins)
+    used = 0
     for rank in range(number):
-        k = order[rank]
-        if int(basins[1, k]) == k:
-            line = lines[lobes]
-            line[10] = basins[0, k]
-            count = find_outline(minima[0, k], line[10], profile[0], profile[3], here[0], line)
-            if count >= _TOO_THIN:
-                lobe[k] = lobes
-                first[lobes] = k
-                lobes += 1
-        elif basins[1, k] >= 0.0:
-            lobe[k] = lobe[int(basins[1, k])]
-    if lobes == 0:
-        return 0.0, 0
+        k = basins[rank].order
+        one = basins[k]
+        if one.owner == k:
+            patches[used].rim = one.rim
+            if find_outline(one.place, row, patches[used]):
+                patches[used].basin = k
+                patches[used].group = one.patch = used
+                used += 1
+        elif one.owner >= 0:
+            one.patch = basins[one.owner].patch
     # Patches that are not quite separate lean towards a common plane and a common pressure slope: the pairs
     # of one saddle after the other, the lowest first.
-    group = np.arange(lobes)
-    joins = np.empty(lobes, np.int64)
-    for j in range(lobes):
+    for j in range(used):
         place = j
-        while place > 0 and saddle[first[joins[place - 1]]] > saddle[first[j]]:
+        while place > 0 and basins[patches[joins[place - 1]].basin].saddle > basins[patches[j].basin].saddle:
             joins[place] = joins[place - 1]
             place -= 1
         joins[place] = j
-    weights, tilts = lines[:, 13].copy(), lines[:, 14].copy()
-    for n in range(lobes):
-        other = _partner(joins[n], first, parent, lobe)
+        sums[0, j], sums[1, j] = patches[j].weight, patches[j].tilt
+    for n in range(used):
+        other = _partner(patches[joins[n]], basins)
         if other < 0:
             continue
-        a, b = group[joins[n]], group[other]
-        apart = basins[2, first[joins[n]]]
-        weight, tilt = weights[a] + weights[b], tilts[a] + tilts[b]
-        for j in range(lobes):
-            if group[j] == a or group[j] == b:
-                group[j] = b
+        a, b = patches[joins[n]].group, patches[other].group
+        apart = basins[patches[joins[n]].basin].apart
+        sums[0, b] += sums[0, a]
+        sums[1, b] += sums[1, a]
+        for j in range(used):
+            if patches[j].group == a or patches[j].group == b:
+                patches[j].group = b
                 if apart < 1.0:
-                    lines[j, 3] = apart * lines[j, 3] + (1.0 - apart) * tilt / weight
-        weights[b], tilts[b] = weight, tilt
-    slope = np.empty(lobes)
-    for j in range(lobes):
-        fill_strips(lines[j], row, profile, here, pose, wheel, skewed, kappa, work, sections)
-        group[j] = j
-    for j in range(lobes):
-        slope[j] = _amplitude(
-            group, j, number, factor, first, minima, basins, lobe, profile, here, skewed, work, lines
-        )
-    for n in range(lobes):
-        other = _partner(joins[n], first, parent, lobe)
-        if other < 0:
-            continue
-        a, b = group[joins[n]], group[other]
-        apart = basins[2, first[joins[n]]]
-        for j in range(lobes):
-            if group[j] == a:
-                group[j] = b
-        if apart < 1.0:
-            common = _amplitude(
-                group, b, number, factor, first, minima, basins, lobe, profile, here, skewed, work, lines
-            )
-            for j in range(lobes):
-                if group[j] == b:
-                    slope[j] = apart * slope[j] + (1.0 - apart) * common
+                    patches[j].angle = apart * patches[j].angle + (1.0 - apart) * sums[1, b] / sums[0, b]
+    for j in range(used):
+        lay_strips(patches[j], row, skewed, work.strips, work.sections)
+        patches[j].group = j
+    # Each patch for itself, then the pairs.
+    for n in range(2 * used):
+        one = patches[n if n < used else joins[n - used]]
+        group, apart = one.group, 0.0
+        if n >= used:
+            other = _partner(one, basins)
+            apart = basins[one.basin].apart
+            if other < 0:
+                continue
+            for j in range(used):
+                if patches[j].group == group:
+                    patches[j].group = patches[other].group
+            group = patches[other].group
+            if apart == 1.0:
+                continue
+        slope = _slope_of(group, used, factor, number, row, skewed, work)
+        for j in range(used):
+            if patches[j].group == group:
+                old = patches[j].slope if n >= used else 0.0
+                patches[j].slope = apart * old + (1.0 - apart) * slope
     total = 0.0
-    for j in range(lobes):
-        line = lines[j]
-        cosine = np.cos(line[3])
-        line[4] = (approach - (minima[1, first[j]] - low)) * cosine
-        line[9] = np.pi * modulus * slope[j] * (0.5 * np.pi * line[5])
-        total += line[9] * cosine if vertical else line[9]
-    return total, lobes
+    low = basins[basins[0].order].height
+    for j in range(used):
+        one = patches[j]
+        cosine = np.cos(one.angle)
+        one.approach = (approach - (basins[one.basin].height - low)) * cosine
+        one.force = np.pi * modulus * one.slope * (0.5 * np.pi * one.volume)
+        total += one.force * cosine if vertical else one.force
+    return total, used
 
 
-@kernel
-def _partner(patch: int, first: IntArray, parent: IntArray, lobe: IntArray) -> int:
-    """Patch of the next deeper basin that has one; -1 for the deepest."""
-    k = parent[first[patch]]
-    while k >= 0 and lobe[k] < 0:
-        k = parent[k]
-    return lobe[k] if k >= 0 else -1
-
-
-@kernel
-def _move_on(lines: FloatArray, earlier: FloatArray, gap: FloatArray, share: float) -> bool:
+@bare_kernel
+def _move_on(work: Work, used: int, gap: FloatArray, share: float) -> bool:
     """Carry patches on by `share` of how they changed since an earlier approach.
 
     Only if they keep their grid points, and the square of the change is too small to matter.
     """
-    for j in range(lines.shape[0]):
-        start, stop = int(lines[j, 0]), int(lines[j, 1])
-        if start != earlier[j, 0] or stop != earlier[j, 1]:
+    for j in range(used):
+        one, old = work.patches[j], work.earlier[j]
+        if one.first != old.first or one.last != old.last or one.basin != old.basin:
             return False
-        rim = lines[j, 10] + share * (lines[j, 10] - earlier[j, 10])
-        if min(gap[start - 1], gap[stop + 1]) < rim or max(gap[start], gap[stop]) >= rim:
+        rim = one.rim + share * (one.rim - old.rim)
+        if min(gap[one.first - 1], gap[one.last + 1]) < rim or max(gap[one.first], gap[one.last]) >= rim:
             return False
-        change = lines[j, 9] - earlier[j, 9]
-        if abs(share) * change * change > 1e-9 * lines[j, 9] ** 2:
+        if abs(share) * (one.force - old.force) ** 2 > 1e-9 * one.force**2:
             return False
-    for j in range(lines.shape[0]):
-        for k in range(2, LINE):
-            lines[j, k] += share * (lines[j, k] - earlier[j, k])
+    for j in range(used):
+        one, old = work.patches[j], work.earlier[j]
+        one.rim += share * (one.rim - old.rim)
+        one.centre += share * (one.centre - old.centre)
+        one.foot += share * (one.foot - old.foot)
+        one.angle += share * (one.angle - old.angle)
+        one.approach += share * (one.approach - old.approach)
+        one.left += share * (one.left - old.left)
+        one.right += share * (one.right - old.right)
+        one.volume += share * (one.volume - old.volume)
+        one.deepest += share * (one.deepest - old.deepest)
+        one.force += share * (one.force - old.force)
     return True
 
 
-@kernel
+@bare_kernel
+def _find_approach(
+    load: float, guess: float, factor: float, modulus: float, vertical: bool, number: int, row: Row,
+    yawed: bool, rough: bool, work: Work,
+) -> tuple[float, float, int]:  # fmt: skip
+    """Approach of a wheel under its load, the load of its patches as they are left, and their number."""
+    # Hertz-like guess for a sphere of the wheel's radius; under yaw, strips without skew first: they cost
+    # little and lead near the solution.
+    skewed = yawed and not rough and guess > 0.0
+    approach = guess if guess > 0.0 else 0.8 * (load / modulus) ** (2.0 / 3.0)
+    lower, upper, power = 0.0, np.inf, _POWER
+    before, load_before, value, used = 0.0, 0.0, 0.0, 0
+    for trial in range(_TRIALS):
+        value, used = _wheel_load(approach, factor, modulus, vertical, number, row, skewed, work)
+        excess = value / load - 1.0
+        if skewed == yawed or rough:
+            if abs(excess) < (_ROUGH if rough else 1e-9):
+                break
+            share = (load - value) / (value - load_before) if before > 0.0 and value != load_before else 1.0
+            if abs(share) < 0.1 and _move_on(work, used, row.gap, share):
+                return approach + share * (approach - before), load, used
+            for j in range(work.earlier.size):
+                if j < used:
+                    work.earlier[j] = work.patches[j]
+                else:
+                    work.earlier[j].first = -1
+        if excess < 0.0:
+            lower = approach
+        else:
+            upper = approach
+        if upper - lower < 1e-14 * upper or lower > _DEEPEST:
+            break
+        # The power of the approach that the last two loads show.
+        if before > 0.0 and before != approach and load_before > 0.0 and value > 0.0:
+            power = min(max(np.log(value / load_before) / np.log(approach / before), 1.0), 6.0)
+        before, load_before = approach, value
+        grow = (load / value) ** (1.0 / power) if value > 0.0 else 4.0
+        approach *= min(max(grow, 0.1), 4.0)
+        if upper < np.inf and (trial % 8 == 7 or not lower < approach < upper):
+            approach = 0.5 * (lower + upper)
+        if yawed and not skewed and not rough and abs(excess) < _COARSE:
+            skewed, lower, upper, before = True, 0.0, np.inf, 0.0
+    return approach, value, used
+
+
+@bare_kernel
 def balance(
-    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], gaps: FloatArray, radii: FloatArray,
-    alongs: FloatArray, poses: FloatArray, wheel: tuple[FloatArray, FloatArray, FloatArray], kappa: float,
-    load: FloatArray, vertical: bool, factor: float, modulus: float, work: FloatArray, sections: FloatArray,
-    count: IntArray, fault: IntArray, patches: FloatArray,
+    rows: IntArray, load: FloatArray, start: FloatArray, start_load: FloatArray, vertical: bool, rough: bool,
+    factor: float, modulus: float, gaps: FloatArray, lowest: FloatArray, radii: FloatArray,
+    alongs: FloatArray, poses: Records, ends: FloatArray, profile: Profile, wheel: Wheel, stride: int,
+    work: Work, count: IntArray, fault: IntArray, patches: Records,
 ) -> None:  # fmt: skip
     """Find the approach of each row that carries its load.
 
-    `profile` is (y, z, slope, angle) of the counterface, `poses` (n, 8) as for `on_the_wheel`: rows with yaw
-    get skewed strips if `wheel` has rings. `patches` (n, most, LINE) gets a line per patch, by falling force.
+    `start` (n,) holds the vertical displacement under the load `start_load`, or NaN; `lowest` the minimum of
+    each gap. Rows with yaw get skewed strips if the wheel has a surface. `patches` (n, most) are in the order
+    of falling force.
     """
-    minima, saddle = np.empty((2, MOST_BASINS)), np.empty(MOST_BASINS)
-    order, parent = np.empty(MOST_BASINS, np.int64), np.empty(MOST_BASINS, np.int64)
-    basins, lines = np.empty((4, MOST_BASINS)), np.empty((MOST_BASINS, LINE))
-    earlier = np.empty((MOST_BASINS, LINE))
-    for row in range(load.size):
-        here = (gaps[row], radii[row], alongs[row])
-        gap = here[0]
-        skewed = wheel[0].size > 0 and poses[row, 0] != 0.0
-        low = gap.min()
-        if low >= NO_WHEEL:
-            fault[row] = NO_CONTACT
+    for k in range(load.size):
+        r = rows[k]
+        row = Row(
+            profile, wheel, k + 1, stride, gaps[r], radii[r], alongs[r], ends[0, k], ends[1, k], poses[r]
+        )
+        gap = row.gap
+        if lowest[r] >= NO_WHEEL:
+            fault[r] = NO_CONTACT
             continue
-        # Hertz-like guess for a sphere of the wheel's radius; then grow until the load is exceeded.
-        approach = (load[row] / modulus) ** (2.0 / 3.0) * 0.8
-        number = find_basins(gap, low + 0.02, minima, order, parent, saddle)
+        number = find_basins(gap, lowest[r] + 0.02, work.basins)
         if number == 0:
-            fault[row] = AT_EDGE
+            fault[r] = AT_EDGE
             continue
-        low = minima[1, order[0]]
-        lower, upper, load_lower, load_upper = 0.0, -1.0, 0.0, 0.0
-        value, used = 0.0, 0
-        # Under yaw, strips without skew first: they cost little and lead near the solution.
-        coarse = skewed
-        before, load_before, power = 0.0, 0.0, _POWER
-        for trial in range(200):
-            value, used = _wheel_load(
-                approach, low, row, number, minima, order, parent, saddle, factor, vertical, profile, here,
-                poses[row], wheel, skewed and (not coarse), kappa, modulus, basins, work, sections, lines,
-            )  # fmt: skip
-            excess = value / load[row] - 1.0
-            if not coarse:
-                if abs(excess) < 1e-9:
-                    break
-                share = (load[row] - value) / (value - load_before) if before > 0.0 else 1.0
-                if abs(share) < 0.1 and _move_on(lines[:used], earlier, gap, share):
-                    approach += share * (approach - before)
-                    value = load[row]
-                    break
-                earlier[:used] = lines[:used]
-                earlier[used:, 0] = -1.0
-            if excess < 0.0:
-                lower, load_lower = approach, value
-            else:
-                upper, load_upper = approach, value
-            if abs(excess) < 0.1 and trial < 20 and (before > 0.0 or power != _POWER):
-                # Near the solution: the power of the approach that the last two loads show.
-                if before > 0.0:
-                    power = np.log(value / load_before) / np.log(approach / before)
-                aim = approach * (load[row] / value) ** (1.0 / power) if 1.0 < power < 6.0 else 0.0
-                if lower < aim and (aim < upper or upper < 0.0):
-                    before, load_before = approach, value
-                    approach = aim
-                    if coarse and abs(excess) < _COARSE:
-                        coarse, lower, upper, before = False, 0.0, -1.0, 0.0
-                    continue
-            if coarse and abs(excess) < 1e-3:
-                coarse, lower, upper, before = False, 0.0, -1.0, 0.0
-                continue
-            before, load_before = approach, value
-            if upper < 0.0:
-                grow = (load[row] / value) ** (2.0 / 3.0) * _BEYOND if value > 0.0 else 4.0
-                approach *= min(max(grow, 1.0 + 1e-9), 4.0)
-                if approach > 0.01:
-                    break
-            elif lower == 0.0:
-                shrink = (load[row] / value) ** (2.0 / 3.0) / _BEYOND
-                approach *= min(max(shrink, 0.1), 1.0 - 1e-9)
-            else:
-                if upper - lower < 1e-14 * upper:
-                    break
-                # N grows about as the 1.5th power: secant in N^(2/3), guarded by bisection.
-                a, b = load_lower ** (2.0 / 3.0), load_upper ** (2.0 / 3.0)
-                approach = lower + (upper - lower) * (load[row] ** (2.0 / 3.0) - a) / (b - a)
-                margin = 1e-3 * (upper - lower) if trial < 40 else 0.5 * (upper - lower)
-                approach = min(max(approach, lower + margin), upper - margin)
+        low = work.basins[work.basins[0].order].height
+        guess = (start[k] - low) * (load[k] / start_load[k]) ** (1.0 / _POWER)
+        yawed = wheel.y.size > 0 and row.pose.sin_yaw != 0.0
+        approach, value, used = _find_approach(
+            load[k], guess, factor, modulus, vertical, number, row, yawed, rough, work
+        )
         if used == 0 or not value > 0.0:
-            fault[row] = AT_EDGE
+            fault[r] = AT_EDGE
             continue
         # Pressures are scaled to the last digits of the load.
-        scale = load[row] / value
+        scale = load[k] / value
         if abs(scale - 1.0) > 0.3:
-            fault[row] = NO_BALANCE
+            fault[r] = NO_BALANCE
             continue
         if used > patches.shape[1]:
-            fault[row] = TOO_MANY
+            fault[r] = TOO_MANY
             continue
         if used > 1 and not vertical:
-            fault[row] = NOT_SINGLE
+            fault[r] = NOT_SINGLE
             continue
-        count[row] = used
+        count[k] = used
         for rank in range(used):  # by falling normal force
             best = 0
             for other in range(used):
-                if lines[other, 9] > lines[best, 9]:
+                if work.patches[other].force > work.patches[best].force:
                     best = other
-            line = lines[best]
-            start, stop = int(line[0]), int(line[1])
-            if start <= 2 or stop >= gap.size - 3 or gap[start - 1] >= NO_WHEEL or gap[stop + 1] >= NO_WHEEL:
-                fault[row] = AT_EDGE
-            patches[row, rank] = line
-            patches[row, rank, 9] *= scale
-            patches[row, rank, 11] = scale
-            patches[row, rank, 12] = low + approach
-            lines[best, 9] = -1.0
+            patches[k, rank] = work.patches[best]
+            work.patches[best].force = -1.0
+            one = patches[k, rank]
+            if min(one.first - 2, gap.size - 3 - one.last) <= 0 or (
+                max(gap[one.first - 1], gap[one.last + 1]) >= NO_WHEEL
+            ):
+                fault[r] = AT_EDGE
+            one.force *= scale
+            one.scale = scale
+            one.displacement = low + approach

@@ -41,8 +41,9 @@ import numpy as np
 
 from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import plain
-from wearsim.contact.normal.knothe_le_the.equations import influence_table
-from wearsim.contact.normal.knothe_le_the.wheel import solve_patches
+from wearsim.contact.normal.knothe_le_the.equations import Pairs, Work, influence_table
+from wearsim.contact.normal.knothe_le_the.strips import LOBES, PATCH, PLANE, SPAN, STRIP, Records
+from wearsim.contact.normal.knothe_le_the.wheel import Cut, cut_patches, solve_wheels
 from wearsim.contact.normal.model import (
     MOST_PATCHES,
     NormalModel,
@@ -82,46 +83,100 @@ def solve(
     """Patches and pressures of every row; contract in `normal.model`.
 
     Own parameter: "solved_strips", strips solved for in each part of the profile in contact, 20 by default;
-    the strips of the solution are interpolated from them.
+    the strips of the solution are interpolated from them. Rough solutions have strips fitted once.
     """
-    count = int(min(max({**DEFAULTS, **parameters}["solved_strips"], _FEWEST), _MOST))
-    rows, gap, strips = load.size, gap.take(row), resolution.strips
-    number, fault = np.zeros(rows, np.int64), np.zeros(rows, np.int64)
-    shape = (rows, MOST_PATCHES, strips)
-    y, half, skew, slope = (np.empty(shape) for _ in range(4))
-    edges = np.empty((rows, MOST_PATCHES, strips + 1))
-    values = np.empty((rows, MOST_PATCHES, 13))
-    solve_patches(
-        plain(load), vertical, effective_modulus, count, gap.counterface.y, gap.counterface.z,
-        gap.counterface.slope, gap.counterface.angle, gap.gap, gap.wheel_radius, gap.x, gap.curvature,
-        influence_table(), _ellipses(), number, fault, y, half, skew, slope, edges, values,
+    solved = int(min(max({**DEFAULTS, **parameters}["solved_strips"], _FEWEST), _MOST))
+    rows, most = load.size, 4 * solved
+    number, fault = np.zeros(rows, np.int64), np.zeros(gap.gap.shape[0], np.int64)
+    patches: Records = np.zeros((rows, MOST_PATCHES), PATCH).view(np.recarray)
+    nodes = np.empty((3, rows, MOST_PATCHES, most + 2))
+    surface, lowest = gap.counterface, gap.gap.min(axis=1)
+    profile = (surface.y, surface.z, surface.slope, surface.angle)
+    begin = np.full(rows, np.nan)
+    if start is not None:
+        begin[np.searchsorted(row, start.patch.row)] = start.vertical_displacement
+    work = _work(most)
+    solve_wheels(
+        row, plain(load), begin, vertical, rough, effective_modulus, solved, profile, gap.gap, lowest,
+        gap.wheel_radius, gap.x, gap.curvature, influence_table(), _ellipses(), work, number, fault, patches,
+        nodes,
     )  # fmt: skip
     raise_first(fault)
     used = np.arange(MOST_PATCHES) < number[:, None]
-    y, half, skew, values = y[used], half[used], skew[used], values[used]
+    place, rank = np.nonzero(used)
+    patches, of = patches[used], row[place]
+    width = patches.stop - patches.start
+    strips = resolution.strips_across(width)
+    shape = (place.size, int(strips.max(initial=0)))
+    y, half, middle, slope = np.empty((4, *shape))
+    out = Cut(y, half, middle, slope, np.empty((shape[0], shape[1] + 1)))
+    cut_patches(
+        of, place, rank, strips, patches, nodes, profile, gap.gap, lowest, gap.x, np.empty(most + 2),
+        work.share, out,
+    )  # fmt: skip
+    lead, trail = out.middle + out.half, out.middle - out.half
     patch = Patch(
-        row=np.repeat(row, number),
-        y=y,
-        width=values[:, 7].copy(),
-        x_lead=skew + half,
-        x_trail=skew - half,
-        pressure_slope=slope[used],
-        interpenetration=np.zeros_like(y),
-        strips=np.full(y.shape[0], strips),
-        cells=cells_of(resolution, skew + half, skew - half),
+        row=of,
+        y=out.y,
+        width=width / strips,
+        x_lead=lead,
+        x_trail=trail,
+        pressure_slope=out.slope,
+        interpenetration=np.zeros(shape),
+        strips=strips,
+        cells=cells_of(resolution, lead, trail),
     )
-    centre, angle, approach, force, maximum, scale, displacement = values[:, :7].T.copy()
     return NormalSolution(
         patch=patch,
-        centre_y=centre,
-        contact_angle=angle,
-        approach=approach,
-        normal_force=force,
-        max_pressure=maximum,
-        edge_y=edges[used],
-        load_scale=scale,
-        vertical_displacement=displacement,
-        reference_point=ReferencePoint(*values[:, [8, 10, 11, 12]].T.copy()),
+        centre_y=patches.centre.copy(),
+        contact_angle=patches.angle.copy(),
+        approach=patches.approach.copy(),
+        normal_force=patches.force.copy(),
+        max_pressure=patches.pressure.copy(),
+        edge_y=out.edge,
+        load_scale=patches.scale.copy(),
+        vertical_displacement=lowest[of] + patches.displacement,
+        reference_point=ReferencePoint(
+            patches.point.copy(), patches.point_approach.copy(), patches.across.copy(), patches.along.copy()
+        ),
+    )
+
+
+def _work(most: int) -> Work:
+    """Room for the strips of a wheel and their equations."""
+
+    def records(size: int, dtype: np.dtype[np.void]) -> Records:
+        return np.zeros(size, dtype).view(np.recarray)
+
+    def square(size: int) -> FloatArray:
+        return np.empty((size, size))
+
+    unknowns = 2 * most + 1
+    return Work(
+        strips=records(most, STRIP),
+        pairs=Pairs(square(most), square(most), square(most)),
+        before=records(most, STRIP),
+        old=records(most, STRIP),
+        spans=records(LOBES, SPAN),
+        fresh=records(LOBES, SPAN),
+        planes=records(LOBES, PLANE),
+        share=np.eye(LOBES),
+        active=np.empty(most, np.int64),
+        made_for=np.zeros(most + 1, np.int64),
+        scale=np.empty(3),
+        matrix=square(unknowns),
+        right=np.empty(unknowns),
+        taken=np.empty(unknowns),
+        barred=np.empty(most),
+        plain=square(most + 1),
+        near=square(most),
+        far=square(most),
+        bow=np.empty(most),
+        logs=np.empty(most),
+        base=np.empty(most),
+        terms=np.empty((6, most, most)),
+        expanded=np.zeros(most + 1, np.int64),
+        sums=np.empty((3, most)),
     )
 
 

@@ -17,26 +17,13 @@ one table for the shorter strip over the longer one holds both, and the derivati
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
-from wearsim.contact.kernel import kernel
-from wearsim.contact.normal.knothe_le_the.strips import (
-    ANGLE,
-    COSINE,
-    GAP,
-    LOAD,
-    RADIUS,
-    SIGMA,
-    SQUARE,
-    TURN,
-    WIDTH,
-    Y,
-    Z,
-    bow_of,
-    influence_share,
-)
+from wearsim.contact.kernel import bare_kernel
+from wearsim.contact.normal.knothe_le_the.strips import Record, Records, Row, bow_of, influence_share
 from wearsim.contact.patch import FloatArray, IntArray
 
 # Table over ln(shorter/longer) and ln(Y): start and steps per unit. Linear interpolation in these steps is
@@ -103,7 +90,7 @@ def influence_table() -> FloatArray:
     return table
 
 
-@kernel
+@bare_kernel
 def averages(table: FloatArray, ratio: float, distance: float) -> tuple[float, float, float]:
     """N, M of the shorter and M of the longer strip at ln(shorter/longer) and ln(Y)."""
     x, y = (ratio - RATIO_START) * RATIO_STEPS, (distance - DISTANCE_START) * DISTANCE_STEPS
@@ -121,7 +108,7 @@ def averages(table: FloatArray, ratio: float, distance: float) -> tuple[float, f
     return a + x * (d - a), b + x * (e - b), c + x * (f - c)
 
 
-@kernel
+@bare_kernel
 def averages_and_slopes(
     table: FloatArray, ratio: float, distance: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -154,7 +141,7 @@ def averages_and_slopes(
     )
 
 
-@kernel
+@bare_kernel
 def in_the_middle(table: FloatArray, distance: float) -> float:
     """F in the middle of a strip, X = 0, at ln(Y): what a strip without length sees."""
     y = (distance - DISTANCE_START) * DISTANCE_STEPS
@@ -163,165 +150,234 @@ def in_the_middle(table: FloatArray, distance: float) -> float:
     return value
 
 
-# Layers of `pairs`: logarithms of the distance to the nearer and to the farther edge, the same for both of a
-# pair (of strips of unlike width the mean is taken), and the share of the elastic influence.
-NEARER, FARTHER, SHARE = range(3)
+class Pairs(NamedTuple):
+    """Logarithms of the distance of a strip to the nearer and to the farther edge of another.
+
+    The same for both of a pair (of strips of unlike width the mean is taken); and the share of the elastic
+    influence.
+    """
+
+    nearer: FloatArray
+    farther: FloatArray
+    share: FloatArray
 
 
-@kernel
-def pair_up(strips: FloatArray, lobe: IntArray, total: int, pairs: FloatArray) -> None:
+class Work(NamedTuple):
+    """Strips of a wheel, their equations, and what is kept of them from one set to the next.
+
+    `matrix` (2 n + 1, 2 n + 1) and `right` are Newton's, `made_for` how many and which strips its factors
+    were made for, `scale` what its unknowns are over, `taken` the last step, `barred` how often a strip lost
+    its pressure; `plain`, `near` and `far` (n, n) are those of given lengths. Of the strips with pressure,
+    `active` which these are, `logs` of the half-lengths, `terms` (6, n, n) the averages' expansion about the
+    logarithms `base` and `expanded` for how many and which; `bow` and `sums` (3, n) for work.
+    """
+
+    strips: Records
+    pairs: Pairs
+    before: Records
+    old: Records
+    spans: Records
+    fresh: Records
+    planes: Records
+    share: FloatArray
+    active: IntArray
+    made_for: IntArray
+    scale: FloatArray
+    matrix: FloatArray
+    right: FloatArray
+    taken: FloatArray
+    barred: FloatArray
+    plain: FloatArray
+    near: FloatArray
+    far: FloatArray
+    bow: FloatArray
+    logs: FloatArray
+    base: FloatArray
+    terms: FloatArray
+    expanded: IntArray
+    sums: FloatArray
+
+
+@bare_kernel
+def pair_up(strips: Records, total: int, pairs: Pairs) -> None:
     """Distances of all strips from each other, and the shares of their elastic influence."""
     i = 0
     while i < total:
         end = i
-        while end < total and lobe[end] == lobe[i]:
+        while end < total and strips[end].part == strips[i].part:
             end += 1
         # Strips of one part are alike.
-        width = strips[WIDTH, i]
+        width = strips[i].width
         before = np.log(0.5 * width)
         for k in range(end - i):
             after = before if k == 0 else np.log((k + 0.5) * width)
             for j in range(i, end - k):
-                pairs[NEARER, j, j + k] = pairs[NEARER, j + k, j] = before
-                pairs[FARTHER, j, j + k] = pairs[FARTHER, j + k, j] = after
-                pairs[SHARE, j, j + k] = pairs[SHARE, j + k, j] = 1.0
+                pairs.nearer[j, j + k] = pairs.nearer[j + k, j] = before
+                pairs.farther[j, j + k] = pairs.farther[j + k, j] = after
+                pairs.share[j, j + k] = pairs.share[j + k, j] = 1.0
             before = after
         for j in range(i, end):
             for k in range(end, total):
-                across, down = strips[Y, j] - strips[Y, k], strips[Z, j] - strips[Z, k]
+                across, down = strips[j].y - strips[k].y, strips[j].z - strips[k].z
                 distance = np.sqrt(across * across + down * down)
-                half = 0.25 * (strips[WIDTH, j] + strips[WIDTH, k])
-                share = influence_share(strips[ANGLE, j] - strips[ANGLE, k], distance) * 0.5 / half
-                pairs[NEARER, j, k] = pairs[NEARER, k, j] = np.log(max(distance - half, 0.1 * half))
-                pairs[FARTHER, j, k] = pairs[FARTHER, k, j] = np.log(distance + half)
-                pairs[SHARE, j, k], pairs[SHARE, k, j] = share * strips[WIDTH, k], share * strips[WIDTH, j]
+                half = 0.25 * (strips[j].width + strips[k].width)
+                share = influence_share(strips[j].angle - strips[k].angle, distance) * 0.5 / half
+                pairs.nearer[j, k] = pairs.nearer[k, j] = np.log(max(distance - half, 0.1 * half))
+                pairs.farther[j, k] = pairs.farther[k, j] = np.log(distance + half)
+                pairs.share[j, k], pairs.share[k, j] = share * strips[k].width, share * strips[j].width
         i = end
 
 
-@kernel
-def influences(
-    strips: FloatArray, total: int, table: FloatArray, pairs: FloatArray, near: FloatArray, far: FloatArray
-) -> None:
+@bare_kernel
+def influences(work: Work, total: int, table: FloatArray) -> None:
     """Both averages on every strip (row) per load of every strip (column)."""
-    logs = np.empty(total)
+    strips, pairs, logs, near, far = work.strips, work.pairs, work.logs, work.near, work.far
     for i in range(total):
-        logs[i] = 0.5 * np.log(strips[SQUARE, i])
+        logs[i] = 0.5 * np.log(strips[i].square)
     for i in range(total):
-        a, b, _ = averages(table, 0.0, pairs[FARTHER, i, i] - logs[i])
+        a, b, _ = averages(table, 0.0, pairs.farther[i, i] - logs[i])
         near[i, i], far[i, i] = 2.0 * a, 2.0 * b
         for j in range(i + 1, total):
             short, long = (i, j) if logs[i] < logs[j] else (j, i)
             log = logs[long]
             ratio = logs[short] - log
-            a, b, c = averages(table, ratio, pairs[FARTHER, i, j] - log)
-            d, e, f = averages(table, ratio, pairs[NEARER, i, j] - log)
-            share, back = pairs[SHARE, short, long], pairs[SHARE, long, short]
+            a, b, c = averages(table, ratio, pairs.farther[i, j] - log)
+            d, e, f = averages(table, ratio, pairs.nearer[i, j] - log)
+            share, back = pairs.share[short, long], pairs.share[long, short]
             near[short, long], near[long, short] = share * (a - d), back * (a - d)
             far[short, long], far[long, short] = share * (b - e), back * (c - f)
 
 
-@kernel
-def inner_of(active: IntArray, lobe: IntArray, m: int, row: int) -> int:
+@bare_kernel
+def inner_of(active: IntArray, strips: Records, m: int, row: int) -> int:
     """Row of the one neighbour of a strip at the rim, or -1."""
     i = active[row]
     inner = -1
-    if row + 1 < m and active[row + 1] == i + 1 and lobe[i + 1] == lobe[i]:
+    if row + 1 < m and active[row + 1] == i + 1 and strips[i + 1].part == strips[i].part:
         inner = row + 1
-    if row > 0 and active[row - 1] == i - 1 and lobe[i - 1] == lobe[i]:
+    if row > 0 and active[row - 1] == i - 1 and strips[i - 1].part == strips[i].part:
         inner = -1 if inner >= 0 else row - 1
     return inner
 
 
-@kernel
-def residuals(
-    strips: FloatArray, lobe: IntArray, displacement: float, load: float, vertical: bool, table: FloatArray,
-    pairs: FloatArray, active: IntArray, m: int, scale: FloatArray, with_matrix: bool, matrix: FloatArray,
-    right: FloatArray, work: FloatArray,
-) -> None:  # fmt: skip
-    """Write what is left of the equations of the strips with pressure, and their Jacobian if asked for.
+_NEAR = 0.015  # change of the logarithm of a half-length up to which averages are expanded to second order
 
-    Unknown are P and q of each and the displacement, over `scale`. A strip at the rim takes the ratio P/q
-    from its neighbour: alone it could shrink to a point where the surfaces still overlap.
+
+@bare_kernel
+def expand(work: Work, table: FloatArray, m: int, whole: bool) -> None:
+    """Averages on the strips with pressure per load of each, with derivatives by logarithms of half-lengths.
+
+    M - N of a strip is the derivative of N by the logarithm of its own half-length. All of them, or those of
+    strips that changed.
     """
-    n = 2 * m + 1
-    per_p, per_q, per_displacement = scale[0], scale[1], scale[2]
-    logs, near, far, near_self, far_self = work[0], work[1], work[2], work[3], work[4]
-    for row in range(m):
-        logs[row] = 0.5 * np.log(strips[SQUARE, active[row]])
-        near[row] = far[row] = near_self[row] = far_self[row] = 0.0
-    for row in range(m):
-        i = active[row]
-        a, b, _, _, b_own, b_other = averages_and_slopes(table, 0.0, pairs[FARTHER, i, i] - logs[row])
-        p = strips[LOAD, i]
-        near[row] += 2.0 * a * p
-        far[row] += 2.0 * b * p
-        if with_matrix:
-            by_q = 0.5 * p / strips[SQUARE, i] * per_q
-            matrix[row, row] = 2.0 * a * per_p
-            matrix[m + row, row] = 2.0 * (b - a) * per_p
-            matrix[row, m + row] = 4.0 * (b - a) * by_q
-            matrix[m + row, m + row] = 2.0 * (b_own + b_other - 2.0 * (b - a)) * by_q
-        for column in range(row + 1, m):
-            short, long = (row, column) if logs[row] < logs[column] else (column, row)
+    pairs, active, logs, terms, changed = work.pairs, work.active, work.base, work.terms, work.sums[2]
+    for k in range(m):
+        changed[k] = 1.0 if whole or abs(work.logs[k] - logs[k]) > _NEAR else 0.0
+        if changed[k] > 0.0:
+            logs[k] = work.logs[k]
+    for k in range(m):
+        i = active[k]
+        a, b, _, _, b_own, b_other = averages_and_slopes(table, 0.0, pairs.farther[i, i] - logs[k])
+        bend = b_own + b_other - 2.0 * (b - a)
+        terms[0, k, k] = 2.0 * a
+        terms[1, k, k] = terms[2, k, k] = 2.0 * (b - a)
+        terms[3, k, k] = terms[4, k, k] = terms[5, k, k] = bend
+        for column in range(k + 1, m):
+            if changed[k] + changed[column] == 0.0:
+                continue
+            short, long = (k, column) if logs[k] < logs[column] else (column, k)
             log = logs[long]
             ratio = logs[short] - log
             i, j = active[short], active[long]
-            share, back = pairs[SHARE, i, j], pairs[SHARE, j, i]
-            own, other = strips[LOAD, i], strips[LOAD, j]
-            if not with_matrix:
-                a, b, c = averages(table, ratio, pairs[FARTHER, i, j] - log)
-                d, e, f = averages(table, ratio, pairs[NEARER, i, j] - log)
-                near[short] += share * (a - d) * other
-                far[short] += share * (b - e) * other
-                near[long] += back * (a - d) * own
-                far[long] += back * (c - f) * own
-                continue
-            a, b, c, b_short, c_short, c_long = averages_and_slopes(table, ratio, pairs[FARTHER, i, j] - log)
-            d, e, f, e_short, f_short, f_long = averages_and_slopes(table, ratio, pairs[NEARER, i, j] - log)
+            a, b, c, b_short, c_short, c_long = averages_and_slopes(table, ratio, pairs.farther[i, j] - log)
+            d, e, f, e_short, f_short, f_long = averages_and_slopes(table, ratio, pairs.nearer[i, j] - log)
             a, b, c = a - d, b - e, c - f
-            near[short] += share * a * other
-            far[short] += share * b * other
-            near[long] += back * a * own
-            far[long] += back * c * own
-            # M - N of either strip is the derivative of N by the logarithm of its half-length.
             b, c = b - a, c - a
-            b_short, c_long = b_short - e_short - b, c_long - f_long - c
-            both = c_short - f_short - b
-            near_self[short] += share * b * other
-            near_self[long] += back * c * own
-            far_self[short] += share * b_short * other
-            far_self[long] += back * c_long * own
-            matrix[short, long], matrix[long, short] = share * a * per_p, back * a * per_p
-            matrix[m + short, long], matrix[m + long, short] = share * b * per_p, back * c * per_p
-            own, other = 0.5 * own / strips[SQUARE, i] * per_q, 0.5 * other / strips[SQUARE, j] * per_q
-            matrix[short, m + long], matrix[long, m + short] = share * c * other, back * b * own
-            matrix[m + short, m + long], matrix[m + long, m + short] = share * both * other, back * both * own
+            b_short, c_long, both = b_short - e_short - b, c_long - f_long - c, c_short - f_short - b
+            share, back = pairs.share[i, j], pairs.share[j, i]
+            terms[0, long, short], terms[0, short, long] = share * a, back * a
+            terms[1, long, short], terms[1, short, long] = share * b, back * c
+            terms[2, long, short], terms[2, short, long] = share * c, back * b
+            terms[3, long, short], terms[3, short, long] = share * b_short, back * c_long
+            terms[4, long, short], terms[4, short, long] = share * both, back * both
+            terms[5, long, short], terms[5, short, long] = share * c_long, back * b_short
+
+
+@bare_kernel
+def residuals(work: Work, row: Row, displacement: float, m: int) -> None:
+    """Write what is left of the equations of the strips with pressure, from what `expand` made nearby.
+
+    A strip at the rim takes the ratio P/q from its neighbour: alone it could shrink to a point where the
+    surfaces still overlap.
+    """
+    strips, active, right = work.strips, work.active, work.right
+    near, turn, moved = work.sums[0][:m], work.sums[1][:m], work.sums[2][:m]
+    for k in range(m):
+        near[k] = turn[k] = 0.0
+        moved[k] = work.logs[k] - work.base[k]
+    for j in range(m):
+        p, other = strips[active[j]].load, moved[j]
+        value, by_own, by_other = work.terms[0, j, :m], work.terms[1, j, :m], work.terms[2, j, :m]
+        bend, both, other_bend = work.terms[3, j, :m], work.terms[4, j, :m], work.terms[5, j, :m]
+        # In two loops, because the compiler uses vector instructions only for few arrays.
+        for k in range(near.size):
+            first = by_own[k] + 0.5 * bend[k] * moved[k] + both[k] * other
+            near[k] += p * (value[k] + first * moved[k] + (by_other[k] + 0.5 * other_bend[k] * other) * other)
+        for k in range(turn.size):
+            turn[k] += p * (by_own[k] + bend[k] * moved[k] + both[k] * other)
     carried = 0.0
-    for row in range(m):
-        i = active[row]
-        q = strips[SQUARE, i]
-        low_bow = bow_of(0.25 * q, strips[RADIUS, i], strips[SIGMA, i])
-        high_bow = bow_of(0.75 * q, strips[RADIUS, i], strips[SIGMA, i])
-        right[row] = -(near[row] + strips[GAP, i] + low_bow - displacement * strips[TURN, i])
-        right[m + row] = -(far[row] - near[row] + high_bow - low_bow)
-        lift = 0.5 * np.pi * strips[WIDTH, i] * (strips[COSINE, i] if vertical else 1.0) / load
-        carried += lift * strips[LOAD, i]
-        if with_matrix:
-            matrix[row, m + row] += (0.5 * near_self[row] + low_bow) / q * per_q
-            matrix[m + row, m + row] += (0.5 * far_self[row] + high_bow - low_bow) / q * per_q
-            matrix[row, n - 1] = -strips[TURN, i] * per_displacement
-            matrix[m + row, n - 1] = matrix[n - 1, m + row] = 0.0
-            matrix[n - 1, row] = lift * per_p
-        inner = inner_of(active, lobe, m, row)
+    for k in range(m):
+        one = strips[active[k]]
+        low_bow = bow_of(0.25 * one.square, one.radius, one.sigma)
+        high_bow = bow_of(0.75 * one.square, one.radius, one.sigma)
+        right[k] = -(near[k] + one.gap + low_bow - displacement * one.turn)
+        right[m + k] = -(turn[k] + high_bow - low_bow)
+        carried += _lift(one, row) * one.load
+        inner = inner_of(active, strips, m, k)
         if inner >= 0:
-            j = active[inner]
-            p, other_p, other_q = strips[LOAD, i] / per_p, strips[LOAD, j] / per_p, strips[SQUARE, j] / per_q
-            q /= per_q
-            right[m + row] = q * other_p - p * other_q
-            if with_matrix:
-                matrix[m + row, :n] = 0.0
-                matrix[m + row, row], matrix[m + row, inner] = other_q, -q
-                matrix[m + row, m + row], matrix[m + row, m + inner] = -other_p, p
-    right[n - 1] = 1.0 - carried
-    if with_matrix:
-        matrix[n - 1, n - 1] = 0.0
+            other_one = strips[active[inner]]
+            right[m + k] = (one.square * other_one.load - one.load * other_one.square) / (
+                work.scale[0] * work.scale[1]
+            )
+    right[2 * m] = 1.0 - carried
+
+
+@bare_kernel
+def jacobian(work: Work, row: Row, m: int) -> None:
+    """Derive the equations by P and q of each strip and the displacement, over `scale`."""
+    n = 2 * m + 1
+    strips, active, matrix, terms = work.strips, work.active, work.matrix, work.terms
+    per_p, per_q, per_displacement = work.scale[0], work.scale[1], work.scale[2]
+    for k in range(m):
+        one = strips[active[k]]
+        q = one.square
+        low_bow, high_bow = bow_of(0.25 * q, one.radius, one.sigma), bow_of(0.75 * q, one.radius, one.sigma)
+        matrix[n - 1, k], matrix[n - 1, m + k] = _lift(one, row) * per_p, 0.0
+        inner = inner_of(active, strips, m, k)
+        turn, bend = 0.0, 0.0
+        for j in range(m):
+            other = strips[active[j]]
+            by_q = 0.5 * other.load / other.square * per_q
+            matrix[k, j] = terms[0, j, k] * per_p
+            matrix[k, m + j] = terms[2, j, k] * by_q
+            matrix[m + k, j] = terms[1, j, k] * per_p if inner < 0 else 0.0
+            matrix[m + k, m + j] = terms[4, j, k] * by_q if inner < 0 else 0.0
+            turn += terms[1, j, k] * other.load
+            bend += terms[3, j, k] * other.load
+        matrix[k, m + k] += (0.5 * turn + low_bow) / q * per_q
+        matrix[k, n - 1] = -one.turn * per_displacement
+        matrix[m + k, n - 1] = 0.0
+        if inner >= 0:
+            other = strips[active[inner]]
+            matrix[m + k, k], matrix[m + k, inner] = other.square / per_q, -q / per_q
+            matrix[m + k, m + k], matrix[m + k, m + inner] = -other.load / per_p, one.load / per_p
+        else:
+            matrix[m + k, m + k] += (0.5 * bend + high_bow - low_bow) / q * per_q
+    matrix[n - 1, n - 1] = 0.0
+
+
+@bare_kernel
+def _lift(strip: Record, row: Row) -> float:
+    """Load that a strip carries per P, over that of the wheel."""
+    lift: float = 0.5 * np.pi * strip.width * (strip.cosine if row.vertical else 1.0) / row.load
+    return lift

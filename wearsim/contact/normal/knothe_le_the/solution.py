@@ -7,33 +7,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import bare_kernel
 from wearsim.contact.normal.knothe_le_the.equations import (
-    FARTHER,
-    NEARER,
-    SHARE,
+    Work,
+    expand,
     in_the_middle,
     influences,
     inner_of,
+    jacobian,
     residuals,
 )
-from wearsim.contact.normal.knothe_le_the.strips import (
-    COSINE,
-    GAP,
-    LOAD,
-    RADIUS,
-    SIGMA,
-    SQUARE,
-    TURN,
-    WIDTH,
-    bow_of,
-)
-from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.normal.knothe_le_the.strips import Row, bow_of
+from wearsim.contact.patch import FloatArray
 
 _SMALL = 1e-13  # of a pivot, over its row's largest number before
 
 
-@kernel
+@bare_kernel
 def factorise(matrix: FloatArray, n: int) -> bool:
     """Factorise in place into L and U, rows taking from those above four at a time; returns whether it went.
 
@@ -71,31 +61,31 @@ def factorise(matrix: FloatArray, n: int) -> bool:
     return True
 
 
-@kernel
-def less_products(start: float, line: FloatArray, right: FloatArray, first: int, last: int) -> float:
-    """Take the products of two rows from `first` up to `last` off a number, in four sums side by side."""
+@bare_kernel
+def less_products(start: float, line: FloatArray, right: FloatArray) -> float:
+    """Take the products of two rows off a number, in four sums side by side."""
     a, b, c, d = start, 0.0, 0.0, 0.0
-    k = first
-    while k + 4 <= last:
+    k = 0
+    while k + 4 <= line.size:
         a -= line[k] * right[k]
         b -= line[k + 1] * right[k + 1]
         c -= line[k + 2] * right[k + 2]
         d -= line[k + 3] * right[k + 3]
         k += 4
-    while k < last:
+    while k < line.size:
         a -= line[k] * right[k]
         k += 1
     rest: float = (a + b) + (c + d)
     return rest
 
 
-@kernel
+@bare_kernel
 def substitute(matrix: FloatArray, right: FloatArray, n: int) -> None:
     """Solve in place with what `factorise` made."""
     for i in range(1, n):
-        right[i] = less_products(right[i], matrix[i], right, 0, i)
+        right[i] = less_products(right[i], matrix[i, :i], right[:i])
     for i in range(n - 1, -1, -1):
-        right[i] = less_products(right[i], matrix[i], right, i + 1, n) * matrix[i, i]
+        right[i] = less_products(right[i], matrix[i, i + 1 : n], right[i + 1 : n]) * matrix[i, i]
 
 
 _SWEEPS = 40  # of lengths and pressures in turn, at most
@@ -104,186 +94,186 @@ _OVERLAP = 1e-3  # of the displacement, of a strip that stays without pressure
 _GOOD = 0.4  # of the last step's change, up to which a Jacobian is kept
 
 
-@kernel
+@bare_kernel
 def relax(
-    strips: FloatArray, lobe: IntArray, total: int, displacement: float, load: float, vertical: bool,
-    table: FloatArray, tolerance: float, active: IntArray, pairs: FloatArray, near: FloatArray,
-    far: FloatArray, matrix: FloatArray, right: FloatArray,
-) -> tuple[float, int, bool]:  # fmt: skip
+    work: Work, row: Row, total: int, displacement: float, table: FloatArray, tolerance: float
+) -> tuple[float, bool]:
     """Pressures that never pull on strips of given lengths, and lengths from them, in turn."""
-    bow = np.empty(total)
-    for sweep in range(_SWEEPS):
-        influences(strips, total, table, pairs, near, far)
+    strips, pairs, active, bow = work.strips, work.pairs, work.active, work.bow
+    near, far, matrix, right = work.near, work.far, work.plain, work.right
+    for _ in range(_SWEEPS):
+        influences(work, total, table)
         for i in range(total):
-            bow[i] = bow_of(0.25 * strips[SQUARE, i], strips[RADIUS, i], strips[SIGMA, i])
+            bow[i] = bow_of(0.25 * strips[i].square, strips[i].radius, strips[i].sigma)
         done = False
         for turn in range(40):
-            m = 0
+            m = total - total  # numba would compile the kernels for a literal 0 once more
             for j in range(total):
-                if strips[LOAD, j] > 0.0:
+                if strips[j].load > 0.0:
                     active[m] = j
                     m += 1
             if m == 0:
-                return displacement, sweep, False
-            for row in range(m):
-                i = active[row]
+                return displacement, False
+            for k in range(m):
+                i = active[k]
                 for column in range(m):
-                    matrix[row, column] = near[i, active[column]]
-                matrix[row, m] = -strips[TURN, i]
-                right[row] = -strips[GAP, i] - bow[i]
-                matrix[m, row] = 0.5 * np.pi * strips[WIDTH, i] * (strips[COSINE, i] if vertical else 1.0)
+                    matrix[k, column] = near[i, active[column]]
+                matrix[k, m] = -strips[i].turn
+                right[k] = -strips[i].gap - bow[i]
+                matrix[m, k] = 0.5 * np.pi * strips[i].width * (strips[i].cosine if row.vertical else 1.0)
             matrix[m, m] = 0.0
-            right[m] = load
+            right[m] = row.load
             if not factorise(matrix, m + 1):
-                return displacement, sweep, False
+                return displacement, False
             substitute(matrix, right, m + 1)
             displacement = right[m]
             # All that pull leave at once, then all that overlap enter; one by one should that go in circles.
             changed = False
             worst, worst_row = 0.0, -1
-            for row in range(m):
-                strips[LOAD, active[row]] = right[row]
-                if right[row] <= 0.0:
+            for k in range(m):
+                strips[active[k]].load = right[k]
+                if right[k] <= 0.0:
                     changed = True
                     if turn < 8:
-                        strips[LOAD, active[row]] = 0.0
-                    elif right[row] <= worst:
-                        worst, worst_row = right[row], row
+                        strips[active[k]].load = 0.0
+                    elif right[k] <= worst:
+                        worst, worst_row = right[k], k
             if changed:
                 if turn >= 8:
-                    for row in range(m):
-                        strips[LOAD, active[row]] = max(right[row], 1e-12)
-                    strips[LOAD, active[worst_row]] = 0.0
+                    for k in range(m):
+                        strips[active[k]].load = max(right[k], 1e-12)
+                    strips[active[worst_row]].load = 0.0
                 continue
             worst, worst_row = -1e-9 * displacement, -1
             for i in range(total):
-                if strips[LOAD, i] > 0.0:
+                if strips[i].load > 0.0:
                     continue
-                lifted = strips[GAP, i] + bow[i] - displacement * strips[TURN, i]
-                for row in range(m):
-                    lifted += near[i, active[row]] * strips[LOAD, active[row]]
+                lifted = strips[i].gap + bow[i] - displacement * strips[i].turn
+                for k in range(m):
+                    lifted += near[i, active[k]] * strips[active[k]].load
                 if lifted < -1e-9 * displacement and turn < 4:
-                    strips[LOAD, i] = 1e-12
+                    strips[i].load = 1e-12
                     changed = True
                 if lifted < worst:
                     worst, worst_row = lifted, i
             if turn >= 4 and worst_row >= 0:
-                strips[LOAD, worst_row] = 1e-12
+                strips[worst_row].load = 1e-12
                 changed = True
             if not changed:
                 done = True
                 break
         if not done:
-            return displacement, sweep, False
+            return displacement, False
         change = 0.0
         most = 0.0
-        for row in range(m):
-            most = max(most, strips[SQUARE, active[row]])
-        for row in range(m):
-            i = active[row]
+        for k in range(m):
+            most = max(most, strips[active[k]].square)
+        for k in range(m):
+            i = active[k]
             fall = 0.0
             for column in range(m):
-                fall += (near[i, active[column]] - far[i, active[column]]) * strips[LOAD, active[column]]
-            q = max(4.0 * fall / (1.0 / strips[RADIUS, i] + strips[SIGMA, i]), 0.0)
+                fall += (near[i, active[column]] - far[i, active[column]]) * strips[active[column]].load
+            q = max(4.0 * fall / (1.0 / strips[i].radius + strips[i].sigma), 0.0)
             bow[i] = q
-        for row in range(m):
-            i = active[row]
-            inner = inner_of(active, lobe, m, row)
+        for k in range(m):
+            i = active[k]
+            inner = inner_of(active, strips, m, k)
             q = bow[i]
             if inner >= 0:
                 j = active[inner]
-                q = min(bow[j] * strips[LOAD, i] / strips[LOAD, j], bow[j])
-            old = strips[SQUARE, i]
+                q = min(bow[j] * strips[i].load / strips[j].load, bow[j])
+            old = strips[i].square
             change = max(change, abs(q - old) / most)
-            strips[SQUARE, i] = min(max(q, 0.1 * old), 10.0 * old)
+            strips[i].square = min(max(q, 0.1 * old), 10.0 * old)
         # Lengths of strips without pressure, should they get some.
         for i in range(total):
-            if strips[LOAD, i] <= 0.0:
-                lifted = strips[GAP, i] - displacement * strips[TURN, i]
+            if strips[i].load <= 0.0:
+                lifted = strips[i].gap - displacement * strips[i].turn
                 nearest, distance = 0, 1e9
-                for row in range(m):
-                    lifted += near[i, active[row]] * strips[LOAD, active[row]]
-                    if pairs[FARTHER, i, active[row]] < distance:
-                        nearest, distance = active[row], pairs[FARTHER, i, active[row]]
-                q = -4.0 * lifted / (1.0 / strips[RADIUS, i] + strips[SIGMA, i])
-                strips[SQUARE, i] = min(max(q, 0.001 * strips[SQUARE, nearest]), strips[SQUARE, nearest])
+                for k in range(m):
+                    lifted += near[i, active[k]] * strips[active[k]].load
+                    if pairs.farther[i, active[k]] < distance:
+                        nearest, distance = active[k], pairs.farther[i, active[k]]
+                q = -4.0 * lifted / (1.0 / strips[i].radius + strips[i].sigma)
+                strips[i].square = min(max(q, 0.001 * strips[nearest].square), strips[nearest].square)
         if change < tolerance:
-            return displacement, sweep + 1, True
-    return displacement, _SWEEPS, True
+            return displacement, True
+    return displacement, True
 
 
-@kernel
+@bare_kernel
 def newton(
-    strips: FloatArray, lobe: IntArray, total: int, displacement: float, load: float, vertical: bool,
-    table: FloatArray, tolerance: float, active: IntArray, pairs: FloatArray, matrix: FloatArray,
-    right: FloatArray, made_for: IntArray, scale: FloatArray,
-) -> tuple[float, int, bool]:  # fmt: skip
+    work: Work, row: Row, total: int, displacement: float, table: FloatArray, tolerance: float
+) -> tuple[float, bool]:
     """Pressures, half-lengths, displacement on given strips; those without pressure leave, overlapped enter.
 
-    A Jacobian serves as long as each step is much smaller than the one before; `made_for` (number of the
-    strips with pressure it was made for, and which) and `scale` (what its unknowns are over) let it serve the
-    next time, too.
+    A Jacobian serves as long as each step is much smaller than the one before, the next time, too.
     """
-    work = np.empty((5, total))
-    taken = np.zeros(2 * total + 1)
-    barred = np.zeros(total)  # a strip that came in and left again stays out
+    strips, pairs, active, matrix, right = work.strips, work.pairs, work.active, work.matrix, work.right
+    made_for, scale, taken, barred = work.made_for, work.scale, work.taken, work.barred
+    logs, expanded = work.logs, work.expanded
+    taken[:] = 0.0
+    barred[:] = 0.0  # a strip that came in and left again stays out
     last = 1.0
-    for step in range(_STEPS):
-        m = 0
-        same = True
+    for _ in range(_STEPS):
+        m = total - total
+        same, known = True, True
         most_p, most_q = 0.0, 0.0
         for j in range(total):
-            if strips[LOAD, j] > 0.0:
+            if strips[j].load > 0.0:
                 active[m] = j
+                logs[m] = 0.5 * np.log(strips[j].square)
                 m += 1
-                same = same and made_for[m] == j
-                most_p, most_q = max(most_p, strips[LOAD, j]), max(most_q, strips[SQUARE, j])
+                same, known = same and made_for[m] == j, known and expanded[m] == j
+                most_p, most_q = max(most_p, strips[j].load), max(most_q, strips[j].square)
         if m == 0:
-            return displacement, step, False
+            return displacement, False
         n = 2 * m + 1
         same = same and made_for[0] == m
         if not same:
             taken[:n] = 0.0
             scale[0], scale[1], scale[2] = most_p, most_q, displacement
-        residuals(
-            strips, lobe, displacement, load, vertical, table, pairs, active, m, scale, not same, matrix,
-            right, work,
-        )  # fmt: skip
+        expand(work, table, m, not known or expanded[0] != m)
+        expanded[0] = m
+        for k in range(m):
+            expanded[k + 1] = active[k]
+        residuals(work, row, displacement, m)
         if not same:
             made_for[0] = 0
+            jacobian(work, row, m)
             if not factorise(matrix, n):
-                return displacement, step, False
+                return displacement, False
             made_for[0] = m
-            for row in range(m):
-                made_for[row + 1] = active[row]
+            for k in range(m):
+                made_for[k + 1] = active[k]
         substitute(matrix, right, n)
         change = 0.0
-        for row in range(n):
-            change = max(change, abs(right[row]))
+        for k in range(n):
+            change = max(change, abs(right[k]))
         if same and not change < _GOOD * last:
             made_for[0] = 0
             continue
         last = change
         # As Broyden's method with the step before: what is left of it shows how far the Jacobian is off.
         along, square = 0.0, 0.0
-        for row in range(n):
-            along += right[row] * taken[row]
-            square += taken[row] * taken[row]
+        for k in range(n):
+            along += right[k] * taken[k]
+            square += taken[k] * taken[k]
         longer = 1.0
         if same and square > 0.0:
             longer = 1.0 / min(max(1.0 - along / square, 0.6), 1.5)
-        for row in range(n):
-            right[row] *= longer
-            taken[row] = right[row]
+        for k in range(n):
+            right[k] *= longer
+            taken[k] = right[k]
         displacement += scale[2] * min(max(right[n - 1], -0.5), 1.0)
         left = False
-        for row in range(m):
-            j = active[row]
-            q = strips[SQUARE, j]
-            strips[SQUARE, j] = min(max(q + right[m + row] * scale[1], 0.25 * q), 4.0 * q)
-            strips[LOAD, j] += right[row] * scale[0]
-            if not strips[LOAD, j] > 0.0:
-                strips[LOAD, j] = 0.0
+        for k in range(m):
+            j = active[k]
+            q = strips[j].square
+            strips[j].square = min(max(q + right[m + k] * scale[1], 0.25 * q), 4.0 * q)
+            strips[j].load += right[k] * scale[0]
+            if not strips[j].load > 0.0:
+                strips[j].load = 0.0
                 left = True
                 barred[j] += 1.0
         if left or change > 0.03:
@@ -291,23 +281,23 @@ def newton(
         # Strips without pressure that overlap come in.
         entered, kept_out = False, False
         for i in range(total):
-            if strips[LOAD, i] > 0.0:
+            if strips[i].load > 0.0:
                 continue
-            lifted = strips[GAP, i] - displacement * strips[TURN, i]
+            lifted = strips[i].gap - displacement * strips[i].turn
             nearest, distance = -1, 1e9
-            for row in range(m):
-                j = active[row]
-                a = in_the_middle(table, pairs[FARTHER, i, j] - work[0, row])
-                b = in_the_middle(table, pairs[NEARER, i, j] - work[0, row])
-                lifted += pairs[SHARE, i, j] * (a - b) * strips[LOAD, j]
-                if pairs[FARTHER, i, j] < distance and strips[LOAD, j] > 0.0:
-                    nearest, distance = j, pairs[FARTHER, i, j]
+            for k in range(m):
+                j = active[k]
+                a = in_the_middle(table, pairs.farther[i, j] - logs[k])
+                b = in_the_middle(table, pairs.nearer[i, j] - logs[k])
+                lifted += pairs.share[i, j] * (a - b) * strips[j].load
+                if pairs.farther[i, j] < distance and strips[j].load > 0.0:
+                    nearest, distance = j, pairs.farther[i, j]
             if barred[i] > 1.0:
                 kept_out = kept_out or lifted < -_OVERLAP * displacement
             elif lifted < -1e-5 * displacement:
                 entered = True
-                strips[LOAD, i] = 0.05 * strips[LOAD, nearest]
-                strips[SQUARE, i] = 0.05 * strips[SQUARE, nearest]
+                strips[i].load = 0.05 * strips[nearest].load
+                strips[i].square = 0.05 * strips[nearest].square
         if not entered and change < tolerance:
-            return displacement, step + 1, not kept_out
-    return displacement, _STEPS, False
+            return displacement, not kept_out
+    return displacement, False

@@ -8,24 +8,69 @@ q = a^2 [m2].
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple, TypeAlias
+
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import bare_kernel
 from wearsim.contact.normal.model import ADJACENT, ALIKE, CLEAR, FAR, NEAR, UNLIKE
 from wearsim.contact.patch import FloatArray
 
 LOBES = 6  # parts of the profile laid out with strips, at most
-# Fields of a strip: place s in its contact plane, gap, share of the displacement in it, radius of the wheel,
-# curvature of the counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin,
-# logarithm of the half-length.
-S, GAP, TURN, RADIUS, SIGMA, LOAD, SQUARE, Y, Z, WIDTH, COSINE, ANGLE, ORIGIN, LOG = range(14)
-FIELDS = 14
-# Of a part of the profile: left and right end, half-length squared per depth, gap where it ends and load per
-# half-length squared as first pressed in; number of strips; then places and what was missed there, of both
-# ends each: one too far out, one too far in, the last one tried.
-STRIPS, OUTER, INNER, LAST = 5, 6, 10, 14
-PART = 18
+
+Records: TypeAlias = Any  # numpy record array
+Record: TypeAlias = Any  # one line of it
+
+
+class Row(NamedTuple):
+    """Wheel over its counterface at the grid points: profile, gap, rings; and what is asked of it.
+
+    `low` is the lowest gap, `load` is over pi E* and counts vertically or along the normal.
+    """
+
+    y: FloatArray
+    z: FloatArray
+    slope: FloatArray
+    angle: FloatArray
+    gap: FloatArray
+    radius: FloatArray
+    along: FloatArray
+    low: float
+    kappa: float
+    load: float
+    vertical: bool
+
+
+# Strip: place s in its contact plane, gap, share of the displacement in it, radius of the wheel, curvature of
+# the counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin, logarithm of
+# the half-length; number of the part of the profile.
+STRIP = np.dtype(
+    [(name, float) for name in ("s", "gap", "turn", "radius", "sigma", "load", "square", "y", "z", "width")]
+    + [(name, float) for name in ("cosine", "angle", "origin", "log")]
+    + [("part", int)]
+)
+# Part of the profile: its ends, half-length squared per depth, gap where it ends and load per half-length
+# squared as first pressed in; number of strips; then places and what was missed there, of both ends: one too
+# far out, one too far in, the last one tried.
+SPAN = np.dtype(
+    [("ends", float, (2,)), ("per_depth", float), ("rim", float), ("per_square", float), ("strips", int)]
+    + [(name, float, (2,)) for name in ("outer", "outer_miss", "inner", "inner_miss", "last", "last_miss")]
+)
+# Plane of a part: place, angle, load, and the angle the part has for itself.
+PLANE = np.dtype([(name, float) for name in ("middle", "tilt", "weight", "own")])
+# Patch of the solution: strips it is from, number of nodes, force, load scale, displacement, angle and origin
+# of its plane, s of both ends, its angle for itself; centre y, approach, largest pressure and both ends y;
+# creepage reference point y, approach there, and how far across and along its centre lies from there.
+PATCH = np.dtype(
+    [("first", int), ("last", int), ("nodes", int)]
+    + [
+        (name, float)
+        for name in ("force", "scale", "displacement", "angle", "origin", "start", "stop", "own")
+    ]
+    + [(name, float) for name in ("centre", "approach", "pressure", "left", "right")]
+    + [(name, float) for name in ("point", "point_approach", "across", "along")]
+)
 MARGIN = 0.3  # strips' widths laid beyond the end of the patch
 # Angles between the planes up to which strips have full influence on each other, and from which on none: next
 # to each other, and from 10 mm on as contacts share a plane.
@@ -33,29 +78,27 @@ _NEXT, _AWAY = 4e-3, 10e-3
 _FULL_NEXT, _NONE_NEXT, _FULL_AWAY, _NONE_AWAY = 0.349, 0.698, 0.2, 0.3
 
 
-@kernel
+@bare_kernel
 def cut_strips(
-    left: float, right: float, middle: float, delta: float, low: float, grid_y: FloatArray,
-    grid_z: FloatArray, slope: FloatArray, gap: FloatArray, radius: FloatArray, kappa: float,
-    strips: FloatArray, first: int, count: int,
-) -> bool:  # fmt: skip
+    left: float, right: float, middle: float, delta: float, row: Row, strips: Records, first: int, count: int
+) -> bool:
     """Lay strips of equal width between two places of a profile in the plane through `middle`.
 
     The gap of a strip is its mean over the width. Returns whether there is a wheel all along.
     """
     cosine, sine = np.cos(delta), np.sin(delta)
-    at = np.searchsorted(grid_y, left) - 1
-    end = np.searchsorted(grid_y, right)
-    if at < 2 or end > grid_y.size - 3:
+    at = first_beyond(row.y, row.y.size, left) - 1
+    end = first_beyond(row.y, row.y.size, right)
+    if at < 2 or end > row.y.size - 3:
         return False
-    k = np.searchsorted(grid_y, middle) - 1
-    share = (middle - grid_y[k]) / (grid_y[k + 1] - grid_y[k])
-    base = grid_z[k] + share * (grid_z[k + 1] - grid_z[k])
-    share = (left - grid_y[at]) / (grid_y[at + 1] - grid_y[at])
-    z = grid_z[at] + share * (grid_z[at + 1] - grid_z[at])
+    k = first_beyond(row.y, row.y.size, middle) - 1
+    share = (middle - row.y[k]) / (row.y[k + 1] - row.y[k])
+    base = row.z[k] + share * (row.z[k + 1] - row.z[k])
+    share = (left - row.y[at]) / (row.y[at + 1] - row.y[at])
+    z = row.z[at] + share * (row.z[at + 1] - row.z[at])
     s_left = (left - middle) * cosine + (z - base) * sine
-    share = (right - grid_y[end - 1]) / (grid_y[end] - grid_y[end - 1])
-    z = grid_z[end - 1] + share * (grid_z[end] - grid_z[end - 1])
+    share = (right - row.y[end - 1]) / (row.y[end] - row.y[end - 1])
+    z = row.z[end - 1] + share * (row.z[end] - row.z[end - 1])
     s_right = (right - middle) * cosine + (z - base) * sine
     width = (s_right - s_left) / count
     i = at - 1
@@ -68,18 +111,18 @@ def cut_strips(
         while True:
             while s_next < place or i < at:
                 i += 1
-                if i + 2 >= grid_y.size or gap[i + 1] >= NO_WHEEL or gap[i] >= NO_WHEEL:
+                if i + 2 >= row.y.size or row.gap[i + 1] >= NO_WHEEL or row.gap[i] >= NO_WHEEL:
                     return False
                 s_here, h_here, turn_here = s_next, h_next, turn_next
-                wheel = slope[i + 1] - (gap[i + 2] - gap[i]) / (grid_y[i + 2] - grid_y[i])
+                wheel = row.slope[i + 1] - (row.gap[i + 2] - row.gap[i]) / (row.y[i + 2] - row.y[i])
                 turn_next = 1.0 / (cosine + wheel * sine)
-                s_next = (grid_y[i + 1] - middle) * cosine + (grid_z[i + 1] - base) * sine
-                h_next = (gap[i + 1] - low) * turn_next
+                s_next = (row.y[i + 1] - middle) * cosine + (row.z[i + 1] - base) * sine
+                h_next = (row.gap[i + 1] - row.low) * turn_next
             if s_here < -1e8:  # the first cell
-                wheel = slope[i] - (gap[i + 1] - gap[i - 1]) / (grid_y[i + 1] - grid_y[i - 1])
+                wheel = row.slope[i] - (row.gap[i + 1] - row.gap[i - 1]) / (row.y[i + 1] - row.y[i - 1])
                 turn_here = 1.0 / (cosine + wheel * sine)
-                s_here = (grid_y[i] - middle) * cosine + (grid_z[i] - base) * sine
-                h_here = (gap[i] - low) * turn_here
+                s_here = (row.y[i] - middle) * cosine + (row.z[i] - base) * sine
+                h_here = (row.gap[i] - row.low) * turn_here
             if not begun:
                 height = h_here + (place - s_here) / (s_next - s_here) * (h_next - h_here)
                 begun = True
@@ -93,25 +136,25 @@ def cut_strips(
             place = s_next + 1e-15
         if half % 2 == 1:
             j = first + half // 2
-            strips[S, j] = aim
-            strips[TURN, j] = turn_here + share * (turn_next - turn_here)
-            ring = radius[i] + share * (radius[i + 1] - radius[i])
-            z = grid_z[i] + share * (grid_z[i + 1] - grid_z[i])
-            strips[RADIUS, j] = ring / cosine
-            strips[SIGMA, j] = kappa / (1.0 - kappa * z) * cosine
-            strips[Y, j] = grid_y[i] + share * (grid_y[i + 1] - grid_y[i])
-            strips[Z, j] = z
-            strips[WIDTH, j] = width
-            strips[COSINE, j] = cosine
-            strips[ANGLE, j] = delta
-            strips[ORIGIN, j] = middle
+            strips[j].s = aim
+            strips[j].turn = turn_here + share * (turn_next - turn_here)
+            ring = row.radius[i] + share * (row.radius[i + 1] - row.radius[i])
+            z = row.z[i] + share * (row.z[i + 1] - row.z[i])
+            strips[j].radius = ring / cosine
+            strips[j].sigma = row.kappa / (1.0 - row.kappa * z) * cosine
+            strips[j].y = row.y[i] + share * (row.y[i + 1] - row.y[i])
+            strips[j].z = z
+            strips[j].width = width
+            strips[j].cosine = cosine
+            strips[j].angle = delta
+            strips[j].origin = middle
         elif half > 0:
-            strips[GAP, first + half // 2 - 1] = total / width
+            strips[first + half // 2 - 1].gap = total / width
             total = 0.0
     return True
 
 
-@kernel
+@bare_kernel
 def influence_share(turn: float, distance: float) -> float:
     """Share of the elastic influence of strips at a distance whose planes differ by an angle."""
     away = min(max((distance - _NEXT) / (_AWAY - _NEXT), 0.0), 1.0)
@@ -121,7 +164,7 @@ def influence_share(turn: float, distance: float) -> float:
     return share
 
 
-@kernel
+@bare_kernel
 def bow_of(x_squared: float, radius: float, sigma: float) -> float:
     """Gap that two circles open at a distance from where they are nearest."""
     wheel = x_squared / (radius + np.sqrt(max(radius * radius - x_squared, 0.0)))
@@ -130,11 +173,7 @@ def bow_of(x_squared: float, radius: float, sigma: float) -> float:
     return rise
 
 
-MIDDLE, TILT, WEIGHT, OWN = range(4)  # of a plane: place, angle, load, and the angle the part has for itself
-PLANE = 4
-
-
-@kernel
+@bare_kernel
 def plane_share(distance: float, turn: float) -> float:
     """Share in which two contacts have one plane, by their distance from edge to edge and their angles."""
     near = min(max((FAR - distance) / (FAR - NEAR), 0.0), 1.0)
@@ -144,15 +183,28 @@ def plane_share(distance: float, turn: float) -> float:
     return share
 
 
-@kernel
+@bare_kernel
 def value_at(y: float, grid_y: FloatArray, table: FloatArray) -> float:
     """Value at a place of the profile, linear between its points."""
-    i = min(max(int(np.searchsorted(grid_y, y)) - 1, 0), grid_y.size - 2)
+    i = min(max(first_beyond(grid_y, grid_y.size, y) - 1, 0), grid_y.size - 2)
     value: float = table[i] + (y - grid_y[i]) / (grid_y[i + 1] - grid_y[i]) * (table[i + 1] - table[i])
     return value
 
 
-@kernel
+@bare_kernel
+def first_beyond(grid: FloatArray, count: int, value: float) -> int:
+    """How many of the first `count` values of a rising grid are below a value."""
+    low, high = 0, count
+    while low < high:
+        middle = (low + high) // 2
+        if grid[middle] < value:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@bare_kernel
 def distance_between(left: float, right: float, grid_y: FloatArray, grid_z: FloatArray) -> float:
     """Straight distance between two places of the profile; nothing if they are in the wrong order."""
     across = right - left
@@ -161,47 +213,38 @@ def distance_between(left: float, right: float, grid_y: FloatArray, grid_z: Floa
     return distance
 
 
-@kernel
+@bare_kernel
 def planes_of(
-    spans: FloatArray,
-    parts: int,
-    old: FloatArray,
-    total: int,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    angle: FloatArray,
-    planes: FloatArray,
+    spans: Records, parts: int, old: Records, total: int, row: Row, share: FloatArray, planes: Records
 ) -> None:
     """Pressure-weighted place and angle of every part, the latter leaning towards those it belongs to.
 
-    The weight is zero where no strips with pressure were laid yet.
+    The weight is zero where no strips with pressure were laid yet; `share` is for work.
     """
     for k in range(parts):
         weight, moment, tilt = 0.0, 0.0, 0.0
         for j in range(total):
-            if spans[k, 0] <= old[0, j] <= spans[k, 1]:
-                load = old[1, j] * old[3, j]
+            if spans[k].ends[0] <= old[j].y <= spans[k].ends[1]:
+                load = old[j].load * old[j].width
                 weight += load
-                moment += load * old[0, j]
-                tilt += load * value_at(old[0, j], grid_y, angle)
-        planes[k, WEIGHT] = weight
-        if weight > 0.0:
-            planes[k, MIDDLE], planes[k, OWN] = moment / weight, tilt / weight
-        else:
-            planes[k, MIDDLE] = planes[k, OWN] = 0.0
-    share = np.eye(parts)
+                moment += load * old[j].y
+                tilt += load * value_at(old[j].y, row.y, row.angle)
+        planes[k].weight = weight
+        planes[k].middle = moment / weight if weight > 0.0 else 0.0
+        planes[k].own = tilt / weight if weight > 0.0 else 0.0
     for j in range(parts):
         for k in range(j + 1, parts):
             # Strips are laid beyond the patch by their margin.
-            end = spans[j, 1] - MARGIN * (spans[j, 1] - spans[j, 0]) / max(spans[j, STRIPS], 10.0)
-            start = spans[k, 0] + MARGIN * (spans[k, 1] - spans[k, 0]) / max(spans[k, STRIPS], 10.0)
-            turn = planes[j, OWN] - planes[k, OWN]
-            share[j, k] = share[k, j] = plane_share(distance_between(end, start, grid_y, grid_z), turn)
+            one, other = spans[j], spans[k]
+            end = one.ends[1] - MARGIN * (one.ends[1] - one.ends[0]) / max(one.strips, 10)
+            start = other.ends[0] + MARGIN * (other.ends[1] - other.ends[0]) / max(other.strips, 10)
+            turn = planes[j].own - planes[k].own
+            share[j, k] = share[k, j] = plane_share(distance_between(end, start, row.y, row.z), turn)
     for k in range(parts):
-        planes[k, TILT] = blended(k, parts, share, planes[:, WEIGHT], planes[:, OWN])
+        planes[k].tilt = blended(k, parts, share, planes.weight, planes.own)
 
 
-@kernel
+@bare_kernel
 def blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: FloatArray) -> float:
     """Value of one of several contacts, with that of the others in the share they belong together.
 
@@ -218,41 +261,38 @@ def blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: Fl
     return result
 
 
-@kernel
+@bare_kernel
 def share_points(
-    count: int,
-    displacement: float,
-    grid_y: FloatArray,
-    grid_z: FloatArray,
-    along: FloatArray,
-    edges: FloatArray,
-    values: FloatArray,
-) -> None:
-    """Creepage reference points of patches in one plane, as `solve_patches` has the columns."""
-    last = edges.shape[1] - 1
-    share = np.eye(count)
+    first: int, stop: int, displacement: float,
+    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], along: FloatArray, share: FloatArray,
+    patches: Records,
+) -> None:  # fmt: skip
+    """Creepage reference points of the patches of a wheel, one for those in a plane; `share` is for work."""
+    y, z, count = profile[0], profile[1], stop - first
     for j in range(count):
         for k in range(count):
-            if values[j, 0] < values[k, 0]:
-                distance = distance_between(edges[j, last], edges[k, 0], grid_y, grid_z)
-                whole = plane_share(distance, values[j, 9] - values[k, 9]) ** 4
-                share[j, k] = share[k, j] = whole
+            one, other = patches[first + j], patches[first + k]
+            if one.centre < other.centre:
+                distance = distance_between(one.right, other.left, y, z)
+                share[j, k] = share[k, j] = plane_share(distance, one.own - other.own) ** 4
+    force, centre = patches.force[first:stop], patches.centre[first:stop]
     for k in range(count):
-        own = values[k]
-        lowest, deeper = displacement - own[2] / np.cos(own[1]), 0.0
+        own = patches[first + k]
+        lowest, deeper = displacement - own.approach / np.cos(own.angle), 0.0
         for j in range(count):
-            other = displacement - values[j, 2] / np.cos(values[j, 1])
-            deeper = min(deeper, share[j, k] * (other - lowest))
-        place = blended(k, count, share, values[:, 3], values[:, 0])
-        own[8] = place
-        own[10] = (displacement - lowest - deeper) * np.cos(own[1])
-        across = (own[0] - place) * np.cos(own[1])
-        down = value_at(own[0], grid_y, grid_z) - value_at(place, grid_y, grid_z)
-        own[11] = across + down * np.sin(own[1])
-        own[12] = value_at(own[0], grid_y, along) - value_at(place, grid_y, along)
+            other = patches[first + j]
+            if j != k:
+                height = displacement - other.approach / np.cos(other.angle)
+                deeper = min(deeper, share[j, k] * (height - lowest))
+        place = blended(k, count, share, force, centre)
+        own.point = place
+        own.point_approach = (displacement - lowest - deeper) * np.cos(own.angle)
+        down = value_at(own.centre, y, z) - value_at(place, y, z)
+        own.across = (own.centre - place) * np.cos(own.angle) + down * np.sin(own.angle)
+        own.along = value_at(own.centre, y, along) - value_at(place, y, along)
 
 
-@kernel
+@bare_kernel
 def hertz_at(table: FloatArray, ratio: float) -> tuple[float, float, float]:
     """Return A a^2/delta, B b^2/delta and p0/(E* a A) of ellipses at A/B from a table over its logarithm."""
     x = (np.log(ratio) + 14.0) * 8.0
@@ -265,100 +305,91 @@ def hertz_at(table: FloatArray, ratio: float) -> tuple[float, float, float]:
     )
 
 
-@kernel
-def _start(
-    displacement: float, low: float, vertical: bool, grid_y: FloatArray, grid_z: FloatArray,
-    angle: FloatArray, gap: FloatArray, radius: FloatArray, kappa: float, table: FloatArray,
-    lobes: FloatArray,
-) -> tuple[float, int]:  # fmt: skip
-    """Return load over pi E* at a displacement, every part pressed into an ellipse, and their number.
-
-    `lobes` gets a line for each: left and right end (profile y), half-length squared per depth, gap where it
-    ends, load per half-length squared.
-    """
+@bare_kernel
+def _start(displacement: float, row: Row, table: FloatArray, spans: Records) -> tuple[float, int]:
+    """Load at a displacement, every part of `spans` pressed into an ellipse, and their number."""
     total, used = 0.0, 0
     i = 1
-    last = gap.size - 2
-    while i < last and used < lobes.shape[0]:
-        if gap[i] - low >= 0.55 * displacement:
+    last = row.gap.size - 2
+    while i < last and used < spans.size:
+        if row.gap[i] - row.low >= 0.55 * displacement:
             i += 1
             continue
         start = i
         deepest = i
-        while i < last and gap[i] - low < 0.55 * displacement:
-            if gap[i] < gap[deepest]:
+        while i < last and row.gap[i] - row.low < 0.55 * displacement:
+            if row.gap[i] < row.gap[deepest]:
                 deepest = i
             i += 1
         stop = i - 1
-        cosine = np.cos(angle[deepest])
-        reach = 0.55 * displacement - (gap[deepest] - low)
+        cosine = np.cos(row.angle[deepest])
+        reach = 0.55 * displacement - (row.gap[deepest] - row.low)
         # Ends between grid points.
-        left, right = grid_y[start], grid_y[stop]
-        if gap[start - 1] < NO_WHEEL:
-            share = (low + 0.55 * displacement - gap[start]) / max(gap[start - 1] - gap[start], 1e-12)
-            left -= min(share, 1.0) * (grid_y[start] - grid_y[start - 1])
-        if gap[stop + 1] < NO_WHEEL:
-            share = (low + 0.55 * displacement - gap[stop]) / max(gap[stop + 1] - gap[stop], 1e-12)
-            right += min(share, 1.0) * (grid_y[stop + 1] - grid_y[stop])
+        left, right = row.y[start], row.y[stop]
+        if row.gap[start - 1] < NO_WHEEL:
+            share = (row.low + 0.55 * displacement - row.gap[start]) / max(
+                row.gap[start - 1] - row.gap[start], 1e-12
+            )
+            left -= min(share, 1.0) * (row.y[start] - row.y[start - 1])
+        if row.gap[stop + 1] < NO_WHEEL:
+            share = (row.low + 0.55 * displacement - row.gap[stop]) / max(
+                row.gap[stop + 1] - row.gap[stop], 1e-12
+            )
+            right += min(share, 1.0) * (row.y[stop + 1] - row.y[stop])
         half = 0.5 * (right - left) / cosine
         across = reach * cosine / (half * half)
-        along = 0.5 * (cosine / radius[deepest] + kappa / (1.0 - kappa * grid_z[deepest]) * cosine)
+        along = 0.5 * (cosine / row.radius[deepest] + row.kappa / (1.0 - row.kappa * row.z[deepest]) * cosine)
         along_share, across_share, slope = hertz_at(table, along / across)
         # Depth below the rim of the ellipse: `across_share` of the part's own displacement.
-        own = displacement - (gap[deepest] - low)
-        rim = (gap[deepest] - low) + across_share * own
+        own = displacement - (row.gap[deepest] - row.low)
+        rim = (row.gap[deepest] - row.low) + across_share * own
         per_depth = along_share / across_share * cosine / along
         area = 0.0
         a, b = start, stop
-        while a > 1 and gap[a - 1] - low < rim:
+        while a > 1 and row.gap[a - 1] - row.low < rim:
             a -= 1
-        while b < last and gap[b + 1] - low < rim:
+        while b < last and row.gap[b + 1] - row.low < rim:
             b += 1
         for k in range(a, b + 1):
-            depth = rim - (gap[k] - low)
+            depth = rim - (row.gap[k] - row.low)
             if depth > 0.0:
-                area += depth * per_depth * 0.5 * (grid_y[k + 1] - grid_y[k - 1]) / cosine
+                area += depth * per_depth * 0.5 * (row.y[k + 1] - row.y[k - 1]) / cosine
         stiff = slope * along / np.pi
-        lobes[used, 0] = grid_y[a] - 0.5 * (grid_y[a] - grid_y[a - 1])
-        lobes[used, 1] = grid_y[b] + 0.5 * (grid_y[b + 1] - grid_y[b])
+        spans[used].ends[0] = row.y[a] - 0.5 * (row.y[a] - row.y[a - 1])
+        spans[used].ends[1] = row.y[b] + 0.5 * (row.y[b + 1] - row.y[b])
         if across_share < 0.55:
-            while a < b and gap[a] - low > rim:
+            while a < b and row.gap[a] - row.low > rim:
                 a += 1
-            while b > a and gap[b] - low > rim:
+            while b > a and row.gap[b] - row.low > rim:
                 b -= 1
-            lobes[used, 0] = grid_y[a] - 0.5 * (grid_y[a] - grid_y[a - 1])
-            lobes[used, 1] = grid_y[b] + 0.5 * (grid_y[b + 1] - grid_y[b])
-        lobes[used, 2] = per_depth
-        lobes[used, 3] = rim
-        lobes[used, 4] = stiff
+            spans[used].ends[0] = row.y[a] - 0.5 * (row.y[a] - row.y[a - 1])
+            spans[used].ends[1] = row.y[b] + 0.5 * (row.y[b + 1] - row.y[b])
+        spans[used].per_depth = per_depth
+        spans[used].rim = rim
+        spans[used].per_square = stiff
         force = 0.5 * np.pi * stiff * area
-        total += force * cosine if vertical else force
+        total += force * cosine if row.vertical else force
         used += 1
     return total, used
 
 
-@kernel
-def first_displacement(
-    load: float, low: float, vertical: bool, grid_y: FloatArray, grid_z: FloatArray, angle: FloatArray,
-    gap: FloatArray, radius: FloatArray, kappa: float, table: FloatArray, lobes: FloatArray,
-) -> tuple[float, int]:  # fmt: skip
-    """Vertical displacement at which elliptic patches about carry the load, and their number."""
+@bare_kernel
+def first_displacement(row: Row, guess: float, table: FloatArray, spans: Records) -> tuple[float, int]:
+    """Vertical displacement at which elliptic patches about carry the load, or a guess; and their number."""
     small, large = 0.0, 0.0
-    displacement = 5e-5
+    displacement = guess if guess > 0.0 else 5e-5
     parts = 0
     for _ in range(40):
-        value, parts = _start(
-            displacement, low, vertical, grid_y, grid_z, angle, gap, radius, kappa, table, lobes
-        )
-        if parts > 0 and abs(value / load - 1.0) < 0.02:
+        value, parts = _start(displacement, row, table, spans)
+        if parts > 0 and (guess > 0.0 or abs(value / row.load - 1.0) < 0.02):
             break
-        if value < load:
+        if value < row.load:
             small = displacement
         else:
             large = displacement
-        guess = displacement * (load / value) ** (2.0 / 3.0) if value > 0.0 else 4.0 * displacement
-        guess = min(max(guess, 0.25 * displacement), 4.0 * displacement)
-        if large > 0.0 and not small < guess < large:
-            guess = 0.5 * (small + large)
-        displacement = guess
+        aim = displacement * (row.load / value) ** (2.0 / 3.0) if value > 0.0 else 4.0 * displacement
+        aim = min(max(aim, 0.25 * displacement), 4.0 * displacement)
+        if large > 0.0 and not small < aim < large:
+            aim = 0.5 * (small + large)
+        displacement = aim
     return displacement, parts

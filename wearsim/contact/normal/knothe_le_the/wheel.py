@@ -5,36 +5,29 @@ Equations and sources: see `knothe_le_the`.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
-from wearsim.contact.kernel import kernel
-from wearsim.contact.normal.knothe_le_the.equations import pair_up
-from wearsim.contact.normal.knothe_le_the.refit import APART, another_part, end_of, refit, rotated
+from wearsim.contact.kernel import bare_kernel
+from wearsim.contact.normal.knothe_le_the.equations import Work, pair_up
+from wearsim.contact.normal.knothe_le_the.refit import (
+    APART,
+    another_part,
+    end_of,
+    forget,
+    forget_ends,
+    refit,
+    rotated,
+)
 from wearsim.contact.normal.knothe_le_the.solution import newton, relax
 from wearsim.contact.normal.knothe_le_the.strips import (
-    ANGLE,
-    COSINE,
-    FIELDS,
-    GAP,
-    LOAD,
-    LOBES,
-    LOG,
     MARGIN,
-    MIDDLE,
-    ORIGIN,
-    OUTER,
-    PART,
-    PLANE,
-    SQUARE,
-    STRIPS,
-    TILT,
-    TURN,
-    WEIGHT,
-    WIDTH,
-    S,
-    Y,
+    Records,
+    Row,
     cut_strips,
+    first_beyond,
     first_displacement,
     planes_of,
     share_points,
@@ -53,193 +46,272 @@ _FAR = 0.5  # widths of a strip, by which an end moved, from which lengths and p
 _WIDEST = 0.65e-3  # m, of a strip: profiles change their radius within wide patches
 
 
-@kernel
-def solve_wheel(
-    load: float, vertical: bool, count: int, grid_y: FloatArray, grid_z: FloatArray, slope: FloatArray,
-    angle: FloatArray, gap: FloatArray, radius: FloatArray, kappa: float, coarse: int, influence: FloatArray,
-    hertz: FloatArray, strips: FloatArray, lobe: IntArray, spans: FloatArray, info: FloatArray,
-) -> int:  # fmt: skip
-    """Find the strips of one wheel under a load (over pi E*); return a fault or 0.
+@bare_kernel
+def _is_inside(row: Row) -> bool:
+    """Whether the lowest gap lies within both profiles."""
+    k = 0
+    for i in range(row.gap.size):
+        if row.gap[i] < row.gap[k]:
+            k = i
+    return 3 <= k <= row.gap.size - 4 and row.gap[k - 1] < NO_WHEEL and row.gap[k + 1] < NO_WHEEL
 
-    `strips` (fields, most strips) and `lobe` (number of the part of the profile each belongs to) get the
-    strips; `info` the number of strips, the displacement from initial contact, the lowest gap, stages,
-    sweeps, steps.
-    """
-    low = gap.min()
-    if low >= NO_WHEEL:
-        return NO_CONTACT
-    k = int(gap.argmin())
-    if k < 3 or k > gap.size - 4 or gap[k - 1] >= NO_WHEEL or gap[k + 1] >= NO_WHEEL:
-        return AT_EDGE
-    displacement, parts = first_displacement(
-        load, low, vertical, grid_y, grid_z, angle, gap, radius, kappa, hertz, spans
-    )
-    if parts == 0:
-        return NO_BALANCE
-    spans[:, STRIPS:] = 0.0
-    most = strips.shape[1]
-    old = np.empty((4, most))
-    old_total = 0
-    pairs = np.empty((3, most, most))
-    near, far = np.empty((most, most)), np.empty((most, most))
-    matrix, right = np.empty((2 * most + 1, 2 * most + 1)), np.empty(2 * most + 1)
-    plain_matrix = np.empty((most + 1, most + 1))
-    active = np.empty(most, np.int64)
-    before = np.empty((2, most))
-    fresh = np.empty_like(spans)
-    planes = np.empty((spans.shape[0], PLANE))
-    uncertain = False
-    made_for, scale = np.zeros(most + 1, np.int64), np.empty(3)
-    may_split, splits = True, 0
-    for stage in range(_STAGES):
-        # Parts that meet are one.
-        k = 0
-        while k + 1 < parts:
-            if spans[k + 1, 0] - spans[k, 1] < APART:
-                may_split = may_split and splits == 0
-                spans[k, 1] = max(spans[k + 1, 1], spans[k, 1])
-                spans[k, STRIPS:] = 0.0
-                for other in range(k + 1, parts - 1):
-                    spans[other] = spans[other + 1]
-                parts -= 1
+
+@bare_kernel
+def _lay_parts(stage: int, count: int, parts: int, old_total: int, row: Row, work: Work) -> tuple[int, int]:
+    """Lay strips in every part, with the pressures of the set before; a fault or 0, and their number."""
+    strips, old, spans, planes = work.strips, work.old, work.spans, work.planes
+    total = old_total - old_total
+    for k in range(parts):
+        # Strips much narrower than long make Newton's method fail.
+        each = max(8, (3 * count) // 5) if stage == 0 else count
+        if stage > 0:
+            # As many as before if that is nearly right: else the ends might wander to and fro.
+            wished = (spans[k].ends[1] - spans[k].ends[0]) / _WIDEST
+            each = int(spans[k].strips) if abs(wished - spans[k].strips - 0.5) < 0.8 else int(wished)
+            each = max(count, min(2 * count, each))
+            spans[k].strips = each
+        longest = 0.0
+        for j in range(old_total):
+            if spans[k].ends[0] <= old[j].y <= spans[k].ends[1]:
+                longest = max(longest, old[j].square)
+        if longest > 0.0:
+            each = min(each, max(8, int(100.0 * (spans[k].ends[1] - spans[k].ends[0]) / np.sqrt(longest))))
+        if total + each > strips.size:
+            return NO_BALANCE, total
+        a, b = spans[k].ends[0], spans[k].ends[1]
+        # Middle and angle of the plane: of the pressures, at first of the depths.
+        weight, moment, tilt = 0.0, 0.0, 0.0
+        known = planes[k].weight > 0.0
+        middle, delta = planes[k].middle, planes[k].tilt
+        if not known:
+            i = max(first_beyond(row.y, row.y.size, a), 1)
+            while i < row.y.size - 1 and row.y[i] < b:
+                g = max(spans[k].rim - (row.gap[i] - row.low), 1e-12) * (row.y[i + 1] - row.y[i - 1])
+                weight += g
+                moment += g * row.y[i]
+                tilt += g * row.angle[i]
+                i += 1
+            if weight == 0.0:
+                return NO_BALANCE, total
+            middle, delta = moment / weight, tilt / weight
+        if not cut_strips(a, b, middle, delta, row, strips, total, each):
+            return AT_EDGE, total
+        for j in range(total, total + each):
+            strips[j].part = k
+            if known:
+                # Linear between strips with pressure and the ends.
+                y = strips[j].y
+                i = first_beyond(old.y, old_total, y)
+                left, left_p, left_q = a + MARGIN * (b - a) / each, 0.0, 0.0
+                right_end, right_p, right_q = b - MARGIN * (b - a) / each, 0.0, 0.0
+                if i > 0 and (old[i - 1].y > left or y <= left):
+                    left, left_p, left_q = old[i - 1].y, old[i - 1].load, old[i - 1].square
+                if i < old_total and (old[i].y < right_end or y >= right_end):
+                    right_end, right_p, right_q = old[i].y, old[i].load, old[i].square
+                share = (y - left) / (right_end - left)
+                strips[j].load = left_p + share * (right_p - left_p)
+                strips[j].square = left_q + share * (right_q - left_q)
+                if not (0.0 < share < 1.0 and strips[j].load > 0.0 and strips[j].square > 0.0):
+                    strips[j].load, strips[j].square = 0.0, 0.0
             else:
-                k += 1
-        planes_of(spans, parts, old, old_total, grid_y, grid_z, angle, planes)
-        total = int(np.int64(0))  # numba would compile the kernels for a literal 0 once more
-        for k in range(parts):
-            # Strips much narrower than long make Newton's method fail.
-            each = coarse if stage == 0 else count
-            if stage > 0:
-                # As many as before if that is nearly right: else the ends might wander to and fro.
-                wished = (spans[k, 1] - spans[k, 0]) / _WIDEST
-                each = int(spans[k, STRIPS]) if abs(wished - spans[k, STRIPS] - 0.5) < 0.8 else int(wished)
-                each = max(count, min(2 * count, each))
-                spans[k, STRIPS] = each
-            longest = 0.0
-            for j in range(old_total):
-                if spans[k, 0] <= old[0, j] <= spans[k, 1]:
-                    longest = max(longest, old[2, j])
-            if longest > 0.0:
-                each = min(each, max(8, int(100.0 * (spans[k, 1] - spans[k, 0]) / np.sqrt(longest))))
-            if total + each > most:
-                return NO_BALANCE
-            a, b = spans[k, 0], spans[k, 1]
-            # Middle and angle of the plane: of the pressures, at first of the depths.
-            weight, moment, tilt = 0.0, 0.0, 0.0
-            known = planes[k, WEIGHT] > 0.0
-            middle, delta = planes[k, MIDDLE], planes[k, TILT]
-            if not known:
-                i = max(np.searchsorted(grid_y, a), 1)
-                while i < grid_y.size - 1 and grid_y[i] < b:
-                    g = max(spans[k, 3] - (gap[i] - low), 1e-12) * (grid_y[i + 1] - grid_y[i - 1])
-                    weight += g
-                    moment += g * grid_y[i]
-                    tilt += g * angle[i]
-                    i += 1
-                if weight == 0.0:
-                    return NO_BALANCE
-                middle, delta = moment / weight, tilt / weight
-            if not cut_strips(
-                a, b, middle, delta, low, grid_y, grid_z, slope, gap, radius, kappa, strips, total, each
-            ):
-                return AT_EDGE
-            for j in range(total, total + each):
-                lobe[j] = k
-                if known:
-                    # Linear between strips with pressure and the ends.
-                    y = strips[Y, j]
-                    i = int(np.searchsorted(old[0, :old_total], y))
-                    left, left_p, left_q = a + MARGIN * (b - a) / each, 0.0, 0.0
-                    right_end, right_p, right_q = b - MARGIN * (b - a) / each, 0.0, 0.0
-                    if i > 0 and (old[0, i - 1] > left or y <= left):
-                        left, left_p, left_q = old[0, i - 1], old[1, i - 1], old[2, i - 1]
-                    if i < old_total and (old[0, i] < right_end or y >= right_end):
-                        right_end, right_p, right_q = old[0, i], old[1, i], old[2, i]
-                    share = (y - left) / (right_end - left)
-                    strips[LOAD, j] = left_p + share * (right_p - left_p)
-                    strips[SQUARE, j] = left_q + share * (right_q - left_q)
-                    if not (0.0 < share < 1.0 and strips[LOAD, j] > 0.0 and strips[SQUARE, j] > 0.0):
-                        strips[LOAD, j], strips[SQUARE, j] = 0.0, 0.0
-                else:
-                    depth = spans[k, 3] - strips[GAP, j] / strips[TURN, j]
-                    q = max(depth, 0.02 * spans[k, 3]) * spans[k, 2]
-                    strips[SQUARE, j], strips[LOAD, j] = q, q * spans[k, 4]
-            total += each
-        pair_up(strips, lobe, total, pairs)
-        for j in range(total):
-            strips[SQUARE, j] = max(strips[SQUARE, j], 1e-10)
-        if stage == 0 or uncertain or stage >= _HARD:
-            displacement, steps, done = relax(
-                strips, lobe, total, displacement, load, vertical, influence, _CLOSE, active, pairs, near,
-                far, plain_matrix, right,
-            )  # fmt: skip
-            info[4] += steps
-            if not done:
-                return NO_BALANCE
-        again, uncertain, kept, more = True, False, parts, 0
-        for tolerance in (_FIRST if stage == 1 else _ROUGH, _DONE):
-            if stage > 0:
-                kept_displacement = displacement
-                for j in range(total):
-                    before[0, j], before[1, j] = strips[LOAD, j], strips[SQUARE, j]
-                displacement, steps, done = newton(
-                    strips, lobe, total, displacement, load, vertical, influence, tolerance, active, pairs,
-                    matrix, right, made_for, scale,
-                )  # fmt: skip
-                info[5] += steps
-                if not done:
-                    for j in range(total):
-                        strips[LOAD, j], strips[SQUARE, j] = before[0, j], before[1, j]
-                    made_for[0] = 0
-                    displacement, steps, done = relax(
-                        strips, lobe, total, kept_displacement, load, vertical, influence, 0.1 * tolerance,
-                        active, pairs, near, far, plain_matrix, right,
-                    )  # fmt: skip
-                    info[4] += steps
-                if not done:
-                    return NO_BALANCE
-            old_total = 0
-            for j in range(total):
-                if strips[LOAD, j] > 0.0:
-                    strips[LOG, j] = 0.5 * np.log(strips[SQUARE, j])
-                    old[0, old_total], old[1, old_total] = strips[Y, j], strips[LOAD, j]
-                    old[2, old_total], old[3, old_total] = strips[SQUARE, j], strips[WIDTH, j]
-                    old_total += 1
-            kept, more, again = refit(
-                stage, displacement, low, count, parts, may_split, grid_y, grid_z, angle, gap, strips, lobe,
-                total, influence, spans, fresh,
-            )  # fmt: skip
-            if not again:
-                again = rotated(
-                    fresh, kept, old, old_total, strips, lobe, total, grid_y, grid_z, angle, planes
-                )
-            if again and stage < _STAGES - 1:
-                break
-        info[0], info[1], info[2], info[3] = total, displacement, low, stage
-        parts = kept
-        splits += more
-        uncertain = more > 0
-        for k in range(parts):
-            for side in range(2):
-                moved = abs(fresh[k, side] - spans[k, side]) / (fresh[k, 1] - fresh[k, 0])
-                uncertain = uncertain or (stage == 0 and moved * count > _FAR)
-            spans[k] = fresh[k]
-        if (stage == 1 or not again) and another_part(
-            displacement, low, parts, grid_y, grid_z, angle, gap, radius, strips, total, influence, spans
-        ):
-            parts += 1
-            again = uncertain = True
-            spans[:, OUTER:] = 0.0
-        if not again:
-            return 0
-    return 0
+                depth = spans[k].rim - strips[j].gap / strips[j].turn
+                q = max(depth, 0.02 * spans[k].rim) * spans[k].per_depth
+                strips[j].square, strips[j].load = q, q * spans[k].per_square
+        total += each
+    return 0, total
 
 
 _SMALLEST = 5e-4  # of the load: patches below are left out
 _FINE = 160  # samples of the largest pressure
 
 
-@kernel
+@bare_kernel
+def _find_patches(
+    total: int, displacement: float, load: float, modulus: float, row: Row, strips: Records, patches: Records,
+    nodes: FloatArray,
+) -> tuple[int, int]:  # fmt: skip
+    """Find the patches of a wheel, by falling normal force; return a fault or 0, and their number."""
+    # Runs of strips with pressure are patches.
+    runs, j, carried = 0, 0, 0.0
+    while j < total:
+        if strips[j].load <= 0.0:
+            j += 1
+            continue
+        first, force = j, 0.0
+        while j < total and strips[j].load > 0.0 and strips[j].part == strips[first].part:
+            force += 0.5 * np.pi * np.pi * modulus * strips[j].load * strips[j].width
+            j += 1
+        if force > _SMALLEST * load:
+            carried += force * (strips[first].cosine if row.vertical else 1.0)
+            place = runs
+            runs += 1
+            if runs > MOST_PATCHES:
+                break
+            while place > 0 and patches[place - 1].force < force:
+                patches[place] = patches[place - 1]
+                place -= 1
+            one = patches[place]
+            one.force, one.first, one.last = force, first, j - 1
+    if runs > MOST_PATCHES:
+        return TOO_MANY, runs
+    if runs > 1 and not row.vertical:
+        return NOT_SINGLE, runs
+    for rank in range(runs):
+        one = patches[rank]
+        x, f, c = nodes[0, rank], nodes[1, rank], nodes[2, rank]
+        a, b = one.first, one.last
+        n = b - a + 1
+        width = strips[a].width
+        one.scale = load / carried
+        one.force *= one.scale
+        one.displacement = displacement
+        one.angle, one.origin = strips[a].angle, strips[a].origin
+        for step in range(1, -2, -2):
+            edge = a if step > 0 else b
+            end = strips[edge].s + step * width * (end_of(strips, edge, step, n) - 0.5)
+            if step > 0:
+                one.start = end
+            else:
+                one.stop = end
+        weighted, sum_load = 0.0, 0.0
+        one.nodes = 1
+        x[0], f[0] = one.start, 0.0
+        for j in range(a, b + 1):
+            weighted += strips[j].load * value_at(strips[j].y, row.y, row.angle)
+            sum_load += strips[j].load
+            # The outermost strips may lie in part outside of the patch.
+            if n > 2 and j in (a, b):
+                continue
+            x[one.nodes], f[one.nodes] = strips[j].s, strips[j].square
+            c[one.nodes] = strips[j].load / strips[j].square
+            one.nodes += 1
+        x[one.nodes], f[one.nodes] = one.stop, 0.0
+        c[0], c[one.nodes] = c[1], c[one.nodes - 1]
+        one.nodes += 1
+        one.own = weighted / sum_load
+    return 0, runs
+
+
+@bare_kernel
+def solve_wheels(
+    rows: IntArray, load: FloatArray, start: FloatArray, vertical: bool, rough: bool, modulus: float,
+    count: int, profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], gaps: FloatArray,
+    lowest: FloatArray, radii: FloatArray, alongs: FloatArray, kappa: float, table: FloatArray,
+    hertz: FloatArray, work: Work, number: IntArray, fault: IntArray, patches: Records, nodes: FloatArray,
+) -> None:  # fmt: skip
+    """Solve every row and find its patches, by falling normal force.
+
+    `nodes` (3, n, most, k) get place s, squared half-length and pressure slope between which the patch is
+    interpolated. `start` is a vertical displacement nearby, or NaN.
+    """
+    strips, old, before, spans, fresh = work.strips, work.old, work.before, work.spans, work.fresh
+    none = int(np.int64(0))  # numba would compile the kernels for a literal 0 once more
+    for n in range(load.size):
+        r = rows[n]
+        if lowest[r] >= NO_WHEEL:
+            fault[r] = NO_CONTACT
+            continue
+        row = Row(
+            profile[0], profile[1], profile[2], profile[3], gaps[r], radii[r], alongs[r], lowest[r], kappa,
+            load[n] / (np.pi * modulus), vertical,
+        )  # fmt: skip
+        if not _is_inside(row):
+            fault[r] = AT_EDGE
+            continue
+        displacement, parts = first_displacement(row, start[n] - row.low, hertz, spans)
+        if parts == 0:
+            fault[r] = NO_BALANCE
+            continue
+        for k in range(spans.size):
+            forget(spans[k])
+        old_total = total = failed = none
+        uncertain, may_split, splits = False, True, 0
+        work.made_for[0] = 0
+        for stage in range(_STAGES):
+            # Parts that meet are one.
+            k = 0
+            while k + 1 < parts:
+                if spans[k + 1].ends[0] - spans[k].ends[1] < APART:
+                    may_split = may_split and splits == 0
+                    spans[k].ends[1] = max(spans[k + 1].ends[1], spans[k].ends[1])
+                    forget(spans[k])
+                    for other in range(k + 1, parts - 1):
+                        spans[other] = spans[other + 1]
+                    parts -= 1
+                else:
+                    k += 1
+            planes_of(spans, parts, old, old_total, row, work.share, work.planes)
+            failed, total = _lay_parts(stage, count, parts, old_total, row, work)
+            if failed != 0:
+                break
+            pair_up(strips, total, work.pairs)
+            work.expanded[0] = 0
+            for j in range(total):
+                strips[j].square = max(strips[j].square, 1e-10)
+            if stage == 0 or uncertain or stage >= _HARD:
+                displacement, done = relax(work, row, total, displacement, table, _CLOSE)
+                if not done:
+                    failed = NO_BALANCE
+                    break
+            again, uncertain, kept, more = True, False, parts, none
+            for tolerance in (_FIRST if stage == 1 else _ROUGH, _DONE):
+                if stage > 0:
+                    kept_displacement = displacement
+                    for j in range(total):
+                        before[j].load, before[j].square = strips[j].load, strips[j].square
+                    displacement, done = newton(work, row, total, displacement, table, tolerance)
+                    if not done:
+                        for j in range(total):
+                            strips[j].load, strips[j].square = before[j].load, before[j].square
+                        work.made_for[0] = 0
+                        displacement, done = relax(
+                            work, row, total, kept_displacement, table, 0.1 * tolerance
+                        )
+                    if not done:
+                        failed = NO_BALANCE
+                    if rough or not done:
+                        break
+                old_total = none
+                for j in range(total):
+                    if strips[j].load > 0.0:
+                        strips[j].log = 0.5 * np.log(strips[j].square)
+                        old[old_total].y, old[old_total].load = strips[j].y, strips[j].load
+                        old[old_total].square, old[old_total].width = strips[j].square, strips[j].width
+                        old_total += 1
+                kept, more, again = refit(
+                    stage, displacement, count, parts, may_split, row, work, total, table
+                )
+                if not again:
+                    again = rotated(kept, old_total, total, row, work)
+                if again and stage < _STAGES - 1:
+                    break
+            if failed != 0 or (rough and stage > 0):
+                break
+            parts = kept
+            splits += more
+            uncertain = more > 0
+            for k in range(parts):
+                for side in range(2):
+                    moved = abs(fresh[k].ends[side] - spans[k].ends[side]) / (
+                        fresh[k].ends[1] - fresh[k].ends[0]
+                    )
+                    uncertain = uncertain or (stage == 0 and moved * count > _FAR)
+                spans[k] = fresh[k]
+            if (stage == 1 or not again) and another_part(displacement, parts, row, work, total, table):
+                parts += 1
+                again = uncertain = True
+                for k in range(spans.size):
+                    forget_ends(spans[k])
+            if not again:
+                break
+        if failed == 0:
+            failed, number[n] = _find_patches(
+                total, displacement, load[n], modulus, row, strips, patches[n], nodes[:, n]
+            )
+        fault[r] = failed
+
+
+@bare_kernel
 def _slopes(x: FloatArray, f: FloatArray, n: int, slope: FloatArray) -> None:
     """Take derivatives at nodes of the parabolas through each and its neighbours."""
     for k in range(1, n - 1):
@@ -250,7 +322,7 @@ def _slopes(x: FloatArray, f: FloatArray, n: int, slope: FloatArray) -> None:
     slope[n - 1] = 2.0 * (f[n - 1] - f[n - 2]) / (x[n - 1] - x[n - 2]) - slope[n - 2]
 
 
-@kernel
+@bare_kernel
 def _between(
     x: FloatArray, f: FloatArray, slope: FloatArray, c: FloatArray, k: int, at: float
 ) -> tuple[float, float]:
@@ -263,170 +335,95 @@ def _between(
     return f[k] + t * rise + t * u * (a * u + b * t), c[k] + t * (c[k + 1] - c[k])
 
 
-@kernel
-def solve_patches(
-    load: FloatArray, vertical: bool, modulus: float, count: int, grid_y: FloatArray, grid_z: FloatArray,
-    slope: FloatArray, angle: FloatArray, gaps: FloatArray, radii: FloatArray, alongs: FloatArray,
-    kappa: float, influence: FloatArray, hertz: FloatArray, number: IntArray, fault: IntArray,
-    out_y: FloatArray, out_half: FloatArray, out_skew: FloatArray, out_slope: FloatArray,
-    out_edge: FloatArray, values: FloatArray,
-) -> None:  # fmt: skip
-    """Solve every row and lay its patches, by falling normal force.
+class Cut(NamedTuple):
+    """Strips of equal width: centres, half-lengths, middles, pressure slopes; edges on the profile."""
 
-    `values` (n, most, 13): centre y, angle of the plane, approach, normal force, largest pressure, load
-    scale, displacement, width of the strips; place y from which the patch is seen, its angle for itself,
-    approach at that place, and how far across and along its centre lies from there.
-    """
-    most = 4 * count
-    strips, lobe = np.zeros((FIELDS, most)), np.zeros(most, np.int64)
-    spans, info = np.zeros((LOBES, PART)), np.zeros(6)
-    first, last = np.zeros(most, np.int64), np.zeros(most, np.int64)
-    force, order = np.zeros(most), np.zeros(most, np.int64)
-    x, f, c, tilt = (np.zeros(most + 2), np.zeros(most + 2), np.zeros(most + 2), np.zeros(most + 2))
-    count_out = out_y.shape[2]
-    for row in range(load.size):
-        gap, along = gaps[row], alongs[row]
-        info[:] = 0.0
-        fault[row] = solve_wheel(
-            load[row] / (np.pi * modulus), vertical, count, grid_y, grid_z, slope, angle, gap, radii[row],
-            kappa, max(8, (3 * count) // 5), influence, hertz, strips, lobe, spans, info,
-        )  # fmt: skip
-        if fault[row] != 0:
-            continue
-        total, displacement, low = int(info[0]), info[1], info[2]
-        # Runs of strips with pressure are patches.
-        runs, j = 0, 0
-        carried = 0.0
-        while j < total:
-            if strips[LOAD, j] <= 0.0:
-                j += 1
+    y: FloatArray
+    half: FloatArray
+    middle: FloatArray
+    slope: FloatArray
+    edge: FloatArray
+
+
+@bare_kernel
+def cut_patches(
+    rows: IntArray, places: IntArray, ranks: IntArray, counts: IntArray, patches: Records, nodes: FloatArray,
+    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], gaps: FloatArray, lowest: FloatArray,
+    alongs: FloatArray, tilt: FloatArray, share: FloatArray, out: Cut,
+) -> None:  # fmt: skip
+    """Cut patches, by row, into strips of equal width; what lies behind the strips of a patch is padding."""
+    grid_y, grid_z = profile[0], profile[1]
+    for m in range(rows.size):
+        one, strips = patches[m], counts[m]
+        gap, along, low = gaps[rows[m]], alongs[rows[m]], lowest[rows[m]]
+        x, f, c = nodes[0, places[m], ranks[m]], nodes[1, places[m], ranks[m]], nodes[2, places[m], ranks[m]]
+        left, right, last = one.start, one.stop, one.nodes - 2
+        _slopes(x, f, one.nodes, tilt)
+        top = 0.0
+        for k in range(one.nodes):
+            top = max(top, f[k])
+        # The largest pressure on a fine grid of its own.
+        k, total, peak = 0, 0.0, 0.0
+        for j in range(_FINE):
+            s = left + (right - left) * (j + 0.5) / _FINE
+            while k < last and x[k + 1] < s:
+                k += 1
+            q, ratio = _between(x, f, tilt, c, k, s)
+            q = max(q, 1e-9 * top)
+            total += q * ratio
+            peak = max(peak, ratio * np.sqrt(q))
+        one.pressure = peak * one.force / (0.5 * np.pi * total * (right - left) / _FINE)
+        # Strips of the solution, along the profile.
+        cosine, sine = np.cos(one.angle), np.sin(one.angle)
+        i = first_beyond(grid_y, grid_y.size, one.origin) - 1
+        to_origin = (one.origin - grid_y[i]) / (grid_y[i + 1] - grid_y[i])
+        base = grid_z[i] + to_origin * (grid_z[i + 1] - grid_z[i])
+        s_here = (grid_y[i] - one.origin) * cosine + (grid_z[i] - base) * sine
+        while s_here > left and i > 0:
+            i -= 1
+            s_here = (grid_y[i] - one.origin) * cosine + (grid_z[i] - base) * sine
+        s_next = (grid_y[i + 1] - one.origin) * cosine + (grid_z[i + 1] - base) * sine
+        step = (right - left) / strips
+        k, volume, moment, lowest_here = 0, 0.0, 0.0, NO_WHEEL
+        for n in range(2 * strips + 1):
+            s, j = left + 0.5 * n * step, n // 2
+            while s > s_next and i < gap.size - 3:
+                i += 1
+                s_here = s_next
+                s_next = (grid_y[i + 1] - one.origin) * cosine + (grid_z[i + 1] - base) * sine
+                if s_here >= left:
+                    lowest_here = min(lowest_here, gap[i])
+            part = (s - s_here) / (s_next - s_here)
+            if n % 2 == 0:
+                out.edge[m, j] = grid_y[i] + part * (grid_y[i + 1] - grid_y[i])
+                lowest_here = min(lowest_here, gap[i] + part * (gap[i + 1] - gap[i]))
                 continue
-            first[runs] = j
-            force[runs] = 0.0
-            while j < total and strips[LOAD, j] > 0.0 and lobe[j] == lobe[first[runs]]:
-                force[runs] += 0.5 * np.pi * np.pi * modulus * strips[LOAD, j] * strips[WIDTH, j]
-                j += 1
-            last[runs] = j - 1
-            if force[runs] > _SMALLEST * load[row]:
-                carried += force[runs] * (strips[COSINE, first[runs]] if vertical else 1.0)
-                runs += 1
-        if runs > MOST_PATCHES:
-            fault[row] = TOO_MANY
-            continue
-        if runs > 1 and not vertical:
-            fault[row] = NOT_SINGLE
-            continue
-        scale = load[row] / carried
-        number[row] = runs
-        for k in range(runs):
-            order[k] = k
-        for k in range(1, runs):
-            m = k
-            while m > 0 and force[order[m]] > force[order[m - 1]]:
-                swap = order[m]
-                order[m] = order[m - 1]
-                order[m - 1] = swap
-                m -= 1
-        for rank in range(runs):
-            a, b = first[order[rank]], last[order[rank]]
-            n = b - a + 1
-            width = strips[WIDTH, a]
-            left = strips[S, a] + width * (end_of(strips, a, 1, n) - 0.5)
-            right = strips[S, b] - width * (end_of(strips, b, -1, n) - 0.5)
-            nodes = 1
-            x[0], f[0] = left, 0.0
-            for j in range(a, b + 1):
-                # The outermost strips may lie in part outside of the patch.
-                if n > 2 and j in (a, b):
-                    continue
-                x[nodes], f[nodes] = strips[S, j], strips[SQUARE, j]
-                c[nodes] = strips[LOAD, j] / strips[SQUARE, j]
-                nodes += 1
-            x[nodes], f[nodes] = right, 0.0
-            c[0], c[nodes] = c[1], c[nodes - 1]
-            nodes += 1
-            _slopes(x, f, nodes, tilt)
-            top = 0.0
-            for k in range(nodes):
-                top = max(top, f[k])
-            # The largest pressure on a fine grid of its own.
-            k, sum_fine, peak = 0, 0.0, 0.0
-            for j in range(_FINE):
-                s = left + (right - left) * (j + 0.5) / _FINE
-                while k < nodes - 2 and x[k + 1] < s:
-                    k += 1
-                q, ratio = _between(x, f, tilt, c, k, s)
-                q = max(q, 1e-9 * top)
-                sum_fine += q * ratio
-                peak = max(peak, ratio * np.sqrt(q))
-            normal = force[order[rank]] * scale
-            peak *= normal / (0.5 * np.pi * sum_fine * (right - left) / _FINE)
-            # Strips of the solution, along the profile.
-            delta, origin = strips[ANGLE, a], strips[ORIGIN, a]
-            cosine, sine = np.cos(delta), np.sin(delta)
-            i = np.searchsorted(grid_y, origin) - 1
-            share = (origin - grid_y[i]) / (grid_y[i + 1] - grid_y[i])
-            base = grid_z[i] + share * (grid_z[i + 1] - grid_z[i])
-            base_x = along[i] + share * (along[i + 1] - along[i])
-            i = max(i - int(2.0 * (abs(left) + 1e-3) / (grid_y[i + 1] - grid_y[i])), 0)
-            s_here = (grid_y[i] - origin) * cosine + (grid_z[i] - base) * sine
-            while s_here > left and i > 0:
-                i -= 1
-                s_here = (grid_y[i] - origin) * cosine + (grid_z[i] - base) * sine
-            s_next = (grid_y[i + 1] - origin) * cosine + (grid_z[i + 1] - base) * sine
-            step = (right - left) / count_out
-            k, volume, moment, lowest = 0, 0.0, 0.0, NO_WHEEL
-            for j in range(2 * count_out + 1):
-                s = left + 0.5 * j * step
-                while s > s_next and i < gap.size - 3:
-                    i += 1
-                    s_here = s_next
-                    s_next = (grid_y[i + 1] - origin) * cosine + (grid_z[i + 1] - base) * sine
-                    if s_here >= left:
-                        lowest = min(lowest, gap[i])
-                share = (s - s_here) / (s_next - s_here)
-                if j % 2 == 0:
-                    out_edge[row, rank, j // 2] = grid_y[i] + share * (grid_y[i + 1] - grid_y[i])
-                    lowest = min(lowest, gap[i] + share * (gap[i + 1] - gap[i]))
-                    continue
-                while k < nodes - 2 and x[k + 1] < s:
-                    k += 1
-                q, ratio = _between(x, f, tilt, c, k, s)
-                q = max(q, 1e-9 * top)
-                out_y[row, rank, j // 2] = s
-                out_half[row, rank, j // 2] = np.sqrt(q)
-                out_skew[row, rank, j // 2] = along[i] + share * (along[i + 1] - along[i]) - base_x
-                out_slope[row, rank, j // 2] = ratio
-                volume += q * ratio * step
-                moment += q * ratio * step * s
-            middle = moment / volume
-            for j in range(count_out):
-                out_y[row, rank, j] -= middle
-                out_slope[row, rank, j] *= normal / (0.5 * np.pi * volume)
-            k = min(max(int((middle - left) / step), 0), count_out - 1)
-            share = (middle - left) / step - k
-            centre = out_edge[row, rank, k] + share * (out_edge[row, rank, k + 1] - out_edge[row, rank, k])
-            k = min(max(int((middle - left) / step - 0.5), 0), count_out - 2) if count_out > 1 else 0
-            if count_out > 1:
-                share = (middle - left) / step - 0.5 - k
-                middle_x = out_skew[row, rank, k] + share * (
-                    out_skew[row, rank, k + 1] - out_skew[row, rank, k]
-                )
-            else:
-                middle_x = out_skew[row, rank, 0]
-            for j in range(count_out):
-                out_skew[row, rank, j] -= middle_x
-            line = values[row, rank]
-            line[0], line[1], line[2], line[3] = (
-                centre,
-                delta,
-                (displacement - (lowest - low)) * cosine,
-                normal,
-            )
-            line[4], line[5], line[6], line[7] = peak, scale, low + displacement, step
-            weighted, total_load = 0.0, 0.0
-            for j in range(a, b + 1):
-                weighted += strips[LOAD, j] * value_at(strips[Y, j], grid_y, angle)
-                total_load += strips[LOAD, j]
-            line[9] = weighted / total_load
-        share_points(runs, displacement, grid_y, grid_z, along, out_edge[row], values[row])
+            while k < last and x[k + 1] < s:
+                k += 1
+            q, ratio = _between(x, f, tilt, c, k, s)
+            q = max(q, 1e-9 * top)
+            out.y[m, j] = s
+            out.half[m, j] = np.sqrt(q)
+            out.middle[m, j] = along[i] + part * (along[i + 1] - along[i])
+            out.slope[m, j] = ratio
+            volume += q * ratio * step
+            moment += q * ratio * step * s
+        middle = moment / volume
+        place = (middle - left) / step
+        k = min(max(int(place), 0), strips - 1)
+        one.centre = out.edge[m, k] + (place - k) * (out.edge[m, k + 1] - out.edge[m, k])
+        k = max(min(max(int(place - 0.5), 0), strips - 2), 0)
+        after = min(k + 1, strips - 1)
+        middle_x = out.middle[m, k] + (place - 0.5 - k) * (out.middle[m, after] - out.middle[m, k])
+        for j in range(strips):
+            out.y[m, j] -= middle
+            out.slope[m, j] *= one.force / (0.5 * np.pi * volume)
+            out.middle[m, j] -= middle_x
+        for j in range(strips, out.y.shape[1]):
+            out.y[m, j], out.half[m, j] = out.y[m, strips - 1], 0.0
+            out.middle[m, j], out.slope[m, j] = out.middle[m, strips - 1], out.slope[m, strips - 1]
+            out.edge[m, j + 1] = out.edge[m, strips]
+        one.approach = (one.displacement - (lowest_here - low)) * cosine
+        one.left, one.right = out.edge[m, 0], out.edge[m, strips]
+        if m + 1 == rows.size or rows[m + 1] != rows[m]:
+            share_points(m - ranks[m], m + 1, one.displacement, profile, along, share, patches)

@@ -1,10 +1,10 @@
-"""Flags that override values of a scene for one run: `--set` for any key, `--smoothing` for one question."""
+"""Flags that several commands share: renamed ones, whole numbers, and overrides of values of a scene."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
     from wearsim.scene import Scene
@@ -13,8 +13,32 @@ if TYPE_CHECKING:
 _SMOOTHING = {"off": 0.0, "half": 0.5, "double": 2.0}
 
 
+class _Renamed(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        parser.error(f"{self.option_strings[0]} has a new name; write {self.metavar}")
+
+
+def add_renamed(parser: argparse.ArgumentParser, flags: Mapping[str, str]) -> None:
+    """Add flags of earlier versions, as old: new, that are errors naming the new flag."""
+    for old, new in flags.items():
+        parser.add_argument(
+            old, metavar=new, nargs="?", action=_Renamed, default=argparse.SUPPRESS, help=argparse.SUPPRESS
+        )
+
+
+def whole(low: int, high: int, text: str) -> int:
+    """Whole number of a flag; raises what argparse prints."""
+    try:
+        number = int(text)
+    except ValueError:
+        number = low - 1
+    if not low <= number <= high:
+        raise argparse.ArgumentTypeError(f"{text} must be a whole number, at least {low} and at most {high}")
+    return number
+
+
 def add_override_flags(parser: argparse.ArgumentParser) -> None:
-    """Add the flags to the parser of a command that reads a scene."""
+    """Add `--set`, for any key, and `--smoothing` to the parser of a command that reads a scene."""
     parser.add_argument(
         "--set",
         metavar="KEY=VALUE",
@@ -32,20 +56,7 @@ def add_override_flags(parser: argparse.ArgumentParser) -> None:
 
 
 def load_overridden(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Override]]:
-    """Load the scene of the command line.
-
-    Parameters
-    ----------
-    arguments : Namespace
-        With `scene` and the flags of `add_override_flags`.
-
-    Returns
-    -------
-    scene : Scene
-        With the overrides.
-    overrides : sequence of Override
-        For `run_scene`.
-    """
+    """Load the scene of the command line with its overrides, which are for `run_scene`, too."""
     from wearsim.errors import Fault, SceneError
     from wearsim.scene import SweepScene, load_scene
     from wearsim.scene.overrides import Override, value_of

@@ -1,0 +1,122 @@
+"""Balance of wheel load and axle torque by normal and creep forces, with every pair of models."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from wearsim.contact import balance, geometry
+from wearsim.contact.balance import Task, equilibrium, side_of
+from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.problem import ContactModels
+from wearsim.contact.solve import solve
+from wearsim.contact.tangential import TANGENTIAL_MODELS
+from wearsim.errors import ContactError
+
+# Tread, and near the flange's fillet, with the yaw either way up to 60 mrad; ellipses exist at all of them.
+SHIFT = 1e-3 * np.array([-4.0, -3.0, 3.0, 3.0, 3.5])
+YAW = 1e-3 * np.array([0.0, 60.0, 10.0, -60.0, 30.0])
+FLANGE = (6e-3, 60e-3)  # shift and yaw at which creep forces carry half the load
+
+
+@pytest.fixture(scope="module")
+def balanced(wheelset, counterface):
+    """Factory of equilibria, and what of load [N] and torque [N m] is left at each point."""
+
+    def run(conditions, curvature, models):
+        ground = counterface(curvature)
+        task = Task(
+            wheels=(geometry.wheel_surface(wheelset.right, wheelset.radius),) * 2,
+            counterfaces=(geometry.counterface_profile(ground.profile),) * 2,
+            wheelset=wheelset,
+            curvature=curvature,
+            models=models,
+            sides=(0, 1),
+            vertical=True,
+        )
+        result = equilibrium(task, conditions, [side_of(task, side, conditions) for side in (0, 1)], None)
+        wheels, force = result.wheels, result.contact.force
+        along, across, deep = wheels.kinematics.down.T
+        up = wheels.normal.normal_force * deep - force[:, 0] * along - force[:, 1] * across
+        turning = (force * wheels.kinematics.per_speed).sum(axis=1) * wheels.speed
+        point, count = wheels.normal.patch.row, conditions.shift.size
+        carried = np.bincount(2 * point + (wheels.sign < 0.0), up, 2 * count).reshape(count, 2)
+        return result, carried - conditions.wheel_load[:, None], np.bincount(point, turning, count)
+
+    return run
+
+
+@pytest.mark.parametrize("curvature", [0.0, 2.0])
+@pytest.mark.parametrize(
+    ("normal", "tangential"), [*product(sorted(NORMAL_MODELS), sorted(TANGENTIAL_MODELS))]
+)
+def test_every_pair_of_models_balances_load_and_torque(balanced, points, normal, tangential, curvature):
+    """1e-6 of the load; of the torque 1e-6 of what friction carries, or the tangential model's tolerance."""
+    models = ContactModels(normal, tangential, strips=16, cells=16, cell_size=1e-3)
+    _, load, torque = balanced(points(SHIFT, YAW), curvature, models)
+    assert np.abs(load).max() <= 1.001e-6 * 80e3
+    tolerance = max(1.001e-6, TANGENTIAL_MODELS[tangential].tolerance)
+    assert np.abs(torque).max() <= tolerance * 0.35 * 80e3 * 0.46
+
+
+@pytest.mark.parametrize("curvature", [0.0, 1.0])
+def test_flange_contact_at_60_mrad_is_balanced(balanced, points, coarse, curvature):
+    """There the normal force alone would carry 0.6 of the load; signs of both wheels and of the dip count."""
+    shift, yaw = np.array([FLANGE[0], -FLANGE[0]]), np.array([FLANGE[1], -FLANGE[1]])
+    result, load, _ = balanced(points(shift, yaw), curvature, coarse)
+    assert np.abs(load).max() <= 1.001e-6 * 80e3
+    assert 0.4 < result.load[0, 0] / 80e3 < 0.8
+    np.testing.assert_allclose(result.load[0], result.load[1, ::-1], rtol=1e-9)  # the mirrored wheelset
+
+
+def test_without_friction_normal_forces_alone_carry_the_load(balanced, points, coarse):
+    result, load, _ = balanced(points(SHIFT, YAW, friction=0.0), 0.0, coarse)
+    np.testing.assert_allclose(result.load, 80e3, rtol=1e-9)
+    assert np.abs(load).max() < 1e-6 * 80e3
+
+
+def test_true_models_are_asked_about_three_times(monkeypatch, balanced, points, coarse):
+    """The coarse patches find the neighbourhood, Broyden's method the rest."""
+    asked = []
+    forces_of = balance.forces_of
+
+    def counted(task, wheels, speed, model, **options):
+        if wheels.normal.patch.y.shape[1] > 12:
+            asked.append(np.unique(wheels.normal.patch.row).size)
+        return forces_of(task, wheels, speed, model, **options)
+
+    monkeypatch.setattr(balance, "forces_of", counted)
+    balanced(points(np.linspace(-4e-3, 4e-3, 40), np.linspace(-10e-3, 10e-3, 40)), 0.0, coarse)
+    assert len(asked) <= 6
+    assert sum(asked) / 40 < 4.2  # the last one for the fields
+
+
+def test_stretched_patches_are_near_those_solved_anew(monkeypatch, wheelset, counterface, points, coarse):
+    """Similarity over a thousandth of the load: power within 1e-4, strip work within 1e-3 of the largest."""
+    conditions = points(SHIFT, YAW)
+    quick = solve(conditions, wheelset, counterface(1.0), coarse)
+    monkeypatch.setattr(balance, "SIMILAR", 1e-7)
+    anew = solve(conditions, wheelset, counterface(1.0), coarse)
+    np.testing.assert_allclose(quick.power, anew.power, rtol=1e-4)
+    work = anew.fields.strip_work
+    np.testing.assert_allclose(quick.fields.strip_work, work, rtol=0.0, atol=1e-3 * work.max())
+
+
+def test_a_flange_that_locks_is_refused_with_angle_and_friction(wheelset, counterface, points, coarse):
+    """Climbing: the yaw turns the flange against the rail, and friction x tan(angle) reaches 1."""
+    with pytest.raises(
+        ContactError, match=r"^right wheel, shift 6.5 mm, yaw -60 mrad: flange locks"
+    ) as caught:
+        solve(points(6.5e-3, -60e-3, friction=0.5), wheelset, counterface(), coarse)
+    message = str(caught.value)
+    assert "friction coefficient of 0.5" in message
+    product_of_both = float(message.split("tan(angle) = ")[1].split(",")[0])
+    assert product_of_both > 1.0
+    assert caught.value.row == 0
+
+
+def test_a_locked_flange_is_named_by_its_point_and_wheel(wheelset, counterface, points, coarse):
+    shift, yaw = np.zeros(5), np.zeros(5)
+    shift[3], yaw[3] = -6.5e-3, 60e-3
+    with pytest.raises(ContactError, match=r"^point 3, left wheel, .*flange locks"):
+        solve(points(shift, yaw, friction=0.5), wheelset, counterface(), coarse)

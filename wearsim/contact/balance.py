@@ -1,0 +1,675 @@
+r"""Equilibrium of the wheels of a wheelset: normal forces and rotation speed that balance loads and torque.
+
+Normal and creep forces of the patches of a wheel carry its load Q together,
+
+.. math:: \sum (N\cos\delta - F_y\sin\delta)\cos\alpha - F_x\sin\alpha = Q,
+
+with the inclination :math:`\alpha` of the rolling direction where a yawed wheel touches a roller off its top
+(rail: 0), and the creep forces of both wheels balance the torque on the axle. Unknowns of each operating
+point are the rotation speed, and for each wheel the load L its normal forces would carry alone. First they
+are bracketed with coarse patches and FASTSIM, whatever the models; from there Broyden's method [1]_, with the
+zeros of the slopes kept [2]_, takes two or three evaluations of the true ones. Between evaluations patches
+are stretched by similarity (lengths and pressures with the cube root of the load, exact for a quadratic gap)
+as long as the load changes by at most `SIMILAR`; beyond they are solved anew.
+
+References
+----------
+.. [1] C. G. Broyden, Mathematics of Computation 19 (1965) 577-593.
+.. [2] L. K. Schubert, Mathematics of Computation 24 (1970) 27-30.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearsim.contact.creepage import ContactPoint, Kinematics, kinematics, moved
+from wearsim.contact.equilibrium import balanced_rotation
+from wearsim.contact.gap import between_points
+from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface, gap
+from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
+from wearsim.contact.patch import FloatArray, IntArray, Resolution
+from wearsim.contact.problem import ContactConditions, ContactModels, Wheelset
+from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialModel, TangentialSolution, fastsim
+from wearsim.errors import ContactError, NumericalError
+
+SIMILAR = 1e-3
+"""Change of the logarithm of a load up to which patches are stretched instead of solved anew."""
+TOLERANCE = 1e-6
+"""Of vertical forces over the wheel load; of the torque over friction coefficient x load x radius, or that of
+the tangential model if it is larger."""
+
+_COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
+_NEAR = 0.05  # logarithm of vertical force over wheel load with which the true models can begin
+_MOST_LOADS = 40  # brackets of the load
+_HIGHEST = np.log(10.0)  # logarithm of the largest load L over Q that is tried
+_MOST_TRIALS = 30
+_AFRESH = 6  # trials after which slopes are taken anew, by differences
+_FAR = 0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
+_SPEED_UNIT = 1e-3  # of the nominal rotation speed: unknowns of like size
+_LARGEST_STEP = np.array([2.0, 0.2, 0.2])
+
+
+@dataclass(frozen=True)
+class Task:
+    """Everything but the operating points; pairs are for the right and the left side."""
+
+    wheels: tuple[WheelSurface, ...]
+    counterfaces: tuple[CounterfaceProfile, ...]
+    wheelset: Wheelset
+    curvature: float
+    models: ContactModels
+    sides: tuple[int, ...]
+    vertical: bool
+
+
+@dataclass(frozen=True)
+class Side:
+    """One side of n operating points; a left wheel is mirrored to the right, `sign` is then -1."""
+
+    number: int
+    sign: float
+    gap: Gap
+    pose: WheelsetPose
+
+
+@dataclass(frozen=True)
+class Wheels:
+    """Normal contact and kinematics of patches in the axes of a right wheel; `sign` is -1 for left ones."""
+
+    sign: FloatArray
+    load: FloatArray  # L of the wheel [N]
+    normal: NormalSolution
+    kinematics: Kinematics
+    friction: FloatArray
+    speed: FloatArray
+    wheel_y: FloatArray
+    edges_wheel_y: FloatArray
+
+    @property
+    def place(self) -> IntArray:
+        """Index of the wheel of each patch in an array (n, 2) of points and sides, row by row."""
+        return 2 * self.normal.patch.row + (self.sign < 0.0)
+
+
+@dataclass(frozen=True)
+class Forces:
+    """Creep forces of patches, and what those of each point and side (n, 2) add up to.
+
+    `torque` about the axle, by virtual work V F . d(creepage)/d(speed) [N m]; `vertical` of the normal
+    forces, too [N].
+    """
+
+    contact: TangentialSolution
+    torque: FloatArray
+    vertical: FloatArray
+
+
+def side_of(task: Task, number: int, chunk: ContactConditions) -> Side:
+    """Gap of one side of operating points."""
+    sign = -1.0 if number else 1.0
+    pose = WheelsetPose(sign * chunk.shift, sign * chunk.yaw, sign * chunk.roll)
+    here = gap(
+        task.wheels[number],
+        task.counterfaces[number],
+        pose,
+        half_span=task.wheelset.half_span,
+        nominal_radius=task.wheelset.radius,
+        curvature=task.curvature,
+    )
+    return Side(number, sign, here, pose)
+
+
+def normal_of(
+    task: Task,
+    side: Side,
+    row: IntArray,
+    load: FloatArray,
+    *,
+    start: NormalSolution | None = None,
+    rough: bool = False,
+) -> NormalSolution:
+    """Solve the normal contact of rows of a side under loads (k,) [N]."""
+    models = task.models
+    return NORMAL_MODELS[models.normal](
+        side.gap,
+        row,
+        load,
+        vertical=task.vertical,
+        effective_modulus=models.effective_modulus,
+        resolution=_COARSE if rough else models.resolution,
+        parameters=dict(models.parameters),
+        start=start,
+        rough=rough,
+    )
+
+
+def wheels_of(
+    task: Task, side: Side, chunk: ContactConditions, normal: NormalSolution, load: FloatArray
+) -> Wheels:
+    """Kinematical problem of patches of one side under loads (n,) of its wheel [N]."""
+    row, profile, here = normal.patch.row, side.gap.counterface, side.gap
+    sign = side.sign
+
+    def at(table: FloatArray, y: FloatArray) -> FloatArray:
+        return between_points(here, table, row, y)
+
+    reference = normal.reference_point
+    centre = normal.centre_y if reference is None else reference.y
+    counterface_z, apart = np.interp(centre, profile.y, profile.z), at(here.gap, centre)
+    # The wheel goes straight down, the gap is measured along the roller's radius there.
+    slope = task.curvature * at(here.x, centre) / (1.0 - task.curvature * (counterface_z - apart))
+    motion = kinematics(
+        ContactPoint(
+            wheel_y=at(here.wheel_y, centre),
+            wheel_radius=at(here.wheel_radius, centre),
+            sin_theta=at(here.sin_theta, centre),
+            counterface_z=counterface_z,
+            contact_angle=normal.contact_angle,
+            approach=normal.approach if reference is None else reference.approach,
+            overlap=normal.vertical_displacement / np.sqrt(1.0 + slope**2) - apart,
+        ),
+        WheelsetPose(side.pose.shift[row], side.pose.yaw[row], side.pose.roll[row]),
+        speed=chunk.speed[row],
+        track_curvature=sign * chunk.track_curvature[row],
+        half_span=task.wheelset.half_span,
+        nominal_radius=task.wheelset.radius,
+        curvature=task.curvature,
+    )
+    if reference is not None:
+        motion = moved(motion, reference.along, reference.across)
+    if chunk.creepage is not None:
+        given = chunk.creepage[row] * np.array([1.0, sign, sign])
+        motion = replace(motion, at_rest=given, per_speed=np.zeros_like(given))
+    return Wheels(
+        sign=np.full(row.size, sign),
+        load=load[row],
+        normal=normal,
+        kinematics=motion,
+        friction=chunk.friction[row],
+        speed=chunk.speed[row],
+        wheel_y=at(here.wheel_y, normal.centre_y),
+        edges_wheel_y=at(here.wheel_y, normal.edge_y),
+    )
+
+
+def joined(parts: Sequence[Any], order: IntArray | None = None, *, name: str = "") -> Any:
+    """Put arrays behind one another along the first axis, and those in tuples, mappings and dataclasses.
+
+    Parameters
+    ----------
+    parts : sequence
+        Of one kind, such as what `solve_each` returned.
+    order : (m,) int array, optional
+        Another order of the whole.
+    name : str
+        Of the arrays. Those of unlike strips or cells are padded with zeros: strips without length or width,
+        cells without load; those with "edge" in their name with their last value.
+
+    Returns
+    -------
+    array, tuple, dict or dataclass
+        As the parts.
+    """
+    first = parts[0]
+    if first is None:
+        return None
+    if isinstance(first, np.ndarray):
+        whole = _stacked(name, parts) if len(parts) > 1 else first
+        return whole if order is None else whole[order]
+    if isinstance(first, tuple):
+        return tuple(joined(each, order, name=name) for each in zip(*parts, strict=True))
+    if isinstance(first, dict):
+        return {key: joined([part[key] for part in parts], order, name=key) for key in first}
+    names = [f.name for f in fields(first)]
+    values = {name: joined([getattr(part, name) for part in parts], order, name=name) for name in names}
+    return type(first)(**values)
+
+
+def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
+    """Arrays behind one another, padded to equal shape but for the first axis."""
+    if len({part.shape[1:] for part in parts}) == 1:
+        return np.concatenate(parts)
+    sizes = np.array([part.shape for part in parts])
+    whole = np.zeros((sizes[:, 0].sum(), *sizes[:, 1:].max(axis=0)), dtype=parts[0].dtype)
+    for part, end in zip(parts, np.cumsum(sizes[:, 0]), strict=True):
+        here = whole[end - len(part) : end]
+        if "edge" in name:
+            here[:] = part[:, -1:]
+        here[tuple(map(slice, part.shape))] = part
+    return whole
+
+
+def by_point(parts: list[Wheels]) -> tuple[Wheels, IntArray]:
+    """Join patches, ordered by point, side and falling normal force; and their order among the parts."""
+    row = np.concatenate([part.normal.patch.row for part in parts])
+    right_first = np.concatenate([-part.sign for part in parts])
+    force = np.concatenate([part.normal.normal_force for part in parts])
+    order = np.lexsort((-force, right_first, row))
+    return joined(parts, order), order
+
+
+def patches_where(part: Any, mask: NDArray[np.bool_]) -> Any:
+    """Patches of a dataclass of arrays where a mask (m,) is true."""
+    return part if mask.all() else joined([part], np.flatnonzero(mask))
+
+
+def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
+    """Patches similar to those of wheels, under loads (n, 2) nearby."""
+    ratio = load.ravel()[wheels.place] / wheels.load
+    if (ratio == 1.0).all():
+        return wheels
+    normal = wheels.normal
+    patch, s = normal.patch, np.cbrt(ratio)
+    wide = s[:, None]
+    grid = patch.grid
+    if grid is not None:
+        grid = replace(
+            grid,
+            x_lead=s * grid.x_lead,
+            cell_length=s * grid.cell_length,
+            pressure=wide[:, :, None] * grid.pressure,
+        )
+    patch = replace(
+        patch,
+        y=wide * patch.y,
+        width=s * patch.width,
+        x_lead=wide * patch.x_lead,
+        x_trail=wide * patch.x_trail,
+        interpenetration=wide**2 * patch.interpenetration,
+        grid=grid,
+    )
+    centre, middle = normal.centre_y[:, None], wheels.wheel_y[:, None]
+    normal = replace(
+        normal,
+        patch=patch,
+        approach=s**2 * normal.approach,
+        normal_force=ratio * normal.normal_force,
+        max_pressure=s * normal.max_pressure,
+        edge_y=centre + wide * (normal.edge_y - centre),
+        vertical_displacement=normal.vertical_displacement
+        + (s**2 - 1.0) * normal.approach / np.cos(normal.contact_angle),
+    )
+    return replace(
+        wheels,
+        load=ratio * wheels.load,
+        normal=normal,
+        edges_wheel_y=middle + wide * (wheels.edges_wheel_y - middle),
+    )
+
+
+def forces_of(
+    task: Task,
+    wheels: Wheels,
+    speed: FloatArray,
+    model: TangentialModel,
+    *,
+    fields: bool = False,
+    start: TangentialSolution | None = None,
+) -> Forces:
+    """Creep forces of patches at rotation speeds (n,) [rad/s]."""
+    motion, normal = wheels.kinematics, wheels.normal
+    contact = model(
+        normal.patch,
+        motion.creepage(speed[normal.patch.row]),
+        wheels.friction,
+        shear_modulus=task.models.shear_modulus,
+        poisson_ratio=task.models.poisson_ratio,
+        fields=fields,
+        start=start,
+    )
+    torque = (contact.force * motion.per_speed).sum(axis=1) * wheels.speed
+    along, across, deep = motion.down.T
+    vertical = normal.normal_force * deep - contact.force[:, 0] * along - contact.force[:, 1] * across
+
+    def summed(value: FloatArray) -> FloatArray:
+        total: FloatArray = np.bincount(wheels.place, value, 2 * speed.size).astype(float).reshape(-1, 2)
+        return total
+
+    return Forces(contact, summed(torque), summed(vertical))
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """Wheels in equilibrium, ordered by point, side and falling normal force.
+
+    `contact` has the fields of cells, `speed` (n,) is the rotation speed [rad/s], `load` (n, 2) the L of both
+    wheels [N].
+    """
+
+    wheels: Wheels
+    contact: TangentialSolution
+    speed: FloatArray
+    load: FloatArray
+
+
+def equilibrium(
+    task: Task, chunk: ContactConditions, sides: list[Side], speed: FloatArray | None
+) -> Equilibrium:
+    """Balance loads, and torque if the rotation speed is not given, for every point of a chunk.
+
+    Parameters
+    ----------
+    task : Task
+        Wheelset, counterface and models.
+    chunk : ContactConditions
+        n operating points.
+    sides : list of Side
+        Those that are balanced; both for free rotation.
+    speed : (n,) array, optional
+        Rotation speed, negative when rolling forwards [rad/s]; None: free.
+
+    Returns
+    -------
+    Equilibrium
+        A point's bits do not depend on the others, nor a wheel's on the other one if the speed is given.
+
+    Raises
+    ------
+    ContactError
+        If a wheel has no contact, or its flange locks: at a contact angle whose tangent times the friction
+        coefficient reaches 1 creep forces lift the wheel whatever the normal force.
+    NumericalError
+        If no rotation speed balances the torque, or the iteration does not converge.
+    """
+    together = [sides] if speed is None else [[side] for side in sides]
+    parts = []
+    for group in together:
+        columns = [0] * (speed is None) + [1 + side.number for side in group if task.vertical]
+        guess, slope, rough = _bracketed(task, chunk, group, columns, speed)
+        parts.append(_refined(task, chunk, group, columns, guess, slope, rough))
+    if len(parts) == 1:
+        return parts[0]
+    wheels, order = by_point([part.wheels for part in parts])
+    contact = _contact_joined([part.contact for part in parts], order)
+    load = np.column_stack([part.load[:, side.number] for part, side in zip(parts, sides, strict=True)])
+    return Equilibrium(wheels, contact, parts[0].speed, load)
+
+
+def _solved(
+    task: Task,
+    chunk: ContactConditions,
+    sides: list[Side],
+    load: FloatArray,
+    wanted: NDArray[np.bool_],
+    start: Wheels | None = None,
+    rough: bool = False,
+) -> list[Wheels]:
+    """Solve normal and kinematical problem of the wheels `wanted` (n, 2) under loads (n, 2)."""
+    parts = []
+    for side in sides:
+        row = np.flatnonzero(wanted[:, side.number])
+        if row.size == 0 and chunk.shift.size > 0:
+            continue
+        earlier = None
+        if start is not None:
+            mask = (start.sign == side.sign) & wanted[start.normal.patch.row, side.number]
+            earlier = patches_where(start.normal, mask)
+        part = load[:, side.number]
+        try:
+            normal = normal_of(task, side, row, part[row], start=earlier, rough=rough)
+            several = np.flatnonzero(np.diff(normal.patch.row) == 0)
+            if chunk.creepage is not None and several.size > 0 and not rough:
+                raise ContactError(
+                    "several patches close: given creepages belong to one; leave them out",
+                    row=int(normal.patch.row[several[0]]),
+                )
+        except ContactError as error:
+            error.side = side.number
+            raise
+        parts.append(wheels_of(task, side, chunk, normal, part))
+    return parts
+
+
+def _loads(wheels: Wheels, count: int) -> FloatArray:
+    """Return the loads (n, 2) of wheels, 1 N of those that are not there."""
+    load = np.ones(2 * count)
+    load[wheels.place] = wheels.load
+    return load.reshape(-1, 2)
+
+
+def _renewed(
+    task: Task,
+    chunk: ContactConditions,
+    sides: list[Side],
+    wheels: Wheels,
+    load: FloatArray,
+    again: NDArray[np.bool_],
+    *,
+    rough: bool = False,
+) -> Wheels:
+    """Solve some of the wheels (n, 2) anew under their loads."""
+    kept = ~again.ravel()[wheels.place]
+    parts = _solved(task, chunk, sides, load, again, start=wheels, rough=rough)
+    return by_point([*([patches_where(wheels, kept)] if kept.any() else []), *parts])[0]
+
+
+def _bracketed(
+    task: Task,
+    chunk: ContactConditions,
+    sides: list[Side],
+    columns: list[int],
+    given: FloatArray | None,
+) -> tuple[tuple[FloatArray, FloatArray], FloatArray, Wheels]:
+    """Rotation speeds and loads near equilibrium, their slopes, and the coarse patches they are of."""
+    count, radius = chunk.shift.size, task.wheelset.radius
+    nominal = -chunk.speed / radius
+    wheel_load = np.repeat(chunk.wheel_load[:, None], 2, axis=1)
+    load = wheel_load.copy()
+    here = np.zeros((count, 2), bool)
+    here[:, [side.number for side in sides]] = True
+    rough, _ = by_point(_solved(task, chunk, sides, load, here, rough=True))
+    most = chunk.friction * chunk.wheel_load * radius
+    speed = nominal if given is None else given
+    low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
+    open_rows, far = np.ones(count, bool), here & task.vertical
+    for _ in range(_MOST_LOADS):
+        again = here & (np.abs(np.log(load / _loads(rough, count))) > _FAR)
+        if again.any():
+            rough = _renewed(task, chunk, sides, rough, load, again, rough=True)
+        part = stretched(patches_where(rough, open_rows[rough.normal.patch.row]), load)
+
+        def torque(speed: FloatArray, part: Wheels = part) -> FloatArray:
+            total: FloatArray = forces_of(task, part, speed, fastsim.MODEL).torque.sum(axis=1)
+            return total
+
+        if given is None:
+            speed = balanced_rotation(torque, speed, nominal, chunk.torque, most, ~open_rows)
+        if not task.vertical:
+            break
+        vertical = forces_of(task, part, speed, fastsim.MODEL).vertical
+        excess = np.log(np.maximum(vertical / wheel_load, 1e-9))
+        here_log = np.log(load / wheel_load)
+        now = far & open_rows[:, None]
+        low = np.where(now & (excess < 0.0), np.maximum(low, here_log), low)
+        high = np.where(now & (excess >= 0.0), np.minimum(high, here_log), high)
+        aim = here_log - np.clip(excess, -1.0, 1.0)
+        outside = np.isfinite(low) & np.isfinite(high) & ~((low < aim) & (aim < high))
+        aim[outside] = 0.5 * (low[outside] + high[outside])
+        load = np.where(now, wheel_load * np.exp(aim), load)
+        locked = now & (aim > _HIGHEST)
+        if locked.any():
+            raise _locked(part, int(np.argmax(locked.any(axis=1))), locked)
+        open_rows = (far & (np.abs(excess) > _NEAR)).any(axis=1) & open_rows
+        if not open_rows.any():
+            break
+    return (speed, load), _slopes(task, chunk, rough, fastsim.MODEL, speed, load, columns), rough
+
+
+def _locked(wheels: Wheels, row: int, locked: NDArray[np.bool_]) -> ContactError:
+    """Error of a wheel that no normal force holds down."""
+    side = int(np.argmax(locked[row]))
+    m = int(np.flatnonzero((wheels.normal.patch.row == row) & (wheels.sign == 1.0 - 2.0 * side))[0])
+    angle, friction = abs(wheels.normal.contact_angle[m]), wheels.friction[m]
+    error = ContactError(
+        f"flange locks: at a contact angle of {np.degrees(angle):.1f} degrees and a friction coefficient of "
+        f"{friction:g}, friction x tan(angle) = {friction * np.tan(angle):.2f}, creep forces lift the wheel "
+        "and no normal force up to ten times the wheel load balances it; lower friction, yaw or shift",
+        row=row,
+    )
+    error.side = side
+    return error
+
+
+def _torque_scale(task: Task, chunk: ContactConditions) -> FloatArray:
+    """Friction coefficient x wheel load x radius (n,), above 0 without friction, too [N m]."""
+    scale: FloatArray = np.maximum(chunk.friction, 1e-3) * chunk.wheel_load * task.wheelset.radius
+    return scale
+
+
+def _residual(task: Task, chunk: ContactConditions, forces: Forces, columns: list[int]) -> FloatArray:
+    """Torque over what friction can carry, and vertical forces over the wheel load less 1, (n, k)."""
+    torque = (forces.torque.sum(axis=1) - chunk.torque) / _torque_scale(task, chunk)
+    vertical = forces.vertical / chunk.wheel_load[:, None] - 1.0
+    return np.column_stack([torque, vertical])[:, columns]
+
+
+def _slopes(
+    task: Task,
+    chunk: ContactConditions,
+    wheels: Wheels,
+    model: TangentialModel,
+    speed: FloatArray,
+    load: FloatArray,
+    columns: list[int],
+) -> FloatArray:
+    """Differences (n, k, k) of the residuals over those of the unknowns."""
+    turn, grow, every = 1e-2, SIMILAR, [0, 1, 2]
+    near = stretched(wheels, load)
+    before = forces_of(task, near, speed, model)
+    still = _residual(task, chunk, before, every)
+    slope = np.zeros((speed.size, 3, 3))
+    slope[:, every, every] = 1.0
+    if 0 in columns:
+        faster = speed - turn * _SPEED_UNIT * chunk.speed / task.wheelset.radius
+        slope[:, :, 0] = (_residual(task, chunk, forces_of(task, near, faster, model), every) - still) / turn
+    if columns[-1:] > [0]:  # both loads at once: the wheels act on each other through the torque alone
+        forces = forces_of(task, stretched(wheels, np.exp(grow) * load), speed, model)
+        after = _residual(task, chunk, forces, every)
+        slope[:, 0, 1:] = (forces.torque - before.torque) / (grow * _torque_scale(task, chunk)[:, None])
+        slope[:, [1, 2], [1, 2]] = (after - still)[:, 1:] / grow
+    return slope[:, columns][:, :, columns]
+
+
+def _refined(
+    task: Task,
+    chunk: ContactConditions,
+    sides: list[Side],
+    columns: list[int],
+    guess: tuple[FloatArray, FloatArray],
+    slope: FloatArray,
+    rough: Wheels,
+) -> Equilibrium:
+    """Equilibrium of the true models, by Broyden's method from a near guess."""
+    speed, load = guess
+    model = TANGENTIAL_MODELS[task.models.tangential]
+    count, nominal = chunk.shift.size, -chunk.speed / task.wheelset.radius
+    unknown = np.column_stack(
+        [
+            (speed / nominal - 1.0) / _SPEED_UNIT,
+            np.log(load / chunk.wheel_load[:, None]),
+        ]
+    )
+    largest = _LARGEST_STEP[columns]
+    # The torque hangs on all unknowns, a vertical force on the speed and its own load.
+    linked = np.array([[i in (0, j) or j == 0 for j in columns] for i in columns], dtype=bool)
+    tolerance = np.maximum([model.tolerance, TOLERANCE, TOLERANCE], TOLERANCE)[columns]
+    here = np.zeros((count, 2), bool)
+    here[:, [side.number for side in sides]] = True
+    wheels, _ = by_point(_solved(task, chunk, sides, load, here, start=rough))
+    contact: TangentialSolution | None = None
+    open_rows = np.ones(count, bool)
+    before, step = np.zeros((count, len(columns))), np.zeros((count, len(columns)))
+    done_wheels, done_contact = [], []
+    for trial in range(_MOST_TRIALS):
+        if trial > 0:
+            again = here & open_rows[:, None] & (np.abs(np.log(load / _loads(wheels, count))) > SIMILAR)
+            if again.any():
+                old = wheels
+                wheels = _renewed(task, chunk, sides, wheels, load, again)
+                contact = _matched(contact, old, wheels)
+        near = stretched(wheels, load)
+        forces = forces_of(task, near, speed, model, fields=model.warm, start=contact)
+        contact = forces.contact
+        residual = _residual(task, chunk, forces, columns)
+        settled = (np.abs(residual) <= tolerance).all(axis=1) & open_rows
+        if settled.any() or count == 0:
+            mask = settled[near.normal.patch.row]
+            done_wheels.append(patches_where(near, mask))
+            if model.warm:
+                done_contact.append(contact_where(contact, mask))
+            open_rows &= ~settled
+            if not open_rows.any():
+                break
+            wheels, contact = patches_where(wheels, ~mask), contact_where(contact, ~mask)
+        if trial > 0 and trial % _AFRESH == 0:
+            slope = _slopes(task, chunk, wheels, model, speed, load, columns)
+        elif trial > 0:
+            missed = residual - before - (slope @ step[:, :, None])[:, :, 0]
+            part = np.where(linked, step[:, None], 0.0)
+            square = np.maximum((part**2).sum(axis=2), 1e-300)
+            slope += np.where(open_rows[:, None], missed / square, 0.0)[:, :, None] * part
+        step = _step(slope, residual, largest)
+        before = residual
+        unknown[:, columns] = np.where(open_rows[:, None], unknown[:, columns] + step, unknown[:, columns])
+        if 0 in columns:
+            speed = nominal * (1.0 + _SPEED_UNIT * unknown[:, 0])
+        load = chunk.wheel_load[:, None] * np.exp(unknown[:, 1:])
+    else:
+        row = int(np.argmax(open_rows))
+        raise NumericalError(
+            "wheel load and axle torque are not balanced by contact forces: residuals "
+            f"{', '.join(f'{value:.1e}' for value in residual[row])} after {_MOST_TRIALS} trials; smooth "
+            "measured profiles, or lower friction, yaw or shift",
+            row=row,
+        )
+    whole, order = by_point(done_wheels)
+    if model.warm:
+        solved = _contact_joined(done_contact, order)
+    else:
+        solved = forces_of(task, whole, speed, model, fields=True).contact
+    return Equilibrium(whole, solved, speed, load)
+
+
+def _step(slope: FloatArray, residual: FloatArray, largest: FloatArray) -> FloatArray:
+    """Newton's step, shortened to the largest one."""
+    if residual.shape[1] == 0:
+        return residual
+    flat = ~(np.abs(np.linalg.det(slope)) > 1e-12)
+    slope = np.where(flat[:, None, None], np.eye(residual.shape[1]), slope)
+    step = -np.linalg.solve(slope, residual[:, :, None])[:, :, 0]
+    shortened: FloatArray = step / np.maximum(np.abs(step / largest).max(axis=1), 1.0)[:, None]
+    return shortened
+
+
+def contact_where(contact: TangentialSolution, mask: NDArray[np.bool_]) -> TangentialSolution:
+    """Patches of a tangential solution where a mask (m,) is true; its cells have them on the second axis."""
+    cells = None if contact.cells is None else contact.cells[:, mask]
+    part: TangentialSolution = patches_where(replace(contact, cells=None), mask)
+    return replace(part, cells=cells)
+
+
+def _contact_joined(parts: list[TangentialSolution], order: IntArray) -> TangentialSolution:
+    """Tangential solutions one behind the other, in another order."""
+    by_patch = [np.moveaxis(part.cells, 0, 1) for part in parts if part.cells is not None]
+    cells = joined(by_patch, order, name="cells")
+    whole: TangentialSolution = joined([replace(part, cells=None) for part in parts], order)
+    return replace(whole, cells=np.moveaxis(cells, 1, 0))
+
+
+def _matched(contact: TangentialSolution | None, old: Wheels, new: Wheels) -> TangentialSolution | None:
+    """Tangential solution of wheels, as a start for others if those have the same patches."""
+    one, other = old.normal.patch, new.normal.patch
+    same = (
+        contact is not None
+        and one.y.shape == other.y.shape
+        and all(
+            np.array_equal(getattr(one, name), getattr(other, name)) for name in ("row", "strips", "cells")
+        )
+        and np.array_equal(old.sign, new.sign)
+    )
+    return contact if same else None
