@@ -224,8 +224,7 @@ def solve_wheels(
             continue
         for k in range(spans.size):
             forget(spans[k])
-        old_total = total = total_before = failed = none
-        width = 1.0
+        old_total = total = failed = none
         uncertain, may_split, splits = False, True, 0
         work.made_for[0] = 0
         for stage in range(_STAGES):
@@ -246,12 +245,7 @@ def solve_wheels(
             if failed != 0:
                 break
             pair_up(strips, total, work.pairs)
-            # Half-lengths and distances in one scale: the expansion holds for strips of another width, too.
-            if parts > 1 or total != total_before:
-                work.expanded[0] = 0
-            for k in range(work.expanded[0]):
-                work.base[k] += np.log(strips[0].width / width)
-            total_before, width = total if parts == 1 else none, strips[0].width
+            work.expanded[0] = 0
             for j in range(total):
                 strips[j].square = max(strips[j].square, 1e-10)
             if stage == 0 or uncertain or stage >= _HARD:
