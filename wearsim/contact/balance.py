@@ -445,7 +445,8 @@ def _renewed(
     """Solve some of the wheels (n, 2) anew under their loads."""
     kept = ~again.ravel()[wheels.place]
     parts = _solved(task, chunk, sides, load, again, start=wheels, rough=rough)
-    return by_point([*([patches_where(wheels, kept)] if kept.any() else []), *parts])[0]
+    whole: Wheels = joined([*([patches_where(wheels, kept)] if kept.any() else []), *parts])
+    return whole
 
 
 def _bracketed(
@@ -462,7 +463,7 @@ def _bracketed(
     load = wheel_load.copy()
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
-    rough, _ = by_point(_solved(task, chunk, sides, load, here, rough=True))
+    rough: Wheels = joined(_solved(task, chunk, sides, load, here, rough=True))
     most = chunk.friction * chunk.wheel_load * radius
     speed = nominal if given is None else given
     low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
@@ -580,7 +581,7 @@ def _refined(
     tolerance = np.maximum([model.tolerance, TOLERANCE, TOLERANCE], TOLERANCE)[columns]
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
-    wheels, _ = by_point(_solved(task, chunk, sides, load, here, start=rough))
+    wheels: Wheels = joined(_solved(task, chunk, sides, load, here, start=rough))
     contact: TangentialSolution | None = None
     open_rows = np.ones(count, bool)
     before, step = np.zeros((count, len(columns))), np.zeros((count, len(columns)))

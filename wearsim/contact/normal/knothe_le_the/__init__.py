@@ -36,12 +36,14 @@ References
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import lru_cache
 
 import numpy as np
 
 from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import plain
+from wearsim.contact.normal import kik_piotrowski
 from wearsim.contact.normal.knothe_le_the.equations import Pairs, Work, influence_table
 from wearsim.contact.normal.knothe_le_the.strips import LOBES, PATCH, PLANE, SPAN, STRIP, Records
 from wearsim.contact.normal.knothe_le_the.wheel import Cut, cut_patches, solve_wheels
@@ -54,6 +56,7 @@ from wearsim.contact.normal.model import (
 )
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
 from wearsim.contact.reference.hertzian import hertz
+from wearsim.errors import ContactError
 
 DEFAULTS = {"solved_strips": 20.0}
 
@@ -84,8 +87,15 @@ def solve(
     """Patches and pressures of every row; contract in `normal.model`.
 
     Own parameter: "solved_strips", strips solved for in each part of the profile in contact, 20 by default;
-    the strips of the solution are interpolated from them. Rough solutions have strips fitted once.
+    the strips of the solution are interpolated from them. Rough solutions are those of
+    `kik_piotrowski`.
     """
+    if rough:
+        with suppress(ContactError):  # where that model has no solution, this one may have one
+            return kik_piotrowski.solve(
+                gap, row, load, vertical=vertical, effective_modulus=effective_modulus,
+                resolution=resolution, parameters=parameters, rough=True,
+            )  # fmt: skip
     solved = int(min(max({**DEFAULTS, **parameters}["solved_strips"], _FEWEST), _MOST))
     rows, most = load.size, 4 * solved
     number, fault = np.zeros(rows, np.int64), np.zeros(gap.gap.shape[0], np.int64)
@@ -98,7 +108,7 @@ def solve(
         begin[np.searchsorted(row, start.patch.row)] = start.vertical_displacement
     work = _work(most)
     solve_wheels(
-        row, plain(load), begin, vertical, rough, effective_modulus, solved, profile, gap.gap, lowest,
+        row, plain(load), begin, vertical, effective_modulus, solved, profile, gap.gap, lowest,
         gap.wheel_radius, gap.x, gap.curvature, influence_table(), _ellipses(), work, number, fault, patches,
         nodes,
     )  # fmt: skip

@@ -194,7 +194,7 @@ def _find_patches(
 
 @bare_kernel
 def solve_wheels(
-    rows: IntArray, load: FloatArray, start: FloatArray, vertical: bool, rough: bool, modulus: float,
+    rows: IntArray, load: FloatArray, start: FloatArray, vertical: bool, modulus: float,
     count: int, profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], gaps: FloatArray,
     lowest: FloatArray, radii: FloatArray, alongs: FloatArray, kappa: float, table: FloatArray,
     hertz: FloatArray, work: Work, number: IntArray, fault: IntArray, patches: Records, nodes: FloatArray,
@@ -269,7 +269,7 @@ def solve_wheels(
                         )
                     if not done:
                         failed = NO_BALANCE
-                    if rough or not done:
+                    if not done:
                         break
                 old_total = none
                 for j in range(total):
@@ -285,7 +285,7 @@ def solve_wheels(
                     again = rotated(kept, old_total, total, row, work)
                 if again and stage < _STAGES - 1:
                     break
-            if failed != 0 or (rough and stage > 0):
+            if failed != 0:
                 break
             parts = kept
             splits += more
