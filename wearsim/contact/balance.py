@@ -10,7 +10,9 @@ point are the rotation speed, and for each wheel the load L its normal forces wo
 are bracketed with coarse patches and FASTSIM, whatever the models; from there Broyden's method [1]_, with the
 zeros of the slopes kept [2]_, takes two or three evaluations of the true ones. Between evaluations patches
 are stretched by similarity (lengths and pressures with the cube root of the load, exact for a quadratic gap)
-as long as the load changes by at most `SIMILAR`; beyond they are solved anew.
+as long as the load changes by at most `SIMILAR`; beyond they are solved anew. Where a model's load jumps past
+the balance, patches of one side of the jump are stretched by up to a tenth of the load, which `load_scale`
+states.
 
 References
 ----------
@@ -48,6 +50,8 @@ _NEAR = 0.05  # logarithm of vertical force over wheel load with which the true 
 _MOST_LOADS = 40  # brackets of the load
 _HIGHEST = np.log(10.0)  # logarithm of the largest load L over Q that is tried
 _MOST_TRIALS = 30
+_FROZEN = 17  # trials after which patches are only stretched: a model whose load jumps has no other balance
+_LARGEST_JUMP = 0.1  # of the logarithm of a load, by which patches may be stretched then
 _AFRESH = 6  # trials after which slopes are taken anew, by differences
 _FAR = 0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
 _SPEED_UNIT = 1e-3  # of the nominal rotation speed: unknowns of like size
@@ -587,7 +591,7 @@ def _refined(
     before, step = np.zeros((count, len(columns))), np.zeros((count, len(columns)))
     done_wheels, done_contact = [], []
     for trial in range(_MOST_TRIALS):
-        if trial > 0:
+        if 0 < trial <= _FROZEN:
             again = here & open_rows[:, None] & (np.abs(np.log(load / _loads(wheels, count))) > SIMILAR)
             if again.any():
                 old = wheels
@@ -598,6 +602,9 @@ def _refined(
         contact = forces.contact
         residual = _residual(task, chunk, forces, columns)
         settled = (np.abs(residual) <= tolerance).all(axis=1) & open_rows
+        if trial > _FROZEN:
+            near, jump = _frozen(near, wheels, count)
+            settled &= jump <= _LARGEST_JUMP
         if settled.any() or count == 0:
             mask = settled[near.normal.patch.row]
             done_wheels.append(patches_where(near, mask))
@@ -634,6 +641,15 @@ def _refined(
     else:
         solved = forces_of(task, whole, speed, model, fields=True).contact
     return Equilibrium(whole, solved, speed, load)
+
+
+def _frozen(near: Wheels, wheels: Wheels, count: int) -> tuple[Wheels, FloatArray]:
+    """Stretched patches, their load scale saying how far, and its largest logarithm of each point."""
+    ratio = near.load / wheels.load
+    jump = np.zeros(count)
+    np.maximum.at(jump, near.normal.patch.row, np.abs(np.log(ratio)))
+    normal = replace(near.normal, load_scale=ratio * near.normal.load_scale)
+    return replace(near, normal=normal), jump
 
 
 def _step(slope: FloatArray, residual: FloatArray, largest: FloatArray) -> FloatArray:

@@ -236,14 +236,13 @@ def test_a_load_from_nothing_to_three_hundred_kilonewton(gap_of):
 
 
 def test_rough_solutions_and_starts(gap_of):
-    """Rough: 3 % of forces and largest pressure. A start changes nothing beyond the tolerance of 1e-4."""
-    shift, load = np.array([-4e-3, 0.0, 2e-3, 5e-3]), np.full(4, 80e3)
+    """Rough: the forces of single patches within 1 %. A start changes nothing beyond the tolerance of 1e-4."""
+    shift, load = np.array([-4e-3, -3e-3, 2e-3, 4e-3]), np.full(4, 80e3)
     gap = gap_of(shift, 0.005)
     exact = solved(gap, load)
     rough = solved(gap, load, options={"rough": True})
     np.testing.assert_array_equal(rough.patch.row, exact.patch.row)
-    np.testing.assert_allclose(rough.normal_force, exact.normal_force, rtol=0.03, atol=0.01 * 80e3)
-    np.testing.assert_allclose(rough.max_pressure, exact.max_pressure, rtol=0.06)
+    np.testing.assert_allclose(rough.normal_force, exact.normal_force, rtol=0.01)
     again = solved(gap, load, options={"start": solved(gap, 1.05 * load)})
     np.testing.assert_allclose(again.normal_force, exact.normal_force, rtol=1e-3)
     np.testing.assert_allclose(again.max_pressure, exact.max_pressure, rtol=1e-3)

@@ -93,7 +93,8 @@ def solve(
     _march(
         plain(patch.y), plain(patch.width), plain(patch.x_lead), plain(patch.x_trail), plain(friction),
         plain(slope), plain(creepage), flexibility, plain(_mean_flexibility(creepage, flexibility)),
-        patch.strips, patch.cells, fields, np.empty(14 * _ROW), out, force, slip_area,
+        np.require(patch.strips, np.int64, ("C", "W")), np.require(patch.cells, np.int64, ("C", "W")), fields,
+        np.empty(14 * _ROW), out, force, slip_area,
     )  # fmt: skip
     length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
     return TangentialSolution(force, slip_area, patch.x_lead, length, out if fields else None)
