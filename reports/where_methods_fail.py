@@ -175,7 +175,7 @@ def solve(situation, normal, tangential, grid, problem=None):
     wheelset, counterface, conditions = problem or problem_of(situation)
     material = {key: float(situation[key]) for key in ("youngs_modulus", "poisson_ratio") if situation[key]}
     strips, cells = (int(situation[key] or grid) for key in ("strips", "cells"))
-    most = min(strips, cells)  # exactly so many: of both counts, none rises above the larger of itself and this
+    most = min(strips, cells)  # leaves both counts as they are, whatever the size of a patch
     models = wearsim.ContactModels(normal, tangential, strips, cells, most_cells=most, **material)
     sums, outcome, start = None, "", time.perf_counter()
     try:
