@@ -1,7 +1,9 @@
 """Times of the contact and of the main job, printed beside their targets and never asserted."""
 
+import cProfile
 import ctypes
 import os
+import pstats
 import shutil
 import subprocess
 import sys
@@ -12,11 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.contact import geometry
 from wearsim.contact import solve as contact
-from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import load_factor
-from wearsim.contact.solve import CHUNK, ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.tangential import fastsim
 from wearsim.profile import standard
 
@@ -52,6 +52,7 @@ def test_fastsim_kernel_against_c(show, best, tmp_path):
     flexibility = np.tile([[1.2e-14], [1.3e-14], [1.1e-14]], (1, patches))
     mean = np.full(patches, 1.25e-14)
     given = (y, width, half, -half, np.full(patches, 0.35), slope, creepage, flexibility, mean)
+    strip_count, cell_count = np.full(patches, strips), np.full(patches, cells)
 
     def outputs():
         return np.empty((5, patches, cells, strips)), np.zeros((patches, 3)), np.zeros(patches)
@@ -60,7 +61,7 @@ def test_fastsim_kernel_against_c(show, best, tmp_path):
     rows = np.empty(14 * fastsim._ROW)
 
     def kernel():
-        fastsim._march(*given, cells, True, rows, *ours)
+        fastsim._march(*given, strip_count, cell_count, True, rows, *ours)
 
     kernel()
     per_cell = 1e9 / (patches * cells * strips)
@@ -88,89 +89,79 @@ def test_fastsim_kernel_against_c(show, best, tmp_path):
             np.testing.assert_allclose(mine, other, rtol=1e-9, atol=1e-12 * abs(mine).max())
         time_c = best(lambda call=function: call(*arguments), 40) * per_cell
         ratio = time_kernel / time_c
-        show(f"C {' '.join(FLAGS)}, {name}: {time_c:.2f} ns, ratio {ratio:.2f} (target <= 1.5)")
+        show(f"C {' '.join(FLAGS)}, {name}: {time_c:.2f} ns, ratio {ratio:.2f} (target <= 1.1)")
 
 
-def test_full_solution(show, best, scene):
-    """Search to strip work in batches of 1000 on one and two threads, and the share of each room."""
-
-    def run(threads):
-        contact.solve_each(*scene, lambda part: part.fields.strip_work, sides=(0,), threads=threads)
-
-    run(1)
-    alone = best(lambda: run(1)) / POINTS * 1e6
-    pair = best(lambda: run(2)) / POINTS * 1e6
-    show(f"full solution 50 x 50: {alone:.0f} us per core (target < 150)")
-    other = (*scene[:3], replace(MODELS, normal="knothe_le_the"))
-
-    def strip_model():
-        contact.solve_each(*other, lambda part: part.fields.strip_work, sides=(0,))
-
-    strip_model()
-    show(f"with knothe_le_the: {best(strip_model) / POINTS * 1e6:.0f} us (target < 300)")
-    show(f"two threads: {pair:.0f} us, {alone / pair:.2f} times faster (target 1.7; {os.cpu_count()} cores)")
-
+def solved(
+    scene, normal="kik_piotrowski", tangential="fastsim", grid=50, sides=(0,), threads=1, points=POINTS
+):
+    """Search to strip work, balance of the load included, on an exact grid."""
     conditions, wheelset, counterface, models = scene
-    wheel, ground = (
-        geometry.wheel_surface(wheelset.right, wheelset.radius),
-        geometry.counterface_profile(counterface.profile),
+    models = replace(
+        models, normal=normal, tangential=tangential, strips=grid, cells=grid, most_cells=grid, cell_size=1.0
     )
-    task = contact._Task((wheel,) * 2, (ground,) * 2, wheelset, counterface.curvature, models, (0,), True)
-    spent = dict.fromkeys(("search", "normal", "creepage", "tangential", "power and fields"), 0.0)
-    repeats = 5
-    for start in list(range(0, POINTS, CHUNK)) * repeats:
-        chunk = contact._part(conditions, slice(start, min(start + CHUNK, POINTS)))
-        clock = [time.perf_counter()]
-        pose = geometry.WheelsetPose(chunk.shift, chunk.yaw, chunk.roll)
-        gap = geometry.gap(wheel, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=0.0)
-        clock.append(time.perf_counter())
-        normal = NORMAL_MODELS[models.normal](
-            gap,
-            chunk.wheel_load,
-            vertical=True,
-            effective_modulus=models.effective_modulus,
-            strips=models.strips,
-            parameters={},
-        )
-        clock.append(time.perf_counter())
-        side = contact._solve_side(task, 0, chunk, start)
-        clock.append(time.perf_counter())
-        speed = -chunk.speed / wheelset.radius
-        result = fastsim.solve(
-            normal.patch,
-            side.kinematics.creepage(speed[normal.patch.row]),
-            side.friction,
-            shear_modulus=models.shear_modulus,
-            poisson_ratio=models.poisson_ratio,
-            cells=models.cells,
-            fields=True,
-        )
-        clock.append(time.perf_counter())
-        strip_work = contact._finish(side, result, chunk.roll, speed, start).fields.strip_work
-        clock.append(time.perf_counter())
-        assert np.isfinite(strip_work).all()
-        step = np.diff(clock)
-        step[2] -= step[0] + step[1]  # the whole side: search, normal contact and kinematics again
-        for name, seconds in zip(spent, step, strict=True):
-            spent[name] += seconds
-    total = sum(spent.values())
-    parts = ", ".join(
-        f"{name} {seconds / POINTS / repeats * 1e6:.0f} us ({seconds / total:.0%})"
-        for name, seconds in spent.items()
+    few = {name: value[:points] for name, value in vars(conditions).items() if isinstance(value, np.ndarray)}
+    contact.solve_each(
+        replace(conditions, **few), wheelset, counterface, models, lambda part: part.fields.strip_work,
+        sides=sides, threads=threads,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("normal", "target"), [("kik_piotrowski", 60), ("knothe_le_the", 120)])
+def test_full_solution(show, best, scene, normal, target):
+    """One wheel at the nominal rotation speed, 50 x 50, on one thread."""
+    solved(scene, normal)
+    alone = best(lambda: solved(scene, normal)) / POINTS * 1e6
+    show(f"full solution with {normal}, 50 x 50, load balance included: {alone:.0f} us (target {target})")
+
+
+def test_threads(show, best, scene):
+    """Two threads against one, wall clock."""
+    for threads in (1, 2):
+        solved(scene, sides=(0, 1), threads=threads)
+    one, two = (
+        min(wall(lambda threads=threads: solved(scene, sides=(0, 1), threads=threads)) for _ in range(7))
+        for threads in (1, 2)
     )
-    show(f"rooms: {parts}")
+    show(f"two threads: {one / two:.2f} times as fast as one (target 1.8; {os.cpu_count()} cores)")
 
 
-def test_free_rotation(show, best, scene):
-    """Both wheels with the balance of axle torque, as campaigns run it."""
-    conditions, wheelset, counterface, models = scene
-    free = ContactConditions(**{**vars(conditions), "rotation": "free"})
+def wall(function):
+    start = time.perf_counter()
+    function()
+    return time.perf_counter() - start
 
-    def run():
-        contact.solve_each(free, wheelset, counterface, models, lambda part: part.fields.strip_work)
 
-    run()
-    show(f"wheelset with free rotation: {best(run, 3) / POINTS * 1e6:.0f} us per operating point and core")
+PAIRS = [("kik_piotrowski", "fastsim", 50, POINTS), ("half_space", "half_space", 30, 24)]
+
+
+@pytest.mark.parametrize(("normal", "tangential", "grid", "points"), PAIRS)
+def test_free_rotation(show, best, scene, normal, tangential, grid, points):
+    """Both wheels, with the balance of axle torque as campaigns run it, against the nominal speed."""
+    nominal, wheelset, counterface, models = scene
+    free = (replace(nominal, rotation="free"), wheelset, counterface, models)
+    options = {"normal": normal, "tangential": tangential, "grid": grid, "sides": (0, 1), "points": points}
+    times = []
+    for one in (free, scene):
+        solved(one, **options)
+        times.append(best(lambda one=one: solved(one, **options), 3) / points / 2 * 1e6)
+    target = " (target 6000 us)" if normal == "half_space" else ""
+    show(
+        f"{normal} + {tangential}, {grid} x {grid}: free rotation {times[0]:.0f} us per wheel{target}, "
+        f"{times[0] / times[1]:.2f} times nominal (target 1.5)"
+    )
+
+
+def test_rooms(show, scene):
+    """Share of the functions of a full solution, of a profile of one thread."""
+    free = (replace(scene[0], rotation="free"), *scene[1:])
+    solved(free, sides=(0, 1))
+    profile = cProfile.Profile()
+    profile.runcall(solved, free, sides=(0, 1))
+    spent = pstats.Stats(profile)
+    shown = sorted(spent.stats.items(), key=lambda item: -item[1][2])[:6]
+    total = spent.total_tt
+    show("most time: " + ", ".join(f"{key[2]} {value[2] / total:.0%}" for key, value in shown))
 
 
 def test_help(show, best):

@@ -49,7 +49,7 @@ def test_a_wheelset_of_free_roll_rests_on_both_wheels_and_needs_no_warning(folde
     # what campaigns solve are parts of these points
     part = select(setup.points, np.array([1]))
     again = solve(part.conditions, setup.wheelset, setup.counterface, setup.models)
-    assert again.roll[0] == solution.roll[at[1]]
+    assert again.roll[0] == pytest.approx(solution.roll[at[1]], rel=1e-9)  # patches have less padding here
 
 
 def test_a_wheelset_that_finds_no_rest_is_refused(folder, changed, line_with, monkeypatch):

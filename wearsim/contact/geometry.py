@@ -146,8 +146,8 @@ def _steep_free(profile: Profile, spacing: float, start: int) -> tuple[FloatArra
     arc = np.concatenate(([0.0], np.cumsum(step)))
     count = int(np.ceil((arc[-1] - arc[start]) / spacing)) + 1
     fine = np.linspace(arc[start], arc[-1], count)
-    y_of, z_of = CubicSpline(arc, profile.y), CubicSpline(arc, profile.z)
-    y, z, dy, dz = y_of(fine), z_of(fine), y_of(fine, 1), z_of(fine, 1)
+    spline = CubicSpline(arc, np.stack((profile.y, profile.z)), axis=1)
+    (y, z), (dy, dz) = plain(spline(fine)), plain(spline(fine, 1))
     usable = (dy > 0) & (np.abs(dz) <= _STEEPEST * dy)
     middle = int(np.searchsorted(fine, 0.5 * (arc[start] + arc[-1])))
     if not usable[middle]:
@@ -183,7 +183,7 @@ def wheel_surface(profile: Profile, radius: float, spacing: float = 1e-4) -> Whe
     """
     tip = int(np.argmax(profile.z))
     y, z, slope = _steep_free(profile, spacing, tip)
-    return WheelSurface(np.ascontiguousarray(y), radius + z, np.ascontiguousarray(slope))
+    return WheelSurface(y, radius + z, slope)
 
 
 def counterface_profile(profile: Profile, spacing: float = 1e-4) -> CounterfaceProfile:

@@ -175,14 +175,14 @@ def test_a_start_changes_nothing_beyond_the_tolerance(name, gap_of):
 
 
 def test_a_rough_solution_is_near(name, gap_of):
-    """Good enough for a first guess of creep forces: plane within 10 mrad, force 2 %, patch a fifth."""
+    """Good enough for a first guess of creep forces: plane within 10 mrad, force 2 %, patch a third."""
     single = np.flatnonzero(SHIFT < 4.5e-3)
     gap = rows_of(gap_of(1.0), single)
     fine = solved(name, gap, LOAD[single])
     rough = solved(name, gap, LOAD[single], strips=12, rough=True)
     np.testing.assert_allclose(rough.contact_angle, fine.contact_angle, atol=0.01)
     np.testing.assert_allclose(rough.normal_force, fine.normal_force, rtol=0.02)
-    np.testing.assert_allclose(rough.patch.area, fine.patch.area, rtol=0.2)
+    np.testing.assert_allclose(rough.patch.area, fine.patch.area, rtol=0.35)
 
 
 def test_strips_and_cells_follow_the_size_of_each_patch(name, gap_of):

@@ -64,6 +64,7 @@ DEFAULTS = {
 _TRIALS = 20  # of the displacement
 _FITS = 25  # of grids to patches
 _STILL = 2e-4  # rad by which a plane may turn without another fit
+_NEARLY = 5e-3  # rad by which the planes of the search may be off in a rough solution
 _LAID = 4  # fits after which grids keep their borders if they hold their patches
 _GATHERED = 2  # fits after which it is settled which lobes share a grid, and in which share t
 _ALIKE = 1e-3  # change of these shares without which it is settled earlier
@@ -106,9 +107,9 @@ def solve(
     """Patches and pressures of every row; contract in `normal.model`.
 
     Strips are rows of cells, of which 1.5 on each side are left free for the patch's edge; `patch.grid` has
-    the pressure of the cells. A rough solution is that of the search, on coarse grids. Own parameters:
-    "half_space_tolerance", change of the pressures at which the iteration stops, 3e-5 by default [-];
-    "half_space_iterations", its limit, 1000 by default.
+    the pressure of the cells. A rough solution is that of the search, or the first one on fitted grids. Own
+    parameters: "half_space_tolerance", change of the pressures at which the iteration stops, 3e-5 by default
+    [-]; "half_space_iterations", its limit, 1000 by default.
     """
     options: dict[str, Any] = {"vertical": vertical, "effective_modulus": effective_modulus, "rough": rough}
     states = [
@@ -164,15 +165,15 @@ def solve_wheel(
     task = _Task(gap, row, load, vertical, effective_modulus, resolution, {**DEFAULTS, **parameters})
     if start is None:
         state = task.searched()
-        return (
-            task.turned(state, list(map(partial(angle_of, gap), state.regions, state.pressure)))
-            if rough
-            else task.fitted(state)
-        )
+        if rough:
+            angle = list(map(partial(angle_of, gap), state.regions, state.pressure))
+            if all(abs(new - old.angle) < _NEARLY for new, old in zip(angle, state.regions, strict=True)):
+                return task.turned(state, angle)
+        return task.fitted(state, rough)
     ratio = (load / _carried(start, vertical)) ** (1.0 / 3.0)
     regions = tuple(map(scaled, start.regions, [ratio] * len(start.regions), start.pressure))
     moved = ratio**2 * start.vertical_displacement
-    return task.fitted(WheelPressure(regions, start.pressure, moved, ()))
+    return task.fitted(WheelPressure(regions, start.pressure, moved, ()), rough)
 
 
 def _carried(state: WheelPressure, vertical: bool) -> float:
@@ -211,18 +212,21 @@ class _Task:
             level = aim if trial < 2 else float(np.sqrt(level * aim))
         raise fault_of(NO_CONVERGENCE, self.row)
 
-    def fitted(self, state: WheelPressure) -> WheelPressure:
-        """Fit grids to the patches of a state, and again to the patches on them, until they stay."""
-        gap, fine = self.gap, (self.resolution, self.parameters["half_space_tolerance"])
+    def fitted(self, state: WheelPressure, rough: bool) -> WheelPressure:
+        """Fit grids to the patches of a state, and again to the patches on them, until they stay.
+
+        Grids are coarse at first if those of the state are; rough: no others.
+        """
+        gap, tolerance = self.gap, self.parameters["half_space_tolerance"]
+        fine, coarse = (self.resolution, tolerance), (_coarser(self.resolution), max(tolerance, 1e-3))
         first, coupled, settled = fine, np.zeros((0, 0)), False
-        least = self.resolution.cells, self.resolution.strips
-        if state.iterations or any(one.nx < least[0] or one.ny < least[1] for one in state.regions):
-            first = _coarser(self.resolution), max(fine[1], 1e-3)  # of the search
-        else:
+        if state.iterations or rough or _coarser_than(coarse[0], state):  # state.iterations: of the search
+            first = coarse
+        elif not _coarser_than(fine[0], state):
             coupled = np.zeros((1, 1)) if len(state.regions) == 1 else gather(gap, _lobes(gap, state))[1]
             if len(coupled) == len(state.regions):
                 moved = state.vertical_displacement
-                state = self.pressed(state.regions, coupled, moved, state.pressure, fine[1], ())
+                state = self.pressed(state.regions, coupled, moved, state.pressure, tolerance, ())
         for fit in range(_FITS):
             resolution, tolerance = first if fit == 0 else fine
             old = list(zip(state.regions, state.pressure, strict=True))
@@ -254,6 +258,8 @@ class _Task:
             start = tuple(carried_over(gap, old, region) for region in regions)
             displacement = state.vertical_displacement
             state = self.pressed(regions, coupled, displacement, start, tolerance, state.iterations)
+            if rough:
+                return self.turned(state, list(map(partial(angle_of, gap), regions, state.pressure)))
         raise fault_of(NO_CONVERGENCE, self.row)
 
     def pressed(
@@ -291,6 +297,11 @@ class _Task:
 
 def _lobes(gap: Gap, state: WheelPressure) -> list[Lobe]:
     return [one for grid in zip(state.regions, state.pressure, strict=True) for one in lobes_of(gap, *grid)]
+
+
+def _coarser_than(resolution: Resolution, state: WheelPressure) -> bool:
+    """Whether grids have fewer cells than a resolution."""
+    return any(one.nx < resolution.cells or one.ny < resolution.strips for one in state.regions)
 
 
 def _coarser(resolution: Resolution) -> Resolution:

@@ -198,13 +198,9 @@ def _gathered(grids: Sequence[HeightGrid], modulus: float, coupling: FloatArray)
 
 @kernel
 def _first_guess(
-    height: FloatArray,
-    area: FloatArray,
-    cosine: FloatArray,
-    load: float,
-    modulus: float,
-    pressure: FloatArray,
-) -> None:
+    height: FloatArray, area: FloatArray, cosine: FloatArray, load: float, modulus: float, pressure:
+    FloatArray,
+) -> None:  # fmt: skip
     """Virtual penetration, roughly: the overlap region's size squared times its depth carries the load."""
     first = np.inf
     for i in range(height.size):

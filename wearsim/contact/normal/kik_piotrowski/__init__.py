@@ -8,8 +8,9 @@ The surfaces are pushed into each other by :math:`\varepsilon\delta`; where they
 .. math:: N = \pi E^* \delta \frac{\iint\sqrt{x_l^2-x^2}\,dx\,dy}
           {\iint\sqrt{x_l^2-x^2}/\sqrt{x^2+y^2}\,dx\,dy}.
 
-Yaw: at each lateral position both ends of the strip are those of the three-dimensional gap there, and the
-displacement is that of strips which lie ahead of or behind the point.
+Yaw: at each lateral position both ends of the strip are those of the three-dimensional gap there, searched
+at about every millimetre and linear in between as multiples of the ends of circles; the displacement is that
+of strips which lie ahead of or behind the point.
 
 Rule for several patches, continuous in every position and load. The gap flooded from below has basins; each
 joins a deeper one over a saddle. The deepest basin k = 1 is filled up to the rim

@@ -9,7 +9,8 @@ Neglected: the middle line of the pressure is that of the smallest gap, and the 
 
 Solution: the first vertical displacement presses patches into ellipses; pressures that never pull for given
 lengths, and lengths for given pressures, in turn, converge from anywhere; then Newton's method, each Jacobian
-kept as long as its steps shrink fast. A coarse set of strips locates the ends of the patch, a finer one is
+kept as long as its steps shrink fast, the influence of strips whose lengths hardly change expanded to second
+order. A coarse set of strips locates the ends of the patch, a finer one is
 fitted to it. The outermost strip takes its ratio :math:`p/a` from its neighbour: alone it could shrink to a
 point between overlapping surfaces. The fine set is fitted again until the ends of the patch lie at their
 place in the outermost strips, to 3 % of a width, or between two places as near to each other, and the plane

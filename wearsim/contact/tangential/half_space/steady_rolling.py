@@ -183,16 +183,9 @@ def solve(
 
 @kernel
 def _newton(
-    operator: SlipOperator,
-    rigid_slip: FloatArray,
-    bound: FloatArray,
-    tolerance: float,
-    most_steps: int,
-    most_products: int,
-    traction: FloatArray,
-    slip: FloatArray,
-    marks: FloatArray,
-) -> tuple[float, int, int]:
+    operator: SlipOperator, rigid_slip: FloatArray, bound: FloatArray, tolerance: float, most_steps: int,
+    most_products: int, traction: FloatArray, slip: FloatArray, marks: FloatArray,
+) -> tuple[float, int, int]:  # fmt: skip
     """Newton's method from `traction`; returns the residual, the steps and the convolutions."""
     direction, rest = np.zeros(traction.shape), np.empty(traction.shape)
     change, basis = np.empty(traction.shape), np.empty((most_products + 1, traction.size))
@@ -246,14 +239,9 @@ def _slip(operator: SlipOperator, traction: FloatArray, slip: FloatArray) -> Non
 
 @kernel
 def _linear_step(
-    operator: SlipOperator,
-    marks: FloatArray,
-    direction: FloatArray,
-    rest: FloatArray,
-    share: float,
-    basis: FloatArray,
-    change: FloatArray,
-) -> int:
+    operator: SlipOperator, marks: FloatArray, direction: FloatArray, rest: FloatArray, share: float, basis:
+    FloatArray, change: FloatArray,
+) -> int:  # fmt: skip
     """Newton's change of the tractions, exact to a share of the residual; returns the convolutions it took.
 
     Generalised minimal residuals, preconditioned on the right.
@@ -344,14 +332,9 @@ def _cut_back(traction: FloatArray, bound: FloatArray) -> None:
 
 @kernel
 def _residual(
-    traction: FloatArray,
-    slip: FloatArray,
-    bound: FloatArray,
-    reach: float,
-    marks: FloatArray,
-    direction: FloatArray,
-    rest: FloatArray,
-) -> tuple[float, float]:
+    traction: FloatArray, slip: FloatArray, bound: FloatArray, reach: float, marks: FloatArray, direction:
+    FloatArray, rest: FloatArray,
+) -> tuple[float, float]:  # fmt: skip
     """Residual of each cell, and the sums of the sizes of residuals and tractions.
 
     `marks` says which cells are outside or stick; for those that slip it is the bound over the size of
@@ -382,13 +365,9 @@ def _residual(
 
 @kernel
 def _derivative(
-    change: FloatArray,
-    slip: FloatArray,
-    marks: FloatArray,
-    direction: FloatArray,
-    reach: float,
-    out: FloatArray,
-) -> None:
+    change: FloatArray, slip: FloatArray, marks: FloatArray, direction: FloatArray, reach: float, out:
+    FloatArray,
+) -> None:  # fmt: skip
     """Differentiate the residual along a change of tractions that changes the slip by `slip`."""
     for i in range(marks.shape[0]):
         for j in range(marks.shape[1]):
@@ -425,13 +404,9 @@ def _stretches(marks: FloatArray, longest: int) -> IntArray:
 
 @kernel
 def _precondition(
-    given: FloatArray,
-    marks: FloatArray,
-    direction: FloatArray,
-    operator: SlipOperator,
-    stretches: IntArray,
+    given: FloatArray, marks: FloatArray, direction: FloatArray, operator: SlipOperator, stretches: IntArray,
     out: FloatArray,
-) -> None:
+) -> None:  # fmt: skip
     """Change of tractions with a given derivative, if stretches of stick and cells that slip were alone."""
     nx, ny = marks.shape
     for i in range(nx):
