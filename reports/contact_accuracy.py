@@ -52,8 +52,8 @@ SHOWN = {"max_pressure": "pressure", "power": "power", "strip_work": "strip work
 
 INTRODUCTION = """\
 {count} cases: S1002 on 60E1 1:40 and 1:20; rail, rollers of 1000 and 500 mm; shifts of -5 to 6 mm, yaw
-angles of 0 and 10 mrad, wheel load 80 kN, friction 0.35; right wheel, rotation speed V/r0. Reference:
-`{reference}`.
+angles of 0 and 10 mrad, wheel load 80 kN, carried by normal and creep forces together, friction 0.35; right
+wheel, rotation speed V/r0. Reference: `{reference}`.
 
 Errors are those of the wheel (sums over its patches): of area, maximum pressure and power relative to the
 reference; of the creep force, the length of the difference over friction coefficient times wheel load; of

@@ -55,7 +55,7 @@ def ours(row, case, centre):
             shift=shift, yaw=yaw, wheel_load=row["load"], speed=SPEED, friction=FRICTION,
             rotation="nominal", creepage=[creepage],
         ),
-        wearsim.ContactModels("half_space", "half_space", strips=80, cells=80),
+        wearsim.ContactModels("half_space", "half_space", strips=80, cells=80, most_cells=80),
         sides=["right"],
         load="normal_force",
         fields=True,

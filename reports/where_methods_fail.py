@@ -38,10 +38,10 @@ LOAD, BOUND, WORK = 2e-6, 1e-3, 1e-4  # relative tolerances on load, friction bo
 STATED = {
     ("hertz", "fastsim"): (0.35, 0.2, 0.15, 0.4, 0.7),
     ("kik_piotrowski", "fastsim"): (0.25, 0.45, 0.1, 0.2, 0.5),
-    ("knothe_le_the", "fastsim"): (0.05, 0.2, 0.25, 0.3, 0.35),
+    ("knothe_le_the", "fastsim"): (0.06, 0.2, 0.25, 0.3, 0.35),
     ("half_space", "fastsim"): (0.03, 0.08, 0.25, 0.3, 0.25),
     ("half_space", "half_space"): (0.03, 0.08, 0.02, 0.08, 0.2),
-    ("knothe_le_the", "half_space"): (0.05, 0.2, 0.15, 0.2, 0.35),
+    ("knothe_le_the", "half_space"): (0.06, 0.2, 0.15, 0.2, 0.35),
     ("kik_piotrowski", "half_space"): (0.25, 0.45, 0.2, 0.3, 0.5),
     ("hertz", "half_space"): (0.35, 0.2, 0.2, 0.25, 0.7),
 }
@@ -175,7 +175,7 @@ def solve(situation, normal, tangential, grid, problem=None):
     wheelset, counterface, conditions = problem or problem_of(situation)
     material = {key: float(situation[key]) for key in ("youngs_modulus", "poisson_ratio") if situation[key]}
     strips, cells = (int(situation[key] or grid) for key in ("strips", "cells"))
-    most = min(strips, cells)  # exactly so many: of both counts, none rises above the larger of itself and this
+    most = min(strips, cells)  # leaves both counts as they are, whatever the size of a patch
     models = wearsim.ContactModels(normal, tangential, strips, cells, most_cells=most, **material)
     sums, outcome, start = None, "", time.perf_counter()
     try:

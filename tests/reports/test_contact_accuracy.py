@@ -66,10 +66,14 @@ def test_quantiles_of_the_report_are_those_of_the_errors(committed, reports):
 
 
 def test_a_solution_has_no_error_against_itself_and_a_coarser_one_has_some():
-    """20 against 60 strips and cells: FASTSIM's power is off by up to 5 %, strip work by its pieces, too."""
+    """20 against 60 strips and cells: FASTSIM's power is off by up to 5 %, strip work by its pieces, too.
+
+    A creep force off by 3 % of friction times load shifts load to the normal force: at 0.1 rad 1e-3 of it,
+    of the pressure a third of that.
+    """
     cases = all_cases().loc[[0, 8, 17]]
     fine, coarse = (solve(cases, ("kik_piotrowski", "fastsim", grid)) for grid in (60, 20))
-    most = {"area": 0.01, "max_pressure": 1e-9, "force": 0.03, "power": 0.05, "strip_work": 0.12}
+    most = {"area": 0.01, "max_pressure": 4e-4, "force": 0.03, "power": 0.05, "strip_work": 0.12}
     for ours, reference in zip(coarse, fine, strict=True):
         assert not any(errors_of(reference, reference, 28e3).values())
         errors = errors_of(ours, reference, 28e3)

@@ -1,5 +1,7 @@
 """The tables of Liu & Bruni (2016): our values within stated limits of theirs, and their conclusions."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -20,7 +22,15 @@ def written(tmp_path_factory):
 @pytest.fixture(scope="module")
 def ours(written):
     """Our values by rail and how creepages come about, cases in the order of the paper."""
-    return pd.read_csv(written / "seed_tables.csv", index_col=["rail", "source"]).sort_index()
+    table = pd.read_csv(written / "seed_tables.csv", index_col=["model", "rail", "source"]).sort_index()
+    return table.loc["kik_piotrowski"]
+
+
+@pytest.fixture(scope="module")
+def half_space(written):
+    """Values of the half-space on the first rail by how creepages come about."""
+    table = pd.read_csv(written / "seed_tables.csv", index_col=["model", "rail", "source"]).sort_index()
+    return table.loc[("half_space", FIRST)]
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +57,7 @@ def test_the_script_writes_the_committed_report(written, reports, same_numbers):
 def test_the_cases_are_those_of_the_paper():
     assert PAPER.shift_mm.tolist() == [0.0] * 3 + [3.0] * 3
     assert PAPER.roller_radius_mm.fillna(0.0).tolist() == [0.0, 1000.0, 500.0] * 2
-    for source in ("motion", "centre", "initial_contact"):
+    for source in ("contact", "contact_fine"):
         place = CASES.loc[source, ["shift_mm", "roller_radius_mm"]].to_numpy()
         np.testing.assert_array_equal(place, PAPER[["shift_mm", "roller_radius_mm"]].to_numpy())
 
@@ -92,14 +102,40 @@ def test_ratios_of_power_are_those_of_table_5(ours):
     np.testing.assert_allclose(values[4:], theirs[4:], rtol=0.08)
 
 
-def test_power_and_the_half_space_solution(ours):
-    """Same creepages and rail: within 3 % at 3 mm; too high, not by a third, where there are two lobes."""
-    ratio = ours.loc[(FIRST, "centre"), "power_W"].to_numpy() / CASES.loc["centre", "power_W"].to_numpy()
-    np.testing.assert_allclose(ratio[AT_3MM], 1.0, atol=0.03)
+def test_power_and_the_half_space_solution(ours, half_space):
+    """Same creepages, centre and rail: FASTSIM within 6 % at 3 mm, which is what is left in partial slip.
+
+    Too high, not by a third, where there are two lobes.
+    """
+    ratio = ours.loc[(FIRST, "centre"), "power_W"].to_numpy() / half_space.loc["centre", "power_W"].to_numpy()
+    np.testing.assert_allclose(ratio[AT_3MM], 1.0, atol=0.06)
     assert np.all((ratio[:3] > 1.0) & (ratio[:3] < 1.3))
 
 
-def test_the_flat_contact_and_its_creepage_reference_point(ours):
+def test_half_space_solutions_have_converged(written, half_space):
+    """The finest cells change no pressure by 0.5 % and no power by 1 %, and are next to CONTACT's.
+
+    On the rail, where CONTACT has converged, pressure to 0.5 %; area, which counts cells of 0.1 mm, to 1 %;
+    power to 0.5 % at zero shift, to 4 % at 3 mm, where its creepages are held 0.1 to 0.2 mm elsewhere.
+    """
+    text = (written / "seed_tables.md").read_text()
+    changes = re.search(
+        r"pressure changes by more than ([\d.]+) %.* power by more\s+than ([\d.]+) %", text, re.S
+    )
+    assert float(changes[1]) < 0.5
+    assert float(changes[2]) < 1.0
+    theirs, rail = CASES.loc["contact_fine"], np.isnan(PAPER.roller_radius_mm.to_numpy())
+    ratio = {
+        name: half_space.loc["centre", name].to_numpy() / theirs[name].to_numpy()
+        for name in ("max_pressure_MPa", "area_mm2", "power_W")
+    }
+    np.testing.assert_allclose(ratio["max_pressure_MPa"][rail], 1.0, atol=0.005)
+    np.testing.assert_allclose(ratio["area_mm2"], 1.0, atol=0.01)
+    np.testing.assert_allclose(ratio["power_W"][:3], 1.0, atol=0.005)
+    np.testing.assert_allclose(ratio["power_W"][AT_3MM], 1.0, atol=0.04)
+
+
+def test_the_flat_contact_and_its_creepage_reference_point(ours, half_space):
     """At zero shift: initial contact millimetres off the centre, angle at the centre within 3 % of theirs.
 
     Creepage prescribed at the initial contact makes forces of kN of creepages called zero, as in the paper
@@ -109,17 +145,22 @@ def test_the_flat_contact_and_its_creepage_reference_point(ours):
     assert np.all((centre.initial_contact_mm > 1.0) & (centre.initial_contact_mm < 5.0))
     np.testing.assert_allclose(np.abs(ours.loc[(FIRST, "motion"), "contact_angle_mrad"][:3]), 34.5, rtol=0.03)
     force = touch.force_x_kN.to_numpy()
-    for other in (CASES.loc["initial_contact"], PAPER):
+    for other in (half_space.loc["initial_contact"], PAPER):
         size = np.abs(force / other.force_x_kN[:3].to_numpy())
         assert np.all((size > 0.5) & (size < 1.5))
     assert np.all(np.abs(centre.force_x_kN.to_numpy()) < 0.2 * np.abs(force))
 
 
-def test_the_paper_is_far_from_the_half_space_solution_where_the_contact_is_flat(ours):
-    """A third in pressure, which is the model's and not the paper's fault: ours is equally far."""
-    reference = CASES.loc["centre", "max_pressure_MPa"].to_numpy()
+def test_the_paper_is_far_from_the_half_space_solution_where_the_contact_is_flat(ours, half_space):
+    """A third in pressure, which is the model's and not the paper's fault: ours is equally far.
+
+    Elsewhere a tenth, as the report says.
+    """
+    reference = half_space.loc["centre", "max_pressure_MPa"].to_numpy()
     for values in (PAPER.max_pressure_MPa, ours.loc[(FIRST, "centre"), "max_pressure_MPa"]):
-        np.testing.assert_allclose(values.to_numpy()[:3] / reference[:3] - 1.0, -1.0 / 3.0, atol=0.1)
+        apart = values.to_numpy() / reference - 1.0
+        np.testing.assert_allclose(apart[:3], -1.0 / 3.0, atol=0.02)
+        assert np.all((apart[AT_3MM] < -0.05) & (apart[AT_3MM] > -0.1))
 
 
 def test_trends_over_the_curvature_of_the_roller(trends, reports):
