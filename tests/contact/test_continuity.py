@@ -245,7 +245,7 @@ def test_nothing_jumps_while_the_flange_climbs(totals_of, name):
 def test_half_space_only_jumps_with_its_cells(totals_of, case, low, high):
     """Where a second lobe comes, and in the flange's root: half as large cells, less than half the jumps.
 
-    Or jumps within the 0.3 % that count as none: in the flange's root 0.06 % on 20 x 14 cells, 0.2 % on 40 x 28.
+    Or within the 0.3 % that count as none: in the flange's root 0.06 % on 20 x 14 cells, 0.2 % on 40 x 28.
     """
     coarse, fine = (
         jumps(
