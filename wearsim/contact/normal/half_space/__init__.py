@@ -404,10 +404,14 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -
     centre = float(section.lateral(np.array([middle]))[0])
     edges = section.lateral(np.append(s - 0.5 * width, s[-1] + 0.5 * width))
     loaded = np.flatnonzero(load)
-    # With a strip on each side: cells beyond the end of a profile carry nothing.
-    ends = edges[[max(int(loaded[0]) - 1, 0), min(int(loaded[-1]) + 2, edges.size - 1)]]
+    ends = edges[[int(loaded[0]), int(loaded[-1]) + 1]]
     first, last = int(np.searchsorted(grid.y, ends[0])) - 2, int(np.searchsorted(grid.y, ends[1])) + 2
-    if first < 0 or last > grid.y.size or curve[first:last].max() >= NO_WHEEL:
+    # Cells beyond the end of a profile carry nothing: a patch that ends within a strip of it is cut off.
+    low, high = s[loaded[0]] - 1.5 * width, s[loaded[-1]] + 1.5 * width
+    cut = (section.part.start == 0 and low < section.ends[0]) or (
+        section.part.stop == grid.y.size and high > section.ends[1]
+    )
+    if cut or first < 0 or last > grid.y.size or curve[first:last].max() >= NO_WHEEL:
         raise fault_of(AT_EDGE, region.row)
     ahead = origin_x(gap, region) - float(np.interp(centre, grid.y, gap.x[region.row]))
     lowest = float(curve[first:last].min() - curve.min())
