@@ -163,3 +163,19 @@ def test_given_normal_forces_need_one_patch_in_the_solution_alone(
     monkeypatch.setattr(balance, "NORMAL_MODELS", {"kik_piotrowski": several})
     solution = solve(points([0.0, 3e-3]), wheelset, counterface(), coarse, sides=(0,), vertical=False)
     assert solution.normal_force == pytest.approx([80e3, 80e3], rel=1e-9)
+
+
+def test_a_fault_of_the_centred_rotation_names_the_central_position(
+    monkeypatch, wheelset, counterface, points, coarse
+):
+    """Not the row's own shift, at which the contact may have a solution."""
+    model = NORMAL_MODELS["kik_piotrowski"]
+
+    def several(gap, row, load, **options):
+        if gap.bodies.pose.shift[0] == 0.0:
+            raise ContactError("several patches close", row=int(row[0]))
+        return model(gap, row, load, **options)
+
+    monkeypatch.setattr(balance, "NORMAL_MODELS", {"kik_piotrowski": several})
+    with pytest.raises(ContactError, match=r"shift 3 mm, .*: at shift 0 mm and yaw 0 mrad, .* several"):
+        solve(points(3e-3, rotation="centred"), wheelset, counterface(), coarse, sides=(0,))

@@ -169,7 +169,8 @@ def normal_of(
             near = None if start is None else patches_where(start, np.isin(start.patch.row, row[rest]))
             part = normal_of(task, side, row[rest], load[rest], start=near, rough=rough)
             parts.insert(len(parts) if rest.start else 0, part)
-    return joined(parts)
+    whole: NormalSolution = joined(parts)
+    return whole
 
 
 def wheels_of(
