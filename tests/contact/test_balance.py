@@ -120,3 +120,62 @@ def test_a_locked_flange_is_named_by_its_point_and_wheel(wheelset, counterface, 
     shift[3], yaw[3] = -6.5e-3, 60e-3
     with pytest.raises(ContactError, match=r"^point 3, left wheel, .*flange locks"):
         solve(points(shift, yaw, friction=0.5), wheelset, counterface(), coarse)
+
+
+@pytest.mark.parametrize("normal", sorted(NORMAL_MODELS))
+@pytest.mark.parametrize("short_way", ["rough", "start"])
+def test_a_row_whose_short_way_fails_is_solved_in_full(
+    monkeypatch, wheelset, counterface, points, normal, short_way
+):
+    """The others keep their bits, and the row its solution within the tolerance of its balance."""
+    conditions = points([1e-3, 3e-3, 5e-3], [0.0, 10e-3, 0.0], rotation="free")
+    models = ContactModels(normal, strips=12, cells=12, cell_size=1e-3)
+    whole = solve(conditions, wheelset, counterface(), models)
+    model, calls = NORMAL_MODELS[normal], []
+
+    def fails(gap, row, load, **options):
+        if options[short_way] not in (None, False) and 1 in row:
+            calls.append(row.size)
+            raise ContactError("not this way", row=1)
+        return model(gap, row, load, **options)
+
+    monkeypatch.setattr(balance, "NORMAL_MODELS", {normal: fails})
+    again = solve(conditions, wheelset, counterface(), models)
+    assert max(calls) == 3
+    np.testing.assert_array_equal(again.point, whole.point)
+    others = whole.point != 1
+    np.testing.assert_array_equal(again.normal_force[others], whole.normal_force[others])
+    np.testing.assert_array_equal(again.power[others], whole.power[others])
+    assert again.normal_force == pytest.approx(whole.normal_force, rel=1e-4)
+
+
+def test_given_normal_forces_need_one_patch_in_the_solution_alone(
+    monkeypatch, wheelset, counterface, points, coarse
+):
+    """A rough solution with two patches is no fault of the input."""
+    model = NORMAL_MODELS["kik_piotrowski"]
+
+    def several(gap, row, load, **options):
+        if options["rough"]:
+            raise ContactError("several patches close", row=int(row[0]))
+        return model(gap, row, load, **options)
+
+    monkeypatch.setattr(balance, "NORMAL_MODELS", {"kik_piotrowski": several})
+    solution = solve(points([0.0, 3e-3]), wheelset, counterface(), coarse, sides=(0,), vertical=False)
+    assert solution.normal_force == pytest.approx([80e3, 80e3], rel=1e-9)
+
+
+def test_a_fault_of_the_centred_rotation_names_the_central_position(
+    monkeypatch, wheelset, counterface, points, coarse
+):
+    """Not the row's own shift, at which the contact may have a solution."""
+    model = NORMAL_MODELS["kik_piotrowski"]
+
+    def several(gap, row, load, **options):
+        if gap.bodies.pose.shift[0] == 0.0:
+            raise ContactError("several patches close", row=int(row[0]))
+        return model(gap, row, load, **options)
+
+    monkeypatch.setattr(balance, "NORMAL_MODELS", {"kik_piotrowski": several})
+    with pytest.raises(ContactError, match=r"shift 3 mm, .*: at shift 0 mm and yaw 0 mrad, .* several"):
+        solve(points(3e-3, rotation="centred"), wheelset, counterface(), coarse, sides=(0,))

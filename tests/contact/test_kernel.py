@@ -6,11 +6,12 @@ import pkgutil
 import subprocess
 import sys
 
+import numba
 import numpy as np
 import pytest
 
 import wearsim.contact
-from wearsim.contact.kernel import kernel, leaf_kernel, plain
+from wearsim.contact.kernel import _uncounted, bare_kernel, kernel, leaf_kernel, plain
 
 
 def kernels():
@@ -62,6 +63,39 @@ def test_the_order_of_sums_is_kept_except_in_leaf_kernels():
     reordered = [_sum_in_any_order(values) for values in given]
     assert reordered != totals
     assert reordered == pytest.approx(totals, rel=1e-14)
+
+
+@bare_kernel
+def _doubled(values):
+    for i in range(values.size):
+        values[i] *= 2.0
+
+
+@bare_kernel
+def _allocating(count):
+    return np.zeros(count)[0]
+
+
+def test_bare_kernels_change_arrays_and_allocate_none():
+    values = np.arange(3.0)
+    before = sys.getrefcount(values)
+    _doubled(values)
+    np.testing.assert_array_equal(values, [0.0, 2.0, 4.0])
+    assert sys.getrefcount(values) == before
+    with pytest.raises(numba.NumbaError):
+        _allocating(3)
+
+
+def test_bare_kernels_return_no_arrays():
+    bare = [each for each in kernels() if "_nrt" in each.targetoptions]
+    assert bare
+    for each in bare:
+        assert "FloatArray" not in str(each.py_func.__annotations__["return"]), each
+
+
+def test_a_numba_without_the_private_option_counts():
+    assert _uncounted(numba.core.cpu.CPUTargetOptions) == {"_nrt": False}
+    assert _uncounted(None) == {}
 
 
 def test_plain_arrays_are_contiguous_and_writeable():

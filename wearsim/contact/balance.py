@@ -137,19 +137,40 @@ def normal_of(
     start: NormalSolution | None = None,
     rough: bool = False,
 ) -> NormalSolution:
-    """Solve the normal contact of rows of a side under loads (k,) [N]."""
+    """Solve the normal contact of rows of a side under loads (k,) [N].
+
+    A row whose rough solution, or solution from a start, fails is solved in full; the others stay as is.
+    """
     models = task.models
-    return NORMAL_MODELS[models.normal](
-        side.gap,
-        row,
-        load,
-        vertical=task.vertical,
-        effective_modulus=models.effective_modulus,
-        resolution=_COARSE if rough else models.resolution,
-        parameters=dict(models.parameters),
-        start=start,
-        rough=rough,
-    )
+
+    def solved(row: IntArray, load: FloatArray, start: NormalSolution | None, rough: bool) -> NormalSolution:
+        return NORMAL_MODELS[models.normal](
+            side.gap,
+            row,
+            load,
+            vertical=task.vertical,
+            effective_modulus=models.effective_modulus,
+            resolution=_COARSE if rough else models.resolution,
+            parameters=dict(models.parameters),
+            start=start,
+            rough=rough,
+        )
+
+    try:
+        return solved(row, load, start, rough)
+    except ContactError as error:
+        if error.row is None or not (rough or start is not None):
+            raise
+        k = int(np.searchsorted(row, error.row))
+    full = solved(row[k : k + 1], load[k : k + 1], None, False)
+    parts = [replace(full, reference_point=None) if rough else full]
+    for rest in (slice(k), slice(k + 1, None)):
+        if row[rest].size > 0:
+            near = None if start is None else patches_where(start, np.isin(start.patch.row, row[rest]))
+            part = normal_of(task, side, row[rest], load[rest], start=near, rough=rough)
+            parts.insert(len(parts) if rest.start else 0, part)
+    whole: NormalSolution = joined(parts)
+    return whole
 
 
 def wheels_of(

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 import numba
 import numpy as np
+from numba.core import cpu
 from numpy.typing import ArrayLike, NDArray
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -35,9 +36,16 @@ def bare_kernel(function: _Function) -> _Function:
     """Compile as `kernel` does, without counting references to arrays: for kernels that allocate none.
 
     Counting takes an atomic operation per array and call: with named tuples of twenty arrays it costs more
-    than a loop over a hundred strips. Numba refuses to compile one that allocates.
+    than a loop over a hundred strips. Numba does not compile one that allocates. It must not return arrays
+    either: a kernel that counts would release them. The option is private to numba; a version without it
+    compiles as `kernel` does.
     """
-    return _compiled(function, {**_OPTIONS, "_nrt": False})
+    return _compiled(function, {**_OPTIONS, **_uncounted(getattr(cpu, "CPUTargetOptions", None))})
+
+
+def _uncounted(target: object) -> dict[str, Any]:
+    """Option of a compiler's target that switches the counting off, if it has one."""
+    return {"_nrt": False} if hasattr(target, "_nrt") else {}
 
 
 def leaf_kernel(function: _Function) -> _Function:

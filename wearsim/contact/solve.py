@@ -199,7 +199,13 @@ def _rotation_speed(task: Task, chunk: ContactConditions) -> FloatArray:
     if chunk.creepage is None and chunk.rotation == "centred":
         still = np.zeros_like(chunk.shift)
         central = replace(chunk, shift=still, yaw=still, roll=still, track_curvature=still)
-        wheels = equilibrium(task, central, [side_of(task, task.sides[0], central)], nominal).wheels
+        try:
+            wheels = equilibrium(task, central, [side_of(task, task.sides[0], central)], nominal).wheels
+        except ContactError as error:
+            if error.row is None:
+                raise
+            place = "at shift 0 mm and yaw 0 mrad, which set the centred rotation speed"
+            raise type(error)(f"{place}, {error}", row=error.row, side=error.side) from None
         return rotation_without_creepage(wheels.kinematics, wheels.normal.patch.row, still.size)
     return nominal
 

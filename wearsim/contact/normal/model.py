@@ -135,7 +135,7 @@ class NormalSolver(Protocol):
             Of the same rows under loads nearby: saves work and changes nothing beyond the tolerance.
         rough : bool
             Whether some percent of error in forces and planes are good enough: a model may leave out what
-            costs.
+            costs. Where a rough solution, or one from a start, raises, the caller solves the row in full.
 
         Returns
         -------

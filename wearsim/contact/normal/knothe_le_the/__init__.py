@@ -36,7 +36,6 @@ References
 
 from __future__ import annotations
 
-from contextlib import suppress
 from functools import lru_cache
 
 import numpy as np
@@ -56,7 +55,6 @@ from wearsim.contact.normal.model import (
 )
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
 from wearsim.contact.reference.hertzian import hertz
-from wearsim.errors import ContactError
 
 DEFAULTS = {"solved_strips": 20.0}
 
@@ -91,11 +89,10 @@ def solve(
     `kik_piotrowski`.
     """
     if rough:
-        with suppress(ContactError):  # where that model has no solution, this one may have one
-            return kik_piotrowski.solve(
-                gap, row, load, vertical=vertical, effective_modulus=effective_modulus,
-                resolution=resolution, parameters=parameters, rough=True,
-            )  # fmt: skip
+        return kik_piotrowski.solve(
+            gap, row, load, vertical=vertical, effective_modulus=effective_modulus,
+            resolution=resolution, parameters=parameters, rough=True,
+        )  # fmt: skip
     solved = int(min(max({**DEFAULTS, **parameters}["solved_strips"], _FEWEST), _MOST))
     rows, most = load.size, 4 * solved
     number, fault = np.zeros(rows, np.int64), np.zeros(gap.gap.shape[0], np.int64)
