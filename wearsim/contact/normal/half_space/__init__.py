@@ -406,8 +406,8 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -
     loaded = np.flatnonzero(load)
     ends = edges[[int(loaded[0]), int(loaded[-1]) + 1]]
     first, last = int(np.searchsorted(grid.y, ends[0])) - 2, int(np.searchsorted(grid.y, ends[1])) + 2
-    # Cells beyond the end of a profile carry nothing: a patch that ends within a strip of it is cut off.
-    low, high = s[loaded[0]] - 1.5 * width, s[loaded[-1]] + 1.5 * width
+    # Cells beyond the end of a profile carry nothing: a patch within half a strip of it is cut off.
+    low, high = s[loaded[0]] - width, s[loaded[-1]] + width
     cut = (section.part.start == 0 and low < section.ends[0]) or (
         section.part.stop == grid.y.size and high > section.ends[1]
     )
