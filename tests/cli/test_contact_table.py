@@ -150,7 +150,7 @@ def test_a_row_without_an_answer_does_not_stop_the_others(table, run):
 
 
 def test_rows_that_fail_leave_the_others_as_they_are_alone(table, run):
-    """More failures than are taken out one by one, in more than one chunk; the last bit is that of padding."""
+    """More failures than are taken out one by one, in more than one chunk; padding changes the last bit."""
     shifts = [60 if k % 7 == 3 else -3 + k * 0.05 for k in range(100)]
     _, out, err = run("--json", "--table", table("shift_mm\n" + "\n".join(map(str, shifts)) + "\n"))
     good = [y for y in shifts if y != 60]

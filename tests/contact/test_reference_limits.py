@@ -36,6 +36,7 @@ FLAT = {
     ("mbench", 40, 1.0, 2.0, 0),
 }
 KINK = ("mbench", 40, 1.0, 2.0, 0)
+THIN = [("s1002_60e1", 20, 1.0, shift, 10) for shift in (7.0, 7.5)]  # 2.2 mm wide and 31 mm long
 ROOT = [("s1002_60e1", 20, curvature, shift, 0) for curvature in (1.0, 2.0) for shift in (7.5, 8.0)]
 
 
@@ -120,7 +121,9 @@ def hold(error):
     assert size.angle[~flat & ~flange].max() < 1e-3
     assert not (size.angle[flat] > 1.6e-3).any()
     assert not (size.angle[flange] > 27e-3).any()
-    assert size.area.max() < 0.03
+    thin = error.state.isin(THIN)
+    assert size.area[~thin].max() < 0.03
+    assert not (size.area[thin] > 0.04).any()
     assert not (size.max_pressure[~size.rough] > 0.02).any()
     assert not (size.max_pressure[size.rough & ~kink] > 0.05).any()
     assert size.force.max() < 0.01
@@ -182,10 +185,22 @@ def test_maximum_pressure_at_a_kink(away, wheelset):
     assert errors(rows, wheelset).max_pressure.abs().max() < 0.05
 
 
-@pytest.mark.xfail(strict=True, reason="measured 4.5 %, target 3 %: 9 elements of the other program across")
-def test_area_on_finer_cells_than_those_of_the_other_program(away, wheelset):
+@pytest.mark.parametrize(
+    "where",
+    [
+        pytest.param(
+            one, marks=pytest.mark.xfail(strict=True, reason=f"measured {area} %, target 3 %: {across}")
+        )
+        for one, area, across in (
+            (("s1002_60e1", 20, 0.0, 8.0, 10), 4.5, "9 elements of the other program across"),
+            (THIN[0], 3.6, "11 elements of the other program across"),
+            (THIN[1], 3.8, "11 elements of the other program across"),
+        )
+    ],
+)
+def test_area_on_finer_cells_than_those_of_the_other_program(away, wheelset, where):
     """On the flange its elements round the outline up: ours are smaller by 3 to 5 % the finer they get."""
-    rows = away[[state(row) == ("s1002_60e1", 20, 0.0, 8.0, 10) for row in away.itertuples()]]
+    rows = away[[state(row) == where for row in away.itertuples()]]
     assert errors(rows, wheelset, fine=False).area.abs().max() < 0.03
 
 

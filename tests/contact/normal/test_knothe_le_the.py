@@ -236,7 +236,7 @@ def test_a_load_from_nothing_to_three_hundred_kilonewton(gap_of):
 
 
 def test_rough_solutions_and_starts(gap_of):
-    """Rough: the forces of single patches within 1 %. A start changes nothing beyond the tolerance of 1e-4."""
+    """Rough: forces of single patches within 1 %. A start changes nothing beyond the tolerance, 1e-4."""
     shift, load = np.array([-4e-3, -3e-3, 2e-3, 4e-3]), np.full(4, 80e3)
     gap = gap_of(shift, 0.005)
     exact = solved(gap, load)
