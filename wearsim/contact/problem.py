@@ -251,7 +251,7 @@ class ContactPatches:
     width: FloatArray
     approach: FloatArray
     normal_force: FloatArray
-    load_scale: FloatArray  # on the forces of the wheel, so that they carry its load: 1 where no load jumps [-]
+    load_scale: FloatArray  # on the forces of the wheel to carry its load, 1 where no load jumps [-]
     creepage_x: FloatArray
     creepage_y: FloatArray
     spin: FloatArray
