@@ -125,13 +125,15 @@ def test_errors_of_the_committed_chart_are_found_again():
     message = pd.read_csv(REPOSITORY / "reports/speed_accuracy.csv")
     rig = build(load_scene("workflows/rig.toml"))
     state, _ = WheelsetEvolution(rig).start()
-    truth = replace(rig.models, normal="half_space", tangential="half_space", strips=60, cells=60)
+    grid = {"strips": 60, "cells": 60, "most_cells": 60}
+    truth = replace(rig.models, normal="half_space", tangential="half_space", **grid)
     rows = message[
         (message["scene"] == rig.title) & (message["tangential"] == "fastsim") & (message["grid"] == 30)
     ]
     rows = rows[rows["refusal"].isna()]
     assert len(rows) >= 3
-    models = [replace(rig.models, normal=name, strips=30, cells=30) for name in rows["normal"]]
+    grid = {"strips": 30, "cells": 30, "most_cells": 30}
+    models = [replace(rig.models, normal=name, **grid) for name in rows["normal"]]
     evidence = judge(
         models, truth, state, choose.sample_of(rig, state, 10).points,
         setup_of(rig), smoothing_wavelength=rig.control.smoothing_wavelength,

@@ -186,7 +186,8 @@ def solve_contact(
     sides : {"right", "left"} or sequence of them
         Wheels of the result.
     load : {"wheel", "normal_force"}
-        Whether `wheel_load` is the vertical load of the wheel, or the normal force of its single patch.
+        Whether `wheel_load` is the vertical load of the wheel, which normal and creep forces carry together,
+        or the normal force of its single patch.
     fields : bool
         Whether strips and cells of every patch are in the result; they need a hundred times the memory.
     threads : int
@@ -202,7 +203,9 @@ def solve_contact(
         roll, wheel_load, speed, friction, track_curvature and rotation_speed. With `fields`, over (patch,
         strip): lateral, x_lead, x_trail, cells_lead, cells_trail, strip_work; strip_width over patch;
         strip_wheel_y_edges and strip_rail_y_edges (patch, strip_edge); over (patch, cell, strip), cells from
-        the leading edge: pressure, shear_x, shear_y, slip_x, slip_y, work_density. Models that solve the
+        the leading edge: pressure, shear_x, shear_y, slip_x, slip_y, work_density. Each patch has strips and
+        cells by its size; those behind them, up to the largest numbers of all patches, have no length and
+        hold zeros. Models that solve the
         pressure on a grid add cell_pressure (patch, grid_cell, strip), grid_lead and grid_trail. Forces and
         shear act on the wheel, in the track axes.
 
@@ -210,7 +213,8 @@ def solve_contact(
     ------
     ContactError
         If a wheel is not in contact, its patch reaches the edge of a profile, creepages are given and
-        several patches are in contact: the message names the point. Also if a model, a parameter or a side
+        several patches are in contact, or the flange locks: friction x tan(contact angle) reaches 1 where it
+        climbs. The message names the point. Also if a model, a parameter or a side
         is unknown, or a number of `models` is out of range.
 
     Examples

@@ -25,7 +25,7 @@ class ContactConditions:
     yaw, roll : (n,) array
         Yaw about z (down) and roll about x [rad].
     wheel_load : (n,) array
-        Vertical load of each wheel [N].
+        Vertical load of each wheel, which its normal and creep forces carry together [N].
     speed : (n,) array
         Peripheral speed V of the counterface at its profile top [m/s].
     friction : (n,) array
@@ -147,9 +147,9 @@ class ContactModels:
     strips, cells : int
         Strips across a patch and cells along each strip, at least.
     cell_size : float
-        Largest width of a strip and length of a cell [m].
+        Largest width of a strip and length of a cell [m]: wider and longer patches have more of them.
     most_cells : int
-        Strips across a patch, and cells along each, at most.
+        Strips across a patch, and cells along each, at most, unless `strips` or `cells` is larger.
     youngs_modulus : float
         Of both bodies [Pa].
     poisson_ratio : float
@@ -251,7 +251,7 @@ class ContactPatches:
     width: FloatArray
     approach: FloatArray
     normal_force: FloatArray
-    load_scale: FloatArray  # on the normal forces of the wheel, 1 away from merging patches [-]
+    load_scale: FloatArray  # on the forces of the wheel to carry its load, 1 where no load jumps [-]
     creepage_x: FloatArray
     creepage_y: FloatArray
     spin: FloatArray

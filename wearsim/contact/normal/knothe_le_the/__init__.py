@@ -188,4 +188,4 @@ def _work(most: int) -> Work:
     )
 
 
-MODEL = NormalModel(name="knothe_le_the", solve=solve, cost=1.6, parameters=DEFAULTS)
+MODEL = NormalModel(name="knothe_le_the", solve=solve, cost=2.6, parameters=DEFAULTS)
