@@ -159,16 +159,17 @@ def _march(
                 share = limit / size if size > limit else 1.0
                 new_x, new_y = trial_x * share, trial_y * share
                 mean_x, mean_y = 0.5 * (old_x + new_x), 0.5 * (old_y + new_y)
-                excess = (share - 1.0) * rows[12 * _ROW + j]
                 rows[3 * _ROW + j] = new_x
                 rows[4 * _ROW + j] = new_y
                 rows[5 * _ROW + j] = p_here
                 rows[6 * _ROW + j] += slips
-                rows[7 * _ROW + j] = 0.5 * (p_up + p_here)
-                rows[8 * _ROW + j] = mean_x
-                rows[9 * _ROW + j] = mean_y
-                rows[10 * _ROW + j] = trial_x * excess
-                rows[11 * _ROW + j] = trial_y * excess
+                if keep:
+                    excess = (share - 1.0) * rows[12 * _ROW + j]
+                    rows[7 * _ROW + j] = 0.5 * (p_up + p_here)
+                    rows[8 * _ROW + j] = mean_x
+                    rows[9 * _ROW + j] = mean_y
+                    rows[10 * _ROW + j] = trial_x * excess
+                    rows[11 * _ROW + j] = trial_y * excess
                 f_x += mean_x * dx
                 f_y += mean_y * dx
                 moment += (x * mean_y - lateral * mean_x) * dx
