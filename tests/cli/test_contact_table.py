@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import sys
+import tracemalloc
 import types
 
 import numpy as np
@@ -92,6 +93,19 @@ def test_windows_do_not_show_in_the_output(table, run, monkeypatch):
     whole = run("--table", path)
     monkeypatch.setattr(contact_table, "_WINDOW", 2)
     assert run("--table", path) == whole
+
+
+def test_a_long_table_is_not_kept_as_rows(table):
+    """Beyond the text of the table, less than 50 bytes a row; rows in memory take about a kilobyte each."""
+    count = 4000
+    path = table("shift_mm,vehicle\n" + "".join(f"{k % 60 / 10},car {k % 7}\n" for k in range(count)))
+    contact_table.read_table(path, {})  # profiles and texts of flags stay in their caches
+    tracemalloc.start()
+    known = contact_table.read_table(path, {})
+    kept, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert kept < 2 * len(known.text) + 50 * count
+    assert sum(1 for _ in known.rows()) == sum(1 for _ in known.rows()) == count
 
 
 def test_columns_are_carried_through_and_flags_fill_what_is_empty(table, run):

@@ -60,6 +60,8 @@ def campaign_header(kind, steps):
         "contact_tangential": "fastsim",
         "strips": np.int32(50),
         "cells": np.int32(50),
+        "cell_size": 0.5e-3,
+        "most_cells": np.int32(120),
         "smoothing_wavelength": 2.5e-3,
         "stability_limit": 0.4,
         "depth_cap": 8e-6,

@@ -135,6 +135,7 @@ def test_points_table_is_the_dataset(translation):
     [
         ("youngs_modulus", 205e9, "youngs modulus differs: 2.1e+11 Pa on the rig, 2.05e+11 Pa in the field"),
         ("wheel_radius", 0.42, "wheel radius differs: 0.46 m on the rig, 0.42 m in the field"),
+        ("cell_size", 0.25e-3, "cell size differs: 0.0005 m on the rig, 0.00025 m in the field"),
         ("cells", np.int32(20), "cells differs: 50 on the rig, 20 in the field"),
         (
             "counterface_profile",

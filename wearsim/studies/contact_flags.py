@@ -24,7 +24,7 @@ class Flag(NamedTuple):
 
     @property
     def field(self) -> str:
-        """Name in a `ContactRequest`, of the quantity without its unit."""
+        """Name in a `Request` of `contact_points`, of the quantity without its unit."""
         units = ("_mm", "_mrad", "_kN", "_km_h", "_GPa", "_m")
         unit = next((unit for unit in units if self.column.endswith(unit)), "")
         return self.column.removesuffix(unit)
@@ -77,10 +77,10 @@ FLAGS = (
     Flag("tangential", "fastsim", "tangential contact model", _MODELS, "model"),
     Flag("youngs-GPa", "210", "Young's modulus of both bodies", _MODELS, "number", "youngs_modulus"),
     Flag("poisson", "0.3", "Poisson's ratio of both bodies", _MODELS, "number", "poisson_ratio"),
-    Flag("strips", "30", "strips across the patch, at least", _MODELS, "count", "strips"),
-    Flag("cells", "30", "cells along each strip, at least", _MODELS, "count", "cells"),
-    Flag("cell-mm", "0.5", "width of a strip and length of a cell, at most", _MODELS, "number", "cell_size"),
-    Flag("most-cells", "120", "strips, and cells along each, at most", _MODELS, "count", "most_cells"),
+    Flag("strips", "30", "smallest number of strips across a patch", _MODELS, "count", "strips"),
+    Flag("cells", "30", "smallest number of cells along each strip", _MODELS, "count", "cells"),
+    Flag("cell-mm", "0.5", "largest width of a strip and length of a cell", _MODELS, "number", "cell_size"),
+    Flag("most-cells", "120", "largest number of strips and of cells", _MODELS, "count", "most_cells"),
 )  # fmt: skip
 
 COLUMNS = {flag.column: flag for flag in FLAGS}

@@ -27,6 +27,7 @@ from wearsim.toml_faults import decimal
 
 _TIGHTEST_CURVE = QUANTITIES["curve_radius"].range.low  # m
 _INSTEAD = (("wheel_load_kN", "normal_force_kN"), ("rotation", "creepage"))  # only one of each pair acts
+_FIELDS = tuple((column, flag.field, flag) for column, flag in COLUMNS.items())
 _SIDES: dict[str, tuple[Side, ...]] = {"right": ("right",), "left": ("left",), "both": ("right", "left")}
 
 PATCH_NAMES = (
@@ -124,6 +125,7 @@ def _creepage(text: str) -> tuple[float, ...]:
     return numbers
 
 
+@lru_cache(maxsize=4096)  # the rows of a table repeat most texts
 def _value(flag: Flag, text: str | None) -> Any:
     """SI value of the text of a flag; raises ValueError with the end of the message."""
     if text is None or (flag.kind == "roll" and text == "free"):
@@ -168,11 +170,11 @@ def request_of(*layers: Mapping[str, str]) -> tuple[Request, dict[str, str]]:
     """
     texts = texts_of(*layers)
     values, wrong = {}, {}
-    for column, flag in COLUMNS.items():
+    for column, field, flag in _FIELDS:
         try:
-            values[flag.field] = _value(flag, texts.get(column, flag.default))
+            values[field] = _value(flag, texts.get(column, flag.default))
         except ValueError as error:
-            values[flag.field] = _value(flag, flag.default)
+            values[field] = _value(flag, flag.default)
             wrong[column] = str(error)
     return Request(**values), wrong
 

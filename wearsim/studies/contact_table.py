@@ -34,7 +34,7 @@ from wearsim.studies.contact_points import (
 from wearsim.toml_faults import text_of
 
 _WINDOW = 64
-"""Rows of a table solved and written together, so that only their solutions are in memory."""
+"""Rows of a table solved and written together; besides the text of the table, only they are in memory."""
 
 _LONGEST_LINE = 1_000_000  # characters; longer ones are no table of operating points
 _MOST_FAULTS = 100  # lines of one message; a wrong unit would fault every row of a long table
@@ -92,12 +92,21 @@ class Row(NamedTuple):
 
 
 class Table(NamedTuple):
-    """A table without faults: its name for the user, its columns, the rows to solve, and warnings on it."""
+    """A table without faults: its name for the user, its text, its columns, and warnings on it."""
 
     name: str
+    text: str
     columns: tuple[str, ...]
-    rows: list[Row]
     warnings: list[str]
+
+    def rows(self) -> Iterator[Row]:
+        """Give the rows to solve one after the other, so that they are never all in memory."""
+        records = (item for item in _records(self.name, self.text) if any(cell.strip() for cell in item[1]))
+        next(records)  # the header
+        for line, cells in records:
+            record = dict(zip(self.columns, cells, strict=False))
+            if not _is_further(record):
+                yield _row(line, record)
 
 
 def read_table(source: str, flags: Mapping[str, str]) -> Table:
@@ -108,8 +117,8 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
     """
     name, text = _text(source)
     columns: tuple[str, ...] = ()
-    rows: list[Row] = []
-    faults, broken, further, empty = list[Fault](), list[Fault](), 0, list[int]()
+    faults, broken, empty = list[Fault](), list[Fault](), list[int]()
+    rows, further, rest = 0, 0, 0
     seen: set[tuple[object, ...]] = set()
     try:
         for line, cells in _records(name, text):
@@ -121,27 +130,28 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
             elif _is_further(record):
                 further += 1
             else:
-                rows.append(_row(line, record))
-                faults += [
-                    Fault(fault, name, line) for fault in _row_faults(columns, rows[-1], cells, flags, seen)
-                ]
+                rows += 1
+                wrong = _row_faults(columns, _row(line, record), cells, flags, seen)
+                shown = wrong[: _MOST_FAULTS - len(faults)]
+                faults += [Fault(fault, name, line) for fault in shown]
+                rest += len(wrong) - len(shown)
     except SceneError as error:
         broken = [*error.faults]
     else:
-        if not rows:
+        if rows == 0:
             missing = "only a header" if columns else "nothing"
             broken = [Fault(f"holds {missing}; give a header with flags and a row per point", name)]
-    if len(faults) > _MOST_FAULTS:
-        broken.append(Fault(f"{len(faults) - _MOST_FAULTS} more faults are not shown", name))
+    if rest:
+        broken.append(Fault(f"{rest} more faults are not shown", name))
     if faults or broken:
-        raise SceneError([*faults[:_MOST_FAULTS], *broken])
+        raise SceneError([*faults, *broken])
     warnings = list(_warnings(columns))
     if further:
         warnings.append(f"{further} lines of further patches (column patch above 1) are left out")
     if empty:
         listed = f"{len(empty)} rows of empty cells are left out, the first is line {empty[0]}"
         warnings.append(f"{listed}; a row of defaults needs one value")
-    return Table(name, columns, rows, warnings)
+    return Table(name, text, columns, warnings)
 
 
 def _text(source: str) -> tuple[str, str]:
@@ -376,7 +386,7 @@ def _stand(rail: str, inclination: float) -> str | None:
 
 def solved_rows(table: Table, flags: Mapping[str, str]) -> Iterator[tuple[Row, PointResult | ContactError]]:
     """Rows with their solutions, or why they have none; solved a window at a time."""
-    rows = iter(table.rows)
+    rows = table.rows()
     while window := list(itertools.islice(rows, _WINDOW)):
         requests = [request_of(flags, row.given)[0] for row in window]
         yield from zip(window, solve_points(requests), strict=True)

@@ -34,7 +34,7 @@ _STATUS_NAMES = {number: name for name, number in STATUS.items()}
 _SAME_PLACE = 1e-7  # [m]
 _ATTRIBUTE_UNITS = {
     "axle_torque": "N m", "wheel_radius": "m", "half_span": "m", "youngs_modulus": "Pa",
-    "wheel_density": "kg/m3", "smoothing_wavelength": "m",
+    "wheel_density": "kg/m3", "smoothing_wavelength": "m", "cell_size": "m",
 }  # fmt: skip
 _FILL = 9.969209968386869e36  # the netCDF library's own fill value: every viewer knows it
 _NEEDED = ("distance", "max_wear_depth", "arc_length", "wear_depth_by_regime", "side", "weight")
