@@ -179,3 +179,19 @@ def test_a_fault_of_the_centred_rotation_names_the_central_position(
     monkeypatch.setattr(balance, "NORMAL_MODELS", {"kik_piotrowski": several})
     with pytest.raises(ContactError, match=r"shift 3 mm, .*: at shift 0 mm and yaw 0 mrad, .* several"):
         solve(points(3e-3, rotation="centred"), wheelset, counterface(), coarse, sides=(0,))
+
+
+@pytest.mark.parametrize("normal", ["kik_piotrowski", "half_space"])
+def test_half_space_tractions_of_a_point_do_not_depend_on_the_others(wheelset, counterface, points, normal):
+    """Starts go from patch to patch; sums over padded strips may differ in the last bit."""
+    shift, yaw, load = [-4e-3, 3e-3, 5e-3, 5.5e-3], [0.0, 10e-3, -5e-3, 30e-3], [2e3, 80e3, 80e3, 150e3]
+    models = ContactModels(normal, "half_space", strips=10, cells=10, cell_size=1e-3)
+    whole = solve(points(shift, yaw, load=load, rotation="free"), wheelset, counterface(), models)
+    for k in range(len(shift)):
+        alone = solve(
+            points(shift[k], yaw[k], load=load[k], rotation="free"), wheelset, counterface(), models
+        )
+        mine = whole.point == k
+        for name in ("normal_force", "force_x", "force_y", "spin_moment", "creepage_x"):
+            here, expected = getattr(whole, name)[mine], getattr(alone, name)
+            np.testing.assert_allclose(here, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())

@@ -700,14 +700,28 @@ def _contact_joined(parts: list[TangentialSolution], order: IntArray) -> Tangent
 
 
 def _matched(contact: TangentialSolution | None, old: Wheels, new: Wheels) -> TangentialSolution | None:
-    """Tangential solution of wheels, as a start for others if those have the same patches."""
-    one, other = old.normal.patch, new.normal.patch
-    same = (
-        contact is not None
-        and one.y.shape == other.y.shape
-        and all(
-            np.array_equal(getattr(one, name), getattr(other, name)) for name in ("row", "strips", "cells")
-        )
-        and np.array_equal(old.sign, new.sign)
-    )
-    return contact if same else None
+    """Tangential solution of wheels, as a start for the patches of others that are the same.
+
+    The rest of them have no pressure in it: whether a patch has a start does not depend on other wheels.
+    """
+    if contact is None or contact.cells is None:
+        return None
+    known = {key: m for m, key in enumerate(_patch_keys(old))}
+    of = np.array([known.get(key, -1) for key in _patch_keys(new)], dtype=np.int64)
+    patch, same = new.normal.patch, of >= 0
+    cells = np.zeros((5, of.size, int(patch.cells.max(initial=1)), patch.y.shape[1]))
+    if patch.grid is not None:
+        cells = np.zeros((5, *patch.grid.pressure.shape))
+    along, across = np.minimum(cells.shape[2:], contact.cells.shape[2:])
+    cells[:, same, :along, :across] = contact.cells[:, of[same], :along, :across]
+    length = np.zeros_like(patch.y)
+    return TangentialSolution(np.zeros((of.size, 3)), np.zeros(of.size), length, length, cells)
+
+
+def _patch_keys(wheels: Wheels) -> list[tuple[int, ...]]:
+    """Wheel, rank by force, strips and cells of each patch."""
+    place, patch = wheels.place, wheels.normal.patch
+    first = np.concatenate(([0], np.flatnonzero(np.diff(place)) + 1))
+    rank = np.arange(place.size) - np.repeat(first, np.diff(np.append(first, place.size)))
+    keys = np.column_stack((place, rank, patch.strips, patch.cells))
+    return list(map(tuple, keys.tolist()))

@@ -68,7 +68,8 @@ class TangentialSolver(Protocol):
         fields : bool
             Whether cell fields are wanted, or the resultants alone; those are the same.
         start : TangentialSolution, optional
-            Of the same patches under creepages nearby: saves work and changes nothing beyond the tolerance.
+            Of the same patches under creepages nearby: saves work and changes nothing beyond the tolerance. A
+            patch without pressure in it has no start.
 
         Returns
         -------

@@ -61,7 +61,8 @@ def solve(
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     out = np.zeros((5, count, nx, ny)) if fields else None
     known = None if start is None else start.cells
-    first = _first_guess(patch, shear_modulus, poisson_ratio) if known is None else np.empty((3, 0))
+    warm = np.zeros(count, bool) if known is None else known[0].any(axis=(1, 2))
+    first = np.empty((3, 0)) if warm.all() else _first_guess(patch, shear_modulus, poisson_ratio)
     for m in range(count):
         box = _box(grid.pressure[m])
         pressure = np.ascontiguousarray(grid.pressure[m][box])
@@ -73,7 +74,7 @@ def solve(
                 (bound.shape[0], bound.shape[1]), dx, dy, shear_modulus, poisson_ratio
             )
             ahead = _rigid_slip(creepage[m], place_x + PLACE * dx, place_y, pressure)
-            if known is not None:
+            if known is not None and warm[m]:
                 guess = _carried_over(known[:3, m][(slice(None), *box)], pressure)
             else:
                 guess = _march(ahead, creepage[m], place_x[:, 0], first[:, m], bound, dx)
