@@ -1,15 +1,17 @@
 """Balance of wheel load and axle torque by normal and creep forces, with every pair of models."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 import pytest
 
 from wearsim.contact import balance, geometry
+from wearsim.contact import solve as solve_module
 from wearsim.contact.balance import Task, equilibrium, side_of
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import ContactModels
-from wearsim.contact.solve import solve
+from wearsim.contact.solve import check_loads, solve
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError
 
@@ -120,3 +122,43 @@ def test_a_locked_flange_is_named_by_its_point_and_wheel(wheelset, counterface, 
     shift[3], yaw[3] = -6.5e-3, 60e-3
     with pytest.raises(ContactError, match=r"^point 3, left wheel, .*flange locks"):
         solve(points(shift, yaw, friction=0.5), wheelset, counterface(), coarse)
+
+
+def test_a_wheel_that_needs_more_than_its_contact_carries_is_refused_with_the_reason(
+    wheelset, counterface, points, coarse
+):
+    """On a small roller the patch reaches the profile's end before the loads are balanced."""
+    shift, yaw = np.zeros(3), np.zeros(3)
+    shift[1], yaw[1] = 6.7e-3, -37e-3
+    load = np.array([80e3, 270e3, 80e3])
+    with pytest.raises(ContactError) as caught:
+        solve(points(shift, yaw, load=load, friction=0.8), wheelset, counterface(10.0), coarse)
+    message = str(caught.value)
+    assert message.startswith("point 1, right wheel, shift 6.7 mm, yaw -37 mrad: flange locks: at a contact")
+    assert "creep forces lift the wheel, and at " in message
+    assert (caught.value.row, caught.value.side) == (1, 0)
+
+
+def test_coarse_patches_check_every_load(wheelset, counterface, points, coarse):
+    ground = counterface()
+    check_loads(points(SHIFT, YAW), wheelset, ground, coarse)
+    locked = points(np.array([0.0, -6.5e-3]), np.array([0.0, 60e-3]), friction=0.5)
+    with pytest.raises(ContactError, match=r"^flange locks") as caught:
+        check_loads(locked, wheelset, ground, coarse)
+    assert (caught.value.row, caught.value.side) == (1, 1)
+
+
+def test_a_wheelset_at_rest_needs_few_rolls_where_creep_forces_carry_much(
+    monkeypatch, wheelset, counterface, points, coarse
+):
+    """Loads follow the roll and the roll the loads: the secant settles both."""
+    rolls = []
+    monkeypatch.setattr(
+        solve_module,
+        "equilibrium",
+        lambda task, chunk, *others: rolls.append(chunk.roll[0]) or equilibrium(task, chunk, *others),
+    )
+    conditions = points(6.34e-3, -45.6e-3, friction=0.367)
+    solve(replace(conditions, free_roll=True), wheelset, counterface(5.0), coarse)
+    assert 3 < len(rolls) <= 16
+    assert abs(rolls[-1] - rolls[-2]) <= 1e-8
