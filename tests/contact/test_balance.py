@@ -139,6 +139,18 @@ def test_a_wheel_that_needs_more_than_its_contact_carries_is_refused_with_the_re
     assert (caught.value.row, caught.value.side) == (1, 0)
 
 
+def test_half_space_points_alone_and_among_others_are_the_same(wheelset, counterface, points):
+    """Wheels solved anew keep their own tractions as a start, whichever others are."""
+    models = ContactModels("half_space", "half_space", strips=12, cells=12, cell_size=1e-3)
+    load = np.array([50e3, 110e3, 60e3, 90e3, 120e3])
+    together = solve(points(SHIFT, YAW, load=load), wheelset, counterface(), models)
+    for k in range(SHIFT.size):
+        alone = solve(points(SHIFT[k], YAW[k], load=load[k]), wheelset, counterface(), models)
+        for name in ("normal_force", "force_x", "force_y", "power"):
+            part = getattr(together, name)[together.point == k]
+            np.testing.assert_allclose(getattr(alone, name), part, rtol=1e-10, err_msg=name)
+
+
 def test_coarse_patches_check_every_load(wheelset, counterface, points, coarse):
     ground = counterface()
     check_loads(points(SHIFT, YAW), wheelset, ground, coarse)

@@ -371,7 +371,8 @@ def equilibrium(
     Returns
     -------
     Equilibrium
-        A point's bits do not depend on the others, nor a wheel's on the other one if the speed is given.
+        With FASTSIM a point does not depend on the others but for the last bits of sums over padding, nor a
+        wheel on the other one if the speed is given; with a warm tangential model within its tolerance.
 
     Raises
     ------
@@ -687,10 +688,11 @@ def _step(slope: FloatArray, residual: FloatArray, largest: FloatArray) -> Float
     return shortened
 
 
-def contact_where(contact: TangentialSolution, mask: NDArray[np.bool_]) -> TangentialSolution:
-    """Patches of a tangential solution where a mask (m,) is true; its cells have them on the second axis."""
-    cells = None if contact.cells is None else contact.cells[:, mask]
-    part: TangentialSolution = patches_where(replace(contact, cells=None), mask)
+def contact_where(contact: TangentialSolution, which: NDArray[np.bool_] | IntArray) -> TangentialSolution:
+    """Patches of a tangential solution of a mask (m,) or in an order; cells have them on the second axis."""
+    cells = None if contact.cells is None else contact.cells[:, which]
+    order = np.arange(len(contact.force))[which]
+    part: TangentialSolution = joined([replace(contact, cells=None)], order)
     return replace(part, cells=cells)
 
 
@@ -703,14 +705,13 @@ def _contact_joined(parts: list[TangentialSolution], order: IntArray) -> Tangent
 
 
 def _matched(contact: TangentialSolution | None, old: Wheels, new: Wheels) -> TangentialSolution | None:
-    """Tangential solution of wheels, as a start for others if those have the same patches."""
+    """Tangential solution of wheels, as a start for others if those have the same patches in any order."""
     one, other = old.normal.patch, new.normal.patch
-    same = (
-        contact is not None
-        and one.y.shape == other.y.shape
-        and all(
-            np.array_equal(getattr(one, name), getattr(other, name)) for name in ("row", "strips", "cells")
-        )
-        and np.array_equal(old.sign, new.sign)
+    if contact is None or one.y.shape != other.y.shape:
+        return None
+    before, after = (np.argsort(wheels.place, kind="stable") for wheels in (old, new))
+    same = np.array_equal(old.place[before], new.place[after]) and all(
+        np.array_equal(getattr(one, name)[before], getattr(other, name)[after])
+        for name in ("strips", "cells")
     )
-    return contact if same else None
+    return contact_where(contact, before[np.argsort(after)]) if same else None
