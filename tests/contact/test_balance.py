@@ -1,15 +1,17 @@
 """Balance of wheel load and axle torque by normal and creep forces, with every pair of models."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 import pytest
 
 from wearsim.contact import balance, geometry
+from wearsim.contact import solve as solve_module
 from wearsim.contact.balance import Task, equilibrium, side_of
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import ContactModels
-from wearsim.contact.solve import solve
+from wearsim.contact.solve import check_loads, solve
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError
 
@@ -165,22 +167,6 @@ def test_given_normal_forces_need_one_patch_in_the_solution_alone(
     assert solution.normal_force == pytest.approx([80e3, 80e3], rel=1e-9)
 
 
-def test_a_fault_of_the_centred_rotation_names_the_central_position(
-    monkeypatch, wheelset, counterface, points, coarse
-):
-    """Not the row's own shift, at which the contact may have a solution."""
-    model = NORMAL_MODELS["kik_piotrowski"]
-
-    def several(gap, row, load, **options):
-        if gap.bodies.pose.shift[0] == 0.0:
-            raise ContactError("several patches close", row=int(row[0]))
-        return model(gap, row, load, **options)
-
-    monkeypatch.setattr(balance, "NORMAL_MODELS", {"kik_piotrowski": several})
-    with pytest.raises(ContactError, match=r"shift 3 mm, .*: at shift 0 mm and yaw 0 mrad, .* several"):
-        solve(points(3e-3, rotation="centred"), wheelset, counterface(), coarse, sides=(0,))
-
-
 @pytest.mark.parametrize("normal", ["kik_piotrowski", "half_space"])
 def test_half_space_tractions_of_a_point_do_not_depend_on_the_others(wheelset, counterface, points, normal):
     """Starts go from patch to patch; sums over padded strips may differ in the last bit."""
@@ -195,3 +181,55 @@ def test_half_space_tractions_of_a_point_do_not_depend_on_the_others(wheelset, c
         for name in ("normal_force", "force_x", "force_y", "spin_moment", "creepage_x"):
             here, expected = getattr(whole, name)[mine], getattr(alone, name)
             np.testing.assert_allclose(here, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_a_wheel_that_needs_more_than_its_contact_carries_is_refused_with_the_reason(
+    wheelset, counterface, points, coarse
+):
+    """On a small roller the patch reaches the profile's end before the loads are balanced."""
+    shift, yaw = np.zeros(3), np.zeros(3)
+    shift[1], yaw[1] = 6.7e-3, -37e-3
+    load = np.array([80e3, 270e3, 80e3])
+    with pytest.raises(ContactError) as caught:
+        solve(points(shift, yaw, load=load, friction=0.8), wheelset, counterface(10.0), coarse)
+    message = str(caught.value)
+    assert message.startswith("point 1, right wheel, shift 6.7 mm, yaw -37 mrad: flange locks: at a contact")
+    assert "creep forces lift the wheel, and at " in message
+    assert (caught.value.row, caught.value.side) == (1, 0)
+
+
+def test_half_space_points_alone_and_among_others_are_the_same(wheelset, counterface, points):
+    """Wheels solved anew keep their own tractions as a start, whichever others are."""
+    models = ContactModels("half_space", "half_space", strips=12, cells=12, cell_size=1e-3)
+    load = np.array([50e3, 110e3, 60e3, 90e3, 120e3])
+    together = solve(points(SHIFT, YAW, load=load), wheelset, counterface(), models)
+    for k in range(SHIFT.size):
+        alone = solve(points(SHIFT[k], YAW[k], load=load[k]), wheelset, counterface(), models)
+        for name in ("normal_force", "force_x", "force_y", "power"):
+            part = getattr(together, name)[together.point == k]
+            np.testing.assert_allclose(getattr(alone, name), part, rtol=1e-10, err_msg=name)
+
+
+def test_coarse_patches_check_every_load(wheelset, counterface, points, coarse):
+    ground = counterface()
+    check_loads(points(SHIFT, YAW), wheelset, ground, coarse)
+    locked = points(np.array([0.0, -6.5e-3]), np.array([0.0, 60e-3]), friction=0.5)
+    with pytest.raises(ContactError, match=r"^flange locks") as caught:
+        check_loads(locked, wheelset, ground, coarse)
+    assert (caught.value.row, caught.value.side) == (1, 1)
+
+
+def test_a_wheelset_at_rest_needs_few_rolls_where_creep_forces_carry_much(
+    monkeypatch, wheelset, counterface, points, coarse
+):
+    """Loads follow the roll and the roll the loads: the secant settles both."""
+    rolls = []
+    monkeypatch.setattr(
+        solve_module,
+        "equilibrium",
+        lambda task, chunk, *others: rolls.append(chunk.roll[0]) or equilibrium(task, chunk, *others),
+    )
+    conditions = points(6.34e-3, -45.6e-3, friction=0.367)
+    solve(replace(conditions, free_roll=True), wheelset, counterface(5.0), coarse)
+    assert 3 < len(rolls) <= 16
+    assert abs(rolls[-1] - rolls[-2]) <= 1e-8

@@ -7,7 +7,7 @@ import pytest
 
 from wearsim.contact.problem import Wheelset
 from wearsim.contact.solve import solve
-from wearsim.errors import NumericalError
+from wearsim.errors import ContactError, NumericalError
 
 SHIFTS = np.array([-5.5, -4.5, -2.0, 0.0, 0.7, 3.0, 5.0]) * 1e-3
 
@@ -128,6 +128,13 @@ def test_one_side_of_a_free_wheelset_is_that_of_both(wheelset, counterface, poin
     both = solve(conditions, wheelset, counterface(), coarse)
     left = solve(conditions, wheelset, counterface(), coarse, sides=(1,))
     assert left.power.tolist() == both.power[both.side == 1].tolist()
+
+
+def test_a_fault_of_the_central_position_is_told_of_it(wheelset, counterface, points, coarse):
+    hertz = replace(coarse, normal="hertz")
+    conditions = points(shift=np.array([3e-3]), load=117e3, rotation="centred")
+    with pytest.raises(ContactError, match=r"^right wheel, shift 0 mm, yaw 0 mrad: no contact ellipse"):
+        solve(conditions, wheelset, counterface(), hertz)
 
 
 def test_centred_rotation_has_no_longitudinal_creepage_at_zero_shift(wheelset, counterface, points, coarse):

@@ -67,6 +67,28 @@ def test_a_wheelset_that_finds_no_rest_is_refused(folder, changed, line_with, mo
     assert "the wheelset has no contact to solve: no roll of the wheelset lets both wheels carry" in first
 
 
+@pytest.mark.parametrize("roll", ["given", "free"])
+def test_every_block_whose_flange_locks_is_named_before_the_run(folder, changed, line_with, roll):
+    blocks = [
+        "[[operation.block]]\n"
+        f'name = "{name}"\nshift_mm = {shift}\nyaw_mrad = {yaw}\nload_kN = 80\nspeed_km_h = 72\n'
+        "friction = 0.5\ndistance_km = 1\n"
+        for name, shift, yaw in (("right", 6.5, -60), ("left", -6.5, 60))
+    ]
+    text = changed(RIG, ("roll_mrad = 0.5\n", "")) + f'[contact]\nroll = "{roll}"\n' + "".join(blocks)
+    Path("scene.toml").write_text(text)
+    with pytest.raises(SceneError) as error_of:
+        check_contact(load_scene("scene.toml"))
+    first, second = (str(fault) for fault in error_of.value.faults)
+    for fault, shift, wheel in ((first, "6.5", "right"), (second, "-6.5", "left")):
+        assert fault.startswith(
+            f"scene.toml:{line_with(text, f'shift_mm = {shift}')}: shift_mm: at a shift of"
+        )
+        assert f"the {wheel} wheel cannot carry its load: " in fault
+        assert fault.count("creep forces lift the wheel") == 1
+        assert fault.endswith("; lower friction, yaw or shift")
+
+
 def test_free_and_given_roll_exclude_each_other(folder, faults_of):
     (fault,) = faults_of(RIG + '[contact]\nroll = "free"\n')
     assert fault.startswith("scene.toml:14: roll_mrad = 0.5 and roll =")

@@ -49,6 +49,7 @@ _COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
 _NEAR = 0.05  # logarithm of vertical force over wheel load with which the true models can begin
 _MOST_LOADS = 40  # brackets of the load
 _HIGHEST = np.log(10.0)  # logarithm of the largest load L over Q that is tried
+_RAISED = 1.5  # L over Q from which a wheel without solution is one that creep forces lift
 _MOST_TRIALS = 30
 _FROZEN = 17  # trials after which patches are only stretched: a model whose load jumps has no other balance
 _LARGEST_JUMP = 0.1  # of the logarithm of a load, by which patches may be stretched then
@@ -391,7 +392,8 @@ def equilibrium(
     Returns
     -------
     Equilibrium
-        A point's bits do not depend on the others, nor a wheel's on the other one if the speed is given.
+        With FASTSIM a point does not depend on the others but for the last bits of sums over padding, nor a
+        wheel on the other one if the speed is given; with a warm tangential model within its tolerance.
 
     Raises
     ------
@@ -401,10 +403,8 @@ def equilibrium(
     NumericalError
         If no rotation speed balances the torque, or the iteration does not converge.
     """
-    together = [sides] if speed is None else [[side] for side in sides]
     parts = []
-    for group in together:
-        columns = [0] * (speed is None) + [1 + side.number for side in group if task.vertical]
+    for group, columns in _together(task, sides, speed):
         guess, slope, rough = _bracketed(task, chunk, group, columns, speed)
         parts.append(_refined(task, chunk, group, columns, guess, slope, rough))
     if len(parts) == 1:
@@ -413,6 +413,21 @@ def equilibrium(
     contact = _contact_joined([part.contact for part in parts], order)
     load = np.column_stack([part.load[:, side.number] for part, side in zip(parts, sides, strict=True)])
     return Equilibrium(wheels, contact, parts[0].speed, load)
+
+
+def check_balance(task: Task, chunk: ContactConditions, sides: list[Side], speed: FloatArray | None) -> None:
+    """Raise the errors of `equilibrium` that coarse patches show: no contact, a wheel is lifted."""
+    for group, columns in _together(task, sides, speed):
+        _bracketed(task, chunk, group, columns, speed)
+
+
+def _together(task: Task, sides: list[Side], speed: FloatArray | None) -> list[tuple[list[Side], list[int]]]:
+    """Sides that are balanced together, and the columns of their unknowns: speed, right and left load."""
+    groups = [sides] if speed is None else [[side] for side in sides]
+    return [
+        (group, [0] * (speed is None) + [1 + side.number for side in group if task.vertical])
+        for group in groups
+    ]
 
 
 def _solved(
@@ -445,7 +460,16 @@ def _solved(
                 )
         except ContactError as error:
             error.side = side.number
-            raise
+            if (
+                start is None
+                or error.row is None
+                or load[error.row, side.number] <= (_RAISED * chunk.wheel_load[error.row])
+            ):
+                raise
+            times = load[error.row, side.number] / chunk.wheel_load[error.row]
+            raise _lifted(
+                start, error.row, side.number, f"at {times:.1f} times the wheel load {error}"
+            ) from None
         parts.append(wheels_of(task, side, chunk, normal, part))
     return parts
 
@@ -519,26 +543,27 @@ def _bracketed(
         load = np.where(now, wheel_load * np.exp(aim), load)
         locked = now & (aim > _HIGHEST)
         if locked.any():
-            raise _locked(part, int(np.argmax(locked.any(axis=1))), locked)
+            row = int(np.argmax(locked.any(axis=1)))
+            reason = "no normal force up to ten times the wheel load balances it"
+            raise _lifted(part, row, int(np.argmax(locked[row])), reason)
         open_rows = (far & (np.abs(excess) > _NEAR)).any(axis=1) & open_rows
         if not open_rows.any():
             break
     return (speed, load), _slopes(task, chunk, rough, fastsim.MODEL, speed, load, columns), rough
 
 
-def _locked(wheels: Wheels, row: int, locked: NDArray[np.bool_]) -> ContactError:
-    """Error of a wheel that no normal force holds down."""
-    side = int(np.argmax(locked[row]))
-    m = int(np.flatnonzero((wheels.normal.patch.row == row) & (wheels.sign == 1.0 - 2.0 * side))[0])
-    angle, friction = abs(wheels.normal.contact_angle[m]), wheels.friction[m]
-    error = ContactError(
-        f"flange locks: at a contact angle of {np.degrees(angle):.1f} degrees and a friction coefficient of "
-        f"{friction:g}, friction x tan(angle) = {friction * np.tan(angle):.2f}, creep forces lift the wheel "
-        "and no normal force up to ten times the wheel load balances it; lower friction, yaw or shift",
+def _lifted(wheels: Wheels, row: int, side: int, reason: str) -> ContactError:
+    """Error of a wheel that normal forces cannot hold down for a reason."""
+    own = (wheels.normal.patch.row == row) & (wheels.sign == 1.0 - 2.0 * side)
+    angle, friction = np.abs(wheels.normal.contact_angle[own]).max(), wheels.friction[own][0]
+    product = friction * np.tan(angle)
+    return ContactError(
+        f"{'flange locks: ' if product >= 1.0 else ''}at a contact angle of {np.degrees(angle):.1f} degrees "
+        f"and a friction coefficient of {friction:g}, friction x tan(angle) = {product:.2f}, creep forces "
+        f"lift the wheel, and {reason}; lower friction, yaw or shift",
         row=row,
+        side=side,
     )
-    error.side = side
-    return error
 
 
 def _torque_scale(task: Task, chunk: ContactConditions) -> FloatArray:
@@ -684,10 +709,11 @@ def _step(slope: FloatArray, residual: FloatArray, largest: FloatArray) -> Float
     return shortened
 
 
-def contact_where(contact: TangentialSolution, mask: NDArray[np.bool_]) -> TangentialSolution:
-    """Patches of a tangential solution where a mask (m,) is true; its cells have them on the second axis."""
-    cells = None if contact.cells is None else contact.cells[:, mask]
-    part: TangentialSolution = patches_where(replace(contact, cells=None), mask)
+def contact_where(contact: TangentialSolution, which: NDArray[np.bool_] | IntArray) -> TangentialSolution:
+    """Patches of a tangential solution of a mask (m,) or in an order; cells have them on the second axis."""
+    cells = None if contact.cells is None else contact.cells[:, which]
+    order = np.arange(len(contact.force))[which]
+    part: TangentialSolution = joined([replace(contact, cells=None)], order)
     return replace(part, cells=cells)
 
 

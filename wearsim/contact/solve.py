@@ -14,6 +14,7 @@ from wearsim.contact.balance import (
     Equilibrium,
     Task,
     Wheels,
+    check_balance,
     contact_where,
     equilibrium,
     joined,
@@ -27,7 +28,7 @@ from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
 from wearsim.contact.tangential import TangentialSolution
-from wearsim.errors import ContactError
+from wearsim.errors import ContactError, NumericalError
 
 __all__ = [
     "CHUNK",
@@ -36,6 +37,7 @@ __all__ = [
     "ContactSolution",
     "Counterface",
     "Wheelset",
+    "check_loads",
     "solve",
     "solve_each",
 ]
@@ -71,8 +73,8 @@ def solve(
     sides : tuple of int
         Wheels in the solution: 0 right, 1 left.
     vertical : bool
-        Whether `wheel_load` is the vertical load of the wheel, carried by the vertical parts of the
-        normal forces of its patches, or the normal force of its single patch.
+        Whether `wheel_load` is the vertical load of the wheel, carried by normal and creep forces of its
+        patches, or the normal force of its single patch.
     threads : int
         Chunks of points are solved on so many threads; the result has the same bits for any number.
 
@@ -122,15 +124,7 @@ def solve_each(
         What `each` returned, in the order of the points.
     """
     count = conditions.shift.size
-    task = Task(
-        wheels=tuple(geometry.wheel_surface(one, wheelset.radius) for one in (wheelset.right, wheelset.left)),
-        counterfaces=_counterface_profiles(counterface),
-        wheelset=wheelset,
-        curvature=counterface.curvature,
-        models=models,
-        sides=sides,
-        vertical=vertical,
-    )
+    task = _task(wheelset, counterface, models, sides, vertical)
     starts = range(0, max(count, 1), CHUNK)
 
     def part(start: int) -> Result:
@@ -141,6 +135,37 @@ def solve_each(
         with ThreadPoolExecutor(threads) as pool:
             return list(pool.map(part, starts))
     return [part(start) for start in starts]
+
+
+def check_loads(
+    conditions: ContactConditions, wheelset: Wheelset, counterface: Counterface, models: ContactModels
+) -> None:
+    """Raise a `ContactError` if a wheel has no contact or creep forces lift it, as coarse patches show.
+
+    `row` of the error is the first such point, `side` its wheel; the roll is that of the conditions.
+    """
+    task = _task(wheelset, counterface, models, (0, 1), vertical=True)
+    sides = [side_of(task, number, conditions) for number in task.sides]
+    balance = isinstance(conditions.rotation, str) and conditions.rotation == "free"
+    check_balance(task, conditions, sides, None if balance else _rotation_speed(task, conditions))
+
+
+def _task(
+    wheelset: Wheelset,
+    counterface: Counterface,
+    models: ContactModels,
+    sides: tuple[int, ...],
+    vertical: bool,
+) -> Task:
+    return Task(
+        wheels=tuple(geometry.wheel_surface(one, wheelset.radius) for one in (wheelset.right, wheelset.left)),
+        counterfaces=_counterface_profiles(counterface),
+        wheelset=wheelset,
+        curvature=counterface.curvature,
+        models=models,
+        sides=sides,
+        vertical=vertical,
+    )
 
 
 def _counterface_profiles(counterface: Counterface) -> tuple[CounterfaceProfile, CounterfaceProfile]:
@@ -166,16 +191,16 @@ def _placed(error: ContactError, chunk: ContactConditions, start: int) -> Contac
     place = f"{wheel}, {place}" if wheel else place
     if start > 0 or chunk.shift.size > 1:  # a single point needs no number
         place = f"point {start + row}, {place}"
-    return type(error)(f"{place}: {error}", row=start + row)
+    return type(error)(f"{place}: {error}", row=start + row, side=side)
 
 
 def _solve_chunk(task: Task, chunk: ContactConditions, start: int) -> ContactSolution:
     """All four problems for one chunk."""
     balance = isinstance(chunk.rotation, str) and chunk.rotation == "free" and chunk.creepage is None
     numbers = (0, 1) if balance else task.sides
+    speed = None if balance else _rotation_speed(task, chunk, start)
     try:
         sides = [side_of(task, number, chunk) for number in numbers]
-        speed = None if balance else _rotation_speed(task, chunk)
         if not chunk.free_roll:
             solved = equilibrium(task, chunk, sides, speed)
         else:
@@ -191,7 +216,7 @@ def _solve_chunk(task: Task, chunk: ContactConditions, start: int) -> ContactSol
     return _finish(wheels, contact, chunk.roll, solved.speed, start)
 
 
-def _rotation_speed(task: Task, chunk: ContactConditions) -> FloatArray:
+def _rotation_speed(task: Task, chunk: ContactConditions, start: int = 0) -> FloatArray:
     """Rotation speed (n,) that does not follow from the torque, negative when rolling forwards [rad/s]."""
     if not isinstance(chunk.rotation, str) and chunk.creepage is None:
         return -np.asarray(chunk.rotation, dtype=float)
@@ -204,14 +229,14 @@ def _rotation_speed(task: Task, chunk: ContactConditions) -> FloatArray:
         except ContactError as error:
             if error.row is None:
                 raise
-            place = "at shift 0 mm and yaw 0 mrad, which set the centred rotation speed"
-            raise type(error)(f"{place}, {error}", row=error.row, side=error.side) from None
+            raise _placed(error, central, start) from None
         return rotation_without_creepage(wheels.kinematics, wheels.normal.patch.row, still.size)
     return nominal
 
 
-_MOST_ROLLS = 12
+_MOST_ROLLS = 20
 _STILL_ROLL = 1e-9  # rad, change of the roll that changes nothing any more
+_LARGEST_CHANGE = 1e-4  # rad, of the roll in the end: where loads jump with the roll it does not come to rest
 
 
 def _at_rest(
@@ -224,13 +249,18 @@ def _at_rest(
 
     def displacements(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
         tilted = replace(chunk, roll=angle, creepage=None)
-        normals = [
-            normal_of(task, side_of(task, side, tilted), rows, load[:, side].copy()) for side in (0, 1)
-        ]
+        normals = []
+        for side in (0, 1):
+            try:
+                normals.append(normal_of(task, side_of(task, side, tilted), rows, load[:, side].copy()))
+            except ContactError as error:
+                error.side = side
+                raise
         right, left = (one.vertical_displacement[np.searchsorted(one.patch.row, rows)] for one in normals)
         return right, left
 
-    for _ in range(_MOST_ROLLS):
+    before, moved = np.zeros(rows.size), np.zeros(rows.size)
+    for trial in range(_MOST_ROLLS):
         angle, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span)
         if not solved.all():
             raise ContactError(
@@ -238,13 +268,26 @@ def _at_rest(
                 "check shift, gauge and profiles, or give the roll",
                 int(np.argmin(solved)),
             )
-        moving &= np.abs(angle - chunk.roll) > _STILL_ROLL
+        change = angle - chunk.roll
+        moving &= np.abs(change) > _STILL_ROLL
+        step = change
+        if trial > 1:  # secant: the first change is that of the wheel loads, not of the balanced ones
+            fall = (before - change) / np.where(moving, moved, 1.0)
+            step = change / np.where(fall > 0.0, np.clip(fall, 0.5, 3.0), 1.0)
         # A row at rest keeps its roll, so that it does not depend on its neighbours in the batch.
-        chunk = replace(chunk, roll=np.where(moving, angle, chunk.roll))
+        before, moved = change, np.where(moving, step, 0.0)
+        chunk = replace(chunk, roll=chunk.roll + moved)
         balanced = equilibrium(task, chunk, [side_of(task, number, chunk) for number in numbers], speed)
         if not moving.any():
             break
         load = np.where(moving[:, None], balanced.load, load)
+    restless = moving & (np.abs(change) > _LARGEST_CHANGE)
+    if restless.any():
+        raise NumericalError(
+            "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "
+            "friction, yaw or shift, or give the roll",
+            row=int(np.argmax(restless)),
+        )
     return balanced, chunk
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from wearsim.contact import geometry
@@ -9,7 +11,9 @@ from wearsim.contact.equilibrium import resting_roll
 from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.solve import check_loads, solve_each
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError
+from wearsim.operation.points import select
 from wearsim.scene.messages import by_line, key_of, shift_ranges
 from wearsim.scene.models import FieldScene, RigScene
 from wearsim.scene.overrides import at_its_source
@@ -36,7 +40,7 @@ def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
     ------
     SceneError
         With one fault for each block, class or watched shift at which a wheel has no contact, or its patch
-        reaches the edge of a profile.
+        reaches the edge of a profile, or creep forces lift it.
     """
     faults: list[Fault] = []
     warnings: list[Fault] = []
@@ -63,6 +67,7 @@ def _contact_faults(
             fault = None if place in faults else _without_rest(setup, number)
             if fault is not None:
                 faults[place] = _fault(scene, setup, place, number, *fault)
+        _add_lifted(scene, setup, places, faults)
         return by_line(list(faults.values())), tilt
     for start in range(0, len(places), _BATCH):
         rows = np.arange(start, min(start + _BATCH, len(places)))
@@ -75,7 +80,39 @@ def _contact_faults(
                         faults[places[row]] = _fault(scene, setup, places[row], int(row), side, text)
             elif displacement is not None:
                 tilt[rows] += (-1.0 if side else 1.0) * displacement / (2.0 * setup.wheelset.half_span)
+    _add_lifted(scene, setup, places, faults)
     return by_line(list(faults.values())), tilt
+
+
+def _add_lifted(
+    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[KeyPath], faults: dict[KeyPath, Fault]
+) -> None:
+    """Add faults of places without one, at which creep forces lift a wheel."""
+    rows = np.array([row for row, place in enumerate(places) if place not in faults], dtype=np.int64)
+    for start in range(0, rows.size, _BATCH):
+        part = rows[start : start + _BATCH]
+        if _lifted(setup, part) is None:
+            continue
+        for row in part:  # the error of a batch is that of its first row
+            error = None if places[row] in faults else _lifted(setup, part[part == row])
+            if error is not None and not isinstance(error, NumericalError):
+                place = places[row]
+                text = str(error).rpartition(" mrad: ")[2]  # the fault names shift and yaw itself
+                faults[place] = _fault(scene, setup, place, int(row), error.side, text, lifted=True)
+
+
+def _lifted(setup: CampaignSetup, rows: IntArray) -> ContactError | None:
+    """Error of loads that contact forces cannot balance at some points."""
+    conditions = select(setup.points, rows).conditions
+    problem = (setup.wheelset, setup.counterface, replace(setup.models, tangential="fastsim"))
+    try:
+        if conditions.free_roll:  # the roll follows from the loads
+            solve_each(conditions, *problem, lambda _: None)
+        else:
+            check_loads(conditions, *problem)
+    except ContactError as error:
+        return error
+    return None
 
 
 def _displacement(
@@ -169,14 +206,19 @@ def _resting_roll(setup: CampaignSetup, row: int) -> float | None:
 
 
 def _fault(
-    scene: RigScene | FieldScene, setup: CampaignSetup, place: KeyPath, row: int, side: int | None, text: str
+    scene: RigScene | FieldScene,
+    setup: CampaignSetup,
+    place: KeyPath,
+    row: int,
+    side: int | None,
+    text: str,
+    *,
+    lifted: bool = False,
 ) -> Fault:
     conditions = setup.points.conditions
     shift, yaw = 1e3 * conditions.shift[row], 1e3 * conditions.yaw[row]
     who = "wheelset" if side is None else "left wheel" if side else "right wheel"
-    message = (
-        f"{key_of(place)}: at a shift of {shift:.4g} mm and a yaw of {yaw:.4g} mrad the {who} "
-        f"has no contact to solve: {text}; check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and "
-        f"how far both profiles reach"
-    )
+    reach = f"check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and how far both profiles reach"
+    fault = f"cannot carry its load: {text}" if lifted else f"has no contact to solve: {text}; {reach}"
+    message = f"{key_of(place)}: at a shift of {shift:.4g} mm and a yaw of {yaw:.4g} mrad the {who} {fault}"
     return scene.fault(place, message)
