@@ -6,13 +6,14 @@ from itertools import product
 import numpy as np
 import pytest
 
-from wearsim.contact import balance, geometry
+from wearsim.contact import balance, geometry, wheels
 from wearsim.contact import solve as solve_module
-from wearsim.contact.balance import Task, equilibrium, side_of
+from wearsim.contact.balance import equilibrium
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import check_loads, solve
 from wearsim.contact.tangential import TANGENTIAL_MODELS
+from wearsim.contact.wheels import Task, side_of
 from wearsim.errors import ContactError
 
 # Tread, and near the flange's fillet, with the yaw either way up to 60 mrad; ellipses exist at all of them.
@@ -141,7 +142,7 @@ def test_a_row_whose_short_way_fails_is_solved_in_full(
             raise ContactError("not this way", row=1)
         return model(gap, row, load, **options)
 
-    monkeypatch.setattr(balance, "NORMAL_MODELS", {normal: fails})
+    monkeypatch.setattr(wheels, "NORMAL_MODELS", {normal: fails})
     again = solve(conditions, wheelset, counterface(), models)
     assert max(calls) == 3
     np.testing.assert_array_equal(again.point, whole.point)
@@ -162,7 +163,7 @@ def test_given_normal_forces_need_one_patch_in_the_solution_alone(
             raise ContactError("several patches close", row=int(row[0]))
         return model(gap, row, load, **options)
 
-    monkeypatch.setattr(balance, "NORMAL_MODELS", {"kik_piotrowski": several})
+    monkeypatch.setattr(wheels, "NORMAL_MODELS", {"kik_piotrowski": several})
     solution = solve(points([0.0, 3e-3]), wheelset, counterface(), coarse, sides=(0,), vertical=False)
     assert solution.normal_force == pytest.approx([80e3, 80e3], rel=1e-9)
 

@@ -12,10 +12,10 @@ from wearsim.campaign.comparison import ComparisonLaws, ComparisonPassage, compa
 from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import sample, share_out, stretches
-from wearsim.contact.balance import joined
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches
 from wearsim.contact.solve import ContactModels, ContactSolution, Counterface, Wheelset, solve_each
+from wearsim.contact.wheels import joined
 from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.errors import ContactError
 from wearsim.operation.points import OperatingPoints, select

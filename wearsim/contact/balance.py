@@ -22,21 +22,31 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.creepage import ContactPoint, Kinematics, kinematics, moved
 from wearsim.contact.equilibrium import balanced_rotation
-from wearsim.contact.gap import between_points
-from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface, gap
-from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
-from wearsim.contact.patch import FloatArray, IntArray, Resolution
-from wearsim.contact.problem import ContactConditions, ContactModels, Wheelset
+from wearsim.contact.normal import NormalSolution
+from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.problem import ContactConditions
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialModel, TangentialSolution, fastsim
+from wearsim.contact.wheels import (
+    Forces,
+    Side,
+    Task,
+    Wheels,
+    by_point,
+    contact_joined,
+    contact_where,
+    forces_of,
+    joined,
+    normal_of,
+    patches_where,
+    stretched,
+    wheels_of,
+)
 from wearsim.errors import ContactError, NumericalError
 
 SIMILAR = 1e-3
@@ -45,7 +55,6 @@ TOLERANCE = 1e-6
 """Of vertical forces over the wheel load; of the torque over friction coefficient x load x radius, or that of
 the tangential model if it is larger."""
 
-_COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
 _NEAR = 0.05  # logarithm of vertical force over wheel load with which the true models can begin
 _MOST_LOADS = 40  # brackets of the load
 _HIGHEST = np.log(10.0)  # logarithm of the largest load L over Q that is tried
@@ -57,306 +66,6 @@ _AFRESH = 6  # trials after which slopes are taken anew, by differences
 _FAR = 0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
 _SPEED_UNIT = 1e-3  # of the nominal rotation speed: unknowns of like size
 _LARGEST_STEP = np.array([2.0, 0.2, 0.2])
-
-
-@dataclass(frozen=True)
-class Task:
-    """Everything but the operating points; pairs are for the right and the left side."""
-
-    wheels: tuple[WheelSurface, ...]
-    counterfaces: tuple[CounterfaceProfile, ...]
-    wheelset: Wheelset
-    curvature: float
-    models: ContactModels
-    sides: tuple[int, ...]
-    vertical: bool
-
-
-@dataclass(frozen=True)
-class Side:
-    """One side of n operating points; a left wheel is mirrored to the right, `sign` is then -1."""
-
-    number: int
-    sign: float
-    gap: Gap
-    pose: WheelsetPose
-
-
-@dataclass(frozen=True)
-class Wheels:
-    """Normal contact and kinematics of patches in the axes of a right wheel; `sign` is -1 for left ones."""
-
-    sign: FloatArray
-    load: FloatArray  # L of the wheel [N]
-    normal: NormalSolution
-    kinematics: Kinematics
-    friction: FloatArray
-    speed: FloatArray
-    wheel_y: FloatArray
-    edges_wheel_y: FloatArray
-
-    @property
-    def place(self) -> IntArray:
-        """Index of the wheel of each patch in an array (n, 2) of points and sides, row by row."""
-        return 2 * self.normal.patch.row + (self.sign < 0.0)
-
-
-@dataclass(frozen=True)
-class Forces:
-    """Creep forces of patches, and what those of each point and side (n, 2) add up to.
-
-    `torque` about the axle, by virtual work V F . d(creepage)/d(speed) [N m]; `vertical` of the normal
-    forces, too [N].
-    """
-
-    contact: TangentialSolution
-    torque: FloatArray
-    vertical: FloatArray
-
-
-def side_of(task: Task, number: int, chunk: ContactConditions) -> Side:
-    """Gap of one side of operating points."""
-    sign = -1.0 if number else 1.0
-    pose = WheelsetPose(sign * chunk.shift, sign * chunk.yaw, sign * chunk.roll)
-    here = gap(
-        task.wheels[number],
-        task.counterfaces[number],
-        pose,
-        half_span=task.wheelset.half_span,
-        nominal_radius=task.wheelset.radius,
-        curvature=task.curvature,
-    )
-    return Side(number, sign, here, pose)
-
-
-def normal_of(
-    task: Task,
-    side: Side,
-    row: IntArray,
-    load: FloatArray,
-    *,
-    start: NormalSolution | None = None,
-    rough: bool = False,
-) -> NormalSolution:
-    """Solve the normal contact of rows of a side under loads (k,) [N].
-
-    A row whose rough solution, or solution from a start, fails is solved in full; the others stay as is.
-    """
-    models = task.models
-
-    def solved(row: IntArray, load: FloatArray, start: NormalSolution | None, rough: bool) -> NormalSolution:
-        return NORMAL_MODELS[models.normal](
-            side.gap,
-            row,
-            load,
-            vertical=task.vertical,
-            effective_modulus=models.effective_modulus,
-            resolution=_COARSE if rough else models.resolution,
-            parameters=dict(models.parameters),
-            start=start,
-            rough=rough,
-        )
-
-    try:
-        return solved(row, load, start, rough)
-    except ContactError as error:
-        if error.row is None or not (rough or start is not None):
-            raise
-        k = int(np.searchsorted(row, error.row))
-    full = solved(row[k : k + 1], load[k : k + 1], None, False)
-    parts = [replace(full, reference_point=None) if rough else full]
-    for rest in (slice(k), slice(k + 1, None)):
-        if row[rest].size > 0:
-            near = None if start is None else patches_where(start, np.isin(start.patch.row, row[rest]))
-            part = normal_of(task, side, row[rest], load[rest], start=near, rough=rough)
-            parts.insert(len(parts) if rest.start else 0, part)
-    whole: NormalSolution = joined(parts)
-    return whole
-
-
-def wheels_of(
-    task: Task, side: Side, chunk: ContactConditions, normal: NormalSolution, load: FloatArray
-) -> Wheels:
-    """Kinematical problem of patches of one side under loads (n,) of its wheel [N]."""
-    row, profile, here = normal.patch.row, side.gap.counterface, side.gap
-    sign = side.sign
-
-    def at(table: FloatArray, y: FloatArray) -> FloatArray:
-        return between_points(here, table, row, y)
-
-    reference = normal.reference_point
-    centre = normal.centre_y if reference is None else reference.y
-    counterface_z, apart = np.interp(centre, profile.y, profile.z), at(here.gap, centre)
-    # The wheel goes straight down, the gap is measured along the roller's radius there.
-    slope = task.curvature * at(here.x, centre) / (1.0 - task.curvature * (counterface_z - apart))
-    motion = kinematics(
-        ContactPoint(
-            wheel_y=at(here.wheel_y, centre),
-            wheel_radius=at(here.wheel_radius, centre),
-            sin_theta=at(here.sin_theta, centre),
-            counterface_z=counterface_z,
-            contact_angle=normal.contact_angle,
-            approach=normal.approach if reference is None else reference.approach,
-            overlap=normal.vertical_displacement / np.sqrt(1.0 + slope**2) - apart,
-        ),
-        WheelsetPose(side.pose.shift[row], side.pose.yaw[row], side.pose.roll[row]),
-        speed=chunk.speed[row],
-        track_curvature=sign * chunk.track_curvature[row],
-        half_span=task.wheelset.half_span,
-        nominal_radius=task.wheelset.radius,
-        curvature=task.curvature,
-    )
-    if reference is not None:
-        motion = moved(motion, reference.along, reference.across)
-    if chunk.creepage is not None:
-        given = chunk.creepage[row] * np.array([1.0, sign, sign])
-        motion = replace(motion, at_rest=given, per_speed=np.zeros_like(given))
-    return Wheels(
-        sign=np.full(row.size, sign),
-        load=load[row],
-        normal=normal,
-        kinematics=motion,
-        friction=chunk.friction[row],
-        speed=chunk.speed[row],
-        wheel_y=at(here.wheel_y, normal.centre_y),
-        edges_wheel_y=at(here.wheel_y, normal.edge_y),
-    )
-
-
-def joined(parts: Sequence[Any], order: IntArray | None = None, *, name: str = "") -> Any:
-    """Put arrays behind one another along the first axis, and those in tuples, mappings and dataclasses.
-
-    Parameters
-    ----------
-    parts : sequence
-        Of one kind, such as what `solve_each` returned.
-    order : (m,) int array, optional
-        Another order of the whole.
-    name : str
-        Of the arrays. Those of unlike strips or cells are padded with zeros: strips without length or width,
-        cells without load; those with "edge" in their name with their last value.
-
-    Returns
-    -------
-    array, tuple, dict or dataclass
-        As the parts.
-    """
-    first = parts[0]
-    if first is None:
-        return None
-    if isinstance(first, np.ndarray):
-        whole = _stacked(name, parts) if len(parts) > 1 else first
-        return whole if order is None else whole[order]
-    if isinstance(first, tuple):
-        return tuple(joined(each, order, name=name) for each in zip(*parts, strict=True))
-    if isinstance(first, dict):
-        return {key: joined([part[key] for part in parts], order, name=key) for key in first}
-    names = [f.name for f in fields(first)]
-    values = {name: joined([getattr(part, name) for part in parts], order, name=name) for name in names}
-    return type(first)(**values)
-
-
-def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
-    """Arrays behind one another, padded to equal shape but for the first axis."""
-    if len({part.shape[1:] for part in parts}) == 1:
-        return np.concatenate(parts)
-    sizes = np.array([part.shape for part in parts])
-    whole = np.zeros((sizes[:, 0].sum(), *sizes[:, 1:].max(axis=0)), dtype=parts[0].dtype)
-    for part, end in zip(parts, np.cumsum(sizes[:, 0]), strict=True):
-        here = whole[end - len(part) : end]
-        if "edge" in name:
-            here[:] = part[:, -1:]
-        here[tuple(map(slice, part.shape))] = part
-    return whole
-
-
-def by_point(parts: list[Wheels]) -> tuple[Wheels, IntArray]:
-    """Join patches, ordered by point, side and falling normal force; and their order among the parts."""
-    row = np.concatenate([part.normal.patch.row for part in parts])
-    right_first = np.concatenate([-part.sign for part in parts])
-    force = np.concatenate([part.normal.normal_force for part in parts])
-    order = np.lexsort((-force, right_first, row))
-    return joined(parts, order), order
-
-
-def patches_where(part: Any, mask: NDArray[np.bool_]) -> Any:
-    """Patches of a dataclass of arrays where a mask (m,) is true."""
-    return part if mask.all() else joined([part], np.flatnonzero(mask))
-
-
-def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
-    """Patches similar to those of wheels, under loads (n, 2) nearby."""
-    ratio = load.ravel()[wheels.place] / wheels.load
-    if (ratio == 1.0).all():
-        return wheels
-    normal = wheels.normal
-    patch, s = normal.patch, np.cbrt(ratio)
-    wide = s[:, None]
-    grid = patch.grid
-    if grid is not None:
-        grid = replace(
-            grid,
-            x_lead=s * grid.x_lead,
-            cell_length=s * grid.cell_length,
-            pressure=wide[:, :, None] * grid.pressure,
-        )
-    patch = replace(
-        patch,
-        y=wide * patch.y,
-        width=s * patch.width,
-        x_lead=wide * patch.x_lead,
-        x_trail=wide * patch.x_trail,
-        interpenetration=wide**2 * patch.interpenetration,
-        grid=grid,
-    )
-    centre, middle = normal.centre_y[:, None], wheels.wheel_y[:, None]
-    normal = replace(
-        normal,
-        patch=patch,
-        approach=s**2 * normal.approach,
-        normal_force=ratio * normal.normal_force,
-        max_pressure=s * normal.max_pressure,
-        edge_y=centre + wide * (normal.edge_y - centre),
-        vertical_displacement=normal.vertical_displacement
-        + (s**2 - 1.0) * normal.approach / np.cos(normal.contact_angle),
-    )
-    return replace(
-        wheels,
-        load=ratio * wheels.load,
-        normal=normal,
-        edges_wheel_y=middle + wide * (wheels.edges_wheel_y - middle),
-    )
-
-
-def forces_of(
-    task: Task,
-    wheels: Wheels,
-    speed: FloatArray,
-    model: TangentialModel,
-    *,
-    fields: bool = False,
-    start: TangentialSolution | None = None,
-) -> Forces:
-    """Creep forces of patches at rotation speeds (n,) [rad/s]."""
-    motion, normal = wheels.kinematics, wheels.normal
-    contact = model(
-        normal.patch,
-        motion.creepage(speed[normal.patch.row]),
-        wheels.friction,
-        shear_modulus=task.models.shear_modulus,
-        poisson_ratio=task.models.poisson_ratio,
-        fields=fields,
-        start=start,
-    )
-    torque = (contact.force * motion.per_speed).sum(axis=1) * wheels.speed
-    along, across, deep = motion.down.T
-    vertical = normal.normal_force * deep - contact.force[:, 0] * along - contact.force[:, 1] * across
-
-    def summed(value: FloatArray) -> FloatArray:
-        total: FloatArray = np.bincount(wheels.place, value, 2 * speed.size).astype(float).reshape(-1, 2)
-        return total
-
-    return Forces(contact, summed(torque), summed(vertical))
 
 
 @dataclass(frozen=True)
@@ -410,7 +119,7 @@ def equilibrium(
     if len(parts) == 1:
         return parts[0]
     wheels, order = by_point([part.wheels for part in parts])
-    contact = _contact_joined([part.contact for part in parts], order)
+    contact = contact_joined([part.contact for part in parts], order)
     load = np.column_stack([part.load[:, side.number] for part, side in zip(parts, sides, strict=True)])
     return Equilibrium(wheels, contact, parts[0].speed, load)
 
@@ -715,7 +424,7 @@ def _refined(
         )
     whole, order = by_point(done_wheels)
     if model.warm:
-        solved = _contact_joined(done_contact, order)
+        solved = contact_joined(done_contact, order)
     else:
         solved = forces_of(task, whole, speed, model, fields=True).contact
     return Equilibrium(whole, solved, speed, load)
@@ -739,22 +448,6 @@ def _step(slope: FloatArray, residual: FloatArray, largest: FloatArray) -> Float
     step = -np.linalg.solve(slope, residual[:, :, None])[:, :, 0]
     shortened: FloatArray = step / np.maximum(np.abs(step / largest).max(axis=1), 1.0)[:, None]
     return shortened
-
-
-def contact_where(contact: TangentialSolution, which: NDArray[np.bool_] | IntArray) -> TangentialSolution:
-    """Patches of a tangential solution of a mask (m,) or in an order; cells have them on the second axis."""
-    cells = None if contact.cells is None else contact.cells[:, which]
-    order = np.arange(len(contact.force))[which]
-    part: TangentialSolution = joined([replace(contact, cells=None)], order)
-    return replace(part, cells=cells)
-
-
-def _contact_joined(parts: list[TangentialSolution], order: IntArray) -> TangentialSolution:
-    """Tangential solutions one behind the other, in another order."""
-    by_patch = [np.moveaxis(part.cells, 0, 1) for part in parts if part.cells is not None]
-    cells = joined(by_patch, order, name="cells")
-    whole: TangentialSolution = joined([replace(part, cells=None) for part in parts], order)
-    return replace(whole, cells=np.moveaxis(cells, 1, 0))
 
 
 def _matched(contact: TangentialSolution | None, old: Wheels, new: Wheels) -> TangentialSolution | None:

@@ -10,24 +10,14 @@ from typing import TypeVar
 import numpy as np
 
 from wearsim.contact import geometry
-from wearsim.contact.balance import (
-    Equilibrium,
-    Task,
-    Wheels,
-    check_balance,
-    contact_where,
-    equilibrium,
-    joined,
-    normal_of,
-    patches_where,
-    side_of,
-)
+from wearsim.contact.balance import Equilibrium, check_balance, equilibrium
 from wearsim.contact.equilibrium import resting_roll, rotation_without_creepage
 from wearsim.contact.geometry import CounterfaceProfile
 from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
 from wearsim.contact.tangential import TangentialSolution
+from wearsim.contact.wheels import Task, Wheels, contact_where, joined, normal_of, patches_where, side_of
 from wearsim.errors import ContactError, NumericalError
 
 __all__ = [
