@@ -221,7 +221,8 @@ def load_scale_warning(dataset: xr.Dataset) -> str | None:
     if scaling is None:
         return None
     return (
-        f"contact patches merge or the load of the model jumps: forces are scaled to the wheel load by more than "
+        f"contact patches merge or the load of the model jumps: forces are scaled to the wheel load by more "
+        f"than "
         f"{LOAD_TOLERANCE:.0%} (at most by the factor {scaling.largest:.3g}) at {scaling.points} of "
         f"{scaling.active_points} operating points with a weight, in {scaling.states} of "
         f"{scaling.all_states} states, over {_percent(scaling.distance_share)} of the distance: pressures "
