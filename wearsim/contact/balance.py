@@ -112,16 +112,22 @@ def equilibrium(
     NumericalError
         If no rotation speed balances the torque, or the iteration does not converge.
     """
-    parts = []
+    model = TANGENTIAL_MODELS[task.models.tangential]
+    wheels: list[Wheels] = []
+    contacts: list[TangentialSolution] = []
+    load = np.repeat(chunk.wheel_load[:, None], 2, axis=1)
     for group, columns in _together(task, sides, speed):
         guess, slope, rough = _bracketed(task, chunk, group, columns, speed)
-        parts.append(_refined(task, chunk, group, columns, guess, slope, rough))
-    if len(parts) == 1:
-        return parts[0]
-    wheels, order = by_point([part.wheels for part in parts])
-    contact = contact_joined([part.contact for part in parts], order)
-    load = np.column_stack([part.load[:, side.number] for part, side in zip(parts, sides, strict=True)])
-    return Equilibrium(wheels, contact, parts[0].speed, load)
+        parts, turning, carried = _refined(task, chunk, group, columns, guess, slope, rough)
+        wheels.extend(part for part, _ in parts)
+        contacts.extend(contact for _, contact in parts)
+        numbers = [side.number for side in group]
+        load[:, numbers] = carried[:, numbers]
+    whole, order = by_point(wheels)
+    contact = contact_joined(contacts, order) if model.warm else None
+    if contact is None:  # without fields so far
+        contact = forces_of(task, whole, turning, model, fields=True).contact
+    return Equilibrium(whole, contact, turning, load)
 
 
 def check_balance(task: Task, chunk: ContactConditions, sides: list[Side], speed: FloatArray | None) -> None:
@@ -355,8 +361,11 @@ def _refined(
     guess: tuple[FloatArray, FloatArray],
     slope: FloatArray,
     rough: Wheels,
-) -> Equilibrium:
-    """Equilibrium of the true models, by Broyden's method from a near guess."""
+) -> tuple[list[tuple[Wheels, TangentialSolution]], FloatArray, FloatArray]:
+    """Wheels in equilibrium and their creep forces in the order they got there, by Broyden's method.
+
+    And the rotation speeds (n,) and loads (n, 2).
+    """
     speed, load = guess
     model = TANGENTIAL_MODELS[task.models.tangential]
     count, nominal = chunk.shift.size, -chunk.speed / task.wheelset.radius
@@ -376,7 +385,7 @@ def _refined(
     contact: TangentialSolution | None = None
     open_rows = np.ones(count, bool)
     before, step = np.zeros((count, len(columns))), np.zeros((count, len(columns)))
-    done_wheels, done_contact = [], []
+    done: list[tuple[Wheels, TangentialSolution]] = []
     for trial in range(_MOST_TRIALS):
         if 0 < trial <= _FROZEN:
             again = here & open_rows[:, None] & (np.abs(np.log(load / _loads(wheels, count))) > SIMILAR)
@@ -394,9 +403,7 @@ def _refined(
             settled &= jump <= _LARGEST_JUMP
         if settled.any() or count == 0:
             mask = settled[near.normal.patch.row]
-            done_wheels.append(patches_where(near, mask))
-            if model.warm:
-                done_contact.append(contact_where(contact, mask))
+            done.append((patches_where(near, mask), contact_where(contact, mask)))
             open_rows &= ~settled
             if not open_rows.any():
                 break
@@ -422,12 +429,7 @@ def _refined(
             "measured profiles, or lower friction, yaw or shift",
             row=row,
         )
-    whole, order = by_point(done_wheels)
-    if model.warm:
-        solved = contact_joined(done_contact, order)
-    else:
-        solved = forces_of(task, whole, speed, model, fields=True).contact
-    return Equilibrium(whole, solved, speed, load)
+    return done, speed, load
 
 
 def _frozen(near: Wheels, wheels: Wheels, count: int) -> tuple[Wheels, FloatArray]:
