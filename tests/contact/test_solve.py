@@ -29,9 +29,9 @@ def assert_same_bits(one, other):
 
 @pytest.fixture(scope="module")
 def spread(points):
-    """Operating points of all kinds; 150 of them fill three chunks."""
+    """Operating points of all kinds; so many that they fill three chunks."""
     random = np.random.default_rng(5)
-    n = 150
+    n = 2 * CHUNK + 22
     return points(
         shift=random.uniform(-5e-3, 5e-3, n),
         yaw=random.uniform(-0.02, 0.02, n),
@@ -72,7 +72,7 @@ def test_same_bits_for_parts_of_whole_chunks(spread, solved, wheelset, counterfa
 
 def test_a_point_does_not_depend_on_its_neighbours(spread, solved, wheelset, counterface, coarse):
     """Two forms of one algorithm: 1e-12 of the largest value, rotation by balance included."""
-    for k in (0, 63, 64, 149):
+    for k in (0, CHUNK - 1, CHUNK, 2 * CHUNK + 21):
         alone = solve(part_of(spread, slice(k, k + 1)), wheelset, counterface(1.0), coarse)
         mine = solved.point == k
         for name in ("wheel_y", "area", "creepage_x", "force_x", "force_y", "spin_moment", "power"):

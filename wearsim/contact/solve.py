@@ -32,7 +32,7 @@ __all__ = [
     "solve_each",
 ]
 
-CHUNK = 128  # operating points per task, whatever the number of threads: same bits for any number of them
+CHUNK = 256  # operating points per task, whatever the number of threads: same bits for any number of them
 
 
 Result = TypeVar("Result")
