@@ -1,5 +1,6 @@
 """Killing, interrupting, damaging: nothing finished is lost and the continued result has the same bits."""
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -184,6 +185,30 @@ def test_ctrl_c_leaves_whole_rows_and_a_status(tmp_path, synthetic, uninterrupte
     assert (status["state"], status["step"]) == ("interrupted", last)
     path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
     assert_same_bits(path, uninterrupted)
+
+
+def test_ctrl_c_that_compiled_code_swallows_stops_the_run_after_its_step(tmp_path, synthetic, monkeypatch):
+    """As when kernels are being loaded: Python drops what is raised in a callback."""
+    evaluate = synthetic.SyntheticEvolution.evaluate
+
+    def swallowing(evolution, state):
+        if state.step == 2:
+            with contextlib.suppress(KeyboardInterrupt):
+                os.kill(os.getpid(), signal.SIGINT)
+                time.sleep(0.01)
+        return evaluate(evolution, state)
+
+    monkeypatch.setattr(synthetic.SyntheticEvolution, "evaluate", swallowing)
+    previous = signal.signal(
+        signal.SIGINT, signal.default_int_handler
+    )  # ignored where tests run in the background
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
+    finally:
+        signal.signal(signal.SIGINT, previous)
+    status = read_status(tmp_path)["campaigns"]["rig"]
+    assert (status["state"], status["step"]) == ("interrupted", 2)
 
 
 def test_ctrl_c_in_the_middle_of_writing_waits_for_the_end_of_the_row(

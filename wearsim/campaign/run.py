@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from types import FrameType
 from typing import Any, Literal
 
 from wearsim.campaign.control import reached
@@ -178,7 +179,8 @@ def run_evolution(
         if writer.finished():
             progress.report("complete", **writer.outcome())
             return writer.path
-        _loop(evolution, writer, progress)
+        with _Interrupts() as interrupts:
+            _loop(evolution, writer, progress, interrupts)
         progress.report("finished", ended=writer.finish())
     except KeyboardInterrupt:
         with _uninterrupted(), contextlib.suppress(WearsimError):
@@ -193,7 +195,9 @@ def run_evolution(
     return writer.path
 
 
-def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress) -> None:
+def _loop(
+    evolution: WheelsetEvolution, writer: Writer, progress: Progress, interrupts: _Interrupts
+) -> None:
     done = writer.recover()
     taken: StepTaken | None
     if done:
@@ -207,6 +211,7 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress) -> N
     if writer.rebuilt:
         progress.report("rebuilt")
     while True:
+        interrupts.check()
         ended = reached(state.distance, evolution.target)
         if taken is None and ended:
             return
@@ -236,6 +241,32 @@ def available_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+class _Interrupts:
+    """Remembers Ctrl-C: callbacks of compiled code, as when kernels are loaded, swallow the exception."""
+
+    def __enter__(self) -> _Interrupts:
+        self._received = False
+        self._previous = signal.getsignal(signal.SIGINT)
+        self._ours = callable(self._previous) and threading.current_thread() is threading.main_thread()
+        if self._ours:
+            signal.signal(signal.SIGINT, self._handle)
+        return self
+
+    def _handle(self, number: int, frame: FrameType | None) -> None:
+        self._received = True
+        if callable(self._previous):
+            self._previous(number, frame)
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt if Ctrl-C was pressed."""
+        if self._received:
+            raise KeyboardInterrupt
+
+    def __exit__(self, *_: object) -> None:
+        if self._ours:
+            signal.signal(signal.SIGINT, self._previous)
 
 
 @contextlib.contextmanager
