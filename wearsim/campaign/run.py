@@ -195,9 +195,7 @@ def run_evolution(
     return writer.path
 
 
-def _loop(
-    evolution: WheelsetEvolution, writer: Writer, progress: Progress, interrupts: _Interrupts
-) -> None:
+def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, interrupts: _Interrupts) -> None:
     done = writer.recover()
     taken: StepTaken | None
     if done:
