@@ -203,17 +203,17 @@ def test_true_patches_stand_in_for_coarse_ones_without_solution(
     monkeypatch, wheelset, counterface, points, coarse
 ):
     """Near a profile's end coarse patches of the half-space may reach it where true ones do not."""
-    normal_of, failed = balance.normal_of, []
+    model, failed = NORMAL_MODELS[coarse.normal], []
 
-    def without(task, side, row, load, **options):
-        if options.get("rough") and (row == 2).any():
-            failed.append(side.number)
+    def without(gap, row, load, **options):
+        if options["rough"] and (row == 2).any():
+            failed.append(int(gap.bodies.pose.shift[0] != SHIFT[0]))  # a left wheel is mirrored
             raise ContactError("the contact patch reaches the edge of a profile", row=2)
-        return normal_of(task, side, row, load, **options)
+        return model(gap, row, load, **options)
 
     conditions = points(SHIFT, YAW)
     wanted = solve(conditions, wheelset, counterface(), coarse)
-    monkeypatch.setattr(balance, "normal_of", without)
+    monkeypatch.setattr(wheels, "NORMAL_MODELS", {coarse.normal: without})
     result = solve(conditions, wheelset, counterface(), coarse)
     assert set(failed) == {0, 1}
     np.testing.assert_allclose(result.normal_force, wanted.normal_force, rtol=3e-6)

@@ -28,8 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.equilibrium import balanced_rotation
-from wearsim.contact.normal import NormalSolution
-from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactConditions
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialModel, TangentialSolution, fastsim
 from wearsim.contact.wheels import (
@@ -124,8 +123,9 @@ def equilibrium(
         numbers = [side.number for side in group]
         load[:, numbers] = carried[:, numbers]
     whole, order = by_point(wheels)
-    contact = contact_joined(contacts, order) if model.warm else None
-    if contact is None:  # without fields so far
+    if model.warm:
+        contact = contact_joined(contacts, order)
+    else:  # without fields so far
         contact = forces_of(task, whole, turning, model, fields=True).contact
     return Equilibrium(whole, contact, turning, load)
 
@@ -166,12 +166,9 @@ def _solved(
             earlier = patches_where(start.normal, mask)
         part = load[:, side.number]
         try:
-            if rough:
-                parts += _rough_of(task, side, chunk, row, part, earlier)
-                continue
-            normal = normal_of(task, side, row, part[row], start=earlier)
+            normal = normal_of(task, side, row, part[row], start=earlier, rough=rough)
             several = np.flatnonzero(np.diff(normal.patch.row) == 0)
-            if chunk.creepage is not None and several.size > 0:
+            if chunk.creepage is not None and several.size > 0 and not rough:
                 raise ContactError(
                     "several patches close: given creepages belong to one; leave them out",
                     row=int(normal.patch.row[several[0]]),
@@ -190,35 +187,6 @@ def _solved(
             ) from None
         parts.append(wheels_of(task, side, chunk, normal, part))
     return parts
-
-
-def _rough_of(
-    task: Task,
-    side: Side,
-    chunk: ContactConditions,
-    row: IntArray,
-    load: FloatArray,
-    start: NormalSolution | None,
-) -> list[Wheels]:
-    """Coarse patches of rows of a side; where those have no solution, as near a profile's end, true ones."""
-    fine: list[int] = []
-    while True:
-        coarse = np.setdiff1d(row, fine)
-        if coarse.size == 0 < len(fine):
-            parts = []
-            break
-        earlier = None if start is None else patches_where(start, ~np.isin(start.patch.row, fine))
-        try:
-            parts = [normal_of(task, side, coarse, load[coarse], start=earlier, rough=True)]
-            break
-        except ContactError as error:
-            if error.row is None or error.row in fine:
-                raise
-            fine.append(error.row)
-    if fine:
-        again = np.sort(np.array(fine))
-        parts.append(normal_of(task, side, again, load[again]))
-    return [wheels_of(task, side, chunk, normal, load) for normal in parts]
 
 
 def _loads(wheels: Wheels, count: int) -> FloatArray:
