@@ -59,19 +59,31 @@ def locked(out: Path) -> Iterator[None]:
     """
     with readable_errors(f"{out} cannot be made a run directory"):
         out.mkdir(parents=True, exist_ok=True)
-    lock = filelock.FileLock(out / _LOCK, timeout=_PATIENCE)
     with readable_errors(f"{out} cannot be written"):
-        try:
-            lock.acquire()
-        except filelock.Timeout:  # an OSError, too
-            raise ResultError(
-                f"another wearsim run works in {out}; wait for it (see `wearsim status {out}`) "
-                f"or choose another --out"
-            ) from None
+        lock = acquired(out, out / _LOCK, _PATIENCE, "run works")
     try:
         yield
     finally:
         lock.release()
+
+
+def acquired(out: Path, file: Path, patience: float, doing: str) -> filelock.FileLock:
+    """Return the lock of a directory once it is held; `doing` says what another process does there.
+
+    Raises
+    ------
+    ResultError
+        If another process holds it for longer than `patience` [s].
+    """
+    lock = filelock.FileLock(file, timeout=patience)
+    try:
+        lock.acquire()
+    except filelock.Timeout:  # an OSError, too
+        raise ResultError(
+            f"another wearsim {doing} in {out}; wait for it (see `wearsim status {out}`) "
+            f"or choose another --out"
+        ) from None
+    return lock
 
 
 def require_own_directory(out: Path) -> None:

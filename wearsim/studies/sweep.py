@@ -11,12 +11,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import filelock
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from wearsim.campaign.directory import is_claimed
+from wearsim.campaign.directory import acquired, is_claimed
 from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.campaign.run import Observer, available_cores
 from wearsim.errors import Fault, ResultError, SceneError, WearsimError
@@ -161,16 +160,9 @@ def _locked(out: Path, patience: float) -> Iterator[None]:
     """Hold the lock of a sweep's directory, which is made if need be."""
     if is_claimed(out):
         raise ResultError(f"{out} is the run directory of a campaign; choose another --out for the sweep")
-    lock = filelock.FileLock(out / _LOCK, timeout=patience)
     with readable_errors(f"{out} cannot be used for a sweep"):
         out.mkdir(parents=True, exist_ok=True)
-        try:
-            lock.acquire()
-        except filelock.Timeout:  # an OSError, too
-            raise ResultError(
-                f"another wearsim sweep runs in {out}; wait for it (see `wearsim status {out}`) "
-                f"or choose another --out"
-            ) from None
+        lock = acquired(out, out / _LOCK, patience, "sweep runs")
     try:
         yield
     finally:
