@@ -130,7 +130,7 @@ def test_one_side_of_a_free_wheelset_is_that_of_both(wheelset, counterface, poin
     assert left.power.tolist() == both.power[both.side == 1].tolist()
 
 
-def test_a_fault_of_the_central_position_is_told_of_it(wheelset, counterface, points, coarse):
+def test_a_fault_of_the_central_position_names_it(wheelset, counterface, points, coarse):
     hertz = replace(coarse, normal="hertz")
     conditions = points(shift=np.array([3e-3]), load=117e3, rotation="centred")
     with pytest.raises(ContactError, match=r"^right wheel, shift 0 mm, yaw 0 mrad: no contact ellipse"):

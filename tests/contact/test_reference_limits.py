@@ -163,7 +163,7 @@ def expected(where, measured, cause):
 
 
 PLANES = "planes by pressure and by overlap of a wide patch"
-BESIDE = "0.3 to 0.5 mm from each other on the flange"
+NEIGHBOURS = "0.3 to 0.5 mm from each other on the flange"
 
 
 @pytest.mark.parametrize(
@@ -171,8 +171,8 @@ BESIDE = "0.3 to 0.5 mm from each other on the flange"
     [
         expected(("s1002_60e1", 40, 0.0, 2.0, 0), 1.5, PLANES),
         expected(("mbench", 40, 0.0, 2.5, 0), 1.2, PLANES),
-        expected(("s1002_60e1", 40, 0.0, 7.5, -10), 16, BESIDE),
-        expected(("s1002_60e1", 20, 2.0, 8.0, -10), 27, BESIDE),
+        expected(("s1002_60e1", 40, 0.0, 7.5, -10), 16, NEIGHBOURS),
+        expected(("s1002_60e1", 20, 2.0, 8.0, -10), 27, NEIGHBOURS),
     ],
 )
 def test_angle_of_the_plane_by_pressure(away, wheelset, where):

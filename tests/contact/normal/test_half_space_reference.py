@@ -16,7 +16,7 @@ DATA = Path(__file__).parents[2] / "data"
 E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))
 RAILS = {"s1002_60e1": "60E1", "mbench": "60E1_benchmark"}
 # The benchmark's rail file has its origin beside the line 750 mm from the track's centre.
-BESIDE = {"s1002_60e1": 0.0, "mbench": 10.532e-3}
+ORIGIN = {"s1002_60e1": 0.0, "mbench": 10.532e-3}
 
 
 def gap_of(s1002, geometry_name, inclination, curvature, shift, yaw):
@@ -49,7 +49,7 @@ def both(s1002):
         ours.loc[group.index, "max_pressure"] = result.max_pressure
         ours.loc[group.index, "approach"] = result.approach
         ours.loc[group.index, "descent"] = result.vertical_displacement
-        ours.loc[group.index, "rail_y"] = result.centre_y - BESIDE[name]
+        ours.loc[group.index, "rail_y"] = result.centre_y - ORIGIN[name]
         ours.loc[group.index, "angle"] = result.contact_angle
     return table, ours.astype(float)
 
