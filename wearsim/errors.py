@@ -60,10 +60,14 @@ class ContactError(WearsimError):
     """A contact problem without a solution: no contact, patch at the edge of a profile, unusable input.
 
     `row` is the row of the batch it belongs to, where a model knows it; `side` its wheel, 0 right, 1 left.
+    `rows` are all rows of the batch that are known to fail in the same way, `row` among them.
     """
 
-    def __init__(self, message: str, row: int | None = None, side: int | None = None) -> None:
+    def __init__(
+        self, message: str, row: int | None = None, side: int | None = None, rows: Iterable[int] = ()
+    ) -> None:
         self.row, self.side = row, side
+        self.rows = tuple(rows) or (() if row is None else (row,))
         super().__init__(message)
 
 

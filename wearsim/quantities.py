@@ -382,6 +382,18 @@ _CHOICE = _group("choice",
        "a point", "step candidate ?"),
 )
 
+_LEFT_OUT = _group("left_out",
+    _q("operating_point_class", "", "", "block or class of the operating point", at=_OP),
+    _q("left_out", "", "1", "whether the operating point had no contact solution and was left out of the "
+       "step that led to this state", "1 left out, 0 not", "i4 step operating_point"),
+    _q("left_out_share", "", "1", "share of the wear that the operating points left out of the step carry",
+       "by their last rate, by the largest one of their block or class where they never had one", "step"),
+    _q("last_wear_area_rate", "dA/ds", "m2 m-1", "worn area of both profiles per distance run when the "
+       "operating point was last solved", "as if the wheelset ran in this operating point all the time: "
+       "neither weighted with the share of the point nor multiplied by its environment factor; in a state "
+       "before this one", "step operating_point ?"),
+)
+
 # of one solution: strips and cells of its patches, sections across the track
 _FIELDS = (
     _q("lateral", "y", "m", "lateral position in the contact plane",
@@ -478,8 +490,8 @@ _INPUT = (
 # fmt: on
 
 _ROWS = (
-    *_CAMPAIGN, *_CONTACT, *_COMPARISON, *_FATIGUE, *_COUNTERFACE, *_REPROFILING, *_CHOICE, *_FIELDS,
-    *_PROFILE, *_INPUT,
+    *_CAMPAIGN, *_CONTACT, *_COMPARISON, *_FATIGUE, *_COUNTERFACE, *_REPROFILING, *_CHOICE,
+    *_LEFT_OUT, *_FIELDS, *_PROFILE, *_INPUT,
 )  # fmt: skip
 
 QUANTITIES: Mapping[str, Quantity] = MappingProxyType({row.name: row for row in _ROWS})

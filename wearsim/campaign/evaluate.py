@@ -7,9 +7,11 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.campaign.comparison import ComparisonLaws, ComparisonPassage, comparison_laws, comparison_passage
 from wearsim.campaign.counterface import with_counterface, worn_counterface
+from wearsim.campaign.left_out import Failed, area_rates, judged
 from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import sample, share_out, stretches
 from wearsim.contact.patch import FloatArray, IntArray
@@ -18,6 +20,7 @@ from wearsim.contact.solve import ContactModels, ContactSolution, Counterface, W
 from wearsim.contact.wheels import joined
 from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.errors import ContactError
+from wearsim.operation.left_out import shared_weight
 from wearsim.operation.points import OperatingPoints, select
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.scene.campaign import CounterfaceWear
@@ -81,6 +84,7 @@ class Passage:
     work_density_max: FloatArray  # (m,) of all cells [Pa]
     depth: tuple[FloatArray, ...]  # (m, ny) by the regimes of the active wear law, along the normal [m]
     comparison: ComparisonPassage
+    left_out: tuple[int, ...] = ()  # points without contact solution
 
 
 def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
@@ -95,12 +99,21 @@ def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
     )
 
 
-def solve_passage(state: State, points: OperatingPoints, setup: Setup) -> Passage:
+def solve_passage(
+    state: State,
+    points: OperatingPoints,
+    setup: Setup,
+    *,
+    apart: NDArray[np.bool_] | None = None,
+    failed: Failed | None = None,
+) -> Passage:
     """Solve every operating point, whatever its weight, with the profiles of a state; evaluate the laws.
 
     The profiles replace those of the wheelset, and those of a counterface that wears. Patches are in the
     order of point, side and falling normal force. The laws run on the threads of the contact solver: no more
-    cells exist at a time than those of the chunks being solved.
+    cells exist at a time than those of the chunks being solved. Points without contact solution are left out
+    and put into `failed`, where it is given; points `apart` (n,) are solved by themselves, so that those
+    that are likely to fail do not cost the others a second solution.
     """
     right, left = worn_wheels(setup.wheelset, state.y, state.z)
     bodies = (
@@ -111,18 +124,27 @@ def solve_passage(state: State, points: OperatingPoints, setup: Setup) -> Passag
     if isinstance(models, ContactModels):
         models = ModelsByPoint((models,), np.zeros(len(points.label), dtype=np.int64))
     parts: list[Passage] = []
-    for one, index in models.groups():
+    errors: Failed = {}
+    groups = models.groups()
+    if apart is not None and apart.any():
+        halves = ((one, index[apart[index] == which]) for one, index in groups for which in (False, True))
+        groups = [(one, index) for one, index in halves if index.size]
+    for one, index in groups:
+        own: Failed | None = None if failed is None else {}
         conditions = select(points, index).conditions
         try:
             chunks = solve_each(
-                conditions, *bodies, one, partial(passage_of, setup=setup), threads=setup.threads
+                conditions, *bodies, one, partial(passage_of, setup=setup), threads=setup.threads, failed=own
             )
         except ContactError as error:
             raise numbered(error, index) from None
         parts += [_placed(chunk, index) for chunk in chunks]
+        errors |= {int(index[row]): numbered(error, index) for row, error in (own or {}).items()}
     order = np.argsort(np.concatenate([part.contact.point for part in parts]), kind="stable")
-    whole: Passage = joined(parts, None if len(models.models) == 1 else order)
-    return whole
+    whole: Passage = joined(parts, None if len(groups) == 1 else order)
+    if failed is not None:
+        failed |= errors
+    return replace(whole, left_out=tuple(sorted(errors)))
 
 
 def _placed(passage: Passage, index: IntArray) -> Passage:
@@ -148,7 +170,7 @@ def accumulate(
     points : OperatingPoints
         Environment factors.
     weight : (n,) array
-        Share of the distance each point acts for.
+        Share of the distance each point acts for; that of points left out is shared within their class.
     state : State
         The profiles the contact was solved with.
     setup : Setup
@@ -166,6 +188,8 @@ def accumulate(
     area each strip removes is shared out over the stretches of arc length the vertices stand for, in
     proportion to the overlap: the sum over the vertices is the sum over the strips.
     """
+    if passage.left_out:
+        weight = shared_weight(weight, points.of_class, np.isin(np.arange(weight.size), passage.left_out))
     solution, comparison, strip_work = passage.contact, passage.comparison, passage.strip_work
     gap = solution.patch.interpenetration
     rim = _RIM * gap.max(axis=1, keepdims=True, initial=0.0)
@@ -257,7 +281,13 @@ def patch_wear(passage: Passage, state: State, wheelset: Wheelset) -> PatchWear:
     )
 
 
-def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup) -> WearRate:
+def rate(
+    state: State,
+    points: OperatingPoints,
+    weight: FloatArray,
+    setup: Setup,
+    failed: Failed | None = None,
+) -> WearRate:
     """Solve the contact of the acting points and return the wear rate per metre run.
 
     Parameters
@@ -270,22 +300,40 @@ def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup
         Share of the distance each point acts for; points of zero weight are not solved.
     setup : Setup
         Bodies, models and laws.
+    failed : dict, optional
+        The points that were left out are added to it.
 
     Returns
     -------
     WearRate
         Its solution holds the acting points only, numbered among themselves.
+
+    Raises
+    ------
+    NumericalError
+        If the points without contact solution carry too much of the wear.
     """
     acting = np.flatnonzero(weight > 0.0)
-    points = select(points, acting)
+    those, history = select(points, acting), state.points
     if isinstance(setup.models, ModelsByPoint):
         setup = replace(setup, models=setup.models.at(acting))
-    return accumulate(solve_passage(state, points, setup), points, weight[acting], state, setup)
+    if history is None:
+        return accumulate(solve_passage(state, those, setup), those, weight[acting], state, setup)
+    errors: Failed = {}
+    passage = solve_passage(state, those, setup, apart=history.left_out[acting], failed=errors)
+    if errors:
+        rates = np.full(weight.size, np.nan)
+        rates[acting] = area_rates(passage.contact, patch_wear(passage, state, setup.wheelset), acting.size)
+        errors = {int(acting[row]): numbered(error, acting) for row, error in errors.items()}
+        judged(history, points, rates, errors, state.distance)
+        if failed is not None:
+            failed |= errors
+    return accumulate(passage, those, weight[acting], state, setup)
 
 
 def numbered(error: ContactError, index: IntArray) -> ContactError:
     """Return an error of the points at `index` of a batch with the number of its point in the batch."""
     if error.row is None:
         return error
-    row = int(index[error.row])
-    return type(error)(str(error).replace(f"point {error.row}, ", f"point {row}, ", 1), row=row)
+    row, rows = int(index[error.row]), index[list(error.rows)].tolist()
+    return type(error)(str(error).replace(f"point {error.row}, ", f"point {row}, ", 1), row, error.side, rows)

@@ -13,7 +13,8 @@ import numpy as np
 from wearsim.campaign import choose, control, step
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
-from wearsim.campaign.evaluate import Setup, accumulate, rate, setup_of, solve_passage
+from wearsim.campaign.evaluate import Setup, accumulate, patch_wear, rate, setup_of, solve_passage
+from wearsim.campaign.left_out import Failed, area_rates, judged, new_history, with_failed
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import Evaluation, StepTaken, build_row, header_of, no_step, recorded_measures
 from wearsim.campaign.state import State, WearRate
@@ -66,6 +67,7 @@ class WheelsetEvolution:
         regime_depth = np.zeros((2, len(regimes), y.shape[1]))
         state = State(0, 0.0, y, z, unworn, regime_depth, worn_area=nothing, worn_mass=nothing)
         state = start_comparison(state, comparison_laws(self.setup))
+        state = replace(state, points=new_history(self.setup.points))
         if self.setup.counterface_wear is not None:
             state = replace(state, counterface=new_counterface(self.setup.counterface))
         return self._chosen(state), no_step(len(self.setup.points.label))
@@ -84,9 +86,16 @@ class WheelsetEvolution:
     def evaluate(self, state: State) -> Evaluation:
         """Solve the contact of a state for all operating points."""
         setup, points = self._setup(state), self.setup.points
-        passage = solve_passage(state, points, setup)
+        history = state.points
+        failed: Failed | None = None if history is None else {}
+        apart = None if history is None else history.left_out
+        passage = solve_passage(state, points, setup, apart=apart, failed=failed)
+        wear = patch_wear(passage, state, setup.wheelset)
+        if history is not None and failed is not None:
+            rates = area_rates(passage.contact, wear, len(points.label))
+            history = judged(history, points, rates, failed, state.distance)
         collective = accumulate(passage, points, points.weight, state, setup)
-        return Evaluation(collective, passage, recorded_measures(state, self.setup))
+        return Evaluation(collective, passage, recorded_measures(state, self.setup), wear, history)
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
@@ -95,6 +104,7 @@ class WheelsetEvolution:
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Take the next wear step, or reprofile the wheels where that is due."""
         setup, points = self.setup, self.setup.points
+        state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
             return self._chosen(reprofile(state, setup)), no_step(len(points.label))
         here = self._setup(state)
@@ -124,8 +134,11 @@ class WheelsetEvolution:
                 counterface_wear=setup.counterface_wear,
             )  # fmt: skip
             now = rate_for(choice.weight)
-            rate_at = partial(rate, points=points, weight=choice.weight, setup=here)
+            failed: Failed = {}
+            rate_at = partial(rate, points=points, weight=choice.weight, setup=here, failed=failed)
             after = step.advance(state, now, choice.step_length, rule, rate_at)
+            if after.points is not None:
+                after = replace(after, points=with_failed(after.points, points, failed))
             if after.step_error is None or after.step_error <= tolerance:
                 stability = control.stability_rate(now) * choice.step_length
                 if setup.counterface_wear is not None and not control.reached(after.distance, self.target):

@@ -24,8 +24,9 @@ from wearsim.campaign.counterface import (
     counterface_row,
     static_counterface,
 )
-from wearsim.campaign.evaluate import Passage, patch_wear
-from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
+from wearsim.campaign.evaluate import Passage
+from wearsim.campaign.left_out import history_of, row_left_out
+from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
 from wearsim.profile import measures
@@ -86,6 +87,8 @@ class Evaluation:
     collective: WearRate  # with the weights of the full collective; its solution has all operating points
     passage: Passage
     measures: Mapping[str, np.ndarray]  # of the wheels, from `recorded_measures`
+    wear: PatchWear  # of the patches of the passage
+    points: PointHistory | None = None  # for the state after this one
 
 
 def build_row(
@@ -93,7 +96,6 @@ def build_row(
 ) -> dict[str, np.ndarray]:
     """Return all variables of the row of a state, as `wearsim.results.ROW` names them [SI units]."""
     collective, measures, laws = evaluation.collective, evaluation.measures, comparison_laws(setup)
-    wear = patch_wear(evaluation.passage, state, setup.wheelset)
     row = {
         "step_length": np.asarray(taken.length),
         "stability_number": np.asarray(taken.stability),
@@ -103,10 +105,11 @@ def build_row(
         "friction_work": collective.friction_work,
         **{name: np.asarray(getattr(state, field)) for name, field in _OF_STATE.items()},
         **{name: measures[name] for name in _MEASURES},
-        **summarise(evaluation.passage, wear, len(setup.points.label)),
+        **summarise(evaluation.passage, evaluation.wear, len(setup.points.label)),
         **row_choice(state.choice),
         **comparison_row(state, collective, laws),
         **counterface_row(state.counterface),
+        **row_left_out(state.points),
     }
     if setup.templates is not None:
         row["last_reprofiling"] = np.asarray(state.reprofiled, dtype=np.int32)
@@ -210,6 +213,7 @@ def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
         fatigue_damage=_by_law(row, "fatigue_damage"),
         counterface=counterface_of(row),
         reprofiled=int(row.get("last_reprofiling", 0)),
+        points=history_of(row),
     )
 
 
@@ -237,6 +241,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "wheel_name": ("right", "left"),
         "regime_name": WEAR_LAWS[setup.wear.law].regimes,
         "operating_point_name": points.label,
+        "operating_point_class": points.class_name or points.label,
         **{name: getattr(conditions, name) for name in _CONDITIONS},
         "environment": points.environment,
         "weight": points.weight,

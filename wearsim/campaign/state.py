@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches, Wheelset
@@ -52,6 +53,15 @@ class Choice:
 
 
 @dataclass(frozen=True)
+class PointHistory:
+    """What the states before say of each of the `n` operating points."""
+
+    area_rate: FloatArray  # (n,) of both cross-sections, alone, when last solved; NaN if never [m2/m]
+    left_out: NDArray[np.bool_]  # (n,) without contact solution in the last step
+    share: float = 0.0  # of the wear that those carry [-]
+
+
+@dataclass(frozen=True)
 class State:
     """State of a campaign; one value for each comparison or fatigue law in a tuple."""
 
@@ -74,6 +84,7 @@ class State:
     # Step of the last reprofiling of the wheels, 0 before the first. Depths count from it, fatigue damage is
     # what it left plus what was added since; area and mass are those of all wear, without reprofiling.
     reprofiled: int = 0
+    points: PointHistory | None = None  # None: a point without contact solution is an error
 
 
 @dataclass(frozen=True)

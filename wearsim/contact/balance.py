@@ -22,6 +22,7 @@ References
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -258,16 +259,16 @@ def _bracketed(
         load = np.where(now, wheel_load * np.exp(aim), load)
         locked = now & (aim > _HIGHEST)
         if locked.any():
-            row = int(np.argmax(locked.any(axis=1)))
+            rows = np.flatnonzero(locked.any(axis=1)).tolist()
             reason = "no normal force up to ten times the wheel load balances it"
-            raise _lifted(part, row, int(np.argmax(locked[row])), reason)
+            raise _lifted(part, rows[0], int(np.argmax(locked[rows[0]])), reason, rows)
         open_rows = (far & (np.abs(excess) > _NEAR)).any(axis=1) & open_rows
         if not open_rows.any():
             break
     return (speed, load), _slopes(task, chunk, rough, fastsim.MODEL, speed, load, columns), rough
 
 
-def _lifted(wheels: Wheels, row: int, side: int, reason: str) -> ContactError:
+def _lifted(wheels: Wheels, row: int, side: int, reason: str, rows: Sequence[int] = ()) -> ContactError:
     """Error of a wheel that normal forces cannot hold down for a reason."""
     own = (wheels.normal.patch.row == row) & (wheels.sign == 1.0 - 2.0 * side)
     angle, friction = np.abs(wheels.normal.contact_angle[own]).max(), wheels.friction[own][0]
@@ -278,6 +279,7 @@ def _lifted(wheels: Wheels, row: int, side: int, reason: str) -> ContactError:
         f"lift the wheel, and {reason}; lower friction, yaw or shift",
         row=row,
         side=side,
+        rows=rows,
     )
 
 
@@ -396,6 +398,7 @@ def _refined(
             f"{', '.join(f'{value:.1e}' for value in residual[row])} after {_MOST_TRIALS} trials; smooth "
             "measured profiles, or lower friction, yaw or shift",
             row=row,
+            rows=np.flatnonzero(open_rows).tolist(),
         )
     return done, speed, load
 

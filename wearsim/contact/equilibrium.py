@@ -189,6 +189,7 @@ def balanced_rotation(
             f"an axle torque of {applied:g} N m is more than friction can carry "
             f"({2.0 * scale[row]:.3g} N m); lower the torque or raise the friction coefficient",
             row=row,
+            rows=np.flatnonzero(beyond).tolist(),
         )
     speed, solved = falling_root(
         lambda speed: torque(speed) - applied,
@@ -200,6 +201,8 @@ def balanced_rotation(
     )
     if not solved.all():
         raise NumericalError(
-            "no rotation speed balances the axle torque; lower the applied torque", row=int(np.argmin(solved))
+            "no rotation speed balances the axle torque; lower the applied torque",
+            row=int(np.argmin(solved)),
+            rows=np.flatnonzero(~solved).tolist(),
         )
     return speed

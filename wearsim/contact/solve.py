@@ -14,7 +14,7 @@ from wearsim.contact.balance import Equilibrium, check_balance, equilibrium
 from wearsim.contact.equilibrium import resting_roll, rotation_without_creepage
 from wearsim.contact.geometry import CounterfaceProfile
 from wearsim.contact.kernel import kernel
-from wearsim.contact.patch import FloatArray, SurfaceFields
+from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
 from wearsim.contact.tangential import TangentialSolution
 from wearsim.contact.wheels import Task, Wheels, contact_where, joined, normal_of, patches_where, side_of
@@ -102,11 +102,14 @@ def solve_each(
     sides: tuple[int, ...] = (0, 1),
     vertical: bool = True,
     threads: int = 1,
+    failed: dict[int, ContactError] | None = None,
 ) -> list[Result]:
     """Solve chunk by chunk and keep only what `each` makes of a chunk's solution.
 
     The fields of a batch of points fill a hundred times the memory of the rest; whoever needs them only
-    for a sum passes that sum as `each`, which runs on the chunk's thread. Other parameters: see `solve`.
+    for a sum passes that sum as `each`, which runs on the chunk's thread. Points without a solution are left
+    out and put into `failed` with their errors, where it is given; the rest of their chunk is solved without
+    them. Other parameters: see `solve`.
 
     Returns
     -------
@@ -118,8 +121,17 @@ def solve_each(
     starts = range(0, max(count, 1), CHUNK)
 
     def part(start: int) -> Result:
-        chunk = _part(conditions, slice(start, min(start + CHUNK, count)))
-        return each(_solve_chunk(task, chunk, start))
+        index = np.arange(start, min(start + CHUNK, count))
+        while True:
+            try:
+                solution = _solve_chunk(task, _part(conditions, index), index)
+                break
+            except ContactError as error:
+                if failed is None or error.row is None:
+                    raise
+                failed.update(dict.fromkeys(error.rows, error))
+                index = index[~np.isin(index, error.rows)]
+        return each(solution)
 
     if threads > 1 and len(starts) > 1:
         with ThreadPoolExecutor(threads) as pool:
@@ -137,7 +149,8 @@ def check_loads(
     task = _task(wheelset, counterface, models, (0, 1), vertical=True)
     sides = [side_of(task, number, conditions) for number in task.sides]
     balance = isinstance(conditions.rotation, str) and conditions.rotation == "free"
-    check_balance(task, conditions, sides, None if balance else _rotation_speed(task, conditions))
+    rows = np.arange(conditions.shift.size)
+    check_balance(task, conditions, sides, None if balance else _rotation_speed(task, conditions, rows))
 
 
 def _task(
@@ -163,7 +176,7 @@ def _counterface_profiles(counterface: Counterface) -> tuple[CounterfaceProfile,
     return right, right if counterface.left is None else geometry.counterface_profile(counterface.left)
 
 
-def _part(conditions: ContactConditions, part: slice) -> ContactConditions:
+def _part(conditions: ContactConditions, part: IntArray) -> ContactConditions:
     changed = {
         f.name: getattr(conditions, f.name)[part]
         for f in fields(conditions)
@@ -172,23 +185,24 @@ def _part(conditions: ContactConditions, part: slice) -> ContactConditions:
     return replace(conditions, **changed)
 
 
-def _placed(error: ContactError, chunk: ContactConditions, start: int) -> ContactError:
+def _placed(error: ContactError, chunk: ContactConditions, index: IntArray) -> ContactError:
     """Return the same error with its operating point."""
     row, side = error.row or 0, error.side
     wheel = "" if side is None else "left wheel" if side else "right wheel"
     shift, yaw = 1e3 * chunk.shift[row], 1e3 * chunk.yaw[row]
     place = f"shift {shift:g} mm, yaw {yaw:g} mrad"
     place = f"{wheel}, {place}" if wheel else place
-    if start > 0 or chunk.shift.size > 1:  # a single point needs no number
-        place = f"point {start + row}, {place}"
-    return type(error)(f"{place}: {error}", row=start + row, side=side)
+    point = int(index[row])
+    if point > 0 or chunk.shift.size > 1:  # a single point needs no number
+        place = f"point {point}, {place}"
+    return type(error)(f"{place}: {error}", point, side, index[list(error.rows)].tolist())
 
 
-def _solve_chunk(task: Task, chunk: ContactConditions, start: int) -> ContactSolution:
-    """All four problems for one chunk."""
+def _solve_chunk(task: Task, chunk: ContactConditions, index: IntArray) -> ContactSolution:
+    """All four problems for the chunk of the points at `index`."""
     balance = isinstance(chunk.rotation, str) and chunk.rotation == "free" and chunk.creepage is None
     numbers = (0, 1) if balance else task.sides
-    speed = None if balance else _rotation_speed(task, chunk, start)
+    speed = None if balance else _rotation_speed(task, chunk, index)
     try:
         sides = [side_of(task, number, chunk) for number in numbers]
         if not chunk.free_roll:
@@ -198,15 +212,15 @@ def _solve_chunk(task: Task, chunk: ContactConditions, start: int) -> ContactSol
     except ContactError as error:
         if error.row is None:  # the grid: a fault of no point
             raise
-        raise _placed(error, chunk, start) from None
+        raise _placed(error, chunk, index) from None
     wheels, contact = solved.wheels, solved.contact
     if numbers != task.sides:
         wanted = np.isin(wheels.sign < 0.0, np.array(task.sides) == 1)
         wheels, contact = patches_where(wheels, wanted), contact_where(contact, wanted)
-    return _finish(wheels, contact, chunk.roll, solved.speed, start)
+    return _finish(wheels, contact, chunk.roll, solved.speed, index)
 
 
-def _rotation_speed(task: Task, chunk: ContactConditions, start: int = 0) -> FloatArray:
+def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> FloatArray:
     """Rotation speed (n,) that does not follow from the torque, negative when rolling forwards [rad/s]."""
     if not isinstance(chunk.rotation, str) and chunk.creepage is None:
         return -np.asarray(chunk.rotation, dtype=float)
@@ -219,7 +233,7 @@ def _rotation_speed(task: Task, chunk: ContactConditions, start: int = 0) -> Flo
         except ContactError as error:
             if error.row is None:
                 raise
-            raise _placed(error, central, start) from None
+            raise _placed(error, central, index) from None
         return rotation_without_creepage(wheels.kinematics, wheels.normal.patch.row, still.size)
     return nominal
 
@@ -257,6 +271,7 @@ def _at_rest(
                 "no roll of the wheelset lets both wheels carry their loads; "
                 "check shift, gauge and profiles, or give the roll",
                 int(np.argmin(solved)),
+                rows=np.flatnonzero(~solved).tolist(),
             )
         change = angle - chunk.roll
         moving &= np.abs(change) > _STILL_ROLL
@@ -277,12 +292,13 @@ def _at_rest(
             "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "
             "friction, yaw or shift, or give the roll",
             row=int(np.argmax(restless)),
+            rows=np.flatnonzero(restless).tolist(),
         )
     return balanced, chunk
 
 
 def _finish(
-    solved: Wheels, contact: TangentialSolution, roll: FloatArray, speed: FloatArray, start: int
+    solved: Wheels, contact: TangentialSolution, roll: FloatArray, speed: FloatArray, index: IntArray
 ) -> ContactSolution:
     """Resultants, power and fields of all patches, mirrored back for left wheels."""
     normal, sign = solved.normal, solved.sign
@@ -296,7 +312,7 @@ def _finish(
     cell_area = contact.cell_length * patch.width[:, None]
     _scale_work(shear_x, shear_y, slip_x, slip_y, cell_area, solved.speed, power, sign, local, local_power)
     return ContactSolution(
-        point=start + patch.row,
+        point=index[patch.row],
         side=(sign < 0.0).astype(np.int64),
         wheel_y=solved.wheel_y,
         rail_y=normal.centre_y,
@@ -322,7 +338,7 @@ def _finish(
         rotation_speed=-speed[patch.row],
         strip_edges_wheel_y=solved.edges_wheel_y,
         strip_edges_rail_y=normal.edge_y,
-        patch=replace(patch, row=start + patch.row),
+        patch=replace(patch, row=index[patch.row]),
         fields=SurfaceFields(
             pressure=pressure,
             shear_x=shear_x,

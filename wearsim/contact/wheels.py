@@ -128,15 +128,15 @@ def normal_of(
     except ContactError as error:
         if error.row is None or not (rough or start is not None):
             raise
-        k = int(np.searchsorted(row, error.row))
-    full = solved(row[k : k + 1], load[k : k + 1], None, False)
+        failed = np.isin(row, error.rows)
+    full = solved(row[failed], load[failed], None, False)
     parts = [replace(full, reference_point=None) if rough else full]
-    for rest in (slice(k), slice(k + 1, None)):
-        if row[rest].size > 0:
-            near = None if start is None else patches_where(start, np.isin(start.patch.row, row[rest]))
-            part = normal_of(task, side, row[rest], load[rest], start=near, rough=rough)
-            parts.insert(len(parts) if rest.start else 0, part)
-    whole: NormalSolution = joined(parts)
+    if not failed.all():
+        rest = row[~failed]
+        near = None if start is None else patches_where(start, np.isin(start.patch.row, rest))
+        parts.append(normal_of(task, side, rest, load[~failed], start=near, rough=rough))
+    order = np.argsort(np.concatenate([part.patch.row for part in parts]), kind="stable")
+    whole: NormalSolution = joined(parts, order)
     return whole
 
 

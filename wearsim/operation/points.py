@@ -33,6 +33,8 @@ class OperatingPoints:
         (field classes) and monitoring points.
     label : tuple of str
         One per point.
+    class_name : tuple of str
+        Block or class of each point; by default its label.
     """
 
     conditions: ContactConditions
@@ -40,6 +42,12 @@ class OperatingPoints:
     environment: FloatArray
     block_length: FloatArray
     label: tuple[str, ...]
+    class_name: tuple[str, ...] = ()
+
+    @property
+    def of_class(self) -> IntArray:
+        """Number of the block or class (n,) of each point."""
+        return np.unique(np.array(self.class_name or self.label, dtype=str), return_inverse=True)[1]
 
 
 def select(points: OperatingPoints, index: IntArray) -> OperatingPoints:
@@ -54,6 +62,7 @@ def select(points: OperatingPoints, index: IntArray) -> OperatingPoints:
         **chosen(points),
         conditions=replace(points.conditions, **chosen(points.conditions)),
         label=tuple(points.label[i] for i in index),
+        class_name=tuple(points.class_name[i] for i in index) if points.class_name else (),
     )
 
 
@@ -98,6 +107,7 @@ def with_monitors(
         environment=appended(points.environment, 1.0),
         block_length=appended(points.block_length, 0.0),
         label=points.label + tuple(f"monitor {1e3 * value:+.2f} mm" for value in shift),
+        class_name=(points.class_name or points.label) + ("monitor",) * shift.size,
     )
 
 
@@ -159,7 +169,7 @@ def programme(blocks: Sequence[Block], **rules: Any) -> OperatingPoints:
     shift = np.array([block.shift for block in blocks], dtype=np.float64)
     conditions, environment = _conditions(blocks, 1, shift, rules)
     label = tuple(block.name for block in blocks)
-    return OperatingPoints(conditions, distance / distance.sum(), environment, distance, label)
+    return OperatingPoints(conditions, distance / distance.sum(), environment, distance, label, label)
 
 
 def _conditions(
@@ -268,4 +278,5 @@ def collective(classes: Sequence[TrackClass], **rules: Any) -> OperatingPoints:
     names = np.repeat([item.name for item in classes], count)
     label = tuple(f"{name} {1e3 * place:+.2f} mm" for name, place in zip(names, shift, strict=True))
     conditions, environment = _conditions(classes, count, shift, rules)
-    return OperatingPoints(conditions, weight, environment, np.zeros(shift.size), label)
+    block_length = np.zeros(shift.size)
+    return OperatingPoints(conditions, weight, environment, block_length, label, tuple(names.tolist()))

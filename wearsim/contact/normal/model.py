@@ -6,7 +6,7 @@ has to be edited to add one. Whoever calls a record gets input and solution vali
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Protocol
 
@@ -254,6 +254,7 @@ def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float
             "the normal contact has no finite solution; check profiles, radii and load, or take another "
             "normal model",
             row=int(row[np.argmin(fine)]),
+            rows=np.unique(row[~fine]).tolist(),
         )
     half = 0.5 * (patch.x_lead - patch.x_trail).max(axis=1)
     radius = _smallest_radius(gap, solution)
@@ -265,6 +266,7 @@ def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float
             f"mm, more than {2.0 * LONGEST_PATCH:g} of it: no half-space; lower the load, or take a larger "
             "radius or a stiffer material",
             row=int(row[m]),
+            rows=np.unique(row[long]).tolist(),
         )
     strong = np.flatnonzero(solution.max_pressure > LARGEST_STRAIN * effective_modulus)
     if strong.size > 0:
@@ -274,6 +276,7 @@ def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float
             f"{LARGEST_STRAIN:g} of E / (2 (1 - nu^2)): not elastic; lower the load, smooth a measured "
             "profile or take a larger radius",
             row=int(row[m]),
+            rows=np.unique(row[strong]).tolist(),
         )
 
 
@@ -302,7 +305,7 @@ _TEXT = {
 }
 
 
-def fault_of(kind: int, row: int) -> ContactError | NumericalError:
+def fault_of(kind: int, row: int, rows: Iterable[int] = ()) -> ContactError | NumericalError:
     """Error of a row without a solution.
 
     Parameters
@@ -311,17 +314,21 @@ def fault_of(kind: int, row: int) -> ContactError | NumericalError:
         NO_CONTACT, AT_EDGE, TOO_MANY, NOT_SINGLE, NO_BALANCE or NO_CONVERGENCE.
     row : int
         Of the batch; the caller knows which operating point it is.
+    rows : iterable of int
+        All rows known to be of that kind.
 
     Returns
     -------
     ContactError or NumericalError
         The latter for NO_BALANCE and NO_CONVERGENCE.
     """
-    return (NumericalError if kind in (NO_BALANCE, NO_CONVERGENCE) else ContactError)(_TEXT[kind], row=row)
+    return (NumericalError if kind in (NO_BALANCE, NO_CONVERGENCE) else ContactError)(
+        _TEXT[kind], row=row, rows=rows
+    )
 
 
 def raise_first(fault: IntArray) -> None:
-    """Raise the error of the first row without a solution.
+    """Raise the error of the first row without a solution; it names all rows of the same kind.
 
     Parameters
     ----------
@@ -335,4 +342,5 @@ def raise_first(fault: IntArray) -> None:
     """
     failed = np.flatnonzero(fault)
     if failed.size > 0:
-        raise fault_of(int(fault[failed[0]]), int(failed[0]))
+        kind = int(fault[failed[0]])
+        raise fault_of(kind, int(failed[0]), np.flatnonzero(fault == kind).tolist())

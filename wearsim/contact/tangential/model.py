@@ -154,5 +154,6 @@ class TangentialModel:
             raise NumericalError(
                 f"{self.name} has no finite creep forces; check creepages and friction",
                 row=int(patch.row[np.argmin(fine)]),
+                rows=np.unique(patch.row[~fine]).tolist(),
             )
         return solution

@@ -1,0 +1,97 @@
+"""Operating points that fail during a campaign: left out while they carry little of the wear.
+
+Every state is tried with all points, those that failed before by themselves, so that a failure costs the
+others nothing. Which points fail follows from the state; what they wore last is part of it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from wearsim.campaign.state import PatchWear, PointHistory
+from wearsim.contact.patch import FloatArray
+from wearsim.contact.problem import ContactPatches
+from wearsim.errors import ContactError, NumericalError
+from wearsim.operation.left_out import LARGEST_SHARE, carried_share
+from wearsim.operation.points import OperatingPoints
+from wearsim.results import FILL_FLOAT
+
+Failed = dict[int, ContactError]
+"""Errors of operating points without contact solution, by their number."""
+
+
+def new_history(points: OperatingPoints) -> PointHistory:
+    """Return the history of points that were never solved."""
+    count = len(points.label)
+    return PointHistory(np.full(count, np.nan), np.zeros(count, dtype=bool))
+
+
+def area_rates(contact: ContactPatches, wear: PatchWear, count: int) -> FloatArray:
+    """Worn area of both cross-sections per distance run of each of `count` points; NaN unsolved [m2/m]."""
+    patches = np.bincount(contact.point, minlength=count)
+    area = np.bincount(contact.point, wear.area_rate, minlength=count)
+    return np.where(patches > 0, area, np.nan)
+
+
+def judged(
+    history: PointHistory, points: OperatingPoints, rate: FloatArray, failed: Failed, distance: float
+) -> PointHistory:
+    """History after a solution with rates (n,), NaN at points that were not solved [m2/m].
+
+    Raises
+    ------
+    NumericalError
+        If the points that failed carry more than `LARGEST_SHARE` of the wear.
+    """
+    rate = np.where(np.isfinite(rate), rate, history.area_rate)
+    history = with_failed(
+        replace(history, area_rate=rate, left_out=np.zeros(rate.size, bool)), points, failed
+    )
+    out, share = history.left_out, history.share
+    if share > LARGEST_SHARE:
+        number = np.flatnonzero(out & (points.weight > 0.0)).tolist()
+        first = next((k for k in number if failed[k].row == k), number[0])
+        reason = re.sub(r"^point \d+, ", "", str(failed[first]))
+        more = f" and {len(number) - 1} more" if len(number) > 1 else ""
+        raise NumericalError(
+            f"after {distance / 1e3:.6g} km the operating point {points.label[first]}{more} cannot be solved "
+            f"and would carry {100 * share:.3g} % of the wear, {100 * LARGEST_SHARE:g} % can be left out: "
+            f"{reason}"
+        )
+    return history
+
+
+def with_failed(history: PointHistory, points: OperatingPoints, failed: Failed) -> PointHistory:
+    """History in which points that failed are left out, too."""
+    if not failed:
+        return history
+    out = history.left_out | np.isin(np.arange(history.left_out.size), list(failed))
+    weight = points.weight * points.environment
+    return replace(
+        history, left_out=out, share=carried_share(weight, points.of_class, history.area_rate, out)
+    )
+
+
+def row_left_out(history: PointHistory | None) -> dict[str, np.ndarray]:
+    """Return the variables of one row on points that were left out."""
+    if history is None:
+        return {}
+    rate = history.area_rate
+    return {
+        "left_out": history.left_out.astype(np.int32),
+        "left_out_share": np.asarray(history.share),
+        "last_wear_area_rate": np.where(np.isfinite(rate), rate, FILL_FLOAT),
+    }
+
+
+def history_of(row: Mapping[str, np.ndarray]) -> PointHistory | None:
+    """Return the history of a row, bit by bit."""
+    if "left_out" not in row:
+        return None
+    rate = row["last_wear_area_rate"]
+    rate = np.where(rate == FILL_FLOAT, np.nan, rate)
+    return PointHistory(rate, row["left_out"].astype(bool), float(row["left_out_share"]))
