@@ -310,7 +310,7 @@ def rate(
 
     Raises
     ------
-    NumericalError
+    ContactError
         If the points without contact solution carry too much of the wear.
     """
     acting = np.flatnonzero(weight > 0.0)

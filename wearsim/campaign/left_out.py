@@ -15,7 +15,7 @@ import numpy as np
 from wearsim.campaign.state import PatchWear, PointHistory
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactPatches
-from wearsim.errors import ContactError, NumericalError
+from wearsim.errors import ContactError
 from wearsim.operation.left_out import LARGEST_SHARE, carried_share
 from wearsim.operation.points import OperatingPoints
 from wearsim.results import FILL_FLOAT
@@ -44,7 +44,7 @@ def judged(
 
     Raises
     ------
-    NumericalError
+    ContactError
         If the points that failed carry more than `LARGEST_SHARE` of the wear.
     """
     rate = np.where(np.isfinite(rate), rate, history.area_rate)
@@ -57,7 +57,7 @@ def judged(
         first = next((k for k in number if failed[k].row == k), number[0])
         reason = re.sub(r"^point \d+, ", "", str(failed[first]))
         more = f" and {len(number) - 1} more" if len(number) > 1 else ""
-        raise NumericalError(
+        raise ContactError(
             f"after {distance / 1e3:.6g} km the operating point {points.label[first]}{more} cannot be solved "
             f"and would carry {100 * share:.3g} % of the wear, {100 * LARGEST_SHARE:g} % can be left out: "
             f"{reason}"

@@ -33,7 +33,15 @@ from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.record import Writer
 from wearsim.campaign.row import StepTaken, state_of
 from wearsim.campaign.state import State
-from wearsim.errors import Fault, NumericalError, ResultError, SceneError, WearsimError
+from wearsim.errors import (
+    ContactError,
+    Fault,
+    NumericalError,
+    ProfileError,
+    ResultError,
+    SceneError,
+    WearsimError,
+)
 from wearsim.results import check_row
 from wearsim.scene import CampaignScene, CompareScene, build, files_to_copy, load_campaign
 from wearsim.scene.overrides import Override
@@ -191,6 +199,8 @@ def run_evolution(
         with contextlib.suppress(WearsimError):
             writer.flush()
         progress.close("failed", str(error))
+        if isinstance(error, ContactError | ProfileError) and writer.records.path(0).exists():
+            raise NumericalError(str(error)) from error  # the input was usable at the start
         raise
     return writer.path
 
@@ -306,6 +316,8 @@ class Event:
     elapsed: float = 0.0  # wall time of this session [s]
     time_left: float | None = None  # from the pace of this session [s]; None before its first step
     ended: str = ""  # reason of the end: "distance reached" or "limit of ... met"
+    left_out: int = 0  # operating points without contact solution in the last step
+    left_out_share: float = 0.0  # of the wear that they carry
 
 
 Observer = Callable[[Event], None]
@@ -326,6 +338,9 @@ class Progress:
         if state is not None:
             worst = float(state.wear_depth.max())
             changes |= {"step": state.step, "distance": state.distance, "worst_depth": worst}
+            if state.points is not None:
+                count = int(state.points.left_out.sum())
+                changes |= {"left_out": count, "left_out_share": state.points.share}
         event = replace(self._event, kind=kind, **changes)
         if kind in ("started", "resumed"):
             self._from = event.distance

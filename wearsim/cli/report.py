@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 SUMMARY = "write the self-contained HTML report of a run directory"
@@ -22,6 +23,20 @@ def execute(arguments: argparse.Namespace) -> int:
 
     print(write_report(Path(arguments.directory)))
     return 0
+
+
+@contextmanager
+def reported(out: Path) -> Iterator[None]:
+    """Write the report of what a failed campaign has computed, too; its first page states the reason."""
+    from wearsim.errors import NumericalError, WearsimError
+    from wearsim.report.html import write_report
+
+    try:
+        yield
+    except NumericalError:
+        with suppress(WearsimError):  # no step was finished
+            print(f"report: {write_report(out)}")
+        raise
 
 
 def print_warnings(results: Sequence[Path]) -> None:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from wearsim.cli.progress import observer
-from wearsim.cli.report import print_warnings
+from wearsim.cli.report import print_warnings, reported
 
 SUMMARY = "continue an interrupted run directory; a finished one is left as it is"
 EXAMPLES = "wearsim resume out"
@@ -23,7 +23,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.report.html import write_report
 
     out = Path(arguments.directory)
-    with observer() as observe:
+    with reported(out), observer() as observe:
         results = resume(out, observer=observe)
     print_warnings(results)
     print(f"report: {write_report(out)}")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from wearsim.cli.flags import add_override_flags, load_overridden
 from wearsim.cli.progress import observer
-from wearsim.cli.report import print_warnings
+from wearsim.cli.report import print_warnings, reported
 
 if TYPE_CHECKING:
     from wearsim.scene.overrides import Override
@@ -95,7 +95,7 @@ def execute(arguments: argparse.Namespace) -> int:
         return run_all(sweep_of(scene), out, None, arguments.command_line, False)
     for warning in check_contact(scene):
         print(f"warning: {at_its_source(warning)}", file=sys.stderr)
-    with observer() as observe:
+    with reported(out), observer() as observe:
         results = run_scene(
             arguments.scene, out, command=arguments.command_line, observer=observe, overrides=overrides
         )

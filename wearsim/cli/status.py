@@ -76,6 +76,9 @@ def status_line(name: str, item: dict[str, Any]) -> str:
     left = item.get("time_left")
     if item.get("state") == "running" and left is not None:
         text += f", about {duration(float(left))} left"
+    if item.get("left_out"):
+        share = 100.0 * float(item["left_out_share"])
+        text += f", operating points left out: {item['left_out']}, with {share:.2g} % of the wear"
     if item.get("ended") not in (None, "", "distance reached"):
         text += f": {item['ended']}"
     if item.get("message"):

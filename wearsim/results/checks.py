@@ -215,6 +215,23 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
     )
 
 
+def left_out_warning(dataset: xr.Dataset) -> str | None:
+    """Warn of operating points that were left out because they had no contact solution."""
+    if "left_out" not in dataset or not dataset["left_out"].values.any():
+        return None
+    out = dataset["left_out"].values > 0
+    run = dataset["step_length"].values
+    names = dataset["operating_point_name"].values[out.any(axis=0)]
+    more = f" and {names.size - 3} more" if names.size > 3 else ""
+    share = dataset["left_out_share"].values
+    distance = float(run[out.any(axis=1)].sum() / run.sum()) if run.sum() > 0.0 else 0.0
+    return (
+        f"{names.size} of {out.shape[1]} operating points had no contact solution and were left out "
+        f"({', '.join(map(str, names[:3]))}{more}), over {_percent(distance)} of the distance: the others of "
+        f"their block or class act for them; they carry at most {percent(float(share.max()))} of the wear"
+    )
+
+
 def load_scale_warning(dataset: xr.Dataset) -> str | None:
     """Warn of pressures and forces that were scaled to the wheel load."""
     scaling = load_scaling(dataset)
@@ -294,7 +311,14 @@ def cracks_warning(dataset: xr.Dataset) -> str | None:
 
 def result_warnings(dataset: xr.Dataset) -> list[str]:
     """Return all warnings of this module for one result, one line each."""
-    checks = (tread_wear_warning, load_scale_warning, seizure_warning, outside_warning, cracks_warning)
+    checks = (
+        tread_wear_warning,
+        left_out_warning,
+        load_scale_warning,
+        seizure_warning,
+        outside_warning,
+        cracks_warning,
+    )
     return [line for check in checks if (line := check(dataset)) is not None]
 
 

@@ -11,8 +11,10 @@ from wearsim.contact.equilibrium import resting_roll
 from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.solve import check_loads, solve_each
+from wearsim.contact.solve import ContactSolution, check_loads, solve_each
+from wearsim.damage.wear import passage_depth
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError
+from wearsim.operation.left_out import LARGEST_SHARE, carried_share
 from wearsim.operation.points import select
 from wearsim.scene.messages import by_line, key_of, shift_ranges
 from wearsim.scene.models import FieldScene, RigScene
@@ -40,7 +42,8 @@ def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
     ------
     SceneError
         With one fault for each block, class or watched shift at which a wheel has no contact, or its patch
-        reaches the edge of a profile, or creep forces lift it.
+        reaches the edge of a profile, or creep forces lift it. They are warnings where such points together
+        carry less of the wear than a campaign leaves out.
     """
     faults: list[Fault] = []
     warnings: list[Fault] = []
@@ -48,12 +51,36 @@ def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
         setup = build(part)
         places = [path for path, _, _, points in shift_ranges(part) for _ in range(points)]
         own, tilt = _contact_faults(part, setup, places)
-        faults += own
-        if not own:
-            warnings += by_line(list(warnings_of(part)) + _roll_warnings(part, setup, places, tilt))
+        left_out = _left_out(own, setup)
+        if own and not left_out:
+            faults += own
+            continue
+        warnings += by_line(left_out + list(warnings_of(part)) + _roll_warnings(part, setup, places, tilt))
     if faults:
         raise SceneError([at_its_source(fault) for fault in faults])
     return tuple(warnings)
+
+
+def _left_out(faults: list[Fault], setup: CampaignSetup) -> list[Fault]:
+    """Faults of points that a campaign leaves out, as warnings; none where those carry too much wear."""
+    if not faults:
+        return []
+    points, failed = setup.points, dict[int, ContactError]()
+
+    def worn(solution: ContactSolution) -> tuple[IntArray, FloatArray]:
+        depth = np.sum(passage_depth(solution.fields, solution.area, setup.wear), axis=(0, 2))
+        return solution.point, depth * solution.patch.width
+
+    models = replace(setup.models, tangential="fastsim")
+    parts = solve_each(points.conditions, setup.wheelset, setup.counterface, models, worn, failed=failed)
+    point, area = (np.concatenate(values) for values in zip(*parts, strict=True))
+    out = np.isin(np.arange(len(points.label)), list(failed))
+    rate = np.where(out, np.nan, np.bincount(point, area, out.size))
+    share = carried_share(points.weight * points.environment, points.of_class, rate, out)
+    if not out.any() or share > LARGEST_SHARE or (points.weight[out] == 0.0).any():
+        return []
+    text = f"such points are left out, together they carry {100.0 * share:.2g} % of the wear"
+    return [replace(fault, message=f"{fault.message}; {text}") for fault in faults]
 
 
 def _contact_faults(
