@@ -72,7 +72,10 @@ def _left_out(faults: list[Fault], setup: CampaignSetup) -> list[Fault]:
         return solution.point, depth * solution.patch.width
 
     models = replace(setup.models, tangential="fastsim")
-    parts = solve_each(points.conditions, setup.wheelset, setup.counterface, models, worn, failed=failed)
+    try:
+        parts = solve_each(points.conditions, setup.wheelset, setup.counterface, models, worn, failed=failed)
+    except ContactError:  # of no point: the grid
+        return []
     point, area = (np.concatenate(values) for values in zip(*parts, strict=True))
     out = np.isin(np.arange(len(points.label)), list(failed))
     rate = np.where(out, np.nan, np.bincount(point, area, out.size))
