@@ -22,6 +22,8 @@ from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import NumericalError
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
+from wearsim.results.schema import CHANGES
+from wearsim.scene.campaign import ControlSettings
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -37,6 +39,9 @@ class WheelsetEvolution:
     setup: CampaignSetup
     command: str = ""  # command line, for the history attribute
     threads: int = 1  # of the contact solver; their number does not change the bits of the result
+    # first step and control of each change of the settings, in order, and its text for the results
+    controls: tuple[tuple[int, ControlSettings], ...] = ()
+    changes: str = ""
 
     @property
     def target(self) -> float:
@@ -56,7 +61,13 @@ class WheelsetEvolution:
     @cached_property
     def header(self) -> Header:
         """Static part of the result file."""
-        return header_of(self.setup, self.command)
+        header = header_of(self.setup, self.command)
+        return replace(header, attributes={**header.attributes, CHANGES: self.changes})
+
+    def _in_force(self, state: State) -> CampaignSetup:
+        """Return the setup with the settings of the step from a state."""
+        made = [control for first, control in self.controls if first <= state.step + 1]
+        return replace(self.setup, control=made[-1]) if made else self.setup
 
     def start(self) -> tuple[State, StepTaken]:
         """Return the new wheelset."""
@@ -76,7 +87,7 @@ class WheelsetEvolution:
         """Return the state with contact models chosen for it."""
         if self.setup.tolerance is None:
             return state
-        return replace(state, choice=choose.choice(self.setup, state, threads=self.threads).choice)
+        return replace(state, choice=choose.choice(self._in_force(state), state, threads=self.threads).choice)
 
     def _setup(self, state: State) -> Setup:
         """Return the setup with the contact models chosen in a state."""
@@ -103,7 +114,7 @@ class WheelsetEvolution:
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Take the next wear step, or reprofile the wheels where that is due."""
-        setup, points = self.setup, self.setup.points
+        setup, points = self._in_force(state), self.setup.points
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
             return self._chosen(reprofile(state, setup)), no_step(len(points.label))

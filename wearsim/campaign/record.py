@@ -28,7 +28,7 @@ from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import ROW, Header, append, create, open_results, row_count, row_names, verify
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
-from wearsim.results.schema import RENAMED
+from wearsim.results.schema import CHANGES, RENAMED
 
 
 @contextmanager
@@ -231,13 +231,17 @@ class Writer:
                 )
             return 0
         rows = verify(self.path, self._readers())
-        if rows is None:
-            self.rebuilt = self.path.exists()
+        self.rebuilt = rows is None and self.path.exists()
+        if rows is None or self._changes() != self.header.attributes.get(CHANGES, ""):
             self._rebuild()
             rows = count
         self._rows_in_file = rows
         self.flush()
         return count
+
+    def _changes(self) -> str:
+        with open_results(self.path) as data:
+            return str(data.attrs.get(CHANGES, ""))
 
     def write(self, index: int, row: Mapping[str, np.ndarray]) -> bool:
         """Write record and row of one step; return True if the row waits for a reader."""

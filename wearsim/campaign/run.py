@@ -18,6 +18,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Literal
 
+from wearsim.campaign.changes import controls, text_of, with_changes
 from wearsim.campaign.control import reached
 from wearsim.campaign.directory import (
     SCENE_FOLDER,
@@ -43,7 +44,15 @@ from wearsim.errors import (
     WearsimError,
 )
 from wearsim.results import check_row
-from wearsim.scene import CampaignScene, CompareScene, build, files_to_copy, load_campaign
+from wearsim.scene import (
+    CampaignScene,
+    CompareScene,
+    FieldScene,
+    RigScene,
+    build,
+    files_to_copy,
+    load_campaign,
+)
 from wearsim.scene.overrides import Override
 
 
@@ -117,7 +126,9 @@ def scene_files(scene: CampaignScene) -> SceneFiles:
     return SceneFiles(scene.origin.path.name, files_to_copy(scene))
 
 
-def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, ...]:
+def resume(
+    out: str | Path, *, observer: Observer | None = None, overrides: Sequence[Override] = ()
+) -> tuple[Path, ...]:
     """Resume the campaigns of a run directory; finished ones stay unchanged.
 
     Parameters
@@ -126,6 +137,9 @@ def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, 
         Run directory.
     observer : callable, optional
         Called with an `Event` at each step.
+    overrides : sequence of Override
+        Other values for `campaign.changes.CHANGEABLE` keys of [campaign], from the next step on; they are
+        stored with the number of that step.
 
     Returns
     -------
@@ -136,6 +150,8 @@ def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, 
     ------
     ResultError
         If `out` is not a run directory, or its copy of the scene was changed.
+    SceneError
+        For overrides of other keys, or out of their range; nothing is changed then.
 
     Examples
     --------
@@ -146,7 +162,16 @@ def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, 
     out = Path(out)
     read_manifest(out)
     with locked(out):
-        return _run_claimed(out, read_manifest(out), observer)
+        manifest = read_manifest(out)
+        if overrides:
+
+            def first_step(part: RigScene | FieldScene) -> int | None:
+                evolution = WheelsetEvolution(build(part))
+                writer = Writer(evolution.header, out, part.scene.kind, evolution.digest)
+                return None if writer.finished() else max(writer.records.count(), 1)
+
+            manifest = with_changes(out, manifest, overrides, first_step)
+        return _run_claimed(out, manifest, observer)
 
 
 def _run_claimed(
@@ -166,10 +191,11 @@ def _run_claimed(
     parts = (scene.rig, scene.field) if isinstance(scene, CompareScene) else (scene,)
     setups = [build(part) for part in parts]
     threads = threads or available_cores()
-    paths = [
-        run_evolution(WheelsetEvolution(setup, manifest.command, threads), out, setup.kind, observer)
-        for setup in setups
-    ]
+    paths = []
+    for setup in setups:
+        changed = controls(out, manifest, setup.kind), text_of(manifest, setup.kind)
+        evolution = WheelsetEvolution(setup, manifest.command, threads, *changed)
+        paths.append(run_evolution(evolution, out, setup.kind, observer))
     if isinstance(scene, CompareScene):
         from wearsim.translation.translate import translate_files
 

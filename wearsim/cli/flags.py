@@ -55,14 +55,13 @@ def add_override_flags(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def load_overridden(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Override]]:
-    """Load the scene of the command line with its overrides, which are for `run_scene`, too."""
+def overrides_of(texts: Sequence[str]) -> list[Override]:
+    """Read the overrides of `--set` flags, KEY=VALUE each."""
     from wearsim.errors import Fault, SceneError
-    from wearsim.scene import SweepScene, load_scene
     from wearsim.scene.overrides import Override, value_of
 
     overrides, faults = [], []
-    for text in arguments.set:
+    for text in texts:
         key, equals, value = (part.strip() for part in text.partition("="))
         removes_table = not value and key not in ("rig", "field")
         if not (equals and all(key.split(".")) and ("." in key or removes_table)):
@@ -71,6 +70,16 @@ def load_overridden(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Over
         overrides.append(Override(key, value_of(value), f"--set {text}"))
     if faults:
         raise SceneError(faults)
+    return overrides
+
+
+def load_overridden(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Override]]:
+    """Load the scene of the command line with its overrides, which are for `run_scene`, too."""
+    from wearsim.errors import Fault, SceneError
+    from wearsim.scene import SweepScene, load_scene
+    from wearsim.scene.overrides import Override
+
+    overrides = overrides_of(arguments.set)
     scene = load_scene(arguments.scene, overrides=overrides)
     if arguments.smoothing is None:
         return scene, overrides

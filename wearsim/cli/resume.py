@@ -5,16 +5,26 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from wearsim.cli.flags import overrides_of
 from wearsim.cli.progress import observer
 from wearsim.cli.report import print_warnings, reported
 
 SUMMARY = "continue an interrupted run directory; a finished one is left as it is"
-EXAMPLES = "wearsim resume out"
+EXAMPLES = "wearsim resume out\nwearsim resume out --set campaign.error_tolerance_um=2"
 
 
 def add_flags(parser: argparse.ArgumentParser) -> None:
     """Add the flags."""
     parser.add_argument("directory", metavar="DIR", help="run directory")
+    parser.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="another value for a key of [campaign] on step, tolerance or smoothing, such as "
+        "campaign.stability=0.2, from the next step on; in a comparison for both scenes, with rig. or field. "
+        "before the key for one of them; can be repeated",
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -24,7 +34,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     out = Path(arguments.directory)
     with reported(out), observer() as observe:
-        results = resume(out, observer=observe)
+        results = resume(out, observer=observe, overrides=overrides_of(arguments.set))
     print_warnings(results)
     print(f"report: {write_report(out)}")
     return 0

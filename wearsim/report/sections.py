@@ -17,6 +17,7 @@ from wearsim.report.style import capital, plain, role_of, role_title, shown, val
 from wearsim.report.tables import Table
 from wearsim.results import result_warnings
 from wearsim.results.checks import closing_reprofiling, last_worn_row, wear_steps
+from wearsim.results.schema import CHANGES
 from wearsim.translation.translate import content_hash, table
 
 _PROVENANCE = {
@@ -30,6 +31,7 @@ _PROVENANCE = {
     "wear_coefficients_validity": "Validity of the coefficients",
     "wear_coefficients_departures": "Departures from the source",
     "wear_coefficients_warnings": "Uncertain coefficients",
+    CHANGES: "Changed settings",
     "finished": "Finished",
 }
 
