@@ -60,11 +60,12 @@ def with_changes(
     ]
     if faults:
         raise SceneError(faults)
+    begun = changed_scene(out, manifest, ())
     before = changed_scene(out, manifest, manifest.changes)
     after = changed_scene(out, manifest, manifest.changes, overrides)
     stored = list(manifest.changes)
     finished = True
-    for prefix, part in before.prefixed.items():
+    for prefix, part in begun.prefixed.items():
         campaign, step = part.scene.kind, first_step(part)
         if step is None:
             continue
