@@ -56,7 +56,9 @@ def stop_at(step):
 def values_of(path):
     with open_results(path) as data:
         data.load()
-        return data.attrs, {name: data[name].values for name in data.variables if data[name].dtype.kind in "if"}
+        return data.attrs, {
+            name: data[name].values for name in data.variables if data[name].dtype.kind in "if"
+        }
 
 
 def assert_same_bits(path, reference):
@@ -115,8 +117,13 @@ def test_stopped_after_a_change_or_with_lost_records_it_resumes_to_the_same_bits
     resume(once, overrides=CHANGES)
     with pytest.raises(Stop):
         resume(often, overrides=CHANGES, observer=stop_at(4))
-    assert values_of(often / "rig.nc")[0]["settings_changed"] == values_of(once / "rig.nc")[0]["settings_changed"]
-    (often / ".rig.records" / "00000002.npz").unlink()  # steps 2 to 4 are computed again, 2 as before the change
+    assert (
+        values_of(often / "rig.nc")[0]["settings_changed"]
+        == values_of(once / "rig.nc")[0]["settings_changed"]
+    )
+    (
+        often / ".rig.records" / "00000002.npz"
+    ).unlink()  # steps 2 to 4 are computed again, 2 as before the change
     resume(often)
     assert_same_bits(often / "rig.nc", once / "rig.nc")
 

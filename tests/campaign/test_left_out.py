@@ -115,7 +115,9 @@ def stop_at(step):
 def rows_of(path):
     with open_results(path) as data:
         data.load()
-        return {name: data[name].values for name in (*ROW, "left_out", "left_out_share", "last_wear_area_rate")}
+        return {
+            name: data[name].values for name in (*ROW, "left_out", "left_out_share", "last_wear_area_rate")
+        }
 
 
 def test_other_points_of_the_class_act_for_one_that_fails(evolution_of):

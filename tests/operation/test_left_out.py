@@ -15,7 +15,9 @@ def out(*numbers):
 
 def test_weight_stays_in_the_class_and_a_class_that_is_out_has_none():
     assert shared_weight(WEIGHT, OF_CLASS, out()) is WEIGHT
-    np.testing.assert_allclose(shared_weight(WEIGHT, OF_CLASS, out(0)), [0, 0.8 / 3, 0.4 / 3, 0.5, 0.1], rtol=1e-15)
+    np.testing.assert_allclose(
+        shared_weight(WEIGHT, OF_CLASS, out(0)), [0, 0.8 / 3, 0.4 / 3, 0.5, 0.1], rtol=1e-15
+    )
     np.testing.assert_array_equal(shared_weight(WEIGHT, OF_CLASS, out(3, 4)), [0.1, 0.2, 0.1, 0, 0])
 
 
@@ -32,7 +34,9 @@ def test_weight_stays_in_the_class_and_a_class_that_is_out_has_none():
     ],
 )
 def test_share_of_the_wear(rate, numbers, share):
-    assert carried_share(WEIGHT, OF_CLASS, np.array(rate, float), out(*numbers)) == pytest.approx(share, rel=1e-12)
+    assert carried_share(WEIGHT, OF_CLASS, np.array(rate, float), out(*numbers)) == pytest.approx(
+        share, rel=1e-12
+    )
 
 
 def test_watched_points_carry_nothing():

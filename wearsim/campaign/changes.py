@@ -28,12 +28,8 @@ def changed_scene(
     out: Path, manifest: Manifest, changes: Sequence[Change], overrides: Sequence[Override] = ()
 ) -> CampaignScene:
     """Load the scene of a run directory with changes and further overrides."""
-    prefix = {change.campaign: f"{change.campaign}." for change in changes}
-    path = out / SCENE_FOLDER / manifest.main
-    if changes and "" in load_campaign(path, copied=True).prefixed:
-        prefix = dict.fromkeys(prefix, "")
-    before = [Override(prefix[one.campaign] + one.key, one.new) for one in changes]
-    return load_campaign(path, copied=True, overrides=[*before, *overrides])
+    before = [Override(f"{one.campaign}.{one.key}", one.new) for one in changes]
+    return load_campaign(out / SCENE_FOLDER / manifest.main, copied=True, overrides=[*before, *overrides])
 
 
 def with_changes(
