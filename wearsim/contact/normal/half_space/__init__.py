@@ -45,11 +45,9 @@ from wearsim.contact.normal.half_space.regions import (
 )
 from wearsim.contact.normal.model import (
     AT_EDGE,
-    MOST_PATCHES,
     NO_CONTACT,
     NO_CONVERGENCE,
     NOT_SINGLE,
-    TOO_MANY,
     NormalModel,
     NormalSolution,
     fault_of,
@@ -344,8 +342,6 @@ def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: b
             for region, pressure in zip(state.regions, state.pressure, strict=True)
             if pressure.any()
         ]
-        if len(patches) > MOST_PATCHES:
-            raise fault_of(TOO_MANY, int(here))
         if len(patches) > 1 and not vertical:
             raise fault_of(NOT_SINGLE, int(here))
         lines.extend(sorted(patches, key=lambda line: -line.force))
