@@ -94,7 +94,7 @@ def solve(
         _records(PATCH, most), _records(PATCH, most), np.empty(most, np.int64), np.empty((2, most)),
     )  # fmt: skip
     count, fault = np.zeros(load.size, np.int64), np.zeros(gap.gap.shape[0], np.int64)
-    patches = np.empty(load.size * most, PATCH).view(np.recarray)  # the memory behind the last one stays idle
+    patches: Records = np.empty(load.size * most, PATCH).view(np.recarray)  # what is not written stays idle
     balance(
         row, plain(load), *_displacement(start, row, vertical), vertical, rough, factor, effective_modulus,
         gap.gap, gap.gap.min(axis=1), gap.wheel_radius, gap.x, poses, ends, profile, wheel,
