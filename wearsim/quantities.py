@@ -133,6 +133,11 @@ _SINCE = f"at material points, {_REPROFILED}"
 _REDRESSED = "since it was new or last redressed; the depth before in the row of a redressing"
 _MARGIN = "missing where wear removes no damage, or the law contains it"
 _JUDGED = "missing where the law judges by another quantity"
+_FAINT = (
+    "of the whole collective in the state of this row; patches below a thousandth of the load, power and "
+    "wear of their wheel fade out, and the others carry their load"
+)
+_FAINTEST = "of one wheel at one operating point"
 _PER_MATERIAL = "of both bodies"
 
 # place in result files: type if it is not the usual one, dimensions, ? where values may be missing
@@ -223,8 +228,17 @@ _CAMPAIGN = (
     _q("equivalent_conicity", "λ", "1", "equivalent conicity at 3 mm amplitude",
        "missing where it is undefined (no rolling radius difference that centres the wheelset)", "step ?",
        above=(0, 5)),
-    _q("n_patch", "n", "1", "number of contact patches of the operating point", "both wheels",
-       "i4 step operating_point"),
+    _q("n_patch", "n", "1", "number of contact patches of the operating point",
+       "both wheels, without those that were left out because they are faint", "i4 step operating_point"),
+    _q("faint_load", "", "1", "share of the load that faint patches lost", _FAINT, "step"),
+    _q("faint_power", "", "1", "share of the frictional power that faint patches lost", _FAINT, "step"),
+    _q("faint_wear", "", "1", "share of the wear that faint patches lost", _FAINT, "step"),
+    _q("faint_load_max", "", "1", "largest share of a wheel's load that its faint patches lost", _FAINTEST,
+       "step"),
+    _q("faint_power_max", "", "1", "largest share of a wheel's frictional power that its faint patches lost",
+       _FAINTEST, "step"),
+    _q("faint_wear_max", "", "1", "largest share of a wheel's wear that its faint patches lost", _FAINTEST,
+       "step"),
 )
 
 _CONTACT = (

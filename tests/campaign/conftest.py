@@ -86,7 +86,7 @@ def solution_of(point, side, centre, half_width, peak_work, *, ny=40, nx=20, gap
         cells=np.full(m, nx),
     )
     names = (
-        "rail_y x contact_angle length width approach normal_force creepage_x creepage_y spin force_x "
+        "rail_y x contact_angle length width approach creepage_x creepage_y spin force_x "
         "force_y spin_moment slip_area power power_balance roll rotation_speed"
     )
     return ContactSolution(
@@ -95,6 +95,7 @@ def solution_of(point, side, centre, half_width, peak_work, *, ny=40, nx=20, gap
         wheel_y=centre,
         area=np.pi * 6e-3 * half_width,
         max_pressure=zeros + 1e9,
+        normal_force=zeros + 80e3,
         load_scale=zeros + 1.0,
         strip_edges_wheel_y=centre[:, None] + half_width[:, None] * local_edges,
         strip_edges_rail_y=centre[:, None] + half_width[:, None] * local_edges,

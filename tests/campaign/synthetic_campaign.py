@@ -15,6 +15,7 @@ import numpy as np
 from wearsim.campaign.row import StepTaken, no_step
 from wearsim.campaign.state import State
 from wearsim.results import FILL_FLOAT, FILL_INT, LAYOUT, ROW, Header
+from wearsim.results.schema import ADDED
 
 N_POINT, N_OPERATING, STEP = 300, 4, 1000.0
 REGIMES = ("mild", "severe", "catastrophic")
@@ -96,6 +97,7 @@ class SyntheticEvolution:
             wear_depth_by_regime=state.regime_depth,
             friction_work=evaluation,
             n_patch=np.full(N_OPERATING, 2, np.int32),
+            **dict.fromkeys(ADDED, np.asarray(0.01 * state.step)),
             worn_area=state.worn_area,
             worn_mass=state.worn_mass,
             max_wear_depth=state.wear_depth.max(axis=1),

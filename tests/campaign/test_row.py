@@ -10,7 +10,7 @@ from wearsim.results import FILL_FLOAT, PATCH_SLOTS
 
 
 def test_of_more_patches_than_slots_the_most_loaded_are_kept():
-    """Solutions with ten patches at one point do not occur on sound profiles, but must not break a file."""
+    """Noisy profiles touch in any number of patches."""
 
     class Contact:
         point = np.zeros(10, dtype=int)
@@ -27,7 +27,8 @@ def test_of_more_patches_than_slots_the_most_loaded_are_kept():
         regime=np.zeros(10, dtype=int),
         regime_highest=np.arange(10),
     )
-    passage = Passage(Contact(), np.ones((10, 3)), np.ones(10), (), ComparisonPassage())
+    ones = np.ones((10, 3))
+    passage = Passage(Contact(), ones, ones[:, 0], (), ComparisonPassage(), ones[:, 0], 0.0 * ones)
     row = summarise(passage, wear, 2)
     assert list(row["n_patch"]) == [10, 0]
     np.testing.assert_array_equal(row["area"][0], [1, 3, 4, 6, 7, 8, 9, 10])  # all but the lightest two

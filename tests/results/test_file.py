@@ -209,7 +209,7 @@ def test_file_of_an_earlier_schema_is_distinguished_from_a_foreign_one(path):
         file.wearsim_schema = np.int32(1)
         file.renameVariable("load_scale", "load_factor")
     with pytest.raises(
-        ResultError, match=r"older wearsim \(schema 1, this one reads 4\); run its scene again"
+        ResultError, match=r"older wearsim \(schema 1, this one reads 5\); run its scene again"
     ):
         open_results(path)
 

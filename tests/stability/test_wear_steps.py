@@ -14,7 +14,6 @@ from wearsim.campaign.state import State
 from wearsim.campaign.step import StepRule, advance
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
-from wearsim.errors import WearsimError
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile import standard
 
@@ -91,6 +90,5 @@ def test_semi_implicit_steps_damp_where_explicit_ones_fail(stability):
 
 
 def test_explicit_steps_of_that_length_break_the_contact_up():
-    """S = 5: within a few steps the wheel stands on ripples, smoothed or not."""
-    with pytest.raises(WearsimError, match="more than 4 contact"):
-        waviness(5.0, 8, smoothing=2.5e-3)
+    """S = 5: within eight steps the wheel stands on ripples of its own, although smoothed."""
+    assert waviness(5.0, 8, smoothing=2.5e-3)[-1] > 2.0

@@ -63,7 +63,7 @@ def half_space_depth_limit(
     -------
     float
         :math:`(p_0/E^*) \max(\Delta y, \Lambda/2)` with the smallest maximum pressure of all acting patches
-        without interpenetration [m]; infinite where there are none.
+        without interpenetration that are not faint [m]; infinite where there are none.
 
     Notes
     -----
@@ -75,6 +75,8 @@ def half_space_depth_limit(
     """
     solution = rate.solution
     acts = (weight[solution.point] > 0.0) & ~solution.patch.interpenetration.any(axis=1)
+    if rate.full is not None:
+        acts &= rate.full
     if not acts.any():
         return math.inf
     modulus = models.youngs_modulus / (2.0 * (1.0 - models.poisson_ratio**2))

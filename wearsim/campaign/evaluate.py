@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from wearsim.campaign.comparison import ComparisonLaws, ComparisonPassage, comparison_laws, comparison_passage
 from wearsim.campaign.counterface import with_counterface, worn_counterface
+from wearsim.campaign.faint import faded
 from wearsim.campaign.left_out import Failed, area_rates, judged
 from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import sample, share_out, stretches
@@ -84,19 +85,24 @@ class Passage:
     work_density_max: FloatArray  # (m,) of all cells [Pa]
     depth: tuple[FloatArray, ...]  # (m, ny) by the regimes of the active wear law, along the normal [m]
     comparison: ComparisonPassage
+    weight: FloatArray  # (m,) with which each patch acts: below 1 where it is faint [-]
+    lost: FloatArray  # (m, 3) share of load, power and wear that faint patches of its wheel lost [-]
     left_out: tuple[int, ...] = ()  # points without contact solution
 
 
 def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
-    """Evaluate the laws of a setup on a contact solution."""
+    """Evaluate the laws of a setup on a contact solution, and let faint patches fade out."""
     fields = solution.fields
-    return Passage(
+    whole = Passage(
         solution.patches(),
         fields.strip_work,
         fields.work_density.max(axis=(1, 2), initial=0.0),
         tuple(passage_depth(fields, solution.area, setup.wear)),
         comparison_passage(solution, setup.comparison),
+        weight=np.ones(solution.point.size),
+        lost=np.zeros((solution.point.size, 3)),
     )
+    return faded(whole)
 
 
 def solve_passage(
@@ -193,7 +199,8 @@ def accumulate(
     solution, comparison, strip_work = passage.contact, passage.comparison, passage.strip_work
     gap = solution.patch.interpenetration
     rim = _RIM * gap.max(axis=1, keepdims=True, initial=0.0)
-    load_bearing = gap > rim
+    full = passage.weight == 1.0
+    load_bearing = (gap > rim) & full[:, None]  # a faint patch does not limit the step
     floor = np.maximum(gap, rim)
     floor[floor == 0.0] = np.inf
     active = weight[solution.point] > 0.0
@@ -243,6 +250,7 @@ def accumulate(
         stability=stability,
         damping=damping,
         solution=solution,
+        full=full,
         comparison=tuple(np.split(further[:, :wear_rows], ends[:-1], axis=1)) if wear_rows else (),
         fatigue=tuple(further[:, wear_rows + k] for k in range(len(comparison.damage))),
     )

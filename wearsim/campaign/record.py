@@ -28,7 +28,7 @@ from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import ROW, Header, append, create, open_results, row_count, row_names, verify
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
-from wearsim.results.schema import CHANGES, RENAMED
+from wearsim.results.schema import ADDED, CHANGES, RENAMED
 
 
 @contextmanager
@@ -106,7 +106,7 @@ class Records:
         label, payload = record
         if label["campaign"] != self.campaign or label["index"] != index:
             return None
-        arrays = {}
+        arrays = {name: np.zeros(()) for name in ADDED}
         for name, (kind, shape) in label["layout"].items():
             dtype = np.dtype(kind)
             size = dtype.itemsize * math.prod(shape)

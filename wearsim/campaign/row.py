@@ -25,6 +25,7 @@ from wearsim.campaign.counterface import (
     static_counterface,
 )
 from wearsim.campaign.evaluate import Passage
+from wearsim.campaign.faint import lost_row
 from wearsim.campaign.left_out import history_of, row_left_out
 from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
@@ -106,6 +107,7 @@ def build_row(
         **{name: np.asarray(getattr(state, field)) for name, field in _OF_STATE.items()},
         **{name: measures[name] for name in _MEASURES},
         **summarise(evaluation.passage, evaluation.wear, len(setup.points.label)),
+        **lost_row(evaluation.passage, setup.points),
         **row_choice(state.choice),
         **comparison_row(state, collective, laws),
         **counterface_row(state.counterface),

@@ -98,6 +98,7 @@ class WearRate:
     # S = stability * ds
     stability: FloatArray
     solution: ContactPatches
+    full: NDArray[np.bool_] | None = None  # (m,) patches that are not faint; None: all of them
     # (2, n) the same sum averaged over the stretch of each vertex, rims of the patches included, for
     # semi-implicit steps [1/m]
     damping: FloatArray | None = None

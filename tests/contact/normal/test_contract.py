@@ -265,6 +265,32 @@ def made_up(gap):
     )
 
 
+def test_a_wheel_stands_on_as_many_patches_as_touch(name):
+    """Nine equal contacts 6 mm apart, or 19 at 2.9 mm: mirrored patches carry the same, all of them the load.
+
+    In a batch whose first row has one patch, so that room made for the others changes nothing there. Models
+    with one plane for near contacts have fewer patches, in groups that need not be mirrored.
+    """
+    centres = [np.array([0.0]), 6e-3 * np.arange(-4, 5), 2.9e-3 * np.arange(-9, 10)]
+    rows = [
+        made_up(lambda y, centre=centre: 30.0 * np.abs(y[:, None] - centre).min(axis=1) ** 2)
+        for centre in centres
+    ]
+    keys = ("gap", "wheel_y", "sin_theta", "wheel_radius", "x")
+    whole = replace(rows[0], **{key: np.concatenate([getattr(row, key) for row in rows]) for key in keys})
+    result = solved(name, whole, np.full(3, 80e3))
+    np.testing.assert_allclose(np.bincount(result.patch.row, result.normal_force), 80e3, rtol=1e-9)
+    alone = flat(solved(name, rows[0], np.full(1, 80e3)))
+    for key, array in alone.items():
+        np.testing.assert_array_equal(array, flat(result)[key][:1, ...], err_msg=key)
+    if name not in SHARED:
+        for row in (1, 2):
+            mine = result.patch.row == row
+            force = result.normal_force[mine][np.argsort(result.centre_y[mine])]
+            assert force.size == centres[row].size
+            np.testing.assert_allclose(force, force[::-1], rtol=1e-3)
+
+
 @pytest.mark.parametrize(
     ("gap", "vertical", "message"),
     [

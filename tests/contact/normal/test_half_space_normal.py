@@ -194,6 +194,23 @@ def solved(
     )
 
 
+def test_a_faint_patch_at_an_edge_is_left_out():
+    """A ridge on the end of the profile: 0.04 % of the load, which the other patch takes over; not 0.3 %."""
+
+    def under(height):
+        return solved(
+            curve(lambda y: np.minimum(2.0 * y**2, height + 200.0 * (y - 39.99e-3) ** 2)), strips=20
+        )
+
+    result = under(91.4e-6)
+    assert result.normal_force.tolist() == pytest.approx([LOAD], rel=1e-12)
+    cell = result.patch.width[0] * result.patch.grid.cell_length[0]
+    assert result.patch.grid.pressure.sum() * cell == pytest.approx(LOAD, rel=1e-12)
+    assert 1e-4 < result.load_scale[0] - 1.0 < 1e-3
+    with pytest.raises(ContactError, match="edge of a profile"):
+        under(89e-6)
+
+
 @pytest.mark.parametrize("bend", [0.05, 1.0, 30.0])
 @pytest.mark.parametrize("curvature", [0.0, 2.0])
 def test_model_is_hertz_on_a_parabola(bend, curvature):

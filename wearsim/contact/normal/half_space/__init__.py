@@ -45,11 +45,10 @@ from wearsim.contact.normal.half_space.regions import (
 )
 from wearsim.contact.normal.model import (
     AT_EDGE,
-    MOST_PATCHES,
+    FAINT,
     NO_CONTACT,
     NO_CONVERGENCE,
     NOT_SINGLE,
-    TOO_MANY,
     NormalModel,
     NormalSolution,
     fault_of,
@@ -339,13 +338,19 @@ def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: b
     """Patches of all rows in their order."""
     lines: list[_Line] = []
     for here, state in zip(row, states, strict=True):
-        patches = [
-            _line(gap, region, pressure, state.vertical_displacement)
-            for region, pressure in zip(state.regions, state.pressure, strict=True)
-            if pressure.any()
-        ]
-        if len(patches) > MOST_PATCHES:
-            raise fault_of(TOO_MANY, int(here))
+        loaded = [pair for pair in zip(state.regions, state.pressure, strict=True) if pair[1].any()]
+        each = [_line(gap, *pair, state.vertical_displacement) for pair in loaded]
+        patches = [line for line in each if line is not None]
+        if len(patches) < len(each):  # faint ones may lie at an edge, the others carry their load
+            load = _carried(state, vertical)
+            kept = sum(line.force * (float(np.cos(line.angle)) if vertical else 1.0) for line in patches)
+            if not kept > (1.0 - FAINT) * load:
+                raise fault_of(AT_EDGE, int(here))
+            scale = load / kept
+            patches = [
+                replace(line, force=scale * line.force, pressure=scale * line.pressure, scale=scale)
+                for line in patches
+            ]
         if len(patches) > 1 and not vertical:
             raise fault_of(NOT_SINGLE, int(here))
         lines.extend(sorted(patches, key=lambda line: -line.force))
@@ -370,7 +375,7 @@ def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: b
         normal_force=column("force"),
         max_pressure=grid.pressure.max(axis=(1, 2)),
         edge_y=edges,
-        load_scale=np.ones(len(lines)),
+        load_scale=column("scale"),
         vertical_displacement=column("vertical_displacement"),
     )
 
@@ -391,10 +396,11 @@ class _Line:
     x_lead: float
     cell_length: float
     pressure: FloatArray
+    scale: float = 1.0
 
 
-def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -> _Line:
-    """Patch on one grid; lengths from its pressure-weighted centre and the contact line there."""
+def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -> _Line | None:
+    """Patch on one grid, if it is whole; lengths from its pressure-weighted centre and the contact line."""
     length, width = region.cell
     curve, grid = gap.gap[region.row], gap.counterface
     section = Section(gap, region.y, region.angle)
@@ -412,7 +418,7 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -
         section.part.stop == grid.y.size and high > section.ends[1]
     )
     if cut or first < 0 or last > grid.y.size or curve[first:last].max() >= NO_WHEEL:
-        raise fault_of(AT_EDGE, region.row)
+        return None
     ahead = origin_x(gap, region) - float(np.interp(centre, grid.y, gap.x[region.row]))
     lowest = float(curve[first:last].min() - curve.min())
     return _Line(

@@ -55,8 +55,8 @@ from wearsim.contact.normal.kik_piotrowski.strips import (
     share_at,
     strip_half_length_squared,
 )
-from wearsim.contact.normal.kik_piotrowski.wheel_load import BASIN, MOST_BASINS, Work, balance
-from wearsim.contact.normal.model import MOST_PATCHES, NormalModel, NormalSolution, raise_first
+from wearsim.contact.normal.kik_piotrowski.wheel_load import BASIN, Work, balance
+from wearsim.contact.normal.model import NormalModel, NormalSolution, raise_first
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
 
 DEFAULTS = {"virtual_penetration_factor": 0.55}
@@ -88,13 +88,13 @@ def solve(
     points = surface.y.size
     spacing = float(np.hypot(surface.y[-1] - surface.y[0], surface.z[-1] - surface.z[0])) / (points - 1)
     ends = np.empty((2, load.size, points))
+    most = points // 2  # minima of a gap
     work = Work(
-        Strips(*np.empty((9, points))), _records(SECTION, points), _records(BASIN, MOST_BASINS),
-        _records(PATCH, MOST_BASINS), _records(PATCH, MOST_BASINS), np.empty(MOST_BASINS, np.int64),
-        np.empty((2, MOST_BASINS)),
+        Strips(*np.empty((9, points))), _records(SECTION, points), _records(BASIN, most),
+        _records(PATCH, most), _records(PATCH, most), np.empty(most, np.int64), np.empty((2, most)),
     )  # fmt: skip
     count, fault = np.zeros(load.size, np.int64), np.zeros(gap.gap.shape[0], np.int64)
-    patches = _records(PATCH, (load.size, MOST_PATCHES))
+    patches: Records = np.empty(load.size * most, PATCH).view(np.recarray)  # what is not written stays idle
     balance(
         row, plain(load), *_displacement(start, row, vertical), vertical, rough, factor, effective_modulus,
         gap.gap, gap.gap.min(axis=1), gap.wheel_radius, gap.x, poses, ends, profile, wheel,
@@ -102,7 +102,7 @@ def solve(
     )  # fmt: skip
     raise_first(fault)
     place = np.repeat(np.arange(load.size), count)
-    patches = patches[np.arange(MOST_PATCHES) < count[:, None]]
+    patches = patches[: place.size]
     strips = resolution.strips_across(patches.right - patches.left)
     shape = (place.size, int(strips.max(initial=0)))
     y, lead, trail, depth = np.empty((4, *shape))

@@ -23,10 +23,9 @@ from wearsim.contact.normal.kik_piotrowski.strips import (
     find_outline,
     lay_strips,
 )
-from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_CONTACT, NOT_SINGLE, TOO_MANY
+from wearsim.contact.normal.model import AT_EDGE, FAINT, NO_BALANCE, NO_CONTACT, NOT_SINGLE
 from wearsim.contact.patch import FloatArray, IntArray
 
-MOST_BASINS = 64
 # Place of the lowest point as a fractional grid position and its height; highest point between it and the
 # one before; basin that the flood joins it to, -1 for the deepest, and the height of the saddle. Under an
 # approach: height of the rim, how far it is separate from its parent (0 one patch or touching, 1 separate),
@@ -62,8 +61,6 @@ def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
     for i in range(1, gap.size - 1):
         top = max(top, gap[i])
         if gap[i] < gap[i - 1] and gap[i] <= gap[i + 1] and gap[i] < highest:
-            if number == basins.size:
-                break
             bend = gap[i - 1] - 2.0 * gap[i] + gap[i + 1]
             move = 0.5 * (gap[i - 1] - gap[i + 1]) / bend
             one = basins[number]
@@ -290,7 +287,7 @@ def _find_approach(
     skewed = yawed and not rough and guess > 0.0
     approach = guess if guess > 0.0 else 0.8 * (load / modulus) ** (2.0 / 3.0)
     lower, upper, power = 0.0, np.inf, _POWER
-    before, load_before, value, used = 0.0, 0.0, 0.0, 0
+    before, load_before, value, used, known = 0.0, 0.0, 0.0, 0, 0
     for trial in range(_TRIALS):
         value, used = _wheel_load(approach, factor, modulus, vertical, number, row, skewed, work)
         excess = value / load - 1.0
@@ -298,13 +295,11 @@ def _find_approach(
             if abs(excess) < (_ROUGH if rough else 1e-9):
                 break
             share = (load - value) / (value - load_before) if before > 0.0 and value != load_before else 1.0
-            if abs(share) < 0.1 and _move_on(work, used, row.gap, share):
+            if abs(share) < 0.1 and used <= known and _move_on(work, used, row.gap, share):
                 return approach + share * (approach - before), load, used
-            for j in range(work.earlier.size):
-                if j < used:
-                    work.earlier[j] = work.patches[j]
-                else:
-                    work.earlier[j].first = -1
+            known = used
+            for j in range(used):
+                work.earlier[j] = work.patches[j]
         if excess < 0.0:
             lower = approach
         else:
@@ -334,9 +329,10 @@ def balance(
     """Find the approach of each row that carries its load.
 
     `start` (n,) holds the vertical displacement under the load `start_load`, or NaN; `lowest` the minimum of
-    each gap. Rows with yaw get skewed strips if the wheel has a surface. `patches` (n, most) are in the order
-    of falling force.
+    each gap. Rows with yaw get skewed strips if the wheel has a surface. `patches` of all rows follow one
+    another, each row's in the order of falling force. A faint one at the edge of a profile is left out.
     """
+    total = 0
     for k in range(load.size):
         r = rows[k]
         row = Row(
@@ -359,30 +355,36 @@ def balance(
         if used == 0 or not value > 0.0:
             fault[r] = AT_EDGE
             continue
-        # Pressures are scaled to the last digits of the load.
-        scale = load[k] / value
-        if abs(scale - 1.0) > 0.3:
+        if abs(load[k] / value - 1.0) > 0.3:
             fault[r] = NO_BALANCE
             continue
-        if used > patches.shape[1]:
-            fault[r] = TOO_MANY
-            continue
-        if used > 1 and not vertical:
+        kept, whole = used, value
+        for j in range(used):
+            one = work.patches[j]
+            if min(one.first - 2, gap.size - 3 - one.last) <= 0 or (
+                max(gap[one.first - 1], gap[one.last + 1]) >= NO_WHEEL
+            ):
+                if not one.force < FAINT * whole:
+                    fault[r] = AT_EDGE
+                    break
+                kept -= 1
+                value -= one.force * np.cos(one.angle) if vertical else one.force
+                one.force = -1.0
+        if kept > 1 and not vertical:
             fault[r] = NOT_SINGLE
             continue
-        count[k] = used
-        for rank in range(used):  # by falling normal force
+        # Pressures are scaled to the last digits of the load.
+        scale = load[k] / value
+        count[k] = kept
+        for _ in range(kept):  # by falling normal force
             best = 0
             for other in range(used):
                 if work.patches[other].force > work.patches[best].force:
                     best = other
-            patches[k, rank] = work.patches[best]
+            patches[total] = work.patches[best]
             work.patches[best].force = -1.0
-            one = patches[k, rank]
-            if min(one.first - 2, gap.size - 3 - one.last) <= 0 or (
-                max(gap[one.first - 1], gap[one.last + 1]) >= NO_WHEEL
-            ):
-                fault[r] = AT_EDGE
+            one = patches[total]
+            total += 1
             one.force *= scale
             one.scale = scale
             one.displacement = low + approach

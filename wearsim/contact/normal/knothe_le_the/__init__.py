@@ -44,10 +44,10 @@ from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import plain
 from wearsim.contact.normal import kik_piotrowski
 from wearsim.contact.normal.knothe_le_the.equations import Pairs, Work, influence_table
-from wearsim.contact.normal.knothe_le_the.strips import LOBES, PATCH, PLANE, SPAN, STRIP, Records
+from wearsim.contact.normal.knothe_le_the.strips import NO_ROOM, PATCH, PLANE, SPAN, STRIP, Records
 from wearsim.contact.normal.knothe_le_the.wheel import Cut, cut_patches, solve_wheels
 from wearsim.contact.normal.model import (
-    MOST_PATCHES,
+    NO_BALANCE,
     NormalModel,
     NormalSolution,
     ReferencePoint,
@@ -59,6 +59,7 @@ from wearsim.contact.reference.hertzian import hertz
 DEFAULTS = {"solved_strips": 20.0}
 
 _FEWEST, _MOST = 10, 60
+_PARTS = 6, 12, 24, 48  # of the profile with strips, for which room is made one after the other
 
 
 @lru_cache(maxsize=1)
@@ -94,23 +95,27 @@ def solve(
             resolution=resolution, parameters=parameters, rough=True,
         )  # fmt: skip
     solved = int(min(max({**DEFAULTS, **parameters}["solved_strips"], _FEWEST), _MOST))
-    rows, most = load.size, 4 * solved
-    number, fault = np.zeros(rows, np.int64), np.zeros(gap.gap.shape[0], np.int64)
-    patches: Records = np.zeros((rows, MOST_PATCHES), PATCH).view(np.recarray)
-    nodes = np.empty((3, rows, MOST_PATCHES, most + 2))
+    rows = load.size
     surface, lowest = gap.counterface, gap.gap.min(axis=1)
     profile = (surface.y, surface.z, surface.slope, surface.angle)
     begin = np.full(rows, np.nan)
     if start is not None:
         begin[np.searchsorted(row, start.patch.row)] = start.vertical_displacement
-    work = _work(most)
-    solve_wheels(
-        row, plain(load), begin, vertical, effective_modulus, solved, profile, gap.gap, lowest,
-        gap.wheel_radius, gap.x, gap.curvature, influence_table(), _ellipses(), work, number, fault, patches,
-        nodes,
-    )  # fmt: skip
-    raise_first(fault)
-    used = np.arange(MOST_PATCHES) < number[:, None]
+    for parts in _PARTS:
+        most = 4 * solved * parts // _PARTS[0]
+        number, fault = np.zeros(rows, np.int64), np.zeros(gap.gap.shape[0], np.int64)
+        patches: Records = np.zeros((rows, parts), PATCH).view(np.recarray)
+        nodes = np.empty((3, rows, parts, most + 2))
+        work = _work(most, parts)
+        solve_wheels(
+            row, plain(load), begin, vertical, effective_modulus, solved, profile, gap.gap, lowest,
+            gap.wheel_radius, gap.x, gap.curvature, influence_table(), _ellipses(), work, number, fault,
+            patches, nodes,
+        )  # fmt: skip
+        if not (fault == NO_ROOM).any():
+            break
+    raise_first(np.where(fault == NO_ROOM, NO_BALANCE, fault))
+    used = np.arange(parts) < number[:, None]
     place, rank = np.nonzero(used)
     patches, of = patches[used], row[place]
     width = patches.stop - patches.start
@@ -150,8 +155,8 @@ def solve(
     )
 
 
-def _work(most: int) -> Work:
-    """Room for the strips of a wheel and their equations."""
+def _work(most: int, parts: int) -> Work:
+    """Room for the strips of a wheel in parts of the profile, and their equations."""
 
     def records(size: int, dtype: np.dtype[np.void]) -> Records:
         return np.zeros(size, dtype).view(np.recarray)
@@ -165,10 +170,10 @@ def _work(most: int) -> Work:
         pairs=Pairs(square(most), square(most), square(most)),
         before=records(most, STRIP),
         old=records(most, STRIP),
-        spans=records(LOBES, SPAN),
-        fresh=records(LOBES, SPAN),
-        planes=records(LOBES, PLANE),
-        share=np.eye(LOBES),
+        spans=records(parts, SPAN),
+        fresh=records(parts, SPAN),
+        planes=records(parts, PLANE),
+        share=np.eye(parts),
         active=np.empty(most, np.int64),
         made_for=np.zeros(most + 1, np.int64),
         scale=np.empty(3),

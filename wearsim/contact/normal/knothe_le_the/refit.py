@@ -156,7 +156,7 @@ def refit(
 ) -> tuple[int, int, bool]:  # fmt: skip
     """Write to `fresh` where the parts of the profile end now.
 
-    Return their number, how many split, and whether strips have to be laid again.
+    Return their number, one more than have room, how many split, and whether strips have to be laid again.
     """
     strips, spans, fresh = work.strips, work.spans, work.fresh
     again = stage == 0
@@ -208,10 +208,12 @@ def refit(
         b = right_end
         while b >= left and strips[b].load > 0.0:
             b -= 1
-        if a <= b and may_split and kept + parts - k < spans.size:
+        if a <= b and may_split:
             stop = strips[a - 1].y + 0.8 * (strips[a].y - strips[a - 1].y)
             go = strips[b + 1].y - 0.8 * (strips[b + 1].y - strips[b].y)
             if go - stop > APART:
+                if kept + parts - k >= spans.size:
+                    return spans.size + 1, splits, True
                 forget(fresh[kept])
                 fresh[kept + 1] = fresh[kept]
                 fresh[kept].ends[1], fresh[kept + 1].ends[0] = stop, go
@@ -239,10 +241,8 @@ def rotated(parts: int, old_total: int, total: int, row: Row, work: Work) -> boo
 def another_part(
     displacement: float, parts: int, row: Row, work: Work, total: int, table: FloatArray
 ) -> bool:
-    """Add to the parts one in contact now, if there is any."""
+    """Add to the parts one in contact now, if there is room; whether there is any."""
     strips, spans = work.strips, work.spans
-    if parts >= spans.size:
-        return False
     for start in range(3, row.gap.size - 3, 3):
         if row.gap[start] - row.low >= displacement:
             continue
@@ -254,6 +254,8 @@ def another_part(
             continue
         deep = overlap(start, displacement, row, strips, total, table)
         if deep > _OVERLAP:
+            if parts == spans.size:
+                return True
             i = start
             while i < row.gap.size - 3 and row.gap[i] < NO_WHEEL and deep > 1e-3:
                 i += 2

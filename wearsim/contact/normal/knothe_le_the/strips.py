@@ -17,7 +17,7 @@ from wearsim.contact.kernel import bare_kernel
 from wearsim.contact.normal.model import ADJACENT, ALIKE, CLEAR, FAR, NEAR, UNLIKE
 from wearsim.contact.patch import FloatArray
 
-LOBES = 6  # parts of the profile laid out with strips, at most
+NO_ROOM = -1  # fault of a row with more parts or strips than there is room for
 
 Records: TypeAlias = Any  # numpy record array
 Record: TypeAlias = Any  # one line of it
@@ -307,14 +307,16 @@ def hertz_at(table: FloatArray, ratio: float) -> tuple[float, float, float]:
 
 @bare_kernel
 def _start(displacement: float, row: Row, table: FloatArray, spans: Records) -> tuple[float, int]:
-    """Load at a displacement, every part of `spans` pressed into an ellipse, and their number."""
+    """Load at a displacement, every part pressed into an ellipse; their number, one more than have room."""
     total, used = 0.0, 0
     i = 1
     last = row.gap.size - 2
-    while i < last and used < spans.size:
+    while i < last:
         if row.gap[i] - row.low >= 0.55 * displacement:
             i += 1
             continue
+        if used == spans.size:
+            return total, used + 1
         start = i
         deepest = i
         while i < last and row.gap[i] - row.low < 0.55 * displacement:
@@ -381,7 +383,7 @@ def first_displacement(row: Row, guess: float, table: FloatArray, spans: Records
     parts = 0
     for _ in range(40):
         value, parts = _start(displacement, row, table, spans)
-        if parts > 0 and (guess > 0.0 or abs(value / row.load - 1.0) < 0.02):
+        if parts > spans.size or (parts > 0 and (guess > 0.0 or abs(value / row.load - 1.0) < 0.02)):
             break
         if value < row.load:
             small = displacement

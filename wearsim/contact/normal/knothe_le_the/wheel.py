@@ -24,6 +24,7 @@ from wearsim.contact.normal.knothe_le_the.refit import (
 from wearsim.contact.normal.knothe_le_the.solution import newton, relax
 from wearsim.contact.normal.knothe_le_the.strips import (
     MARGIN,
+    NO_ROOM,
     Records,
     Row,
     cut_strips,
@@ -33,7 +34,7 @@ from wearsim.contact.normal.knothe_le_the.strips import (
     share_points,
     value_at,
 )
-from wearsim.contact.normal.model import AT_EDGE, MOST_PATCHES, NO_BALANCE, NO_CONTACT, NOT_SINGLE, TOO_MANY
+from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_CONTACT, NOT_SINGLE
 from wearsim.contact.patch import FloatArray, IntArray
 
 _STAGES = 12  # of fitting the strips to the patch
@@ -77,7 +78,7 @@ def _lay_parts(stage: int, count: int, parts: int, old_total: int, row: Row, wor
         if longest > 0.0:
             each = min(each, max(8, int(100.0 * (spans[k].ends[1] - spans[k].ends[0]) / np.sqrt(longest))))
         if total + each > strips.size:
-            return NO_BALANCE, total
+            return NO_ROOM, total
         a, b = spans[k].ends[0], spans[k].ends[1]
         # Middle and angle of the plane: of the pressures, at first of the depths.
         weight, moment, tilt = 0.0, 0.0, 0.0
@@ -145,15 +146,13 @@ def _find_patches(
             carried += force * (strips[first].cosine if row.vertical else 1.0)
             place = runs
             runs += 1
-            if runs > MOST_PATCHES:
-                break
+            if runs > patches.size:
+                return NO_ROOM, runs
             while place > 0 and patches[place - 1].force < force:
                 patches[place] = patches[place - 1]
                 place -= 1
             one = patches[place]
             one.force, one.first, one.last = force, first, j - 1
-    if runs > MOST_PATCHES:
-        return TOO_MANY, runs
     if runs > 1 and not row.vertical:
         return NOT_SINGLE, runs
     for rank in range(runs):
@@ -219,8 +218,8 @@ def solve_wheels(
             fault[r] = AT_EDGE
             continue
         displacement, parts = first_displacement(row, start[n] - row.low, hertz, spans)
-        if parts == 0:
-            fault[r] = NO_BALANCE
+        if not 0 < parts <= spans.size:
+            fault[r] = NO_BALANCE if parts == 0 else NO_ROOM
             continue
         for k in range(spans.size):
             forget(spans[k])
@@ -281,6 +280,9 @@ def solve_wheels(
                 kept, more, again = refit(
                     stage, displacement, count, parts, may_split, row, work, total, table
                 )
+                if kept > spans.size:
+                    failed = NO_ROOM
+                    break
                 if not again:
                     again = rotated(kept, old_total, total, row, work)
                 if again and stage < _STAGES - 1:
@@ -298,6 +300,9 @@ def solve_wheels(
                     uncertain = uncertain or (stage == 0 and moved * count > _FAR)
                 spans[k] = fresh[k]
             if (stage == 1 or not again) and another_part(displacement, parts, row, work, total, table):
+                if parts == spans.size:
+                    failed = NO_ROOM
+                    break
                 parts += 1
                 again = uncertain = True
                 for k in range(spans.size):

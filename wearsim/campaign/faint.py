@@ -1,0 +1,123 @@
+r"""Faint patches fade out of a campaign, and what they lose is counted.
+
+Measured and worn profiles touch in slivers that carry next to nothing, yet hold up the wear step and trip
+over the limits of models. The weight of a patch follows from its shares :math:`s_k` of the load, the
+frictional power and the wear of its wheel at the operating point,
+
+.. math:: w = 1 - \prod_k (1 - u_k), \qquad u = t^2 (3 - 2 t), \qquad
+          t = \operatorname{clip}(\lg(s / 10^{-4}), 0, 1):
+
+smooth in each share, 0 where all of them are below a tenth of `FAINT`, 1 where one of them reaches it. A
+faint patch stays where its wear counts: by a law that jumps with the pressure a thousandth of the load can
+remove 7 % of the material. Forces, power, work, depths and damage of each patch are multiplied by w and by
+the factor that keeps the sum of the normal forces of the wheel; patches of weight 0 are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from wearsim.contact.normal.model import FAINT
+from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.wheels import joined
+
+if TYPE_CHECKING:
+    from wearsim.campaign.evaluate import Passage
+    from wearsim.operation.points import OperatingPoints
+
+_GONE = 0.1 * FAINT
+
+_FORCES = ("normal_force", "force_x", "force_y", "spin_moment", "power")
+
+
+def weight_of(share: FloatArray) -> FloatArray:
+    """Weight of patches by their shares of what their wheel carries and does.
+
+    Parameters
+    ----------
+    share : (k, m) array
+        Of load, power and wear [-].
+
+    Returns
+    -------
+    (m,) array
+        0 to 1, once continuously differentiable [-].
+    """
+    t = np.clip(np.log(np.maximum(share, _GONE) / _GONE) / np.log(FAINT / _GONE), 0.0, 1.0)
+    weight: FloatArray = 1.0 - np.prod(1.0 - t * t * (3.0 - 2.0 * t), axis=0)
+    return weight
+
+
+class _Wheels(NamedTuple):
+    """Wheels of the patches of a passage."""
+
+    of: IntArray  # (m,) wheel of each patch
+    first: IntArray  # its first patch
+    amount: FloatArray  # (3, m) normal force [N], work per distance [N] and worn area [m2] of each patch
+
+    def summed(self, values: FloatArray) -> FloatArray:
+        """Sum of values (k, m) over the patches of each wheel."""
+        return np.stack([np.bincount(self.of, row, self.first.size) for row in values])
+
+
+def _wheels(passage: Passage) -> _Wheels:
+    contact = passage.contact
+    _, first, of = np.unique(2 * contact.point + contact.side, return_index=True, return_inverse=True)
+    worn = sum((depth.sum(axis=1) for depth in passage.depth), np.zeros(of.size)) * contact.patch.width
+    return _Wheels(of, first, np.stack([contact.normal_force, contact.power, worn]))
+
+
+def faded(passage: Passage) -> Passage:
+    """Fade out the faint patches of a passage in which all act in full.
+
+    Returns
+    -------
+    Passage
+        With the weight of each patch left, and what its wheel lost.
+    """
+    wheels = _wheels(passage)
+    whole = wheels.summed(wheels.amount)
+    share = wheels.amount / np.where(whole > 0.0, whole, 1.0)[:, wheels.of]
+    weight = weight_of(share)
+    if (weight == 1.0).all():
+        return passage
+    load = wheels.amount[:1]
+    factor = weight * (wheels.summed(load) / wheels.summed(weight * load))[0, wheels.of]
+    across = factor[:, None]
+    contact, comparison = passage.contact, passage.comparison
+    smaller = replace(
+        passage,
+        contact=replace(contact, **{name: factor * getattr(contact, name) for name in _FORCES}),
+        strip_work=across * passage.strip_work,
+        work_density_max=factor * passage.work_density_max,
+        depth=tuple(across * depth for depth in passage.depth),
+        comparison=replace(
+            comparison,
+            depth=tuple(tuple(across * depth for depth in law) for law in comparison.depth),
+            damage=tuple(across * damage for damage in comparison.damage),
+        ),
+        weight=weight,
+        lost=wheels.summed((1.0 - weight) * share).T[wheels.of],
+    )
+    kept: Passage = joined([smaller], np.flatnonzero(weight > 0.0))
+    return kept
+
+
+def lost_row(passage: Passage, points: OperatingPoints) -> Mapping[str, FloatArray]:
+    """Return what faint patches lost in a state, by the variables of a row of the result file."""
+    wheels = _wheels(passage)
+    point, lost = passage.contact.point[wheels.first], passage.lost[wheels.first].T
+    amount = wheels.summed(wheels.amount) * points.weight[point]
+    amount[1] /= points.conditions.speed[point]
+    amount[2] *= points.environment[point]
+    whole = amount.sum(axis=1)
+    mean = (amount * lost).sum(axis=1) / np.where(whole > 0.0, whole, 1.0)
+    names = ("faint_load", "faint_power", "faint_wear")
+    return {
+        **dict(zip(names, mean, strict=True)),
+        **{f"{name}_max": each.max(initial=0.0) for name, each in zip(names, lost, strict=True)},
+    }
