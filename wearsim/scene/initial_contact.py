@@ -16,6 +16,7 @@ from wearsim.errors import ContactError, Fault, NumericalError, SceneError
 from wearsim.operation.points import select
 from wearsim.scene.messages import by_line, key_of, shift_ranges
 from wearsim.scene.models import FieldScene, RigScene
+from wearsim.scene.noise import noise_faults
 from wearsim.scene.overrides import at_its_source
 from wearsim.scene.read import CampaignScene
 from wearsim.scene.setup import CampaignSetup, build, warnings_of
@@ -40,14 +41,18 @@ def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
     ------
     SceneError
         With one fault for each block, class or watched shift at which a wheel has no contact, or its patch
-        reaches the edge of a profile, or creep forces lift it.
+        reaches the edge of a profile, or creep forces lift it; before these, with one for each measured
+        profile whose noise decides the contact.
     """
     faults: list[Fault] = []
     warnings: list[Fault] = []
     for part in scene.parts:
         setup = build(part)
         places = [path for path, _, _, points in shift_ranges(part) for _ in range(points)]
-        own, tilt = _contact_faults(part, setup, places)
+        # a contact that noise decides has faults of its own, which are not those of the scene
+        own, tilt = noise_faults(part, setup), np.zeros(len(places))
+        if not own:
+            own, tilt = _contact_faults(part, setup, places)
         faults += own
         if not own:
             warnings += by_line(list(warnings_of(part)) + _roll_warnings(part, setup, places, tilt))
