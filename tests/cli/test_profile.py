@@ -463,7 +463,7 @@ FAULTS = {
     "part of one": ([RIGHT, "--part", "2"], "--part"),
     "slice of one": ([RIGHT, "--slice", "2"], "--slice"),
     "other running circle": (["S1002", "--convert", "miniprof", "--running-circle-mm", "65"], "flange back"),
-    "long waves": ([RIGHT, "--smooth-mm", "40"], "tenth"),
+    "long waves": ([RIGHT, "--smooth-mm", "40"], "fifth"),
 }
 
 

@@ -107,8 +107,8 @@ def test_zero_wavelength_is_no_filter_and_odd_ones_are_refused():
         smoothed(NEW, -1e-3)
     with pytest.raises(ProfileError, match="noise wavelength = nan mm"):
         smoothed(NEW, float("nan"))
-    with pytest.raises(ProfileError, match=r"noise wavelength = 20 mm must be below a tenth"):
-        smoothed(NEW, 20e-3)
+    with pytest.raises(ProfileError, match=r"noise wavelength = 40 mm must be below a fifth"):
+        smoothed(NEW, 40e-3)
 
 
 def test_few_points_between_corners_stay():

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.errors import ProfileError
-from wearsim.profile.shape import FloatArray, Profile, arc_length, corners, vertex_lengths
+from wearsim.profile.shape import (
+    FloatArray,
+    Profile,
+    arc_length,
+    corners,
+    vertex_lengths,
+    vertex_normals,
+)
+
+ROUGH_BELOW = 2e-3
+"""Wavelength below which what a measured profile holds is roughness: a contact patch is wider [m]."""
 
 _MM = 1e-3
 _PASSES = 2  # the second one counts arc length along the smoothed shape, free of the noise
@@ -20,6 +30,10 @@ _EITHER_SIDE = (
 )
 _EITHER_SIDE_POINTS = 4
 _CORNER = np.radians(20.0)
+# Integrals over u = q Lambda/(2 pi) of the transfer function T = 1/(1 + u^4): of (T(u/2) - T(u))^2, which is
+# what an octave passes, and of u^2 T^2 = pi/(8 sqrt 2).
+_OCTAVE = 0.42578
+_SLOPE = np.pi / (8.0 * np.sqrt(2.0))
 
 
 def smoothing_spline(
@@ -100,7 +114,7 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
     Raises
     ------
     ProfileError
-        The wavelength is negative, not finite or above a tenth of the length.
+        The wavelength is negative, not finite or above a fifth of the length.
 
     Notes
     -----
@@ -122,9 +136,9 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
     if wavelength == 0.0:
         return profile
     s = arc_length(profile.y, profile.z)
-    if wavelength > 0.1 * s[-1]:
+    if wavelength > longest_wavelength(profile):
         raise ProfileError(
-            f"{profile.name}: noise wavelength = {wavelength * 1e3:g} mm must be below a tenth of the "
+            f"{profile.name}: noise wavelength = {wavelength * 1e3:g} mm must be below a fifth of the "
             f"profile's length of {s[-1] * 1e3:.4g} mm"
         )
     points = np.vstack((profile.y, profile.z))
@@ -141,6 +155,57 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
         inner = slice(0 if first == 0 else 1, new.shape[1] if last == len(s) - 1 else new.shape[1] - 1)
         result[:, first : last + 1][:, inner] = new[:, inner]
     return replace(profile, y=np.ascontiguousarray(result[0]), z=np.ascontiguousarray(result[1]))
+
+
+def longest_wavelength(profile: Profile) -> float:
+    """Wavelength up to which `smoothed` takes a profile [m]."""
+    return 0.2 * float(arc_length(profile.y, profile.z)[-1])
+
+
+def change(before: Profile, after: Profile) -> FloatArray:
+    """Distance (n,) along the normal from one profile to another with as many points [m]."""
+    normal_y, normal_z = vertex_normals(after.y, after.z)
+    return (after.y - before.y) * normal_y + (after.z - before.z) * normal_z
+
+
+@dataclass(frozen=True)
+class Roughness:
+    """What a profile holds of wavelengths below `ROUGH_BELOW`.
+
+    Parameters
+    ----------
+    height : (n,) array
+        Along the normal, at the points [m].
+    slope : (n,) array
+        Of the height over arc length, from each point to the next; of the last one as of that before [-].
+    octave : (n,) array
+        Of the height what has wavelengths of half to the whole of `ROUGH_BELOW` [m].
+    """
+
+    height: FloatArray
+    slope: FloatArray
+    octave: FloatArray
+
+    def wavelength(self, where: NDArray[np.bool_], slope: float) -> float:
+        r"""Wavelength of `smoothed` that leaves slopes of a given RMS [m].
+
+        Notes
+        -----
+        Power S per wavenumber as that of the octave at the points `where`, alike for all longer waves (white
+        noise): :math:`\int S q^2 T^2 dq = 0.278\,S\,(2\pi/\Lambda)^3` with the transfer function T of
+        `smoothed` is to be the square of `slope` [-].
+        """
+        power = float(np.mean(self.octave[where] ** 2)) / (_OCTAVE * 2.0 * np.pi / ROUGH_BELOW)
+        return float(2.0 * np.pi * (_SLOPE * power / slope**2) ** (1.0 / 3.0))
+
+
+def roughness(profile: Profile) -> Roughness:
+    """Roughness of a profile; raises `ProfileError` as `smoothed` does for one shorter than 10 mm."""
+    shape = smoothed(profile, ROUGH_BELOW)
+    height = -change(profile, shape)
+    slope = np.diff(height) / np.diff(arc_length(shape.y, shape.z))
+    octave = height + change(profile, smoothed(profile, 0.5 * ROUGH_BELOW))
+    return Roughness(height, np.append(slope, slope[-1]), octave)
 
 
 def _corners(points: FloatArray, s: FloatArray) -> list[int]:

@@ -18,6 +18,7 @@ from wearsim.operation.left_out import LARGEST_SHARE, carried_share
 from wearsim.operation.points import select
 from wearsim.scene.messages import by_line, key_of, shift_ranges
 from wearsim.scene.models import FieldScene, RigScene
+from wearsim.scene.noise import noise_faults
 from wearsim.scene.overrides import at_its_source
 from wearsim.scene.read import CampaignScene
 from wearsim.scene.setup import CampaignSetup, build, warnings_of
@@ -42,14 +43,18 @@ def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
     ------
     SceneError
         With one fault for each block, class or watched shift at which a wheel has no contact, or its patch
-        reaches the edge of a profile, or creep forces lift it. They are warnings where such points together
-        carry less of the wear than a campaign leaves out.
+        reaches the edge of a profile, or creep forces lift it; before these, with one for each measured
+        profile whose noise decides the contact. Points are warnings where together they carry less of the
+        wear than a campaign leaves out.
     """
     faults: list[Fault] = []
     warnings: list[Fault] = []
     for part in scene.parts:
         setup = build(part)
         places = [path for path, _, _, points in shift_ranges(part) for _ in range(points)]
+        if noise := noise_faults(part, setup):  # a contact that noise decides has no faults of the scene
+            faults += noise
+            continue
         own, tilt = _contact_faults(part, setup, places)
         left_out = _left_out(own, setup)
         if own and not left_out:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -31,6 +31,9 @@ WIDEST_POSITION_SPACING_MM = 2.0
 FURTHEST_CLIMB_MM = 4.0
 """How far beyond the clearance a shift is still solved [mm]: on S1002 the straight flank of 70 degrees ends
 there, the wheel stands 10 mm high, and what follows over the rounded tip is derailment, not wear."""
+
+_SAME_DIAMETER_MM = 0.1
+"""Diameters in headers are rounded by as much [mm]."""
 
 _EXPLICIT_LIMIT = 2.0
 """From this stability number on an explicit step makes every wave larger (spec 3.2)."""
@@ -73,6 +76,22 @@ def scene_warnings(
     warnings = beyond_clearance(scene, clearance)[1]
     warnings += [scene.fault(*message) for message in _warnings(scene)]
     return by_line(warnings + limit_faults(scene, wheels, counterface, end=False))
+
+
+def header_warnings(scene: Campaign, diameters: Mapping[str, float]) -> list[Fault]:
+    """Warnings of wheel diameters [mm] in the headers of files, by name, that are not those that act."""
+    radius = scene.wheelset.radius_mm
+    stated = " and ".join(f"{diameter:g} mm ({name})" for name, diameter in diameters.items())
+    path = ("wheelset", "radius_mm")
+    if "radius_mm" not in scene.wheelset.model_fields_set:
+        if np.ptp([*diameters.values()] or [0.0]) <= _SAME_DIAMETER_MM:
+            return []
+        text = "radius_mm is not given, and the headers of the wheels differ in diameter"
+        return [scene.fault(path, f"{text}, {stated}: half the mean acts on both; write the radius")]
+    if all(abs(each - 2.0 * radius) <= _SAME_DIAMETER_MM for each in diameters.values()):
+        return []
+    text = f"radius_mm = {radius:g} is a diameter of {2.0 * radius:g} mm"
+    return [scene.fault(path, f"{text}, the header says {stated}; what the scene says acts")]
 
 
 def _warnings(scene: Campaign) -> _Messages:

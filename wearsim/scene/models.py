@@ -90,7 +90,15 @@ class WheelsetSection(Section):
     }
     profile: Text = words("the name of a shipped wheel profile, such as S1002, or a file of points")
     profile_left: Text | None = words("the profile of the left wheel, if it differs", None)
-    radius_mm: float = number("wheel_radius", "the wheel radius at the running circle", 460.0)
+    radius_mm: float = number(
+        "wheel_radius",
+        "the wheel radius at the running circle; without it half the diameter that the file of the profile "
+        "states, if any",
+        460.0,
+    )
+    smooth_mm: float | None = number(
+        "noise_wavelength", "the wavelength below which measured wheels are smoothed", None
+    )
     back_to_back_mm: float = number("back_to_back", "the back-to-back distance of the wheels", 1360.0)
 
 
@@ -100,6 +108,9 @@ class CounterfaceSection(Section):
     profile: Text = words("the name of a shipped rail profile, such as 60E1, or a file of points")
     inclination: Inclination = words('the inclination of the rail, such as "1:40", or "none"')
     gauge_mm: float = number("gauge", "the track gauge", 1435.0)
+    smooth_mm: float | None = number(
+        "noise_wavelength", "the wavelength below which a measured profile is smoothed", None
+    )
 
 
 class RailSection(CounterfaceSection):

@@ -21,11 +21,13 @@ from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import read_profile
 from wearsim.profile.placement import RUNNING_CIRCLE, place_rail, slope_of
 from wearsim.profile.shape import Profile, resample
+from wearsim.profile.smoothing import smoothed
 from wearsim.scene.messages import (
     beyond_clearance,
     by_line,
     cross_faults,
     fit_faults,
+    header_warnings,
     limit_faults,
     template_faults,
 )
@@ -110,6 +112,7 @@ class Inputs:
     files: tuple[InputFile, ...]  # the scene file first
     wear_table: WearTable | None = None  # of the file that `table_file` names
     templates: tuple[Profile, Profile] | None = None
+    warnings: tuple[Fault, ...] = ()  # of what the files say
 
 
 def load_scene(
@@ -160,7 +163,7 @@ def load_scene(
         elif isinstance(scene, SweepScene):
             scene._inputs = read_sweep(scene)
         else:
-            scene._inputs = _inputs(scene, kept)
+            return _with_inputs(scene, kept)
     except SceneError as error:
         faults = [at_its_source(fault) for fault in error.faults]
         if content is not None:
@@ -312,15 +315,11 @@ def _read_compared(scene: CompareScene, kept: Mapping[str, Path], overrides: Seq
             continue
         try:
             part = _read(path, role, overrides)
-            if role == "rig" and isinstance(part, RigScene):
-                scene._rig = part
-            elif role == "field" and isinstance(part, FieldScene):
-                scene._field = part
+            if isinstance(part, RigScene | FieldScene) and part.scene.kind == role:
+                setattr(scene, f"_{role}", _with_inputs(part, kept))
             else:
                 text = f"{role} = {shown(name)} is a {part.scene.kind} scene; name a {role} scene"
                 faults.append(scene.fault(("compare", role), text))
-                continue
-            part._inputs = _inputs(part, kept)
         except SceneError as error:
             faults += error.faults
     if faults:
@@ -335,17 +334,23 @@ def inputs_of(scene: RigScene | FieldScene) -> Inputs:
     return inputs
 
 
-def _inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> Inputs:
-    """Read the files of a scene and cross-check its values; raise a SceneError with all faults."""
+def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigScene | FieldScene:
+    """Read the files of a scene and cross-check its values; raise a SceneError with all faults.
+
+    The scene returned has the contents of the files, and the wheel radius of their headers if it gave none.
+    """
     origin, wheelset, rules = scene.origin, scene.wheelset, scene.campaign.reprofiling
     half_span = 0.5e-3 * wheelset.back_to_back_mm + RUNNING_CIRCLE
     spacing = 1e-3 * scene.campaign.point_spacing_mm
     files = [InputFile("scene", origin.path.name, origin.path, origin.content)]
     faults: list[Fault] = []
+    diameters: dict[str, float] = {}
 
     def profile(name: str, *path: str) -> Profile | None:
         try:
-            shape, file = _read_profile(scene, ".".join(path), name, half_span, kept)
+            shape, file, diameter = _read_profile(scene, ".".join(path), name, half_span, kept)
+            if diameter is not None and path[0] == "wheelset":
+                diameters[name] = 1e3 * diameter
             if path[0] != "counterface" or scene.counterface.wear is not None:
                 shape = resample(shape, spacing)
         except ProfileError as error:
@@ -376,6 +381,10 @@ def _inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> Inputs:
     place = ("campaign", "reprofiling", "profile")
     template = None if named is None else profile(named, *place)
     table = _wear_table(scene, kept, files, faults)
+    noted = header_warnings(scene, diameters)
+    if diameters and "radius_mm" not in wheelset.model_fields_set:
+        radius = 0.5 * sum(diameters.values()) / len(diameters)
+        scene = scene.model_copy(update={"wheelset": wheelset.model_copy(update={"radius_mm": radius})})
     faults += cross_faults(scene)
     if right is None or left is None or counterface is None or (named is not None and template is None):
         raise SceneError(by_line(faults))
@@ -395,7 +404,19 @@ def _inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> Inputs:
     faults += [fault for fault in beyond_clearance(scene, clearance)[0] if fault.line not in lines]
     if faults:
         raise SceneError(by_line(faults))
-    return Inputs(*wheels, counterface, half_span, clearance, tuple(files), table, templates)
+    noted += [
+        scene.fault(
+            (key, "smooth_mm"),
+            f"smooth_mm is without effect: no profile of [{key}] was read from a file of points; delete it",
+        )
+        for key in ("wheelset", "counterface")
+        if getattr(scene, key).smooth_mm is not None
+        and all(file.shipped for file in files if file.role.startswith(f"{key}."))
+    ]
+    scene._inputs = Inputs(
+        *wheels, counterface, half_span, clearance, tuple(files), table, templates, tuple(noted)
+    )
+    return scene
 
 
 def _place_of(scene: RigScene | FieldScene, role: str, name: str, kept: Mapping[str, Path]) -> Path | None:
@@ -427,7 +448,8 @@ def _wear_table(
 
 def _read_profile(
     scene: RigScene | FieldScene, role: str, name: str, half_span: float, kept: Mapping[str, Path]
-) -> tuple[Profile, InputFile]:
+) -> tuple[Profile, InputFile, float | None]:
+    """Profile of a key, smoothed and placed in the track, its file, and the diameter of its header [m]."""
     is_rail = role.startswith("counterface")
     placing = slope_of(scene.counterface.inclination), 1e-3 * scene.counterface.gauge_mm, half_span
     path = _place_of(scene, role, name, kept)
@@ -440,12 +462,14 @@ def _read_profile(
         short = name.removesuffix(".toml")
         shape = standard.rail(short, *placing) if is_rail else standard.wheel(short)
         path = standard.find_shipped(short)
-        return shape, InputFile(role, name, path, path.read_bytes(), shipped=True)
+        return shape, InputFile(role, name, path, path.read_bytes(), shipped=True), None
     reading = read_profile(path, "rail" if is_rail else "wheel")
     path = reading.files[-1]  # of a list of slices, the slice
-    shape = place_rail(reading.profile, *placing) if is_rail else reading.profile
+    smooth = {"wheelset": scene.wheelset.smooth_mm, "counterface": scene.counterface.smooth_mm}
+    shape = smoothed(reading.profile, 1e-3 * (smooth.get(role.partition(".")[0]) or 0.0))
+    shape = place_rail(shape, *placing) if is_rail else shape
     try:
-        return shape, InputFile(role, name, path, path.read_bytes())
+        return shape, InputFile(role, name, path, path.read_bytes()), reading.diameter
     except OSError as error:
         raise ProfileError(f"{path} cannot be read: {error.strerror}") from error
 

@@ -23,7 +23,7 @@ from wearsim.scene.campaign import (
     ReprofilingRules,
 )
 from wearsim.scene.damage import fatigue_settings, wear_settings
-from wearsim.scene.messages import scene_warnings
+from wearsim.scene.messages import by_line, scene_warnings
 from wearsim.scene.models import ContactSection, FieldScene, RigScene, RollerSection
 from wearsim.scene.read import inputs_of
 
@@ -87,7 +87,8 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
 def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
     """Warnings of a loaded scene, in the order of the file, without those of `check_contact`."""
     inputs = inputs_of(scene)
-    return tuple(scene_warnings(scene, (inputs.right, inputs.left), inputs.counterface, inputs.clearance))
+    own = scene_warnings(scene, (inputs.right, inputs.left), inputs.counterface, inputs.clearance)
+    return tuple(by_line([*inputs.warnings, *own]))
 
 
 def contact_models(contact: ContactSection) -> ContactModels:

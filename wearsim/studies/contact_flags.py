@@ -55,6 +55,8 @@ FLAGS = (
     Flag("gauge-mm", "1435", "gauge, 14 mm below the top", _BODIES, "number", "gauge"),
     Flag("back-to-back-mm", "1360", "back-to-back distance of the wheels", _BODIES, "number", "back_to_back"),
     Flag("wheel-radius-mm", "460", "wheel radius at the running circle", _BODIES, "number", "wheel_radius"),
+    Flag("smooth-mm", None, "take waves shorter than this out of profiles from files", _BODIES, "number",
+         "noise_wavelength"),
     Flag("roller-radius-mm", None, "roller radius at its top; without it: rail", _BODIES, "number",
          "roller_radius"),
     Flag("curve-radius-m", None, "curve radius, positive to the right; without it: tangent", _BODIES, "curve",

@@ -68,9 +68,14 @@ class Request(SimpleNamespace):
         return 0.0 if self.curve_radius is None else 1.0 / float(self.curve_radius)
 
     @property
-    def placed_rail(self) -> tuple[str, float, float, float]:
+    def smoothed_wheel(self) -> tuple[str, float]:
+        """What determines the wheel profile."""
+        return self.wheel, self.smooth or 0.0
+
+    @property
+    def placed_rail(self) -> tuple[str, float, float, float, float]:
         """What determines the rail in the track."""
-        return self.rail, self.inclination, self.gauge, half_span(self.back_to_back)
+        return self.rail, self.inclination, self.gauge, half_span(self.back_to_back), self.smooth or 0.0
 
     @property
     def batch(self) -> tuple[Any, ...]:
@@ -209,22 +214,24 @@ class PointResult(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def wheel_profile(name: str) -> Profile:
+def wheel_profile(name: str, smooth: float) -> Profile:
     """Wheel profile by name or file, read once."""
-    return load_profile(name, "wheel")
+    return load_profile(name, "wheel", smooth=smooth)
 
 
 @lru_cache(maxsize=256)
-def rail_profile(name: str, inclination: float, gauge: float, half_span: float) -> Profile:
+def rail_profile(name: str, inclination: float, gauge: float, half_span: float, smooth: float) -> Profile:
     """Rail profile by name or file, placed in the track."""
-    return load_profile(name, "rail", inclination=inclination, gauge=gauge, half_span=half_span)
+    return load_profile(
+        name, "rail", inclination=inclination, gauge=gauge, half_span=half_span, smooth=smooth
+    )
 
 
 def profile_faults(request: Request) -> list[tuple[str, str]]:
     """Faults of the profiles, as (column, message), one line each."""
     faults = []
     for column, read, given in (
-        ("wheel", wheel_profile, (request.wheel,)),
+        ("wheel", wheel_profile, request.smoothed_wheel),
         ("rail", rail_profile, request.placed_rail),
     ):
         try:
@@ -236,7 +243,7 @@ def profile_faults(request: Request) -> list[tuple[str, str]]:
 
 def bodies(request: Request) -> tuple[Wheelset, Counterface]:
     """Wheelset and rails or rollers of a point."""
-    wheel = wheel_profile(request.wheel)
+    wheel = wheel_profile(*request.smoothed_wheel)
     wheelset = Wheelset(wheel, wheel, request.wheel_radius, half_span(request.back_to_back))
     return wheelset, Counterface(rail_profile(*request.placed_rail), request.counterface_curvature)
 

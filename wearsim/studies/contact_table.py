@@ -349,7 +349,7 @@ def notes(result: PointResult) -> dict[str, str]:
     stand = _stand(request.rail, request.inclination)
     if stand is not None:
         lines["measured rail"] = f"{request.rail}: {stand}"
-    free = _clearance(request.wheel, *request.placed_rail)
+    free = _clearance(request.smoothed_wheel, request.placed_rail)
     towards = {"right": request.shift, "left": -request.shift}
     climbing = [patch["side"] for patch in result.patches if towards[patch["side"]] > free]
     if climbing:
@@ -371,9 +371,9 @@ def notes(result: PointResult) -> dict[str, str]:
 
 
 @lru_cache(maxsize=64)
-def _clearance(wheel: str, *placed_rail: Any) -> float:
+def _clearance(smoothed_wheel: Any, placed_rail: Any) -> float:
     """Flange clearance, infinite where it is not known."""
-    free = flange_clearance(wheel_profile(wheel), rail_profile(*placed_rail))
+    free = flange_clearance(wheel_profile(*smoothed_wheel), rail_profile(*placed_rail))
     return math.inf if free is None else free
 
 

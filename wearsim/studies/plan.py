@@ -121,7 +121,10 @@ def plan_text(item: dict[str, Any]) -> str:
 def _rows(item: dict[str, Any]) -> _Rows:
     campaign, wear = item["settings"]["campaign"], item["settings"]["counterface"]["wear"]
     yield "distance", f"{item['distance'] / 1e3:g} km"
-    yield "wheel, counterface", ", ".join(entry["name"].split(" ", 1)[1] for entry in item["inputs"][1:3])
+    named = [entry["name"].split(" ", 1) for entry in item["inputs"][1:]]
+    shapes = [name for role, name in named if role.startswith(("wheelset.", "counterface."))]
+    yield "wheel, counterface", ", ".join(shapes)
+    yield from _as_read(item["settings"])
     yield "operating points", f"{item['points']}, of which {item['monitoring_points']} only monitor"
     yield "environment factor", ", ".join(f"{value:g}" for value in item["environment"])
     yield from _models(item)
@@ -156,6 +159,15 @@ def _rows(item: dict[str, Any]) -> _Rows:
         redressed = f"redressed to their new profile {' or '.join(when)}" if when else "never redressed"
         yield "rollers", f"wear {wear['factor']:g} times as deep per passage as the wheels; {redressed}"
     yield "result file", f"about {item['bytes_per_step'] / 1e6:.2g} MB per step before compression"
+
+
+def _as_read(settings: dict[str, Any]) -> _Rows:
+    """Lines on what is not as the files of the profiles are."""
+    bodies = (("wheels", settings["wheelset"]), ("counterface", settings["counterface"]))
+    waves = [f"{name} below {one['smooth_mm']:g} mm" for name, one in bodies if one["smooth_mm"] is not None]
+    if waves:
+        yield "smoothed", f"waves on {', on '.join(waves)}"
+    yield "wheel radius", f"{settings['wheelset']['radius_mm']:g} mm"
 
 
 def _models(item: dict[str, Any]) -> _Rows:

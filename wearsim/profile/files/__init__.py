@@ -29,6 +29,7 @@ from wearsim.profile.files.points import (
 )
 from wearsim.profile.placement import head_lean, lean_words, place_rail, tilt_to_add
 from wearsim.profile.shape import Kind, Profile
+from wearsim.profile.smoothing import smoothed
 
 
 class Format(NamedTuple):
@@ -69,6 +70,11 @@ class ProfileReading:
     files: tuple[Path, ...]  # the file given, and that of the slice
     lean: float | None = None  # of a rail head towards the track centre, see `placement.head_lean` [-]
     running_circle: float | None = None  # from the flange back [m], if the header gives it and y starts there
+
+    @property
+    def diameter(self) -> float | None:
+        """Wheel diameter at the running circle that the instrument wrote down [m]."""
+        return miniprof.wheel_diameter(self.header) if self.profile.kind == "wheel" else None
 
 
 def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements]) -> ProfileReading:
@@ -174,6 +180,7 @@ def load_profile(
     gauge: float = 1.435,
     half_span: float = 0.750,
     spacing: float = 0.25e-3,
+    smooth: float = 0.0,
     **statements: Unpack[Statements],
 ) -> Profile:
     """Profile by the name of a standard shape or from a file; a rail is placed in the track.
@@ -190,6 +197,8 @@ def load_profile(
         already, see `placement.tilt_to_add` (0: it stands as measured).
     gauge, half_span, spacing : float
         Placement of a rail, see `place_rail`; point distance of a shipped shape [m].
+    smooth : float
+        Wavelength below which a profile from a file is smoothed, see `smoothed` [m].
     """
     name = str(name_or_path)
     if not is_file(name):
@@ -197,9 +206,10 @@ def load_profile(
             return standard.wheel(name, spacing)
         return standard.rail(name, inclination, gauge, half_span, spacing)
     reading = read_profile(name_or_path, kind, **statements)
+    profile = smoothed(reading.profile, smooth)
     if kind == "wheel":
-        return reading.profile
-    return place_file(reading.profile, name, tilt_to_add(reading.lean, inclination), gauge, half_span)
+        return profile
+    return place_file(profile, name, tilt_to_add(reading.lean, inclination), gauge, half_span)
 
 
 def is_file(name: str) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from decimal import Decimal
 
 from wearsim.profile.checks import MIN_POINTS
@@ -32,6 +32,8 @@ _KNOWN_KEY = re.compile(
     re.IGNORECASE | re.MULTILINE,
 )
 _LEAST_CIRCLE, _MOST_CIRCLE = 60.0, 80.0  # running circle from the flange back [mm]
+_DIAMETER = re.compile(r"\d{3,4}([.,]\d+)?")
+_LEAST_DIAMETER, _MOST_DIAMETER = 300.0, 1500.0  # [mm]
 _COLUMNS = {"x", "y", "a", "c", "k", "n"}
 _OLD_STYLE = "(sd/sh/qr)"
 # the word in a comment of another format says only where its points come from
@@ -63,6 +65,15 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
     first = next((k for k in range(start, len(text.lines)) if _is_data(text.lines[k])), len(text.lines))
     numbered = list(enumerate(text.lines, start=1))
     return _points(numbered[first:], _header(line for _, line in numbered[:first]), kind, faults)
+
+
+def wheel_diameter(header: Mapping[str, str]) -> float | None:
+    """Wheel diameter at the running circle that a header states, if it is plausible [m]."""
+    text = (_value(header, "diametertaperline") or "").strip()
+    if not _DIAMETER.fullmatch(text):
+        return None
+    value = float(text.replace(",", "."))
+    return 1e-3 * value if _LEAST_DIAMETER <= value <= _MOST_DIAMETER else None
 
 
 def read_part(text: Text, kind: Kind, faults: Faults, part: int | str | None) -> Points | None:
@@ -142,7 +153,7 @@ def _header(lines: Iterable[str]) -> dict[str, str]:
     return header
 
 
-def _value(header: dict[str, str], key: str) -> str | None:
+def _value(header: Mapping[str, str], key: str) -> str | None:
     """Value of a key in any case of letters."""
     return next((value for name, value in header.items() if name.lower() == key), None)
 

@@ -32,8 +32,6 @@ _BOTH_SIDES = 8e-3  # a head falls off by this on both sides of its top [m]
 _ONE_SIDE = 10e-3  # or by this on one side, and steeper there than a flange [m]
 _STEEPEST_FLANGE = 78.0  # degrees
 _HEADER_LINES = 5  # lines searched for a word on the kind
-_NUMBER = re.compile(r"\d{2,4}(\.\d+)?")
-_DIAMETER_RANGE = (0.3, 1.5)  # plausible diameters of a header [m]
 _NOISE_WAVELENGTH = 5e-3  # shorter waves are no hollowing: a contact band is ten times as wide [m]
 _MOST_NOISE = 50e-6  # share of the hollowing that such waves may have without a warning [m]
 _HEADER_MEASURES = {
@@ -65,6 +63,7 @@ class ProfileInput:
     upright: bool = False  # whether it is a rail that needs an inclination in the track
     lean: float | None = None  # of a measured rail head, see `wearsim.profile.placement.head_lean` [-]
     running_circle: float = RUNNING_CIRCLE  # distance of y = 0 from the flange back [m]
+    diameter: float | None = None  # of a wheel at the running circle, if the header states it [m]
 
     @property
     def kind(self) -> Kind:
@@ -83,15 +82,6 @@ class ProfileInput:
     def noted(self, *notes: str) -> ProfileInput:
         """Return the same with further notes."""
         return replace(self, notes=(*self.notes, *notes))
-
-    @property
-    def diameter(self) -> float | None:
-        """Wheel diameter at the running circle that the instrument wrote down [m]."""
-        text = self.key("DiameterTaperline").replace(",", ".")
-        if self.kind != "wheel" or not _NUMBER.fullmatch(text):
-            return None
-        value = 1e-3 * float(text)
-        return value if _DIAMETER_RANGE[0] <= value <= _DIAMETER_RANGE[1] else None
 
 
 def read_input(
@@ -195,7 +185,7 @@ def _from_file(given: str, kind: Kind | None, statements: Mapping[str, Any]) -> 
     result = ProfileInput(
         given, reading.profile, reading.format, FORMATS[reading.format].title, (*notes, *reading.notes[1:]),
         reading.header, f"file {path.name}", "", lean is not None and abs(lean) <= UPRIGHT, lean,
-        reading.running_circle or RUNNING_CIRCLE,
+        reading.running_circle or RUNNING_CIRCLE, reading.diameter,
     )  # fmt: skip
     if result.diameter is None:
         return result
