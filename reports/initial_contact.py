@@ -50,7 +50,7 @@ def initial_contact(wheelset, counterface, shift, yaw=0.0, free_roll=False):
     angle = np.zeros_like(shift)
     if free_roll:
         angle, exists = equilibrium.resting_roll(
-            lambda trial: (gap(0, trial).gap.min(axis=1), gap(1, trial).gap.min(axis=1)),
+            lambda trial, _: (gap(0, trial).gap.min(axis=1), gap(1, trial).gap.min(axis=1)),
             angle,
             wheelset.half_span,
         )

@@ -233,14 +233,18 @@ def test_coarse_patches_check_every_load(wheelset, counterface, points, coarse):
 def test_a_wheelset_at_rest_needs_few_rolls_where_creep_forces_carry_much(
     monkeypatch, wheelset, counterface, points, coarse
 ):
-    """Loads follow the roll and the roll the loads: the secant settles both."""
-    rolls = []
+    """Loads follow the roll and the roll the loads: the secant settles both, to 1e-9 m between the wheels.
+
+    The other wheelset, which stands straight, rests at once and is not solved again.
+    """
+    solved = []
     monkeypatch.setattr(
-        solve_module,
-        "equilibrium",
-        lambda task, chunk, *others: rolls.append(chunk.roll[0]) or equilibrium(task, chunk, *others),
+        solve_module, "equilibrium", lambda *given: solved.append(equilibrium(*given)) or solved[-1]
     )
-    conditions = points(6.34e-3, -45.6e-3, friction=0.367)
+    conditions = points(np.array([0.0, 6.34e-3]), np.array([0.0, -45.6e-3]), friction=0.367)
     solve(replace(conditions, free_roll=True), wheelset, counterface(5.0), coarse)
-    assert 3 < len(rolls) <= 16
-    assert abs(rolls[-1] - rolls[-2]) <= 1e-8
+    assert [one.speed.size for one in solved[:3]] == [2, 1, 1]
+    assert len(solved) <= 8
+    wheels = solved[-1].wheels
+    right, left = (wheels.normal.vertical_displacement[wheels.sign == sign][0] for sign in (1.0, -1.0))
+    assert abs(right - left) <= 1e-9

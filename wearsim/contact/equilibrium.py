@@ -15,7 +15,7 @@ _MOST_WIDENINGS, _MOST_STEPS = 12, 60
 
 
 def falling_root(
-    function: Callable[[FloatArray], FloatArray],
+    function: Callable[[FloatArray, NDArray[np.bool_]], FloatArray],
     first: FloatArray,
     step: FloatArray,
     *,
@@ -28,7 +28,8 @@ def falling_root(
     Parameters
     ----------
     function : callable
-        Values (n,) at arguments (n,); a row's value depends on its own argument only.
+        Values (n,) at arguments (n,) of the rows a mask (n,) asks for; the others' are not looked at. A row's
+        value depends on its own argument only.
     first, step : (n,) array
         Middle and half width of the first bracket; it is widened up to 4096 times where it holds no root.
     goal : (n,) array
@@ -46,7 +47,7 @@ def falling_root(
         False where no bracket holds a root.
     """
     low, high = first - step, first + step
-    above, below = function(low), function(high)
+    above, below = function(low, ~done), function(high, ~done)
     for _ in range(_MOST_WIDENINGS):
         wide_low, wide_high = (above < 0.0) & ~done, (below > 0.0) & ~done
         if not (wide_low.any() or wide_high.any()):
@@ -54,8 +55,8 @@ def falling_root(
         step = 2.0 * step
         low = np.where(wide_low, low - step, low)
         high = np.where(wide_high, high + step, high)
-        above = np.where(wide_low, function(low), above)
-        below = np.where(wide_high, function(high), below)
+        above = np.where(wide_low, function(low, wide_low), above)
+        below = np.where(wide_high, function(high, wide_high), below)
     solved = ((above >= 0.0) & (below <= 0.0)) | done
     root, last, done = first.copy(), np.zeros(first.size), done | ~solved
     for _ in range(_MOST_STEPS):
@@ -64,7 +65,7 @@ def falling_root(
         share = np.where(flat, 0.5, above / np.where(flat, 1.0, width))
         # A row that is done keeps its root, so that it does not depend on its neighbours in the batch.
         root = np.where(done, root, low + share * (high - low))
-        value = function(root)
+        value = function(root, ~done)
         done |= (np.abs(value) <= goal) | (np.abs(high - low) <= narrow)
         if done.all():
             break
@@ -77,11 +78,11 @@ def falling_root(
     return root, solved
 
 
-_HEIGHT_TOLERANCE = 1e-11  # m, between the displacements of the two wheels
-
-
 def resting_roll(
-    displacements: Callable[[FloatArray], tuple[FloatArray, FloatArray]], guess: FloatArray, half_span: float
+    displacements: Callable[[FloatArray, NDArray[np.bool_]], tuple[FloatArray, FloatArray]],
+    guess: FloatArray,
+    half_span: float,
+    tolerance: float = 1e-9,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Roll at which both loads push the axle down by the same height.
 
@@ -89,11 +90,14 @@ def resting_roll(
     ----------
     displacements : callable
         For (n,) rolls [rad], the displacements of the right and the left wheel from the axle's design height
-        under their loads [m]; roll takes each of them along, so that their difference falls with it.
+        under their loads [m], of the rows a mask (n,) asks for; roll takes each of them along, so that their
+        difference falls with it.
     guess : (n,) array
         First guess [rad].
     half_span : float
         Half the distance of the wheels, for the second guess [m].
+    tolerance : float
+        Of the difference [m].
 
     Returns
     -------
@@ -104,16 +108,16 @@ def resting_roll(
         by moving sideways than it sinks by rolling.
     """
 
-    def difference(roll: FloatArray) -> FloatArray:
-        right, left = displacements(roll)
+    def difference(roll: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
+        right, left = displacements(roll, wanted)
         return right - left
 
-    near = guess + difference(guess) / (2.0 * half_span)
+    near = guess + difference(guess, np.ones(guess.size, bool)) / (2.0 * half_span)
     return falling_root(
         difference,
         near,
         np.maximum(0.05 * np.abs(near - guess), 1e-7),
-        goal=np.full(guess.size, _HEIGHT_TOLERANCE),
+        goal=np.full(guess.size, tolerance),
         narrow=np.full(guess.size, 1e-15),
         done=np.zeros(guess.size, bool),
     )
@@ -192,7 +196,7 @@ def balanced_rotation(
             rows=np.flatnonzero(beyond).tolist(),
         )
     speed, solved = falling_root(
-        lambda speed: torque(speed) - applied,
+        lambda speed, _: torque(speed) - applied,
         first,
         np.abs(nominal) * 2e-3,
         goal=np.maximum(scale, 1e-300) * _TOLERANCE,

@@ -8,6 +8,7 @@ from dataclasses import fields, replace
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.contact import geometry
 from wearsim.contact.balance import Equilibrium, check_balance, equilibrium
@@ -17,7 +18,17 @@ from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
 from wearsim.contact.tangential import TangentialSolution
-from wearsim.contact.wheels import Task, Wheels, contact_where, joined, normal_of, patches_where, side_of
+from wearsim.contact.wheels import (
+    Task,
+    Wheels,
+    by_point,
+    contact_joined,
+    contact_where,
+    joined,
+    normal_of,
+    patches_where,
+    side_of,
+)
 from wearsim.errors import ContactError, NumericalError
 
 __all__ = [
@@ -201,14 +212,14 @@ def _placed(error: ContactError, chunk: ContactConditions, index: IntArray) -> C
 def _solve_chunk(task: Task, chunk: ContactConditions, index: IntArray) -> ContactSolution:
     """All four problems for the chunk of the points at `index`."""
     balance = isinstance(chunk.rotation, str) and chunk.rotation == "free" and chunk.creepage is None
-    numbers = (0, 1) if balance else task.sides
+    numbers = (0, 1) if balance or chunk.free_roll else task.sides
     speed = None if balance else _rotation_speed(task, chunk, index)
     try:
         sides = [side_of(task, number, chunk) for number in numbers]
         if not chunk.free_roll:
             solved = equilibrium(task, chunk, sides, speed)
         else:
-            solved, chunk = _at_rest(task, chunk, numbers, speed)
+            solved, chunk = _at_rest(task, chunk, speed)
     except ContactError as error:
         if error.row is None:  # the grid: a fault of no point
             raise
@@ -239,62 +250,111 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
 
 
 _MOST_ROLLS = 20
-_STILL_ROLL = 1e-9  # rad, change of the roll that changes nothing any more
+_NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches and without creep forces
+_AT_REST = 1e-9  # m, between those in equilibrium
 _LARGEST_CHANGE = 1e-4  # rad, of the roll in the end: where loads jump with the roll it does not come to rest
+_LEAST_FALL, _LARGEST_FALL = 0.1, 5.0  # of the difference with the roll, over the distance of the wheels
 
 
 def _at_rest(
-    task: Task, chunk: ContactConditions, numbers: tuple[int, ...], speed: FloatArray | None
+    task: Task, chunk: ContactConditions, speed: FloatArray | None
 ) -> tuple[Equilibrium, ContactConditions]:
-    """Equilibrium of a wheelset that rests on both wheels, and the conditions with its roll."""
-    rows = np.arange(chunk.shift.size)
-    load = np.repeat(chunk.wheel_load[:, None], 2, axis=1)
-    moving = np.ones(rows.size, bool)
+    """Equilibrium of a wheelset that rests on both wheels, and the conditions with its roll.
 
-    def displacements(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-        tilted = replace(chunk, roll=angle, creepage=None)
-        normals = []
-        for side in (0, 1):
-            try:
-                normals.append(normal_of(task, side_of(task, side, tilted), rows, load[:, side].copy()))
-            except ContactError as error:
-                error.side = side
-                raise
-        right, left = (one.vertical_displacement[np.searchsorted(one.patch.row, rows)] for one in normals)
-        return right, left
-
-    before, moved = np.zeros(rows.size), np.zeros(rows.size)
+    From the roll at which coarse patches carry the wheel loads the secant method, bracketed, leads to the one
+    at which both wheels in equilibrium are displaced alike. A row that rests is not solved again.
+    """
+    roll, span = _near_rest(task, chunk), 2.0 * task.wheelset.half_span
+    count = roll.size
+    low, high = np.full(count, -np.inf), np.full(count, np.inf)
+    before, moved = np.zeros(count), np.zeros(count)
+    rows = np.arange(count)
+    turning, load = np.zeros(count), np.zeros((count, 2))
+    wheels: list[Wheels] = []
+    contacts: list[TangentialSolution] = []
     for trial in range(_MOST_ROLLS):
-        angle, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span)
-        if not solved.all():
-            raise ContactError(
-                "no roll of the wheelset lets both wheels carry their loads; "
-                "check shift, gauge and profiles, or give the roll",
-                int(np.argmin(solved)),
-                rows=np.flatnonzero(~solved).tolist(),
-            )
-        change = angle - chunk.roll
-        moving &= np.abs(change) > _STILL_ROLL
-        step = change
-        if trial > 1:  # secant: the first change is that of the wheel loads, not of the balanced ones
-            fall = (before - change) / np.where(moving, moved, 1.0)
-            step = change / np.where(fall > 0.0, np.clip(fall, 0.5, 3.0), 1.0)
-        # A row at rest keeps its roll, so that it does not depend on its neighbours in the batch.
-        before, moved = change, np.where(moving, step, 0.0)
-        chunk = replace(chunk, roll=chunk.roll + moved)
-        balanced = equilibrium(task, chunk, [side_of(task, number, chunk) for number in numbers], speed)
+        tilted = _part(replace(chunk, roll=roll), rows)
+        try:
+            sides = [side_of(task, number, tilted) for number in (0, 1)]
+            balanced = equilibrium(task, tilted, sides, None if speed is None else speed[rows])
+        except ContactError as error:
+            raise _of_whole(error, rows) from None
+        right, left = _displacements(balanced.wheels, rows.size)
+        off = right - left
+        low[rows] = np.where(off > 0.0, roll[rows], low[rows])
+        high[rows] = np.where(off > 0.0, high[rows], roll[rows])
+        step = off / span
+        if trial > 0:
+            fall = (before - off) / (moved * span)
+            step /= np.where(fall > 0.0, np.clip(fall, _LEAST_FALL, _LARGEST_FALL), 1.0)
+        aim = roll[rows] + step
+        outside = ~((low[rows] < aim) & (aim < high[rows]))
+        aim[outside] = 0.5 * (low[rows] + high[rows])[outside]
+        moving = np.abs(off) > _AT_REST
+        if trial == _MOST_ROLLS - 1:
+            moving &= np.abs(aim - roll[rows]) > _LARGEST_CHANGE
+        turning[rows], load[rows] = balanced.speed, balanced.load
+        if not moving.all():
+            settled = ~moving[balanced.wheels.normal.patch.row]
+            part: Wheels = patches_where(balanced.wheels, settled)
+            patch = replace(part.normal.patch, row=rows[part.normal.patch.row])
+            wheels.append(replace(part, normal=replace(part.normal, patch=patch)))
+            contacts.append(contact_where(balanced.contact, settled))
         if not moving.any():
-            break
-        load = np.where(moving[:, None], balanced.load, load)
-    restless = moving & (np.abs(change) > _LARGEST_CHANGE)
-    if restless.any():
-        raise NumericalError(
-            "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "
-            "friction, yaw or shift, or give the roll",
-            row=int(np.argmax(restless)),
-            rows=np.flatnonzero(restless).tolist(),
+            whole, order = by_point(wheels)
+            contact = contact_joined(contacts, order)
+            return Equilibrium(whole, contact, turning, load), replace(chunk, roll=roll)
+        before, moved, rows = off[moving], (aim - roll[rows])[moving], rows[moving]
+        roll[rows] = aim[moving]
+    raise NumericalError(
+        "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "
+        "friction, yaw or shift, or give the roll",
+        row=int(rows[0]),
+        rows=rows.tolist(),
+    )
+
+
+def _near_rest(task: Task, chunk: ContactConditions) -> FloatArray:
+    """Roll (n,) at which coarse patches without creep forces carry the wheel loads [rad]."""
+
+    def displacements(angle: FloatArray, wanted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+        rows = np.flatnonzero(wanted)
+        tilted = _part(replace(chunk, roll=angle), rows)
+        both = np.zeros((2, wanted.size))
+        for number in (0, 1):
+            try:
+                side, every = side_of(task, number, tilted), np.arange(rows.size)
+                normal = normal_of(task, side, every, tilted.wheel_load, rough=True)
+            except ContactError as error:
+                error.side = number
+                raise _of_whole(error, rows) from None
+            both[number, rows[normal.patch.row]] = normal.vertical_displacement
+        return both[0], both[1]
+
+    roll, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span, _NEAR_REST)
+    if not solved.all():
+        raise ContactError(
+            "no roll of the wheelset lets both wheels carry their loads; "
+            "check shift, gauge and profiles, or give the roll",
+            int(np.argmin(solved)),
+            rows=np.flatnonzero(~solved).tolist(),
         )
-    return balanced, chunk
+    return roll
+
+
+def _of_whole(error: ContactError, rows: IntArray) -> ContactError:
+    """Return the error of one of some rows with its place in the whole."""
+    if error.row is not None:
+        error.row = int(rows[error.row])
+        error.rows = tuple(rows[list(error.rows)].tolist())
+    return error
+
+
+def _displacements(wheels: Wheels, count: int) -> tuple[FloatArray, FloatArray]:
+    """Vertical displacements (n,) of both wheels [m]."""
+    both = np.zeros(2 * count)
+    both[wheels.place] = wheels.normal.vertical_displacement
+    return both[::2], both[1::2]
 
 
 def _finish(

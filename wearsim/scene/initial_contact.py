@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.contact import geometry
 from wearsim.contact.equilibrium import resting_roll
@@ -225,7 +226,7 @@ def _resting_roll(setup: CampaignSetup, row: int) -> float | None:
     """Roll at which both wheels carry their loads [rad]; None where there is none."""
     rows = np.array([row])
 
-    def displacements(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def displacements(angle: FloatArray, _: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
         right, left = (_displacement(setup, side, rows, angle) for side in (0, 1))
         if isinstance(right, np.ndarray) and isinstance(left, np.ndarray):
             return right, left

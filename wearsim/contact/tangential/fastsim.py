@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wearsim.contact.kernel import leaf_kernel, plain
+from wearsim.contact.kernel import kernel, leaf_kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, Patch, load_factor
 from wearsim.contact.tangential.kalker import coefficients
 from wearsim.contact.tangential.model import TangentialModel, TangentialSolution
@@ -54,10 +54,10 @@ def flexibilities(patch: Patch, shear_modulus: float, poisson_ratio: float) -> F
     .. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483,
        doi:10.1080/00423110500141144.
     """
-    strip = patch.x_lead - patch.x_trail
-    area = strip.sum(axis=1) * patch.width
-    ratio = strip.max(axis=1, initial=0.0) / (patch.width * patch.strips)
-    a = np.sqrt(area / np.pi * ratio)
+    total, longest = np.empty((2, patch.width.size))
+    _lengths(plain(patch.x_lead), plain(patch.x_trail), patch.strips, total, longest)
+    ratio = longest / (patch.width * patch.strips)
+    a = np.sqrt(total * patch.width / np.pi * ratio)
     c11, c22, c23, _ = coefficients(ratio, poisson_ratio)
     return np.array(
         [
@@ -66,6 +66,19 @@ def flexibilities(patch: Patch, shear_modulus: float, poisson_ratio: float) -> F
             np.pi * a * np.sqrt(ratio) / (4.0 * shear_modulus * c23),
         ]
     )
+
+
+@kernel
+def _lengths(
+    x_lead: FloatArray, x_trail: FloatArray, strips: IntArray, total: FloatArray, longest: FloatArray
+) -> None:
+    """Lengths of the strips of each patch: their sum, to the same bits whatever the padding, and the largest."""
+    for m in range(strips.size):
+        total[m], longest[m] = 0.0, 0.0
+        for j in range(strips[m]):
+            length = x_lead[m, j] - x_trail[m, j]
+            total[m] += length
+            longest[m] = max(longest[m], length)
 
 
 def solve(

@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.patch import FloatArray
 
 # Rows: a/b = 0.1 ... 1.0, then b/a = 0.9 ... 0.1; columns: nu = 0, 1/4, 1/2 of C11, C22, C23, C33.
@@ -80,8 +81,20 @@ def coefficients(axis_ratio: FloatArray, poisson_ratio: float) -> FloatArray:
     ----------
     .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
     """
-    at_nu, place = _logarithms(poisson_ratio), np.log(np.asarray(axis_ratio, dtype=float))
-    left = np.clip(np.searchsorted(_KNOTS, place) - 1, 0, _KNOTS.size - 2)
-    share = (place - _KNOTS[left]) / (_KNOTS[left + 1] - _KNOTS[left])
-    result: FloatArray = np.exp(at_nu[left] + share[:, None] * (at_nu[left + 1] - at_nu[left])).T
+    ratio = plain(axis_ratio)
+    result = np.empty((4, ratio.size))
+    _interpolate(ratio, _KNOTS, _logarithms(poisson_ratio), result)
     return result
+
+
+@kernel
+def _interpolate(ratio: FloatArray, knots: FloatArray, logarithms: FloatArray, result: FloatArray) -> None:
+    """Fill `result` (4, m), linear in logarithms."""
+    for m in range(ratio.size):
+        place, left = np.log(ratio[m]), 0
+        while left < knots.size - 2 and knots[left + 1] < place:
+            left += 1
+        share = (place - knots[left]) / (knots[left + 1] - knots[left])
+        for k in range(4):
+            here = logarithms[left, k]
+            result[k, m] = np.exp(here + share * (logarithms[left + 1, k] - here))
