@@ -58,7 +58,7 @@ def test_fastsim_kernel_against_c(show, best, tmp_path):
         return np.empty((5, patches, cells, strips)), np.zeros((patches, 3)), np.zeros(patches)
 
     ours, theirs = outputs(), outputs()
-    rows = np.empty(14 * fastsim._ROW)
+    rows = np.empty(15 * fastsim._ROW)
 
     def kernel():
         fastsim._march(*given, strip_count, cell_count, True, rows, *ours)

@@ -107,7 +107,7 @@ def solve(
         plain(patch.y), plain(patch.width), plain(patch.x_lead), plain(patch.x_trail), plain(friction),
         plain(slope), plain(creepage), flexibility, plain(_mean_flexibility(creepage, flexibility)),
         np.require(patch.strips, np.int64, ("C", "W")), np.require(patch.cells, np.int64, ("C", "W")), fields,
-        np.empty(14 * _ROW), out, force, slip_area,
+        np.empty(15 * _ROW), out, force, slip_area,
     )  # fmt: skip
     length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
     return TangentialSolution(force, slip_area, patch.x_lead, length, out if fields else None)
@@ -130,10 +130,11 @@ def _march(
     """March from the leading to the trailing end, all strips of a patch side by side.
 
     All operands of the inner loop lie in `rows`, one buffer of rows a constant number of places apart:
-    only then does the compiler see that rows do not overlap, and uses vector instructions. Rows: 0 half
-    length, 1 middle, 2 lateral position, 3 and 4 traction at the upstream cell end, 5 pressure there,
-    6 slipping cells so far, 7 to 11 the means of pressure, traction and slip in the cell, 12 the
-    flexibility over the cell length, 13 the largest pressure.
+    only then does the compiler see that rows do not overlap, and uses vector instructions. Rows: 0 cell
+    length, 1 half length, 2 middle, 3 lateral position, 4 to 6 what rigid slip adds to the traction over a
+    cell (longitudinal; lateral at the middle; lateral per place), 7 the largest pressure, 8 the flexibility
+    over the cell length, 9 and 10 traction at the upstream cell end, 11 to 14 the means of traction and slip
+    in the cell.
     """
     for m in range(y.shape[0]):
         strips, cells = strip_count[m], cell_count[m]
@@ -141,60 +142,60 @@ def _march(
         rate_y = creepage[m, 1] / flexibility[1, m]
         rate_s = creepage[m, 2] / flexibility[2, m]
         flex = mean[m] * 0.5 * cells
-        mu = friction[m]
         for j in range(strips):
-            rows[j] = 0.5 * (x_lead[m, j] - x_trail[m, j])
-            rows[_ROW + j] = 0.5 * (x_lead[m, j] + x_trail[m, j])
-            rows[2 * _ROW + j] = y[m, j]
-            rows[12 * _ROW + j] = flex / rows[j] if rows[j] > 0.0 else 0.0
-            rows[13 * _ROW + j] = slope[m, j] * rows[j]
-            for k in range(3, 7):
-                rows[k * _ROW + j] = 0.0
-        f_x, f_y, moment = 0.0, 0.0, 0.0
+            half, middle = 0.5 * (x_lead[m, j] - x_trail[m, j]), 0.5 * (x_lead[m, j] + x_trail[m, j])
+            dx = half * (2.0 / cells)
+            rows[j] = dx
+            rows[_ROW + j] = half
+            rows[2 * _ROW + j] = middle
+            rows[3 * _ROW + j] = y[m, j]
+            rows[4 * _ROW + j] = (rate_x - rate_s * y[m, j]) * dx
+            rows[5 * _ROW + j] = (rate_y + rate_s * middle) * dx
+            rows[6 * _ROW + j] = rate_s * half * dx
+            rows[7 * _ROW + j] = slope[m, j] * half
+            rows[8 * _ROW + j] = flex / half if half > 0.0 else 0.0
+            rows[9 * _ROW + j] = rows[10 * _ROW + j] = 0.0
+        f_x, f_y, moment, slipping, root_before = 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(cells):
             # Ends and middle of this cell, in half lengths from the middle of the strip.
             place = 1.0 - (2.0 * i + 1.0) / cells
             behind = 1.0 - 2.0 * (i + 1) / cells
             # Exactly zero at the trailing end: the root of a rounding error would be 1e-8.
             root = np.sqrt(max(1.0 - behind * behind, 0.0)) if i < cells - 1 else 0.0
+            bound, mean_root = friction[m] * root, 0.5 * (root_before + root)
+            root_before = root
             for j in range(strips):
-                half = rows[j]
-                dx = half * (2.0 / cells)
-                x = rows[_ROW + j] + place * half
-                lateral = rows[2 * _ROW + j]
-                old_x, old_y, p_up = rows[3 * _ROW + j], rows[4 * _ROW + j], rows[5 * _ROW + j]
-                trial_x = old_x - (rate_x - rate_s * lateral) * dx
-                trial_y = old_y - (rate_y + rate_s * x) * dx
-                p_here = root * rows[13 * _ROW + j]
-                limit = mu * p_here
+                dx = rows[j]
+                x = rows[2 * _ROW + j] + place * rows[_ROW + j]
+                old_x, old_y = rows[9 * _ROW + j], rows[10 * _ROW + j]
+                trial_x = old_x - rows[4 * _ROW + j]
+                trial_y = old_y - (rows[5 * _ROW + j] + place * rows[6 * _ROW + j])
+                limit = bound * rows[7 * _ROW + j]
                 size = np.sqrt(trial_x * trial_x + trial_y * trial_y)
-                slips = 1.0 if size > limit else 0.0
                 share = limit / size if size > limit else 1.0
                 new_x, new_y = trial_x * share, trial_y * share
                 mean_x, mean_y = 0.5 * (old_x + new_x), 0.5 * (old_y + new_y)
-                rows[3 * _ROW + j] = new_x
-                rows[4 * _ROW + j] = new_y
-                rows[5 * _ROW + j] = p_here
-                rows[6 * _ROW + j] += slips
+                rows[9 * _ROW + j] = new_x
+                rows[10 * _ROW + j] = new_y
                 if keep:
-                    excess = (share - 1.0) * rows[12 * _ROW + j]
-                    rows[7 * _ROW + j] = 0.5 * (p_up + p_here)
-                    rows[8 * _ROW + j] = mean_x
-                    rows[9 * _ROW + j] = mean_y
-                    rows[10 * _ROW + j] = trial_x * excess
-                    rows[11 * _ROW + j] = trial_y * excess
-                f_x += mean_x * dx
-                f_y += mean_y * dx
-                moment += (x * mean_y - lateral * mean_x) * dx
+                    excess = (share - 1.0) * rows[8 * _ROW + j]
+                    rows[11 * _ROW + j] = mean_x
+                    rows[12 * _ROW + j] = mean_y
+                    rows[13 * _ROW + j] = trial_x * excess
+                    rows[14 * _ROW + j] = trial_y * excess
+                part_x, part_y = mean_x * dx, mean_y * dx
+                f_x += part_x
+                f_y += part_y
+                moment += x * part_y - rows[3 * _ROW + j] * part_x
+                slipping += dx if size > limit else 0.0
             if keep:
-                for k in range(5):
+                for j in range(strips):
+                    out[0, m, i, j] = mean_root * rows[7 * _ROW + j]
+                for k in range(1, 5):
                     for j in range(strips):
-                        out[k, m, i, j] = rows[(7 + k) * _ROW + j]
-        total = 0.0
-        for j in range(strips):
-            total += rows[6 * _ROW + j] * rows[j]
+                        out[k, m, i, j] = rows[(10 + k) * _ROW + j]
         force[m, 0], force[m, 1], force[m, 2] = f_x * width[m], f_y * width[m], moment * width[m]
-        slip_area[m] = total * (2.0 / cells) * width[m]
+        slip_area[m] = slipping * width[m]
 
 
 # One cell has no pressure between its ends.
