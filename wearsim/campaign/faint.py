@@ -7,9 +7,8 @@ frictional power and the wear of its wheel at the operating point,
 .. math:: w = 1 - \prod_k (1 - u_k), \qquad u = t^2 (3 - 2 t), \qquad
           t = \operatorname{clip}(\lg(s / 10^{-4}), 0, 1):
 
-smooth in each share, 0 where all of them are below a tenth of `FAINT`, 1 where one of them reaches it. A
-faint patch stays where its wear counts: by a law that jumps with the pressure a thousandth of the load can
-remove 7 % of the material. Forces, power, work, depths and damage of each patch are multiplied by w and by
+smooth in each share, 0 where all of them are below a tenth of `FAINT`, 1 where one of them reaches it: by a
+law that jumps with the pressure a thousandth of the load can do much of the wear. Forces, power, work, depths and damage of each patch are multiplied by w and by
 the factor that keeps the sum of the normal forces of the wheel; patches of weight 0 are left out.
 """
 
