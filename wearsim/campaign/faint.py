@@ -8,8 +8,9 @@ frictional power and the wear of its wheel at the operating point,
           t = \operatorname{clip}(\lg(s / 10^{-4}), 0, 1):
 
 smooth in each share, 0 where all of them are below a tenth of `FAINT`, 1 where one of them reaches it: by a
-law that jumps with the pressure a thousandth of the load can do much of the wear. Forces, power, work, depths and damage of each patch are multiplied by w and by
-the factor that keeps the sum of the normal forces of the wheel; patches of weight 0 are left out.
+law that jumps with the pressure a thousandth of the load can do much of the wear. Forces, power, work, depths
+and damage of each patch are multiplied by w and by the factor that keeps the sum of the normal forces of the
+wheel; patches of weight 0 are left out.
 """
 
 from __future__ import annotations
