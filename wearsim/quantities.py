@@ -233,12 +233,9 @@ _CAMPAIGN = (
     _q("faint_load", "", "1", "share of the load that faint patches lost", _FAINT, "step"),
     _q("faint_power", "", "1", "share of the frictional power that faint patches lost", _FAINT, "step"),
     _q("faint_wear", "", "1", "share of the wear that faint patches lost", _FAINT, "step"),
-    _q("faint_load_max", "", "1", "largest share of a wheel's load that its faint patches lost", _FAINTEST,
-       "step"),
-    _q("faint_power_max", "", "1", "largest share of a wheel's frictional power that its faint patches lost",
-       _FAINTEST, "step"),
-    _q("faint_wear_max", "", "1", "largest share of a wheel's wear that its faint patches lost", _FAINTEST,
-       "step"),
+    _q("faint_load_max", "", "1", "share of the load that faint patches lost, largest", _FAINTEST, "step"),
+    _q("faint_power_max", "", "1", "share of the power that faint patches lost, largest", _FAINTEST, "step"),
+    _q("faint_wear_max", "", "1", "share of the wear that faint patches lost, largest", _FAINTEST, "step"),
 )
 
 _CONTACT = (

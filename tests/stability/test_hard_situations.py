@@ -26,6 +26,8 @@ ADVICE = ("check", "take", "give", "lower", "smooth", "raise", "must be")
 KNOWN = {
     ("measured noise", "10 um", "kik_piotrowski"): "measured area 104 %, strip work 99 %, target 25 %, 50 %: "
     "its pressure is that of a smooth profile, without a warning",
+    ("measured noise", "10 um", "knothe_le_the"): "measured strip work 74 %, target 35 %: contacts on single "
+    "asperities, 0.1 to 0.8 mm wide",
     ("measured noise", "10 um", "half_space"): "measured strip work 49 %, target 20 %: 30 cells do not "
     "resolve contacts on single asperities",
     ("load of 1 N", "1 N", "knothe_le_the"): "measured pressure 59 %, target 20 %: the patch is "

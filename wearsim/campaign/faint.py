@@ -7,17 +7,17 @@ frictional power and the wear of its wheel at the operating point,
 .. math:: w = 1 - \prod_k (1 - u_k), \qquad u = t^2 (3 - 2 t), \qquad
           t = \operatorname{clip}(\lg(s / 10^{-4}), 0, 1):
 
-smooth in each share, 0 where all of them are below a tenth of `FAINT`, 1 where one of them reaches it. A
-faint patch stays where its wear counts: by a law that jumps with the pressure a thousandth of the load can
-remove 7 % of the material. Forces, power, work, depths and damage of each patch are multiplied by w and by
-the factor that keeps the sum of the normal forces of the wheel; patches of weight 0 are left out.
+smooth in each share, 0 where all of them are below a tenth of `FAINT`, 1 where one of them reaches it: by a
+law that jumps with the pressure a thousandth of the load can do much of the wear. Forces, power, work, depths
+and damage of each patch are multiplied by w and by the factor that keeps the sum of the normal forces of the
+wheel; patches of weight 0 are left out.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -52,23 +52,17 @@ def weight_of(share: FloatArray) -> FloatArray:
     return weight
 
 
-class _Wheels(NamedTuple):
-    """Wheels of the patches of a passage."""
-
-    of: IntArray  # (m,) wheel of each patch
-    first: IntArray  # its first patch
-    amount: FloatArray  # (3, m) normal force [N], work per distance [N] and worn area [m2] of each patch
-
-    def summed(self, values: FloatArray) -> FloatArray:
-        """Sum of values (k, m) over the patches of each wheel."""
-        return np.stack([np.bincount(self.of, row, self.first.size) for row in values])
-
-
-def _wheels(passage: Passage) -> _Wheels:
+def _by_wheel(passage: Passage) -> tuple[IntArray, IntArray, FloatArray]:
+    """Wheel (m,) of each patch; its first patch; load, power and worn area (3, m) of each patch."""
     contact = passage.contact
     _, first, of = np.unique(2 * contact.point + contact.side, return_index=True, return_inverse=True)
     worn = sum((depth.sum(axis=1) for depth in passage.depth), np.zeros(of.size)) * contact.patch.width
-    return _Wheels(of, first, np.stack([contact.normal_force, contact.power, worn]))
+    return of, first, np.stack([contact.normal_force, contact.power, worn])
+
+
+def _summed(of: IntArray, amount: FloatArray) -> FloatArray:
+    """Add up amounts (k, m) of the patches of each wheel."""
+    return np.stack([np.bincount(of, each) for each in amount])
 
 
 def faded(passage: Passage) -> Passage:
@@ -79,14 +73,13 @@ def faded(passage: Passage) -> Passage:
     Passage
         With the weight of each patch left, and what its wheel lost.
     """
-    wheels = _wheels(passage)
-    whole = wheels.summed(wheels.amount)
-    share = wheels.amount / np.where(whole > 0.0, whole, 1.0)[:, wheels.of]
+    of, _, amount = _by_wheel(passage)
+    whole = _summed(of, amount)
+    share = amount / np.where(whole > 0.0, whole, 1.0)[:, of]
     weight = weight_of(share)
     if (weight == 1.0).all():
         return passage
-    load = wheels.amount[:1]
-    factor = weight * (wheels.summed(load) / wheels.summed(weight * load))[0, wheels.of]
+    factor = weight * (whole[:1] / _summed(of, weight * amount[:1]))[0, of]
     across = factor[:, None]
     contact, comparison = passage.contact, passage.comparison
     smaller = replace(
@@ -101,7 +94,7 @@ def faded(passage: Passage) -> Passage:
             damage=tuple(across * damage for damage in comparison.damage),
         ),
         weight=weight,
-        lost=wheels.summed((1.0 - weight) * share).T[wheels.of],
+        lost=_summed(of, (1.0 - weight) * share).T[of],
     )
     kept: Passage = joined([smaller], np.flatnonzero(weight > 0.0))
     return kept
@@ -109,9 +102,9 @@ def faded(passage: Passage) -> Passage:
 
 def lost_row(passage: Passage, points: OperatingPoints) -> Mapping[str, FloatArray]:
     """Return what faint patches lost in a state, by the variables of a row of the result file."""
-    wheels = _wheels(passage)
-    point, lost = passage.contact.point[wheels.first], passage.lost[wheels.first].T
-    amount = wheels.summed(wheels.amount) * points.weight[point]
+    of, first, each = _by_wheel(passage)
+    point, lost = passage.contact.point[first], passage.lost[first].T
+    amount = _summed(of, each) * points.weight[point]
     amount[1] /= points.conditions.speed[point]
     amount[2] *= points.environment[point]
     whole = amount.sum(axis=1)
@@ -119,5 +112,5 @@ def lost_row(passage: Passage, points: OperatingPoints) -> Mapping[str, FloatArr
     names = ("faint_load", "faint_power", "faint_wear")
     return {
         **dict(zip(names, mean, strict=True)),
-        **{f"{name}_max": each.max(initial=0.0) for name, each in zip(names, lost, strict=True)},
+        **{f"{name}_max": most for name, most in zip(names, lost.max(axis=1, initial=0.0), strict=True)},
     }

@@ -145,8 +145,8 @@ class NormalSolver(Protocol):
         Raises
         ------
         ContactError
-            If a wheel is not in contact, its patch reaches the edge of a profile, or `vertical` is false and
-            several patches close.
+            If a wheel is not in contact, a patch that is not faint reaches the edge of a profile, or
+            `vertical` is false and several patches close.
         NumericalError
             If the load cannot be balanced or the iteration does not converge.
         """
@@ -209,7 +209,7 @@ class NormalModel:
         ------
         ContactError
             Also for loads not above 0, grids outside the model's limits, and patches or pressures beyond an
-            elastic half-space.
+            elastic half-space where they are not faint.
         NumericalError
             Also for a solution that is not finite.
         """
