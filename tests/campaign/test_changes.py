@@ -27,7 +27,7 @@ roller_radius_mm = 1000
 strips = 10
 cells = 10
 [campaign]
-distance_km = 150
+distance_km = 80
 point_spacing_mm = 0.5
 max_step_depth_um = 20
 stability = 1.0
@@ -37,7 +37,7 @@ shift_mm = 3
 load_kN = 80
 speed_km_h = 72
 friction = 0.35
-distance_km = 150
+distance_km = 80
 """
 
 
@@ -94,7 +94,8 @@ def test_change_acts_from_its_step_on_and_is_stored_with_it(stopped, monkeypatch
     )
     assert attributes["depth_cap"] == pytest.approx(2e-5)  # of the scene
     grown = np.diff(values["wear_depth"], axis=0).max(axis=(1, 2))
-    assert (grown[:2] > 5e-6).all() and (grown[2:] < 5.001e-6).all()
+    assert (grown[:2] > 5e-6).all()
+    assert (grown[2:] < 5.001e-6).all()
 
     # the same settings given to the steps at once, in one session, without the manifest
     changed = Override("campaign.max_step_depth_um", 5), Override("campaign.smoothing_wavelength_mm", 4.0)
@@ -117,13 +118,8 @@ def test_stopped_after_a_change_or_with_lost_records_it_resumes_to_the_same_bits
     resume(once, overrides=CHANGES)
     with pytest.raises(Stop):
         resume(often, overrides=CHANGES, observer=stop_at(4))
-    assert (
-        values_of(often / "rig.nc")[0]["settings_changed"]
-        == values_of(once / "rig.nc")[0]["settings_changed"]
-    )
-    (
-        often / ".rig.records" / "00000002.npz"
-    ).unlink()  # steps 2 to 4 are computed again, 2 as before the change
+    assert "step 3" in values_of(often / "rig.nc")[0]["settings_changed"]  # in the unfinished file
+    (often / ".rig.records" / "00000002.npz").unlink()  # step 2 is computed again as before the change
     resume(often)
     assert_same_bits(often / "rig.nc", once / "rig.nc")
 
@@ -146,7 +142,8 @@ def test_keys_and_values_that_cannot_change_are_faults_and_nothing_changes(stopp
     for text in ("campaign.distance_km=9", "wheelset.radius_mm=400", "operation.block.1.friction=0.1"):
         assert main(["resume", str(out), "--set", text]) == 2
         message = capsys.readouterr().err
-        assert f"--set {text}" in message and message.count("\n") == 1
+        assert f"--set {text}" in message
+        assert message.count("\n") == 1
         assert all(f"campaign.{key}" in message for key in CHANGEABLE)
     assert main(["resume", str(out), "--set", "campaign.stability=11"]) == 2
     assert "--set campaign.stability=11" in capsys.readouterr().err
