@@ -12,7 +12,7 @@ from wearsim.cli import main
 from wearsim.contact import solve as solver
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import select
-from wearsim.results import ROW, open_results
+from wearsim.results import ROW, open_results, result_warnings
 
 # its points from 6 mm on lock: friction x tan(contact angle) is above 1 on the flange
 SWITCH = """
@@ -137,7 +137,7 @@ def test_other_points_of_the_class_act_for_one_that_fails(evolution_of):
     np.testing.assert_allclose(evaluation.collective.depth, rate.depth, rtol=0, atol=1e-9 * rate.depth.max())
     heavy = evolution_of(FIELD + SWITCH.format(share=0.0099))
     start = heavy.start()[0]
-    with pytest.raises(ContactError, match=r"after 0 km .* switch \+7.00 mm .* carry [1-9].* flange locks"):
+    with pytest.raises(ContactError, match=r"after 0 km .* switch \+7.00 mm .* carries [1-9].* flange locks"):
         heavy.evaluate(start)
 
 
@@ -174,6 +174,9 @@ def test_block_that_locks_while_it_carries_little_wear_is_left_out_and_resumes_t
     rate = rows["last_wear_area_rate"][first:, 1]
     assert (rate == rate[0]).all()  # known from the last state in which it was solved
     assert (rows["distance"][-1], (rows["n_patch"][first:, 1] == 0).all()) == (60e3, True)
+    with open_results(whole / "rig.nc") as data:
+        (warning,) = [line for line in result_warnings(data) if "left out" in line]
+    assert warning.startswith("1 of 2 operating points had no contact solution and were left out (short)")
     status = read_status(whole)["campaigns"]["rig"]
     assert (status["left_out"], status["left_out_share"]) == (1, rows["left_out_share"][-1])
     with pytest.raises(Stop):
