@@ -1,5 +1,6 @@
 """Operating points that fail: left out while they carry little of the wear, the end of the run beyond."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,9 +11,11 @@ from wearsim.campaign.evaluate import accumulate, setup_of, solve_passage
 from wearsim.campaign.run import resume, run_scene
 from wearsim.cli import main
 from wearsim.contact import solve as solver
-from wearsim.errors import ContactError, NumericalError
+from wearsim.errors import ContactError, NumericalError, SceneError
 from wearsim.operation.points import select
 from wearsim.results import ROW, open_results, result_warnings
+from wearsim.scene.initial_contact import check_contact
+from wearsim.scene.read import load_campaign
 
 # its points from 6 mm on lock: friction x tan(contact angle) is above 1 on the flange
 SWITCH = """
@@ -141,8 +144,20 @@ def test_other_points_of_the_class_act_for_one_that_fails(evolution_of):
         heavy.evaluate(start)
 
 
+def test_check_lists_them_with_their_share_and_as_faults_beyond(tmp_path):
+    file = tmp_path / "field.toml"
+    file.write_text(FIELD + SWITCH.format(share=0.001))
+    (warning,) = [fault for fault in check_contact(load_campaign(file)) if "left out" in fault.message]
+    assert re.search(r"shift of 7 mm .* locks: .* left out, together they carry 0\.\d+ %", warning.message)
+    file.write_text(FIELD + SWITCH.format(share=0.0099))
+    with pytest.raises(SceneError, match=r"shift of 7 mm .* locks: "):
+        check_contact(load_campaign(file))
+
+
 def test_points_that_fail_are_dropped_chunk_by_chunk_whatever_the_threads(evolution_of, monkeypatch):
+    solve_chunk, calls = solver._solve_chunk, []
     monkeypatch.setattr(solver, "CHUNK", 4)
+    monkeypatch.setattr(solver, "_solve_chunk", lambda *given: calls.append(1) or solve_chunk(*given))
     evolution = evolution_of(FIELD + SWITCH.format(share=0.001))
     state, setup = evolution.start()[0], setup_of(evolution.setup)
     points = replace(evolution.setup.points)
@@ -152,6 +167,7 @@ def test_points_that_fail_are_dropped_chunk_by_chunk_whatever_the_threads(evolut
         errors.append({})
         passages.append(solve_passage(state, points, replace(setup, threads=threads), failed=errors[-1]))
     assert sorted(errors[0]) == [1, 13, 14, 19]
+    assert len(calls) == 2 * (5 + 3)  # of the 5 chunks 3 are solved once more, one of them without two points
     assert all(errors[0][k].row in (1, 13, 14, 19) for k in errors[0])
     for one, two in zip(passages[0].depth, passages[1].depth, strict=True):
         np.testing.assert_array_equal(one, two)
