@@ -1,5 +1,6 @@
 """Operating points that fail: left out while they carry little of the wear, the end of the run beyond."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,9 +11,11 @@ from wearsim.campaign.evaluate import accumulate, setup_of, solve_passage
 from wearsim.campaign.run import resume, run_scene
 from wearsim.cli import main
 from wearsim.contact import solve as solver
-from wearsim.errors import ContactError, NumericalError
+from wearsim.errors import ContactError, NumericalError, SceneError
 from wearsim.operation.points import select
-from wearsim.results import ROW, open_results
+from wearsim.results import ROW, open_results, result_warnings
+from wearsim.scene.initial_contact import check_contact
+from wearsim.scene.read import load_campaign
 
 # its points from 6 mm on lock: friction x tan(contact angle) is above 1 on the flange
 SWITCH = """
@@ -87,7 +90,7 @@ distance_km = {short}
 
 @pytest.fixture
 def locks_when_worn(monkeypatch):
-    """The block to the left has no contact solution on wheels worn by more than 30 um: a function of the state."""
+    """The block to the left has no contact solution on wheels worn by more than 30 um."""
     solve_chunk, new = solver._solve_chunk, []
 
     def locking(task, chunk, index):
@@ -135,13 +138,26 @@ def test_other_points_of_the_class_act_for_one_that_fails(evolution_of):
     rate = accumulate(solve_passage(state, alone, setup), alone, weight[kept], state, setup)
     # one point less in a batch: last bits of sums over padding
     np.testing.assert_allclose(evaluation.collective.depth, rate.depth, rtol=0, atol=1e-9 * rate.depth.max())
-    with pytest.raises(ContactError, match=r"after 0 km .* switch \+7.00 mm .* carry [1-9].* flange locks"):
-        heavy = evolution_of(FIELD + SWITCH.format(share=0.0099))
-        heavy.evaluate(heavy.start()[0])
+    heavy = evolution_of(FIELD + SWITCH.format(share=0.0099))
+    start = heavy.start()[0]
+    with pytest.raises(ContactError, match=r"after 0 km .* switch \+7.00 mm .* carries [1-9].* flange locks"):
+        heavy.evaluate(start)
+
+
+def test_check_lists_them_with_their_share_and_as_faults_beyond(tmp_path):
+    file = tmp_path / "field.toml"
+    file.write_text(FIELD + SWITCH.format(share=0.001))
+    (warning,) = [fault for fault in check_contact(load_campaign(file)) if "left out" in fault.message]
+    assert re.search(r"shift of 7 mm .* locks: .* left out, together they carry 0\.\d+ %", warning.message)
+    file.write_text(FIELD + SWITCH.format(share=0.0099))
+    with pytest.raises(SceneError, match=r"shift of 7 mm .* locks: "):
+        check_contact(load_campaign(file))
 
 
 def test_points_that_fail_are_dropped_chunk_by_chunk_whatever_the_threads(evolution_of, monkeypatch):
+    solve_chunk, calls = solver._solve_chunk, []
     monkeypatch.setattr(solver, "CHUNK", 4)
+    monkeypatch.setattr(solver, "_solve_chunk", lambda *given: calls.append(1) or solve_chunk(*given))
     evolution = evolution_of(FIELD + SWITCH.format(share=0.001))
     state, setup = evolution.start()[0], setup_of(evolution.setup)
     points = replace(evolution.setup.points)
@@ -151,6 +167,7 @@ def test_points_that_fail_are_dropped_chunk_by_chunk_whatever_the_threads(evolut
         errors.append({})
         passages.append(solve_passage(state, points, replace(setup, threads=threads), failed=errors[-1]))
     assert sorted(errors[0]) == [1, 13, 14, 19]
+    assert len(calls) == 2 * (5 + 3)  # of the 5 chunks 3 are solved once more, one of them without two points
     assert all(errors[0][k].row in (1, 13, 14, 19) for k in errors[0])
     for one, two in zip(passages[0].depth, passages[1].depth, strict=True):
         np.testing.assert_array_equal(one, two)
@@ -168,10 +185,14 @@ def test_block_that_locks_while_it_carries_little_wear_is_left_out_and_resumes_t
     first = int(np.argmax(rows["left_out"].any(axis=1)))
     assert first > 1
     assert (rows["left_out"][first:] == [0, 1]).all()
-    assert ((0.0 < rows["left_out_share"][first:]) & (rows["left_out_share"][first:] < 0.01)).all()
+    assert (rows["left_out_share"][first:] > 0.0).all()
+    assert (rows["left_out_share"] < 0.01).all()
     rate = rows["last_wear_area_rate"][first:, 1]
     assert (rate == rate[0]).all()  # known from the last state in which it was solved
     assert (rows["distance"][-1], (rows["n_patch"][first:, 1] == 0).all()) == (60e3, True)
+    with open_results(whole / "rig.nc") as data:
+        (warning,) = [line for line in result_warnings(data) if "left out" in line]
+    assert warning.startswith("1 of 2 operating points had no contact solution and were left out (short)")
     status = read_status(whole)["campaigns"]["rig"]
     assert (status["left_out"], status["left_out_share"]) == (1, rows["left_out_share"][-1])
     with pytest.raises(Stop):
@@ -187,7 +208,8 @@ def test_block_that_locks_and_carries_more_ends_the_run_with_its_reason(locks_wh
     out = tmp_path / "out"
     assert main(["run", str(tmp_path / "rig.toml"), "--out", str(out)]) == NumericalError.exit_code == 3
     reason = capsys.readouterr().err.splitlines()[-1]
-    assert "short" in reason and "flange locks" in reason
+    assert "short" in reason
+    assert "flange locks" in reason
     status = read_status(out)["campaigns"]["rig"]
     assert (status["state"], status["message"]) == ("failed", reason)
     assert status["step"] >= 1

@@ -9,9 +9,11 @@ from math import ceil, inf, isfinite
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.campaign.comparison import ComparisonLaws
 from wearsim.campaign.evaluate import ModelsByPoint, Setup, accumulate, setup_of, solve_passage
+from wearsim.campaign.left_out import Failed
 from wearsim.campaign.state import Choice, State
 from wearsim.campaign.vertices import lengths_of_sides, smooth_sides
 from wearsim.contact.patch import FloatArray, IntArray
@@ -153,6 +155,19 @@ def _first_solution(setup: CampaignSetup, state: State) -> ContactPatches:
     return solve_passage(state, setup.points, reference).contact
 
 
+def _solvable(setup: CampaignSetup, state: State, threads: int) -> NDArray[np.bool_]:
+    """Whether any of the candidates solves each point: the cheapest all, the next ones what that leaves."""
+    rest = np.arange(len(setup.points.label))
+    for one in candidates(setup.models):
+        failed: Failed = {}
+        here = replace(setup_of(setup, threads), models=one)
+        solve_passage(state, select(setup.points, rest), here, failed=failed)
+        rest = rest[sorted(failed)]
+        if rest.size == 0:
+            break
+    return ~np.isin(np.arange(len(setup.points.label)), rest)
+
+
 def _nearest(there: IntArray, values: IntArray) -> IntArray:
     """Return the index in rising `there` of the first that is not smaller than each value; else the last."""
     place: IntArray = np.minimum(np.searchsorted(there, values), there.size - 1)
@@ -174,7 +189,8 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
     -------
     Verdict
         One combination for all points, or one for each class where that is cheaper. On a sample they keep
-        `MARGIN` times the tolerance.
+        `MARGIN` times the tolerance. Points that no models solve, which a campaign may leave out, do not
+        count; they belong to the last class.
 
     Raises
     ------
@@ -182,6 +198,13 @@ def choice(setup: CampaignSetup, state: State, *, threads: int = 1) -> Verdict:
         If the reference has no solution of a point.
     """
     assert setup.tolerance is not None
+    kept = np.flatnonzero(_solvable(setup, state, threads)) if state.points else np.arange(0)
+    if 0 < kept.size < len(setup.points.label):
+        rest = replace(setup, points=select(setup.points, kept))
+        verdict = choice(rest, replace(state, points=None), threads=threads)
+        place = np.full(len(setup.points.label), len(CLASSES) - 1, dtype=np.int64)
+        place[kept] = verdict.choice.point_class
+        return replace(verdict, choice=replace(verdict.choice, point_class=place))
     models = candidates(setup.models)
     part = sample_of(setup, state, sample_size(setup.tolerance))
     whole = part.index.size == np.count_nonzero(setup.points.weight)

@@ -56,11 +56,14 @@ def judged(
         number = np.flatnonzero(out & (points.weight > 0.0)).tolist()
         first = next((k for k in number if failed[k].row == k), number[0])
         reason = re.sub(r"^point \d+, ", "", str(failed[first]))
-        more = f" and {len(number) - 1} more" if len(number) > 1 else ""
+        many = len(number) > 1
+        what = (
+            f"{points.label[first]} and {len(number) - 1} more have" if many else f"{points.label[first]} has"
+        )
         raise ContactError(
-            f"after {distance / 1e3:.6g} km the operating point {points.label[first]}{more} cannot be solved "
-            f"and would carry {100 * share:.3g} % of the wear, {100 * LARGEST_SHARE:g} % can be left out: "
-            f"{reason}"
+            f"after {distance / 1e3:.6g} km the operating point {what} no contact solution "
+            f"and {'carry' if many else 'carries'} {100 * share:.3g} % of the wear, where at most "
+            f"{100 * LARGEST_SHARE:g} % may be left out: {reason}"
         )
     return history
 

@@ -182,8 +182,8 @@ def cells_of(resolution: Resolution, x_lead: FloatArray, x_trail: FloatArray) ->
 def ends_of(patch: Patch) -> tuple[FloatArray, FloatArray]:
     """Foremost and hindmost end (m,) of the strips of each patch [m]."""
     true = np.arange(patch.y.shape[1]) < patch.strips[:, None]
-    lead: FloatArray = np.where(true, patch.x_lead, -np.inf).max(axis=1)
-    trail: FloatArray = np.where(true, patch.x_trail, np.inf).min(axis=1)
+    lead: FloatArray = np.where(true, patch.x_lead, -np.inf).max(axis=1, initial=-np.inf)
+    trail: FloatArray = np.where(true, patch.x_trail, np.inf).min(axis=1, initial=np.inf)
     return lead, trail
 
 

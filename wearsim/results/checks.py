@@ -219,16 +219,15 @@ def left_out_warning(dataset: xr.Dataset) -> str | None:
     """Warn of operating points that were left out because they had no contact solution."""
     if "left_out" not in dataset or not dataset["left_out"].values.any():
         return None
-    out = dataset["left_out"].values > 0
-    run = dataset["step_length"].values
+    out, run = dataset["left_out"].values > 0, dataset["step_length"].values
+    acted = float((run[:, None] * dataset["active_weight"].values * out).sum() / run.sum())
     names = dataset["operating_point_name"].values[out.any(axis=0)]
     more = f" and {names.size - 3} more" if names.size > 3 else ""
-    share = dataset["left_out_share"].values
-    distance = float(run[out.any(axis=1)].sum() / run.sum()) if run.sum() > 0.0 else 0.0
     return (
         f"{names.size} of {out.shape[1]} operating points had no contact solution and were left out "
-        f"({', '.join(map(str, names[:3]))}{more}), over {_percent(distance)} of the distance: the others of "
-        f"their block or class act for them; they carry at most {percent(float(share.max()))} of the wear"
+        f"({', '.join(map(str, names[:3]))}{more}), over {_percent(acted)} of the distance: others of their "
+        f"class act for them, a block or class without others passes without wear; they carry at most "
+        f"{_percent(float(dataset['left_out_share'].values.max()))} of the wear"
     )
 
 
