@@ -206,7 +206,7 @@ def test_normals_of_the_contact_line_meet_the_axle_of_the_counterface(s1002, rai
 
 
 def stepped(s1002, depth=0.8e-3, foot=10e-3, height=1.5e-3):
-    """S1002 whose flank is worn up to a height above the running circle, where a step overhangs by 5 degrees."""
+    """S1002 whose flank is worn up to a step that overhangs by 5 degrees, 10 mm high."""
     y, z = s1002.y, s1002.z
     flank = (np.arange(y.size) > np.argmax(z)) & (y < -25e-3)
     worn = depth * np.clip((foot + height - z) / height, 0.0, 1.0) * np.clip((z - 1e-3) / 3e-3, 0.0, 1.0)
@@ -215,7 +215,7 @@ def stepped(s1002, depth=0.8e-3, foot=10e-3, height=1.5e-3):
 
 @pytest.mark.parametrize("shift", [0.0, 7.5e-3])
 def test_a_flange_beyond_a_steep_step_is_still_there(s1002, rail_60e1, shift):
-    """Over each point the gap is that of the furthest part of the polygon of the wheel; nothing is cut off."""
+    """Over each point the gap is that of the furthest part of the wheel's polygon; nothing is cut off."""
     wheel = stepped(s1002)
     surface = geometry.wheel_surface(wheel, RADIUS)
     assert surface.radius[0] == pytest.approx(RADIUS + wheel.z.max(), abs=1e-6)
@@ -262,4 +262,5 @@ def test_steep_parts_are_no_edges_of_a_profile_and_true_ends_are(s1002, rail_60e
 def test_circles_too_steep_for_a_yaw_lie_at_the_height_of_the_axle(s1002, rail_60e1):
     """At 60 mrad nothing steeper than 86.6 degrees comes nearest anywhere; the gap is finite all the same."""
     ours = gap_of(stepped(s1002), rail_60e1, 6e-3, 0.06, 1.0)
-    assert np.all(np.isfinite(ours.gap)) and np.all(np.abs(ours.sin_theta) <= 1.0)
+    assert np.all(np.isfinite(ours.gap))
+    assert np.all(np.abs(ours.sin_theta) <= 1.0)
