@@ -1,5 +1,7 @@
 """Search for the contact: surfaces of revolution against brute force, limits and symmetries."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -8,7 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from wearsim.contact import geometry
 from wearsim.contact.geometry import WheelsetPose
-from wearsim.contact.solve import solve
+from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.solve import ContactModels, solve
 from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
 
@@ -200,3 +203,64 @@ def test_normals_of_the_contact_line_meet_the_axle_of_the_counterface(s1002, rai
         np.testing.assert_allclose(ours.x[0, there], x, atol=0.3e-6 * (one / 1e-4) ** 2)
     assert error[1] < 1e-5
     assert np.polyfit(np.log(spacing), np.log(error), 1)[0] > 1.6
+
+
+def stepped(s1002, depth=0.8e-3, foot=10e-3, height=1.5e-3):
+    """S1002 whose flank is worn up to a step that overhangs by 5 degrees, 10 mm high."""
+    y, z = s1002.y, s1002.z
+    flank = (np.arange(y.size) > np.argmax(z)) & (y < -25e-3)
+    worn = depth * np.clip((foot + height - z) / height, 0.0, 1.0) * np.clip((z - 1e-3) / 3e-3, 0.0, 1.0)
+    return replace(s1002, y=y - worn * flank)
+
+
+@pytest.mark.parametrize("shift", [0.0, 7.5e-3])
+def test_a_flange_beyond_a_steep_step_is_still_there(s1002, rail_60e1, shift):
+    """Over each point the gap is that of the furthest part of the wheel's polygon; nothing is cut off."""
+    wheel = stepped(s1002)
+    surface = geometry.wheel_surface(wheel, RADIUS)
+    assert surface.radius[0] == pytest.approx(RADIUS + wheel.z.max(), abs=1e-6)
+    assert np.all(np.diff(surface.y) > 0.0)
+    ours = gap_of(wheel, rail_60e1, shift, 0.0, 0.0)
+    grid, tip = ours.counterface, int(np.argmax(wheel.z))
+    y, z = wheel.y[tip:] + shift, wheel.z[tip:]
+    low, high = np.minimum(y[1:], y[:-1]), np.maximum(y[1:], y[:-1])
+    furthest = np.full(grid.y.size, -np.inf)
+    for i, place in enumerate(grid.y):
+        over = np.flatnonzero((low <= place) & (place <= high))
+        share = (place - y[over]) / (y[over + 1] - y[over])
+        furthest[i] = np.max(z[over] + share * (z[over + 1] - z[over]), initial=-np.inf)
+    there = np.isfinite(furthest) & (furthest < 8e-3)  # the tread side of the step
+    # 89 degrees for the overhang: the wheel is up to 1.5 mm / 57 fuller at its foot, which 60 degrees double
+    assert np.max(np.abs((grid.z - furthest - ours.gap[0])[there])) < 60e-6
+    assert np.all(ours.gap[0] < geometry.NO_WHEEL)
+
+
+@pytest.mark.parametrize("normal", NORMAL_MODELS)
+def test_steep_parts_are_no_edges_of_a_profile_and_true_ends_are(s1002, rail_60e1, normal):
+    """The flank above the step carries the wheel; the same wheel without anything above the step does not."""
+
+    def solved(wheel, shift):
+        models = ContactModels(normal=normal)
+        return NORMAL_MODELS[normal](
+            gap_of(wheel, rail_60e1, shift, 0.0, 0.0),
+            np.zeros(1, dtype=np.int64),
+            np.array([60e3]),
+            vertical=True,
+            effective_modulus=models.effective_modulus,
+            resolution=models.resolution,
+            parameters=dict(models.parameters),
+        )
+
+    wheel = stepped(s1002)
+    solution = solved(wheel, 7.5e-3)
+    assert np.degrees(np.abs(solution.contact_angle)).max() > 65.0
+    kept = slice(int(np.argmin(np.abs(wheel.y + 30e-3))), None)
+    with pytest.raises(ContactError, match="edge of a profile"):
+        solved(replace(wheel, y=wheel.y[kept], z=wheel.z[kept]), 7.5e-3)
+
+
+def test_circles_too_steep_for_a_yaw_lie_at_the_height_of_the_axle(s1002, rail_60e1):
+    """At 60 mrad nothing steeper than 86.6 degrees comes nearest anywhere; the gap is finite all the same."""
+    ours = gap_of(stepped(s1002), rail_60e1, 6e-3, 0.06, 1.0)
+    assert np.all(np.isfinite(ours.gap))
+    assert np.all(np.abs(ours.sin_theta) <= 1.0)

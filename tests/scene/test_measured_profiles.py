@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from wearsim.contact.solve import solve
 from wearsim.errors import SceneError
 from wearsim.profile.files import read_profile, write_profile
 from wearsim.profile.shape import resample, vertex_normals
@@ -123,3 +124,39 @@ def test_noise_of_the_counterface_is_refused_under_its_key(folder, changed):
         SceneError, match=r"write smooth_mm = \S+ in \[counterface\], which moves the profile"
     ):
         check_contact(scene_of(changed, **{"60E1": "rail.ban"}))
+
+
+def test_part_of_a_roller_is_enough_where_the_contact_lies_inside(folder, changed):
+    """15 mm around the contacts of both wheels give that of the whole head; 9 mm further there is none."""
+    whole = rail("60E1", 1.0 / 40.0, 1.435, 0.75, 0.1e-3)
+    blocks = RIG[RIG.index("[[operation.block]]") : RIG.index("[campaign]")]
+    block = (
+        '[[operation.block]]\nname = "a"\nshift_mm = 0\nyaw_mrad = 4\nload_kN = 4\n'
+        "speed_km_h = 36\nfriction = 0.3\ndistance_km = 1\n"
+    )
+    one = changed(RIG, (blocks, block), ('profile = "S1002"', 'profile = "cone"'))
+    Path("scene.toml").write_text(one)
+    expected = solve_scene(load_scene("scene.toml"))
+    part = changed(one, ('"60E1"', '"part.csv"'), ('"1:40"', '"none"'))
+    Path("scene.toml").write_text(part)
+    centre = float(expected.rail_y.mean())
+    for off, inside in ((0.0, True), (9e-3, False)):
+        near = np.abs(whole.y - centre - off) < 7.5e-3
+        write_profile(replace(whole, y=whole.y[near], z=whole.z[near]), "part.csv", overwrite=True)
+        scene = load_scene("scene.toml")
+        if not inside:
+            with pytest.raises(SceneError, match="the contact patch reaches the edge of a profile"):
+                check_contact(scene)
+            continue
+        (warning,) = check_contact(scene)
+        assert 'profile = "part.csv" is 14.8 mm wide: without gauge point its y counts from' in str(warning)
+        ours = solve_scene(scene)
+        # the curves are splines through other points near their ends only
+        assert ours.rail_y == pytest.approx(expected.rail_y, abs=2e-5)
+        assert ours.max_pressure == pytest.approx(expected.max_pressure, rel=2e-3)
+
+
+def solve_scene(scene):
+    """Solution of all operating points of a scene."""
+    setup = build(scene)
+    return solve(setup.points.conditions, setup.wheelset, setup.counterface, setup.models)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from wearsim.contact.kernel import kernel, plain
@@ -20,8 +21,11 @@ from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
 
-# Steeper parts of a profile (flange back, rail sides) cannot carry a wheel.
+# Steeper parts of a profile (flange back, rail sides) cannot carry a wheel. They belong to its curve where
+# they lie between parts that can, such as a step worn into a flange, and for a while at its ends.
 _STEEPEST = np.tan(np.radians(86.0))
+_LONGEST_STEP, _BESIDE = 10e-3, 5e-3  # length of a steep part between others, and of one at an end [m]
+_LEAST_ADVANCE = np.cos(np.radians(89.0))  # of y per length: steeper and overhanging parts hide behind it
 _NEAREST_AXIS = 0.9  # share of a roller's radius below its top, beyond which there is nothing to run on
 NO_WHEEL = 1.0  # gap [m] at lateral positions where there is no wheel above the counterface
 
@@ -140,8 +144,8 @@ class Gap:
         return replace(self, bodies=bodies, **curves)
 
 
-def _steep_free(profile: Profile, spacing: float, start: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return y, z and slope at equal steps of arc length along the part that can carry a wheel."""
+def _open_curve(profile: Profile, spacing: float, start: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return y, z and slope at equal steps of arc length along what a counterpart can see, y rising."""
     step = np.hypot(np.diff(profile.y), np.diff(profile.z))
     arc = np.concatenate(([0.0], np.cumsum(step)))
     count = int(np.ceil((arc[-1] - arc[start]) / spacing)) + 1
@@ -152,11 +156,38 @@ def _steep_free(profile: Profile, spacing: float, start: int) -> tuple[FloatArra
     middle = int(np.searchsorted(fine, 0.5 * (arc[start] + arc[-1])))
     if not usable[middle]:
         raise ContactError(f"profile {profile.name!r} is steeper than 86 degrees in its middle")
-    blocked = np.flatnonzero(~usable)
-    first = int(blocked[blocked < middle].max(initial=-1)) + 1
-    last = int(blocked[blocked > middle].min(initial=count))
-    part = slice(first, last)
-    return y[part], z[part], dz[part] / dy[part]
+    step = (arc[-1] - arc[start]) / (count - 1)
+    part = _extent(usable, middle, step)
+    y, z, dy, dz, usable = y[part], z[part], dy[part], dz[part], usable[part]
+    if usable.all():
+        return y, z, dz / dy
+    # What lies behind the point nearest to the counterpart, seen from there, is hidden: y goes on rising.
+    nearest = int(np.argmax(z) if profile.kind == "wheel" else np.argmin(z))
+    advance = _LEAST_ADVANCE * step * np.arange(y.size)
+    rising = np.concatenate(
+        (
+            np.minimum.accumulate((y - advance)[nearest::-1])[::-1],
+            np.maximum.accumulate((y - advance)[nearest:])[1:],
+        )
+    )
+    moved = np.abs(rising + advance - y) > 1e-3 * advance[1]
+    y = np.where(moved, rising + advance, y)
+    exact = ~moved & (dy > 0) & (np.abs(dz) * _LEAST_ADVANCE <= dy)
+    slope = np.where(exact, dz / np.where(exact, dy, 1.0), np.gradient(z, y))
+    return y, z, slope
+
+
+def _extent(usable: NDArray[np.bool_], middle: int, step: float) -> slice:
+    """Usable points around the middle, short steps between them, and what lies beside both ends."""
+    first, last = middle, middle + 1
+    for way in (-1, 1):
+        side = usable[middle::way]
+        ends = np.flatnonzero(side)
+        gaps = np.flatnonzero(np.diff(ends) * step > _LONGEST_STEP)
+        end = int(ends[gaps[0]] if gaps.size > 0 else ends[-1])
+        end = min(end + int(_BESIDE / step), side.size - 1)
+        first, last = (middle - end, last) if way < 0 else (first, middle + end + 1)
+    return slice(first, last)
 
 
 def wheel_surface(profile: Profile, radius: float, spacing: float = 1e-4) -> WheelSurface:
@@ -182,7 +213,7 @@ def wheel_surface(profile: Profile, radius: float, spacing: float = 1e-4) -> Whe
         If the tread is steeper than 86 degrees.
     """
     tip = int(np.argmax(profile.z))
-    y, z, slope = _steep_free(profile, spacing, tip)
+    y, z, slope = _open_curve(profile, spacing, tip)
     return WheelSurface(y, radius + z, slope)
 
 
@@ -199,9 +230,9 @@ def counterface_profile(profile: Profile, spacing: float = 1e-4) -> CounterfaceP
     Returns
     -------
     CounterfaceProfile
-        The part of the head less steep than 86 degrees.
+        The head, and of its sides what follows on it.
     """
-    y, z, slope = _steep_free(profile, spacing, 0)
+    y, z, slope = _open_curve(profile, spacing, 0)
     return CounterfaceProfile(y, z, slope, np.arctan(slope))
 
 
@@ -312,6 +343,8 @@ def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) ->
         ahead, above = -kappa * sy * cr * (b + r * t), 1.0 + kappa * (nominal_radius - sr * (b + r * t))
         p, q, w = above * cy, above * sy * sr + ahead * cr, t * (ahead * sr - above * sy * cr)
         square = p * p + q * q
+        if w * w > square:  # a circle so steep that it comes nearest nowhere ends at the height of the axle
+            w = np.sqrt(square) if w > 0.0 else -np.sqrt(square)
         root = np.sqrt(max(square - w * w, 0.0))
         sine, cosine = (p * w - q * root) / square, (q * w + p * root) / square
         x = cy * r * sine - sy * cr * b + sy * sr * r * cosine

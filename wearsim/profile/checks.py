@@ -14,8 +14,10 @@ PointFault = tuple[str, int | None]
 """Message and index of the point; None: the profile as a whole."""
 
 MIN_POINTS = 20
-# Plausible widths of a measured cross-section [m]; half a rail head is enough for a contact.
-WIDTH_RANGE: dict[str, tuple[float, float]] = {"wheel": (0.080, 0.200), "rail": (0.030, 0.200)}
+# Plausible widths of a measured cross-section [m]; part of a rail head or roller is enough for a contact.
+WIDTH_RANGE: dict[str, tuple[float, float]] = {"wheel": (0.080, 0.200), "rail": (0.010, 0.200)}
+PARTIAL = 0.030
+"""Width below which a rail profile is part of a head, without the gauge point, and may be flat [m]."""
 # Difference of the largest and smallest z [m]; a wheel has a flange, a rail may end on its crown.
 HEIGHT_RANGE: dict[str, tuple[float, float]] = {"wheel": (0.015, 0.150), "rail": (0.001, 0.200)}
 # Other units people's files come in, with their factor to the one stated.
@@ -97,12 +99,13 @@ def _wild_points(points: _List) -> Iterator[PointFault]:
 def _size(points: _List) -> Iterator[PointFault]:
     """Width of the whole, then its height."""
     kind = points.kind
+    partial = kind == "rail" and float(np.ptp(points.y)) < PARTIAL
     for word, values, (low, high) in (
         ("wide", points.y, WIDTH_RANGE[kind]),
         ("high", points.z, HEIGHT_RANGE[kind]),
     ):
         size = float(np.ptp(values))
-        if low <= size <= high:
+        if low <= size <= high or (partial and word == "high" and size <= high):
             continue
         what = f"the {kind} profile is {size * 1e3:.4g} mm {word}, which is not within"
         column = " in z only, mixed units" if word == "high" else ""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wearsim.errors import ProfileError
+from wearsim.profile.checks import PARTIAL
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 from wearsim.quantities import QUANTITIES
 
@@ -78,7 +79,8 @@ def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, ha
     Notes
     -----
     The gauge point is the innermost point of the inclined head in the band 0..14 mm below its highest
-    point, convention of EN 13848-1.
+    point, convention of EN 13848-1. Part of a head, see `is_partial`, has none and keeps its y: that of
+    the wheel profile, from the running circle.
     """
     steepest = 1.0 / QUANTITIES["inclination_ratio"].range.low
     if not 0.0 <= inclination <= steepest:
@@ -90,8 +92,15 @@ def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, ha
     y_tilted, z_tilted = Placement(tilt, 0.0, 0.0).apply(y, z)
     top = int(np.argmin(z_tilted))
     _, z_top = extremum(y_tilted, z_tilted, top)
+    if is_partial(y):
+        return Placement(tilt, 0.0, -z_top)
     gauge_y = _innermost(y_tilted[: top + 1], z_tilted[: top + 1] - z_top)
     return Placement(tilt, 0.5 * gauge - half_span - gauge_y, -z_top)
+
+
+def is_partial(y: FloatArray) -> bool:
+    """Whether points (n,) [m] of a rail or roller are too narrow to have a gauge point."""
+    return float(np.ptp(y)) < PARTIAL
 
 
 def _innermost(y: FloatArray, z: FloatArray) -> float:
@@ -109,8 +118,11 @@ def _innermost(y: FloatArray, z: FloatArray) -> float:
 def head_lean(y: FloatArray, z: FloatArray) -> float | None:
     """Lean of a rail head y, z (n,) [m]: tangent of the tilt at which its halves are mirror images [-].
 
-    Positive towards the track centre; None for a head worn or measured so that no tilt makes them alike.
+    Positive towards the track centre; None for a head worn or measured so that no tilt makes them alike, and
+    for part of a head.
     """
+    if is_partial(y):
+        return None
     near = np.flatnonzero(z - float(z.min()) < 2.0 * _SIDE_DEPTH)
     near = near[:: 1 + len(near) // _HEAD_POINTS]
     y, z = y[near], z[near]

@@ -31,8 +31,8 @@ from wearsim.scene.setup import CampaignSetup
 from wearsim.toml_faults import shown
 
 DECIDES = 0.8
-"""RMS change of pressure by noise over the largest pressure, from which noise decides the contact: a little above
-the 0.71 at which a wave leaves complete contact in its valleys, where patches of the noise begin to appear."""
+"""RMS change of pressure by noise over the largest pressure, from which noise decides the contact: a little
+above the 0.71 at which valleys of a wave leave the contact, where patches of the noise begin to appear."""
 _CURED = 0.1  # that is left by the smoothing a fault names: it changes pressures by some per cent
 _CALM = 4e-3  # wavelength of the smoothing for the contact without noise [m]
 _LEAST_PRESSURE = 0.3e9  # noise that changes this one by less is of no interest [Pa]

@@ -19,7 +19,7 @@ from wearsim.errors import Fault, ProfileError, SceneError
 from wearsim.profile import standard
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import read_profile
-from wearsim.profile.placement import RUNNING_CIRCLE, place_rail, slope_of
+from wearsim.profile.placement import RUNNING_CIRCLE, is_partial, place_rail, slope_of
 from wearsim.profile.shape import Profile, resample
 from wearsim.profile.smoothing import smoothed
 from wearsim.scene.messages import (
@@ -404,6 +404,10 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     faults += [fault for fault in beyond_clearance(scene, clearance)[0] if fault.line not in lines]
     if faults:
         raise SceneError(by_line(faults))
+    if is_partial(counterface.y):
+        text = f"profile = {shown(scene.counterface.profile)} is {1e3 * np.ptp(counterface.y):.3g} mm wide"
+        text += ": without gauge point its y counts from the running circle, and gauge_mm is without effect"
+        noted.append(scene.fault(("counterface", "profile"), text))
     noted += [
         scene.fault(
             (key, "smooth_mm"),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from wearsim.profile.checks import (
     HEIGHT_RANGE,
     MIN_POINTS,
+    PARTIAL,
     WIDTH_RANGE,
     head_faults,
     points_faults,
@@ -18,7 +19,7 @@ from wearsim.profile.checks import (
     turns,
 )
 from wearsim.profile.files.points import EXACT, Faults, Points, scaled
-from wearsim.profile.placement import GAUGE_DEPTH, halves_apart
+from wearsim.profile.placement import GAUGE_DEPTH, halves_apart, is_partial
 from wearsim.profile.shape import FloatArray, Kind, arc_length
 
 UNITS: dict[str, Decimal] = {
@@ -133,6 +134,11 @@ class Conversion:
                 "the lines between them"
             )
             y, z = y[thin], z[thin]
+        if not wheel and is_partial(y):
+            notes.append(
+                f"{1e3 * float(np.ptp(y)):.3g} mm wide: part of a head without gauge point, y counted from "
+                "the running circle"
+            )
         circle = points.running_circle if offset != 0 else None
         return OurAxes(y, z, tuple(notes), 1e-3 * float(circle) if circle else None)
 
@@ -302,7 +308,8 @@ def _plausible(kind: Kind, y: FloatArray, z: FloatArray, name: str) -> bool:
     width, height = float(np.ptp(y)) * unit, float(np.ptp(z)) * unit
     # above 76 mm, a rail said to be in inches might as well be one in cm
     most = 0.076 if (kind, name) == ("rail", "in") else WIDTH_RANGE[kind][1]
-    return WIDTH_RANGE[kind][0] <= width <= most and HEIGHT_RANGE[kind][0] <= height <= HEIGHT_RANGE[kind][1]
+    least = max(PARTIAL, WIDTH_RANGE[kind][0])  # narrower points may as well be in another unit
+    return least <= width <= most and HEIGHT_RANGE[kind][0] <= height <= HEIGHT_RANGE[kind][1]
 
 
 def _wheel_points_up(z: FloatArray) -> bool | None:
