@@ -62,6 +62,7 @@ _RAISED = 1.5  # L over Q from which a wheel without solution is one that creep 
 _MOST_TRIALS = 30
 _FROZEN = 17  # trials after which patches are only stretched: a model whose load jumps has no other balance
 _LARGEST_JUMP = 0.1  # of the logarithm of a load, by which patches may be stretched then
+_PROMISING = np.array([6e-5, 2e-5, 2e-5])  # residuals below which one more step is enough
 _AFRESH = 6  # trials after which slopes are taken anew, by differences
 _FAR = 0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
 _SPEED_UNIT = 1e-3  # of the nominal rotation speed: unknowns of like size
@@ -113,22 +114,36 @@ def equilibrium(
         If no rotation speed balances the torque, or the iteration does not converge.
     """
     model = TANGENTIAL_MODELS[task.models.tangential]
+    groups = _together(task, sides, speed)
+    nearby = [_bracketed(task, chunk, group, columns, speed) for group, columns in groups]
+    every = np.ones(chunk.shift.size, bool)
+    load = np.repeat(chunk.wheel_load[:, None], 2, axis=1)
+    turning = -chunk.speed / task.wheelset.radius if speed is None else speed.copy()
     wheels: list[Wheels] = []
     contacts: list[TangentialSolution] = []
-    load = np.repeat(chunk.wheel_load[:, None], 2, axis=1)
-    for group, columns in _together(task, sides, speed):
-        guess, slope, rough = _bracketed(task, chunk, group, columns, speed)
-        parts, turning, carried = _refined(task, chunk, group, columns, guess, slope, rough)
-        wheels.extend(part for part, _ in parts)
-        contacts.extend(contact for _, contact in parts)
-        numbers = [side.number for side in group]
-        load[:, numbers] = carried[:, numbers]
+
+    def refine(wanted: NDArray[np.bool_], hasty: bool) -> None:
+        for (group, columns), near in zip(groups, nearby, strict=True):
+            parts, fields, turned, carried = _refined(task, chunk, group, columns, speed, near, wanted, hasty)
+            wheels.extend(parts)
+            contacts.extend(fields)
+            for side in group:
+                load[wanted, side.number] = carried[wanted, side.number]
+            turning[wanted] = turned[wanted]
+
+    refine(every, hasty=not model.warm)
     whole, order = by_point(wheels)
     if model.warm:
-        contact = contact_joined(contacts, order)
-    else:  # without fields so far
-        contact = forces_of(task, whole, turning, model, fields=True).contact
-    return Equilibrium(whole, contact, turning, load)
+        return Equilibrium(whole, contact_joined(contacts, order), turning, load)
+    forces = forces_of(task, whole, turning, model, fields=True)
+    columns = [column for _, some in groups for column in some]
+    missed = _missed(_residual(task, chunk, forces, columns), columns, model)
+    if missed.any():  # a step promised too much
+        wheels = [patches_where(whole, ~missed[whole.normal.patch.row])] if not missed.all() else []
+        refine(missed, hasty=False)
+        whole, _ = by_point(wheels)
+        forces = forces_of(task, whole, turning, model, fields=True)
+    return Equilibrium(whole, forces.contact, turning, load)
 
 
 def check_balance(task: Task, chunk: ContactConditions, sides: list[Side], speed: FloatArray | None) -> None:
@@ -220,35 +235,28 @@ def _bracketed(
     sides: list[Side],
     columns: list[int],
     given: FloatArray | None,
-) -> tuple[tuple[FloatArray, FloatArray], FloatArray, Wheels]:
-    """Rotation speeds and loads near equilibrium, their slopes, and the coarse patches they are of."""
-    count, radius = chunk.shift.size, task.wheelset.radius
-    nominal = -chunk.speed / radius
+) -> tuple[FloatArray, FloatArray, Wheels]:
+    """Unknowns (n, 3) near equilibrium, slopes of the residuals, and the coarse patches they are of."""
+    count = chunk.shift.size
     wheel_load = np.repeat(chunk.wheel_load[:, None], 2, axis=1)
-    load = wheel_load.copy()
+    load = tried = wheel_load
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
     rough: Wheels = joined(_solved(task, chunk, sides, load, here, rough=True))
-    most = chunk.friction * chunk.wheel_load * radius
-    speed = nominal if given is None else given
+    speed = -chunk.speed / task.wheelset.radius if given is None else given
     low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
-    open_rows, far = np.ones(count, bool), here & task.vertical
+    asked = open_rows = np.ones(count, bool)
+    far = here & task.vertical
     for _ in range(_MOST_LOADS):
-        again = here & (np.abs(np.log(load / _loads(rough, count))) > _FAR)
+        again = here & open_rows[:, None] & (np.abs(np.log(load / _loads(rough, count))) > _FAR)
         if again.any():
             rough = _renewed(task, chunk, sides, rough, load, again, rough=True)
-        part = stretched(patches_where(rough, open_rows[rough.normal.patch.row]), load)
-
-        def torque(speed: FloatArray, part: Wheels = part) -> FloatArray:
-            total: FloatArray = forces_of(task, part, speed, fastsim.MODEL).torque.sum(axis=1)
-            return total
-
-        if given is None:
-            speed = balanced_rotation(torque, speed, nominal, chunk.torque, most, ~open_rows)
+        near = stretched(patches_where(rough, open_rows[rough.normal.patch.row]), load)
+        tried = np.where(open_rows[:, None], load, tried)
+        speed, forces = _turning(task, chunk, near, speed, ~open_rows, given is None)
         if not task.vertical:
             break
-        vertical = forces_of(task, part, speed, fastsim.MODEL).vertical
-        excess = np.log(np.maximum(vertical / wheel_load, 1e-9))
+        excess = np.log(np.maximum(forces.vertical / wheel_load, 1e-9))
         here_log = np.log(load / wheel_load)
         now = far & open_rows[:, None]
         low = np.where(now & (excess < 0.0), np.maximum(low, here_log), low)
@@ -261,11 +269,43 @@ def _bracketed(
         if locked.any():
             rows = np.flatnonzero(locked.any(axis=1)).tolist()
             reason = "no normal force up to ten times the wheel load balances it"
-            raise _lifted(part, rows[0], int(np.argmax(locked[rows[0]])), reason, rows)
-        open_rows = (far & (np.abs(excess) > _NEAR)).any(axis=1) & open_rows
+            raise _lifted(near, rows[0], int(np.argmax(locked[rows[0]])), reason, rows)
+        asked = open_rows
+        open_rows = np.asarray((now & (np.abs(excess) > _NEAR)).any(axis=1))
         if not open_rows.any():
             break
-    return (speed, load), _slopes(task, chunk, rough, fastsim.MODEL, speed, load, columns), rough
+    if not asked.all():  # the last forces are of the points alone that took longest
+        near = stretched(rough, tried)
+        forces = forces_of(task, near, speed, fastsim.MODEL)
+    slope = _slopes(task, chunk, near, forces, fastsim.MODEL, speed, columns)
+    unknown = np.column_stack(
+        [(speed * -task.wheelset.radius / chunk.speed - 1.0) / _SPEED_UNIT, np.log(tried / wheel_load)]
+    )
+    unknown[:, columns] += _step(slope, _residual(task, chunk, forces, columns), _LARGEST_STEP[columns])
+    return unknown, slope, rough
+
+
+def _turning(
+    task: Task,
+    chunk: ContactConditions,
+    wheels: Wheels,
+    speed: FloatArray,
+    done: NDArray[np.bool_],
+    free: bool,
+) -> tuple[FloatArray, Forces]:
+    """Rotation speeds (n,) near which FASTSIM balances the torque, if they are free, and its forces there."""
+    if not free:
+        return speed, forces_of(task, wheels, speed, fastsim.MODEL)
+    latest: list[Forces] = []
+
+    def torque(speed: FloatArray) -> FloatArray:
+        latest[:] = [forces_of(task, wheels, speed, fastsim.MODEL)]
+        total: FloatArray = latest[0].torque.sum(axis=1)
+        return total
+
+    radius = task.wheelset.radius
+    most = chunk.friction * chunk.wheel_load * radius
+    return balanced_rotation(torque, speed, -chunk.speed / radius, chunk.torque, most, done), latest[0]
 
 
 def _lifted(wheels: Wheels, row: int, side: int, reason: str, rows: Sequence[int] = ()) -> ContactError:
@@ -300,27 +340,35 @@ def _slopes(
     task: Task,
     chunk: ContactConditions,
     wheels: Wheels,
+    before: Forces,
     model: TangentialModel,
     speed: FloatArray,
-    load: FloatArray,
     columns: list[int],
 ) -> FloatArray:
-    """Differences (n, k, k) of the residuals over those of the unknowns."""
+    """Differences (n, k, k) of the residuals over those of the unknowns, from the forces of wheels."""
     turn, grow, every = 1e-2, SIMILAR, [0, 1, 2]
-    near = stretched(wheels, load)
-    before = forces_of(task, near, speed, model)
     still = _residual(task, chunk, before, every)
     slope = np.zeros((speed.size, 3, 3))
     slope[:, every, every] = 1.0
     if 0 in columns:
         faster = speed - turn * _SPEED_UNIT * chunk.speed / task.wheelset.radius
-        slope[:, :, 0] = (_residual(task, chunk, forces_of(task, near, faster, model), every) - still) / turn
+        slope[:, :, 0] = (
+            _residual(task, chunk, forces_of(task, wheels, faster, model), every) - still
+        ) / turn
     if columns[-1:] > [0]:  # both loads at once: the wheels act on each other through the torque alone
-        forces = forces_of(task, stretched(wheels, np.exp(grow) * load), speed, model)
+        more = np.exp(grow) * _loads(wheels, speed.size)
+        forces = forces_of(task, stretched(wheels, more), speed, model)
         after = _residual(task, chunk, forces, every)
         slope[:, 0, 1:] = (forces.torque - before.torque) / (grow * _torque_scale(task, chunk)[:, None])
         slope[:, [1, 2], [1, 2]] = (after - still)[:, 1:] / grow
     return slope[:, columns][:, :, columns]
+
+
+def _missed(residual: FloatArray, columns: list[int], model: TangentialModel) -> NDArray[np.bool_]:
+    """Whether points (n,) are out of balance by more than the tolerance."""
+    tolerance = np.maximum([model.tolerance, TOLERANCE, TOLERANCE], TOLERANCE)[columns]
+    beyond: NDArray[np.bool_] = np.abs(residual) > tolerance
+    return np.asarray(beyond.any(axis=1))
 
 
 def _refined(
@@ -328,69 +376,80 @@ def _refined(
     chunk: ContactConditions,
     sides: list[Side],
     columns: list[int],
-    guess: tuple[FloatArray, FloatArray],
-    slope: FloatArray,
-    rough: Wheels,
-) -> tuple[list[tuple[Wheels, TangentialSolution]], FloatArray, FloatArray]:
-    """Wheels in equilibrium and their creep forces in the order they got there, by Broyden's method.
+    given: FloatArray | None,
+    near: tuple[FloatArray, FloatArray, Wheels],
+    wanted: NDArray[np.bool_],
+    hasty: bool,
+) -> tuple[list[Wheels], list[TangentialSolution], FloatArray, FloatArray]:
+    """Wheels in equilibrium in the order they got there, by Broyden's method, of the points `wanted` (n,).
 
-    And the rotation speeds (n,) and loads (n, 2).
+    And creep forces of a warm model, rotation speeds (n,) and loads (n, 2). `near` is of `_bracketed`.
+    If `hasty`, a point whose residuals are `_PROMISING` takes one more step and is not looked at again.
     """
-    speed, load = guess
+    unknown, slope, rough = near[0].copy(), near[1].copy(), near[2]
     model = TANGENTIAL_MODELS[task.models.tangential]
     count, nominal = chunk.shift.size, -chunk.speed / task.wheelset.radius
-    unknown = np.column_stack(
-        [
-            (speed / nominal - 1.0) / _SPEED_UNIT,
-            np.log(load / chunk.wheel_load[:, None]),
-        ]
-    )
-    largest = _LARGEST_STEP[columns]
     # The torque hangs on all unknowns, a vertical force on the speed and its own load.
     linked = np.array([[i in (0, j) or j == 0 for j in columns] for i in columns], dtype=bool)
-    tolerance = np.maximum([model.tolerance, TOLERANCE, TOLERANCE], TOLERANCE)[columns]
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
-    wheels: Wheels = joined(_solved(task, chunk, sides, load, here, start=rough))
+    here &= wanted[:, None]
     contact: TangentialSolution | None = None
-    open_rows = np.ones(count, bool)
+    open_rows = wanted.copy()
     before, step = np.zeros((count, len(columns))), np.zeros((count, len(columns)))
-    done: list[tuple[Wheels, TangentialSolution]] = []
+    done: list[Wheels] = []
+    contacts: list[TangentialSolution] = []
     for trial in range(_MOST_TRIALS):
-        if 0 < trial <= _FROZEN:
-            again = here & open_rows[:, None] & (np.abs(np.log(load / _loads(wheels, count))) > SIMILAR)
-            if again.any():
-                old = wheels
-                wheels = _renewed(task, chunk, sides, wheels, load, again)
-                contact = _matched(contact, old, wheels)
-        near = stretched(wheels, load)
-        forces = forces_of(task, near, speed, model, fields=model.warm, start=contact)
-        contact = forces.contact
+        speed = nominal * (1.0 + _SPEED_UNIT * unknown[:, 0]) if given is None else given
+        load = chunk.wheel_load[:, None] * np.exp(unknown[:, 1:])
+        if trial == 0:
+            wheels: Wheels = joined(_solved(task, chunk, sides, load, here, start=rough))
+        here &= open_rows[:, None]
+        again = here & (np.abs(np.log(load / _loads(wheels, count))) > SIMILAR)
+        if 0 < trial <= _FROZEN and again.any():
+            old = wheels
+            wheels = _renewed(task, chunk, sides, wheels, load, again)
+            contact = _matched(contact, old, wheels)
+        similar = stretched(wheels, load)
+        if hasty and trial > 0:
+            promising = np.abs(before) <= _PROMISING[columns]
+            sure = open_rows & ~again.any(axis=1) & promising.all(axis=1)
+            if sure.any():
+                mask = sure[similar.normal.patch.row]
+                done.append(patches_where(similar, mask))
+                open_rows &= ~sure
+                if not open_rows.any():
+                    break
+                wheels, similar = patches_where(wheels, ~mask), patches_where(similar, ~mask)
+        forces = forces_of(task, similar, speed, model, fields=model.warm, start=contact)
+        contact = forces.contact if model.warm else None
         residual = _residual(task, chunk, forces, columns)
-        settled = (np.abs(residual) <= tolerance).all(axis=1) & open_rows
+        settled = open_rows & ~_missed(residual, columns, model)
         if trial > _FROZEN:
-            near, jump = _frozen(near, wheels, count)
+            similar, jump = _frozen(similar, wheels, count)
             settled &= jump <= _LARGEST_JUMP
         if settled.any() or count == 0:
-            mask = settled[near.normal.patch.row]
-            done.append((patches_where(near, mask), contact_where(contact, mask)))
+            mask = settled[similar.normal.patch.row]
+            done.append(patches_where(similar, mask))
+            if contact is not None:
+                contacts.append(contact_where(contact, mask))
+                contact = contact_where(contact, ~mask)
             open_rows &= ~settled
             if not open_rows.any():
                 break
-            wheels, contact = patches_where(wheels, ~mask), contact_where(contact, ~mask)
+            wheels = patches_where(wheels, ~mask)
         if trial > 0 and trial % _AFRESH == 0:
-            slope = _slopes(task, chunk, wheels, model, speed, load, columns)
+            similar = stretched(wheels, load)
+            still = forces_of(task, similar, speed, model)
+            slope = _slopes(task, chunk, similar, still, model, speed, columns)
         elif trial > 0:
             missed = residual - before - (slope @ step[:, :, None])[:, :, 0]
             part = np.where(linked, step[:, None], 0.0)
             square = np.maximum((part**2).sum(axis=2), 1e-300)
             slope += np.where(open_rows[:, None], missed / square, 0.0)[:, :, None] * part
-        step = _step(slope, residual, largest)
+        step = _step(slope, residual, _LARGEST_STEP[columns])
         before = residual
-        unknown[:, columns] = np.where(open_rows[:, None], unknown[:, columns] + step, unknown[:, columns])
-        if 0 in columns:
-            speed = nominal * (1.0 + _SPEED_UNIT * unknown[:, 0])
-        load = chunk.wheel_load[:, None] * np.exp(unknown[:, 1:])
+        unknown[:, columns] += np.where(open_rows[:, None], step, 0.0)
     else:
         row = int(np.argmax(open_rows))
         raise NumericalError(
@@ -400,7 +459,7 @@ def _refined(
             row=row,
             rows=np.flatnonzero(open_rows).tolist(),
         )
-    return done, speed, load
+    return done, contacts, speed, load
 
 
 def _frozen(near: Wheels, wheels: Wheels, count: int) -> tuple[Wheels, FloatArray]:

@@ -352,8 +352,9 @@ def _of_whole(error: ContactError, rows: IntArray) -> ContactError:
 
 def _displacements(wheels: Wheels, count: int) -> tuple[FloatArray, FloatArray]:
     """Vertical displacements (n,) of both wheels [m]."""
-    both = np.zeros(2 * count)
-    both[wheels.place] = wheels.normal.vertical_displacement
+    # Patches of a wheel are stretched on their own: the first one carries the most.
+    first = np.searchsorted(wheels.place, np.arange(2 * count))
+    both: FloatArray = wheels.normal.vertical_displacement[first]
     return both[::2], both[1::2]
 
 

@@ -72,7 +72,7 @@ def flexibilities(patch: Patch, shear_modulus: float, poisson_ratio: float) -> F
 def _lengths(
     x_lead: FloatArray, x_trail: FloatArray, strips: IntArray, total: FloatArray, longest: FloatArray
 ) -> None:
-    """Lengths of the strips of each patch: their sum, to the same bits whatever the padding, and the largest."""
+    """Sum of the lengths of the strips of each patch, padding left out, and the largest."""
     for m in range(strips.size):
         total[m], longest[m] = 0.0, 0.0
         for j in range(strips[m]):
