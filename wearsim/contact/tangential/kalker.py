@@ -44,15 +44,18 @@ _RATIO = np.concatenate((np.arange(1, 11) / 10.0, 10.0 / np.arange(9, 0, -1)))
 _KNOTS = np.log(_RATIO)
 
 
+_LENGTHS = np.diff(_KNOTS)
+
+
 @lru_cache(maxsize=16)
-def _logarithms(poisson_ratio: float) -> FloatArray:
-    """Logarithms (19, 4) of the coefficients at the ratios of the table."""
+def _logarithms(poisson_ratio: float) -> tuple[FloatArray, FloatArray]:
+    """Logarithms (19, 4) of the coefficients at the ratios of the table, and their differences (18, 4)."""
     inverse = 1.0 / _TABLE
     nu = 4.0 * poisson_ratio
     first = inverse[..., 1] - inverse[..., 0]
     second = inverse[..., 2] - 2.0 * inverse[..., 1] + inverse[..., 0]
     table: FloatArray = -np.log(inverse[..., 0] + nu * first + 0.5 * nu * (nu - 1.0) * second)
-    return table
+    return table, np.diff(table, axis=0)
 
 
 def coefficients(axis_ratio: FloatArray, poisson_ratio: float) -> FloatArray:
@@ -80,8 +83,8 @@ def coefficients(axis_ratio: FloatArray, poisson_ratio: float) -> FloatArray:
     ----------
     .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
     """
-    at_nu, place = _logarithms(poisson_ratio), np.log(np.asarray(axis_ratio, dtype=float))
-    left = np.clip(np.searchsorted(_KNOTS, place) - 1, 0, _KNOTS.size - 2)
-    share = (place - _KNOTS[left]) / (_KNOTS[left + 1] - _KNOTS[left])
-    result: FloatArray = np.exp(at_nu[left] + share[:, None] * (at_nu[left + 1] - at_nu[left])).T
+    (at_nu, rise), place = _logarithms(poisson_ratio), np.log(np.asarray(axis_ratio, dtype=float))
+    left = np.searchsorted(_KNOTS[1:-1], place)
+    share = (place - _KNOTS[left]) / _LENGTHS[left]
+    result: FloatArray = np.exp(at_nu[left] + share[:, None] * rise[left]).T
     return result
