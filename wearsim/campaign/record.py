@@ -131,22 +131,12 @@ class Records:
                 f"{self.folder} holds another campaign; nothing was changed, choose another --out"
             )
 
-    def count(self) -> int:
-        """Return the number of valid records from step 0 on without gap."""
-        count = 0
-        while self.read(count) is not None:
-            count += 1
-        return count
-
-    def sources(self, count: int) -> str:
-        """Return the program versions behind the first `count` records, in order of first use."""
-        first_use: dict[str, int] = {}
-        for index in range(count):
-            record = self.read(index)
-            if record is not None:
-                first_use.setdefault(record[1], index)
-        first, *later = first_use.items() or [("", 0)]
-        return "; ".join([first[0], *(f"from step {index} on {source}" for source, index in later)])
+    def sources(self) -> list[str]:
+        """Return the program versions behind each of the valid records from step 0 on without gap."""
+        sources: list[str] = []
+        while (record := self.read(len(sources))) is not None:
+            sources.append(record[1])
+        return sources
 
     def remove(self) -> None:
         """Delete all records of the campaign."""
@@ -159,12 +149,14 @@ class Records:
                 label, digest, payload = str(file["label"]), str(file["digest"]), file["payload"]
         except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
             return None
-        if digest != hashlib.sha256(label.encode() + payload.tobytes()).hexdigest():
+        found = hashlib.sha256(label.encode())
+        found.update(payload)
+        if digest != found.hexdigest():
             return None
         return json.loads(label), memoryview(payload)
 
 
-APPEND_INTERVAL = 0.5
+APPEND_INTERVAL = 2.0
 """Rows of steps faster than this are appended together [s]."""
 
 APPEND_AT_MOST = 16
@@ -183,8 +175,13 @@ class Writer:
         self._rows_in_file = 0
         self._patience: float | None = None
         self._failed = False
-        self._count = 0
+        self._sources: list[str] = []  # program versions behind each record
         self._appended = 0.0
+
+    @property
+    def _count(self) -> int:
+        """Number of records."""
+        return len(self._sources)
 
     def finished(self) -> bool:
         """Whether the campaign was finished before; raise if its file was changed since."""
@@ -222,7 +219,8 @@ class Writer:
     def recover(self) -> int:
         """Bring the result file to the state of the records; return the number of steps recorded."""
         self.records.require_own_campaign()
-        self._count = count = self.records.count()
+        self._sources = self.records.sources()
+        count = self._count
         if count == 0:
             if self.path.exists() and not self.records.folder.is_dir():
                 raise ResultError(
@@ -245,8 +243,9 @@ class Writer:
 
     def write(self, index: int, row: Mapping[str, np.ndarray]) -> bool:
         """Write record and row of one step; return True if the row waits for a reader."""
-        self.records.write(index, row, str(self.header.attributes.get("source", "")))
-        self._count = index + 1
+        source = str(self.header.attributes.get("source", ""))
+        self.records.write(index, row, source)
+        self._sources.append(source)
         if index == 0:
             create(self.path, self.header, [row])
             self._rows_in_file = 1
@@ -300,7 +299,7 @@ class Writer:
         attributes = {
             **given,
             **met_attributes((read() for read in self._readers()), limits_of(given), laws),
-            "source": self.records.sources(count),
+            "source": _in_order_of_use(self._sources),
             "finished": ended,
         }
         # written anew: smaller, and independent of readers of the appended file
@@ -320,6 +319,12 @@ class Writer:
 
     def _readers(self) -> list[Callable[[], dict[str, np.ndarray]]]:
         return [functools.partial(self.records.row, index) for index in range(self._count)]
+
+
+def _in_order_of_use(sources: list[str]) -> str:
+    """Each program version once, with the step of its first use."""
+    first, *later = dict.fromkeys(sources)
+    return "; ".join([first, *(f"from step {sources.index(source)} on {source}" for source in later)])
 
 
 def _sha256(path: Path) -> str:

@@ -15,6 +15,8 @@ References
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from wearsim.contact.kernel import kernel, leaf_kernel, plain
@@ -100,9 +102,7 @@ def solve(
     count, strips = patch.y.shape
     out = np.zeros((5, count, patch.cells.max(initial=1), strips) if fields else (5, 0, 0, 0))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
-    numbers, of = np.unique(patch.cells, return_inverse=True)
-    factor = np.array([load_factor(cells) for cells in numbers.tolist()])
-    slope = patch.pressure_slope * factor[of][:, None]
+    slope = patch.pressure_slope * _load_factors(int(patch.cells.max(initial=2)))[patch.cells][:, None]
     _march(
         plain(patch.y), plain(patch.width), plain(patch.x_lead), plain(patch.x_trail), plain(friction),
         plain(slope), plain(creepage), flexibility, plain(_mean_flexibility(creepage, flexibility)),
@@ -111,6 +111,12 @@ def solve(
     )  # fmt: skip
     length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
     return TangentialSolution(force, slip_area, patch.x_lead, length, out if fields else None)
+
+
+@lru_cache(maxsize=16)
+def _load_factors(most: int) -> FloatArray:
+    """Load factors (most + 1,) by the number of cells; one cell has no pressure between its ends."""
+    return np.array([0.0, 0.0, *map(load_factor, range(2, most + 1))])
 
 
 def _mean_flexibility(creepage: FloatArray, flexibility: FloatArray) -> FloatArray:
@@ -198,5 +204,4 @@ def _march(
         slip_area[m] = slipping * width[m]
 
 
-# One cell has no pressure between its ends.
 MODEL = TangentialModel(name="fastsim", solve=solve, cost=1.0, fewest=2, most_strips=MOST_STRIPS)
