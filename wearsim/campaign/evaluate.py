@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.campaign.comparison import ComparisonLaws, ComparisonPassage, comparison_laws, comparison_passage
 from wearsim.campaign.counterface import with_counterface, worn_counterface
@@ -170,8 +171,6 @@ def accumulate(
     gap = solution.patch.interpenetration
     rim = _RIM * gap.max(axis=1, keepdims=True, initial=0.0)
     load_bearing = gap > rim
-    floor = np.maximum(gap, rim)
-    floor[floor == 0.0] = np.inf
     active = weight[solution.point] > 0.0
 
     n_regimes, n = len(passage.depth), state.y.shape[1]
@@ -181,7 +180,6 @@ def accumulate(
     depth = np.zeros((2, n_regimes, n))
     work = np.zeros((2, n))
     stability = np.zeros((2, n))
-    damping = np.zeros((2, n))
     for wheel in (0, 1):
         arc = arc_length(state.y[wheel], state.z[wheel])
         cell_edges = stretches(arc)
@@ -194,19 +192,18 @@ def accumulate(
 
         law_depth = np.stack([regime[at] * share for regime in passage.depth])
         width = solution.patch.width[at][:, None]
-        over_gap = law_depth.sum(axis=0) / floor[at]
         often = weight[point][:, None]
         further_rows = [
             *(regime[at] * share for by_law in comparison.depth for regime in by_law),
             *(damage[at] * often for damage in comparison.damage),
         ]
-        carried = np.stack([*law_depth, strip_work[at] * often, over_gap, *further_rows]) * width
+        carried = np.stack([*law_depth, strip_work[at] * often, *further_rows]) * width
         area = np.zeros((len(carried), n))
         share_out(strip_edges, cell_edges, carried, area)
         per_metre = 1.0 / (2.0 * np.pi * (setup.wheelset.radius + state.z[wheel]))
         per_vertex = area * (per_metre / vertex_lengths(state.y[wheel], state.z[wheel]))
-        depth[wheel], further[wheel] = per_vertex[:n_regimes], per_vertex[n_regimes + 2 :]
-        work[wheel], damping[wheel] = per_vertex[n_regimes : n_regimes + 2]
+        depth[wheel], work[wheel] = per_vertex[:n_regimes], per_vertex[n_regimes]
+        further[wheel] = per_vertex[n_regimes + 1 :]
 
         inner = load_bearing[at]
         ratio = np.where(inner, law_depth.sum(axis=0) / np.where(inner, gap[at], 1.0), 0.0)
@@ -217,7 +214,6 @@ def accumulate(
         regime_depth=depth,
         friction_work=work,
         stability=stability,
-        damping=damping,
         solution=solution,
         comparison=tuple(np.split(further[:, :wear_rows], ends[:-1], axis=1)) if wear_rows else (),
         fatigue=tuple(further[:, wear_rows + k] for k in range(len(comparison.damage))),
@@ -226,7 +222,7 @@ def accumulate(
         return result
     every = (weight * points.environment)[solution.point]
     law = np.where(active, every, 0.0)[:, None] * np.sum(passage.depth, axis=0)
-    over_gap = np.stack([law / floor, np.where(load_bearing, law / floor, 0.0)])
+    over_gap = np.where(load_bearing, law / np.where(load_bearing, gap, 1.0), 0.0)
     return with_counterface(result, law, over_gap, state, setup.wheelset.radius, setup.counterface_wear)
 
 
@@ -274,13 +270,21 @@ def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup
     Returns
     -------
     WearRate
-        Its solution holds the acting points only, numbered among themselves.
+        Its solution holds the acting points only.
     """
-    acting = np.flatnonzero(weight > 0.0)
-    points = select(points, acting)
+    return accumulate(solve_points(state, points, weight > 0.0, setup), points, weight, state, setup)
+
+
+def solve_points(state: State, points: OperatingPoints, solved: NDArray[np.bool_], setup: Setup) -> Passage:
+    """Return `solve_passage` of the points where `solved` (n,), with their numbers among all points."""
+    index = np.flatnonzero(solved)
     if isinstance(setup.models, ModelsByPoint):
-        setup = replace(setup, models=setup.models.at(acting))
-    return accumulate(solve_passage(state, points, setup), points, weight[acting], state, setup)
+        setup = replace(setup, models=setup.models.at(index))
+    try:
+        passage = solve_passage(state, select(points, index), setup)
+    except ContactError as error:
+        raise numbered(error, index) from None
+    return _placed(passage, index)
 
 
 def numbered(error: ContactError, index: IntArray) -> ContactError:
