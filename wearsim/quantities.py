@@ -106,6 +106,12 @@ class Quantity:
         return self.range[:2]
 
 
+STEP_LIMITS = (
+    "none", "depth cap", "stability", "error", "growth", "first step", "max step", "block border",
+    "whole loops", "redressing", "remaining distance",
+)  # fmt: skip
+"""What limits a wear step, in the order of the flags of `step_limit`; none in the initial state."""
+
 # unit -> shown unit and factor where the row gives no other
 _SHOWN = {
     "": ("", 1.0), "1": ("1", 1.0), "m": ("mm", 1e3), "m2": ("mm²", 1e6), "m2 m-1": ("mm²/1000 km", 1e12),
@@ -138,6 +144,10 @@ _FAINT = (
     "wear of their wheel fade out, and the others carry their load"
 )
 _FAINTEST = "of one wheel at one operating point"
+_ACTING = (
+    "of the points of the step that led to this state; of the whole collective in the initial state, after a "
+    "reprofiling and at the end of the distance"
+)
 _PER_MATERIAL = "of both bodies"
 
 # place in result files: type if it is not the usual one, dimensions, ? where values may be missing
@@ -201,20 +211,27 @@ _CAMPAIGN = (
     _q("stability_number", "S", "1", "largest depth over interpenetration in the step that led to this state",
        "sum over the operating points; 0 in the initial state and for models without interpenetration",
        "step", above=(0, 10)),
-    _q("step_error", "ε", "m",
-       "estimated error of the depth of the step that led to this state, where it is largest",
-       "difference between the rules of first and second order, after smoothing", "step ?", shown=_MICRON,
-       allowed=(0.001, 1000)),
+    _q("step_error", "ε", "m", "estimated error of the depth of the step that led to this state",
+       "RMS over the band worn in the step, after smoothing, on the wheel or counterface where it is largest",
+       "step ?", shown=_MICRON, allowed=(0.001, 1000)),
     _q("rejected_steps", "n", "1", "longer steps that were tried before and exceeded the error tolerance",
-       at="i4 step"),
+       "or had no contact solution, or clipped more than 1 % of their area", "i4 step"),
+    _q("step_limit", "", "", "what limits the length of the step that led to this state", at="i4 step"),
+    _q("stages", "s", "1", "stages of the rule of the step that led to this state", "0 in the initial state",
+       "i4 step"),
     _q("active_weight", "w", "1", "share of the operating point in the step that led to this state",
-       "0 in the initial state and for monitoring points", "step operating_point"),
+       "0 in the initial state, for monitoring points and for blocks that did not act; contact of the latter "
+       "is known in the initial state and at the end of the distance alone", "step operating_point"),
+    _q("point_length", "Δs", "m", "distance the operating point ran in the last step it acted in",
+       "0 before, and after a reprofiling or redressing", "step operating_point", shown=_KM),
+    _q("point_error", "ε", "m", "estimated error of the depth of the last step the operating point acted in",
+       "0 before", "step operating_point", shown=_MICRON),
     _q("profile_y", "y", "m", "lateral position of the wheel profile", _LATERAL, _ALONG),
     _q("profile_z", "z", "m", "height of the wheel profile",
        "positive radially outward, 0 at the new running circle", _ALONG),
     _q("wear_depth", "d", "m", "wear depth along the surface normal", _SINCE, _ALONG),
     _q("friction_work", "e", "J m-3", "frictional work per area and distance run",
-       "of the whole collective, with both wheels rolling on the state of this row", _ALONG),
+       f"{_ACTING}, with both wheels rolling on the state of this row", _ALONG),
     _q("wear_depth_by_regime", "d", "m", "wear depth along the surface normal by wear regime",
        _SINCE, "step wheel regime point"),
     _q("flange_height", "Sh", "m", "flange height", at=f"{_WHEEL} ?", allowed=(20, 45)),
@@ -319,10 +336,10 @@ _FATIGUE = _group("fatigue",
        "is taken off, and it is never below 0; of a law without depth of its cracks reprofiling takes all",
        "step wheel fatigue point", above=(0, 1000)),
     _q("fatigue_damage_rate", "dD/ds", "m-1", "fatigue damage per distance run, before removal by wear",
-       "of the whole collective in the state of this row, without removal by wear but that in the law",
+       f"{_ACTING}, without removal by wear but that in the law",
        "step wheel fatigue point", shown=("1/1000 km", 1e6)),
-    _q("wear_depth_rate", "dd/ds", "m m-1", "wear depth per distance run", "of the whole collective in the "
-       "state of this row, by the active law, before smoothing", _ALONG),
+    _q("wear_depth_rate", "dd/ds", "m m-1", "wear depth per distance run",
+       f"{_ACTING}, by the active law, before smoothing", _ALONG),
     _q("magic_wear_rate", "dd/ds", "m m-1", "magic wear rate: wear depth per distance run at which cracks "
        "just do not grow", _MARGIN, "step wheel fatigue point ?"),
     _q("life_limited_by", "", "", "what limits the life of the place at the rates of this row, from new",
@@ -488,6 +505,7 @@ _INPUT = (
     _q("redress_depth", "", "m", "wear depth at which rollers are redressed", shown=_MICRON,
        allowed=(1, 20_000)),
     _q("density", "ρ", "kg m-3", "density of the wheel", allowed=(500, 25_000)),
+    _q("seizure_blend", "", "1", "width of the blend into seizure over the hardness", allowed=(0, 0.4)),
     _q("hardness", "H", "Pa", "hardness of the wheel", shown=_GIGA, allowed=(0.1, 20)),
     _q("energy_coefficient", "", "m3 J-1", "volume lost per frictional work", above=(0, 1000)),
     _q("wear_number_start", "", "N", "wear number at which damage begins", shown=_NEWTON, allowed=(0, 1e5)),

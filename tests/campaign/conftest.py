@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from wearsim.campaign.control import reached
+from wearsim.campaign.evaluate import rate, setup_of
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import State
 from wearsim.contact.patch import Patch, SurfaceFields
@@ -165,15 +166,14 @@ def two_blocks(evolution_of, scene_text):
 
 @pytest.fixture(scope="session")
 def all_states():
-    """Function that gives all states of a campaign, and the rate of the collective in each but the last."""
+    """Function that gives all states of a campaign, and the rate in each but the last of what acts next."""
 
     def run(of):
-        state, _ = of.start()
+        state, taken = of.start()
         states, rates = [state], []
         while not reached(state.distance, of.setup.control.distance):
-            evaluation = of.evaluate(state)
-            rates.append(evaluation.collective)
-            state, _ = of.advance(state, evaluation)
+            state, taken = of.advance(state, of.evaluate(state, taken))
+            rates.append(rate(states[-1], of.setup.points, state.active_weight, setup_of(of.setup)))
             states.append(state)
         return states, rates
 

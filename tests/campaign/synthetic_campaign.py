@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from wearsim.campaign.row import StepTaken, no_step
+from wearsim.campaign.row import NO_STEP, StepTaken
 from wearsim.campaign.state import State
 from wearsim.results import FILL_FLOAT, FILL_INT, LAYOUT, ROW, Header
 from wearsim.results.schema import ADDED
@@ -63,12 +63,13 @@ class SyntheticEvolution:
     def start(self) -> tuple[State, StepTaken]:
         y = np.stack([np.linspace(-0.07, 0.06, N_POINT)] * 2)
         zero = np.zeros_like(y)
-        state = State(0, 0.0, y, 0.1 * y**2, zero, np.zeros((2, 3, N_POINT)), np.zeros(2), np.zeros(2))
-        return state, no_step(N_OPERATING)
+        nothing = dict.fromkeys(("active_weight", "point_length", "point_error"), np.zeros(N_OPERATING))
+        regimes, none = np.zeros((2, 3, N_POINT)), np.zeros(2)
+        return State(0, 0.0, y, 0.1 * y**2, zero, regimes, none, none, **nothing), NO_STEP
 
-    def evaluate(self, state: State) -> np.ndarray:
+    def evaluate(self, state: State, taken: StepTaken | None = None) -> np.ndarray:
         time.sleep(self.pause)
-        memory = (state.step_error or 0.0) + 1e-12 * state.step_length
+        memory = state.point_error[1] + 1e-12 * state.point_length[1]
         return 1e-9 * (1.0 + np.sin(1e3 * state.z + state.step) ** 2) + 1e-3 * memory
 
     def row(self, state: State, evaluation: np.ndarray, taken: StepTaken) -> dict[str, np.ndarray]:
@@ -88,9 +89,13 @@ class SyntheticEvolution:
             distance=np.asarray(state.distance),
             step_length=np.asarray(taken.length),
             stability_number=np.asarray(taken.stability),
-            step_error=np.asarray(FILL_FLOAT if state.step_error is None else state.step_error),
+            step_error=np.asarray(FILL_FLOAT if taken.error is None else taken.error),
+            step_limit=np.asarray(0, dtype=np.int32),
+            stages=np.asarray(taken.stages, dtype=np.int32),
             rejected_steps=np.asarray(taken.rejected, dtype=np.int32),
-            active_weight=taken.weight,
+            active_weight=state.active_weight,
+            point_length=state.point_length,
+            point_error=state.point_error,
             profile_y=state.y,
             profile_z=state.z,
             wear_depth=state.wear_depth,
@@ -118,10 +123,11 @@ class SyntheticEvolution:
             regime_depth=state.regime_depth + depth[:, None] * np.array([0.7, 0.2, 0.1])[:, None],
             worn_area=state.worn_area + depth.sum(axis=1),
             worn_mass=state.worn_mass + depth.sum(axis=1) * 3.0,
-            step_length=STEP,
-            step_error=float(depth.max()) / 7.0,
+            active_weight=np.full(N_OPERATING, 0.25),
+            point_length=np.full(N_OPERATING, 0.25 * STEP),
+            point_error=np.full(N_OPERATING, float(depth.max()) / 7.0),
         )
-        return after, StepTaken(STEP, 0.3, np.full(N_OPERATING, 0.25), state.step % 3)
+        return after, StepTaken(STEP, 0.3, float(depth.max()) / 7.0, state.step % 3, 2)
 
 
 if __name__ == "__main__":

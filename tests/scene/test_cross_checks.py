@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from wearsim.campaign.step import INTEGRATORS
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.scene import build, load_scene
+from wearsim.scene.campaign import STABILITY
 from wearsim.scene.initial_contact import check_contact
 from wearsim.scene.setup import warnings_of
 
@@ -36,7 +38,7 @@ COMPARE = (DATA / "scene_compare.toml").read_text()
             "smoothing_wavelength_mm = 0.4",
             "at least twice point_spacing_mm = 0.25",
         ),
-        (FIELD, "max_step_km = 20", "stability = 2.0", 'must be below 2 with integrator = "heun"'),
+        (FIELD, "max_step_km = 20", "stability = 9", 'must be at most 8.4 with integrator = "rkc"'),
     ],
 )
 def test_files_and_cross_checks_are_told_with_their_line(
@@ -47,25 +49,18 @@ def test_files_and_cross_checks_are_told_with_their_line(
     assert output in fault
 
 
-def test_semi_implicit_steps_need_a_model_with_interpenetration(folder, changed, faults_of, line_with):
-    steps = 'integrator = "semi_implicit"\nstability = 4'
-    (folder / "scene.toml").write_text(changed(FIELD, ("max_step_km = 20", steps)))
-    assert build(load_scene("scene.toml")).control.stability == 4.0
-    text = changed(
-        FIELD, ("max_step_km = 20", steps), ("[campaign]", '[contact]\nnormal = "half_space"\n[campaign]')
-    )
-    (fault,) = faults_of(text)
-    assert fault.startswith(f"scene.toml:{line_with(text, 'integrator = ')}: ")
-    assert 'write integrator = "heun", or normal = "kik_piotrowski"' in fault
-    chosen = changed(
-        FIELD,
-        ("max_step_km = 20", steps),
-        ("[campaign]", '[contact]\nmodel = "auto"\ntolerance = 0.1\n[campaign]'),
-    )
-    (fault,) = faults_of(chosen)
-    assert fault.startswith(f"scene.toml:{line_with(chosen, 'integrator = ')}: ")
-    assert 'model = "auto" may choose' in fault
-    assert 'write integrator = "heun", or delete model = "auto" for normal = "kik_piotrowski"' in fault
+def test_the_limit_of_stability_is_that_of_the_rule(folder, changed, faults_of):
+    for integrator, given, largest in (("heun", "", 0.4), ("rkc", "", 8.4), ("euler", "stability = 1", 1.0)):
+        text = changed(FIELD, ("max_step_km = 20", f'integrator = "{integrator}"\n{given}'))
+        (folder / "scene.toml").write_text(text)
+        assert build(load_scene("scene.toml")).control.stability == largest
+    (fault,) = faults_of(changed(FIELD, ("max_step_km = 20", 'integrator = "heun"\nstability = 2.1')))
+    assert 'must be at most 2 with integrator = "heun"' in fault
+
+
+def test_no_scene_asks_for_more_than_its_rule_is_stable_with():
+    for name, (_, largest) in STABILITY.items():
+        assert largest <= (2.0 if name != "rkc" else INTEGRATORS[name][-1].stable)
 
 
 def test_all_faults_of_the_last_stage_are_told_at_once(folder, changed, faults_of, line_with):

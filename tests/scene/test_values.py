@@ -71,8 +71,8 @@ FIELD = (DATA / "scene_field.toml").read_text()
         (
             FIELD,
             "max_step_km = 20",
-            'integrator = "rk4"',
-            "is not allowed; known: heun, euler, semi_implicit",
+            'integrator = "semi_implicit"',
+            "is not allowed; known: rkc, heun, euler",
         ),
     ],
 )

@@ -66,7 +66,7 @@ def campaign_header(kind, steps):
         "smoothing_wavelength": 2.5e-3,
         "stability_limit": 0.4,
         "depth_cap": 8e-6,
-        "integrator": "heun",
+        "integrator": "rkc",
         "rotation_rule": "free",
         "axle_torque": 0.0,
         "wheel_profile_right": "S1002",

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from wearsim.campaign.comparison import ComparisonLaws
 from wearsim.campaign.evaluate import ModelsByPoint, Setup, accumulate, setup_of, solve_passage
-from wearsim.campaign.left_out import Failed
+from wearsim.campaign.left_out import new_history
 from wearsim.campaign.state import Choice, State
 from wearsim.campaign.vertices import lengths_of_sides, smooth_sides
 from wearsim.contact.patch import FloatArray, IntArray
@@ -159,10 +159,9 @@ def _solvable(setup: CampaignSetup, state: State, threads: int) -> NDArray[np.bo
     """Whether any of the candidates solves each point: the cheapest all, the next ones what that leaves."""
     rest = np.arange(len(setup.points.label))
     for one in candidates(setup.models):
-        failed: Failed = {}
         here = replace(setup_of(setup, threads), models=one)
-        solve_passage(state, select(setup.points, rest), here, failed=failed)
-        rest = rest[sorted(failed)]
+        part = select(setup.points, rest)
+        rest = rest[sorted(solve_passage(replace(state, points=new_history(part)), part, here).failed)]
         if rest.size == 0:
             break
     return ~np.isin(np.arange(len(setup.points.label)), rest)

@@ -192,7 +192,7 @@ def _form(settings: FatigueSettings) -> str:
 def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> dict[str, np.ndarray]:
     """Return the variables of one row by the laws along the profile, as `wearsim.results.GROUPS` names them.
 
-    `collective` is the rate in that state with the weights of the full collective.
+    `collective` is the rate in that state of the points that act.
     """
     row: dict[str, np.ndarray] = {}
     if laws.wear:

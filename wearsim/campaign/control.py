@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearsim.campaign.counterface import damped_counterface, distance_to_redressing
+from wearsim.campaign.counterface import distance_to_redressing
 from wearsim.campaign.state import State, WearRate
-from wearsim.campaign.step import damped
+from wearsim.campaign.step import INTEGRATORS, stability_rate
 from wearsim.campaign.vertices import smooth_sides
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import ContactModels
@@ -26,25 +26,34 @@ _ROUNDING = 1e-12  # of the distance of a campaign
 # factor on the step length expected to keep the tolerance, so that few steps are repeated
 _SAFETY = 0.9
 
-_BISECTIONS = 20
+_GROWTH = 3.0  # largest ratio of a step to the one before with the same points
+
+# stability number of a step as deep as `half_space_depth_limit`: an explicit step of first order, stable up
+# to 2, oscillates from 1.5 times that depth on
+_HALF_SPACE = 4.0 / 3.0
 
 DepthLimit = Callable[[WearRate, FloatArray], float]
+
+
+class StepLimit(NamedTuple):
+    """Length of a step and what limits it."""
+
+    step_length: float  # distance to run [m]
+    reason: str  # one of `quantities.STEP_LIMITS`
+    stiffness: float  # rate of the stability number that asks for the stages of the rule [1/m]
 
 
 class StepChoice(NamedTuple):
     """The next step."""
 
     weight: FloatArray  # (n,) share of the step each operating point acts for
-    step_length: float  # distance to run [m]
-    # what limits it: "stability", "depth cap", "error", "max step", "block border", "whole loops",
-    # "redressing" or "remaining distance"
-    reason: str
+    limit: StepLimit
 
 
 def half_space_depth_limit(
     rate: WearRate, weight: FloatArray, models: ContactModels, spacing: float, wavelength: float = 0.0
 ) -> float:
-    r"""Largest stable depth of a step for normal models without interpenetration.
+    r"""Largest stable depth of a step of first order for normal models without interpenetration.
 
     Parameters
     ----------
@@ -83,15 +92,40 @@ def half_space_depth_limit(
     return float(solution.max_pressure[acts].min()) / modulus * max(spacing, 0.5 * wavelength)
 
 
-def error_limit(step_length: float, step_error: float | None, tolerance: float) -> float:
-    r"""Length of the step whose error is expected to keep the tolerance, by a step taken or tried [m].
+def remembered_limit(state: State, weight: FloatArray, settings: ControlSettings) -> tuple[float, str]:
+    r"""Length to which the last steps of the acting points limit the next one [m], and the reason.
 
-    :math:`0.9\,\Delta s \sqrt{\epsilon_{tol} / \epsilon}`, infinite without a limit: the estimate is the
-    error of one step of first order, which grows with the square of the length.
+    Each point was part of steps of its own length, share times distance, and error. Infinite before anything
+    is known.
+
+    Notes
+    -----
+    :math:`0.9\,\Delta s\,(\epsilon_{tol} / \epsilon)^{1/(p+1)}` and at most three times
+    :math:`\Delta s`: the estimate is the error of one step of a rule of order p.
     """
-    if not step_error or math.isinf(tolerance):
+    acting = weight > 0.0
+    if not acts_before(state, weight):
+        return math.inf, "error"
+    length, error = state.point_length[acting], state.point_error[acting]
+    limits = [
+        (error_limit(own, of_step, settings) / share, _GROWTH * own / share)
+        for own, of_step, share in zip(length.tolist(), error.tolist(), weight[acting].tolist(), strict=True)
+    ]
+    by_error, by_growth = (min(values) for values in zip(*limits, strict=True))
+    return (by_error, "error") if by_error <= by_growth else (by_growth, "growth")
+
+
+def error_limit(step_length: float, step_error: float, settings: ControlSettings) -> float:
+    """Length of the step expected to keep the tolerance, by the error of one taken or tried [m]."""
+    if step_error == 0.0 or math.isinf(settings.error_tolerance):
         return math.inf
-    return _SAFETY * step_length * math.sqrt(tolerance / step_error)
+    order = INTEGRATORS[settings.integrator][0].order
+    return float(_SAFETY * step_length * (settings.error_tolerance / step_error) ** (1.0 / (order + 1)))
+
+
+def acts_before(state: State, weight: FloatArray) -> bool:
+    """Whether the steps of all acting points are known; a new block and new profiles start small."""
+    return state.point_length.size > 0 and bool((state.point_length[weight > 0.0] > 0.0).all())
 
 
 def largest_step(
@@ -99,58 +133,55 @@ def largest_step(
     state: State,
     settings: ControlSettings,
     depth_limit: float = math.inf,
-    length_limit: float = math.inf,
+    further: tuple[float, str] = (math.inf, "error"),
     counterface_wear: CounterfaceWear | None = None,
-) -> tuple[float, str]:
+    *,
+    first: bool = False,
+) -> StepLimit:
     """Longest step within stability, depth cap, error, longest step and distance, and its active limit.
 
     Parameters
     ----------
     rate : WearRate
         In this state, for the acting points.
-    depth_limit, length_limit : float
-        Further limits of depth and length, such as `half_space_depth_limit` and `error_limit` [m].
+    depth_limit : float
+        Of models without interpenetration, from `half_space_depth_limit` [m].
+    further : tuple of float and str
+        Further limit of the length [m] and its name, such as `remembered_limit`.
     counterface_wear : CounterfaceWear, optional
         How the counterface wears, if it does.
+    first : bool
+        Whether the first depth limits the step, see `acts_before`.
     """
     wave = settings.smoothing_wavelength
-    steepest = stability_rate(rate)
-    wheels = _deepest(rate.regime_depth, state, wave)
+    wheels = float(smooth_sides(state.y, state.z, rate.regime_depth, wave).sum(axis=1).max())
     depth = None if rate.counterface is None else rate.counterface.depth
     counterface = _deepest_of_counterface(depth, state, wave)
     deepest = max(wheels, counterface)
-    depth_cap = min(settings.depth_cap, _first_cap(state, settings, deepest))
+    steepest, half_space = stability_rate(rate), _HALF_SPACE * (wheels + counterface) / depth_limit
+
+    def over(limit: float, per_metre: float) -> float:
+        return limit / per_metre if per_metre > 0.0 else math.inf
+
     limits = {
         "remaining distance": settings.distance - state.distance,
         "max step": settings.max_step,
-        "depth cap": depth_cap / deepest if deepest > 0.0 else math.inf,
+        "depth cap": over(settings.depth_cap, deepest),
+        "first step": over(settings.first_depth, deepest) if first else math.inf,
         "stability": min(
-            settings.stability / steepest if steepest > 0.0 else math.inf,
-            depth_limit / (wheels + counterface) if deepest > 0.0 else math.inf,
+            over(settings.stability, steepest), over(max(settings.stability, _HALF_SPACE), half_space)
         ),
-        "error": length_limit,
     }
+    limits[further[1]] = min(further[0], limits.get(further[1], math.inf))
     if counterface_wear is not None:
         limits["redressing"] = distance_to_redressing(state, rate, counterface_wear, wave)
-    if settings.integrator == "semi_implicit":
-        longest = min(length for name, length in limits.items() if name != "depth cap")
-        limits["depth cap"] = _damped_cap(rate, state, settings, depth_cap, limits["depth cap"], longest)
     reason = min(limits, key=limits.__getitem__)
     if not 0.0 < limits[reason] < math.inf:
         raise NumericalError(
             f"no wear step is possible after {state.distance / 1e3:.6g} km: the limit by {reason} is "
             f"{limits[reason]:.3g} m; check loads and the wear law's coefficients"
         )
-    return limits[reason], reason
-
-
-def _first_cap(state: State, settings: ControlSettings, deepest: float) -> float:
-    """Depth cap after a new profile: doubled per step of the wheels, or with the distance of rollers."""
-    cap = settings.first_depth * 2.0 ** min(state.step - state.reprofiled, 60)
-    rollers = state.counterface
-    if rollers is None or rollers.redressed_count == 0:
-        return cap
-    return min(cap, settings.first_depth + deepest * (state.distance - rollers.redressed_at))
+    return StepLimit(limits[reason], reason, max(steepest, half_space))
 
 
 def choose(
@@ -174,21 +205,25 @@ def choose(
     depth_limit : callable, optional
         Further limit of the depth per step as a function of a rate and its weights [m].
     length_limit : float
-        Limit by the error, such as `error_limit` [m].
+        Of a step that is tried again, by its error [m].
     counterface_wear : CounterfaceWear, optional
         How the counterface wears, if it does; a step ends where rollers are redressed.
 
     Notes
     -----
-    A programme acts as the collective of its blocks when the step may be one loop or longer, for a whole
-    number of loops; otherwise the present block acts alone and the step ends at its border at the latest. A
-    remaining stretch between one and two steps long is halved.
+    A programme acts as the collective of its blocks when, at the beginning of a loop, the step may be one
+    loop or longer, for a whole number of loops; otherwise the present block acts alone and the step ends at
+    its border at the latest. Where the first block alone does not reach its end in one step, the collective,
+    in which it wears as much, does not either and is not asked for. A remaining stretch between one and two
+    steps long is halved.
     """
 
-    def largest(weight: FloatArray) -> tuple[float, str]:
+    def largest(weight: FloatArray) -> StepLimit:
         rate = rate_for_weights(weight)
         limit = math.inf if depth_limit is None else depth_limit(rate, weight)
-        return largest_step(rate, state, settings, limit, length_limit, counterface_wear)
+        further = min((length_limit, "error"), remembered_limit(state, weight, settings))
+        first = not acts_before(state, weight)
+        return largest_step(rate, state, settings, limit, further, counterface_wear, first=first)
 
     remaining, last = settings.distance - state.distance, "remaining distance"
     if counterface_wear is not None and state.counterface is not None:
@@ -197,35 +232,30 @@ def choose(
             remaining, last = until, "redressing"
     loop = float(points.block_length.sum())
     if loop == 0.0:
-        allowed, reason = largest(points.weight)
-        return StepChoice(points.weight, *_without_sliver(allowed, reason, remaining, last))
-
-    if remaining >= loop * (1.0 - _SAME_PLACE):
-        collective = points.block_length / loop
-        allowed, reason = largest(collective)
-        loops = math.floor(min(allowed, remaining) / loop + _SAME_PLACE)
-        if loops >= 1:
-            step = loops * loop
-            if abs(remaining - step) <= _SAME_PLACE * loop:
-                return StepChoice(collective, remaining, last)
-            return StepChoice(collective, step, "whole loops")
+        return StepChoice(points.weight, _without_sliver(largest(points.weight), remaining, last))
 
     block, rest = present_block(state.distance, points.block_length)
     weight = np.zeros_like(points.weight)
     weight[block] = 1.0
-    allowed, reason = largest(weight)
+    allowed = largest(weight)
+    begins = block == int(np.argmax(points.block_length > 0.0)) and rest >= points.block_length[block] * (
+        1.0 - _SAME_PLACE
+    )
+    reaches = allowed.step_length >= rest * (1.0 - _SAME_PLACE)
+    if begins and reaches and remaining >= loop * (1.0 - _SAME_PLACE):
+        collective = points.block_length / loop
+        whole = largest(collective)
+        loops = math.floor(min(whole.step_length, remaining) / loop + _SAME_PLACE)
+        if loops >= 1:
+            step, reason = loops * loop, "whole loops"
+            if abs(remaining - step) <= _SAME_PLACE * loop:
+                step, reason = remaining, last
+            return StepChoice(collective, whole._replace(step_length=step, reason=reason))
+
     border = "block border"
     if remaining <= rest * (1.0 + _SAME_PLACE):
         rest, border = remaining, last
-    return StepChoice(weight, *_without_sliver(allowed, reason, rest, border))
-
-
-def stability_rate(rate: WearRate) -> float:
-    """Largest rate of the stability number on the wheels and on their counterface, if that wears [1/m]."""
-    steepest = float(rate.stability.max(initial=0.0))
-    if rate.counterface is None:
-        return steepest
-    return max(steepest, float(rate.counterface.stability.max(initial=0.0)))
+    return StepChoice(weight, _without_sliver(allowed, rest, border))
 
 
 def _deepest_of_counterface(depth: FloatArray | None, state: State, wavelength: float) -> float:
@@ -233,30 +263,6 @@ def _deepest_of_counterface(depth: FloatArray | None, state: State, wavelength: 
     if state.counterface is None or depth is None:
         return 0.0
     return float(smooth_sides(state.counterface.y, state.counterface.z, depth, wavelength).max())
-
-
-def _deepest(regime_depth: FloatArray, state: State, wavelength: float) -> float:
-    """Largest depth after smoothing of a depth by regime (2, n_regimes, n)."""
-    return float(smooth_sides(state.y, state.z, regime_depth, wavelength).sum(axis=1).max())
-
-
-def _damped_cap(
-    rate: WearRate, state: State, settings: ControlSettings, cap: float, explicit: float, longest: float
-) -> float:
-    """Length at which a semi-implicit step reaches the cap: between that of an explicit one and `longest`."""
-    wave = settings.smoothing_wavelength
-
-    def within(length: float) -> bool:
-        other = _deepest_of_counterface(damped_counterface(rate, length), state, wave)
-        return max(_deepest(damped(rate, length), state, wave), other) <= cap
-
-    if explicit >= longest or within(longest):
-        return math.inf
-    low, high = explicit, longest
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if within(middle) else (low, middle)
-    return low
 
 
 def reached(distance: float, target: float) -> bool:
@@ -279,8 +285,8 @@ def present_block(distance: float, block_length: FloatArray) -> tuple[int, float
     return index, float(ends[index] - place)
 
 
-def _without_sliver(allowed: float, reason: str, stretch: float, border: str) -> tuple[float, str]:
+def _without_sliver(allowed: StepLimit, stretch: float, border: str) -> StepLimit:
     """Cut a step at the end of a stretch; halve a rest of less than two steps."""
-    if allowed >= stretch:
-        return stretch, border
-    return (allowed, reason) if 2.0 * allowed <= stretch else (0.5 * stretch, reason)
+    if allowed.step_length >= stretch:
+        return allowed._replace(step_length=stretch, reason=border)
+    return allowed if 2.0 * allowed.step_length <= stretch else allowed._replace(step_length=0.5 * stretch)

@@ -67,8 +67,8 @@ def with_counterface(
     law : (m, ny) array
         Depth per passage of the wheel in each strip, weighted with the share and the environment factor of
         its operating point [m].
-    over_gap : (2, m, ny) array
-        `law` over the interpenetration, with the rims of the patches and without [-].
+    over_gap : (m, ny) array
+        `law` over the interpenetration, without the rims of the patches [-].
     state : State
         With the counterface.
     radius : float
@@ -79,7 +79,7 @@ def with_counterface(
     Returns
     -------
     WearRate
-        Stability and damping count the depth of both bodies: both open the same gap.
+        Stability counts the depth of both bodies: both open the same gap.
 
     Notes
     -----
@@ -88,9 +88,8 @@ def with_counterface(
     """
     worn, solution = state.counterface, rate.solution
     assert worn is not None  # it wears
-    assert rate.damping is not None  # `accumulate` gives it
-    result = CounterfaceRate(np.zeros_like(worn.y), np.zeros_like(worn.y), np.zeros_like(worn.y))
-    stability, damping = rate.stability.copy(), rate.damping.copy()
+    result = CounterfaceRate(np.zeros_like(worn.y), np.zeros_like(worn.y))
+    stability = rate.stability.copy()
     for side in (0, 1):
         y, z = worn.y[side], worn.z[side]
         arc = arc_length(y, z)
@@ -103,15 +102,12 @@ def with_counterface(
         rising_y = np.maximum.accumulate(state.y[side])  # as for the wheel
         height = np.interp(0.5 * (edges[:, 1:] + edges[:, :-1]), rising_y, state.z[side])
         both = passages + 1.0 / (2.0 * np.pi * (radius + height))
-        carried = np.stack([law[at] * passages, over_gap[0, at] * both]) * width
-        area = np.zeros((2, y.size))
-        share_out(strip_edges, stretches(arc), carried, area)
-        result.depth[side], result.damping[side] = area / vertex_lengths(y, z)
-        sample(strip_edges, arc, over_gap[1, at] * both, result.stability[side])
-        more = 1.0 + passages * 2.0 * np.pi * (radius + state.z[side])
-        stability[side] *= more
-        damping[side] *= more
-    return replace(rate, counterface=result, stability=stability, damping=damping)
+        area = np.zeros((1, y.size))
+        share_out(strip_edges, stretches(arc), (law[at] * passages * width)[None], area)
+        result.depth[side] = area[0] / vertex_lengths(y, z)
+        sample(strip_edges, arc, over_gap[at] * both, result.stability[side])
+        stability[side] *= 1.0 + passages * 2.0 * np.pi * (radius + state.z[side])
+    return replace(rate, counterface=result, stability=stability)
 
 
 def _running_part(y: FloatArray, z: FloatArray) -> slice:
@@ -123,27 +119,20 @@ def _running_part(y: FloatArray, z: FloatArray) -> slice:
     return slice(first, last)
 
 
-def damped_counterface(rate: WearRate, step_length: float) -> FloatArray | None:
-    """Depth (2, k) of a semi-implicit step, as `campaign.step.damped` gives that of the wheels [m]."""
-    counterface = rate.counterface
-    if counterface is None:
-        return None
-    depth: FloatArray = counterface.depth * step_length / (1.0 + counterface.damping * step_length)
-    return depth
+def moved_counterface(state: CounterfaceState, depth: FloatArray) -> CounterfaceState:
+    """Return rails or rollers with their vertices moved by a depth (2, k) of any sign [m]."""
+    y, up = worn_off_sides(state.y, -state.z, depth, "counterface")  # wheels have z out of the material
+    return replace(state, y=y, z=-up, depth=state.depth + depth)
 
 
-def wear_off_counterface(
-    state: CounterfaceState, depth: FloatArray, smoothing_wavelength: float
-) -> CounterfaceState:
-    """Remove a wear increment from rails or rollers: depth (2, k) at the vertices, before smoothing [m].
+def wear_off_counterface(state: CounterfaceState, depth: FloatArray) -> CounterfaceState:
+    """Remove a wear increment from rails or rollers: depth (2, k) at the vertices, after smoothing [m].
 
     The area between the polygons is the sum of depth times vertex length.
     """
-    increment = smooth_sides(state.y, state.z, depth, smoothing_wavelength)
-    y, up = worn_off_sides(state.y, -state.z, increment, "counterface")  # wheels have z out of the material
-    area = (increment * lengths_of_sides(state.y, state.z)).sum(axis=1)
-    worn = state.depth + increment
-    return replace(state, y=y, z=-up, depth=worn, worn_area=state.worn_area + area, last_depth=worn)
+    worn = moved_counterface(state, depth)
+    area = (depth * lengths_of_sides(state.y, state.z)).sum(axis=1)
+    return replace(worn, worn_area=state.worn_area + area, last_depth=worn.depth)
 
 
 def without_step(state: CounterfaceState) -> CounterfaceState:
@@ -184,7 +173,7 @@ def redressed(state: State, new: Counterface, settings: CounterfaceWear) -> Stat
         redressed_count=rollers.redressed_count + 1,
         redressed_at=state.distance,
     )
-    return replace(state, counterface=fresh)
+    return replace(state, counterface=fresh, point_length=np.zeros_like(state.point_length))
 
 
 def static_counterface(setup: CampaignSetup) -> dict[str, Any]:

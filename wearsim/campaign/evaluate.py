@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from wearsim.campaign.comparison import ComparisonLaws, ComparisonPassage, comparison_laws, comparison_passage
 from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.faint import faded
-from wearsim.campaign.left_out import Failed, area_rates, judged
+from wearsim.campaign.left_out import Failed, judged
 from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import sample, share_out, stretches
 from wearsim.contact.patch import FloatArray, IntArray
@@ -87,7 +88,7 @@ class Passage:
     comparison: ComparisonPassage
     weight: FloatArray  # (m,) with which each patch acts: below 1 where it is faint [-]
     lost: FloatArray  # (m, 3) share of load, power and wear that faint patches of its wheel lost [-]
-    left_out: tuple[int, ...] = ()  # points without contact solution
+    failed: Mapping[int, ContactError] = field(default_factory=dict)  # points without contact solution
 
 
 def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
@@ -105,21 +106,14 @@ def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
     return faded(whole)
 
 
-def solve_passage(
-    state: State,
-    points: OperatingPoints,
-    setup: Setup,
-    *,
-    apart: NDArray[np.bool_] | None = None,
-    failed: Failed | None = None,
-) -> Passage:
+def solve_passage(state: State, points: OperatingPoints, setup: Setup) -> Passage:
     """Solve every operating point, whatever its weight, with the profiles of a state; evaluate the laws.
 
     The profiles replace those of the wheelset, and those of a counterface that wears. Patches are in the
     order of point, side and falling normal force. The laws run on the threads of the contact solver: no more
-    cells exist at a time than those of the chunks being solved. Points without contact solution are left out
-    and put into `failed`, where it is given; points `apart` (n,) are solved by themselves, so that those
-    that are likely to fail do not cost the others a second solution.
+    cells exist at a time than those of the chunks being solved. With a history of the points those without
+    contact solution are left out; those that failed before are solved by themselves, so that the others are
+    not solved twice.
     """
     right, left = worn_wheels(setup.wheelset, state.y, state.z)
     bodies = (
@@ -130,13 +124,14 @@ def solve_passage(
     if isinstance(models, ContactModels):
         models = ModelsByPoint((models,), np.zeros(len(points.label), dtype=np.int64))
     parts: list[Passage] = []
-    errors: Failed = {}
-    groups = models.groups()
-    if apart is not None and apart.any():
-        halves = ((one, index[apart[index] == which]) for one, index in groups for which in (False, True))
+    failed: Failed = {}
+    groups, history = models.groups(), state.points
+    if history is not None and history.left_out.any():
+        before = history.left_out
+        halves = ((one, index[before[index] == which]) for one, index in groups for which in (False, True))
         groups = [(one, index) for one, index in halves if index.size]
     for one, index in groups:
-        own: Failed | None = None if failed is None else {}
+        own: Failed | None = None if history is None else {}
         conditions = select(points, index).conditions
         try:
             chunks = solve_each(
@@ -145,19 +140,19 @@ def solve_passage(
         except ContactError as error:
             raise numbered(error, index) from None
         parts += [_placed(chunk, index) for chunk in chunks]
-        errors |= {int(index[row]): numbered(error, index) for row, error in (own or {}).items()}
+        failed |= {int(index[row]): numbered(error, index) for row, error in (own or {}).items()}
     order = np.argsort(np.concatenate([part.contact.point for part in parts]), kind="stable")
     whole: Passage = joined(parts, None if len(groups) == 1 else order)
-    if failed is not None:
-        failed |= errors
-    return replace(whole, left_out=tuple(sorted(errors)))
+    return replace(whole, failed=failed)
 
 
 def _placed(passage: Passage, index: IntArray) -> Passage:
     """Return a passage of the points at `index` with their numbers in the batch."""
     contact = passage.contact
     point = index[contact.point]
-    return replace(passage, contact=replace(contact, point=point, patch=replace(contact.patch, row=point)))
+    placed = replace(contact, point=point, patch=replace(contact.patch, row=point))
+    failed = {int(index[row]): numbered(error, index) for row, error in passage.failed.items()}
+    return replace(passage, contact=placed, failed=failed)
 
 
 def accumulate(
@@ -194,15 +189,14 @@ def accumulate(
     area each strip removes is shared out over the stretches of arc length the vertices stand for, in
     proportion to the overlap: the sum over the vertices is the sum over the strips.
     """
-    if passage.left_out:
-        weight = shared_weight(weight, points.of_class, np.isin(np.arange(weight.size), passage.left_out))
+    if passage.failed:
+        out = np.isin(np.arange(weight.size), list(passage.failed))
+        weight = shared_weight(weight, points.of_class, out)
     solution, comparison, strip_work = passage.contact, passage.comparison, passage.strip_work
     gap = solution.patch.interpenetration
     rim = _RIM * gap.max(axis=1, keepdims=True, initial=0.0)
     full = passage.weight == 1.0
     load_bearing = (gap > rim) & full[:, None]  # a faint patch does not limit the step
-    floor = np.maximum(gap, rim)
-    floor[floor == 0.0] = np.inf
     active = weight[solution.point] > 0.0
 
     n_regimes, n = len(passage.depth), state.y.shape[1]
@@ -212,7 +206,6 @@ def accumulate(
     depth = np.zeros((2, n_regimes, n))
     work = np.zeros((2, n))
     stability = np.zeros((2, n))
-    damping = np.zeros((2, n))
     for wheel in (0, 1):
         arc = arc_length(state.y[wheel], state.z[wheel])
         cell_edges = stretches(arc)
@@ -225,19 +218,18 @@ def accumulate(
 
         law_depth = np.stack([regime[at] * share for regime in passage.depth])
         width = solution.patch.width[at][:, None]
-        over_gap = law_depth.sum(axis=0) / floor[at]
         often = weight[point][:, None]
         further_rows = [
             *(regime[at] * share for by_law in comparison.depth for regime in by_law),
             *(damage[at] * often for damage in comparison.damage),
         ]
-        carried = np.stack([*law_depth, strip_work[at] * often, over_gap, *further_rows]) * width
+        carried = np.stack([*law_depth, strip_work[at] * often, *further_rows]) * width
         area = np.zeros((len(carried), n))
         share_out(strip_edges, cell_edges, carried, area)
         per_metre = 1.0 / (2.0 * np.pi * (setup.wheelset.radius + state.z[wheel]))
         per_vertex = area * (per_metre / vertex_lengths(state.y[wheel], state.z[wheel]))
-        depth[wheel], further[wheel] = per_vertex[:n_regimes], per_vertex[n_regimes + 2 :]
-        work[wheel], damping[wheel] = per_vertex[n_regimes : n_regimes + 2]
+        depth[wheel], work[wheel] = per_vertex[:n_regimes], per_vertex[n_regimes]
+        further[wheel] = per_vertex[n_regimes + 1 :]
 
         inner = load_bearing[at]
         ratio = np.where(inner, law_depth.sum(axis=0) / np.where(inner, gap[at], 1.0), 0.0)
@@ -248,7 +240,6 @@ def accumulate(
         regime_depth=depth,
         friction_work=work,
         stability=stability,
-        damping=damping,
         solution=solution,
         full=full,
         comparison=tuple(np.split(further[:, :wear_rows], ends[:-1], axis=1)) if wear_rows else (),
@@ -258,7 +249,7 @@ def accumulate(
         return result
     every = (weight * points.environment)[solution.point]
     law = np.where(active, every, 0.0)[:, None] * np.sum(passage.depth, axis=0)
-    over_gap = np.stack([law / floor, np.where(load_bearing, law / floor, 0.0)])
+    over_gap = np.where(load_bearing, law / np.where(load_bearing, gap, 1.0), 0.0)
     return with_counterface(result, law, over_gap, state, setup.wheelset.radius, setup.counterface_wear)
 
 
@@ -314,29 +305,40 @@ def rate(
     Returns
     -------
     WearRate
-        Its solution holds the acting points only, numbered among themselves.
+        Its solution holds the acting points only.
 
     Raises
     ------
     ContactError
         If the points without contact solution carry too much of the wear.
     """
-    acting = np.flatnonzero(weight > 0.0)
-    those, history = select(points, acting), state.points
+    passage = solve_points(state, points, weight > 0.0, setup)
+    if failed is not None:
+        failed |= passage.failed
+    if state.points is not None:
+        judged(state.points, points, passage, patch_wear(passage, state, setup.wheelset), state.distance)
+    return accumulate(passage, points, weight, state, setup)
+
+
+def solve_points(state: State, points: OperatingPoints, solved: NDArray[np.bool_], setup: Setup) -> Passage:
+    """Return `solve_passage` of the points where `solved` (n,), with their numbers among all points.
+
+    All points are solved where none of those has a contact solution.
+    """
+    index = np.flatnonzero(solved)
+    own = setup
     if isinstance(setup.models, ModelsByPoint):
-        setup = replace(setup, models=setup.models.at(acting))
-    if history is None:
-        return accumulate(solve_passage(state, those, setup), those, weight[acting], state, setup)
-    errors: Failed = {}
-    passage = solve_passage(state, those, setup, apart=history.left_out[acting], failed=errors)
-    if errors:
-        rates = np.full(weight.size, np.nan)
-        rates[acting] = area_rates(passage.contact, patch_wear(passage, state, setup.wheelset), acting.size)
-        errors = {int(acting[row]): numbered(error, acting) for row, error in errors.items()}
-        judged(history, points, rates, errors, state.distance)
-        if failed is not None:
-            failed |= errors
-    return accumulate(passage, those, weight[acting], state, setup)
+        own = replace(setup, models=setup.models.at(index))
+    history = state.points
+    try:
+        passage = solve_passage(
+            state if history is None else replace(state, points=history.at(index)), select(points, index), own
+        )
+    except ContactError as error:
+        if history is not None and not solved.all():
+            return solve_points(state, points, np.ones_like(solved), setup)
+        raise numbered(error, index) from None
+    return _placed(passage, index)
 
 
 def numbered(error: ContactError, index: IntArray) -> ContactError:

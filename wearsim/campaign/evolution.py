@@ -5,21 +5,23 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.campaign import choose, control, step
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
-from wearsim.campaign.evaluate import Setup, accumulate, patch_wear, rate, setup_of, solve_passage
-from wearsim.campaign.left_out import Failed, area_rates, judged, new_history, with_failed
+from wearsim.campaign.evaluate import Passage, Setup, accumulate, patch_wear, rate, setup_of, solve_points
+from wearsim.campaign.left_out import Failed, judged, new_history, with_failed
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
-from wearsim.campaign.row import Evaluation, StepTaken, build_row, header_of, no_step, recorded_measures
+from wearsim.campaign.row import NO_STEP, Evaluation, StepTaken, build_row, header_of, recorded_measures
 from wearsim.campaign.state import State, WearRate
+from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS
-from wearsim.errors import NumericalError
+from wearsim.errors import ContactError, NumericalError
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
 from wearsim.results.schema import CHANGES
@@ -30,6 +32,14 @@ if TYPE_CHECKING:
 
 
 _ATTEMPTS = 30  # at one step
+
+# largest share of a step's area that may be clipped: more means that patches moved too far in it
+_CLIPPED = 0.01
+
+_SHORTER = 0.3  # of a step that was clipped, or whose stages have no contact solution
+
+# depth of a step from which both are no matter of its length: a patch vanishes, a point has no solution [m]
+_SHALLOW = 1e-7
 
 
 @dataclass(frozen=True)
@@ -81,7 +91,9 @@ class WheelsetEvolution:
         state = replace(state, points=new_history(self.setup.points))
         if self.setup.counterface_wear is not None:
             state = replace(state, counterface=new_counterface(self.setup.counterface))
-        return self._chosen(state), no_step(len(self.setup.points.label))
+        nowhere = np.zeros(len(self.setup.points.label))
+        state = replace(state, active_weight=nowhere, point_length=nowhere, point_error=nowhere)
+        return self._chosen(state), NO_STEP
 
     def _chosen(self, state: State) -> State:
         """Return the state with contact models chosen for it."""
@@ -94,19 +106,28 @@ class WheelsetEvolution:
         setup = setup_of(self.setup, self.threads)
         return replace(setup, models=choose.models_of(self.setup.models, state.choice))
 
-    def evaluate(self, state: State) -> Evaluation:
-        """Solve the contact of a state for all operating points."""
+    def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
+        """Solve the contact of a state, if the step that led to it has not left it.
+
+        At all operating points where nothing acted or the distance is reached, else at those of the last
+        step and the monitoring points.
+        """
         setup, points = self._setup(state), self.setup.points
-        history = state.points
-        failed: Failed | None = None if history is None else {}
-        apart = None if history is None else history.left_out
-        passage = solve_passage(state, points, setup, apart=apart, failed=failed)
-        wear = patch_wear(passage, state, setup.wheelset)
-        if history is not None and failed is not None:
-            rates = area_rates(passage.contact, wear, len(points.label))
-            history = judged(history, points, rates, failed, state.distance)
-        collective = accumulate(passage, points, points.weight, state, setup)
-        return Evaluation(collective, passage, recorded_measures(state, self.setup), wear, history)
+        weight, passage = state.active_weight, None if taken is None else taken.passage
+        if not weight.any() or control.reached(state.distance, self.target):
+            weight, passage = points.weight, None
+        if passage is None:
+            passage = solve_points(state, points, self._followed(weight), setup)
+        wear, history = patch_wear(passage, state, setup.wheelset), state.points
+        if history is not None:
+            history = judged(history, points, passage, wear, state.distance)
+        collective = accumulate(passage, points, weight, state, setup)
+        return Evaluation(collective, weight, passage, recorded_measures(state, self.setup), wear, history)
+
+    def _followed(self, weight: FloatArray) -> NDArray[np.bool_]:
+        """Points that act with a weight (n,), and the monitoring points."""
+        followed: NDArray[np.bool_] = (weight > 0.0) | (self.setup.points.weight == 0.0)
+        return followed
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
@@ -117,50 +138,98 @@ class WheelsetEvolution:
         setup, points = self._in_force(state), self.setup.points
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
-            return self._chosen(reprofile(state, setup)), no_step(len(points.label))
+            return self._chosen(reprofile(state, setup)), NO_STEP
         here = self._setup(state)
         ahead_of = to_next_reprofiling(state, setup.control)
         wave = setup.control.smoothing_wavelength
 
-        def rate_for(weight: np.ndarray) -> WearRate:
-            if np.array_equal(weight, points.weight):
-                return evaluation.collective
-            return accumulate(evaluation.passage, points, weight, state, here)
+        known = {evaluation.weight.tobytes(): evaluation.collective}
 
-        def depth_limit(now: WearRate, weight: np.ndarray) -> float:
+        def rate_for(weight: FloatArray) -> WearRate:
+            key = weight.tobytes()
+            if key not in known:
+                solved = [*evaluation.passage.contact.point, *evaluation.passage.failed]
+                known[key] = (
+                    accumulate(evaluation.passage, points, weight, state, here)
+                    if np.isin(np.flatnonzero(weight), solved).all()
+                    else rate(state, points, weight, here)
+                )
+            return known[key]
+
+        def depth_limit(now: WearRate, weight: FloatArray) -> float:
             other = state.counterface or state
             lines = ((state.y[0], state.z[0]), (other.y[0], other.z[0]))
             spacing = min(float(np.diff(arc_length(*line)).min()) for line in lines)
             return control.half_space_depth_limit(now, weight, setup.models, spacing, wave)
 
-        tolerance = setup.control.error_tolerance
         rule = step.StepRule(
             setup.wheelset.radius, setup.wear.density, wave, setup.control.integrator,
-            estimate=tolerance < math.inf, crack_depth=here.comparison.crack_depth,
+            crack_depth=here.comparison.crack_depth,
         )  # fmt: skip
-        limit = control.error_limit(state.step_length, state.step_error, tolerance)
+        limit, error, length = math.inf, 0.0, 0.0
         for rejected in range(_ATTEMPTS):
             choice = control.choose(
                 state, points, rate_for, ahead_of, depth_limit=depth_limit, length_limit=limit,
                 counterface_wear=setup.counterface_wear,
             )  # fmt: skip
-            now = rate_for(choice.weight)
-            failed: Failed = {}
-            rate_at = partial(rate, points=points, weight=choice.weight, setup=here, failed=failed)
-            after = step.advance(state, now, choice.step_length, rule, rate_at)
-            if after.points is not None:
-                after = replace(after, points=with_failed(after.points, points, failed))
-            if after.step_error is None or after.step_error <= tolerance:
-                stability = control.stability_rate(now) * choice.step_length
-                if setup.counterface_wear is not None and not control.reached(after.distance, self.target):
-                    after = redressed(after, setup.counterface, setup.counterface_wear)
-                passed = [share * setup.control.distance for share in choose.CHECKS]
-                if any(state.distance < place <= after.distance for place in passed):
-                    after = self._chosen(after)
-                return after, StepTaken(choice.step_length, stability, choice.weight, rejected)
-            limit = control.error_limit(choice.step_length, after.step_error, tolerance)
-        raise NumericalError(
-            f"after {state.distance / 1e3:.6g} km no wear step keeps the tolerance of "
-            f"{1e6 * tolerance:.4g} um: a step of {choice.step_length:.4g} m has an error of "
-            f"{1e6 * (after.step_error or 0.0):.4g} um; raise error_tolerance_um in [campaign]"
+            weight, length = choice.weight, choice.limit.step_length
+            now = rate_for(weight)
+            shallow = float(now.depth.max()) * length < _SHALLOW
+            try:
+                tried, error, passage = self._try(state, now, choice, rule, here)
+            except ContactError:
+                if shallow:
+                    raise
+                limit = _SHORTER * length
+                continue
+            clipped = tried.clipped > _CLIPPED and not shallow
+            if error <= setup.control.error_tolerance and not clipped:
+                taken = StepTaken(
+                    length, step.stability_rate(now) * length, error, rejected, tried.stages,
+                    choice.limit.reason, passage,
+                )  # fmt: skip
+                break
+            limit = control.error_limit(length, error, setup.control)
+            if clipped:
+                limit = min(limit, _SHORTER * length)
+        else:
+            raise NumericalError(
+                f"after {state.distance / 1e3:.6g} km no wear step keeps the tolerance of "
+                f"{1e6 * setup.control.error_tolerance:.4g} um: a step of {length:.4g} m has an error of "
+                f"{1e6 * error:.4g} um; raise error_tolerance_um in [campaign]"
+            )
+        acts = weight > 0.0
+        after = replace(
+            tried.state,
+            active_weight=weight,
+            point_length=np.where(acts, weight * length, state.point_length),
+            point_error=np.where(acts, error, state.point_error),
         )
+        changed = after
+        if setup.counterface_wear is not None and not control.reached(after.distance, self.target):
+            changed = redressed(after, setup.counterface, setup.counterface_wear)
+        passed = [share * setup.control.distance for share in choose.CHECKS]
+        if any(state.distance < place <= after.distance for place in passed):
+            changed = self._chosen(changed)
+        return changed, taken if changed is after else replace(taken, passage=None)
+
+    def _try(
+        self, state: State, now: WearRate, choice: control.StepChoice, rule: step.StepRule, here: Setup
+    ) -> tuple[step.Step, float, Passage]:
+        """Take a step: its end, its error [m], and the contact at its end."""
+        points, weight, limit = self.setup.points, choice.weight, choice.limit
+        length = limit.step_length
+
+        failed: Failed = {}
+
+        def rate_at(ahead: State) -> WearRate:
+            return rate(ahead, points, weight, here, failed)
+
+        tried = step.advance(state, now, length, rule, rate_at, limit.stiffness * length)
+        passage = solve_points(tried.state, points, self._followed(weight), here)
+        end = accumulate(passage, points, weight, tried.state, here)
+        error = step.error_of(state, tried.state, now, end, rule.smoothing_wavelength)
+        if tried.state.points is not None:
+            history = with_failed(tried.state.points, points, failed)
+            tried = tried._replace(state=replace(tried.state, points=history))
+        return tried, error, passage

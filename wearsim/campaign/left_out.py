@@ -9,16 +9,18 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wearsim.campaign.state import PatchWear, PointHistory
-from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactPatches
 from wearsim.errors import ContactError
 from wearsim.operation.left_out import LARGEST_SHARE, carried_share
 from wearsim.operation.points import OperatingPoints
 from wearsim.results import FILL_FLOAT
+
+if TYPE_CHECKING:
+    from wearsim.campaign.evaluate import Passage
 
 Failed = dict[int, ContactError]
 """Errors of operating points without contact solution, by their number."""
@@ -30,32 +32,27 @@ def new_history(points: OperatingPoints) -> PointHistory:
     return PointHistory(np.full(count, np.nan), np.zeros(count, dtype=bool))
 
 
-def area_rates(contact: ContactPatches, wear: PatchWear, count: int) -> FloatArray:
-    """Worn area of both cross-sections per distance run of each of `count` points; NaN unsolved [m2/m]."""
-    patches = np.bincount(contact.point, minlength=count)
-    area = np.bincount(contact.point, wear.area_rate, minlength=count)
-    return np.where(patches > 0, area, np.nan)
-
-
 def judged(
-    history: PointHistory, points: OperatingPoints, rate: FloatArray, failed: Failed, distance: float
+    history: PointHistory, points: OperatingPoints, passage: Passage, wear: PatchWear, distance: float
 ) -> PointHistory:
-    """History after a solution with rates (n,), NaN at points that were not solved [m2/m].
+    """History after a solution of some of the points; what it says of the others stays.
 
     Raises
     ------
     ContactError
         If the points that failed carry more than `LARGEST_SHARE` of the wear.
     """
-    rate = np.where(np.isfinite(rate), rate, history.area_rate)
-    history = with_failed(
-        replace(history, area_rate=rate, left_out=np.zeros(rate.size, bool)), points, failed
-    )
+    failed, point, count = passage.failed, passage.contact.point, len(points.label)
+    found = np.bincount(point, minlength=count) > 0
+    rate = np.where(found, np.bincount(point, wear.area_rate, count), history.area_rate)
+    out = history.left_out & ~found
+    history = with_failed(replace(history, area_rate=rate, left_out=out, share=0.0), points, failed)
     out, share = history.left_out, history.share
     if share > LARGEST_SHARE:
         number = np.flatnonzero(out & (points.weight > 0.0)).tolist()
-        first = next((k for k in number if failed[k].row == k), number[0])
-        reason = re.sub(r"^point \d+, ", "", str(failed[first]))
+        known = [k for k in number if k in failed]
+        first = next((k for k in known if failed[k].row == k), (known or number)[0])
+        reason = re.sub(r"^point \d+, ", "", str(failed.get(first, "nor had it in its last step")))
         many = len(number) > 1
         what = (
             f"{points.label[first]} and {len(number) - 1} more have" if many else f"{points.label[first]} has"
@@ -70,9 +67,9 @@ def judged(
 
 def with_failed(history: PointHistory, points: OperatingPoints, failed: Failed) -> PointHistory:
     """History in which points that failed are left out, too."""
-    if not failed:
-        return history
     out = history.left_out | np.isin(np.arange(history.left_out.size), list(failed))
+    if not out.any():
+        return history
     weight = points.weight * points.environment
     return replace(
         history, left_out=out, share=carried_share(weight, points.of_class, history.area_rate, out)

@@ -16,6 +16,7 @@ import os
 import shutil
 import time
 import zipfile
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -25,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from wearsim.errors import ResultError
-from wearsim.quantities import QUANTITIES
+from wearsim.quantities import QUANTITIES, STEP_LIMITS
 from wearsim.results import ROW, Header, append, create, open_results, row_count, row_names, verify
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
 from wearsim.results.schema import ADDED, CHANGES, RENAMED
@@ -206,10 +207,12 @@ class Writer:
         return True
 
     def outcome(self) -> dict[str, Any]:
-        """Return steps, distance [m], largest depth [m] and reason of the end of a finished campaign."""
+        """Return steps and their limits, distance and largest depth [m], and why a finished one ended."""
         with open_results(self.path) as data:
             last = data.isel(step=-1)
+            reasons = [STEP_LIMITS[int(which)] for which in data["step_limit"].values]
             return {
+                "step_limits": dict(Counter(one for one in reasons if one != STEP_LIMITS[0]).most_common()),
                 "step": data.sizes["step"] - 1,
                 "distance": float(last["distance"]),
                 "worst_depth": float(last["max_wear_depth"].max()),

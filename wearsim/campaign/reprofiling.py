@@ -77,8 +77,8 @@ def reprofile(state: State, setup: CampaignSetup) -> State:
         regime_depth=np.zeros_like(state.regime_depth),
         comparison_depth=tuple(np.zeros_like(depth) for depth in state.comparison_depth),
         fatigue_damage=_damage_left(state, setup, worn, worn_wheels(setup.wheelset, y, z)),
-        step_length=0.0,
-        step_error=None,
+        active_weight=np.zeros_like(state.active_weight),
+        point_length=np.zeros_like(state.point_length),
         counterface=None if state.counterface is None else without_step(state.counterface),
     )
 

@@ -28,11 +28,13 @@ from wearsim.campaign.evaluate import Passage
 from wearsim.campaign.faint import lost_row
 from wearsim.campaign.left_out import history_of, row_left_out
 from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
+from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import arc_length
+from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header
 from wearsim.results.limits import REPROFILED_AT, attributes_of
 from wearsim.scene.campaign import ReprofilingRules
@@ -53,6 +55,7 @@ _MEASURES = (
 _OF_STATE = {
     "distance": "distance", "profile_y": "y", "profile_z": "z", "wear_depth": "wear_depth",
     "wear_depth_by_regime": "regime_depth", "worn_area": "worn_area", "worn_mass": "worn_mass",
+    "active_weight": "active_weight", "point_length": "point_length", "point_error": "point_error",
 }  # fmt: skip
 
 # variables that are fields of the contact conditions
@@ -72,20 +75,25 @@ class StepTaken:
 
     length: float  # [m]
     stability: float  # stability number S [-]
-    weight: np.ndarray  # (n,) share of each operating point [-]
-    rejected: int = 0  # longer steps that exceeded the tolerance of the error
+    error: float | None = None  # estimated, of the depth [m]
+    rejected: int = 0  # longer steps that were tried
+    stages: int = 0  # of the rule
+    reason: str = STEP_LIMITS[0]  # one of `STEP_LIMITS`: what limits its length
+    passage: Passage | None = None  # contact in the state it led to, as far as it is known
 
 
-def no_step(count: int) -> StepTaken:
-    """Return the step of length 0 to a state without wear, with `count` operating points."""
-    return StepTaken(0.0, 0.0, np.zeros(count))
+NO_STEP = StepTaken(0.0, 0.0)
+"""The step of length 0 to a state without wear."""
 
 
 @dataclass(frozen=True)
 class Evaluation:
     """Contact of one state, and the wear rate and measures that follow from it."""
 
-    collective: WearRate  # with the weights of the full collective; its solution has all operating points
+    collective: WearRate  # of the points solved with their weights
+    # (n,) those of the step that led to the state; in the initial state, after a reprofiling and at the end
+    # of the distance those of the full collective
+    weight: FloatArray
     passage: Passage
     measures: Mapping[str, np.ndarray]  # of the wheels, from `recorded_measures`
     wear: PatchWear  # of the patches of the passage
@@ -100,9 +108,10 @@ def build_row(
     row = {
         "step_length": np.asarray(taken.length),
         "stability_number": np.asarray(taken.stability),
-        "step_error": np.asarray(FILL_FLOAT if state.step_error is None else state.step_error),
+        "step_error": np.asarray(FILL_FLOAT if taken.error is None else taken.error),
+        "step_limit": np.asarray(STEP_LIMITS.index(taken.reason), dtype=np.int32),
+        "stages": np.asarray(taken.stages, dtype=np.int32),
         "rejected_steps": np.asarray(taken.rejected, dtype=np.int32),
-        "active_weight": np.asarray(taken.weight, dtype=np.float64),
         "friction_work": collective.friction_work,
         **{name: np.asarray(getattr(state, field)) for name, field in _OF_STATE.items()},
         **{name: measures[name] for name in _MEASURES},
@@ -207,8 +216,6 @@ def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
         step=index,
         **{field: row[name] for name, field in _OF_STATE.items() if name != "distance"},
         distance=float(row["distance"]),
-        step_length=float(row["step_length"]),
-        step_error=None if row["step_error"] == FILL_FLOAT else float(row["step_error"]),
         choice=choice_of(row),
         comparison_depth=_by_law(row, "comparison_wear_depth"),
         comparison_area=row.get("comparison_worn_area", np.zeros((2, 0))),

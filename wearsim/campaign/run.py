@@ -12,8 +12,9 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import FrameType
 from typing import Any, Literal
@@ -43,6 +44,7 @@ from wearsim.errors import (
     SceneError,
     WearsimError,
 )
+from wearsim.quantities import STEP_LIMITS
 from wearsim.results import check_row
 from wearsim.scene import (
     CampaignScene,
@@ -168,7 +170,7 @@ def resume(
             def first_step(part: RigScene | FieldScene) -> int | None:
                 evolution = WheelsetEvolution(build(part))
                 writer = Writer(evolution.header, out, part.scene.kind, evolution.digest)
-                return None if writer.finished() else max(writer.records.count(), 1)
+                return None if writer.finished() else max(len(writer.records.sources()), 1)
 
             manifest = with_changes(out, manifest, overrides, first_step)
         return _run_claimed(out, manifest, observer)
@@ -241,6 +243,7 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, inte
         state, taken = state_of(last, done - 1), None
     else:
         state, taken = evolution.start()
+    progress.count(STEP_LIMITS[int(writer.records.row(index)["step_limit"])] for index in range(done))
     progress.report("resumed" if done else "started", state)
     if writer.rebuilt:
         progress.report("rebuilt")
@@ -249,12 +252,13 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, inte
         ended = reached(state.distance, evolution.target)
         if taken is None and ended:
             return
-        evaluation = evolution.evaluate(state)
+        evaluation = evolution.evaluate(state, taken)
         if taken is not None:
             row = evolution.row(state, evaluation, taken)
             check_row(writer.header, row)
             with _uninterrupted():
                 deferred = writer.write(state.step, row)
+                progress.count([taken.reason])
                 progress.report("step", state, step_length=taken.length)
             if deferred:
                 progress.report("deferred")
@@ -340,7 +344,10 @@ class Event:
     worst_depth: float = 0.0  # largest wear depth on either wheel [m]
     step_length: float = 0.0  # of the last step [m]
     elapsed: float = 0.0  # wall time of this session [s]
-    time_left: float | None = None  # from the pace of this session [s]; None before its first step
+    # from the pace of the last quarter of the steps of this session [s]; None before its first step
+    time_left: float | None = None
+    # number of steps that each limit held, of `quantities.STEP_LIMITS`; none where it is 0
+    step_limits: Mapping[str, int] = field(default_factory=dict)
     ended: str = ""  # reason of the end: "distance reached" or "limit of ... met"
     left_out: int = 0  # operating points without contact solution in the last step
     left_out_share: float = 0.0  # of the wear that they carry
@@ -357,7 +364,13 @@ class Progress:
         self._directory = directory
         self._observer = observer
         self._began = time.monotonic()
-        self._from = 0.0
+        self._passed: list[tuple[float, float]] = []  # distance [m] and time [s] at each step of this session
+
+    def count(self, reasons: Iterable[str]) -> None:
+        """Count what limited steps; "none", of initial states and reprofilings, is no limit."""
+        counts = Counter(self._event.step_limits)
+        counts.update(reason for reason in reasons if reason != STEP_LIMITS[0])
+        self._event = replace(self._event, step_limits=dict(counts.most_common()))
 
     def report(self, kind: Kind, state: State | None = None, **changes: Any) -> None:
         """Report an event, in a state; other fields of `Event` keep their values."""
@@ -368,10 +381,14 @@ class Progress:
                 count = int(state.points.left_out.sum())
                 changes |= {"left_out": count, "left_out_share": state.points.share}
         event = replace(self._event, kind=kind, **changes)
-        if kind in ("started", "resumed"):
-            self._from = event.distance
-        elapsed, run = time.monotonic() - self._began, event.distance - self._from
-        left = elapsed / run * max(event.target - event.distance, 0.0) if run > 0.0 else None
+        elapsed, left = time.monotonic() - self._began, None
+        if kind in ("started", "resumed", "step"):
+            self._passed.append((event.distance, elapsed))
+        if self._passed:
+            place, moment = self._passed[3 * (len(self._passed) - 1) // 4]
+            if event.distance > place:
+                rest = max(event.target - event.distance, 0.0)
+                left = (elapsed - moment) / (event.distance - place) * rest
         self._event = replace(event, elapsed=elapsed, time_left=left)
         self._status("finished" if kind in ("finished", "complete") else "running")
         if self._observer is not None:

@@ -38,7 +38,6 @@ class CounterfaceRate:
 
     depth: FloatArray  # (2, k) before smoothing [m/m]
     stability: FloatArray  # (2, k) as in `WearRate`, for the depth of wheel and counterface together [1/m]
-    damping: FloatArray  # (2, k) likewise [1/m]
 
 
 @dataclass(frozen=True)
@@ -60,6 +59,10 @@ class PointHistory:
     left_out: NDArray[np.bool_]  # (n,) without contact solution in the last step
     share: float = 0.0  # of the wear that those carry [-]
 
+    def at(self, index: IntArray) -> PointHistory:
+        """Return the history of the points at `index`."""
+        return PointHistory(self.area_rate[index], self.left_out[index])
+
 
 @dataclass(frozen=True)
 class State:
@@ -73,8 +76,11 @@ class State:
     regime_depth: FloatArray  # (2, n_regimes, n) by regime [m]
     worn_area: FloatArray  # (2,) removed from the cross-section, integral of the law over distance [m2]
     worn_mass: FloatArray  # (2,) removed from the whole circumference [kg]
-    step_length: float = 0.0  # of the last step [m]
-    step_error: float | None = None  # largest estimated error of its depth [m]; None: not estimated
+    # Of each operating point: its share in the last step; the distance it ran in the last step it acted in,
+    # and the error of that step [m]. Empty before anything is known; lengths are 0 where nothing is known.
+    active_weight: FloatArray = field(default_factory=lambda: np.zeros(0))
+    point_length: FloatArray = field(default_factory=lambda: np.zeros(0))
+    point_error: FloatArray = field(default_factory=lambda: np.zeros(0))
     choice: Choice | None = None  # contact models of `model = "auto"`; None where they are given
     comparison_depth: tuple[FloatArray, ...] = ()  # (2, n) [m]
     # (2, regimes of all comparison laws), law after law [m2]
@@ -99,17 +105,14 @@ class WearRate:
     stability: FloatArray
     solution: ContactPatches
     full: NDArray[np.bool_] | None = None  # (m,) patches that are not faint; None: all of them
-    # (2, n) the same sum averaged over the stretch of each vertex, rims of the patches included, for
-    # semi-implicit steps [1/m]
-    damping: FloatArray | None = None
     comparison: tuple[FloatArray, ...] = ()  # (2, n_regimes, n) by each comparison law [m/m]
     fatigue: tuple[FloatArray, ...] = ()  # (2, n) by each fatigue law, without removal by wear [1/m]
-    # of the counterface, if it wears; stability and damping then count the depth of both bodies
+    # of the counterface, if it wears; stability then counts the depth of both bodies
     counterface: CounterfaceRate | None = None
 
 
 class Increment(NamedTuple):
-    """Depth and damage of one step at the vertices, before smoothing and removal."""
+    """Depth and damage at the vertices, of a step or per metre run, after smoothing, before removal."""
 
     regime_depth: FloatArray  # (2, n_regimes, n) [m]
     comparison: tuple[FloatArray, ...]  # (2, n_regimes, n) by each comparison law [m]

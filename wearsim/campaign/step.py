@@ -1,20 +1,50 @@
-"""One wear step: from the rate to the next state."""
+r"""One wear step: from the rate to the next state by an explicit Runge-Kutta rule.
+
+The rate of the depth, after smoothing, is a function of the profiles alone. A rule of s stages combines the
+rates in s states with the coefficients of its tableau; a stage may lie above the profile it starts from, the
+end of a step does not.
+
+Stiffness: with virtual penetration a step of the stability number S multiplies a wave of the profile by the
+stability polynomial at -S. The Runge-Kutta-Chebyshev rules of second order [1]_ stay below 1 up to about
+:math:`0.65 (s^2 - 1)`, Heun's rule, the one of two stages, up to 2.
+
+References
+----------
+.. [1] B. P. Sommeijer, L. F. Shampine, J. G. Verwer, RKC: an explicit solver for parabolic PDEs, J. Comput.
+   Appl. Math. 88 (1997) 315-326, doi:10.1016/S0377-0427(97)00219-7.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import Chebyshev
 
-from wearsim.campaign.counterface import damped_counterface, wear_off_counterface
+from wearsim.campaign.counterface import moved_counterface, wear_off_counterface
 from wearsim.campaign.state import CounterfaceState, Increment, State, WearRate
 from wearsim.campaign.vertices import lengths_of_sides, smooth_sides, worn_off_sides
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue.balance import damage_after
 
 RateAt = Callable[[State], WearRate]
+
+# share of the limit of stability of a Runge-Kutta-Chebyshev rule that is used: S 4.5 with three stages
+_USED = 0.86
+
+# share of the largest depth of a step from which a vertex belongs to its worn band
+_BAND = 0.02
+
+
+class Tableau(NamedTuple):
+    """Coefficients of an explicit rule."""
+
+    order: int
+    # (s + 1, s) share of the step at the rate of each stage with which each stage is reached, the end last
+    shares: FloatArray
+    stable: float  # largest stability number it is used with [-]
 
 
 @dataclass(frozen=True)
@@ -29,8 +59,6 @@ class StepRule:
         Wavelength whose amplitude in the increment is halved; 0 = no smoothing [m].
     integrator : str
         Name in `INTEGRATORS`.
-    estimate : bool
-        Whether to estimate the error also where it takes another contact solution.
     crack_depth : tuple of float
         Depth of a crack of damage 1 for each fatigue law; infinite where wear removes no damage [m].
     """
@@ -39,103 +67,74 @@ class StepRule:
     density: float
     smoothing_wavelength: float
     integrator: str
-    estimate: bool = False
     crack_depth: tuple[float, ...] = ()
 
 
-def damped(rate: WearRate, step_length: float) -> FloatArray:
-    r"""Depth by regime (2, n_regimes, n) of a semi-implicit step of a length [m].
+def chebyshev_tableau(stages: int) -> Tableau:
+    r"""Runge-Kutta-Chebyshev rule of second order with `stages` of at least 2, by its recurrence.
 
     Notes
     -----
-    :math:`\sum d / (1 + \sum d/g)` over the operating points (spec 3.2 (b)). Depth and sum of depth over
-    interpenetration are averaged over the stretch of each vertex in the same way, so that the strips of the
-    patches leave no pattern on the profile.
+    Equations (2.1) to (2.5) of [1]_ of the module with :math:`\epsilon = 2/13`; the first of them, with two
+    stages, is Heun's rule.
     """
-    depth: FloatArray = rate.regime_depth * step_length / _divisor(rate, step_length)
-    return depth
+    w0 = 1.0 + 2.0 / (13.0 * stages**2)
+    t, d, dd = np.array([
+        [float(Chebyshev.basis(j).deriv(k)(w0)) if k else float(Chebyshev.basis(j)(w0)) for k in range(3)]
+        for j in range(stages + 1)
+    ]).T  # fmt: skip
+    w1 = d[stages] / dd[stages]
+    b = np.array([0.0, 1.0 / w0, *(dd[2:] / d[2:] ** 2)])
+    b[0] = b[2]
+    shares = np.zeros((stages + 1, stages))
+    shares[1, 0] = b[1] * w1
+    for j in range(2, stages + 1):
+        shares[j] = 2.0 * b[j] * w0 / b[j - 1] * shares[j - 1] - b[j] / b[j - 2] * shares[j - 2]
+        slope = 2.0 * b[j] * w1 / b[j - 1]
+        shares[j, j - 1] += slope
+        shares[j, 0] -= (1.0 - b[j - 1] * t[j - 1]) * slope
+    limit = float((w0 + 1.0) * dd[stages] / d[stages])
+    return Tableau(2, shares, _USED * limit)
 
 
-def _divisor(rate: WearRate, step_length: float) -> FloatArray:
-    if rate.damping is None:
-        raise ValueError("a semi-implicit step needs a wear rate with its damping")
-    divisor: FloatArray = (1.0 + rate.damping * step_length)[:, None]
-    return divisor
-
-
-def _at_once(rate: WearRate, step_length: float) -> Increment:
-    """Increment of a step at the rate of its beginning."""
-    return Increment(
-        rate.regime_depth * step_length,
-        tuple(depth * step_length for depth in rate.comparison),
-        tuple(damage * step_length for damage in rate.fatigue),
-        None if rate.counterface is None else rate.counterface.depth * step_length,
-    )
-
-
-def _damped(rate: WearRate, step_length: float) -> Increment:
-    """Increment of a step at the rate of its end, linearised; fatigue damage at the rate of its beginning."""
-    start, divisor = _at_once(rate, step_length), _divisor(rate, step_length)
-    comparison = tuple(depth / divisor for depth in start.comparison)
-    return Increment(
-        damped(rate, step_length), comparison, start.fatigue, damped_counterface(rate, step_length)
-    )
-
-
-def _mean_of_rates(
-    state: State, rate: WearRate, step_length: float, ahead: State, predicted: WearRate
-) -> Increment:
-    """Increment at the mean of the rates in two states, scaled to the present stretches."""
-    stretch = _stretched(state, ahead)
-
-    def mean(here: FloatArray, there: FloatArray, stretch: FloatArray = stretch) -> FloatArray:
-        scale = stretch[:, None, :] if here.ndim == 3 else stretch
-        value: FloatArray = 0.5 * step_length * (here + there * scale)
-        return value
-
-    counterface = None
-    if rate.counterface is not None and predicted.counterface is not None:
-        assert state.counterface is not None  # it wears
-        assert ahead.counterface is not None
-        longer = _stretched(state.counterface, ahead.counterface)
-        counterface = mean(rate.counterface.depth, predicted.counterface.depth, longer)
-    return Increment(
-        mean(rate.regime_depth, predicted.regime_depth),
-        tuple(mean(*pair) for pair in zip(rate.comparison, predicted.comparison, strict=True)),
-        tuple(mean(*pair) for pair in zip(rate.fatigue, predicted.fatigue, strict=True)),
-        counterface,
-    )
-
-
-def _stretched(before: State | CounterfaceState, after: State | CounterfaceState) -> FloatArray:
-    """Lengths the vertices stand for, (2, n), after over before [-]."""
-    return lengths_of_sides(after.y, after.z) / lengths_of_sides(before.y, before.z)
-
-
-class Integrator(NamedTuple):
-    """Rule of a wear step."""
-
-    # of first order, from the rate at the beginning and the length of the step [m]
-    increment: Callable[[WearRate, float], Increment]
-    # whether the step is that of Heun's rule, at the mean of the rates at the beginning and at the end of the
-    # increment of first order; otherwise Heun's rule estimates the error only
-    second_order: bool
-
-
-INTEGRATORS = {
-    "euler": Integrator(_at_once, second_order=False),
-    "heun": Integrator(_at_once, second_order=True),
-    "semi_implicit": Integrator(_damped, second_order=False),
+INTEGRATORS: dict[str, tuple[Tableau, ...]] = {
+    "rkc": tuple(chebyshev_tableau(stages) for stages in (2, 3, 4)),
+    "heun": (chebyshev_tableau(2),),
+    "euler": (Tableau(1, np.array([[0.0], [1.0]]), 1.0),),
 }
-r"""Rules by name.
-
-With virtual penetration the rate of a strip falls with :math:`1 - d/g`. Solved for the depth at the end of
-the step, "semi_implicit" multiplies a wave by :math:`1/(1 + S)` instead of :math:`1 - S`: it is stable for
-any length.
-"""
+"""Rules by name, by rising number of stages; the first that is stable takes the step."""
 
 
-def advance(state: State, rate: WearRate, step_length: float, rule: StepRule, rate_at: RateAt) -> State:
+def tableau_of(integrator: str, stability: float) -> Tableau:
+    """Return the rule of fewest stages that is used with a stability number; the last one beyond all."""
+    rules = INTEGRATORS[integrator]
+    return next((one for one in rules if stability <= one.stable * (1.0 + 1e-9)), rules[-1])
+
+
+def stability_rate(rate: WearRate) -> float:
+    """Largest rate of the stability number on the wheels and on their counterface, if that wears [1/m]."""
+    steepest = float(rate.stability.max(initial=0.0))
+    if rate.counterface is None:
+        return steepest
+    return max(steepest, float(rate.counterface.stability.max(initial=0.0)))
+
+
+class Step(NamedTuple):
+    """A wear step that was tried."""
+
+    state: State  # at its end
+    clipped: float  # largest share of the area of a body that was negative and set to 0 [-]
+    stages: int  # of the rule
+
+
+def advance(
+    state: State,
+    rate: WearRate,
+    step_length: float,
+    rule: StepRule,
+    rate_at: RateAt,
+    stability: float | None = None,
+) -> Step:
     """Wear both wheels, and a counterface that wears, over a distance.
 
     Parameters
@@ -146,53 +145,169 @@ def advance(state: State, rate: WearRate, step_length: float, rule: StepRule, ra
         Distance to run [m].
     rate_at : callable
         Wear rate of the same points as a function of the state.
-
-    Returns
-    -------
-    State
-        At the end of the step. Its error is the largest difference in depth between the rules of first and
-        second order, after smoothing, of wheels and counterface, without comparison laws and fatigue damage.
+    stability : float, optional
+        Stability number that asks for the number of stages, by default that of the rate [-].
 
     Raises
     ------
     NumericalError
         When the step is too deep for the curvature of the profile.
+
+    Notes
+    -----
+    Rates in other states are scaled to the stretches of the vertices at the beginning, so that areas add up.
+    Stages are not clipped. Negative depths of the sum, where a patch has left, are set to 0 and the area is
+    restored.
     """
+    wave = rule.smoothing_wavelength
+    tableau = tableau_of(
+        rule.integrator, stability_rate(rate) * step_length if stability is None else stability
+    )
+    rates = [smoothed(state, rate, wave)]
+    for shares in tableau.shares[1:-1]:
+        ahead = _moved(state, _sum(rates, shares * step_length))
+        rates.append(_scaled(state, ahead, smoothed(ahead, rate_at(ahead), wave)))
+    increment, clipped = _only_worn(state, _sum(rates, tableau.shares[-1] * step_length))
+    worn = remove(state, increment.regime_depth, step_length, rule)
+    if state.counterface is not None and increment.counterface is not None:
+        other = wear_off_counterface(state.counterface, increment.counterface)
+        worn = replace(worn, counterface=other)
+    worn = _with_comparison_laws(state, worn, increment, rule)
+    return Step(worn, clipped, len(rates))
 
-    def wear_off(increment: Increment) -> State:
-        worn = remove(state, increment.regime_depth, step_length, rule)
-        if state.counterface is not None and increment.counterface is not None:
-            wave = rule.smoothing_wavelength
-            other = wear_off_counterface(state.counterface, increment.counterface, wave)
-            worn = replace(worn, counterface=other)
-        return _with_comparison_laws(state, worn, increment, rule)
 
-    integrator = INTEGRATORS[rule.integrator]
-    first = wear_off(integrator.increment(rate, step_length))
-    if not (rule.estimate or integrator.second_order):
-        return first
-    second = wear_off(_mean_of_rates(state, rate, step_length, first, rate_at(first)))
-    after, companion = (second, first) if integrator.second_order else (first, second)
-    error = float(np.abs(after.wear_depth - companion.wear_depth).max())
-    if after.counterface is not None and companion.counterface is not None:
-        error = max(error, float(np.abs(after.counterface.depth - companion.counterface.depth).max()))
-    return replace(after, step_error=error)
+def error_of(before: State, after: State, start: WearRate, end: WearRate, wavelength: float) -> float:
+    r"""Estimated error of the depth of a step as RMS over its worn band, of the body where it is largest [m].
+
+    Parameters
+    ----------
+    before, after : State
+        At the beginning and the end of the step.
+    start, end : WearRate
+        Of the acting points in these states.
+    wavelength : float
+        Of the smoothing [m].
+
+    Notes
+    -----
+    :math:`0.8 (y_n - y_{n+1}) + 0.4 h (f_n + f_{n+1})` ([1]_ of the module), after smoothing. The band is
+    where the depth is above 2 % of the largest one of the body.
+    """
+    length = after.distance - before.distance
+    ends = [smoothed(before, start, wavelength), _scaled(before, after, smoothed(after, end, wavelength))]
+    mean = _sum(ends, np.array([0.5, 0.5]) * length)
+    pairs: list[tuple[State | CounterfaceState, FloatArray, FloatArray]] = [
+        (before, after.wear_depth - before.wear_depth, mean.regime_depth.sum(axis=1))
+    ]
+    if before.counterface is not None and after.counterface is not None and mean.counterface is not None:
+        worn = after.counterface.depth - before.counterface.depth
+        pairs.append((before.counterface, worn, mean.counterface))
+    largest = 0.0
+    for body, worn, expected in pairs:
+        deepest = worn.max(axis=1, keepdims=True)
+        stretch = np.where((worn > _BAND * deepest) & (deepest > 0.0), lengths_of_sides(body.y, body.z), 0.0)
+        band = stretch.sum(axis=1)
+        square = (stretch * (0.8 * (expected - worn)) ** 2).sum(axis=1)
+        largest = max(largest, float(np.sqrt(square / np.where(band > 0.0, band, 1.0)).max()))
+    return largest
+
+
+def smoothed(state: State, rate: WearRate, wavelength: float) -> Increment:
+    """Wear and fatigue damage per metre run with smoothed depths."""
+    counterface = None
+    if rate.counterface is not None and state.counterface is not None:
+        body = state.counterface
+        counterface = smooth_sides(body.y, body.z, rate.counterface.depth, wavelength)
+    return Increment(
+        smooth_sides(state.y, state.z, rate.regime_depth, wavelength),
+        tuple(smooth_sides(state.y, state.z, depth, wavelength) for depth in rate.comparison),
+        rate.fatigue,
+        counterface,
+    )
+
+
+def _sum(rates: Sequence[Increment], lengths: FloatArray) -> Increment:
+    """Increment over lengths [m] at rates; further lengths, of stages to come, are 0."""
+
+    def total(*values: FloatArray) -> FloatArray:
+        result: FloatArray = lengths[0] * values[0]
+        for length, value in zip(lengths[1:], values[1:], strict=False):
+            result = result + length * value
+        return result
+
+    return Increment(
+        total(*(one.regime_depth for one in rates)),
+        tuple(total(*values) for values in zip(*(one.comparison for one in rates), strict=True)),
+        tuple(total(*values) for values in zip(*(one.fatigue for one in rates), strict=True)),
+        None
+        if rates[0].counterface is None
+        else total(*(one.counterface for one in rates if one.counterface is not None)),
+    )
+
+
+def _scaled(before: State, after: State, rate: Increment) -> Increment:
+    """Rate of a state ahead per stretch of the vertices before."""
+
+    def stretched(one: State | CounterfaceState, other: State | CounterfaceState) -> FloatArray:
+        longer: FloatArray = lengths_of_sides(other.y, other.z) / lengths_of_sides(one.y, one.z)
+        return longer
+
+    longer, counterface = stretched(before, after), rate.counterface
+    if counterface is not None and before.counterface is not None and after.counterface is not None:
+        counterface = counterface * stretched(before.counterface, after.counterface)
+    return Increment(
+        rate.regime_depth * longer[:, None],
+        tuple(depth * longer[:, None] for depth in rate.comparison),
+        tuple(damage * longer for damage in rate.fatigue),
+        counterface,
+    )
+
+
+def _moved(state: State, increment: Increment) -> State:
+    """State of a stage: profiles and depth alone."""
+    total, counterface = increment.regime_depth.sum(axis=1), state.counterface
+    y, z = worn_off_sides(state.y, state.z, total, "wheel")
+    if counterface is not None and increment.counterface is not None:
+        counterface = moved_counterface(counterface, increment.counterface)
+    return replace(state, y=y, z=z, wear_depth=state.wear_depth + total, counterface=counterface)
+
+
+def _only_worn(state: State, increment: Increment) -> tuple[Increment, float]:
+    """Set negative depths to 0 and restore their areas; also the largest share set to 0."""
+    length = lengths_of_sides(state.y, state.z)
+    regime_depth, clipped = _clipped(increment.regime_depth, length)
+    counterface = increment.counterface
+    if counterface is not None and state.counterface is not None:
+        below = lengths_of_sides(state.counterface.y, state.counterface.z)
+        depth, other = _clipped(counterface[:, None], below)
+        counterface, clipped = depth[:, 0], max(clipped, other)
+    comparison = tuple(_clipped(depth, length)[0] for depth in increment.comparison)
+    return Increment(regime_depth, comparison, increment.fatigue, counterface), clipped
+
+
+def _clipped(depth: FloatArray, length: FloatArray) -> tuple[FloatArray, float]:
+    """Depth by regime (2, r, n) whose sum over them is nowhere negative, of the same area; share clipped."""
+    total, parts = depth.sum(axis=1), np.maximum(depth, 0.0)
+    worn, of_parts = np.maximum(total, 0.0), parts.sum(axis=1)
+    area, kept = (total * length).sum(axis=1), (worn * length).sum(axis=1)
+    ratio = np.maximum(area, 0.0) / np.where(kept > 0.0, kept, 1.0)
+    share = worn * ratio[:, None] / np.where(of_parts > 0.0, of_parts, 1.0)
+    result: FloatArray = parts * share[:, None]
+    return result, float(np.where(kept > 0.0, 1.0 - area / np.where(kept > 0.0, kept, 1.0), 0.0).max())
 
 
 def remove(state: State, regime_depth: FloatArray, step_length: float, rule: StepRule) -> State:
     r"""Remove a wear increment from the profiles of the wheels.
 
-    The depth by regime (2, n_regimes, n) at the vertices, before smoothing [m], is that of `step_length` [m].
+    The depth by regime (2, n_regimes, n) at the vertices, after smoothing [m], is that of `step_length` [m].
     The area between the polygons is the sum of depth times vertex length.
 
     Notes
     -----
-    Smoothing acts on each regime, so that the depths of the regimes sum to the total. The mass is that of
-    rings of radius :math:`r(y) = r_0 + z` before the step:
+    The mass is that of rings of radius :math:`r(y) = r_0 + z` before the step:
     :math:`\rho \sum 2 \pi r_j d_j l_j`.
     """
-    depth = smooth_sides(state.y, state.z, regime_depth, rule.smoothing_wavelength)
-    total, length = depth.sum(axis=1), lengths_of_sides(state.y, state.z)
+    total, length = regime_depth.sum(axis=1), lengths_of_sides(state.y, state.z)
     y, z = worn_off_sides(state.y, state.z, total, "wheel")
     mass = rule.density * 2.0 * np.pi * ((rule.radius + state.z) * total * length).sum(axis=1)
     return replace(
@@ -202,27 +317,22 @@ def remove(state: State, regime_depth: FloatArray, step_length: float, rule: Ste
         y=y,
         z=z,
         wear_depth=state.wear_depth + total,
-        regime_depth=state.regime_depth + depth,
+        regime_depth=state.regime_depth + regime_depth,
         worn_area=state.worn_area + (total * length).sum(axis=1),
         worn_mass=state.worn_mass + mass,
-        step_length=step_length,
-        step_error=None,
     )
 
 
 def _with_comparison_laws(before: State, worn: State, increment: Increment, rule: StepRule) -> State:
-    """Add the smoothed depths of the comparison laws and the fatigue damage that wear leaves."""
+    """Add the depths of the comparison laws and the fatigue damage that wear leaves."""
     length = lengths_of_sides(before.y, before.z)
-    depths: list[FloatArray] = []
-    areas: list[FloatArray] = []
-    for by_regime, depth in zip(increment.comparison, before.comparison_depth, strict=True):
-        smoothed = smooth_sides(before.y, before.z, by_regime, rule.smoothing_wavelength)
-        depths.append(depth + smoothed.sum(axis=1))
-        areas.append((smoothed * length[:, None]).sum(axis=2))
+    pairs = zip(increment.comparison, before.comparison_depth, strict=True)
+    depths = tuple(depth + by_regime.sum(axis=1) for by_regime, depth in pairs)
+    areas = [(by_regime * length[:, None]).sum(axis=2) for by_regime in increment.comparison]
     taken = worn.wear_depth - before.wear_depth
     damage = tuple(
         damage_after(old, added, taken, depth)
         for old, added, depth in zip(before.fatigue_damage, increment.fatigue, rule.crack_depth, strict=True)
     )
     area = before.comparison_area + np.concatenate(areas, axis=1) if areas else before.comparison_area
-    return replace(worn, comparison_depth=tuple(depths), comparison_area=area, fatigue_damage=damage)
+    return replace(worn, comparison_depth=depths, comparison_area=area, fatigue_damage=damage)

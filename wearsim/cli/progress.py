@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TextIO
 
@@ -65,13 +65,22 @@ def line(event: Event) -> str:
             f"the campaign goes on, the file follows when it is free"
         )
     state = f"worst depth {1e3 * event.worst_depth:.3f} mm, step {event.step}"
+    held = held_by(event.step_limits)
     why = "" if event.ended in ("", "distance reached") else f": {event.ended}"
     if event.kind == "complete":
-        return f"{event.name}: finished before, {_km(event.distance)}, {state}{why}"
+        return f"{event.name}: finished before, {_km(event.distance)}, {state}{held}{why}"
     if event.kind == "finished":
-        return f"{event.name}: finished, {_km(event.distance)}, {state}, in {duration(event.elapsed)}{why}"
+        took = f"in {duration(event.elapsed)}"
+        return f"{event.name}: finished, {_km(event.distance)}, {state}, {took}{held}{why}"
     left = "" if event.time_left is None else f", {duration(event.time_left)} left"
     return f"{event.name}: {_km(event.distance)} of {_km(event.target)}, {state}{left}"
+
+
+def held_by(limits: Mapping[str, int]) -> str:
+    """Say which two limits held most steps: ", steps held by error in 38 and by stability in 20 of 60"."""
+    held = sorted(limits.items(), key=lambda item: -item[1])[:2]
+    parts = " and ".join(f"by {name} in {count}" for name, count in held)
+    return f", steps held {parts} of {sum(limits.values())}" if held else ""
 
 
 def duration(seconds: float) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from wearsim.cli import print_json
-from wearsim.cli.progress import duration
+from wearsim.cli.progress import duration, held_by
 
 SUMMARY = "show how far the campaigns of a run directory or a sweep are"
 EXAMPLES = "wearsim status out"
@@ -73,6 +73,7 @@ def status_line(name: str, item: dict[str, Any]) -> str:
         f"{distance / 1e3:.6g} of {target / 1e3:.6g} km{percent}, "
         f"deepest wear {1e3 * float(item.get('worst_depth', 0.0)):.4g} mm"
     )
+    text += held_by(item.get("step_limits") or {})
     left = item.get("time_left")
     if item.get("state") == "running" and left is not None:
         text += f", about {duration(float(left))} left"

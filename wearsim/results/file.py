@@ -20,7 +20,7 @@ import netCDF4
 import numpy as np
 
 from wearsim.errors import ResultError
-from wearsim.quantities import Quantity
+from wearsim.quantities import STEP_LIMITS, Quantity
 from wearsim.results.schema import (
     ADDED,
     FILL_FLOAT,
@@ -312,6 +312,9 @@ def _define_variable(file: netCDF4.Dataset, name: str, variable: Quantity, heade
     if name == "side":
         made.flag_values = np.array([0, 1], dtype=np.int32)
         made.flag_meanings = "right left"
+    if name == "step_limit":
+        made.flag_values = np.arange(len(STEP_LIMITS), dtype=np.int32)
+        made.flag_meanings = " ".join(limit.replace(" ", "_") for limit in STEP_LIMITS)
     if name == "life_limited_by":
         made.flag_values = np.arange(3, dtype=np.int32)
         made.flag_meanings = "nothing wear cracks"

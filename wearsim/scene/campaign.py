@@ -104,25 +104,39 @@ class ReprofilingSection(Section):
     cut_mm: float = number("least_cut", "the least depth that the lathe takes everywhere", 0.0)
 
 
+STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 8.4), "heun": (0.4, 2.0), "euler": (0.4, 2.0)}
+"""Limit of the stability number by rule where the scene gives none, and the one no scene may exceed."""
+
+
 class CampaignSection(Section):
     """[campaign]: how far, and in which steps."""
 
     distance_km: float = number("distance", "the distance of the campaign")
-    max_step_depth_um: float = number("depth_cap", "the largest wear depth of one step", 8.0)
-    first_step_depth_um: float | None = number(
+    max_step_depth_um: float = number("depth_cap", "the largest wear depth of one step", 50.0)
+    first_step_depth_um: float = number(
         "first_depth",
-        "the largest wear depth of the first step and of that after a reprofiling, doubled from step to step",
+        "the largest wear depth of the first step of each block or collective, and of that after a "
+        "reprofiling; steps grow at most threefold from there",
+        2.0,
+    )
+    stability: float | None = number(
+        "stability_number",
+        "the limit of the stability number S, by default that of the rule: 8.4 of rkc, 0.4 of heun and euler",
         None,
     )
-    stability: float = number("stability_number", "the limit of the stability number S", 0.4)
     smoothing_wavelength_mm: float = number(
         "smoothing_wavelength", "the wavelength that smoothing halves, 0 for none", 2.5
     )
-    integrator: Literal["heun", "euler", "semi_implicit"] = Field(
-        "heun", description="the rule that combines wear rates"
+    integrator: Literal["rkc", "heun", "euler"] = Field(
+        "rkc",
+        description="the rule that combines wear rates: Runge-Kutta-Chebyshev of second order with two to "
+        "four stages, that of two stages alone (Heun), or Euler's",
     )
     error_tolerance_um: float = number(
-        "step_error", "the largest estimated error of the depth of one step, of wheels and counterface", 1.0
+        "step_error",
+        "the largest estimated error of the depth of one step, as RMS over the band worn in it, of wheels "
+        "and counterface",
+        1.0,
     )
     point_spacing_mm: float = number("point_spacing", "the spacing of the profile's points", 0.25)
     max_step_km: float | None = number("step_length", "the longest step", None)
@@ -147,11 +161,11 @@ class ReprofilingRules:
 class ControlSettings:
     """Distance of a campaign and length of its steps; depths are those after smoothing.
 
-    The stability number is S = sum of depth over interpenetration in one step: below 1 the explicit update
-    is monotone, from 2 on it oscillates. Steps whose estimated error exceeds its tolerance are repeated
-    shorter. The first depth is that of the first step and of the first after reprofiling or redressing; it
-    doubles from step to step up to the cap. The campaign may end with the step in which the first limit is
-    met; limits of reprofiling do not end it.
+    The stability number is S = sum of depth over interpenetration in one step; from the limit of the rule on
+    waves grow, see `campaign.step`. Steps whose estimated error exceeds its tolerance are repeated shorter.
+    The first depth is that of the first step of each block or collective, and after reprofiling or
+    redressing. The campaign may end with the step in which the first limit is met; limits of reprofiling do
+    not end it.
     """
 
     distance: float  # [m]

@@ -98,6 +98,12 @@ class WearSection(Section):
         f"the hardness of the wheel, in place of that of the set (law = {wear.laws_that_take('hardness')})",
         None,
     )
+    seizure_blend: float | None = number(
+        "seizure_blend",
+        "the width of the blend into seizure over the hardness, in place of that of the set, 0 for a jump "
+        f"(law = {wear.laws_that_take('seizure_blend')})",
+        None,
+    )
     seizure_cap: Literal["none", "pressure", "regime"] = Field(
         "none",
         description="what keeps elastic pressures out of the seizure regime "
@@ -212,6 +218,7 @@ def _settings(
         form=form or record.forms[0],
         density=section.density_kg_m3,
         hardness=None if hardness is None else 1e9 * hardness,
+        seizure_blend=section.seizure_blend if "seizure_blend" in record.parameters else None,
         seizure_cap=section.seizure_cap if "seizure_cap" in record.parameters else "none",
     )
 
@@ -254,6 +261,7 @@ _Faults = Iterator[tuple[tuple[str | int, ...], str]]
 _PARAMETERS = {
     "energy_coefficient_mm3_kJ": "energy_coefficient",
     "hardness_GPa": "hardness",
+    "seizure_blend": "seizure_blend",
     "seizure_cap": "seizure_cap",
     "table": "table",
     "table_file": "table",

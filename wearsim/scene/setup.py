@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
 
@@ -16,6 +15,7 @@ from wearsim.operation.points import Block, OperatingPoints, TrackClass, collect
 from wearsim.profile.shape import Profile
 from wearsim.scene.campaign import (
     LIMIT_KEYS,
+    STABILITY,
     CampaignSection,
     ControlSettings,
     CounterfaceWear,
@@ -110,7 +110,8 @@ def _control_settings(campaign: CampaignSection) -> ControlSettings:
     """Make the settings of the steps: the keys of [campaign] that `ControlSettings` has, and its tables."""
     values, limits, rules = campaign.si(), campaign.limits, campaign.reprofiling
     values |= {"depth_cap": values["max_step_depth"], "reprofiling": None}
-    values["first_depth"] = values.get("first_step_depth", math.inf)
+    values["first_depth"] = values["first_step_depth"]
+    values.setdefault("stability", STABILITY[campaign.integrator][0])
     values["limits"] = () if limits is None else tuple(limits.values.items())
     values["end_at_limit"] = limits is not None and limits.end
     if rules is not None:

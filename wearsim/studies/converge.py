@@ -18,6 +18,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.results import open_results
 from wearsim.results.checks import last_worn_row, new_row, wear_steps
 from wearsim.scene import CampaignScene, FieldScene, RigScene, load_campaign
+from wearsim.scene.campaign import STABILITY
 from wearsim.scene.overrides import Override
 
 FOLDER = "converge"
@@ -229,9 +230,9 @@ def _step(part: RigScene | FieldScene) -> dict[str, float]:
     campaign = part.campaign
     halved = {
         "campaign.max_step_depth_um": max(0.5 * campaign.max_step_depth_um, 0.1),
-        "campaign.stability": 0.5 * campaign.stability,
-        # the error of a step grows with the square of its length
-        "campaign.error_tolerance_um": max(0.25 * campaign.error_tolerance_um, 0.001),
+        "campaign.stability": 0.5 * (campaign.stability or STABILITY[campaign.integrator][0]),
+        # the error of a step grows with the cube of its length
+        "campaign.error_tolerance_um": max(0.125 * campaign.error_tolerance_um, 0.001),
     }
     if campaign.max_step_km is not None:
         halved["campaign.max_step_km"] = 0.5 * campaign.max_step_km

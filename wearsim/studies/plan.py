@@ -9,12 +9,14 @@ from typing import Any
 
 from wearsim.campaign import choose
 from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.step import INTEGRATORS
 from wearsim.damage import fatigue, wear
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault
 from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
+from wearsim.scene.campaign import STABILITY
 
 _PATCH_VALUES = 25
 """Values stored per patch slot: positions, forces, creepages, wear index and the like."""
@@ -34,7 +36,8 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
     points = setup.points
     count = len(points.label)
     vertices = len(setup.wheelset.right.y)
-    evaluations = 2  # at both ends of a step: for the mean of both rates, or for the error of Euler's rule
+    # the least: that at the end of a step, which begins the next one, and those between
+    evaluations = len(INTEGRATORS[setup.control.integrator][0].shares) - 1
     # two wheels: y, z, depth, work, depth by regime; eight patch slots per point
     values = 2 * vertices * (4 + len(WEAR_LAWS[setup.wear.law].regimes)) + count * (8 * _PATCH_VALUES + 2)
     laws = len(setup.fatigue)
@@ -120,6 +123,7 @@ def plan_text(item: dict[str, Any]) -> str:
 
 def _rows(item: dict[str, Any]) -> _Rows:
     campaign, wear = item["settings"]["campaign"], item["settings"]["counterface"]["wear"]
+    stability = campaign["stability"] or STABILITY[campaign["integrator"]][0]
     yield "distance", f"{item['distance'] / 1e3:g} km"
     named = [entry["name"].split(" ", 1) for entry in item["inputs"][1:]]
     shapes = [name for role, name in named if role.startswith(("wheelset.", "counterface."))]
@@ -130,14 +134,14 @@ def _rows(item: dict[str, Any]) -> _Rows:
     yield from _models(item)
     yield from _laws(item)
     yield (
-        "solutions per step",
+        "least solutions per step",
         f"{item['points']} points x 2 wheels x {item['evaluations_per_step']} evaluations "
         f"({campaign['integrator']}) = {item['solutions_per_step']}",
     )
     yield (
         "steps",
         f"not known before the run: depth below {campaign['max_step_depth_um']:g} um, S below "
-        f"{campaign['stability']:g} and error below {campaign['error_tolerance_um']:g} um set each",
+        f"{stability:g} and error below {campaign['error_tolerance_um']:g} um set each",
     )
     if (limits := campaign["limits"]) is not None:
         given = [f"{key} = {value:g}" for key, value in limits.items() if key != "end" and value is not None]

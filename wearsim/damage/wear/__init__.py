@@ -37,6 +37,9 @@ class WearSettings:
         Of the wheel [kg/m3].
     hardness : float, optional
         Of the wheel, in place of that of the set, for laws that take it [Pa].
+    seizure_blend : float, optional
+        Width of the blend into seizure over the hardness, in place of that of the set, for laws that take it
+        [-].
     seizure_cap : {"none", "pressure", "regime"}
         What keeps the seizure regime out, for laws that take it, see `archard.capped`.
     """
@@ -46,6 +49,7 @@ class WearSettings:
     form: Form = "local"
     density: float = 7850.0
     hardness: float | None = None
+    seizure_blend: float | None = None
     seizure_cap: SeizureCap = "none"
 
 
@@ -65,7 +69,7 @@ def default_settings(law: str, **changes: object) -> WearSettings:
 
 
 def coefficients_of(settings: WearSettings) -> CoefficientSet:
-    """Return the numbers that act under some settings, with their hardness, if they give one.
+    """Return the numbers of the set of some settings, with those that the settings give in their place.
 
     Raises
     ------
@@ -84,6 +88,7 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
     for parameter, given in (
         ("seizure_cap", settings.seizure_cap in SEIZURE_CAPS and settings.seizure_cap != "none"),
         ("hardness", settings.hardness is not None),
+        ("seizure_blend", settings.seizure_blend is not None),
     ):
         if given and parameter not in law.parameters:
             laws = laws_that_take(parameter)
@@ -95,9 +100,12 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
         raise SceneError([*faults, *error.faults]) from None
     if faults:
         raise SceneError(faults)
-    if settings.hardness is None:
-        return coefficients
-    return coefficients.with_value("hardness", 1e-9 * settings.hardness, "hardness of the wheel as given")
+    if settings.hardness is not None:
+        value = 1e-9 * settings.hardness
+        coefficients = coefficients.with_value("hardness", value, "hardness of the wheel as given")
+    if settings.seizure_blend is not None:
+        coefficients = coefficients.with_value("seizure_blend", settings.seizure_blend, "as given")
+    return coefficients
 
 
 def laws_that_take(parameter: str) -> str:

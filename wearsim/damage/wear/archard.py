@@ -3,8 +3,10 @@ r"""Archard's law with a map of the wear coefficient over pressure and sliding s
 The depth a cell loses in one passage is :math:`\Delta z = k(p, v)\, p\, \Delta s / H` with the sliding
 distance :math:`\Delta s = |s| \Delta x / V` [1]_. In the map of [2]_ the coefficient k depends on the
 sliding speed v in m/s, and so on the running speed: the same creepage at half the speed may be another
-regime. Above 0.8 of the hardness H the surfaces seize. Pressures of elastic contact models exceed that in
-contacts of small radius, so that the seizure regime may follow from the assumption of elasticity.
+regime. Above 0.8 of the hardness H the surfaces seize; the coefficient, 70 times as large there, is blended
+over `seizure_blend` = 5 % of H around that limit, so that wear is a smooth function of the pressure.
+Pressures of elastic contact models exceed the limit in contacts of small radius, so that the seizure regime
+may follow from the assumption of elasticity.
 
 Where the surfaces slip, :math:`|\tau| = \mu p`, so that this law and the energy law with
 :math:`k_e = k / (\mu H)` are one, in any state of partial slip; they differ in what switches the coefficient.
@@ -43,7 +45,7 @@ def seizure_pressure(coefficients: CoefficientSet) -> float:
 
 
 def regime(pressure: FloatArray, speed: FloatArray, coefficients: CoefficientSet) -> FloatArray:
-    """Return which region of the map pressure and speed fall into, as a mask for each.
+    r"""Return the share of each region of the map at a pressure and speed.
 
     Parameters
     ----------
@@ -52,17 +54,29 @@ def regime(pressure: FloatArray, speed: FloatArray, coefficients: CoefficientSet
     speed : (...) array
         Sliding speed [m/s].
     coefficients : CoefficientSet
-        With the limits `severe_speed`, `oxidative_speed` and `seizure_share` of `hardness`.
+        With the limits `severe_speed`, `oxidative_speed` and `seizure_share` of `hardness`, and the width
+        `seizure_blend` of the blend into seizure over the hardness.
 
     Returns
     -------
-    (4, ...) bool array
-        In the order of `REGIMES`; exactly one is true. A limit belongs to the region above it.
+    (4, ...) array
+        In the order of `REGIMES`, of sum 1. A limit of the speed belongs to the region above it.
+
+    Notes
+    -----
+    The share of seizure is :math:`t^2 (3 - 2t)` with t rising from 0 to 1 over the blend, 0.5 at the limit.
     """
-    seizure = pressure >= seizure_pressure(coefficients)
+    limit = seizure_pressure(coefficients)
+    blend = coefficients["seizure_blend"] * coefficients["hardness"] * _GPA
+    if blend > 0.0 and np.isfinite(limit):
+        t = np.clip((pressure - limit) / blend + 0.5, 0.0, 1.0)
+        seizure = t * t * (3.0 - 2.0 * t)
+    else:
+        seizure = (pressure >= limit).astype(np.float64)
     slow = speed < coefficients["severe_speed"]
     fast = speed >= coefficients["oxidative_speed"]
-    return np.stack([~seizure & slow, ~seizure & fast, ~seizure & ~slow & ~fast, seizure])
+    below = 1.0 - seizure
+    return np.stack([below * slow, below * fast, below * (~slow & ~fast), seizure])
 
 
 def capped(
@@ -105,13 +119,13 @@ def depth(
     slip = relative_slip(fields)
     work = fields.pressure * slip
     if form == "local":
-        masks = regime(fields.pressure, slip * fields.speed[:, None, None], coefficients)
-        return per_hardness[:, None, None] * along_strips(np.where(masks, work, 0.0), fields)
+        shares = regime(fields.pressure, slip * fields.speed[:, None, None], coefficients)
+        return per_hardness[:, None, None] * along_strips(shares * work, fields)
     strips = along_strips(work, fields)
     load = patch_total(along_strips(fields.pressure, fields), fields)
     mean_speed = mean_of(patch_total(strips, fields), load) * fields.speed
-    masks = regime(mean_of(load, area), mean_speed, coefficients)
-    return (per_hardness[:, None] * masks)[:, :, None] * strips
+    shares = regime(mean_of(load, area), mean_speed, coefficients)
+    return (per_hardness[:, None] * shares)[:, :, None] * strips
 
 
 def energy_coefficient(archard: float, friction: float, hardness: float) -> float:
@@ -129,7 +143,7 @@ ARCHARD = WearLaw(
     depth,
     REGIMES,
     coefficients="jendel_2002",
-    parameters=("hardness", "seizure_cap"),
+    parameters=("hardness", "seizure_blend", "seizure_cap"),
     needs_friction=False,
     energy_coefficients=_energy_coefficients,
 )

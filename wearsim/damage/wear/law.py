@@ -35,7 +35,8 @@ class WearLaw:
         Whether the wear index may be taken cell by cell or as its mean over the patch; the first is the
         default.
     parameters : tuple of str
-        What it takes besides a set: "density", "hardness" (in place of that of the set), "seizure_cap",
+        What it takes besides a set: "density", "hardness" and "seizure_blend" (in place of those of the set),
+        "seizure_cap",
         "energy_coefficient" (one constant in place of a set), "table" (a table of the user's own).
     wears : bool
         False for the law that removes nothing.
