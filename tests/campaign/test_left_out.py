@@ -127,7 +127,7 @@ def test_other_points_of_the_class_act_for_one_that_fails(evolution_of):
     evolution = evolution_of(FIELD + SWITCH.format(share=0.001))
     points, (state, _) = evolution.setup.points, evolution.start()
     evaluation = evolution.evaluate(state)
-    out = list(evaluation.passage.left_out)
+    out = sorted(evaluation.passage.failed)
     assert out == [19]  # 7 mm
     assert 0.0 < evaluation.points.share < 0.01
     # the collective without it, its weight given to the others of its class

@@ -65,7 +65,9 @@ def judged(
     return history
 
 
-def with_failed(history: PointHistory, points: OperatingPoints, failed: Failed) -> PointHistory:
+def with_failed(
+    history: PointHistory, points: OperatingPoints, failed: Mapping[int, ContactError]
+) -> PointHistory:
     """History in which points that failed are left out, too."""
     out = history.left_out | np.isin(np.arange(history.left_out.size), list(failed))
     if not out.any():
