@@ -22,6 +22,7 @@ import numpy as np
 from wearsim.errors import ResultError
 from wearsim.quantities import STEP_LIMITS, Quantity
 from wearsim.results.schema import (
+    ADDED,
     FILL_FLOAT,
     FILL_INT,
     LABELS,
@@ -242,7 +243,7 @@ def _open(path: Path, *, older: bool = False) -> netCDF4.Dataset:
     schema = int(file.getncattr("wearsim_schema")) if "wearsim_schema" in file.ncattrs() else None
     older = older and schema in OLDER_SCHEMAS
     names = [RENAMED.get(name, name) if older else name for name in file.variables]
-    missing = [name for name in layout_of(names) if name not in names]
+    missing = [name for name in layout_of(names) if name not in (*names, *(ADDED if older else ()))]
     if (schema == SCHEMA or older) and not missing:
         return file
     file.close()

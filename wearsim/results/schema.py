@@ -15,7 +15,7 @@ from wearsim.quantities import QUANTITIES, Quantity
 if TYPE_CHECKING:
     import xarray as xr
 
-SCHEMA = 4
+SCHEMA = 5
 PATCH_SLOTS = 8
 REGIME_FLAGS = ("wear_regime", "wear_regime_highest")
 
@@ -93,8 +93,11 @@ def check_row(header: Header, row: Row) -> None:
             )
 
 
-OLDER_SCHEMAS = (3,)
-"""Schemas that differ from the present one in names alone (wearsim 0.1)."""
+OLDER_SCHEMAS = (3, 4)
+"""Schemas that differ from the present one in names and variables added since alone (3: wearsim 0.1)."""
+
+ADDED = ("step_limit", "stages", "point_length", "point_error")
+"""Variables that older schemas do not have."""
 
 RENAMED: Mapping[str, str] = {
     "op_label": "operating_point_name",
