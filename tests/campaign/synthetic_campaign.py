@@ -14,6 +14,7 @@ import numpy as np
 
 from wearsim.campaign.row import NO_STEP, StepTaken
 from wearsim.campaign.state import State
+from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, LAYOUT, ROW, Header
 from wearsim.results.schema import ADDED
 
@@ -90,7 +91,7 @@ class SyntheticEvolution:
             step_length=np.asarray(taken.length),
             stability_number=np.asarray(taken.stability),
             step_error=np.asarray(FILL_FLOAT if taken.error is None else taken.error),
-            step_limit=np.asarray(0, dtype=np.int32),
+            step_limit=np.asarray(STEP_LIMITS.index(taken.reason), dtype=np.int32),
             stages=np.asarray(taken.stages, dtype=np.int32),
             rejected_steps=np.asarray(taken.rejected, dtype=np.int32),
             active_weight=state.active_weight,
@@ -127,7 +128,7 @@ class SyntheticEvolution:
             point_length=np.full(N_OPERATING, 0.25 * STEP),
             point_error=np.full(N_OPERATING, float(depth.max()) / 7.0),
         )
-        return after, StepTaken(STEP, 0.3, float(depth.max()) / 7.0, state.step % 3, 2)
+        return after, StepTaken(STEP, 0.3, float(depth.max()) / 7.0, state.step % 3, 2, "error")
 
 
 if __name__ == "__main__":

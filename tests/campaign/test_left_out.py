@@ -162,17 +162,15 @@ def test_points_that_fail_are_dropped_chunk_by_chunk_whatever_the_threads(evolut
     state, setup = evolution.start()[0], setup_of(evolution.setup)
     points = replace(evolution.setup.points)
     points.conditions.shift[[1, 13, 14]] = 0.08  # far off the rail
-    passages, errors = [], []
-    for threads in (1, 2):
-        errors.append({})
-        passages.append(solve_passage(state, points, replace(setup, threads=threads), failed=errors[-1]))
-    assert sorted(errors[0]) == [1, 13, 14, 19]
+    passages = [solve_passage(state, points, replace(setup, threads=threads)) for threads in (1, 2)]
+    failed = passages[0].failed
+    assert sorted(failed) == [1, 13, 14, 19]
     assert len(calls) == 2 * (5 + 3)  # of the 5 chunks 3 are solved once more, one of them without two points
-    assert all(errors[0][k].row in (1, 13, 14, 19) for k in errors[0])
+    assert all(error.row in failed for error in failed.values())
     for one, two in zip(passages[0].depth, passages[1].depth, strict=True):
         np.testing.assert_array_equal(one, two)
     with pytest.raises(ContactError, match="point 1, "):
-        solve_passage(state, points, setup)
+        solve_passage(replace(state, points=None), points, setup)
 
 
 def test_block_that_locks_while_it_carries_little_wear_is_left_out_and_resumes_to_the_same_bits(

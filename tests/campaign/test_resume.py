@@ -191,12 +191,12 @@ def test_ctrl_c_that_compiled_code_swallows_stops_the_run_after_its_step(tmp_pat
     """As when kernels are being loaded: Python drops what is raised in a callback."""
     evaluate = synthetic.SyntheticEvolution.evaluate
 
-    def swallowing(evolution, state):
+    def swallowing(evolution, state, taken):
         if state.step == 2:
             with contextlib.suppress(KeyboardInterrupt):
                 os.kill(os.getpid(), signal.SIGINT)
                 time.sleep(0.01)
-        return evaluate(evolution, state)
+        return evaluate(evolution, state, taken)
 
     monkeypatch.setattr(synthetic.SyntheticEvolution, "evaluate", swallowing)
     previous = signal.signal(
@@ -407,8 +407,9 @@ def test_status_tells_distance_depth_and_time_left(synthetic, tmp_path):
     assert (middle["step"], middle["distance"], middle["target"]) == (4, 4000.0, 8000.0)
     assert middle["worst_depth"] > 0.0
     assert middle["step_length"] == 1000.0
-    # half of the way is done: as much time is left as was used
-    np.testing.assert_allclose(middle["time_left"], middle["elapsed"], rtol=1e-9)
+    # half of the way is done: at the pace of the last quarter of the steps, from 2 to 4 km
+    np.testing.assert_allclose(middle["time_left"], 2.0 * (middle["elapsed"] - seen[3]["elapsed"]), rtol=1e-9)
+    assert seen[-1]["step_limits"] == {"error": STEPS}
     assert seen[0]["time_left"] is None
     assert (seen[-1]["state"], seen[-1]["time_left"]) == ("finished", 0.0)
 

@@ -37,25 +37,25 @@ def test_ripple_is_the_short_waves_of_the_wear_depth(wavelength, kept):
     ],
 )
 def test_rows_of_the_report(committed, case):
-    """Controlled and semi-implicit rows to the printed digit, unstable ones to 5 % after as many steps."""
+    """Controlled and Chebyshev rows to the printed digit, unstable ones to 5 % after as many steps."""
     rows = rows_of(committed, case)
     way, message, _ = wear(case)
     assert len(way) == len(rows)
     assert message == rows["message"].iloc[-1]
-    grows = case.factor > 0.0 and case.integrator != "semi_implicit"
+    grows = case.factor > 0.0 and case.integrator != "rkc"
     tolerance = 0.05 if grows else 0.002
     np.testing.assert_allclose(way[-1], rows[["depth", "ripple"]].iloc[-1], rtol=tolerance)
 
 
 def test_steps_beyond_the_limit_ripple_and_control_does_not(committed):
-    """Ten times the waves of the controlled campaign; semi-implicit steps as long stay within three times."""
+    """Ten times the waves of the controlled campaign; Chebyshev steps as long stay within three times."""
     last = {(case.normal, case.steps): rows_of(committed, case)["ripple"].max() for case in CASES}
     for normal in ("kik_piotrowski", "half_space"):
         controlled = last[normal, "control on"]
         assert controlled < 0.5e-6
         assert last[normal, "beyond the limit, no smoothing"] > 10.0 * controlled
-    semi_implicit = last["kik_piotrowski", "beyond the limit, smoothed, semi-implicit"]
-    assert semi_implicit < 3.0 * last["kik_piotrowski", "control on"]
+    chebyshev = last["kik_piotrowski", "beyond the limit, smoothed, Chebyshev"]
+    assert chebyshev < 3.0 * last["kik_piotrowski", "control on"]
     # smoothing raises the limit of a half-space
     assert last["half_space", "beyond the limit, smoothed"] < 2.0 * last["half_space", "control on"]
 

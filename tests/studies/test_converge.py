@@ -34,9 +34,9 @@ def test_what_is_refined_in_the_field():
     result = overrides_of(load_campaign(shipped_path("workflows", "field.toml")))
     assert list(result) == ROWS
     assert result["step"] == {
-        "campaign.max_step_depth_um": 4.0,
-        "campaign.stability": 0.2,
-        "campaign.error_tolerance_um": 0.25,
+        "campaign.max_step_depth_um": 25.0,
+        "campaign.stability": 4.2,
+        "campaign.error_tolerance_um": 0.125,
     }
     assert result["grid"] == {
         "campaign.point_spacing_mm": 0.125,

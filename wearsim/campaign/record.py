@@ -210,7 +210,8 @@ class Writer:
         """Return steps and their limits, distance and largest depth [m], and why a finished one ended."""
         with open_results(self.path) as data:
             last = data.isel(step=-1)
-            reasons = [STEP_LIMITS[int(which)] for which in data["step_limit"].values]
+            limits = data["step_limit"].values if "step_limit" in data else ()  # older files
+            reasons = [STEP_LIMITS[int(which)] for which in limits]
             return {
                 "step_limits": dict(Counter(one for one in reasons if one != STEP_LIMITS[0]).most_common()),
                 "step": data.sizes["step"] - 1,
