@@ -297,9 +297,16 @@ def _turning(
         return speed, forces_of(task, wheels, speed, fastsim.MODEL)
     latest: list[Forces] = []
 
-    def torque(speed: FloatArray) -> FloatArray:
-        latest[:] = [forces_of(task, wheels, speed, fastsim.MODEL)]
-        total: FloatArray = latest[0].torque.sum(axis=1)
+    def torque(speed: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
+        few = bool(latest) and 0 < 2 * wanted.sum() < wanted.size
+        part = patches_where(wheels, wanted[wheels.normal.patch.row]) if few else wheels
+        forces = forces_of(task, part, speed, fastsim.MODEL)
+        if latest:  # those of the points that found their speed stay as they are
+            kept, new = latest.pop(), wanted[:, None]
+            turning, vertical = np.where(new, (forces.torque, forces.vertical), (kept.torque, kept.vertical))
+            forces = Forces(forces.contact, turning, vertical)
+        latest.append(forces)
+        total: FloatArray = forces.torque.sum(axis=1)
         return total
 
     radius = task.wheelset.radius
