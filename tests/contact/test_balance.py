@@ -91,11 +91,11 @@ def test_true_models_are_asked_about_three_times(monkeypatch, balanced, points, 
     monkeypatch.setattr(balance, "forces_of", counted)
     balanced(points(np.linspace(-4e-3, 4e-3, 40), np.linspace(-10e-3, 10e-3, 40)), 0.0, coarse)
     assert len(asked) <= 5
-    assert sum(asked) / 40 < 3.4  # the last one for the fields
+    assert sum(asked) / 40 < 3.6  # the last one for the fields
 
 
 def test_a_step_that_promised_too_much_is_taken_again(monkeypatch, balanced, points, coarse):
-    monkeypatch.setattr(balance, "_PROMISING", np.full(3, 1e-2))
+    monkeypatch.setattr(balance, "_PROMISING", 1e-2)
     _, load, torque = balanced(points(SHIFT, YAW), 0.0, coarse)
     assert np.abs(load).max() <= 1.001e-6 * 80e3
     assert np.abs(torque).max() <= 1.001e-6 * 0.35 * 80e3 * 0.46

@@ -151,7 +151,7 @@ def rotation_without_creepage(motion: Kinematics, row: IntArray, rows: int) -> F
 
 
 def balanced_rotation(
-    torque: Callable[[FloatArray], FloatArray],
+    torque: Callable[[FloatArray, NDArray[np.bool_]], FloatArray],
     first: FloatArray,
     nominal: FloatArray,
     applied: float,
@@ -163,7 +163,8 @@ def balanced_rotation(
     Parameters
     ----------
     torque : callable
-        Torque of the creep forces about the axle [N m] for (n,) rotation speeds [rad/s]; falls with them.
+        Torque of the creep forces about the axle [N m] for (n,) rotation speeds [rad/s], of the rows a mask
+        (n,) asks for; falls with them. The last time a row is asked for is at the speed returned.
     first : (n,) array
         First guess [rad/s].
     nominal : (n,) array
@@ -196,7 +197,7 @@ def balanced_rotation(
             rows=np.flatnonzero(beyond).tolist(),
         )
     speed, solved = falling_root(
-        lambda speed, _: torque(speed) - applied,
+        lambda speed, wanted: torque(speed, wanted) - applied,
         first,
         np.abs(nominal) * 2e-3,
         goal=np.maximum(scale, 1e-300) * _TOLERANCE,
