@@ -36,8 +36,6 @@ References
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from wearsim.contact.geometry import Gap
@@ -45,7 +43,7 @@ from wearsim.contact.kernel import plain
 from wearsim.contact.normal import kik_piotrowski
 from wearsim.contact.normal.knothe_le_the.equations import Pairs, Work, influence_table
 from wearsim.contact.normal.knothe_le_the.strips import LOBES, PATCH, PLANE, SPAN, STRIP, Records
-from wearsim.contact.normal.knothe_le_the.wheel import Cut, cut_patches, solve_wheels
+from wearsim.contact.normal.knothe_le_the.wheel import Cut, Start, cut_patches, solve_wheels
 from wearsim.contact.normal.model import (
     MOST_PATCHES,
     NormalModel,
@@ -54,20 +52,11 @@ from wearsim.contact.normal.model import (
     raise_first,
 )
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
-from wearsim.contact.reference.hertzian import hertz
 
 DEFAULTS = {"solved_strips": 20.0}
 
 _FEWEST, _MOST = 10, 60
-
-
-@lru_cache(maxsize=1)
-def _ellipses() -> FloatArray:
-    """Return A a^2/delta, B b^2/delta and p0/(E* a A) over ln(A/B) = -14 .. 14 in steps of 1/8."""
-    ratio = np.exp(np.arange(-112, 113) / 8.0)
-    ellipse = hertz(ratio, np.ones_like(ratio), 1.0, 1.0)
-    a, b, approach = ellipse.semi_axis_x, ellipse.semi_axis_y, ellipse.approach
-    return np.stack([ratio * a**2 / approach, b**2 / approach, ellipse.max_pressure / (a * ratio)], axis=1)
+_COARSE = Resolution(1.0, 20, 20, 20)  # of the patches it starts from
 
 
 def solve(
@@ -88,11 +77,13 @@ def solve(
     the strips of the solution are interpolated from them. Rough solutions are those of
     `kik_piotrowski`.
     """
-    if rough:
-        return kik_piotrowski.solve(
+    if rough or start is None:
+        start = kik_piotrowski.solve(
             gap, row, load, vertical=vertical, effective_modulus=effective_modulus,
-            resolution=resolution, parameters=parameters, rough=True,
+            resolution=resolution if rough else _COARSE, parameters=parameters, rough=True,
         )  # fmt: skip
+    if rough:
+        return start
     solved = int(min(max({**DEFAULTS, **parameters}["solved_strips"], _FEWEST), _MOST))
     rows, most = load.size, 4 * solved
     number, fault = np.zeros(rows, np.int64), np.zeros(gap.gap.shape[0], np.int64)
@@ -100,14 +91,11 @@ def solve(
     nodes = np.empty((3, rows, MOST_PATCHES, most + 2))
     surface, lowest = gap.counterface, gap.gap.min(axis=1)
     profile = (surface.y, surface.z, surface.slope, surface.angle)
-    begin = np.full(rows, np.nan)
-    if start is not None:
-        begin[np.searchsorted(row, start.patch.row)] = start.vertical_displacement
-    work = _work(most)
+    work = _work(most, MOST_PATCHES * start.patch.y.shape[1])
     solve_wheels(
-        row, plain(load), begin, vertical, effective_modulus, solved, profile, gap.gap, lowest,
-        gap.wheel_radius, gap.x, gap.curvature, influence_table(), _ellipses(), work, number, fault, patches,
-        nodes,
+        row, plain(load), _begin(start, row, effective_modulus), vertical, effective_modulus, solved, profile,
+        gap.gap, lowest, gap.wheel_radius, gap.x, gap.curvature, influence_table(), work, number, fault,
+        patches, nodes,
     )  # fmt: skip
     raise_first(fault)
     used = np.arange(MOST_PATCHES) < number[:, None]
@@ -150,7 +138,22 @@ def solve(
     )
 
 
-def _work(most: int) -> Work:
+def _begin(start: NormalSolution, row: IntArray, modulus: float) -> Start:
+    """Patches of a solution, each wheel's along its profile, as the strip model takes them."""
+    order = np.lexsort((start.edge_y[:, 0], start.patch.row))
+    patch = start.patch
+    square = (0.25 * (patch.x_lead - patch.x_trail) ** 2)[order]
+    return Start(
+        np.searchsorted(patch.row[order], np.append(row, row[-1:] + 1)),
+        patch.strips[order],
+        start.edge_y[order],
+        square,
+        patch.pressure_slope[order] * square / (np.pi * modulus),
+        start.vertical_displacement[order],
+    )
+
+
+def _work(most: int, given: int) -> Work:
     """Room for the strips of a wheel and their equations."""
 
     def records(size: int, dtype: np.dtype[np.void]) -> Records:
@@ -164,14 +167,16 @@ def _work(most: int) -> Work:
         strips=records(most, STRIP),
         pairs=Pairs(square(most), square(most), square(most)),
         before=records(most, STRIP),
-        old=records(most, STRIP),
+        old=records(max(most, given), STRIP),
         spans=records(LOBES, SPAN),
         fresh=records(LOBES, SPAN),
         planes=records(LOBES, PLANE),
         share=np.eye(LOBES),
         active=np.empty(most, np.int64),
         made_for=np.zeros(most + 1, np.int64),
-        scale=np.empty(3),
+        scale=np.empty(4),
+        alone=np.zeros(1, np.int64),
+        steps=np.log(np.abs(np.arange(most + 1) - 0.5)),
         matrix=square(unknowns),
         right=np.empty(unknowns),
         taken=np.empty(unknowns),

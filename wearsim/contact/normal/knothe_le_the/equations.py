@@ -183,6 +183,8 @@ class Work(NamedTuple):
     active: IntArray
     made_for: IntArray
     scale: FloatArray
+    steps: FloatArray
+    alone: IntArray
     matrix: FloatArray
     right: FloatArray
     taken: FloatArray
@@ -199,31 +201,35 @@ class Work(NamedTuple):
 
 
 @bare_kernel
-def pair_up(strips: Records, total: int, pairs: Pairs) -> None:
-    """Distances of all strips from each other, and the shares of their elastic influence."""
+def pair_up(work: Work, total: int) -> None:
+    """Distances of all strips from each other over the first one's width, and the shares of their influence."""
+    strips, pairs, steps, alone = work.strips, work.pairs, work.steps, work.alone
+    log_width = work.scale[3] = np.log(strips[0].width)
+    if strips[total - 1].part != strips[0].part:
+        alone[0] = 0
+    elif alone[0] >= total:  # as in any other part alone with so many
+        return
+    else:
+        alone[0] = total
     i = 0
     while i < total:
         end = i
         while end < total and strips[end].part == strips[i].part:
             end += 1
-        # Strips of one part are alike.
-        width = strips[i].width
-        before = np.log(0.5 * width)
-        for k in range(end - i):
-            after = before if k == 0 else np.log((k + 0.5) * width)
-            for j in range(i, end - k):
-                pairs.nearer[j, j + k] = pairs.nearer[j + k, j] = before
-                pairs.farther[j, j + k] = pairs.farther[j + k, j] = after
-                pairs.share[j, j + k] = pairs.share[j + k, j] = 1.0
-            before = after
+        # Strips of one part are alike: those of a patch alone have the same numbers at any width.
+        wider = np.log(strips[i].width) - log_width
         for j in range(i, end):
+            for k in range(i, end):
+                away = abs(j - k)
+                pairs.nearer[j, k], pairs.farther[j, k] = steps[away] + wider, steps[away + 1] + wider
+                pairs.share[j, k] = 1.0
             for k in range(end, total):
                 across, down = strips[j].y - strips[k].y, strips[j].z - strips[k].z
                 distance = np.sqrt(across * across + down * down)
                 half = 0.25 * (strips[j].width + strips[k].width)
                 share = influence_share(strips[j].angle - strips[k].angle, distance) * 0.5 / half
-                pairs.nearer[j, k] = pairs.nearer[k, j] = np.log(max(distance - half, 0.1 * half))
-                pairs.farther[j, k] = pairs.farther[k, j] = np.log(distance + half)
+                pairs.nearer[j, k] = pairs.nearer[k, j] = np.log(max(distance - half, 0.1 * half)) - log_width
+                pairs.farther[j, k] = pairs.farther[k, j] = np.log(distance + half) - log_width
                 pairs.share[j, k], pairs.share[k, j] = share * strips[k].width, share * strips[j].width
         i = end
 
@@ -233,7 +239,7 @@ def influences(work: Work, total: int, table: FloatArray) -> None:
     """Both averages on every strip (row) per load of every strip (column)."""
     strips, pairs, logs, near, far = work.strips, work.pairs, work.logs, work.near, work.far
     for i in range(total):
-        logs[i] = 0.5 * np.log(strips[i].square)
+        logs[i] = 0.5 * np.log(strips[i].square) - work.scale[3]
     for i in range(total):
         a, b, _ = averages(table, 0.0, pairs.farther[i, i] - logs[i])
         near[i, i], far[i, i] = 2.0 * a, 2.0 * b
@@ -260,7 +266,7 @@ def inner_of(active: IntArray, strips: Records, m: int, row: int) -> int:
     return inner
 
 
-_NEAR = 0.015  # change of the logarithm of a half-length up to which averages are expanded to second order
+_NEAR = 0.04  # change of the logarithm of a half-length up to which averages are expanded to second order
 
 
 @bare_kernel

@@ -222,7 +222,7 @@ def newton(
         for j in range(total):
             if strips[j].load > 0.0:
                 active[m] = j
-                logs[m] = 0.5 * np.log(strips[j].square)
+                logs[m] = 0.5 * np.log(strips[j].square) - scale[3]
                 m += 1
                 same, known = same and made_for[m] == j, known and expanded[m] == j
                 most_p, most_q = max(most_p, strips[j].load), max(most_q, strips[j].square)
