@@ -11,7 +11,7 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import bare_kernel
-from wearsim.contact.normal.knothe_le_the.equations import Work, pair_up
+from wearsim.contact.normal.knothe_le_the.equations import UNKNOWN, Work, pair_up
 from wearsim.contact.normal.knothe_le_the.refit import (
     APART,
     another_part,
@@ -40,6 +40,7 @@ _CLOSE = 0.1  # change of q, over the largest, from which Newton's method takes 
 # Changes in Newton's method, over the largest: after the first it is seen whether the strips fit at all,
 # after the second whether they still do, after the third the next one is rounding.
 _FIRST, _ROUGH, _DONE = 3e-2, 3e-3, 1e-4
+_LEFT = 3e-5  # change in Newton's method that is to be expected next, below which there is none
 _HARD = 8  # stages, after which they do so each time
 _FAR = 2.0  # widths of a strip, by which an end moved, from which lengths and pressures take turns first
 _WIDEST = 0.65e-3  # m, of a strip: profiles change their radius within wide patches
@@ -274,7 +275,7 @@ def solve_wheels(
                 break
             pair_up(work, total)
             if parts > 1 or not alone:
-                work.expanded[0] = 0
+                work.base[:] = UNKNOWN
             alone = parts == 1
             for j in range(total):
                 strips[j].square = max(strips[j].square, 1e-10)
@@ -293,7 +294,7 @@ def solve_wheels(
                     if not done:
                         for j in range(total):
                             strips[j].load, strips[j].square = before[j].load, before[j].square
-                        work.made_for[0] = 0
+                        work.made_for[0], work.left[0] = 0, 1.0
                         displacement, done = relax(
                             work, row, total, kept_displacement, table, 0.1 * tolerance
                         )
@@ -314,7 +315,7 @@ def solve_wheels(
                 )
                 if not again:
                     again = rotated(kept, old_total, total, row, work)
-                if again and stage < _STAGES - 1:
+                if (again and stage < _STAGES - 1) or (stage > 0 and work.left[0] < _LEFT):
                     break
             if failed != 0:
                 break
