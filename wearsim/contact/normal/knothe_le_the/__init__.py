@@ -7,12 +7,12 @@ between the displaced surfaces, weighted along each strip with the derivatives o
 There is no fitted factor, and an ellipse of any ratio of axes is met but for the width of the strips.
 Neglected: the middle line of the pressure is that of the smallest gap, and the surface is flat.
 
-Solution: the first vertical displacement presses patches into ellipses; pressures that never pull for given
-lengths, and lengths for given pressures, in turn, converge from anywhere; then Newton's method, each Jacobian
-kept as long as its steps shrink fast, the influence of strips whose lengths hardly change expanded to second
-order. A coarse set of strips locates the ends of the patch, a finer one is
-fitted to it. The outermost strip takes its ratio :math:`p/a` from its neighbour: alone it could shrink to a
-point between overlapping surfaces. The fine set is fitted again until the ends of the patch lie at their
+Solution: it starts from a solution nearby, or the patches of virtual penetration; pressures that never pull
+for given lengths, and lengths for given pressures, in turn, converge from anywhere; then Newton's method,
+each Jacobian kept as long as its steps shrink fast, the influence of strips whose lengths hardly change, over
+the width of a strip, expanded to second order. A coarse set of strips locates the ends of the patch, a finer
+one is fitted to it. The outermost strip takes its ratio :math:`p/a` from its neighbour: alone it could shrink
+to a point between overlapping surfaces. The fine set is fitted again until the ends of the patch lie at their
 place in the outermost strips, to 3 % of a width, or between two places as near to each other, and the plane
 is that of the pressures, to 1e-4 rad: the solution depends on the state, not on the way to it. Wide patches
 have narrower strips, because profiles change their radius within them.
@@ -36,8 +36,6 @@ References
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from wearsim.contact.geometry import Gap
@@ -45,7 +43,7 @@ from wearsim.contact.kernel import plain
 from wearsim.contact.normal import kik_piotrowski
 from wearsim.contact.normal.knothe_le_the.equations import Pairs, Work, influence_table
 from wearsim.contact.normal.knothe_le_the.strips import NO_ROOM, PATCH, PLANE, SPAN, STRIP, Records
-from wearsim.contact.normal.knothe_le_the.wheel import Cut, cut_patches, solve_wheels
+from wearsim.contact.normal.knothe_le_the.wheel import Cut, Start, cut_patches, solve_wheels
 from wearsim.contact.normal.model import (
     NO_BALANCE,
     NormalModel,
@@ -54,21 +52,12 @@ from wearsim.contact.normal.model import (
     raise_first,
 )
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
-from wearsim.contact.reference.hertzian import hertz
 
 DEFAULTS = {"solved_strips": 20.0}
 
 _FEWEST, _MOST = 10, 60
 _PARTS = 6, 12, 24, 48  # of the profile with strips, for which room is made one after the other
-
-
-@lru_cache(maxsize=1)
-def _ellipses() -> FloatArray:
-    """Return A a^2/delta, B b^2/delta and p0/(E* a A) over ln(A/B) = -14 .. 14 in steps of 1/8."""
-    ratio = np.exp(np.arange(-112, 113) / 8.0)
-    ellipse = hertz(ratio, np.ones_like(ratio), 1.0, 1.0)
-    a, b, approach = ellipse.semi_axis_x, ellipse.semi_axis_y, ellipse.approach
-    return np.stack([ratio * a**2 / approach, b**2 / approach, ellipse.max_pressure / (a * ratio)], axis=1)
+_COARSE = Resolution(1.0, 20, 20, 20)  # of the patches it starts from
 
 
 def solve(
@@ -89,28 +78,28 @@ def solve(
     the strips of the solution are interpolated from them. Rough solutions are those of
     `kik_piotrowski`.
     """
-    if rough:
-        return kik_piotrowski.solve(
+    if rough or start is None:
+        start = kik_piotrowski.solve(
             gap, row, load, vertical=vertical, effective_modulus=effective_modulus,
-            resolution=resolution, parameters=parameters, rough=True,
+            resolution=resolution if rough else _COARSE, parameters=parameters, rough=True,
         )  # fmt: skip
+    if rough:
+        return start
     solved = int(min(max({**DEFAULTS, **parameters}["solved_strips"], _FEWEST), _MOST))
     rows = load.size
     surface, lowest = gap.counterface, gap.gap.min(axis=1)
     profile = (surface.y, surface.z, surface.slope, surface.angle)
-    begin = np.full(rows, np.nan)
-    if start is not None:
-        begin[np.searchsorted(row, start.patch.row)] = start.vertical_displacement
-    for parts in _PARTS:
+    begin = _begin(start, row, effective_modulus)
+    given = int(np.diff(begin.first).max(initial=1))
+    for parts in [room for room in _PARTS if room >= given] or [given]:
         most = 4 * solved * parts // _PARTS[0]
         number, fault = np.zeros(rows, np.int64), np.zeros(gap.gap.shape[0], np.int64)
         patches: Records = np.zeros((rows, parts), PATCH).view(np.recarray)
         nodes = np.empty((3, rows, parts, most + 2))
-        work = _work(most, parts)
+        work = _work(most, parts, given * start.patch.y.shape[1])
         solve_wheels(
             row, plain(load), begin, vertical, effective_modulus, solved, profile, gap.gap, lowest,
-            gap.wheel_radius, gap.x, gap.curvature, influence_table(), _ellipses(), work, number, fault,
-            patches, nodes,
+            gap.wheel_radius, gap.x, gap.curvature, influence_table(), work, number, fault, patches, nodes,
         )  # fmt: skip
         if not (fault == NO_ROOM).any():
             break
@@ -155,7 +144,22 @@ def solve(
     )
 
 
-def _work(most: int, parts: int) -> Work:
+def _begin(start: NormalSolution, row: IntArray, modulus: float) -> Start:
+    """Patches of a solution, each wheel's along its profile, as the strip model takes them."""
+    order = np.lexsort((start.edge_y[:, 0], start.patch.row))
+    patch = start.patch
+    square = (0.25 * (patch.x_lead - patch.x_trail) ** 2)[order]
+    return Start(
+        np.searchsorted(patch.row[order], np.append(row, row[-1:] + 1)),
+        patch.strips[order],
+        start.edge_y[order],
+        square,
+        patch.pressure_slope[order] * square / (np.pi * modulus),
+        start.vertical_displacement[order],
+    )
+
+
+def _work(most: int, parts: int, given: int) -> Work:
     """Room for the strips of a wheel in parts of the profile, and their equations."""
 
     def records(size: int, dtype: np.dtype[np.void]) -> Records:
@@ -169,17 +173,20 @@ def _work(most: int, parts: int) -> Work:
         strips=records(most, STRIP),
         pairs=Pairs(square(most), square(most), square(most)),
         before=records(most, STRIP),
-        old=records(most, STRIP),
+        old=records(max(most, given), STRIP),
         spans=records(parts, SPAN),
         fresh=records(parts, SPAN),
         planes=records(parts, PLANE),
         share=np.eye(parts),
         active=np.empty(most, np.int64),
         made_for=np.zeros(most + 1, np.int64),
-        scale=np.empty(3),
+        scale=np.empty(4),
+        alone=np.zeros(1, np.int64),
+        steps=np.log(np.abs(np.arange(most + 1) - 0.5)),
         matrix=square(unknowns),
         right=np.empty(unknowns),
         taken=np.empty(unknowns),
+        left=np.empty(1),
         barred=np.empty(most),
         plain=square(most + 1),
         near=square(most),
@@ -187,8 +194,7 @@ def _work(most: int, parts: int) -> Work:
         bow=np.empty(most),
         logs=np.empty(most),
         base=np.empty(most),
-        terms=np.empty((6, most, most)),
-        expanded=np.zeros(most + 1, np.int64),
+        terms=np.zeros((6, most, most)),
         sums=np.empty((3, most)),
     )
 

@@ -166,10 +166,12 @@ class Work(NamedTuple):
     """Strips of a wheel, their equations, and what is kept of them from one set to the next.
 
     `matrix` (2 n + 1, 2 n + 1) and `right` are Newton's, `made_for` how many and which strips its factors
-    were made for, `scale` what its unknowns are over, `taken` the last step, `barred` how often a strip lost
-    its pressure; `plain`, `near` and `far` (n, n) are those of given lengths. Of the strips with pressure,
-    `active` which these are, `logs` of the half-lengths, `terms` (6, n, n) the averages' expansion about the
-    logarithms `base` and `expanded` for how many and which; `bow` and `sums` (3, n) for work.
+    were made for, `scale` what its unknowns are over and the logarithm of the width `pairs` and `logs` are
+    over, `taken` the last step, `left` what it leaves to go, `barred` how often a strip lost its pressure;
+    `plain`, `near` and `far` (n, n) are those of given lengths. `active` are the strips with pressure, `logs`
+    those of the half-lengths, `terms` (6, n, n) the averages' expansion about the logarithms `base`; `steps`
+    are the logarithms of 0.5, 0.5, 1.5 and so on, `alone` of how many strips of a part alone `pairs` are;
+    `bow` and `sums` (3, n) for work.
     """
 
     strips: Records
@@ -183,9 +185,12 @@ class Work(NamedTuple):
     active: IntArray
     made_for: IntArray
     scale: FloatArray
+    steps: FloatArray
+    alone: IntArray
     matrix: FloatArray
     right: FloatArray
     taken: FloatArray
+    left: FloatArray
     barred: FloatArray
     plain: FloatArray
     near: FloatArray
@@ -194,36 +199,39 @@ class Work(NamedTuple):
     logs: FloatArray
     base: FloatArray
     terms: FloatArray
-    expanded: IntArray
     sums: FloatArray
 
 
 @bare_kernel
-def pair_up(strips: Records, total: int, pairs: Pairs) -> None:
-    """Distances of all strips from each other, and the shares of their elastic influence."""
+def pair_up(work: Work, total: int) -> None:
+    """Distances of strips from each other over the first one's width, and the shares of their influence."""
+    strips, pairs, steps, alone = work.strips, work.pairs, work.steps, work.alone
+    log_width = work.scale[3] = np.log(strips[0].width)
+    if strips[total - 1].part != strips[0].part:
+        alone[0] = 0
+    elif alone[0] >= total:  # as in any other part alone with so many
+        return
+    else:
+        alone[0] = total
     i = 0
     while i < total:
         end = i
         while end < total and strips[end].part == strips[i].part:
             end += 1
-        # Strips of one part are alike.
-        width = strips[i].width
-        before = np.log(0.5 * width)
-        for k in range(end - i):
-            after = before if k == 0 else np.log((k + 0.5) * width)
-            for j in range(i, end - k):
-                pairs.nearer[j, j + k] = pairs.nearer[j + k, j] = before
-                pairs.farther[j, j + k] = pairs.farther[j + k, j] = after
-                pairs.share[j, j + k] = pairs.share[j + k, j] = 1.0
-            before = after
+        # Strips of one part are alike: those of a patch alone have the same numbers at any width.
+        wider = np.log(strips[i].width) - log_width
         for j in range(i, end):
+            for k in range(i, end):
+                away = abs(j - k)
+                pairs.nearer[j, k], pairs.farther[j, k] = steps[away] + wider, steps[away + 1] + wider
+                pairs.share[j, k] = 1.0
             for k in range(end, total):
                 across, down = strips[j].y - strips[k].y, strips[j].z - strips[k].z
                 distance = np.sqrt(across * across + down * down)
                 half = 0.25 * (strips[j].width + strips[k].width)
                 share = influence_share(strips[j].angle - strips[k].angle, distance) * 0.5 / half
-                pairs.nearer[j, k] = pairs.nearer[k, j] = np.log(max(distance - half, 0.1 * half))
-                pairs.farther[j, k] = pairs.farther[k, j] = np.log(distance + half)
+                pairs.nearer[j, k] = pairs.nearer[k, j] = np.log(max(distance - half, 0.1 * half)) - log_width
+                pairs.farther[j, k] = pairs.farther[k, j] = np.log(distance + half) - log_width
                 pairs.share[j, k], pairs.share[k, j] = share * strips[k].width, share * strips[j].width
         i = end
 
@@ -233,7 +241,7 @@ def influences(work: Work, total: int, table: FloatArray) -> None:
     """Both averages on every strip (row) per load of every strip (column)."""
     strips, pairs, logs, near, far = work.strips, work.pairs, work.logs, work.near, work.far
     for i in range(total):
-        logs[i] = 0.5 * np.log(strips[i].square)
+        logs[i] = 0.5 * np.log(strips[i].square) - work.scale[3]
     for i in range(total):
         a, b, _ = averages(table, 0.0, pairs.farther[i, i] - logs[i])
         near[i, i], far[i, i] = 2.0 * a, 2.0 * b
@@ -260,41 +268,49 @@ def inner_of(active: IntArray, strips: Records, m: int, row: int) -> int:
     return inner
 
 
+UNKNOWN = 1e9  # logarithm of a half-length about which nothing is expanded
 _NEAR = 0.015  # change of the logarithm of a half-length up to which averages are expanded to second order
 
 
 @bare_kernel
-def expand(work: Work, table: FloatArray, m: int, whole: bool) -> None:
+def expand(work: Work, table: FloatArray, total: int, m: int) -> None:
     """Averages on the strips with pressure per load of each, with derivatives by logarithms of half-lengths.
 
-    M - N of a strip is the derivative of N by the logarithm of its own half-length. All of them, or those of
-    strips that changed.
+    M - N of a strip is the derivative of N by the logarithm of its own half-length. Those of strips that
+    changed, or had no pressure before.
     """
-    pairs, active, logs, terms, changed = work.pairs, work.active, work.base, work.terms, work.sums[2]
-    for k in range(m):
-        changed[k] = 1.0 if whole or abs(work.logs[k] - logs[k]) > _NEAR else 0.0
-        if changed[k] > 0.0:
-            logs[k] = work.logs[k]
+    pairs, active, base, terms, changed = work.pairs, work.active, work.base, work.terms, work.sums[2]
+    nothing = True
+    for i in range(total):
+        changed[i] = 0.0
+        if work.strips[i].load <= 0.0:
+            base[i] = UNKNOWN
+        elif abs(work.logs[i] - base[i]) > _NEAR:
+            changed[i], base[i] = 1.0, work.logs[i]
+            nothing = False
+    if nothing:
+        return
     for k in range(m):
         i = active[k]
-        a, b, _, _, b_own, b_other = averages_and_slopes(table, 0.0, pairs.farther[i, i] - logs[k])
-        bend = b_own + b_other - 2.0 * (b - a)
-        terms[0, k, k] = 2.0 * a
-        terms[1, k, k] = terms[2, k, k] = 2.0 * (b - a)
-        terms[3, k, k] = terms[4, k, k] = terms[5, k, k] = bend
+        if changed[i] > 0.0:
+            a, b, _, _, b_own, b_other = averages_and_slopes(table, 0.0, pairs.farther[i, i] - base[i])
+            bend = b_own + b_other - 2.0 * (b - a)
+            terms[0, i, i] = 2.0 * a
+            terms[1, i, i] = terms[2, i, i] = 2.0 * (b - a)
+            terms[3, i, i] = terms[4, i, i] = terms[5, i, i] = bend
         for column in range(k + 1, m):
-            if changed[k] + changed[column] == 0.0:
+            j = active[column]
+            if changed[i] + changed[j] == 0.0:
                 continue
-            short, long = (k, column) if logs[k] < logs[column] else (column, k)
-            log = logs[long]
-            ratio = logs[short] - log
-            i, j = active[short], active[long]
+            short, long = (i, j) if base[i] < base[j] else (j, i)
+            log = base[long]
+            ratio = base[short] - log
             a, b, c, b_short, c_short, c_long = averages_and_slopes(table, ratio, pairs.farther[i, j] - log)
             d, e, f, e_short, f_short, f_long = averages_and_slopes(table, ratio, pairs.nearer[i, j] - log)
             a, b, c = a - d, b - e, c - f
             b, c = b - a, c - a
             b_short, c_long, both = b_short - e_short - b, c_long - f_long - c, c_short - f_short - b
-            share, back = pairs.share[i, j], pairs.share[j, i]
+            share, back = pairs.share[short, long], pairs.share[long, short]
             terms[0, long, short], terms[0, short, long] = share * a, back * a
             terms[1, long, short], terms[1, short, long] = share * b, back * c
             terms[2, long, short], terms[2, short, long] = share * c, back * b
@@ -304,21 +320,23 @@ def expand(work: Work, table: FloatArray, m: int, whole: bool) -> None:
 
 
 @bare_kernel
-def residuals(work: Work, row: Row, displacement: float, m: int) -> None:
+def residuals(work: Work, row: Row, displacement: float, total: int, m: int) -> None:
     """Write what is left of the equations of the strips with pressure, from what `expand` made nearby.
 
     A strip at the rim takes the ratio P/q from its neighbour: alone it could shrink to a point where the
     surfaces still overlap.
     """
     strips, active, right = work.strips, work.active, work.right
-    near, turn, moved = work.sums[0][:m], work.sums[1][:m], work.sums[2][:m]
-    for k in range(m):
+    near, turn, moved = work.sums[0][:total], work.sums[1][:total], work.sums[2][:total]
+    for k in range(total):
         near[k] = turn[k] = 0.0
-        moved[k] = work.logs[k] - work.base[k]
-    for j in range(m):
-        p, other = strips[active[j]].load, moved[j]
-        value, by_own, by_other = work.terms[0, j, :m], work.terms[1, j, :m], work.terms[2, j, :m]
-        bend, both, other_bend = work.terms[3, j, :m], work.terms[4, j, :m], work.terms[5, j, :m]
+        moved[k] = work.logs[k] - work.base[k] if strips[k].load > 0.0 else 0.0
+    for j in range(total):
+        p, other = strips[j].load, moved[j]
+        if p <= 0.0:
+            continue
+        value, by_own, by_other = work.terms[0, j, :total], work.terms[1, j, :total], work.terms[2, j, :total]
+        bend, both, other_bend = work.terms[3, j, :total], work.terms[4, j, :total], work.terms[5, j, :total]
         # In two loops, because the compiler uses vector instructions only for few arrays.
         for k in range(near.size):
             first = by_own[k] + 0.5 * bend[k] * moved[k] + both[k] * other
@@ -327,11 +345,12 @@ def residuals(work: Work, row: Row, displacement: float, m: int) -> None:
             turn[k] += p * (by_own[k] + bend[k] * moved[k] + both[k] * other)
     carried = 0.0
     for k in range(m):
-        one = strips[active[k]]
+        i = active[k]
+        one = strips[i]
         low_bow = bow_of(0.25 * one.square, one.radius, one.sigma)
         high_bow = bow_of(0.75 * one.square, one.radius, one.sigma)
-        right[k] = -(near[k] + one.gap + low_bow - displacement * one.turn)
-        right[m + k] = -(turn[k] + high_bow - low_bow)
+        right[k] = -(near[i] + one.gap + low_bow - displacement * one.turn)
+        right[m + k] = -(turn[i] + high_bow - low_bow)
         carried += _lift(one, row) * one.load
         inner = inner_of(active, strips, m, k)
         if inner >= 0:
@@ -349,21 +368,23 @@ def jacobian(work: Work, row: Row, m: int) -> None:
     strips, active, matrix, terms = work.strips, work.active, work.matrix, work.terms
     per_p, per_q, per_displacement = work.scale[0], work.scale[1], work.scale[2]
     for k in range(m):
-        one = strips[active[k]]
+        i = active[k]
+        one = strips[i]
         q = one.square
         low_bow, high_bow = bow_of(0.25 * q, one.radius, one.sigma), bow_of(0.75 * q, one.radius, one.sigma)
         matrix[n - 1, k], matrix[n - 1, m + k] = _lift(one, row) * per_p, 0.0
         inner = inner_of(active, strips, m, k)
         turn, bend = 0.0, 0.0
         for j in range(m):
-            other = strips[active[j]]
+            from_strip = active[j]
+            other = strips[from_strip]
             by_q = 0.5 * other.load / other.square * per_q
-            matrix[k, j] = terms[0, j, k] * per_p
-            matrix[k, m + j] = terms[2, j, k] * by_q
-            matrix[m + k, j] = terms[1, j, k] * per_p if inner < 0 else 0.0
-            matrix[m + k, m + j] = terms[4, j, k] * by_q if inner < 0 else 0.0
-            turn += terms[1, j, k] * other.load
-            bend += terms[3, j, k] * other.load
+            matrix[k, j] = terms[0, from_strip, i] * per_p
+            matrix[k, m + j] = terms[2, from_strip, i] * by_q
+            matrix[m + k, j] = terms[1, from_strip, i] * per_p if inner < 0 else 0.0
+            matrix[m + k, m + j] = terms[4, from_strip, i] * by_q if inner < 0 else 0.0
+            turn += terms[1, from_strip, i] * other.load
+            bend += terms[3, from_strip, i] * other.load
         matrix[k, m + k] += (0.5 * turn + low_bow) / q * per_q
         matrix[k, n - 1] = -one.turn * per_displacement
         matrix[m + k, n - 1] = 0.0

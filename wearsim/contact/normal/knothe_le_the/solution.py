@@ -91,6 +91,7 @@ def substitute(matrix: FloatArray, right: FloatArray, n: int) -> None:
 _SWEEPS = 40  # of lengths and pressures in turn, at most
 _STEPS = 60  # of Newton's method, at most
 _OVERLAP = 1e-3  # of the displacement, of a strip that stays without pressure
+_RATE = 0.1  # of the change of one step to the next with a Jacobian from nearby, as long as there is one only
 _GOOD = 0.4  # of the last step's change, up to which a Jacobian is kept
 
 
@@ -211,20 +212,20 @@ def newton(
     """
     strips, pairs, active, matrix, right = work.strips, work.pairs, work.active, work.matrix, work.right
     made_for, scale, taken, barred = work.made_for, work.scale, work.taken, work.barred
-    logs, expanded = work.logs, work.expanded
+    logs = work.logs
     taken[:] = 0.0
     barred[:] = 0.0  # a strip that came in and left again stays out
     last = 1.0
     for _ in range(_STEPS):
         m = total - total
-        same, known = True, True
+        same = True
         most_p, most_q = 0.0, 0.0
         for j in range(total):
             if strips[j].load > 0.0:
                 active[m] = j
-                logs[m] = 0.5 * np.log(strips[j].square)
+                logs[j] = 0.5 * np.log(strips[j].square) - scale[3]
                 m += 1
-                same, known = same and made_for[m] == j, known and expanded[m] == j
+                same = same and made_for[m] == j
                 most_p, most_q = max(most_p, strips[j].load), max(most_q, strips[j].square)
         if m == 0:
             return displacement, False
@@ -233,11 +234,8 @@ def newton(
         if not same:
             taken[:n] = 0.0
             scale[0], scale[1], scale[2] = most_p, most_q, displacement
-        expand(work, table, m, not known or expanded[0] != m)
-        expanded[0] = m
-        for k in range(m):
-            expanded[k + 1] = active[k]
-        residuals(work, row, displacement, m)
+        expand(work, table, total, m)
+        residuals(work, row, displacement, total, m)
         if not same:
             made_for[0] = 0
             jacobian(work, row, m)
@@ -253,6 +251,7 @@ def newton(
         if same and not change < _GOOD * last:
             made_for[0] = 0
             continue
+        work.left[0] = change * (min(change / last, 1.0) if last < 1.0 else _RATE)
         last = change
         # As Broyden's method with the step before: what is left of it shows how far the Jacobian is off.
         along, square = 0.0, 0.0
@@ -287,8 +286,8 @@ def newton(
             nearest, distance = -1, 1e9
             for k in range(m):
                 j = active[k]
-                a = in_the_middle(table, pairs.farther[i, j] - logs[k])
-                b = in_the_middle(table, pairs.nearer[i, j] - logs[k])
+                a = in_the_middle(table, pairs.farther[i, j] - logs[j])
+                b = in_the_middle(table, pairs.nearer[i, j] - logs[j])
                 lifted += pairs.share[i, j] * (a - b) * strips[j].load
                 if pairs.farther[i, j] < distance and strips[j].load > 0.0:
                     nearest, distance = j, pairs.farther[i, j]

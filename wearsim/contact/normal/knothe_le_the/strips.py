@@ -1,4 +1,4 @@
-"""Kernels of the strip model: strips on a profile, their contact planes, and the first guess.
+"""Kernels of the strip model: strips on a profile and their contact planes.
 
 Equations and sources: see `knothe_le_the`.
 
@@ -43,11 +43,11 @@ class Row(NamedTuple):
 
 
 # Strip: place s in its contact plane, gap, share of the displacement in it, radius of the wheel, curvature of
-# the counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin, logarithm of
-# the half-length; number of the part of the profile.
+# the counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin, the profile's
+# angle, logarithm of the half-length; number of the part of the profile.
 STRIP = np.dtype(
     [(name, float) for name in ("s", "gap", "turn", "radius", "sigma", "load", "square", "y", "z", "width")]
-    + [(name, float) for name in ("cosine", "angle", "origin", "log")]
+    + [(name, float) for name in ("cosine", "angle", "origin", "tilt", "log")]
     + [("part", int)]
 )
 # Part of the profile: its ends, half-length squared per depth, gap where it ends and load per half-length
@@ -141,6 +141,7 @@ def cut_strips(
             ring = row.radius[i] + share * (row.radius[i + 1] - row.radius[i])
             z = row.z[i] + share * (row.z[i + 1] - row.z[i])
             strips[j].radius = ring / cosine
+            strips[j].tilt = row.angle[i] + share * (row.angle[i + 1] - row.angle[i])
             strips[j].sigma = row.kappa / (1.0 - row.kappa * z) * cosine
             strips[j].y = row.y[i] + share * (row.y[i + 1] - row.y[i])
             strips[j].z = z
@@ -228,7 +229,7 @@ def planes_of(
                 load = old[j].load * old[j].width
                 weight += load
                 moment += load * old[j].y
-                tilt += load * value_at(old[j].y, row.y, row.angle)
+                tilt += load * old[j].tilt
         planes[k].weight = weight
         planes[k].middle = moment / weight if weight > 0.0 else 0.0
         planes[k].own = tilt / weight if weight > 0.0 else 0.0
@@ -290,108 +291,3 @@ def share_points(
         down = value_at(own.centre, y, z) - value_at(place, y, z)
         own.across = (own.centre - place) * np.cos(own.angle) + down * np.sin(own.angle)
         own.along = value_at(own.centre, y, along) - value_at(place, y, along)
-
-
-@bare_kernel
-def hertz_at(table: FloatArray, ratio: float) -> tuple[float, float, float]:
-    """Return A a^2/delta, B b^2/delta and p0/(E* a A) of ellipses at A/B from a table over its logarithm."""
-    x = (np.log(ratio) + 14.0) * 8.0
-    k = min(max(int(x), 0), table.shape[0] - 2)
-    x = min(max(x - k, 0.0), 1.0)
-    return (
-        table[k, 0] + x * (table[k + 1, 0] - table[k, 0]),
-        table[k, 1] + x * (table[k + 1, 1] - table[k, 1]),
-        table[k, 2] + x * (table[k + 1, 2] - table[k, 2]),
-    )
-
-
-@bare_kernel
-def _start(displacement: float, row: Row, table: FloatArray, spans: Records) -> tuple[float, int]:
-    """Load at a displacement, every part pressed into an ellipse; their number, one more than have room."""
-    total, used = 0.0, 0
-    i = 1
-    last = row.gap.size - 2
-    while i < last:
-        if row.gap[i] - row.low >= 0.55 * displacement:
-            i += 1
-            continue
-        if used == spans.size:
-            return total, used + 1
-        start = i
-        deepest = i
-        while i < last and row.gap[i] - row.low < 0.55 * displacement:
-            if row.gap[i] < row.gap[deepest]:
-                deepest = i
-            i += 1
-        stop = i - 1
-        cosine = np.cos(row.angle[deepest])
-        reach = 0.55 * displacement - (row.gap[deepest] - row.low)
-        # Ends between grid points.
-        left, right = row.y[start], row.y[stop]
-        if row.gap[start - 1] < NO_WHEEL:
-            share = (row.low + 0.55 * displacement - row.gap[start]) / max(
-                row.gap[start - 1] - row.gap[start], 1e-12
-            )
-            left -= min(share, 1.0) * (row.y[start] - row.y[start - 1])
-        if row.gap[stop + 1] < NO_WHEEL:
-            share = (row.low + 0.55 * displacement - row.gap[stop]) / max(
-                row.gap[stop + 1] - row.gap[stop], 1e-12
-            )
-            right += min(share, 1.0) * (row.y[stop + 1] - row.y[stop])
-        half = 0.5 * (right - left) / cosine
-        across = reach * cosine / (half * half)
-        along = 0.5 * (cosine / row.radius[deepest] + row.kappa / (1.0 - row.kappa * row.z[deepest]) * cosine)
-        along_share, across_share, slope = hertz_at(table, along / across)
-        # Depth below the rim of the ellipse: `across_share` of the part's own displacement.
-        own = displacement - (row.gap[deepest] - row.low)
-        rim = (row.gap[deepest] - row.low) + across_share * own
-        per_depth = along_share / across_share * cosine / along
-        area = 0.0
-        a, b = start, stop
-        while a > 1 and row.gap[a - 1] - row.low < rim:
-            a -= 1
-        while b < last and row.gap[b + 1] - row.low < rim:
-            b += 1
-        for k in range(a, b + 1):
-            depth = rim - (row.gap[k] - row.low)
-            if depth > 0.0:
-                area += depth * per_depth * 0.5 * (row.y[k + 1] - row.y[k - 1]) / cosine
-        stiff = slope * along / np.pi
-        spans[used].ends[0] = row.y[a] - 0.5 * (row.y[a] - row.y[a - 1])
-        spans[used].ends[1] = row.y[b] + 0.5 * (row.y[b + 1] - row.y[b])
-        if across_share < 0.55:
-            while a < b and row.gap[a] - row.low > rim:
-                a += 1
-            while b > a and row.gap[b] - row.low > rim:
-                b -= 1
-            spans[used].ends[0] = row.y[a] - 0.5 * (row.y[a] - row.y[a - 1])
-            spans[used].ends[1] = row.y[b] + 0.5 * (row.y[b + 1] - row.y[b])
-        spans[used].per_depth = per_depth
-        spans[used].rim = rim
-        spans[used].per_square = stiff
-        force = 0.5 * np.pi * stiff * area
-        total += force * cosine if row.vertical else force
-        used += 1
-    return total, used
-
-
-@bare_kernel
-def first_displacement(row: Row, guess: float, table: FloatArray, spans: Records) -> tuple[float, int]:
-    """Vertical displacement at which elliptic patches about carry the load, or a guess; and their number."""
-    small, large = 0.0, 0.0
-    displacement = guess if guess > 0.0 else 5e-5
-    parts = 0
-    for _ in range(40):
-        value, parts = _start(displacement, row, table, spans)
-        if parts > spans.size or (parts > 0 and (guess > 0.0 or abs(value / row.load - 1.0) < 0.02)):
-            break
-        if value < row.load:
-            small = displacement
-        else:
-            large = displacement
-        aim = displacement * (row.load / value) ** (2.0 / 3.0) if value > 0.0 else 4.0 * displacement
-        aim = min(max(aim, 0.25 * displacement), 4.0 * displacement)
-        if large > 0.0 and not small < aim < large:
-            aim = 0.5 * (small + large)
-        displacement = aim
-    return displacement, parts

@@ -11,7 +11,7 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import bare_kernel
-from wearsim.contact.normal.knothe_le_the.equations import Work, pair_up
+from wearsim.contact.normal.knothe_le_the.equations import UNKNOWN, Work, pair_up
 from wearsim.contact.normal.knothe_le_the.refit import (
     APART,
     another_part,
@@ -29,7 +29,6 @@ from wearsim.contact.normal.knothe_le_the.strips import (
     Row,
     cut_strips,
     first_beyond,
-    first_displacement,
     planes_of,
     share_points,
     value_at,
@@ -42,8 +41,9 @@ _CLOSE = 0.1  # change of q, over the largest, from which Newton's method takes 
 # Changes in Newton's method, over the largest: after the first it is seen whether the strips fit at all,
 # after the second whether they still do, after the third the next one is rounding.
 _FIRST, _ROUGH, _DONE = 3e-2, 3e-3, 1e-4
+_LEFT = 3e-5  # change in Newton's method that is to be expected next, below which there is none
 _HARD = 8  # stages, after which they do so each time
-_FAR = 0.5  # widths of a strip, by which an end moved, from which lengths and pressures take turns first
+_FAR = 2.0  # widths of a strip, by which an end moved, from which lengths and pressures take turns first
 _WIDEST = 0.65e-3  # m, of a strip: profiles change their radius within wide patches
 
 
@@ -63,19 +63,19 @@ def _lay_parts(stage: int, count: int, parts: int, old_total: int, row: Row, wor
     strips, old, spans, planes = work.strips, work.old, work.spans, work.planes
     total = old_total - old_total
     for k in range(parts):
-        # Strips much narrower than long make Newton's method fail.
-        each = max(8, (3 * count) // 5) if stage == 0 else count
-        if stage > 0:
-            # As many as before if that is nearly right: else the ends might wander to and fro.
-            wished = (spans[k].ends[1] - spans[k].ends[0]) / _WIDEST
-            each = int(spans[k].strips) if abs(wished - spans[k].strips - 0.5) < 0.8 else int(wished)
-            each = max(count, min(2 * count, each))
+        # As many as before if that is nearly right: else the ends might wander to and fro.
+        wished = (spans[k].ends[1] - spans[k].ends[0]) / _WIDEST
+        each = int(spans[k].strips) if abs(wished - spans[k].strips - 0.5) < 0.8 else int(wished)
+        each = max(count, min(2 * count, each))
+        if stage == 0:
+            each = (3 * each) // 5
+        else:
             spans[k].strips = each
         longest = 0.0
         for j in range(old_total):
             if spans[k].ends[0] <= old[j].y <= spans[k].ends[1]:
                 longest = max(longest, old[j].square)
-        if longest > 0.0:
+        if longest > 0.0:  # strips much narrower than long make Newton's method fail
             each = min(each, max(8, int(100.0 * (spans[k].ends[1] - spans[k].ends[0]) / np.sqrt(longest))))
         if total + each > strips.size:
             return NO_ROOM, total
@@ -176,7 +176,7 @@ def _find_patches(
         one.nodes = 1
         x[0], f[0] = one.start, 0.0
         for j in range(a, b + 1):
-            weighted += strips[j].load * value_at(strips[j].y, row.y, row.angle)
+            weighted += strips[j].load * strips[j].tilt
             sum_load += strips[j].load
             # The outermost strips may lie in part outside of the patch.
             if n > 2 and j in (a, b):
@@ -191,17 +191,47 @@ def _find_patches(
     return 0, runs
 
 
+class Start(NamedTuple):
+    """Patches of a solution nearby, by row and place: which are a row's, their strips and displacement."""
+
+    first: IntArray
+    strips: IntArray
+    edge: FloatArray
+    square: FloatArray
+    load: FloatArray
+    displacement: FloatArray
+
+
+@bare_kernel
+def _take_over(n: int, start: Start, count: int, row: Row, work: Work) -> tuple[int, int]:
+    """Parts of the profile and strips with pressure of a solution nearby; return the numbers of both."""
+    spans, old = work.spans, work.old
+    parts = total = n - n
+    for m in range(start.first[n], start.first[n + 1]):
+        edge, strips = start.edge[m], start.strips[m]
+        margin = MARGIN / (count - 2.0 * MARGIN) * (edge[strips] - edge[0])
+        spans[parts].ends[0], spans[parts].ends[1] = edge[0] - margin, edge[strips] + margin
+        forget(spans[parts])
+        for j in range(strips):
+            old[total].y, old[total].width = 0.5 * (edge[j] + edge[j + 1]), edge[j + 1] - edge[j]
+            old[total].load, old[total].square = start.load[m, j], start.square[m, j]
+            old[total].tilt = value_at(old[total].y, row.y, row.angle)
+            total += 1
+        parts += 1
+    return parts, total
+
+
 @bare_kernel
 def solve_wheels(
-    rows: IntArray, load: FloatArray, start: FloatArray, vertical: bool, modulus: float,
+    rows: IntArray, load: FloatArray, start: Start, vertical: bool, modulus: float,
     count: int, profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], gaps: FloatArray,
     lowest: FloatArray, radii: FloatArray, alongs: FloatArray, kappa: float, table: FloatArray,
-    hertz: FloatArray, work: Work, number: IntArray, fault: IntArray, patches: Records, nodes: FloatArray,
+    work: Work, number: IntArray, fault: IntArray, patches: Records, nodes: FloatArray,
 ) -> None:  # fmt: skip
-    """Solve every row and find its patches, by falling normal force.
+    """Solve every row from its `start` and find its patches, by falling normal force.
 
     `nodes` (3, n, most, k) get place s, squared half-length and pressure slope between which the patch is
-    interpolated. `start` is a vertical displacement nearby, or NaN.
+    interpolated.
     """
     strips, old, before, spans, fresh = work.strips, work.old, work.before, work.spans, work.fresh
     none = int(np.int64(0))  # numba would compile the kernels for a literal 0 once more
@@ -217,14 +247,13 @@ def solve_wheels(
         if not _is_inside(row):
             fault[r] = AT_EDGE
             continue
-        displacement, parts = first_displacement(row, start[n] - row.low, hertz, spans)
-        if not 0 < parts <= spans.size:
-            fault[r] = NO_BALANCE if parts == 0 else NO_ROOM
+        parts, old_total = _take_over(n, start, count, row, work)
+        if parts == 0:
+            fault[r] = NO_BALANCE
             continue
-        for k in range(spans.size):
-            forget(spans[k])
-        old_total = total = failed = none
-        uncertain, may_split, splits = False, True, 0
+        displacement = start.displacement[start.first[n]] - row.low
+        total = failed = none
+        uncertain, may_split, alone, splits = False, True, False, 0
         work.made_for[0] = 0
         for stage in range(_STAGES):
             # Parts that meet are one.
@@ -243,8 +272,10 @@ def solve_wheels(
             failed, total = _lay_parts(stage, count, parts, old_total, row, work)
             if failed != 0:
                 break
-            pair_up(strips, total, work.pairs)
-            work.expanded[0] = 0
+            pair_up(work, total)
+            if parts > 1 or not alone:
+                work.base[:] = UNKNOWN
+            alone = parts == 1
             for j in range(total):
                 strips[j].square = max(strips[j].square, 1e-10)
             if stage == 0 or uncertain or stage >= _HARD:
@@ -262,7 +293,7 @@ def solve_wheels(
                     if not done:
                         for j in range(total):
                             strips[j].load, strips[j].square = before[j].load, before[j].square
-                        work.made_for[0] = 0
+                        work.made_for[0], work.left[0] = 0, 1.0
                         displacement, done = relax(
                             work, row, total, kept_displacement, table, 0.1 * tolerance
                         )
@@ -276,6 +307,7 @@ def solve_wheels(
                         strips[j].log = 0.5 * np.log(strips[j].square)
                         old[old_total].y, old[old_total].load = strips[j].y, strips[j].load
                         old[old_total].square, old[old_total].width = strips[j].square, strips[j].width
+                        old[old_total].tilt = strips[j].tilt
                         old_total += 1
                 kept, more, again = refit(
                     stage, displacement, count, parts, may_split, row, work, total, table
@@ -285,7 +317,7 @@ def solve_wheels(
                     break
                 if not again:
                     again = rotated(kept, old_total, total, row, work)
-                if again and stage < _STAGES - 1:
+                if (again and stage < _STAGES - 1) or (stage > 0 and work.left[0] < _LEFT):
                     break
             if failed != 0:
                 break
