@@ -95,8 +95,7 @@ def worn(setup):
         worn_area=np.array([1e-6, 2e-6]),
         worn_mass=np.array([3.0, 4.0]),
         fatigue_damage=tuple(np.full_like(one, 0.3) for one in state.fatigue_damage),
-        step_length=500.0,
-        step_error=1e-7,
+        point_length=np.full(len(setup.points.label), 500.0),
     )
 
 

@@ -67,17 +67,17 @@ def test_loads_that_were_not_scaled_are_not_mentioned(make):
 
 
 def test_scaled_loads_are_counted_by_points_states_and_distance(make):
-    """Shares 0.25, 0.5, 0.25; states 1 and 2 of 0 to 6 start steps 2 and 3 of 6; state 6 starts none."""
+    """Shares 0.25, 0.5, 0.25; states 1, 2 and 6 of 0 to 6 end steps of their number."""
     data = make(rate=10e-12)
     data["load_scale"].values[1:3, 0, 0] = 1.2
     data["load_scale"].values[2, 1, 1] = 0.7
     data["load_scale"].values[6, 2, 0] = 1.02
     actual = load_scaling(data)
     assert (actual.points, actual.active_points, actual.states, actual.all_states) == (3, 3, 3, 7)
-    assert actual.distance_share == pytest.approx((2 * 0.25 + 0.5) / 6, rel=1e-12)
+    assert actual.distance_share == pytest.approx((2 * 0.25 + 0.5 + 0.25) / 6, rel=1e-12)
     assert actual.largest == 0.7
     (line,) = result_warnings(data)
-    assert "at 3 of 3 operating points with a weight, in 3 of 7 states, over 17 % of the distance" in line
+    assert "at 3 of 3 operating points with a weight, in 3 of 7 states, over 21 % of the distance" in line
     assert "at most by the factor 0.7" in line
 
 

@@ -186,14 +186,14 @@ class LoadScaling(NamedTuple):
     active_points: int  # operating points with a weight
     states: int  # stored states in which one of them was
     all_states: int
-    distance_share: float  # of the distance that was run in such a point, from such a state on [-]
+    distance_share: float  # of the distance that was run in such a point, up to such a state [-]
     largest: float  # factor, the one that is farthest from 1 [-]
 
 
 def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
     """Where the normal forces were scaled, among operating points that wear; None where they were not.
 
-    The distance of a step counts for the state it starts from.
+    The distance of a step counts for the state it leads to.
     """
     counts = dataset["weight"].values > 0.0
     scale = dataset["load_scale"].values[:, counts]
@@ -203,7 +203,7 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
         return None
     step_length, active = (dataset[name].values[1:] for name in ("step_length", "active_weight"))
     run = float(step_length.sum())
-    scaled_run = float((step_length[:, None] * active[:, counts] * scaled[:-1]).sum())
+    scaled_run = float((step_length[:, None] * active[:, counts] * scaled[1:]).sum())
     every = scale[np.isfinite(scale)]
     return LoadScaling(
         points=int(scaled.any(axis=0).sum()),
