@@ -41,7 +41,7 @@ _CLOSE = 0.1  # change of q, over the largest, from which Newton's method takes 
 # Changes in Newton's method, over the largest: after the first it is seen whether the strips fit at all,
 # after the second whether they still do, after the third the next one is rounding.
 _FIRST, _ROUGH, _DONE = 3e-2, 3e-3, 1e-4
-_LEFT = 3e-5  # change in Newton's method that is to be expected next, below which there is none
+_LEFT = 3e-6  # change in Newton's method that is to be expected next, below which there is none
 _HARD = 8  # stages, after which they do so each time
 _FAR = 2.0  # widths of a strip, by which an end moved, from which lengths and pressures take turns first
 _WIDEST = 0.65e-3  # m, of a strip: profiles change their radius within wide patches
