@@ -44,7 +44,7 @@ print(json.dumps(dict(wall=time.perf_counter() - start, cpu=time.process_time() 
 def campaign(tmp_path):
     """Function that runs the field scene with other points, models and steps in a process of its own."""
 
-    def run(points, distance, models=FAST, grid=20, step=None, integrator="heun", threads=0):
+    def run(points, distance, models=FAST, grid=20, step=None, integrator="rkc", threads=0):
         text = (ROOT / "workflows" / "field.toml").read_text()
         head, _, rest = text.partition("[operation.monitor]")
         counts = iter([round(0.4 * points), round(0.3 * points), round(0.3 * points)])
@@ -53,7 +53,7 @@ def campaign(tmp_path):
         assert result == 2
         head = head.replace('"kik_piotrowski"', f'"{models[0]}"').replace('"fastsim"', f'"{models[1]}"')
         end = rest[rest.index("[campaign]") :].replace("distance_km = 35000", f"distance_km = {distance}")
-        end = end.replace('"heun"', f'"{integrator}"') + (f"\nmax_step_km = {step}\n" if step else "\n")
+        end = end.replace('"rkc"', f'"{integrator}"') + (f"\nmax_step_km = {step}\n" if step else "\n")
         number = len(list(tmp_path.glob("*.toml")))
         scene = tmp_path / f"field_{number}.toml"
         scene.write_text(head + end)

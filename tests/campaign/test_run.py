@@ -158,7 +158,9 @@ def test_rows_agree_with_each_other_and_with_the_load(finished, kind):
         # all points in the first and the last row, the acting ones and the monitoring points in each
         solved = (data["n_patch"] > 0).values
         assert bool((solved[[0, -1]]).all())
-        assert bool((solved[1:-1] == ((data["active_weight"] > 0) | (data["weight"] == 0)).values[1:-1]).all())
+        assert bool(
+            (solved[1:-1] == ((data["active_weight"] > 0) | (data["weight"] == 0)).values[1:-1]).all()
+        )
         # normal and creep forces carry the wheel load to 1e-6; on a roller off its top the rolling direction
         # dips, by an angle that leaves out the height of the profile here, below 1 mm
         angle, dip = data["contact_angle"], data["x"] * data.attrs["counterface_curvature"]

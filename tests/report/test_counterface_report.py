@@ -86,7 +86,10 @@ def test_lives_of_the_rollers_are_drawn(pair):
     np.testing.assert_allclose(rig["counterface_redressed_depth"].values[-1], off, rtol=1e-12)
     assert rows[-1] == rig.sizes["step"] - 1
     assert not field["counterface_redressed_count"].values.any()
-    assert len(campaign.states_shown(field)) == min(4, field.sizes["step"] - 1)
+    shown = list(campaign.states_shown(field))  # the first steps are short: quarters may share a state
+    assert shown == sorted(set(shown))
+    assert 2 < len(shown) <= min(4, field.sizes["step"] - 1)
+    assert shown[-1] == field.sizes["step"] - 1
     ax = campaign.plot_counterface_over_distance(rig, "counterface_max_wear_depth")
     x, y = ax.lines[0].get_data()
     at = np.flatnonzero(np.diff(x) == 0.0)

@@ -23,7 +23,8 @@ ROWS = ["step", "grid", "smoothing-half", "smoothing-double", "points", "togethe
 @pytest.fixture(scope="module")
 def rig_text(scene_text):
     """Scene of a few steps on a rig, coarse."""
-    return scene_text({"shift_mm": 3, "distance_km": 2})
+    campaign = "distance_km = 8\npoint_spacing_mm = 0.5\nmax_step_km = 2"
+    return scene_text({"shift_mm": 3, "distance_km": 2}, campaign=campaign)
 
 
 def overrides_of(scene):
@@ -35,6 +36,7 @@ def test_what_is_refined_in_the_field():
     assert list(result) == ROWS
     assert result["step"] == {
         "campaign.max_step_depth_um": 25.0,
+        "campaign.first_step_depth_um": 1.0,
         "campaign.stability": 4.2,
         "campaign.error_tolerance_um": 0.125,
     }

@@ -230,6 +230,7 @@ def _step(part: RigScene | FieldScene) -> dict[str, float]:
     campaign = part.campaign
     halved = {
         "campaign.max_step_depth_um": max(0.5 * campaign.max_step_depth_um, 0.1),
+        "campaign.first_step_depth_um": max(0.5 * campaign.first_step_depth_um, 0.01),
         "campaign.stability": 0.5 * (campaign.stability or STABILITY[campaign.integrator][0]),
         # the error of a step grows with the cube of its length
         "campaign.error_tolerance_um": max(0.125 * campaign.error_tolerance_um, 0.001),
