@@ -16,10 +16,10 @@ from wearsim.campaign.row import NO_STEP, StepTaken
 from wearsim.campaign.state import State
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, LAYOUT, ROW, Header
+from wearsim.results.schema import FAINT
 
 N_POINT, N_OPERATING, STEP = 300, 4, 1000.0
 REGIMES = ("mild", "severe", "catastrophic")
-FAINT = [name for name in ROW if name.startswith("faint_")]
 
 
 def header() -> Header:

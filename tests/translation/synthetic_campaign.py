@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 
 from wearsim.profile.shape import arc_length, polygon_area_between, vertex_normals
-from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, ROW, Header, create
+from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header, create
+from wearsim.results.schema import FAINT
 
 POINTS = 181
 RADIUS = 0.46
 MONITORS = (-3e-3, 0.0, 3e-3, 5e-3)
-FAINT = [name for name in ROW if name.startswith("faint_")]
 
 
 def wheel_profile():
