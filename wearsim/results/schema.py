@@ -101,7 +101,7 @@ OLDER_SCHEMAS = (3, 4)
 
 ADDED = (
     *(f"faint_{name}{largest}" for name in ("load", "power", "wear") for largest in ("", "_max")),
-    "step_limit", "stages", "point_length", "point_error",
+    "step_limit", "stages", "point_length", "point_error", "point_stiffness",
 )  # fmt: skip
 """Variables that older schemas do not have."""
 
