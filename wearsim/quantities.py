@@ -226,7 +226,7 @@ _CAMPAIGN = (
        "0 before, and after a reprofiling or redressing", "step operating_point", shown=_KM),
     _q("point_error", "ε", "m", "estimated error of the depth of the last step the operating point acted in",
        "0 before", "step operating_point", shown=_MICRON),
-    _q("point_stiffness", "ρ", "m-1", "fastest decay of a wave of the profile in steps of the operating point",
+    _q("point_stiffness", "ρ", "m-1", "fastest decay of a wave of the profile while the point acted",
        "0 before; a fifth of it is forgotten from step to step", "step operating_point"),
     _q("profile_y", "y", "m", "lateral position of the wheel profile", _LATERAL, _ALONG),
     _q("profile_z", "z", "m", "height of the wheel profile",

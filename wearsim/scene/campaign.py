@@ -130,7 +130,7 @@ class CampaignSection(Section):
     integrator: Literal["rkc", "heun", "euler"] = Field(
         "rkc",
         description="the rule that combines wear rates: Runge-Kutta-Chebyshev of second order with two to "
-        "four stages, that of two stages alone (Heun), or Euler's",
+        "eight stages, that of two stages alone (Heun), or Euler's",
     )
     error_tolerance_um: float = number(
         "step_error",
