@@ -64,7 +64,7 @@ class SyntheticEvolution:
     def start(self) -> tuple[State, StepTaken]:
         y = np.stack([np.linspace(-0.07, 0.06, N_POINT)] * 2)
         zero = np.zeros_like(y)
-        nothing = dict.fromkeys(("active_weight", "point_length", "point_error"), np.zeros(N_OPERATING))
+        nothing = dict.fromkeys(("active_weight", "point_length", "point_error", "point_stiffness"), np.zeros(N_OPERATING))
         regimes, none = np.zeros((2, 3, N_POINT)), np.zeros(2)
         return State(0, 0.0, y, 0.1 * y**2, zero, regimes, none, none, **nothing), NO_STEP
 

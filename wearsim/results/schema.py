@@ -102,7 +102,7 @@ OLDER_SCHEMAS = (3, 4)
 FAINT = tuple(f"faint_{name}{largest}" for name in ("load", "power", "wear") for largest in ("", "_max"))
 """Variables on what faint patches lost."""
 
-ADDED = (*FAINT, "step_limit", "stages", "point_length", "point_error")
+ADDED = (*FAINT, "step_limit", "stages", "point_length", "point_error", "point_stiffness")
 """Variables that older schemas do not have."""
 
 RENAMED: Mapping[str, str] = {

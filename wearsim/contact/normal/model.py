@@ -244,13 +244,10 @@ def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float
     patch = solution.patch
     row = patch.row
     loaded = ~(solution.normal_force < FAINT * np.bincount(row, solution.normal_force)[row])
-    fine = np.ones(row.size, dtype=bool)
-    for owner in (solution, patch):
-        for one in fields(owner):
-            values = getattr(owner, one.name)
-            if isinstance(values, np.ndarray):
-                fine &= np.isfinite(values.reshape(row.size, -1)).all(axis=1)
-    if not fine.all():
+    arrays = [getattr(owner, one.name) for owner in (solution, patch) for one in fields(owner)]
+    arrays = [values for values in arrays if isinstance(values, np.ndarray)]
+    if not np.isfinite(sum(float(values.sum()) for values in arrays)):
+        fine = np.all([np.isfinite(values.reshape(row.size, -1)).all(axis=1) for values in arrays], axis=0)
         raise NumericalError(
             "the normal contact has no finite solution; check profiles, radii and load, or take another "
             "normal model",
