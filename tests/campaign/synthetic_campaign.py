@@ -16,7 +16,7 @@ from wearsim.campaign.row import NO_STEP, StepTaken
 from wearsim.campaign.state import State
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, LAYOUT, ROW, Header
-from wearsim.results.schema import ADDED
+from wearsim.results.schema import FAINT
 
 N_POINT, N_OPERATING, STEP = 300, 4, 1000.0
 REGIMES = ("mild", "severe", "catastrophic")
@@ -64,7 +64,9 @@ class SyntheticEvolution:
     def start(self) -> tuple[State, StepTaken]:
         y = np.stack([np.linspace(-0.07, 0.06, N_POINT)] * 2)
         zero = np.zeros_like(y)
-        nothing = dict.fromkeys(("active_weight", "point_length", "point_error", "point_stiffness"), np.zeros(N_OPERATING))
+        nothing = dict.fromkeys(
+            ("active_weight", "point_length", "point_error", "point_stiffness"), np.zeros(N_OPERATING)
+        )
         regimes, none = np.zeros((2, 3, N_POINT)), np.zeros(2)
         return State(0, 0.0, y, 0.1 * y**2, zero, regimes, none, none, **nothing), NO_STEP
 
@@ -103,7 +105,7 @@ class SyntheticEvolution:
             wear_depth_by_regime=state.regime_depth,
             friction_work=evaluation,
             n_patch=np.full(N_OPERATING, 2, np.int32),
-            **dict.fromkeys(ADDED, np.asarray(0.01 * state.step)),
+            **dict.fromkeys(FAINT, np.asarray(0.01 * state.step)),
             worn_area=state.worn_area,
             worn_mass=state.worn_mass,
             max_wear_depth=state.wear_depth.max(axis=1),

@@ -178,7 +178,8 @@ def largest_step(
         "depth cap": over(settings.depth_cap, deepest),
         "first step": over(settings.first_depth, deepest) if first else math.inf,
         "stability": min(
-            over(settings.stability, steepest), over(min(max(settings.stability, _HALF_SPACE), _LARGEST_HALF_SPACE), half_space)
+            over(settings.stability, steepest),
+            over(min(max(settings.stability, _HALF_SPACE), _LARGEST_HALF_SPACE), half_space),
         ),
     }
     limits[further[1]] = min(further[0], limits.get(further[1], math.inf))

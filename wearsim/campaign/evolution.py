@@ -233,11 +233,12 @@ class WheelsetEvolution:
             return rate(ahead, points, weight, here, failed)
 
         tried = step.advance(state, now, length, rule, rate_at, limit.stiffness * length)
+        if tried.state.points is not None:
+            history = with_failed(tried.state.points, points, failed)
+            tried = tried._replace(state=replace(tried.state, points=history))
+        # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         passage = solve_points(tried.state, points, self._followed(weight), here)
         end = accumulate(passage, points, weight, tried.state, here)
         error = step.error_of(state, tried.state, now, end, rule.smoothing_wavelength)
         stiffness = step.stiffness_of(state, tried, end, rule.smoothing_wavelength)
-        if tried.state.points is not None:
-            history = with_failed(tried.state.points, points, failed)
-            tried = tried._replace(state=replace(tried.state, points=history))
         return tried, error, stiffness, passage
