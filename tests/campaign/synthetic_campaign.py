@@ -16,10 +16,10 @@ from wearsim.campaign.row import NO_STEP, StepTaken
 from wearsim.campaign.state import State
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, LAYOUT, ROW, Header
-from wearsim.results.schema import ADDED
 
 N_POINT, N_OPERATING, STEP = 300, 4, 1000.0
 REGIMES = ("mild", "severe", "catastrophic")
+FAINT = [name for name in ROW if name.startswith("faint_")]
 
 
 def header() -> Header:
@@ -103,7 +103,7 @@ class SyntheticEvolution:
             wear_depth_by_regime=state.regime_depth,
             friction_work=evaluation,
             n_patch=np.full(N_OPERATING, 2, np.int32),
-            **dict.fromkeys(ADDED, np.asarray(0.01 * state.step)),
+            **dict.fromkeys(FAINT, np.asarray(0.01 * state.step)),
             worn_area=state.worn_area,
             worn_mass=state.worn_mass,
             max_wear_depth=state.wear_depth.max(axis=1),
