@@ -99,6 +99,7 @@ class SyntheticEvolution:
             active_weight=state.active_weight,
             point_length=state.point_length,
             point_error=state.point_error,
+            point_stiffness=state.point_stiffness,
             profile_y=state.y,
             profile_z=state.z,
             wear_depth=state.wear_depth,

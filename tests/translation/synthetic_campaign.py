@@ -113,6 +113,7 @@ def campaign_rows(kind, header, steps, rate, friction_free=False):
             "stages": np.array(2 * min(k, 1), dtype=np.int32),
             "point_length": 1.0 * header.static["weight"],
             "point_error": 0.0 * header.static["weight"],
+            "point_stiffness": 0.0 * header.static["weight"],
             "active_weight": header.static["weight"] * (k > 0),
             "profile_y": y,
             "profile_z": z,
