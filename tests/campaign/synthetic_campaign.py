@@ -64,7 +64,9 @@ class SyntheticEvolution:
     def start(self) -> tuple[State, StepTaken]:
         y = np.stack([np.linspace(-0.07, 0.06, N_POINT)] * 2)
         zero = np.zeros_like(y)
-        nothing = dict.fromkeys(("active_weight", "point_length", "point_error", "point_stiffness"), np.zeros(N_OPERATING))
+        nothing = dict.fromkeys(
+            ("active_weight", "point_length", "point_error", "point_stiffness"), np.zeros(N_OPERATING)
+        )
         regimes, none = np.zeros((2, 3, N_POINT)), np.zeros(2)
         return State(0, 0.0, y, 0.1 * y**2, zero, regimes, none, none, **nothing), NO_STEP
 
@@ -97,6 +99,7 @@ class SyntheticEvolution:
             active_weight=state.active_weight,
             point_length=state.point_length,
             point_error=state.point_error,
+            point_stiffness=state.point_stiffness,
             profile_y=state.y,
             profile_z=state.z,
             wear_depth=state.wear_depth,

@@ -179,7 +179,7 @@ def test_stability_of_the_chebyshev_rules(stages):
 
 @pytest.mark.parametrize("stages", [2, 3, 8])
 def test_stages_show_how_fast_waves_decay(state, solution, stages):
-    """Against the coefficient c of a rate c (g - d); 0.5 % is the floor against noise and stretched vertices."""
+    """Against the coefficient c of a rate c (g - d); 0.5 % for the floor against noise and for stretches."""
     stiffness, gap = 3e-3, 20e-6 * (1.0 + np.cos(state.y / 1e-3))
 
     def rate_at(s):
