@@ -7,7 +7,7 @@ from netCDF4 import Dataset
 
 from wearsim import quantities
 from wearsim.contact.problem import ContactConditions, ContactSolution
-from wearsim.quantities import QUANTITIES
+from wearsim.quantities import QUANTITIES, duration
 from wearsim.results import GROUPS, LAYOUT
 from wearsim.results.schema import RENAMED
 from wearsim.scene.models import ContactSection, Running, WheelsetSection
@@ -149,3 +149,11 @@ def test_stored_text_survives_netcdf(tmp_path):
 def test_table_cannot_be_changed_at_run_time():
     with pytest.raises(TypeError):
         QUANTITIES["area"] = np.nan
+
+
+@pytest.mark.parametrize(
+    ("seconds", "message"),
+    [(0.4, "0 s"), (89.0, "89 s"), (100.0, "2 min"), (5000.0, "83 min"), (9e3, "2 h 30 min")],
+)
+def test_a_duration_is_written_as_people_say_it(seconds, message):
+    assert duration(seconds) == message

@@ -112,6 +112,15 @@ STEP_LIMITS = (
 )  # fmt: skip
 """What limits a wear step, in the order of the flags of `step_limit`; none in the initial state."""
 
+
+def duration(seconds: float) -> str:
+    """Write a time [s] as people say it."""
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60.0)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"
+
+
 # unit -> shown unit and factor where the row gives no other
 _SHOWN = {
     "": ("", 1.0), "1": ("1", 1.0), "m": ("mm", 1e3), "m2": ("mm²", 1e6), "m2 m-1": ("mm²/1000 km", 1e12),

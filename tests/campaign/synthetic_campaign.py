@@ -130,6 +130,7 @@ class SyntheticEvolution:
             active_weight=np.full(N_OPERATING, 0.25),
             point_length=np.full(N_OPERATING, 0.25 * STEP),
             point_error=np.full(N_OPERATING, float(depth.max()) / 7.0),
+            point_stiffness=np.full(N_OPERATING, 1e-3 * state.step),
         )
         return after, StepTaken(STEP, 0.3, float(depth.max()) / 7.0, state.step % 3, 2, "error")
 

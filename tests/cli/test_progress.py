@@ -1,9 +1,7 @@
 import io
 
-import pytest
-
 from wearsim.campaign.run import Event
-from wearsim.cli.progress import PlainLines, duration, line, observer
+from wearsim.cli.progress import PlainLines, line, observer
 
 STEP = Event(
     "step", "rig", step=7, distance=36e3, target=1200e3, worst_depth=52e-6, elapsed=2.0, time_left=130.0
@@ -21,14 +19,6 @@ def test_line_of_a_step_has_distance_depth_step_and_time_left():
 
 def test_time_left_is_not_invented_before_the_first_step():
     assert "left" not in line(Event("step", "rig", target=1e6))
-
-
-@pytest.mark.parametrize(
-    ("seconds", "message"),
-    [(0.4, "0 s"), (89.0, "89 s"), (100.0, "2 min"), (5000.0, "83 min"), (9e3, "2 h 30 min")],
-)
-def test_duration(seconds, message):
-    assert duration(seconds) == message
 
 
 def test_without_a_terminal_lines_are_plain_and_steps_are_thinned_out():

@@ -8,6 +8,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TextIO
 
+from wearsim.quantities import duration
+
 if TYPE_CHECKING:
     from wearsim.campaign.run import Event, Observer
 
@@ -81,14 +83,6 @@ def held_by(limits: Mapping[str, int]) -> str:
     held = sorted(limits.items(), key=lambda item: -item[1])[:2]
     parts = " and ".join(f"by {name} in {count}" for name, count in held)
     return f", steps held {parts} of {sum(limits.values())}" if held else ""
-
-
-def duration(seconds: float) -> str:
-    """Write a time [s] as people say it."""
-    if seconds < 90.0:
-        return f"{seconds:.0f} s"
-    minutes = round(seconds / 60.0)
-    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"
 
 
 def _km(distance: float) -> str:

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from wearsim.cli import print_json
-from wearsim.cli.progress import duration, held_by
+from wearsim.cli.progress import held_by
+from wearsim.quantities import duration
 
 SUMMARY = "show how far the campaigns of a run directory or a sweep are"
 EXAMPLES = "wearsim status out"

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 from wearsim.campaign import choose
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.step import INTEGRATORS
+from wearsim.campaign.run import available_cores
 from wearsim.damage import fatigue, wear
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.damage.wear import WEAR_LAWS
-from wearsim.errors import Fault
+from wearsim.errors import Fault, WearsimError
+from wearsim.quantities import duration
 from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
-from wearsim.scene.campaign import STABILITY
+from wearsim.studies.estimate import estimate
 
 _PATCH_VALUES = 25
 """Values stored per patch slot: positions, forces, creepages, wear index and the like."""
@@ -24,20 +26,22 @@ _PATCH_VALUES = 25
 _Rows = Iterator[tuple[str, str]]
 
 
-def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, Any]:
+def plan(
+    scene: RigScene | FieldScene, warnings: Sequence[Fault], threads: int | None = None
+) -> dict[str, Any]:
     """Return what a scene would run, with the warnings of `check_contact`.
 
     Returns
     -------
     dict
-        JSON values, SI units; `settings` holds every value that would act, defaults included.
+        JSON values, SI units; `settings` holds every value that would act, defaults included. Steps and
+        their time are estimates for `threads`, by default those of `run_scene`; null where one of the first
+        steps fails, `trial_fault` tells why.
     """
     setup = build(scene)
     points = setup.points
     count = len(points.label)
     vertices = len(setup.wheelset.right.y)
-    # the least: that at the end of a step, which begins the next one, and those between
-    evaluations = len(INTEGRATORS[setup.control.integrator][0].shares) - 1
     # two wheels: y, z, depth, work, depth by regime; eight patch slots per point
     values = 2 * vertices * (4 + len(WEAR_LAWS[setup.wear.law].regimes)) + count * (8 * _PATCH_VALUES + 2)
     laws = len(setup.fatigue)
@@ -46,6 +50,7 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
     values += count * 8 * (3 + 5 * laws) if laws else 0
     if setup.counterface_wear is not None:  # its y, z and depth
         values += 2 * 3 * len(setup.counterface.profile.y)
+    choice, foreseen = _foreseen(setup, threads or available_cores())
     return {
         "kind": setup.kind,
         "title": setup.title,
@@ -55,9 +60,6 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
         "monitoring_points": int((points.weight == 0).sum()),
         "environment": sorted({float(value) for value in points.environment[points.weight > 0]}),
         "wheels": 2,
-        "evaluations_per_step": evaluations,
-        "solutions_per_step": 2 * count * evaluations,
-        "steps": None,
         "profile_points": vertices,
         "bytes_per_step": 8 * values,
         "inputs": [{"name": name, "sha256": digest} for name, digest in setup.input_hashes],
@@ -69,7 +71,8 @@ def plan(scene: RigScene | FieldScene, warnings: Sequence[Fault]) -> dict[str, A
         ],
         "fatigue": [_fatigue(one) for one in setup.fatigue],
         "settings": scene.model_dump(by_alias=True, mode="json"),
-        "choice": _choice(setup),
+        "choice": choice,
+        **foreseen,
         "warnings": [str(warning) for warning in warnings],
     }
 
@@ -84,12 +87,26 @@ def _fatigue(settings: FatigueSettings) -> dict[str, Any]:
     return shown
 
 
-def _choice(setup: CampaignSetup) -> dict[str, Any] | None:
-    """Contact models that would be chosen for the new wheelset, and why; None if they are given."""
-    if setup.tolerance is None:
-        return None
+def _foreseen(setup: CampaignSetup, threads: int) -> tuple[dict[str, Any] | None, dict[str, Any]]:
+    """Contact models that would be chosen, None if they are given; estimated steps and time."""
     state, _ = WheelsetEvolution(replace(setup, tolerance=None)).start()
-    verdict = choose.choice(setup, state)
+    shown, choosing, began = None, 0.0, time.perf_counter()
+    if setup.tolerance is not None:
+        verdict = choose.choice(setup, state, threads=threads)
+        choosing = (1 + len(choose.CHECKS)) * (time.perf_counter() - began)
+        shown, state = _choice(setup, verdict), replace(state, choice=verdict.choice)
+    try:
+        one = estimate(setup, state, threads)
+    except WearsimError as error:
+        return shown, {"steps": None, "seconds": None, "slowest": None, "trial_fault": str(error)}
+    slowest = {"name": one.slowest, "share": one.share, "held_by": one.held_by}
+    seconds = one.seconds + choosing
+    return shown, {"steps": one.steps, "seconds": seconds, "threads": threads, "slowest": slowest}
+
+
+def _choice(setup: CampaignSetup, verdict: choose.Verdict) -> dict[str, Any]:
+    """Contact models that would be chosen for the new wheelset, and why."""
+    assert setup.tolerance is not None
     candidates = choose.candidates(setup.models)
     taken = [choose.named(candidates[place]) for place in verdict.choice.models]
     alone = verdict.evidence[-1]
@@ -123,7 +140,6 @@ def plan_text(item: dict[str, Any]) -> str:
 
 def _rows(item: dict[str, Any]) -> _Rows:
     campaign, wear = item["settings"]["campaign"], item["settings"]["counterface"]["wear"]
-    stability = campaign["stability"] or STABILITY[campaign["integrator"]][0]
     yield "distance", f"{item['distance'] / 1e3:g} km"
     named = [entry["name"].split(" ", 1) for entry in item["inputs"][1:]]
     shapes = [name for role, name in named if role.startswith(("wheelset.", "counterface."))]
@@ -133,16 +149,10 @@ def _rows(item: dict[str, Any]) -> _Rows:
     yield "environment factor", ", ".join(f"{value:g}" for value in item["environment"])
     yield from _models(item)
     yield from _laws(item)
-    yield (
-        "least solutions per step",
-        f"{item['points']} points x 2 wheels x {item['evaluations_per_step']} evaluations "
-        f"({campaign['integrator']}) = {item['solutions_per_step']}",
-    )
-    yield (
-        "steps",
-        f"not known before the run: depth below {campaign['max_step_depth_um']:g} um, S below "
-        f"{stability:g} and error below {campaign['error_tolerance_um']:g} um set each",
-    )
+    yield "steps", steps_text(item)
+    if (slowest := item["slowest"]) is not None:
+        share = f"{100.0 * slowest['share']:.0f} % of the time"
+        yield "slowest", f"{slowest['name']}: {share}, steps held by {slowest['held_by']}"
     if (limits := campaign["limits"]) is not None:
         given = [f"{key} = {value:g}" for key, value in limits.items() if key != "end" and value is not None]
         ends, reported = (
@@ -163,6 +173,14 @@ def _rows(item: dict[str, Any]) -> _Rows:
         redressed = f"redressed to their new profile {' or '.join(when)}" if when else "never redressed"
         yield "rollers", f"wear {wear['factor']:g} times as deep per passage as the wheels; {redressed}"
     yield "result file", f"about {item['bytes_per_step'] / 1e6:.2g} MB per step before compression"
+
+
+def steps_text(item: dict[str, Any]) -> str:
+    """Text on the steps of what `plan` returns and their time."""
+    if item["steps"] is None:
+        return f"one of the first fails: {item['trial_fault']}"
+    steps, seconds, threads = float(f"{item['steps']:.2g}"), max(item["seconds"], 1.0), item["threads"]
+    return f"about {steps:.0f}, {duration(seconds)} on {threads} thread{'s' if threads > 1 else ''}"
 
 
 def _as_read(settings: dict[str, Any]) -> _Rows:

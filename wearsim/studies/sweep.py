@@ -22,8 +22,10 @@ from wearsim.errors import Fault, ResultError, SceneError, WearsimError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import GROUPS, LAYOUT, open_results
 from wearsim.results.checks import last_worn_row
+from wearsim.scene import load_campaign
 from wearsim.scene.sweep import Case, Sweep, SweepScene
 from wearsim.studies.ensemble import Outcome, campaigns_of, check_cases, outcome_in, run_case, run_cases
+from wearsim.studies.plan import plan, steps_text
 
 SWEEP_FILE = "sweep.json"
 _LOCK = ".sweep.lock"
@@ -311,15 +313,21 @@ def sweep_of(scene: SweepScene) -> Sweep:
 
 
 def checked_plan(scene: SweepScene) -> dict[str, Any]:
-    """Return what a sweep file would run: title, cases and warnings; raises the faults of all cases."""
+    """Return what a sweep file would run: title, cases, the campaigns of the first one and warnings.
+
+    Raises the faults of all cases.
+    """
     sweep = sweep_of(scene)
-    return {**plan_of(sweep), "warnings": [str(warning) for warning in check_cases(sweep.cases)]}
+    warnings = [str(warning) for warning in check_cases(sweep.cases)]
+    first = load_campaign(sweep.cases[0].base, overrides=sweep.cases[0].overrides)
+    return {**plan_of(sweep), "first": [plan(part, (), 1) for part in first.parts], "warnings": warnings}
 
 
-def checked_plan_text(plan: dict[str, Any]) -> str:
+def checked_plan_text(item: dict[str, Any]) -> str:
     """Lines for people from what `checked_plan` returns."""
-    lines = [f"{plan['title']}: {len(plan['cases'])} cases", *map(case_line, plan["cases"])]
-    return "\n".join(lines + [f"warning: {warning}" for warning in plan["warnings"]])
+    lines = [f"{item['title']}: {len(item['cases'])} cases", *map(case_line, item["cases"])]
+    lines += [f"steps of case 1, {part['kind']}: {steps_text(part)}" for part in item["first"]]
+    return "\n".join(lines + [f"warning: {warning}" for warning in item["warnings"]])
 
 
 def case_line(case: dict[str, Any]) -> str:

@@ -162,16 +162,10 @@ class NormalModel:
         In scenes and on the command line.
     solve : NormalSolver
         The function itself, without validation.
-    cost : float
-        Time of a contact solution with `fastsim`, 30 strips and cells, over that of the fastest model, about:
-        ranks the models (measured in reports/speed_accuracy.md) [-].
     can_update_profile : bool
         Whether wear computed with it may change the profile.
     reason : str
         Why not.
-    local : bool
-        Whether each strip follows its own depth only: the stability number S, the sum of depth over
-        interpenetration, then says how a step acts on a wave of any length, and can damp it.
     parameters : mapping
         Names and defaults of its own parameters.
     fewest : int
@@ -182,10 +176,8 @@ class NormalModel:
 
     name: str
     solve: NormalSolver
-    cost: float
     can_update_profile: bool = True
     reason: str = ""
-    local: bool = False
     parameters: Mapping[str, float] = field(default_factory=dict)
     fewest: int = FEWEST
     most_strips: int | None = None

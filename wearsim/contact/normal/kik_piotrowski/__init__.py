@@ -243,4 +243,4 @@ def _cut_strips(
         out.slope[m] = one.force / (0.5 * np.pi * volume)
 
 
-MODEL = NormalModel(name="kik_piotrowski", solve=solve, cost=1.0, local=True, parameters=DEFAULTS)
+MODEL = NormalModel(name="kik_piotrowski", solve=solve, parameters=DEFAULTS)

@@ -199,4 +199,4 @@ def _work(most: int, parts: int, given: int) -> Work:
     )
 
 
-MODEL = NormalModel(name="knothe_le_the", solve=solve, cost=2.6, parameters=DEFAULTS)
+MODEL = NormalModel(name="knothe_le_the", solve=solve, parameters=DEFAULTS)
