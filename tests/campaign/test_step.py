@@ -251,7 +251,8 @@ def test_error_estimate(state, solution, stability):
     """Against the error of one step, in the ratio that both have by their expansions; 15 % for the next term.
 
     With f' = -f / fade and f'' = f / fade^2 the error of the depth is e h^3 f^3 / fade^2 with
-    e = 1/3 - sum(b c^2) / 2 - sum(b a c), the estimate 0.8 (e + 1/6) of that; of Euler's rule 0.8 of the error.
+    e = 1/3 - sum(b c^2) / 2 - sum(b a c), the estimate has 0.8 (e + 1/6) for e; of Euler's rule it is 0.8 of
+    the error.
     """
     rate_at, exact = fading(state, solution, 100e-6)
     rule = replace(RULE, integrator="rkc" if stability else "euler", smoothing_wavelength=0.0)
