@@ -149,8 +149,8 @@ def test_keys_and_values_that_cannot_change_are_faults_and_nothing_changes(stopp
         assert f"--set {text}" in message
         assert message.count("\n") == 1
         assert all(f"campaign.{key}" in message for key in CHANGEABLE)
-    assert main(["resume", str(out), "--set", "campaign.stability=11"]) == 2
-    assert "--set campaign.stability=11" in capsys.readouterr().err
+    assert main(["resume", str(out), "--set", "campaign.stability=1000"]) == 2
+    assert "--set campaign.stability=1000" in capsys.readouterr().err
     with pytest.raises(SceneError):
         resume(out, overrides=[Override("other.campaign.stability", 0.5)])
     assert (out / "scene" / "manifest.json").read_bytes() == manifest
