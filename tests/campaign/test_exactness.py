@@ -99,7 +99,8 @@ def controlled(state, points, rate_at, settings):
 def test_analytic_case(state, solution, made_points, integrator):
     """A strip with virtual penetration under one state: d = g (1 - exp(-c s)), g its interpenetration.
 
-    The end is off by no more than twice the sum of the error estimates, which are means over the band.
+    The end is off by no more than the sum of the errors, and an estimate is 0.8 of the error of a step of
+    Euler's rule, 1.2 times that of two stages, as RMS over the band: of a parabola 0.73 of the largest.
     """
     gap = np.where(np.abs(state.y) < 8e-3, 60e-6 * (1.0 - (state.y / 8e-3) ** 2), 0.0)
 
@@ -114,7 +115,7 @@ def test_analytic_case(state, solution, made_points, integrator):
         settings = replace(SETTINGS, integrator=integrator, error_tolerance=tolerance)
         last, errors = controlled(state, made_points([1.0]), rate_at, settings)
         off.append(np.abs(last.wear_depth - exact).max())
-        assert off[-1] < 2.0 * sum(errors)
+        assert off[-1] < sum(errors) / (0.73 * (0.8 if integrator == "euler" else 1.2))
     # a quarter of the tolerance: steps of a half and half the error, or of 0.63 and 0.4 times it
     assert off[1] < off[0] * (0.6 if integrator == "euler" else 0.5)
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 
 import netCDF4
@@ -13,8 +14,10 @@ import numpy as np
 import pytest
 
 from wearsim.campaign import run as run_module
+from wearsim.campaign.control import reached
 from wearsim.campaign.directory import locked, read_status
 from wearsim.campaign.record import write_atomically
+from wearsim.campaign.row import state_of
 from wearsim.campaign.run import run_evolution
 from wearsim.errors import NumericalError, ResultError
 from wearsim.results import ROW, open_results, row_count
@@ -519,3 +522,67 @@ def test_a_file_is_complete_when_it_gets_its_name(tmp_path, monkeypatch, durable
     monkeypatch.setattr(os, "replace", watched)
     write_atomically(tmp_path / "status.json", b"{}", durable=durable)
     assert content == [b"{}"]
+
+
+BLOCKS = ({"shift_mm": -3, "distance_km": 9}, {"shift_mm": 3, "yaw_mrad": 1, "distance_km": 12})
+SWITCH = {  # its last point, at 7 mm, has no contact solution
+    "shift_mean_mm": 4, "shift_std_mm": 1, "positions": 10, "friction": 0.5, "yaw_mrad": -30, "share": 0.001,
+}  # fmt: skip
+FINELY = "point_spacing_mm = 0.5\nerror_tolerance_um = 0.02\ndistance_km ="
+CAMPAIGNS = {
+    "rollers": (BLOCKS, {
+        "counterface": "[counterface.wear]\nfactor = 0.8\nredress_every_km = 14",
+        "campaign": f"{FINELY} 26\n[campaign.reprofiling]\nat_km = [5]",
+    }),
+    "left out": (
+        ({"shift_mean_mm": 0, "shift_std_mm": 2, "positions": 10, "share": 1.0}, SWITCH),
+        {"kind": "field", "campaign": f"{FINELY} 60"},
+    ),
+    "auto": (BLOCKS, {"contact": 'model = "auto"\ntolerance = 0.3', "campaign": f"{FINELY} 20"}),
+}  # fmt: skip
+
+
+def assert_same(one, other, name=""):
+    """Bit by bit, fields of fields included."""
+    if is_dataclass(one):
+        for field in fields(one):
+            assert_same(getattr(one, field.name), getattr(other, field.name), f"{name}.{field.name}")
+    elif isinstance(one, tuple):
+        assert len(one) == len(other), name
+        for k, pair in enumerate(zip(one, other, strict=True)):
+            assert_same(*pair, f"{name}[{k}]")
+    elif isinstance(one, np.ndarray):
+        assert one.tobytes() == other.tobytes(), name
+    else:
+        assert one == other, name
+
+
+@pytest.mark.parametrize("kind", ["rollers", "left out", pytest.param("auto", marks=pytest.mark.slow)])
+def test_a_row_is_all_that_the_next_step_needs(evolution_of, scene_text, kind):
+    """From each row again, without the contact that the step before has solved: the same bits.
+
+    Blocks of several steps, of rollers that are redressed and wheels that are reprofiled within them.
+    """
+    running, tables = CAMPAIGNS[kind]
+    of = evolution_of(scene_text(*running, **tables))
+    state, taken = of.start()
+    reasons = []
+    while not reached(state.distance, of.target):
+        evaluation = of.evaluate(state, taken)
+        stored = state_of(of.row(state, evaluation, taken), state.step)
+        assert_same(stored, state)
+        again, again_taken = of.advance(stored, of.evaluate(stored))
+        state, taken = of.advance(state, evaluation)
+        assert_same(again, state)
+        assert_same(replace(again_taken, passage=None), replace(taken, passage=None))
+        reasons.append(taken.reason)
+    assert len(reasons) > 2
+    if kind == "left out":
+        assert state.points.left_out.any()
+    else:
+        assert {"first step", "block border"} < set(reasons)
+    if kind == "rollers":
+        assert (state.counterface.redressed_count, "redressing" in reasons) == (1, True)
+        assert state.reprofiled > 0
+    if kind == "auto":
+        assert state.choice is not None
