@@ -16,7 +16,7 @@ from wearsim.campaign.row import NO_STEP, StepTaken
 from wearsim.campaign.state import State
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, LAYOUT, ROW, Header
-from wearsim.results.schema import ADDED
+from wearsim.results.schema import FAINT
 
 N_POINT, N_OPERATING, STEP = 300, 4, 1000.0
 REGIMES = ("mild", "severe", "catastrophic")
@@ -64,7 +64,9 @@ class SyntheticEvolution:
     def start(self) -> tuple[State, StepTaken]:
         y = np.stack([np.linspace(-0.07, 0.06, N_POINT)] * 2)
         zero = np.zeros_like(y)
-        nothing = dict.fromkeys(("active_weight", "point_length", "point_error"), np.zeros(N_OPERATING))
+        nothing = dict.fromkeys(
+            ("active_weight", "point_length", "point_error", "point_stiffness"), np.zeros(N_OPERATING)
+        )
         regimes, none = np.zeros((2, 3, N_POINT)), np.zeros(2)
         return State(0, 0.0, y, 0.1 * y**2, zero, regimes, none, none, **nothing), NO_STEP
 
@@ -97,13 +99,14 @@ class SyntheticEvolution:
             active_weight=state.active_weight,
             point_length=state.point_length,
             point_error=state.point_error,
+            point_stiffness=state.point_stiffness,
             profile_y=state.y,
             profile_z=state.z,
             wear_depth=state.wear_depth,
             wear_depth_by_regime=state.regime_depth,
             friction_work=evaluation,
             n_patch=np.full(N_OPERATING, 2, np.int32),
-            **dict.fromkeys(ADDED, np.asarray(0.01 * state.step)),
+            **dict.fromkeys(FAINT, np.asarray(0.01 * state.step)),
             worn_area=state.worn_area,
             worn_mass=state.worn_mass,
             max_wear_depth=state.wear_depth.max(axis=1),
@@ -127,6 +130,7 @@ class SyntheticEvolution:
             active_weight=np.full(N_OPERATING, 0.25),
             point_length=np.full(N_OPERATING, 0.25 * STEP),
             point_error=np.full(N_OPERATING, float(depth.max()) / 7.0),
+            point_stiffness=np.full(N_OPERATING, 1e-3 * state.step),
         )
         return after, StepTaken(STEP, 0.3, float(depth.max()) / 7.0, state.step % 3, 2, "error")
 

@@ -31,6 +31,7 @@ cells = 10
 distance_km = 60
 point_spacing_mm = 0.5
 max_step_depth_um = 20
+first_step_depth_um = 20
 stability = 1.0
 [[operation.block]]
 name = "right"

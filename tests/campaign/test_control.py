@@ -91,6 +91,7 @@ def after(state):
     def made(length, error, weight=(0.5, 0.5)):
         weight = np.array(weight)
         known = {"point_length": weight * length, "point_error": np.where(weight > 0.0, error, 0.0)}
+        known["point_stiffness"] = np.zeros(weight.size)
         return replace(state, distance=length, active_weight=weight, **known)
 
     return made

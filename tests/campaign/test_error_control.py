@@ -22,7 +22,7 @@ run_scene({scene!r}, {out!r}, observer=kill)
 
 @pytest.fixture(scope="module")
 def write(scene_text):
-    """Function that writes the scene of two blocks, with steps that only the error limits."""
+    """Function that writes the scene of two long blocks, with steps that only the error limits."""
 
     def made(folder, *, tolerance, integrator="rkc"):
         campaign = (
@@ -32,7 +32,7 @@ def write(scene_text):
         )
         left, right = (
             {"shift_mm": shift, "yaw_mrad": yaw, "distance_km": distance}
-            for shift, yaw, distance in ((-3, 0, 2), (3, 1, 3))
+            for shift, yaw, distance in ((-3, 0, 12), (3, 1, 18))
         )
         path = folder / "rig.toml"
         path.write_text(scene_text(left, right, campaign=campaign))
@@ -84,11 +84,17 @@ def test_a_killed_campaign_tries_the_same_steps(strict, tmp_path, forked):
 
 @pytest.mark.slow
 def test_euler_under_the_same_tolerance_agrees(strict, tmp_path, write):
-    """Two rules, each step within 0.05 um: the profiles differ by no more than the sum of the estimates."""
+    """Two rules, each step within 0.05 um: the profiles differ by no more than the sum of their estimates.
+
+    As RMS over the worn band, as which the error of a step is estimated.
+    """
     (path,) = run_scene(write(tmp_path, tolerance=0.05, integrator="euler"), tmp_path / "out")
-    with open_results(path) as euler, open_results(strict[1]) as heun:
-        difference = np.abs(euler["wear_depth"][-1] - heun["wear_depth"][-1]).max()
-        assert 0.0 < difference < float(euler["step_error"].sum())
+    with open_results(path) as euler, open_results(strict[1]) as rkc:
+        depth = rkc["wear_depth"].values[-1]
+        band = depth > 0.02 * depth.max(axis=1, keepdims=True)
+        off = np.where(band, euler["wear_depth"].values[-1] - depth, 0.0)
+        rms = np.sqrt((off**2).sum(axis=1) / band.sum(axis=1)).max()
+        assert 0.0 < rms < float(euler["step_error"].sum() + rkc["step_error"].sum())
         assert float(euler["step_error"].max()) <= 0.05e-6
 
 

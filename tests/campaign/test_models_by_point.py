@@ -151,6 +151,10 @@ def test_a_refusal_names_its_point_of_the_collective(rig, state):
     place[[central, -1]] = 1
     models = ModelsByPoint((rig.models, replace(rig.models, normal="hertz")), place)
     with pytest.raises(ContactError, match="no contact ellipse") as fault:
-        solved(rig, state, rig.points, models)
+        solved(rig, replace(state, points=None), rig.points, models)
     assert fault.value.row in (central, len(place) - 1)
     assert str(fault.value).startswith(f"point {fault.value.row}, ")
+    # of a campaign, that leaves such points out
+    failed = solved(rig, state, rig.points, models).failed
+    assert central in failed
+    assert all(place[k] == 1 and str(error).startswith(f"point {k}, ") for k, error in failed.items())

@@ -166,15 +166,27 @@ def test_sigkill_in_the_middle_of_an_append(synthetic, tmp_path, uninterrupted, 
     assert_tidy(tmp_path)
 
 
-def test_ctrl_c_leaves_whole_rows_and_a_status(tmp_path, synthetic, uninterrupted, forked):
-    process, printed = forked(program(tmp_path, pause=0.05))
+FROM_THE_COMMAND_LINE = """
+from wearsim.cli import main, resume
+resume.execute = lambda arguments: exec({code!r}, {{}})
+raise SystemExit(main(["resume", "out"]))
+"""
+
+
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [(signal.SIGINT, 130), (signal.SIGTERM, 143), pytest.param(signal.SIGHUP, 129, marks=pytest.mark.slow)],
+)
+def test_signals_leave_whole_rows_and_a_status(tmp_path, synthetic, uninterrupted, forked, number, code):
+    """Ctrl-C, batch systems and `timeout`, closed terminals."""
+    process, printed = forked(FROM_THE_COMMAND_LINE.format(code=program(tmp_path, pause=0.05)))
     with printed:
         while printed.readline().strip() != "step 3":
             pass
-        os.kill(process.pid, signal.SIGINT)
+        os.kill(process.pid, number)
         rest = printed.read()
     process.join()
-    assert process.exitcode != 0
+    assert process.exitcode == code
     output = [int(line.split()[1]) for line in rest.splitlines() if line.startswith("step")]
     last = max([3, *output])
     assert last < STEPS

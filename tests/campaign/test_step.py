@@ -5,7 +5,7 @@ import pytest
 
 from wearsim.campaign.evaluate import Setup, accumulate, passage_of
 from wearsim.campaign.state import WearRate
-from wearsim.campaign.step import INTEGRATORS, StepRule, chebyshev_tableau, error_of, remove
+from wearsim.campaign.step import INTEGRATORS, StepRule, chebyshev_tableau, error_of, remove, stiffness_of
 from wearsim.campaign.step import advance as step_of
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.errors import NumericalError
@@ -164,7 +164,7 @@ def test_order_of_convergence(state, solution, stability, order):
     assert error[-1] < {1: 2e-2, 2: 5e-4}[order]
 
 
-@pytest.mark.parametrize("stages", [2, 3, 4])
+@pytest.mark.parametrize("stages", [2, 3, 4, 8])
 def test_stability_of_the_chebyshev_rules(stages):
     """On the test equation of stability number S: below 1 to their limit, 0.65 (s^2 - 1), and of order 2."""
     tableau = chebyshev_tableau(stages)
@@ -177,9 +177,27 @@ def test_stability_of_the_chebyshev_rules(stages):
     assert value[-1][1] == pytest.approx(np.exp(-number[1]), abs=number[1] ** 3)
 
 
+@pytest.mark.parametrize("stages", [2, 3, 8])
+def test_stages_show_how_fast_waves_decay(state, solution, stages):
+    """Against the coefficient c of a rate c (g - d); 0.5 % for the floor against noise and for stretches."""
+    stiffness, gap = 3e-3, 20e-6 * (1.0 + np.cos(state.y / 1e-3))
+
+    def rate_at(s):
+        regime = np.zeros_like(s.regime_depth)
+        regime[:, 1] = stiffness * (gap - s.wear_depth)
+        return WearRate(regime.sum(axis=1), regime, s.z, s.z, solution)
+
+    now, rule = rate_at(state), replace(RULE, integrator="rkc", smoothing_wavelength=0.0)
+    tableau = chebyshev_tableau(stages)
+    tried = step_of(state, now, 0.9 * tableau.stable / stiffness, rule, rate_at, 0.9 * tableau.stable)
+    assert tried.stages == stages
+    shown = stiffness_of(state, tried, rate_at(tried.state), 0.0)
+    assert shown == pytest.approx(stiffness, rel=5e-3)
+
+
 def test_heun_is_the_rule_of_two_stages(state, solution):
     np.testing.assert_allclose(INTEGRATORS["heun"][0].shares, [[0, 0], [1, 0], [0.5, 0.5]], atol=1e-14)
-    assert [len(one.shares) - 1 for one in INTEGRATORS["rkc"]] == [2, 3, 4]
+    assert [len(one.shares) - 1 for one in INTEGRATORS["rkc"]] == list(range(2, 9))
 
 
 @pytest.mark.parametrize("stability", [1.9, 4.4, 8.4])

@@ -70,7 +70,7 @@ def test_the_run_directory_keeps_the_scene_as_changed(scene, tmp_path, capsys, u
 def test_what_is_no_key_and_value_is_told(scene, capsys, text):
     assert cli.main(["check", str(scene), "--set", text]) == 2
     assert capsys.readouterr().err == (
-        f"--set {text}: write KEY=VALUE with a dotted key, such as campaign.stability=0.2\n"
+        f"--set {text}: write KEY=VALUE with a dotted key, such as campaign.max_step_km=10\n"
     )
 
 

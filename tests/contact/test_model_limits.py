@@ -106,7 +106,7 @@ def registered(monkeypatch, **changed):
         whole = {name: changed[name](getattr(result, name)) for name in changed if hasattr(result, name)}
         return replace(result, patch=replace(result.patch, **patch), **whole)
 
-    monkeypatch.setitem(NORMAL_MODELS, "made_up", NormalModel(name="made_up", solve=model, cost=1.0))
+    monkeypatch.setitem(NORMAL_MODELS, "made_up", NormalModel(name="made_up", solve=model))
 
 
 def test_a_patch_as_long_as_the_wheel_is_round_is_no_half_space(monkeypatch):

@@ -1,8 +1,11 @@
+import contextlib
 import importlib.util
 import os
+import re
 import shutil
 import subprocess
 import sys
+import zlib
 from pathlib import Path
 
 import netCDF4
@@ -221,6 +224,23 @@ def test_row_cut_short_by_a_kill_is_not_shown(path):
     with open_results(path) as dataset:
         assert dataset.sizes["step"] == 4
         assert float(dataset["distance"].max()) < FILL_FLOAT
+
+
+def test_row_torn_by_a_kill_is_one_line_with_the_way_out(path):
+    """The file opens, what its last append wrote does not."""
+    content = bytearray(path.read_bytes())
+    torn = 0
+    for place in re.finditer(b"\x78\x01", bytes(content)):  # the first bytes of what zlib packed
+        with contextlib.suppress(zlib.error):
+            zlib.decompressobj().decompress(content[place.start() :])
+            content[place.start()] = 0
+            torn += 1
+    assert torn > 0
+    path.write_bytes(content)
+    assert row_count(path) == 4
+    with pytest.raises(ResultError, match=r"damaged while it was written.*`wearsim resume") as caught:
+        open_results(path)
+    assert "\n" not in str(caught.value)
 
 
 def test_create_replaces_atomically_and_reports_an_impossible_place(tmp_path, header, rows):

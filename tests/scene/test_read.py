@@ -55,7 +55,7 @@ def test_the_rig_is_built_in_si_units(folder):
     np.testing.assert_array_equal(points.block_length, [1000, 3000, 0, 0, 0])
     assert points.label[:2] == ("left", "right")
     assert setup.control.distance == 100e3
-    assert setup.control.depth_cap == pytest.approx(8e-6, rel=1e-15)
+    assert setup.control.depth_cap == pytest.approx(50e-6, rel=1e-15)
     assert setup.control.smoothing_wavelength == 2.5e-3
     assert setup.control.max_step == np.inf
     assert setup.models.youngs_modulus == 210e9

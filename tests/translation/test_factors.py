@@ -42,6 +42,23 @@ def test_patches_of_a_wheel_combine(field, name, right, left):
     np.testing.assert_allclose(factors.per_wheel(field, name)[0, 0], [right, left], rtol=1e-12)
 
 
+def test_points_that_did_not_act_are_between_the_rows_that_have_them(field):
+    """5 % more area each 10 km; a point is missing in two rows, another one, left out, in the last three."""
+    whole, some = factors.per_wheel(field, "wear_index_max"), field.copy(deep=True)
+    area, regime = factors.per_wheel(field, "area"), factors.highest_regime(field)
+    for rows, point in ((slice(1, 3), 0), (slice(-3, None), 1)):
+        some["n_patch"].values[rows, point] = 0
+        for name in ("area", "wear_index_max", "side", "wear_regime_highest"):
+            some[name].values[rows, point] = np.nan
+    assert np.isnan(factors.per_wheel(some, "area")[1, 0]).all()
+    filled = factors.between_solutions(some, factors.per_wheel(some, "area"))
+    np.testing.assert_allclose(filled[:-3], area[:-3], rtol=1e-12)
+    assert np.isnan(filled[-3:, 1]).all()
+    np.testing.assert_array_equal(filled[-3:, 0], area[-3:, 0])
+    np.testing.assert_array_equal(factors.between_solutions(field, whole), whole)
+    np.testing.assert_array_equal(factors.highest_regime(some), regime)
+
+
 def test_wheel_without_patch_is_missing(field):
     gone = field.copy()
     gone["side"] = field["side"].where(field["side"] != 1)

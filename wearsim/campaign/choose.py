@@ -133,7 +133,7 @@ def sample_of(setup: CampaignSetup, state: State, count: int) -> Sample:
     Classes without acting points join the next one, or the last one.
     """
     points = setup.points
-    solution = _first_solution(setup, state)
+    solution = _first_solution(setup, replace(state, points=None))
     work = np.zeros(len(points.label))
     np.add.at(work, solution.point, solution.power / points.conditions.speed[solution.point])
     work *= points.environment
@@ -447,6 +447,7 @@ def judge(
     """
     classes = np.zeros(len(points.label), dtype=np.int64) if point_class is None else point_class
     still = replace(setup, comparison=ComparisonLaws(), counterface_wear=None)
+    state = replace(state, points=None)  # models that fail at a point are not applicable
     count = int(classes.max()) + 1
     length = lengths_of_sides(state.y, state.z)
 

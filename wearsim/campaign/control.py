@@ -28,9 +28,13 @@ _SAFETY = 0.9
 
 _GROWTH = 3.0  # largest ratio of a step to the one before with the same points
 
+# factors on the stiffness seen and on the stability number, which is that of single strips before smoothing
+_SEEN, _OF_STRIPS = 1.25, 0.5
+
 # stability number of a step as deep as `half_space_depth_limit`: an explicit step of first order, stable up
 # to 2, oscillates from 1.5 times that depth on
 _HALF_SPACE = 4.0 / 3.0
+_LARGEST_HALF_SPACE = 8.4  # on a half-space longer steps leave ripples (reports/wear_step_stability.md)
 
 DepthLimit = Callable[[WearRate, FloatArray], float]
 
@@ -137,6 +141,7 @@ def largest_step(
     counterface_wear: CounterfaceWear | None = None,
     *,
     first: bool = False,
+    stiffness: float = 0.0,
 ) -> StepLimit:
     """Longest step within stability, depth cap, error, longest step and distance, and its active limit.
 
@@ -152,6 +157,8 @@ def largest_step(
         How the counterface wears, if it does.
     first : bool
         Whether the first depth limits the step, see `acts_before`.
+    stiffness : float
+        That steps before have shown, 0 if none has [1/m].
     """
     wave = settings.smoothing_wavelength
     wheels = float(smooth_sides(state.y, state.z, rate.regime_depth, wave).sum(axis=1).max())
@@ -159,6 +166,8 @@ def largest_step(
     counterface = _deepest_of_counterface(depth, state, wave)
     deepest = max(wheels, counterface)
     steepest, half_space = stability_rate(rate), _HALF_SPACE * (wheels + counterface) / depth_limit
+    if stiffness > 0.0:
+        steepest *= _OF_STRIPS
 
     def over(limit: float, per_metre: float) -> float:
         return limit / per_metre if per_metre > 0.0 else math.inf
@@ -169,7 +178,8 @@ def largest_step(
         "depth cap": over(settings.depth_cap, deepest),
         "first step": over(settings.first_depth, deepest) if first else math.inf,
         "stability": min(
-            over(settings.stability, steepest), over(max(settings.stability, _HALF_SPACE), half_space)
+            over(settings.stability, steepest),
+            over(min(max(settings.stability, _HALF_SPACE), _LARGEST_HALF_SPACE), half_space),
         ),
     }
     limits[further[1]] = min(further[0], limits.get(further[1], math.inf))
@@ -181,7 +191,8 @@ def largest_step(
             f"no wear step is possible after {state.distance / 1e3:.6g} km: the limit by {reason} is "
             f"{limits[reason]:.3g} m; check loads and the wear law's coefficients"
         )
-    return StepLimit(limits[reason], reason, max(steepest, half_space))
+    # what was seen asks for stages alone: a step that is too long for them shows in its error
+    return StepLimit(limits[reason], reason, max(steepest, half_space, _SEEN * stiffness))
 
 
 def choose(
@@ -192,6 +203,7 @@ def choose(
     *,
     depth_limit: DepthLimit | None = None,
     length_limit: float = math.inf,
+    stiffness: float = 0.0,
     counterface_wear: CounterfaceWear | None = None,
 ) -> StepChoice:
     """Choose the acting points and the length of the next step.
@@ -206,6 +218,8 @@ def choose(
         Further limit of the depth per step as a function of a rate and its weights [m].
     length_limit : float
         Of a step that is tried again, by its error [m].
+    stiffness : float
+        That it has shown [1/m].
     counterface_wear : CounterfaceWear, optional
         How the counterface wears, if it does; a step ends where rollers are redressed.
 
@@ -223,7 +237,10 @@ def choose(
         limit = math.inf if depth_limit is None else depth_limit(rate, weight)
         further = min((length_limit, "error"), remembered_limit(state, weight, settings))
         first = not acts_before(state, weight)
-        return largest_step(rate, state, settings, limit, further, counterface_wear, first=first)
+        seen = stiffness if first else max(stiffness, float(state.point_stiffness[weight > 0.0].max()))
+        return largest_step(
+            rate, state, settings, limit, further, counterface_wear, first=first, stiffness=seen
+        )
 
     remaining, last = settings.distance - state.distance, "remaining distance"
     if counterface_wear is not None and state.counterface is not None:

@@ -41,6 +41,8 @@ _SHORTER = 0.3  # of a step that was clipped, or whose stages have no contact so
 # depth of a step from which both are no matter of its length: a patch vanishes, a point has no solution [m]
 _SHALLOW = 1e-7
 
+_REMEMBERED = 0.8  # share of the stiffness of the step before that stays known
+
 
 @dataclass(frozen=True)
 class WheelsetEvolution:
@@ -92,7 +94,9 @@ class WheelsetEvolution:
         if self.setup.counterface_wear is not None:
             state = replace(state, counterface=new_counterface(self.setup.counterface))
         nowhere = np.zeros(len(self.setup.points.label))
-        state = replace(state, active_weight=nowhere, point_length=nowhere, point_error=nowhere)
+        state = replace(
+            state, active_weight=nowhere, point_length=nowhere, point_error=nowhere, point_stiffness=nowhere
+        )
         return self._chosen(state), NO_STEP
 
     def _chosen(self, state: State) -> State:
@@ -166,17 +170,17 @@ class WheelsetEvolution:
             setup.wheelset.radius, setup.wear.density, wave, setup.control.integrator,
             crack_depth=here.comparison.crack_depth,
         )  # fmt: skip
-        limit, error, length = math.inf, 0.0, 0.0
+        limit, error, length, stiffness = math.inf, 0.0, 0.0, 0.0
         for rejected in range(_ATTEMPTS):
             choice = control.choose(
                 state, points, rate_for, ahead_of, depth_limit=depth_limit, length_limit=limit,
-                counterface_wear=setup.counterface_wear,
+                stiffness=stiffness, counterface_wear=setup.counterface_wear,
             )  # fmt: skip
             weight, length = choice.weight, choice.limit.step_length
             now = rate_for(weight)
             shallow = float(now.depth.max()) * length < _SHALLOW
             try:
-                tried, error, passage = self._try(state, now, choice, rule, here)
+                tried, error, stiffness, passage = self._try(state, now, choice, rule, here)
             except ContactError:
                 if shallow:
                     raise
@@ -185,7 +189,7 @@ class WheelsetEvolution:
             clipped = tried.clipped > _CLIPPED and not shallow
             if error <= setup.control.error_tolerance and not clipped:
                 taken = StepTaken(
-                    length, step.stability_rate(now) * length, error, rejected, tried.stages,
+                    length, choice.limit.stiffness * length, error, rejected, tried.stages,
                     choice.limit.reason, passage,
                 )  # fmt: skip
                 break
@@ -204,6 +208,9 @@ class WheelsetEvolution:
             active_weight=weight,
             point_length=np.where(acts, weight * length, state.point_length),
             point_error=np.where(acts, error, state.point_error),
+            point_stiffness=np.where(
+                acts, np.maximum(stiffness, _REMEMBERED * state.point_stiffness), state.point_stiffness
+            ),
         )
         changed = after
         if setup.counterface_wear is not None and not control.reached(after.distance, self.target):
@@ -215,8 +222,8 @@ class WheelsetEvolution:
 
     def _try(
         self, state: State, now: WearRate, choice: control.StepChoice, rule: step.StepRule, here: Setup
-    ) -> tuple[step.Step, float, Passage]:
-        """Take a step: its end, its error [m], and the contact at its end."""
+    ) -> tuple[step.Step, float, float, Passage]:
+        """Take a step: its end, its error [m], its stiffness [1/m], and the contact at its end."""
         points, weight, limit = self.setup.points, choice.weight, choice.limit
         length = limit.step_length
 
@@ -226,10 +233,12 @@ class WheelsetEvolution:
             return rate(ahead, points, weight, here, failed)
 
         tried = step.advance(state, now, length, rule, rate_at, limit.stiffness * length)
-        passage = solve_points(tried.state, points, self._followed(weight), here)
-        end = accumulate(passage, points, weight, tried.state, here)
-        error = step.error_of(state, tried.state, now, end, rule.smoothing_wavelength)
         if tried.state.points is not None:
             history = with_failed(tried.state.points, points, failed)
             tried = tried._replace(state=replace(tried.state, points=history))
-        return tried, error, passage
+        # with the history that is stored: a resumed campaign solves the same batches, to the last bit
+        passage = solve_points(tried.state, points, self._followed(weight), here)
+        end = accumulate(passage, points, weight, tried.state, here)
+        error = step.error_of(state, tried.state, now, end, rule.smoothing_wavelength)
+        stiffness = step.stiffness_of(state, tried, end, rule.smoothing_wavelength)
+        return tried, error, stiffness, passage

@@ -56,6 +56,7 @@ _OF_STATE = {
     "distance": "distance", "profile_y": "y", "profile_z": "z", "wear_depth": "wear_depth",
     "wear_depth_by_regime": "regime_depth", "worn_area": "worn_area", "worn_mass": "worn_mass",
     "active_weight": "active_weight", "point_length": "point_length", "point_error": "point_error",
+    "point_stiffness": "point_stiffness",
 }  # fmt: skip
 
 # variables that are fields of the contact conditions

@@ -274,6 +274,12 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, inte
             )
 
 
+STOPPING_SIGNALS = [
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+]
+"""Signals of terminals and batch systems after which a run stops in a valid state, where they raise."""
+
+
 def available_cores() -> int:
     """Return the number of cores this process may use."""
     if hasattr(os, "sched_getaffinity"):
@@ -286,16 +292,14 @@ class _Interrupts:
 
     def __enter__(self) -> _Interrupts:
         self._received = False
-        self._previous = signal.getsignal(signal.SIGINT)
-        self._ours = callable(self._previous) and threading.current_thread() is threading.main_thread()
-        if self._ours:
-            signal.signal(signal.SIGINT, self._handle)
+        self._handlers = _stopping_handlers()
+        for number in self._handlers:
+            signal.signal(number, self._handle)
         return self
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
         self._received = True
-        if callable(self._previous):
-            self._previous(number, frame)
+        self._handlers[number](number, frame)
 
     def check(self) -> None:
         """Raise KeyboardInterrupt if Ctrl-C was pressed."""
@@ -303,25 +307,33 @@ class _Interrupts:
             raise KeyboardInterrupt
 
     def __exit__(self, *_: object) -> None:
-        if self._ours:
-            signal.signal(signal.SIGINT, self._previous)
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
 
 
 @contextlib.contextmanager
 def _uninterrupted() -> Iterator[None]:
     """Defer Ctrl-C until record and row are both written."""
-    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # a run in the background, under nohup
-    if ignored or threading.current_thread() is not threading.main_thread():
-        yield
-        return
     received: list[int] = []
-    previous = signal.signal(signal.SIGINT, lambda number, _: received.append(number))
+    handlers = _stopping_handlers()
+    for number in handlers:
+        signal.signal(number, lambda number, _: received.append(number))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, previous)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
     if received:
+        handlers[received[0]](received[0], None)
         raise KeyboardInterrupt
+
+
+def _stopping_handlers() -> dict[int, Callable[[int, FrameType | None], Any]]:
+    """Handlers of the signals that stop a run and are neither ignored, as under nohup, nor deadly."""
+    if threading.current_thread() is not threading.main_thread():
+        return {}
+    found = {number: signal.getsignal(number) for number in STOPPING_SIGNALS}
+    return {number: handler for number, handler in found.items() if callable(handler)}
 
 
 Kind = Literal["started", "resumed", "step", "deferred", "rebuilt", "finished", "complete"]

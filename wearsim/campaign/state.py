@@ -77,10 +77,12 @@ class State:
     worn_area: FloatArray  # (2,) removed from the cross-section, integral of the law over distance [m2]
     worn_mass: FloatArray  # (2,) removed from the whole circumference [kg]
     # Of each operating point: its share in the last step; the distance it ran in the last step it acted in,
-    # and the error of that step [m]. Empty before anything is known; lengths are 0 where nothing is known.
+    # the error of that step [m] and the stiffness it showed [1/m]. Empty before anything is known; lengths
+    # are 0 where nothing is known.
     active_weight: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_length: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_error: FloatArray = field(default_factory=lambda: np.zeros(0))
+    point_stiffness: FloatArray = field(default_factory=lambda: np.zeros(0))
     choice: Choice | None = None  # contact models of `model = "auto"`; None where they are given
     comparison_depth: tuple[FloatArray, ...] = ()  # (2, n) [m]
     # (2, regimes of all comparison laws), law after law [m2]

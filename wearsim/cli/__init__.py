@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
 import os
 import shlex
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
 from typing import Any, NoReturn
 
 from wearsim import __version__
@@ -70,11 +73,39 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0 ok, 2 bad input, 3 numerical failure or internal error, 130 interrupted.
+        0 ok, 2 bad input, 3 numerical failure or internal error; stopped by a signal, 128 + its number: 130
+        by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     arguments = build_parser().parse_args(words)
     arguments.command_line = shlex.join(["wearsim", *words])
+    with _stopped_by() as received:
+        code = _executed(arguments)
+    return 128 + received[0] if received else code
+
+
+@contextlib.contextmanager
+def _stopped_by() -> Iterator[list[int]]:
+    """Let SIGTERM and SIGHUP stop a command as Ctrl-C does, where they would kill it; list those received."""
+    received: list[int] = []
+
+    def stop(number: int, _: object) -> NoReturn:
+        received.append(number)
+        raise KeyboardInterrupt
+
+    numbers = {signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)}
+    in_main = threading.current_thread() is threading.main_thread()
+    ours = [number for number in numbers if in_main and signal.getsignal(number) is signal.SIG_DFL]
+    try:
+        for number in ours:
+            signal.signal(number, stop)
+        yield received
+    finally:
+        for number in ours:
+            signal.signal(number, signal.SIG_DFL)
+
+
+def _executed(arguments: argparse.Namespace) -> int:
     from wearsim.errors import WearsimError  # not for --help: dataclasses cost 10 ms
 
     try:

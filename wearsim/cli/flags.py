@@ -44,7 +44,7 @@ def add_override_flags(parser: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         action="append",
         default=[],
-        help="another value for a key of the scene, such as campaign.stability=0.2; KEY= removes the key or "
+        help="another value for a key of the scene, such as campaign.max_step_km=10; KEY= removes the key or "
         "table, so that its default applies; in a comparison for both scenes, with rig. or field. before the "
         "key for one of them; can be repeated",
     )
@@ -65,7 +65,7 @@ def overrides_of(texts: Sequence[str]) -> list[Override]:
         key, equals, value = (part.strip() for part in text.partition("="))
         removes_table = not value and key not in ("rig", "field")
         if not (equals and all(key.split(".")) and ("." in key or removes_table)):
-            message = "write KEY=VALUE with a dotted key, such as campaign.stability=0.2"
+            message = "write KEY=VALUE with a dotted key, such as campaign.max_step_km=10"
             faults.append(Fault(message, f"--set {text}"))
         overrides.append(Override(key, value_of(value), f"--set {text}"))
     if faults:

@@ -22,8 +22,8 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         help="another value for a key of [campaign] on step, tolerance or smoothing, such as "
-        "campaign.stability=0.2, from the next step on; in a comparison for both scenes, with rig. or field. "
-        "before the key for one of them; can be repeated",
+        "campaign.max_step_km=10, from the next step on; in a comparison for both scenes, with rig. or "
+        "field. before the key for one of them; can be repeated",
     )
 
 

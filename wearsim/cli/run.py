@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 SUMMARY = "run the campaign or comparison of a scene file and write its report"
 EXAMPLES = (
     "wearsim run workflows/rig_vs_field.toml --out out\n"
-    "wearsim run workflows/rig.toml --smoothing half --set campaign.stability=0.2 --out half"
+    "wearsim run workflows/rig.toml --smoothing half --set campaign.error_tolerance_um=0.5 --out half"
 )
 
 

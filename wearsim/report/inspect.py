@@ -27,7 +27,7 @@ from wearsim.results.checks import (
     wear_steps,
 )
 from wearsim.results.limits import limits_met
-from wearsim.results.schema import ADDED
+from wearsim.results.schema import FAINT
 
 _ALONG = {
     "comparison": {"max_wear_depth": "comparison_wear_depth"},
@@ -90,7 +90,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
     content["regime_share"] = {
         str(name): _plain(part) for name, part in zip(dataset["regime_name"].values, share, strict=True)
     }
-    content["faint"] = {name: _plain(dataset[name].values.max()) for name in ADDED if name in dataset}
+    content["faint"] = {name: _plain(dataset[name].values.max()) for name in FAINT if name in dataset}
     content["ended"] = str(dataset.attrs.get("finished", "")) or None
     content["limits"] = {
         entry.name: {"limit": entry.limit, "met": list(entry.distance)} for entry in limits_met(dataset)

@@ -212,8 +212,14 @@ def open_results(path: str | Path) -> xr.Dataset:
 
     path = Path(path)
     with _open(path, older=True) as file:
-        # a row that a killed writer cut short has no distance; the campaign mends it when resumed
-        sound = int(np.count_nonzero(np.asarray(file.variables["distance"][:]) < FILL_FLOAT))
+        try:
+            for variable in file.variables.values():
+                if "step" in variable.dimensions:
+                    variable[-1:]  # what a kill in the middle of an append leaves unreadable
+            # a row that a killed writer cut short has no distance; the campaign mends it when resumed
+            sound = int(np.count_nonzero(np.asarray(file.variables["distance"][:]) < FILL_FLOAT))
+        except RuntimeError as error:
+            raise _unreadable(path, "was damaged while it was written", error) from error
     opened = _with_retries(lambda: xr.open_dataset(path, engine="netcdf4"))
     dataset = renamed(opened)
     if dataset.sizes["step"] != sound:
@@ -235,10 +241,7 @@ def _open(path: Path, *, older: bool = False) -> netCDF4.Dataset:
     try:
         file = _with_retries(lambda: netCDF4.Dataset(path, "r"))
     except (OSError, RuntimeError) as error:
-        raise ResultError(
-            f"{path} cannot be read as netCDF: {_reason(error)}; a damaged file is rebuilt by "
-            f"`wearsim resume {path.parent}` while its campaign is unfinished"
-        ) from error
+        raise _unreadable(path, "cannot be read as netCDF", error) from error
     file.set_auto_maskandscale(False)
     schema = int(file.getncattr("wearsim_schema")) if "wearsim_schema" in file.ncattrs() else None
     older = older and schema in OLDER_SCHEMAS
@@ -258,6 +261,13 @@ def _open(path: Path, *, older: bool = False) -> netCDF4.Dataset:
     raise ResultError(
         f"{path} was written by an older wearsim (schema {schema}, this one reads {SCHEMA}); run its scene "
         f"again in another directory"
+    )
+
+
+def _unreadable(path: Path, what: str, error: Exception) -> ResultError:
+    return ResultError(
+        f"{path} {what}: {_reason(error)}; a damaged file is rebuilt by `wearsim resume {path.parent}` "
+        f"from the records of its steps while its campaign is unfinished"
     )
 
 
@@ -290,13 +300,15 @@ def _define_variable(file: netCDF4.Dataset, name: str, variable: Quantity, heade
         chunks = None
         if "step" in variable.dimensions:
             inner = [header.sizes[d] for d in variable.dimensions[1:]]
-            # a chunk per step for the long ones; short ones share a chunk of some hundred steps
-            chunks = [1 if np.prod(inner) >= 64 else 256, *inner]
+            # a chunk per step for the long ones; short ones share a chunk, which each append writes anew
+            chunks = [1 if np.prod(inner) >= 64 else 16, *inner]
         fill = {"f8": FILL_FLOAT, "i4": FILL_INT}[variable.kind] if variable.missing else None
         made = file.createVariable(
             name, variable.kind, variable.dimensions, chunksizes=chunks, fill_value=fill,
-            # empty slots of patches pack better with their bytes together; level 4 takes half as long again
-            zlib=bool(chunks), shuffle=False, complevel=1,
+            # empty slots of patches pack better with their bytes together, digits of profiles shuffled;
+            # level 4 takes half as long again
+            zlib=bool(chunks), shuffle=variable.dimensions[-1:] in (("point",), ("counterface_point",)),
+            complevel=1,
         )  # fmt: skip
     if variable.unit:
         made.units = variable.unit

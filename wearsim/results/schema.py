@@ -99,10 +99,10 @@ def check_row(header: Header, row: Row) -> None:
 OLDER_SCHEMAS = (3, 4)
 """Schemas that differ from the present one in names and variables added since alone (3: wearsim 0.1)."""
 
-ADDED = (
-    *(f"faint_{name}{largest}" for name in ("load", "power", "wear") for largest in ("", "_max")),
-    "step_limit", "stages", "point_length", "point_error",
-)  # fmt: skip
+FAINT = tuple(f"faint_{name}{largest}" for name in ("load", "power", "wear") for largest in ("", "_max"))
+"""Variables on what faint patches lost."""
+
+ADDED = (*FAINT, "step_limit", "stages", "point_length", "point_error", "point_stiffness")
 """Variables that older schemas do not have."""
 
 RENAMED: Mapping[str, str] = {

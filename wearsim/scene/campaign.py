@@ -104,7 +104,7 @@ class ReprofilingSection(Section):
     cut_mm: float = number("least_cut", "the least depth that the lathe takes everywhere", 0.0)
 
 
-STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 8.4), "heun": (0.4, 2.0), "euler": (0.4, 2.0)}
+STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (35.0, 35.0), "heun": (0.4, 2.0), "euler": (0.4, 2.0)}
 """Limit of the stability number by rule where the scene gives none, and the one no scene may exceed."""
 
 
@@ -121,7 +121,7 @@ class CampaignSection(Section):
     )
     stability: float | None = number(
         "stability_number",
-        "the limit of the stability number S, by default that of the rule: 8.4 of rkc, 0.4 of heun and euler",
+        "the limit of the stability number S, by default that of the rule: 35 of rkc, 0.4 of heun and euler",
         None,
     )
     smoothing_wavelength_mm: float = number(
@@ -130,7 +130,7 @@ class CampaignSection(Section):
     integrator: Literal["rkc", "heun", "euler"] = Field(
         "rkc",
         description="the rule that combines wear rates: Runge-Kutta-Chebyshev of second order with two to "
-        "four stages, that of two stages alone (Heun), or Euler's",
+        "eight stages, that of two stages alone (Heun), or Euler's",
     )
     error_tolerance_um: float = number(
         "step_error",
@@ -161,7 +161,7 @@ class ReprofilingRules:
 class ControlSettings:
     """Distance of a campaign and length of its steps; depths are those after smoothing.
 
-    The stability number is S = sum of depth over interpenetration in one step; from the limit of the rule on
+    The stability number is that of the fastest wave of the profile in one step; from the limit of the rule on
     waves grow, see `campaign.step`. Steps whose estimated error exceeds its tolerance are repeated shorter.
     The first depth is that of the first step of each block or collective, and after reprofiling or
     redressing. The campaign may end with the step in which the first limit is met; limits of reprofiling do

@@ -136,7 +136,7 @@ def add_contact(comparison: Comparison) -> None:
     for name, rule in factors.POINT_QUANTITIES.items():
         meaning = QUANTITIES[name].meaning
         remark = "; the environment factor does not enter" if name in _BARE else ""
-        wheels = [factors.per_wheel(data, name) for data in pair]
+        wheels = [factors.between_solutions(data, factors.per_wheel(data, name)) for data in pair]
         means = [
             factors.collective_mean(values, data["weight"].values)
             for values, data in zip(wheels, pair, strict=True)

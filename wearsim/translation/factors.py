@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from wearsim.translation.axes import FloatArray, IntArray
+from wearsim.translation.axes import FloatArray, IntArray, at_distances
 
 STATUS: dict[str, int] = {
     "defined": 0,
@@ -186,6 +186,22 @@ def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
     return np.stack(wheels, axis=-1)
 
 
+def between_solutions(dataset: xr.Dataset, values: FloatArray) -> FloatArray:
+    """Fill values (step, operating_point, ...) where a point was not solved, linear in distance between rows.
+
+    Rows of a programme hold only the points that acted. NaN where no later row has a point: it was left out.
+    """
+    solved, run = dataset["n_patch"].values > 0, dataset["distance"].values
+    result = np.array(values)
+    for point in np.flatnonzero(~solved.all(axis=0)):
+        rows = np.flatnonzero(solved[:, point])
+        gone = np.flatnonzero(~solved[:, point])
+        gone = gone[(gone > rows.min(initial=run.size)) & (gone < rows.max(initial=0))]
+        if gone.size:
+            result[gone, point] = at_distances(run[rows], values[rows, point], run[gone])
+    return result
+
+
 def collective_mean(values: FloatArray, weight: FloatArray) -> FloatArray:
     """Mean magnitude over a load collective of a quantity by wheel, (step, operating_point, 2) -> (step, 2).
 
@@ -253,12 +269,14 @@ def highest_regime(dataset: xr.Dataset) -> IntArray:
     Returns
     -------
     (step, operating_point, 2) int array
-        By wheel; -1 where nothing wears.
+        By wheel; -1 where nothing wears. Of the last row that has the point.
     """
     regime = np.nan_to_num(dataset["wear_regime_highest"].values, nan=-1.0)
     side = dataset["side"].values
     wheels = [np.where(side == wheel, regime, -1.0).max(axis=-1) for wheel in (0, 1)]
-    return np.stack(wheels, axis=-1).astype(np.int64)
+    solved = dataset["n_patch"].values > 0
+    last = np.maximum.accumulate(np.where(solved, np.arange(len(solved))[:, None], 0), axis=0)
+    return np.take_along_axis(np.stack(wheels, axis=-1).astype(np.int64), last[..., None], axis=0)
 
 
 def regime_differs(rig: IntArray, field: IntArray) -> IntArray:

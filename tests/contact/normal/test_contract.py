@@ -19,11 +19,8 @@ SHIFT = 1e-3 * np.array([-5.0, -3.0, -1.0, 1.0, 3.0, 4.0, 5.0, -3.0, 3.0])
 YAW = 1e-3 * np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 10.0, -10.0])
 LOAD = np.array([80e3, 5e3, 120e3, 80e3, 80e3, 40e3, 80e3, 80e3, 80e3])
 
-SHIPPED = {
-    "half_space": (True, False), "hertz": (False, False), "kik_piotrowski": (True, True),
-    "knothe_le_the": (True, False),
-}  # fmt: skip
-"""Whether the models of the package can update the profile, and whether they are local."""
+SHIPPED = {"half_space": True, "hertz": False, "kik_piotrowski": True, "knothe_le_the": True}
+"""Whether the models of the package can update the profile."""
 
 SHARED = ("half_space",)  # models that put both contacts at 5 mm, whose rims are 5 mm apart, on one grid
 
@@ -324,4 +321,4 @@ def test_record_states_what_a_campaign_may_use(name):
     assert model.name == name
     assert model.can_update_profile or model.reason
     if name in SHIPPED:
-        assert (model.can_update_profile, model.local) == SHIPPED[name]
+        assert model.can_update_profile == SHIPPED[name]

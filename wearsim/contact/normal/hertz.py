@@ -313,7 +313,6 @@ def _facing(turn: FloatArray, index: int) -> slice:
 MODEL = NormalModel(
     name="hertz",
     solve=solve,
-    cost=9.0,
     can_update_profile=False,
     reason="an ellipse from the curvatures under one point evens out no wave shorter than itself, so that "
     "noise in the profile would stay or grow",

@@ -162,16 +162,10 @@ class NormalModel:
         In scenes and on the command line.
     solve : NormalSolver
         The function itself, without validation.
-    cost : float
-        Time of a contact solution with `fastsim`, 30 strips and cells, over that of the fastest model, about:
-        ranks the models (measured in reports/speed_accuracy.md) [-].
     can_update_profile : bool
         Whether wear computed with it may change the profile.
     reason : str
         Why not.
-    local : bool
-        Whether each strip follows its own depth only: the stability number S, the sum of depth over
-        interpenetration, then says how a step acts on a wave of any length, and can damp it.
     parameters : mapping
         Names and defaults of its own parameters.
     fewest : int
@@ -182,10 +176,8 @@ class NormalModel:
 
     name: str
     solve: NormalSolver
-    cost: float
     can_update_profile: bool = True
     reason: str = ""
-    local: bool = False
     parameters: Mapping[str, float] = field(default_factory=dict)
     fewest: int = FEWEST
     most_strips: int | None = None
@@ -244,13 +236,10 @@ def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float
     patch = solution.patch
     row = patch.row
     loaded = ~(solution.normal_force < FAINT * np.bincount(row, solution.normal_force)[row])
-    fine = np.ones(row.size, dtype=bool)
-    for owner in (solution, patch):
-        for one in fields(owner):
-            values = getattr(owner, one.name)
-            if isinstance(values, np.ndarray):
-                fine &= np.isfinite(values.reshape(row.size, -1)).all(axis=1)
-    if not fine.all():
+    arrays = [getattr(owner, one.name) for owner in (solution, patch) for one in fields(owner)]
+    arrays = [values for values in arrays if isinstance(values, np.ndarray)]
+    if not np.isfinite(sum(float(values.sum()) for values in arrays)):
+        fine = np.all([np.isfinite(values.reshape(row.size, -1)).all(axis=1) for values in arrays], axis=0)
         raise NumericalError(
             "the normal contact has no finite solution; check profiles, radii and load, or take another "
             "normal model",

@@ -204,4 +204,4 @@ def _march(
         slip_area[m] = slipping * width[m]
 
 
-MODEL = TangentialModel(name="fastsim", solve=solve, cost=1.0, fewest=2, most_strips=MOST_STRIPS)
+MODEL = TangentialModel(name="fastsim", solve=solve, fewest=2, most_strips=MOST_STRIPS)

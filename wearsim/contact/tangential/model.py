@@ -94,9 +94,6 @@ class TangentialModel:
         In scenes and on the command line.
     solve : TangentialSolver
         The function itself, without validation.
-    cost : float
-        Time of a contact solution with `kik_piotrowski`, 30 strips and cells, over that with the fastest
-        model, about: ranks the models (measured in reports/speed_accuracy.md) [-].
     tolerance : float
         Error of its forces over friction coefficient x normal force, at most: how far equilibrium can be had.
     warm : bool
@@ -109,7 +106,6 @@ class TangentialModel:
 
     name: str
     solve: TangentialSolver
-    cost: float
     tolerance: float = 1e-6
     warm: bool = False
     fewest: int = 2

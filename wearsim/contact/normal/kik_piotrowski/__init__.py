@@ -90,11 +90,11 @@ def solve(
     ends = np.empty((2, load.size, points))
     most = points // 2  # minima of a gap
     work = Work(
-        Strips(*np.empty((9, points))), _records(SECTION, points), _records(BASIN, most),
-        _records(PATCH, most), _records(PATCH, most), np.empty(most, np.int64), np.empty((2, most)),
+        Strips(*np.empty((9, points))), np.zeros(points, SECTION), np.zeros(most, BASIN),
+        np.zeros(most, PATCH), np.zeros(most, PATCH), np.empty(most, np.int64), np.empty((2, most)),
     )  # fmt: skip
     count, fault = np.zeros(load.size, np.int64), np.zeros(gap.gap.shape[0], np.int64)
-    patches: Records = np.empty(load.size * most, PATCH).view(np.recarray)  # what is not written stays idle
+    patches = np.empty(load.size * most, PATCH)  # what is not written stays idle
     balance(
         row, plain(load), *_displacement(start, row, vertical), vertical, rough, factor, effective_modulus,
         gap.gap, gap.gap.min(axis=1), gap.wheel_radius, gap.x, poses, ends, profile, wheel,
@@ -103,7 +103,7 @@ def solve(
     raise_first(fault)
     place = np.repeat(np.arange(load.size), count)
     patches = patches[: place.size]
-    strips = resolution.strips_across(patches.right - patches.left)
+    strips = resolution.strips_across(patches["right"] - patches["left"])
     shape = (place.size, int(strips.max(initial=0)))
     y, lead, trail, depth = np.empty((4, *shape))
     centre, slope = np.empty((2, place.size))
@@ -115,7 +115,7 @@ def solve(
     patch = Patch(
         row=row[place],
         y=y,
-        width=(patches.right - patches.left) / strips,
+        width=(patches["right"] - patches["left"]) / strips,
         x_lead=lead,
         x_trail=trail,
         pressure_slope=np.repeat(slope[:, None], shape[1], axis=1),
@@ -126,19 +126,15 @@ def solve(
     return NormalSolution(
         patch=patch,
         centre_y=centre,
-        contact_angle=patches.angle.copy(),
-        approach=patches.approach.copy(),
-        normal_force=patches.force.copy(),
+        contact_angle=patches["angle"].copy(),
+        approach=patches["approach"].copy(),
+        normal_force=patches["force"].copy(),
         # The deepest point of the outline, not of a strip's centre.
-        max_pressure=patches.force / (0.5 * np.pi * patches.volume) * np.sqrt(patches.deepest),
+        max_pressure=patches["force"] / (0.5 * np.pi * patches["volume"]) * np.sqrt(patches["deepest"]),
         edge_y=out.edge,
-        load_scale=patches.scale.copy(),
-        vertical_displacement=patches.displacement.copy(),
+        load_scale=patches["scale"].copy(),
+        vertical_displacement=patches["displacement"].copy(),
     )
-
-
-def _records(dtype: np.dtype[np.void], shape: int | tuple[int, ...]) -> Records:
-    return np.zeros(shape, dtype).view(np.recarray)
 
 
 def _displacement(
@@ -156,15 +152,15 @@ def _displacement(
 
 def _bodies(gap: Gap) -> tuple[Wheel, Records]:
     """Surface of the wheel and the pose of each row."""
-    poses = _records(POSE, gap.gap.shape[0])
-    poses.kappa = gap.curvature
+    poses = np.zeros(gap.gap.shape[0], POSE)
+    poses["kappa"] = gap.curvature
     if gap.bodies is None:
         return Wheel(*np.empty((3, 0))), poses
     at, wheel = gap.bodies.pose, gap.bodies.wheel
-    poses.sin_yaw, poses.cos_yaw = np.sin(at.yaw), np.cos(at.yaw)
-    poses.sin_roll, poses.cos_roll = np.sin(at.roll), np.cos(at.roll)
-    poses.shift, poses.half_span = at.shift, gap.bodies.half_span
-    poses.nominal_radius = gap.bodies.nominal_radius
+    poses["sin_yaw"], poses["cos_yaw"] = np.sin(at.yaw), np.cos(at.yaw)
+    poses["sin_roll"], poses["cos_roll"] = np.sin(at.roll), np.cos(at.roll)
+    poses["shift"], poses["half_span"] = at.shift, gap.bodies.half_span
+    poses["nominal_radius"] = gap.bodies.nominal_radius
     return Wheel(wheel.y, wheel.radius, wheel.slope), poses
 
 
@@ -247,4 +243,4 @@ def _cut_strips(
         out.slope[m] = one.force / (0.5 * np.pi * volume)
 
 
-MODEL = NormalModel(name="kik_piotrowski", solve=solve, cost=1.0, local=True, parameters=DEFAULTS)
+MODEL = NormalModel(name="kik_piotrowski", solve=solve, parameters=DEFAULTS)

@@ -42,7 +42,7 @@ from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import plain
 from wearsim.contact.normal import kik_piotrowski
 from wearsim.contact.normal.knothe_le_the.equations import Pairs, Work, influence_table
-from wearsim.contact.normal.knothe_le_the.strips import NO_ROOM, PATCH, PLANE, SPAN, STRIP, Records
+from wearsim.contact.normal.knothe_le_the.strips import NO_ROOM, PATCH, PLANE, SPAN, STRIP
 from wearsim.contact.normal.knothe_le_the.wheel import Cut, Start, cut_patches, solve_wheels
 from wearsim.contact.normal.model import (
     NO_BALANCE,
@@ -94,7 +94,7 @@ def solve(
     for parts in [room for room in _PARTS if room >= given] or [given]:
         most = 4 * solved * parts // _PARTS[0]
         number, fault = np.zeros(rows, np.int64), np.zeros(gap.gap.shape[0], np.int64)
-        patches: Records = np.zeros((rows, parts), PATCH).view(np.recarray)
+        patches = np.zeros((rows, parts), PATCH)
         nodes = np.empty((3, rows, parts, most + 2))
         work = _work(most, parts, given * start.patch.y.shape[1])
         solve_wheels(
@@ -107,7 +107,7 @@ def solve(
     used = np.arange(parts) < number[:, None]
     place, rank = np.nonzero(used)
     patches, of = patches[used], row[place]
-    width = patches.stop - patches.start
+    width = patches["stop"] - patches["start"]
     strips = resolution.strips_across(width)
     shape = (place.size, int(strips.max(initial=0)))
     y, half, middle, slope = np.empty((4, *shape))
@@ -130,16 +130,19 @@ def solve(
     )
     return NormalSolution(
         patch=patch,
-        centre_y=patches.centre.copy(),
-        contact_angle=patches.angle.copy(),
-        approach=patches.approach.copy(),
-        normal_force=patches.force.copy(),
-        max_pressure=patches.pressure.copy(),
+        centre_y=patches["centre"].copy(),
+        contact_angle=patches["angle"].copy(),
+        approach=patches["approach"].copy(),
+        normal_force=patches["force"].copy(),
+        max_pressure=patches["pressure"].copy(),
         edge_y=out.edge,
-        load_scale=patches.scale.copy(),
-        vertical_displacement=lowest[of] + patches.displacement,
+        load_scale=patches["scale"].copy(),
+        vertical_displacement=lowest[of] + patches["displacement"],
         reference_point=ReferencePoint(
-            patches.point.copy(), patches.point_approach.copy(), patches.across.copy(), patches.along.copy()
+            patches["point"].copy(),
+            patches["point_approach"].copy(),
+            patches["across"].copy(),
+            patches["along"].copy(),
         ),
     )
 
@@ -162,21 +165,18 @@ def _begin(start: NormalSolution, row: IntArray, modulus: float) -> Start:
 def _work(most: int, parts: int, given: int) -> Work:
     """Room for the strips of a wheel in parts of the profile, and their equations."""
 
-    def records(size: int, dtype: np.dtype[np.void]) -> Records:
-        return np.zeros(size, dtype).view(np.recarray)
-
     def square(size: int) -> FloatArray:
         return np.empty((size, size))
 
     unknowns = 2 * most + 1
     return Work(
-        strips=records(most, STRIP),
+        strips=np.zeros(most, STRIP),
         pairs=Pairs(square(most), square(most), square(most)),
-        before=records(most, STRIP),
-        old=records(max(most, given), STRIP),
-        spans=records(parts, SPAN),
-        fresh=records(parts, SPAN),
-        planes=records(parts, PLANE),
+        before=np.zeros(most, STRIP),
+        old=np.zeros(max(most, given), STRIP),
+        spans=np.zeros(parts, SPAN),
+        fresh=np.zeros(parts, SPAN),
+        planes=np.zeros(parts, PLANE),
         share=np.eye(parts),
         active=np.empty(most, np.int64),
         made_for=np.zeros(most + 1, np.int64),
@@ -199,4 +199,4 @@ def _work(most: int, parts: int, given: int) -> Work:
     )
 
 
-MODEL = NormalModel(name="knothe_le_the", solve=solve, cost=2.6, parameters=DEFAULTS)
+MODEL = NormalModel(name="knothe_le_the", solve=solve, parameters=DEFAULTS)
