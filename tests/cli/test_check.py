@@ -7,7 +7,16 @@ import pytest
 
 from wearsim import cli, open_results
 from wearsim.cli.status import status_line
+from wearsim.errors import ContactError
 from wearsim.profile.standard import shipped_path
+from wearsim.studies.estimate import Estimate
+
+
+@pytest.fixture(autouse=True)
+def untried(monkeypatch):
+    """Scenes of which no steps are tried: tests/cli/test_commands.py does so."""
+    given = Estimate(steps=1234, seconds=100.0, slowest="left", share=0.6, held_by="error")
+    monkeypatch.setattr("wearsim.studies.plan.estimate", lambda *_: given)
 
 
 @pytest.fixture
@@ -22,7 +31,7 @@ def test_check_tells_what_would_run(capsys):
     assert cli.main(["check", "workflows/rig_vs_field.toml"]) == 0
     output = capsys.readouterr().out
     assert "no faults (compare)" in output
-    for part in ("rig: ", "field: ", "operating points", "environment factor", "not known before the run"):
+    for part in ("rig: ", "field: ", "operating points", "environment factor", "about 1200, 2 min on "):
         assert part in output
 
 
@@ -34,7 +43,8 @@ def test_check_as_json_holds_every_value_that_would_act(capsys):
     for plan in (rig, field):
         settings = plan["settings"]
         assert plan["distance"] == settings["campaign"]["distance_km"] * 1e3
-        assert plan["solutions_per_step"] == plan["points"] * 2 * plan["evaluations_per_step"]
+        assert (plan["steps"], plan["seconds"]) == (1234, 100.0)
+        assert plan["slowest"] == {"name": "left", "share": 0.6, "held_by": "error"}
         assert plan["monitoring_points"] == len(settings["operation"]["monitor"]["shifts_mm"])
         assert settings["contact"]["virtual_penetration_factor"] == 0.55  # a default
         assert settings["wear"]["density_kg_m3"] == 7850
@@ -140,6 +150,17 @@ def test_status_tells_the_limit_that_ended_a_campaign():
     item = {"state": "finished", "step": 3, "distance": 5e3, "target": 9e3, "ended": "limit of hollowing met"}
     assert status_line("rig", item).endswith(": limit of hollowing met")
     assert "distance reached" not in status_line("rig", {**item, "ended": "distance reached"})
+
+
+def test_check_tells_that_a_step_fails(monkeypatch, capsys):
+    def fail(*_):
+        raise ContactError("no contact")
+
+    monkeypatch.setattr("wearsim.studies.plan.estimate", fail)
+    assert cli.main(["check", "workflows/rig.toml"]) == 0
+    output = capsys.readouterr().out
+    assert "one of the first fails: no contact" in output
+    assert "slowest" not in output
 
 
 def test_check_lists_comparison_and_fatigue_laws(capsys):

@@ -46,12 +46,16 @@ def test_the_history_of_the_results_is_the_command_line(out, compared):
         assert f"wearsim run {compared}/rig_vs_field.toml --out {out}" in file.history
 
 
-def test_check_foretells_the_size_of_a_step(out, compared, capsys):
+def test_check_foretells_steps_and_their_size(out, compared, capsys):
     """An estimate: rows of a few numbers per step and coordinates are left out of it."""
     assert cli.main(["check", str(compared / "rig.toml"), "--json"]) == 0
-    output = json.loads(capsys.readouterr().out)["campaigns"][0]["bytes_per_step"]
+    rig = json.loads(capsys.readouterr().out)["campaigns"][0]
+    output = rig["bytes_per_step"]
     with netCDF4.Dataset(out / "rig.nc") as file:
         steps = len(file.dimensions["step"])
+        assert 0.5 <= rig["steps"] / (steps - 1) <= 2.0
+        assert rig["seconds"] > 0.0
+        assert rig["slowest"]["name"] in file["operating_point_name"][:]
         stored = [item for item in file.variables.values() if item.dimensions[:1] == ("step",)]
         size = sum(item.size * item.dtype.itemsize for item in stored) / steps
     assert output == pytest.approx(size, rel=0.1)

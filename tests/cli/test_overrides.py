@@ -10,6 +10,14 @@ from wearsim import cli
 from wearsim.profile.standard import shipped_path
 from wearsim.scene import load_scene
 from wearsim.scene.overrides import Override
+from wearsim.studies.estimate import Estimate
+
+
+@pytest.fixture(autouse=True)
+def untried(monkeypatch):
+    """Scenes of which no steps are tried: tests/cli/test_commands.py does so."""
+    given = Estimate(steps=1234, seconds=100.0, slowest="left", share=0.6, held_by="error")
+    monkeypatch.setattr("wearsim.studies.plan.estimate", lambda *_: given)
 
 
 @pytest.fixture

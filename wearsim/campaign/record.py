@@ -16,7 +16,6 @@ import os
 import shutil
 import time
 import zipfile
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -26,8 +25,9 @@ from typing import Any
 import numpy as np
 
 from wearsim.errors import ResultError
-from wearsim.quantities import QUANTITIES, STEP_LIMITS
+from wearsim.quantities import QUANTITIES
 from wearsim.results import ROW, Header, append, create, open_results, row_count, row_names, verify
+from wearsim.results.checks import step_limits
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
 from wearsim.results.schema import ADDED, CHANGES, RENAMED
 
@@ -210,10 +210,8 @@ class Writer:
         """Return steps and their limits, distance and largest depth [m], and why a finished one ended."""
         with open_results(self.path) as data:
             last = data.isel(step=-1)
-            limits = data["step_limit"].values if "step_limit" in data else ()  # older files
-            reasons = [STEP_LIMITS[int(which)] for which in limits]
             return {
-                "step_limits": dict(Counter(one for one in reasons if one != STEP_LIMITS[0]).most_common()),
+                "step_limits": step_limits(data),
                 "step": data.sizes["step"] - 1,
                 "distance": float(last["distance"]),
                 "worst_depth": float(last["max_wear_depth"].max()),

@@ -23,6 +23,7 @@ from wearsim.results.checks import (
     depth_by_regime,
     last_worn_row,
     reprofilings,
+    step_limits,
     wear_steps,
 )
 from wearsim.results.limits import limits_met
@@ -69,6 +70,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "finished": "finished" in dataset.attrs,
         "distance": _plain(dataset["distance"].values[-1]),
         "steps": wear_steps(dataset),
+        "step_limits": step_limits(dataset),
         "operating_points": dataset.sizes["operating_point"],
         "monitoring_points": int((dataset["weight"].values == 0.0).sum()),
         "environment": _plain(_ends(dataset["environment"].values)),

@@ -20,6 +20,7 @@ from wearsim.results.checks import (
     percent,
     reprofiled_rows,
     spans,
+    step_limits,
     tread_wear,
     wear_steps,
 )
@@ -56,6 +57,8 @@ def quality(datasets: list[xr.Dataset]) -> Table:
 def _checks(dataset: xr.Dataset) -> dict[str, Cell | str | float]:
     steps = wear_steps(dataset)
     rows: dict[str, Any] = {"Wear steps": steps}
+    if held := step_limits(dataset):
+        rows["Wear steps held by"] = ", ".join(f"{limit} {count}" for limit, count in held.items())
     if steps:
         rows["Largest stability number S"] = dataset["stability_number"].values[1:].max()
         rows["Largest depth in one step [µm]"] = 1e6 * np.diff(dataset["wear_depth"].values, axis=0).max()

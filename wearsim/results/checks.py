@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.damage.wear import WEAR_LAWS
+from wearsim.quantities import STEP_LIMITS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -77,6 +79,13 @@ def last_worn_row(dataset: xr.Dataset) -> int:
 def wear_steps(dataset: xr.Dataset) -> int:
     """Return how many wear steps a campaign has taken; a reprofiling is none."""
     return int(dataset.sizes["step"]) - 1 - len(reprofiled_rows(dataset))
+
+
+def step_limits(dataset: xr.Dataset) -> dict[str, int]:
+    """Count the wear steps that each limit held, most first; empty for files of older versions."""
+    reasons = dataset["step_limit"].values.astype(int).tolist() if "step_limit" in dataset else []
+    # the first of them, of initial states and reprofilings, is no limit
+    return {STEP_LIMITS[which]: count for which, count in Counter(filter(None, reasons)).most_common()}
 
 
 def new_row(dataset: xr.Dataset, row: int) -> int:
