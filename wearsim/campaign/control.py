@@ -34,7 +34,6 @@ _SEEN, _OF_STRIPS = 1.25, 0.5
 # stability number of a step as deep as `half_space_depth_limit`: an explicit step of first order, stable up
 # to 2, oscillates from 1.5 times that depth on
 _HALF_SPACE = 4.0 / 3.0
-_LARGEST_HALF_SPACE = 8.4  # on a half-space longer steps leave ripples (reports/wear_step_stability.md)
 
 DepthLimit = Callable[[WearRate, FloatArray], float]
 
@@ -177,10 +176,8 @@ def largest_step(
         "max step": settings.max_step,
         "depth cap": over(settings.depth_cap, deepest),
         "first step": over(settings.first_depth, deepest) if first else math.inf,
-        "stability": min(
-            over(settings.stability, steepest),
-            over(min(max(settings.stability, _HALF_SPACE), _LARGEST_HALF_SPACE), half_space),
-        ),
+        # on a half-space longer steps leave ripples, whatever the stages (tests/stability/test_noise.py)
+        "stability": min(over(settings.stability, steepest), over(depth_limit, wheels + counterface)),
     }
     limits[further[1]] = min(further[0], limits.get(further[1], math.inf))
     if counterface_wear is not None:

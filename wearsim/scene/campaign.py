@@ -104,7 +104,7 @@ class ReprofilingSection(Section):
     cut_mm: float = number("least_cut", "the least depth that the lathe takes everywhere", 0.0)
 
 
-STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (35.0, 35.0), "heun": (0.4, 2.0), "euler": (0.4, 2.0)}
+STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 35.0), "heun": (0.4, 2.0), "euler": (0.4, 2.0)}
 """Limit of the stability number by rule where the scene gives none, and the one no scene may exceed."""
 
 
@@ -121,7 +121,7 @@ class CampaignSection(Section):
     )
     stability: float | None = number(
         "stability_number",
-        "the limit of the stability number S, by default that of the rule: 35 of rkc, 0.4 of heun and euler",
+        "the limit of the stability number S, by default that of the rule: 8.4 of rkc, 0.4 of heun and euler",
         None,
     )
     smoothing_wavelength_mm: float = number(
